@@ -27,6 +27,10 @@ COMMANDS = {
     "runs": ("drake_navbench.commands.runs", "list results folders; rename, tag, delete them"),
     "replay": ("drake_navbench.commands.replay", "render the replay of one trial from its log"),
     "tune": ("drake_navbench.commands.tune", "search parameters that beat a preset"),
+    "doctor": (
+        "drake_navbench.commands.doctor",
+        "find what in a Nav2 file causes a symptom",
+    ),
     "train": ("drake_navbench.commands.train", "train a policy in the Gymnasium environment"),
     "leaderboard": (
         "drake_navbench.commands.leaderboard",

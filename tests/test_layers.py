@@ -48,6 +48,7 @@ MAY_IMPORT: dict[str, set[str]] = {
     "studies": BELOW_ALL
     | {
         "controllers",
+        "costmaps",
         "native",
         "navigation",
         "inputs",

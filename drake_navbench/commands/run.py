@@ -109,6 +109,21 @@ class _Once(argparse.Action):
         setattr(namespace, self.dest, values)
 
 
+class _Once(argparse.Action):
+    """Refuses an option that is given again: the later value would replace the first silently."""
+
+    def __call__(
+        self,
+        parser: argparse.ArgumentParser,
+        namespace: argparse.Namespace,
+        values: Any,
+        option_string: str | None = None,
+    ) -> None:
+        if getattr(namespace, self.dest) != self.default:
+            parser.error(f"{option_string} is given twice; expected one")
+        setattr(namespace, self.dest, values)
+
+
 def _add_where(parser: argparse.ArgumentParser) -> None:
     add = parser.add_argument_group("where").add_argument
     add(

@@ -1,0 +1,264 @@
+"""The resolved parameters of a Nav2 file as the rules of the doctor see them.
+
+A parameter is named by its place: `controller.vx_std`, `local_costmap.inflation_radius`,
+`velocity_smoother.velocity_timeout`. Places do not depend on how a file calls its plugins. What is
+not in the file has the default of the file's release, or of the robot that fills the gaps.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from drake_navbench.inputs.presets import Preset
+from drake_navbench.inputs.robot import Robot
+from drake_navbench.nav2.controllers import SERVER
+from drake_navbench.nav2.robot import GLOBAL_COSTMAP, LOCAL_COSTMAP, Nav2Setup
+from drake_navbench.plugins.names import flattened
+from drake_navbench.releases import NEWEST_RELEASE, Release
+
+CONTROLLER = "controller"
+COSTMAPS = {"local_costmap": LOCAL_COSTMAP, "global_costmap": GLOBAL_COSTMAP}
+SHIM = "rotation_shim"
+# Kinds of controllers as suspects name them.
+KINDS = {SHIM: "shim", "teb_upstream": "teb", "external": "external"}
+# Older names of parameters.
+ALIASES = {"desired_linear_vel": "max_linear_vel"}
+# Blocks of the settings whose names are not those of their nodes.
+NODES = {
+    "planner": "planner_server",
+    "smoother": "smoother_server",
+    "behavior_tree": "bt_navigator",
+}
+
+
+@dataclass(frozen=True)
+class Facts:
+    """What is known of a file, a controller in it, and the robot.
+
+    kinds: of the controller: 'mppi', or 'shim' and 'rpp' of a shim before RPP. values: by place.
+    given: places whose values are in the file. defaults: of the controller's model, by place.
+    unread: names in the file that the release does not read, with the remark of the check. nodes:
+    base names of all nodes in the file. told: places that a user calls 'low' or 'high' without a
+    number. plugin: the controller's name in the file. is_whole: whether the
+    file is a whole one, so that what is missing in it is missing on the robot.
+    unreadable: places that the release does not read.
+    """
+
+    kinds: tuple[str, ...]
+    release: Release = NEWEST_RELEASE
+    values: Mapping[str, Any] = field(default_factory=dict)
+    given: frozenset[str] = frozenset()
+    defaults: Mapping[str, Any] = field(default_factory=dict)
+    unread: Mapping[str, str] = field(default_factory=dict)
+    nodes: frozenset[str] = frozenset()
+    told: Mapping[str, str] = field(default_factory=dict)
+    robot: Robot | None = None
+    plugin: str = ""
+    is_whole: bool = False
+    unreadable: frozenset[str] = frozenset()
+
+    def __getitem__(self, place: str) -> Any:
+        """Returns the value of a place; None where the file and its models have none."""
+        return self.values.get(place)
+
+    def number(self, place: str, default: float = 0.0) -> float:
+        """Returns the value of a place as a number, the default where it is none."""
+        value = self.values.get(place)
+        if isinstance(value, bool) or not isinstance(value, int | float):
+            return default
+        return float(value)
+
+    def axis(self, place: str, index: int) -> float | None:
+        """Returns one entry of a list of numbers; None where there is none."""
+        value = self.values.get(place)
+        if not isinstance(value, list | tuple) or index >= len(value):
+            return None
+        return float(value[index])
+
+    def is_kind(self, *kinds: str) -> bool:
+        """Tells whether the controller is of one of these kinds."""
+        return any(kind in self.kinds for kind in kinds)
+
+    def has_node(self, name: str) -> bool:
+        """Tells whether the file has a section for a node."""
+        return name in self.nodes
+
+    def matching(self, place: str) -> list[str]:
+        """Returns the places that one with `*` stands for, '*' being any names."""
+        if "*" not in place:
+            return [place]
+        start, _, end = place.partition("*")
+        return [name for name in self.values if name.startswith(start) and name.endswith(end)]
+
+    def controller(self, name: str) -> Any:
+        """Returns a parameter of the controller; None where it has none."""
+        return self.values.get(f"{CONTROLLER}.{name}")
+
+    @property
+    def speed_mps(self) -> float:
+        """The largest speed ahead that the controller asks for; 0 where it is not known."""
+        names = ("vx_max", "max_linear_vel", "max_vel_x", "v_linear_max", "desired_linear_vel")
+        found = (self.controller(name) for name in names)
+        return next((float(v) for v in found if isinstance(v, int | float)), 0.0)
+
+    @property
+    def period_s(self) -> float:
+        """The controller server's period, s."""
+        return 1.0 / max(self.number("controller_server.controller_frequency", 20.0), 0.1)
+
+    @property
+    def inscribed_radius_m(self) -> float:
+        """The radius of the circle within the robot's outline, m; 0 where it is not known."""
+        return self.robot.radii[0] if self.robot is not None else 0.0
+
+    @property
+    def circumscribed_radius_m(self) -> float:
+        """The radius of the circle around the robot's outline, m; 0 where it is not known."""
+        return self.robot.radii[1] if self.robot is not None else 0.0
+
+
+def kinds_of(preset: Preset) -> tuple[str, ...]:
+    """Returns the kinds of a column's controller, the shim before the controller that drives."""
+    if preset.controller != SHIM:
+        return (KINDS.get(preset.controller, preset.controller),)
+    primary = preset.parameters.model_dump(mode="json")["primary_controller"]["plugin"]
+    return "shim", KINDS.get(primary, primary)
+
+
+def facts_of(setup: Nav2Setup, preset: Preset) -> Facts:
+    """Returns the facts of a column of a Nav2 file."""
+    values = dict(_navigation_values(setup.robot)) | dict(controller_values(preset))
+    given: set[str] = set()
+    plugin = setup.places[preset.name][1]
+    names = Names(plugin, _blocks_of_checkers(setup))
+    nodes = {name.rpartition("/")[2] for name, _ in setup.given}
+    for (owner, parameter), value in setup.given.items():
+        place = names.place_of(owner.rpartition("/")[2], parameter, setup)
+        if place is None:
+            continue
+        given.add(place)
+        if place not in values or place.partition(".")[0] in COSTMAPS:
+            values[place] = value
+    unread = {
+        row.place: row.remark for row in setup.check.rows if row.status.startswith("not read")
+    }
+    return Facts(
+        kinds_of(preset),
+        release_in(setup),
+        values,
+        frozenset(given),
+        defaults_of(preset),
+        unread,
+        frozenset(nodes),
+        {},
+        setup.robot,
+        plugin,
+        SERVER in nodes and "local_costmap" in nodes,
+        unreadable_by(preset),
+    )
+
+
+def controller_values(preset: Preset) -> Iterator[tuple[str, Any]]:
+    """Yields the parameters of a controller as its release reads them, by place."""
+    for name, value in flattened(preset.parameters.as_read().model_dump(mode="json")):
+        bare = name.removeprefix("primary_controller.")
+        if name != "primary_controller.plugin":
+            yield f"{CONTROLLER}.{bare}", value
+
+
+def unreadable_by(preset: Preset) -> frozenset[str]:
+    """Returns the places of a controller's parameters that its release does not read."""
+    parameters = preset.parameters
+    release = getattr(parameters, "nav2_release", NEWEST_RELEASE)
+    models = [type(parameters)]
+    if preset.controller == SHIM:
+        models.append(type(parameters.primary_controller.parameters))  # type: ignore[attr-defined]
+    return frozenset(
+        place
+        for place, _ in controller_values(preset)
+        if not all(model.is_read(place.partition(".")[2], release) for model in models)
+    )
+
+
+def defaults_of(preset: Preset) -> dict[str, Any]:
+    """Returns the defaults of a controller's own parameters, by place."""
+    fields = type(preset.parameters).model_fields
+    return {
+        f"{CONTROLLER}.{name}": entry.get_default()
+        for name, entry in fields.items()
+        if not entry.is_required()
+    }
+
+
+def _navigation_values(robot: Robot) -> Iterator[tuple[str, Any]]:
+    navigation = robot.navigation.model_dump(mode="json")
+    for costmap in COSTMAPS:
+        # Of layers that share a name, those that are listed come last, and count.
+        block = navigation[costmap]
+        active = [*block.get("plugins", ()), *block.get("filters", ())]
+        navigation[costmap] = dict(sorted(block.items(), key=lambda entry: entry[0] in active))
+    for name, value in flattened(navigation):
+        yield shortened(name), value
+
+
+def shortened(place: str) -> str:
+    """Returns the place of a costmap's parameter without its layer.
+
+    `local_costmap.inflation_layer.inflation_radius` is `local_costmap.inflation_radius`.
+    """
+    first, _, rest = place.partition(".")
+    if first in COSTMAPS and "." in rest:
+        return f"{first}.{rest.rpartition('.')[2]}"
+    return place
+
+
+@dataclass(frozen=True)
+class Names:
+    """How a file calls its controller, and its checkers by place."""
+
+    plugin: str
+    checkers: Mapping[str, str]
+
+    def place_of(self, node: str, parameter: str, setup: Nav2Setup) -> str | None:
+        """Returns the place of a node's parameter; None of a layer that is not listed."""
+        block, _, rest = parameter.partition(".")
+        place = f"{node}.{parameter}"
+        if node == SERVER and block == self.plugin and rest:
+            bare = rest.removeprefix("primary_controller.")
+            return f"{CONTROLLER}.{ALIASES.get(bare, bare)}"
+        if node == SERVER and block in self.checkers and rest:
+            return f"{self.checkers[block]}.{rest}"
+        if node == "collision_monitor" and rest and block in _listed(setup, node, "polygons"):
+            return f"{node}.polygons.{parameter}"
+        if node == "planner_server":
+            return f"planner.{rest or parameter}"
+        if node in COSTMAPS and rest:
+            listed = (*_listed(setup, node, "plugins"), *_listed(setup, node, "filters"))
+            return shortened(place) if block in listed else None
+        return shortened(place)
+
+
+def release_in(setup: Nav2Setup) -> Release:
+    """Returns the release of Nav2 that a file was read for."""
+    found = (row.parameter for row in setup.check.rows if row.node == "nav2_release")
+    return Release(next(found, NEWEST_RELEASE))
+
+
+def _listed(setup: Nav2Setup, node: str, parameter: str) -> Sequence[Any]:
+    for (owner, name), value in setup.given.items():
+        if owner.rpartition("/")[2] == node and name == parameter:
+            return value if isinstance(value, list) else [value]
+    return ()
+
+
+def _blocks_of_checkers(setup: Nav2Setup) -> dict[str, str]:
+    """Returns the place of each checker of the controller server, by the name of its block."""
+    found: dict[str, str] = {}
+    for kind in ("goal_checker", "progress_checker"):
+        listed = _listed(setup, SERVER, f"{kind}_plugins") or _listed(
+            setup, SERVER, f"{kind}_plugin"
+        )
+        found |= {str(name): kind for name in listed[:1] or [kind]}
+    return found

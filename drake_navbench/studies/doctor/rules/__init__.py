@@ -1,0 +1,1 @@
+"""The rules of the doctor: one entry each, by what they look at."""

@@ -1,0 +1,441 @@
+"""Rules about costmaps, planners and AMCL."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from drake_navbench.releases import Release
+from drake_navbench.studies.doctor.facts import Facts
+from drake_navbench.studies.doctor.rules.mppi import half_window_m
+from drake_navbench.studies.doctor.rules.rule import Rule, down, outside, put, up, upgrade
+from drake_navbench.studies.doctor.symptoms import Symptom
+
+S = Symptom
+
+CODE = "nav2_costmap_2d"
+OBSTACLES = (
+    "obstacle",
+    "voxel",
+    "stvl",
+    "range",
+    "nonpersistent",
+    "spatio",
+    "kinect",
+    "scan",
+    "lidar",
+)
+SMAC = ("SmacPlannerHybrid", "SmacPlannerLattice")
+
+
+def _text(value: Any) -> str:
+    return str(value or "")
+
+
+def _has_obstacle_layer(f: Facts) -> bool:
+    plugins = f["local_costmap.plugins"] or ()
+    return any(word in str(name).lower() for name in plugins for word in OBSTACLES)
+
+
+def _inflation_is_last(f: Facts) -> bool:
+    plugins = [str(name).lower() for name in f["local_costmap.plugins"] or ()]
+    places = [index for index, name in enumerate(plugins) if "inflation" in name]
+    return not places or all(
+        not any(word in name for word in OBSTACLES) for name in plugins[places[0] :]
+    )
+
+
+def _is_smac(f: Facts) -> bool:
+    return any(kind in _text(f["planner.plugin"]) for kind in SMAC)
+
+
+RULES = (
+    Rule(
+        "inflation-below-inscribed-radius",
+        lambda f: 0.0 < f.number("local_costmap.inflation_radius", 1.0) < f.inscribed_radius_m,
+        lambda f: (
+            f"inflation_radius {f['local_costmap.inflation_radius']} m is less than the "
+            f"robot's inscribed radius, {f.inscribed_radius_m:.2f} m"
+        ),
+        {S.COLLISION: 1.0, S.NEAR_MISS: 0.9},
+        (up("local_costmap.inflation_radius"),),
+        f"{CODE}: inflation_layer.cpp",
+    ),
+    Rule(
+        "plans-inflate-little",
+        lambda f: (
+            0.0
+            < f.number("global_costmap.inflation_radius", 1.0)
+            < max(f.inscribed_radius_m + 0.05, 0.0)
+        ),
+        lambda f: (
+            f"global inflation_radius {f['global_costmap.inflation_radius']} m reaches hardly "
+            f"beyond the inscribed radius, {f.inscribed_radius_m:.2f} m: plans touch walls"
+        ),
+        {S.COLLISION: 0.6, S.NEAR_MISS: 0.8, S.CORNER_CUTTING: 0.6, S.DOOR_STOP: 0.4},
+        (up("global_costmap.inflation_radius"),),
+        f"{CODE}: inflation_layer.cpp; docs.nav2.org, tuning guide: inflation potential fields",
+    ),
+    Rule(
+        "wide-inflation",
+        lambda f: f.number("local_costmap.inflation_radius", 0.55) > 1.0,
+        lambda f: (
+            f"inflation_radius {f['local_costmap.inflation_radius']} m with "
+            f"cost_scaling_factor {f['local_costmap.cost_scaling_factor']}: a door has cost all "
+            "over"
+        ),
+        {S.DOOR_STOP: 0.9, S.TOO_SLOW: 0.4, S.WOBBLE_STRAIGHT: 0.2, S.STALL_BEFORE_GOAL: 0.3},
+        (down("local_costmap.inflation_radius", 0.55), up("local_costmap.cost_scaling_factor")),
+        f"{CODE}: inflation_layer.cpp",
+        is_certain=False,
+    ),
+    Rule(
+        "plans-inflate-much",
+        lambda f: (
+            f.number("global_costmap.inflation_radius", 0.55)
+            > max(0.8, 2.0 * f.circumscribed_radius_m)
+            or (
+                f["global_costmap.robot_radius"] is None
+                and f["global_costmap.footprint"] is not None
+                and f.number("global_costmap.inflation_radius", 0.55) > 0.35
+            )
+        ),
+        lambda f: (
+            f"global inflation_radius {f['global_costmap.inflation_radius']} m: start, goal "
+            "or a passage may lie in it with a corner of the outline"
+        ),
+        {S.PLANNER_FAILS: 0.8, S.DOOR_STOP: 0.4},
+        (down("global_costmap.inflation_radius"),),
+        f"{CODE}; nav2_smac_planner: start occupied",
+        is_certain=False,
+    ),
+    Rule(
+        "steep-costs",
+        lambda f: f.number("local_costmap.cost_scaling_factor", 3.0) > 8.0,
+        lambda f: (
+            f"cost_scaling_factor {f['local_costmap.cost_scaling_factor']}: a hand's breadth "
+            "beside the outline costs nothing any more"
+        ),
+        {S.NEAR_MISS: 1.0, S.COLLISION: 0.4, S.CORNER_CUTTING: 0.3},
+        (down("local_costmap.cost_scaling_factor", 3.0),),
+        f"{CODE}: inflation_layer.cpp",
+        is_certain=False,
+    ),
+    Rule(
+        "flat-costs",
+        lambda f: 0.0 < f.number("local_costmap.cost_scaling_factor", 3.0) < 1.5,
+        lambda f: (
+            f"cost_scaling_factor {f['local_costmap.cost_scaling_factor']}: the middle of a "
+            "door costs nearly as much as its jambs"
+        ),
+        {S.DOOR_STOP: 0.9, S.TOO_SLOW: 0.4},
+        (up("local_costmap.cost_scaling_factor", 3.0),),
+        f"{CODE}: inflation_layer.cpp",
+    ),
+    Rule(
+        "outline-not-given",
+        lambda f: (
+            f.is_whole and not ({"local_costmap.robot_radius", "local_costmap.footprint"} & f.given)
+        ),
+        lambda f: "the local costmap is given neither robot_radius nor footprint: Nav2 takes 0.1 m",
+        {S.COLLISION: 1.0, S.NEAR_MISS: 0.8},
+        (put("local_costmap.footprint"), up("local_costmap.robot_radius")),
+        f"{CODE}: costmap_2d_ros.cpp",
+    ),
+    Rule(
+        "outline-of-another-robot",
+        lambda f: 0.0 < f.number("local_costmap.robot_radius", 1.0) < 0.11,
+        lambda f: (
+            f"robot_radius {f['local_costmap.robot_radius']} m is smaller than nearly every "
+            "robot with a lidar"
+        ),
+        {S.COLLISION: 1.0, S.NEAR_MISS: 0.8},
+        (up("local_costmap.robot_radius"),),
+        f"{CODE}; navigation2#669",
+    ),
+    Rule(
+        "marks-farther-than-it-clears",
+        lambda f: (
+            f["local_costmap.raytrace_max_range"] is not None
+            and f.number("local_costmap.obstacle_max_range", 2.5)
+            > f.number("local_costmap.raytrace_max_range", 3.0)
+        ),
+        lambda f: (
+            f"obstacle_max_range {f['local_costmap.obstacle_max_range']} m is more than "
+            f"raytrace_max_range {f['local_costmap.raytrace_max_range']} m: far marks are never "
+            "cleared"
+        ),
+        {S.GHOST_OBSTACLES: 1.0, S.NO_RECOVERY: 0.4, S.DOOR_STOP: 0.4, S.PLANNER_FAILS: 0.4},
+        (up("local_costmap.raytrace_max_range"),),
+        f"{CODE}: obstacle_layer.cpp",
+    ),
+    Rule(
+        "clears-farther-than-it-marks",
+        lambda f: (
+            f["local_costmap.raytrace_max_range"] is not None
+            and f.number("local_costmap.raytrace_max_range", 3.0)
+            > f.number("local_costmap.obstacle_max_range", 2.5)
+            and f.release < Release.LYRICAL
+        ),
+        lambda f: (
+            f"obstacle_max_range {f['local_costmap.obstacle_max_range']} m is less than "
+            f"raytrace_max_range {f['local_costmap.raytrace_max_range']} m: a hit between the two "
+            "clears its own cell in this release"
+        ),
+        {S.COLLISION: 0.45, S.IGNORES_OBSTACLES: 0.9},
+        (
+            put("local_costmap.raytrace_max_range"),
+            upgrade("one with navigation2#5697"),
+        ),
+        "navigation2#5476",
+        is_certain=False,
+    ),
+    Rule(
+        "seldom-updated",
+        lambda f: 0.0 < f.number("local_costmap.update_frequency", 5.0) < 3.0,
+        lambda f: (
+            f"the local costmap is updated at {f['local_costmap.update_frequency']} Hz: what "
+            "moves is seen late"
+        ),
+        {S.COLLISION: 0.7, S.IGNORES_OBSTACLES: 0.6, S.GHOST_OBSTACLES: 0.4, S.FALSE_ABORT: 0.3},
+        (up("local_costmap.update_frequency", 5.0),),
+        CODE,
+    ),
+    Rule(
+        "coarse-cells",
+        lambda f: f.number("local_costmap.resolution", 0.05) > 0.075,
+        lambda f: f"cells of {f['local_costmap.resolution']} m close a door on both sides",
+        {S.DOOR_STOP: 0.8, S.WOBBLE_STRAIGHT: 0.1},
+        (down("local_costmap.resolution", 0.05),),
+        CODE,
+        is_certain=False,
+    ),
+    Rule(
+        "fine-cells",
+        lambda f: 0.0 < f.number("local_costmap.resolution", 0.05) < 0.025,
+        lambda f: f"cells of {f['local_costmap.resolution']} m are many to update",
+        {S.LATE_CYCLES: 0.7},
+        (up("local_costmap.resolution", 0.05),),
+        CODE,
+        is_certain=False,
+    ),
+    Rule(
+        "large-window",
+        lambda f: half_window_m(f) < 1e8 and half_window_m(f) > 5.0,
+        lambda f: f"the local costmap reaches {half_window_m(f):.0f} m to each side",
+        {S.LATE_CYCLES: 0.5},
+        (down("local_costmap.width"),),
+        CODE,
+        is_certain=False,
+    ),
+    Rule(
+        "window-ends-before-the-stop",
+        lambda f: half_window_m(f) < max(1.0, 1.5 * f.speed_mps + f.circumscribed_radius_m),
+        lambda f: (
+            f"the local costmap reaches {half_window_m(f):.1f} m, little at {f.speed_mps:g} m/s"
+        ),
+        {S.COLLISION: 0.7, S.TOO_SLOW: 0.6, S.STOP_START_JERK: 0.3},
+        (up("local_costmap.width"),),
+        CODE,
+    ),
+    Rule(
+        "no-obstacle-layer",
+        lambda f: f.is_whole and bool(f["local_costmap.plugins"]) and not _has_obstacle_layer(f),
+        lambda f: f"local_costmap.plugins {f['local_costmap.plugins']} has no layer of obstacles",
+        {S.COLLISION: 1.0, S.IGNORES_OBSTACLES: 1.0},
+        (put("local_costmap.plugins"),),
+        CODE,
+    ),
+    Rule(
+        "inflation-before-obstacles",
+        lambda f: not _inflation_is_last(f),
+        lambda f: (
+            f"local_costmap.plugins {f['local_costmap.plugins']}: what comes after the "
+            "inflation layer is not inflated"
+        ),
+        {S.COLLISION: 0.9, S.NEAR_MISS: 0.9, S.IGNORES_OBSTACLES: 0.3},
+        (put("local_costmap.plugins"),),
+        f"{CODE}: layered_costmap.cpp",
+    ),
+    Rule(
+        "window-stands-still",
+        lambda f: f["local_costmap.rolling_window"] is False,
+        lambda f: "local_costmap.rolling_window is off: the robot drives out of its window",
+        {S.COLLISION: 0.8, S.FALSE_ABORT: 0.6, S.IGNORES_OBSTACLES: 0.6},
+        (put("local_costmap.rolling_window", True),),
+        CODE,
+    ),
+    Rule(
+        "band-of-heights-misses",
+        lambda f: (
+            f["local_costmap.max_obstacle_height"] is not None
+            and f.number("local_costmap.max_obstacle_height", 2.0) < 0.3
+        ),
+        lambda f: (
+            f"max_obstacle_height {f['local_costmap.max_obstacle_height']} m: what the sensor "
+            "sees above is left out"
+        ),
+        {S.IGNORES_OBSTACLES: 1.0, S.COLLISION: 0.8},
+        (up("local_costmap.max_obstacle_height", 2.0),),
+        f"{CODE}: observation_buffer.cpp",
+    ),
+    Rule(
+        "floor-is-marked",
+        lambda f: f.number("local_costmap.min_obstacle_height") < -0.05,
+        lambda f: (
+            f"min_obstacle_height {f['local_costmap.min_obstacle_height']} m: points of the "
+            "floor are obstacles"
+        ),
+        {S.GHOST_OBSTACLES: 0.9, S.DOOR_STOP: 0.2, S.STOP_START_JERK: 0.2},
+        (up("local_costmap.min_obstacle_height", 0.05),),
+        f"{CODE}: observation_buffer.cpp",
+        is_certain=False,
+    ),
+    Rule(
+        "voxels-below-the-band",
+        lambda f: (
+            f.number("local_costmap.z_voxels", 10) * f.number("local_costmap.z_resolution", 0.2)
+            < 0.9 * f.number("local_costmap.max_obstacle_height", 0.0)
+            and "local_costmap.z_voxels" in f.given
+        ),
+        lambda f: (
+            "z_voxels times z_resolution ends below max_obstacle_height: what is higher is "
+            "not marked"
+        ),
+        {S.IGNORES_OBSTACLES: 0.7, S.COLLISION: 0.4},
+        (up("local_costmap.z_voxels", 16), up("local_costmap.z_resolution")),
+        f"{CODE}: voxel_layer.cpp",
+        is_certain=False,
+    ),
+    Rule(
+        "old-marks-kept",
+        lambda f: f.number("local_costmap.observation_persistence") > 1.0,
+        lambda f: (
+            f"observation_persistence {f['local_costmap.observation_persistence']} s: where "
+            "somebody was stays occupied"
+        ),
+        {S.GHOST_OBSTACLES: 1.0, S.DOOR_STOP: 0.5, S.NO_RECOVERY: 0.3},
+        (down("local_costmap.observation_persistence", 0.0),),
+        f"{CODE}: observation_buffer.cpp",
+    ),
+    Rule(
+        "beams-to-nothing-do-not-clear",
+        lambda f: (
+            f["local_costmap.inf_is_valid"] is False and "local_costmap.inf_is_valid" in f.given
+        ),
+        lambda f: "inf_is_valid is off: beams that meet nothing do not clear",
+        {S.GHOST_OBSTACLES: 0.5},
+        (put("local_costmap.inf_is_valid", True),),
+        f"{CODE}: obstacle_layer.cpp",
+        is_certain=False,
+    ),
+    Rule(
+        "robot-sees-itself",
+        lambda f: f["local_costmap.footprint_clearing_enabled"] is False,
+        lambda f: "footprint_clearing_enabled is off: what the robot sees of itself stays",
+        {S.NO_START: 0.7, S.GHOST_OBSTACLES: 0.6, S.NO_RECOVERY: 0.4},
+        (put("local_costmap.footprint_clearing_enabled", True),),
+        f"{CODE}: obstacle_layer.cpp",
+    ),
+    Rule(
+        "unknown-forbidden",
+        lambda f: f["planner.allow_unknown"] is False,
+        lambda f: "planner.allow_unknown is off: no plan through what nobody has seen",
+        {S.PLANNER_FAILS: 0.6},
+        (put("planner.allow_unknown", True),),
+        "nav2_planner and its plugins",
+        is_certain=False,
+    ),
+    Rule(
+        "planner-insists-on-the-goal",
+        lambda f: f["planner.tolerance"] is not None and f.number("planner.tolerance") < 0.1,
+        lambda f: f"planner.tolerance {f['planner.tolerance']} m: an occupied goal has no plan",
+        {S.PLANNER_FAILS: 0.6, S.GOAL_NOT_REACHED: 0.2},
+        (up("planner.tolerance", 0.25),),
+        "nav2_navfn_planner, nav2_smac_planner",
+        is_certain=False,
+    ),
+    Rule(
+        "planner-has-no-time",
+        lambda f: 0.0 < f.number("planner.max_planning_time", 5.0) < 1.0,
+        lambda f: (
+            f"max_planning_time {f['planner.max_planning_time']} s: large maps are not searched"
+        ),
+        {S.PLANNER_FAILS: 0.9},
+        (up("planner.max_planning_time", 5.0),),
+        "nav2_smac_planner",
+        is_certain=False,
+    ),
+    Rule(
+        "planner-turns-wide",
+        lambda f: _is_smac(f) and f.number("planner.minimum_turning_radius", 0.4) > 0.8,
+        lambda f: (
+            f"minimum_turning_radius {f['planner.minimum_turning_radius']} m: no curve fits "
+            "into a house"
+        ),
+        {S.PLANNER_FAILS: 0.8, S.REVERSE_FAILURE: 0.3},
+        (down("planner.minimum_turning_radius", 0.4),),
+        "nav2_smac_planner",
+        is_certain=False,
+    ),
+    Rule(
+        "amcl-looks-seldom",
+        lambda f: f.number("amcl.update_min_d") > 0.4 or f.number("amcl.update_min_a") > 0.5,
+        lambda f: (
+            f"amcl.update_min_d {f['amcl.update_min_d']} m, update_min_a "
+            f"{f['amcl.update_min_a']} rad: the pose is corrected seldom, and jumps"
+        ),
+        {S.LOCALIZATION_JUMPS: 0.9, S.SPINS: 0.4, S.GOAL_OSCILLATION: 0.4, S.GOAL_NOT_REACHED: 0.3},
+        (down("amcl.update_min_d", 0.2), down("amcl.update_min_a", 0.2)),
+        "nav2_amcl",
+    ),
+    Rule(
+        "amcl-few-particles",
+        lambda f: 0 < f.number("amcl.max_particles") < 1000,
+        lambda f: f"amcl.max_particles {f['amcl.max_particles']}: few to find a lost pose with",
+        {S.LOCALIZATION_JUMPS: 0.7},
+        (up("amcl.max_particles", 2000),),
+        "nav2_amcl",
+    ),
+    Rule(
+        "amcl-odometry-perfect",
+        lambda f: f["amcl.alpha1"] is not None and f.number("amcl.alpha1") < 0.03,
+        lambda f: f"amcl.alpha1 {f['amcl.alpha1']}: turns that slip are believed",
+        {S.LOCALIZATION_JUMPS: 0.7, S.SPINS: 0.5},
+        (up("amcl.alpha1", 0.2),),
+        "nav2_amcl: differential_motion_model.cpp",
+    ),
+    Rule(
+        "amcl-stale-transform",
+        lambda f: 0.0 < f.number("amcl.transform_tolerance", 1.0) < 0.2,
+        lambda f: (
+            f"amcl.transform_tolerance {f['amcl.transform_tolerance']} s: map to odom ends "
+            "before the next update"
+        ),
+        {S.FALSE_ABORT: 0.6, S.PLANNER_FAILS: 0.4, S.LOCALIZATION_JUMPS: 0.4},
+        (up("amcl.transform_tolerance", 1.0),),
+        "nav2_amcl",
+    ),
+    Rule(
+        "frames-differ",
+        lambda f: (
+            len(
+                {
+                    str(value)
+                    for place, value in f.values.items()
+                    if place.endswith(".robot_base_frame")
+                }
+            )
+            > 1
+        ),
+        lambda f: (
+            "robot_base_frame differs between nodes: "
+            + ", ".join(
+                sorted({str(v) for p, v in f.values.items() if p.endswith(".robot_base_frame")})
+            )
+        ),
+        {S.GOAL_NOT_REACHED: 0.3, S.NO_START: 0.3, S.GOAL_OSCILLATION: 0.2},
+        (outside("frames"),),
+        CODE,
+        is_certain=False,
+    ),
+)

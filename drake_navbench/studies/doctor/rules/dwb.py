@@ -1,0 +1,343 @@
+"""Rules about Nav2's DWB."""
+
+from __future__ import annotations
+
+from drake_navbench.studies.doctor.facts import Facts
+from drake_navbench.studies.doctor.rules.mppi import (
+    braking_m,
+    half_window_m,
+    has_critic,
+    is_not_round,
+)
+from drake_navbench.studies.doctor.rules.rule import Rule, add, down, put, up
+from drake_navbench.studies.doctor.symptoms import Symptom
+
+S = Symptom
+
+DWB = ("dwb",)
+CODE = "dwb_core, dwb_plugins, dwb_critics"
+# Poses of a sample that are farther apart leave room for a chair's leg between them, m.
+COARSE_M = 0.1
+
+
+def _spacing_m(f: Facts) -> float:
+    """Returns how far apart the poses of a fast sample are, m."""
+    if f.controller("discretize_by_time"):
+        return f.speed_mps * f.number("controller.time_granularity", 0.5)
+    return f.number("controller.linear_granularity", 0.5)
+
+
+def _deceleration(f: Facts) -> float:
+    return abs(f.number("controller.decel_lim_x", -2.5)) or 2.5
+
+
+RULES = (
+    Rule(
+        "dwb-centre-alone",
+        lambda f: (
+            is_not_round(f)
+            and bool(f.controller("critics"))
+            and not has_critic(f, "ObstacleFootprint")
+        ),
+        lambda f: (
+            "BaseObstacle looks at the cost under the centre, but the outline reaches from "
+            f"{f.inscribed_radius_m:.2f} to {f.circumscribed_radius_m:.2f} m"
+        ),
+        {S.COLLISION: 1.0, S.NEAR_MISS: 0.6, S.CORNER_CUTTING: 0.4},
+        (put("critics", "ObstacleFootprint"),),
+        f"{CODE}: base_obstacle.cpp, obstacle_footprint.cpp",
+        DWB,
+    ),
+    Rule(
+        "dwb-coarse-samples",
+        lambda f: _spacing_m(f) > COARSE_M,
+        lambda f: f"a sample is checked every {_spacing_m(f):.2f} m: an obstacle fits between",
+        {S.COLLISION: 1.0, S.CORNER_CUTTING: 0.7, S.NEAR_MISS: 0.4},
+        (down("linear_granularity", 0.05),),
+        f"{CODE}: standard_traj_generator.cpp; navigation2#669",
+        DWB,
+    ),
+    Rule(
+        "dwb-weak-obstacles",
+        lambda f: (
+            has_critic(f, "BaseObstacle")
+            and f.number("controller.BaseObstacle.scale", 1.0) * 254.0
+            < 0.5 * f.number("controller.PathDist.scale", 1.0)
+        ),
+        lambda f: (
+            f"BaseObstacle.scale {f.controller('BaseObstacle.scale')} beside PathDist.scale "
+            f"{f.controller('PathDist.scale')}: half a cell off the path outweighs the worst cost"
+        ),
+        {S.NEAR_MISS: 1.0, S.COLLISION: 0.5},
+        (up("BaseObstacle.scale"), down("PathDist.scale")),
+        f"{CODE}: base_obstacle.cpp",
+        DWB,
+        is_certain=False,
+    ),
+    Rule(
+        "dwb-looks-less-than-it-brakes",
+        lambda f: (
+            f.speed_mps * f.number("controller.sim_time", 1.7) < braking_m(f, _deceleration(f))
+        ),
+        lambda f: (
+            f"sim_time {f.controller('sim_time')} s at {f.speed_mps:g} m/s is shorter than "
+            "the way to stop"
+        ),
+        {S.COLLISION: 0.9, S.GOAL_OVERSHOOT: 0.6},
+        (up("sim_time"), down("max_vel_x")),
+        CODE,
+        DWB,
+    ),
+    Rule(
+        "dwb-looks-a-short-way",
+        lambda f: f.number("controller.sim_time", 1.7) < 1.0,
+        lambda f: (
+            f"sim_time {f.controller('sim_time')} s: arcs so short hardly differ, so that it "
+            "steers hard"
+        ),
+        {S.WOBBLE_STRAIGHT: 1.0, S.COLLISION: 0.5, S.STOP_START_JERK: 0.3},
+        (up("sim_time", 1.7),),
+        "docs.nav2.org, tuning guide",
+        DWB,
+    ),
+    Rule(
+        "dwb-looks-a-long-way",
+        lambda f: f.number("controller.sim_time", 1.7) > 2.5,
+        lambda f: (
+            f"sim_time {f.controller('sim_time')} s: long arcs all leave a curved path or "
+            "touch something"
+        ),
+        {S.DOOR_STOP: 0.8, S.CORNER_CUTTING: 0.9, S.TOO_SLOW: 0.4, S.STALL_BEFORE_GOAL: 0.4},
+        (down("sim_time", 1.7),),
+        "docs.nav2.org, tuning guide",
+        DWB,
+    ),
+    Rule(
+        "dwb-beyond-window",
+        lambda f: f.speed_mps * f.number("controller.sim_time", 1.7) > half_window_m(f),
+        lambda f: (
+            f"fast samples reach {f.speed_mps * f.number('controller.sim_time', 1.7):.1f} m, "
+            f"the local costmap only {half_window_m(f):.1f} m: they are rejected"
+        ),
+        {S.TOO_SLOW: 0.9, S.STOP_START_JERK: 0.3},
+        (up("local_costmap.width"), down("sim_time")),
+        f"{CODE}: off the grid is illegal",
+        DWB,
+    ),
+    Rule(
+        "dwb-few-speeds",
+        lambda f: f.number("controller.vx_samples", 20) < 6,
+        lambda f: f"vx_samples {f.controller('vx_samples')}: the speeds are far apart",
+        {S.STOP_START_JERK: 0.8, S.GOAL_OVERSHOOT: 0.4, S.STALL_BEFORE_GOAL: 0.3, S.TOO_SLOW: 0.4},
+        (up("vx_samples", 20),),
+        CODE,
+        DWB,
+    ),
+    Rule(
+        "dwb-few-turn-rates",
+        lambda f: f.number("controller.vtheta_samples", 20) < 10,
+        lambda f: f"vtheta_samples {f.controller('vtheta_samples')}: the turn rates are far apart",
+        {S.WOBBLE_STRAIGHT: 1.0, S.DOOR_STOP: 0.6, S.STOP_START_JERK: 0.5, S.CORNER_CUTTING: 0.4},
+        (up("vtheta_samples", 20),),
+        CODE,
+        DWB,
+    ),
+    Rule(
+        "dwb-sideways-for-nothing",
+        lambda f: (
+            f.number("controller.max_vel_y") == 0.0
+            and f.number("controller.vy_samples", 5) > 1
+            and f.number("controller.vx_samples", 20) * f.number("controller.vtheta_samples", 20)
+            > 600
+        ),
+        lambda f: (
+            f"{f.controller('vx_samples')} x {f.controller('vtheta_samples')} samples, and "
+            "sideways ones for a base that has none"
+        ),
+        {S.LATE_CYCLES: 0.6},
+        (down("vx_samples"), down("vtheta_samples"), down("vy_samples")),
+        f"{CODE}: xy_theta_iterator.cpp",
+        DWB,
+        is_certain=False,
+    ),
+    Rule(
+        "dwb-never-turns-to-the-goal",
+        lambda f: (
+            bool(f.controller("critics"))
+            and not has_critic(f, "RotateToGoal")
+            and not f.is_kind("shim")
+        ),
+        lambda f: "critics lists no RotateToGoal: nothing turns to the goal's heading",
+        {S.GOAL_NOT_REACHED: 1.0, S.GOAL_OSCILLATION: 0.6},
+        (put("critics", "RotateToGoal"),),
+        f"{CODE}: rotate_to_goal.cpp",
+        DWB,
+    ),
+    Rule(
+        "dwb-no-pull",
+        lambda f: (
+            bool(f.controller("critics"))
+            and not has_critic(f, "GoalDist", "PathDist", "PathProgress")
+        ),
+        lambda f: "critics lists neither PathDist nor GoalDist: nothing pulls along the plan",
+        {S.NO_START: 1.0, S.STALL_BEFORE_GOAL: 1.0, S.SPINS: 0.5},
+        (put("critics", "PathDist"),),
+        CODE,
+        DWB,
+    ),
+    Rule(
+        "dwb-oscillation-not-watched",
+        lambda f: bool(f.controller("critics")) and not has_critic(f, "Oscillation"),
+        lambda f: "critics lists no Oscillation: nothing forbids to change sides",
+        {S.WOBBLE_STRAIGHT: 0.5, S.GOAL_OSCILLATION: 0.5, S.SPINS: 0.5, S.DOOR_STOP: 0.3},
+        (put("critics", "Oscillation"),),
+        f"{CODE}: oscillation.cpp",
+        DWB,
+    ),
+    Rule(
+        "dwb-two-tolerances",
+        lambda f: (
+            f.number("goal_checker.xy_goal_tolerance") > 0.0
+            and f.number("controller.xy_goal_tolerance")
+            > 1.2 * f.number("goal_checker.xy_goal_tolerance")
+        ),
+        lambda f: (
+            f"the controller turns at the goal from {f.controller('xy_goal_tolerance')} m on, "
+            f"the goal checker wants {f['goal_checker.xy_goal_tolerance']} m"
+        ),
+        {S.GOAL_NOT_REACHED: 1.0, S.STALL_BEFORE_GOAL: 0.9, S.GOAL_OSCILLATION: 0.5},
+        (down("xy_goal_tolerance"), up("goal_checker.xy_goal_tolerance")),
+        f"{CODE}: rotate_to_goal.cpp",
+        DWB,
+    ),
+    Rule(
+        "dwb-turns-while-rolling",
+        lambda f: f.number("controller.trans_stopped_velocity", 0.25) > 0.6 * f.speed_mps > 0.0,
+        lambda f: (
+            f"trans_stopped_velocity {f.controller('trans_stopped_velocity')} m/s of "
+            f"{f.speed_mps:g}: it counts as stopped while it drives"
+        ),
+        {S.GOAL_OVERSHOOT: 0.7, S.GOAL_OSCILLATION: 0.4},
+        (down("trans_stopped_velocity"),),
+        f"{CODE}: rotate_to_goal.cpp",
+        DWB,
+    ),
+    Rule(
+        "dwb-never-counts-as-stopped",
+        lambda f: f.number("controller.trans_stopped_velocity", 0.25) < 0.02,
+        lambda f: (
+            f"trans_stopped_velocity {f.controller('trans_stopped_velocity')} m/s is below "
+            "the noise of odometry: it never begins to turn at the goal"
+        ),
+        {S.GOAL_NOT_REACHED: 0.9, S.STALL_BEFORE_GOAL: 0.8},
+        (up("trans_stopped_velocity", 0.25),),
+        f"{CODE}: rotate_to_goal.cpp",
+        DWB,
+    ),
+    Rule(
+        "dwb-no-reverse",
+        lambda f: f.number("controller.min_vel_x") >= 0.0,
+        lambda f: f"min_vel_x {f.controller('min_vel_x')} m/s: no sample drives back",
+        {S.NO_RECOVERY: 0.7},
+        (down("min_vel_x", -0.1),),
+        CODE,
+        DWB,
+        is_certain=False,
+    ),
+    Rule(
+        "dwb-least-speed",
+        lambda f: (
+            f.number("controller.min_speed_xy") > 0.15 or f.number("controller.min_vel_x") > 0.05
+        ),
+        lambda f: (
+            f"min_speed_xy {f.controller('min_speed_xy')}, min_vel_x "
+            f"{f.controller('min_vel_x')} m/s: it cannot drive slowly, nor stop in front of the "
+            "goal"
+        ),
+        {S.GOAL_OVERSHOOT: 0.9, S.STOP_START_JERK: 0.6, S.DOOR_STOP: 0.4},
+        (down("min_speed_xy"), down("min_vel_x", 0.0)),
+        CODE,
+        DWB,
+    ),
+    Rule(
+        "dwb-steep-ramps",
+        lambda f: (
+            f.number("controller.acc_lim_x", 2.5)
+            > 1.5 * (f.axis("velocity_smoother.max_accel", 0) or 1e9)
+        ),
+        lambda f: (
+            f"samples accelerate by {f.controller('acc_lim_x')} m/s^2, the velocity smoother "
+            f"lets through {f.axis('velocity_smoother.max_accel', 0):g}"
+        ),
+        {S.WOBBLE_STRAIGHT: 0.3, S.GOAL_OVERSHOOT: 0.5, S.STOP_START_JERK: 0.4},
+        (down("acc_lim_x"), up("velocity_smoother.max_accel")),
+        CODE,
+        DWB,
+    ),
+    Rule(
+        "dwb-no-acceleration",
+        lambda f: (
+            f.number("controller.acc_lim_x", 2.5) == 0.0
+            or f.number("controller.acc_lim_theta", 3.2) == 0.0
+        ),
+        lambda f: "acc_lim_x or acc_lim_theta is 0: the window of speeds is empty",
+        {S.NO_START: 1.0, S.TOO_SLOW: 0.8, S.NO_TURNING: 0.8},
+        (up("acc_lim_x", 2.5), up("acc_lim_theta", 3.2)),
+        CODE,
+        DWB,
+    ),
+    Rule(
+        "dwb-two-speed-limits",
+        lambda f: 0.0 < f.number("controller.max_speed_xy", 1e9) < f.speed_mps,
+        lambda f: (
+            f"max_speed_xy {f.controller('max_speed_xy')} m/s is below max_vel_x {f.speed_mps:g}"
+        ),
+        {S.TOO_SLOW: 1.0},
+        (up("max_speed_xy"),),
+        f"{CODE}: kinematic_parameters.cpp",
+        DWB,
+    ),
+    Rule(
+        "dwb-heavy-weights-in-doors",
+        lambda f: (
+            f.number("controller.PathDist.scale") > 20.0
+            and f.number("controller.GoalDist.scale") > 16.0
+        ),
+        lambda f: (
+            f"PathDist {f.controller('PathDist.scale')} and GoalDist "
+            f"{f.controller('GoalDist.scale')} outweigh everything that speaks for waiting or "
+            "turning"
+        ),
+        {S.DOOR_STOP: 0.8},
+        (down("PathDist.scale"), down("GoalDist.scale")),
+        "ROBOTIS-GIT/turtlebot3#178",
+        DWB,
+        is_certain=False,
+    ),
+    Rule(
+        "dwb-writes-details",
+        lambda f: (
+            f.controller("debug_trajectory_details") is True
+            or f.controller("publish_cost_grid_pc") is True
+        ),
+        lambda f: (
+            "debug_trajectory_details or publish_cost_grid_pc is on, which takes time in "
+            "every cycle"
+        ),
+        {S.LATE_CYCLES: 0.8},
+        (put("debug_trajectory_details", False), put("publish_cost_grid_pc", False)),
+        CODE,
+        DWB,
+        is_certain=False,
+    ),
+    Rule(
+        "dwb-no-shim",
+        lambda f: not f.is_kind("shim") and f.is_whole,
+        lambda f: "no rotation shim before DWB, which turns on the spot unwillingly",
+        {S.NO_TURNING: 0.5},
+        (add("plugin"),),
+        "docs.nav2.org, tuning guide: rotate in place behaviour",
+        DWB,
+        is_certain=False,
+    ),
+)

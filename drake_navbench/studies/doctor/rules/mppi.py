@@ -1,0 +1,511 @@
+"""Rules about Nav2's MPPI."""
+
+from __future__ import annotations
+
+from drake_navbench.releases import Release
+from drake_navbench.studies.doctor.facts import Facts
+from drake_navbench.studies.doctor.rules.rule import Rule, add, down, outside, put, up, upgrade
+from drake_navbench.studies.doctor.symptoms import Symptom
+
+S = Symptom
+
+MPPI = ("mppi",)
+PAGE = "docs.nav2.org, configuration of MPPI, words of wisdom"
+CODE = "nav2_mppi_controller"
+# Samples times steps times rate that a small board manages, 1/s: a Raspberry Pi 4 takes about 25 ms
+# for 1000 samples of 56 steps.
+BOARD_CELLS_PER_S = 1.2e6
+# From this ratio of the two radii on an outline is not round.
+NOT_ROUND = 1.3
+PATH_SPACING_M = 0.05
+
+
+def horizon_s(f: Facts) -> float:
+    """Returns the length of the horizon, s."""
+    return f.number("controller.time_steps", 56) * f.number("controller.model_dt", 0.05)
+
+
+def horizon_m(f: Facts) -> float:
+    """Returns how far the horizon reaches at full speed, m."""
+    return horizon_s(f) * f.number("controller.vx_max", 0.5)
+
+
+def half_window_m(f: Facts) -> float:
+    """Returns half the smaller side of the local costmap, m; no limit where it is not known."""
+    sides = (f.number("local_costmap.width"), f.number("local_costmap.height"))
+    return 0.5 * min(sides) if all(sides) else 1e9
+
+
+def braking_m(f: Facts, deceleration: float) -> float:
+    """Returns the way to stop from full speed, with one period of delay, m."""
+    return f.speed_mps**2 / (2.0 * max(abs(deceleration), 0.05)) + f.speed_mps * f.period_s
+
+
+def is_not_round(f: Facts) -> bool:
+    """Tells whether the robot's outline is far from a circle."""
+    inner = f.inscribed_radius_m
+    return inner > 0.0 and f.circumscribed_radius_m > NOT_ROUND * inner
+
+
+def has_critic(f: Facts, *names: str) -> bool:
+    """Tells whether one of these critics is listed."""
+    critics = f.controller("critics") or ()
+    return any(name in critics for name in names)
+
+
+def _smoother(f: Facts, axis: int) -> float:
+    return f.axis("velocity_smoother.max_accel", axis) or 0.0
+
+
+def _cells_per_s(f: Facts) -> float:
+    work = f.number("controller.batch_size", 1000) * f.number("controller.time_steps", 56)
+    return work * f.number("controller.iteration_count", 1) / f.period_s
+
+
+RULES = (
+    Rule(
+        "mppi-horizon-beyond-window",
+        lambda f: horizon_m(f) > half_window_m(f),
+        lambda f: (
+            f"samples reach {horizon_m(f):.1f} m at full speed, the local costmap only "
+            f"{half_window_m(f):.1f} m"
+        ),
+        {S.COLLISION: 0.4, S.TOO_SLOW: 0.4, S.STOP_START_JERK: 0.4, S.WOBBLE_STRAIGHT: 0.2},
+        (up("local_costmap.width"), down("time_steps"), down("vx_max")),
+        PAGE,
+        MPPI,
+    ),
+    Rule(
+        "mppi-step-below-period",
+        lambda f: f.period_s > 1.001 * f.number("controller.model_dt", 0.05),
+        lambda f: (
+            f"model_dt {f.controller('model_dt')} s is below the period {f.period_s:.3f} s, "
+            "which MPPI refuses"
+        ),
+        {S.NO_START: 1.0, S.NO_TURNING: 0.7, S.WOBBLE_STRAIGHT: 0.5, S.LATE_CYCLES: 0.3},
+        (up("controller_server.controller_frequency"), up("model_dt")),
+        f"{CODE}/src/optimizer.cpp: controller period more than model dt",
+        MPPI,
+    ),
+    Rule(
+        "mppi-step-above-period",
+        lambda f: f.number("controller.model_dt", 0.05) > 1.001 * f.period_s,
+        lambda f: (
+            f"model_dt {f.controller('model_dt')} s is above the period {f.period_s:.3f} s: "
+            "the sequence is not shifted from cycle to cycle"
+        ),
+        {S.WOBBLE_STRAIGHT: 0.3, S.STOP_START_JERK: 0.3},
+        (down("model_dt"),),
+        f"{CODE}/src/optimizer.cpp: consider setting it equal",
+        MPPI,
+    ),
+    Rule(
+        "mppi-centre-alone",
+        lambda f: (
+            is_not_round(f)
+            and has_critic(f, "CostCritic")
+            and f.controller("CostCritic.consider_footprint") is not True
+        ),
+        lambda f: (
+            "CostCritic looks at the cost under the centre, but the outline reaches from "
+            f"{f.inscribed_radius_m:.2f} to {f.circumscribed_radius_m:.2f} m"
+        ),
+        {S.COLLISION: 1.0, S.NEAR_MISS: 0.7, S.DOOR_STOP: 0.2, S.CORNER_CUTTING: 0.5},
+        (put("CostCritic.consider_footprint", True),),
+        f"{CODE}/src/critics/cost_critic.cpp",
+        MPPI,
+    ),
+    Rule(
+        "mppi-obstacles-centre-alone",
+        lambda f: (
+            is_not_round(f)
+            and has_critic(f, "ObstaclesCritic")
+            and f.controller("ObstaclesCritic.consider_footprint") is not True
+        ),
+        lambda f: (
+            "ObstaclesCritic looks at the cost under the centre, but the outline reaches "
+            f"from {f.inscribed_radius_m:.2f} to {f.circumscribed_radius_m:.2f} m"
+        ),
+        {S.COLLISION: 1.0, S.NEAR_MISS: 0.7, S.CORNER_CUTTING: 0.5},
+        (put("ObstaclesCritic.consider_footprint", True),),
+        f"{CODE}/src/critics/obstacles_critic.cpp",
+        MPPI,
+    ),
+    Rule(
+        "mppi-wide-turn-samples",
+        lambda f: f.number("controller.wz_std", 0.4) > 0.45,
+        lambda f: f"wz_std {f.controller('wz_std')} rad/s spreads samples wider than driving needs",
+        {S.WOBBLE_STRAIGHT: 1.0, S.STOP_START_JERK: 0.5, S.SPINS: 0.6, S.GOAL_OSCILLATION: 0.4},
+        (down("wz_std", 0.4),),
+        f"{PAGE}; navigation2#5281",
+        MPPI,
+    ),
+    Rule(
+        "mppi-wide-turn-samples-at-speed",
+        lambda f: (
+            0.3 < f.number("controller.wz_std", 0.4) <= 0.45
+            and f.number("controller.vx_max", 0.5) > 0.8
+        ),
+        lambda f: (
+            f"wz_std {f.controller('wz_std')} rad/s at {f.controller('vx_max')} m/s: the "
+            "same spread moves the robot farther sideways"
+        ),
+        {S.WOBBLE_STRAIGHT: 0.8},
+        (down("wz_std", 0.25),),
+        "navigation2#5281",
+        MPPI,
+    ),
+    Rule(
+        "mppi-narrow-turn-samples",
+        lambda f: f.number("controller.wz_std", 0.4) < 0.25,
+        lambda f: f"wz_std {f.controller('wz_std')} rad/s: hardly any sample turns",
+        {S.NO_TURNING: 1.0, S.REVERSE_FAILURE: 0.4, S.CORNER_CUTTING: 0.3},
+        (up("wz_std", 0.4),),
+        f"{CODE}/src/noise_generator.cpp",
+        MPPI,
+    ),
+    Rule(
+        "mppi-narrow-speed-samples",
+        lambda f: (
+            f.number("controller.vx_std", 0.2) < 0.18
+            or f.number("controller.vx_std", 0.2) < 0.2 * f.number("controller.vx_max", 0.5)
+        ),
+        lambda f: (
+            f"vx_std {f.controller('vx_std')} m/s of at most {f.controller('vx_max')} m/s: "
+            "samples around a low speed stay low"
+        ),
+        {S.STALL_BEFORE_GOAL: 0.8, S.TOO_SLOW: 0.8, S.NO_START: 0.5},
+        (up("vx_std", 0.2),),
+        f"{CODE}/src/noise_generator.cpp",
+        MPPI,
+    ),
+    Rule(
+        "mppi-slow-ramp-in-rollouts",
+        lambda f: f.release >= Release.JAZZY and f.number("controller.ax_max", 3.0) < 1.0,
+        lambda f: (
+            f"ax_max {f.controller('ax_max')} m/s^2: samples reach little more than the "
+            "speed that they start from, and their mean less"
+        ),
+        {S.STALL_BEFORE_GOAL: 0.7, S.TOO_SLOW: 0.6, S.NO_START: 0.5},
+        (up("ax_max", 2.5), upgrade("lyrical, which mends low accelerations")),
+        "navigation2#6072",
+        MPPI,
+    ),
+    Rule(
+        "mppi-no-reverse",
+        lambda f: f.number("controller.vx_min", -0.35) >= 0.0,
+        lambda f: f"vx_min {f.controller('vx_min')} m/s: no sample drives back",
+        {S.NO_RECOVERY: 0.7, S.NO_TURNING: 0.25, S.REVERSE_FAILURE: 0.3},
+        (down("vx_min", -0.2),),
+        f"{CODE}/src/optimizer.cpp",
+        MPPI,
+        is_certain=False,
+    ),
+    Rule(
+        "mppi-faster-than-smoother",
+        lambda f: (
+            f.release >= Release.JAZZY
+            and 0.0 < _smoother(f, 0) < 0.8 * f.number("controller.ax_max", 3.0)
+        ),
+        lambda f: (
+            f"samples accelerate by {f.controller('ax_max')} m/s^2, the velocity smoother "
+            f"lets through {_smoother(f, 0):g}"
+        ),
+        {S.STOP_START_JERK: 0.5, S.GOAL_OVERSHOOT: 0.5, S.WOBBLE_STRAIGHT: 0.3},
+        (down("ax_max"), up("velocity_smoother.max_accel")),
+        f"{CODE}/src/optimizer.cpp; nav2_velocity_smoother",
+        MPPI,
+    ),
+    Rule(
+        "mppi-turns-faster-than-smoother",
+        lambda f: (
+            f.release >= Release.JAZZY
+            and 0.0 < _smoother(f, 2) < 0.8 * f.number("controller.az_max", 3.5)
+        ),
+        lambda f: (
+            f"samples turn up by {f.controller('az_max')} rad/s^2, the velocity smoother "
+            f"lets through {_smoother(f, 2):g}"
+        ),
+        {S.WOBBLE_STRAIGHT: 0.4, S.STOP_START_JERK: 0.3, S.GOAL_OSCILLATION: 0.3},
+        (down("az_max"), up("velocity_smoother.max_accel")),
+        f"{CODE}/src/optimizer.cpp; nav2_velocity_smoother",
+        MPPI,
+    ),
+    Rule(
+        "mppi-steep-ramps",
+        lambda f: f.number("controller.ax_max", 3.0) > 3.5,
+        lambda f: f"ax_max {f.controller('ax_max')} m/s^2 is more than wheels on a floor hold",
+        {S.STOP_START_JERK: 1.0, S.GOAL_OVERSHOOT: 0.4},
+        (down("ax_max", 2.0),),
+        PAGE,
+        MPPI,
+    ),
+    Rule(
+        "mppi-heavy-for-a-board",
+        lambda f: _cells_per_s(f) > BOARD_CELLS_PER_S,
+        lambda f: (
+            f"{f.controller('batch_size')} samples of {f.controller('time_steps')} steps at "
+            f"{1.0 / f.period_s:.0f} Hz: more than a small board computes in time"
+        ),
+        {S.LATE_CYCLES: 0.9, S.STOP_START_JERK: 0.5},
+        (
+            down("batch_size", 1000),
+            down("time_steps"),
+            down("controller_server.controller_frequency"),
+        ),
+        f"{PAGE}; navigation2#5956",
+        MPPI,
+        is_certain=False,
+    ),
+    Rule(
+        "mppi-visualises",
+        lambda f: f.controller("visualize") is True,
+        lambda f: "visualize is on: the samples are published in every cycle",
+        {S.LATE_CYCLES: 0.6, S.STOP_START_JERK: 0.3, S.WOBBLE_STRAIGHT: 0.15},
+        (put("visualize", False),),
+        PAGE,
+        MPPI,
+        is_certain=False,
+    ),
+    Rule(
+        "mppi-no-obstacle-critic",
+        lambda f: (
+            bool(f.controller("critics")) and not has_critic(f, "CostCritic", "ObstaclesCritic")
+        ),
+        lambda f: "critics lists neither CostCritic nor ObstaclesCritic",
+        {S.COLLISION: 1.0, S.IGNORES_OBSTACLES: 1.0, S.NEAR_MISS: 0.8},
+        (put("critics"),),
+        PAGE,
+        MPPI,
+    ),
+    Rule(
+        "mppi-short-plan",
+        lambda f: (
+            f.is_whole and 0.0 < f.number("controller.prune_distance", 1.5) < 0.9 * horizon_m(f)
+        ),
+        lambda f: (
+            f"prune_distance {f.controller('prune_distance')} m is less than the horizon, "
+            f"{horizon_m(f):.1f} m: the plan ends within the samples"
+        ),
+        {S.TOO_SLOW: 0.7, S.STALL_BEFORE_GOAL: 0.3, S.STOP_START_JERK: 0.3},
+        (up("prune_distance"),),
+        PAGE,
+        MPPI,
+    ),
+    Rule(
+        "mppi-path-align-starts-late",
+        lambda f: f.number("controller.PathAlignCritic.offset_from_furthest", 20) > 30,
+        lambda f: (
+            "PathAlignCritic.offset_from_furthest "
+            f"{f.controller('PathAlignCritic.offset_from_furthest')}: the path counts only after "
+            "so "
+            "many of its points are passed"
+        ),
+        {S.STOP_START_JERK: 0.5, S.CORNER_CUTTING: 0.6, S.WOBBLE_STRAIGHT: 0.3},
+        (down("PathAlignCritic.offset_from_furthest", 20),),
+        f"{CODE}/src/critics/path_align_critic.cpp",
+        MPPI,
+    ),
+    Rule(
+        "mppi-gap-before-goal",
+        lambda f: (
+            f.number("controller.GoalCritic.threshold_to_consider", 1.4)
+            < 0.95 * f.number("controller.PathFollowCritic.threshold_to_consider", 1.4)
+        ),
+        lambda f: (
+            "between "
+            f"{f.controller('PathFollowCritic.threshold_to_consider')} and "
+            f"{f.controller('GoalCritic.threshold_to_consider')} m before the goal neither "
+            "PathFollowCritic nor GoalCritic pulls"
+        ),
+        {S.STALL_BEFORE_GOAL: 1.0, S.GOAL_NOT_REACHED: 0.7},
+        (up("GoalCritic.threshold_to_consider"),),
+        f"{CODE}/src/critics: goal_critic.cpp, path_follow_critic.cpp",
+        MPPI,
+    ),
+    Rule(
+        "mppi-forward-at-any-price",
+        lambda f: f.number("controller.PreferForwardCritic.cost_weight", 5.0) > 10.0,
+        lambda f: (
+            "PreferForwardCritic.cost_weight "
+            f"{f.controller('PreferForwardCritic.cost_weight')} outweighs turning and backing out"
+        ),
+        {S.NO_TURNING: 0.6, S.NO_RECOVERY: 0.6},
+        (down("PreferForwardCritic.cost_weight", 5.0),),
+        f"{CODE}/src/critics/prefer_forward_critic.cpp",
+        MPPI,
+    ),
+    Rule(
+        "mppi-weak-path-angle",
+        lambda f: (
+            f.number("controller.PathAngleCritic.cost_weight", 2.0) < 1.5
+            and has_critic(f, "PathAngleCritic")
+        ),
+        lambda f: (
+            f"PathAngleCritic.cost_weight {f.controller('PathAngleCritic.cost_weight')}: "
+            "little turns it to the path"
+        ),
+        {S.NO_TURNING: 0.8, S.SPINS: 0.2},
+        (up("PathAngleCritic.cost_weight", 2.0),),
+        f"{CODE}/src/critics/path_angle_critic.cpp",
+        MPPI,
+    ),
+    Rule(
+        "mppi-weak-path-align",
+        lambda f: (
+            f.number("controller.PathAlignCritic.cost_weight", 10.0) < 6.0
+            and has_critic(f, "PathAlignCritic")
+        ),
+        lambda f: (
+            f"PathAlignCritic.cost_weight {f.controller('PathAlignCritic.cost_weight')}: "
+            "little holds it on the path"
+        ),
+        {S.CORNER_CUTTING: 0.9, S.NEAR_MISS: 0.3},
+        (up("PathAlignCritic.cost_weight", 14.0),),
+        f"{CODE}/src/critics/path_align_critic.cpp",
+        MPPI,
+    ),
+    Rule(
+        "mppi-strong-path-align",
+        lambda f: f.number("controller.PathAlignCritic.cost_weight", 10.0) > 18.0,
+        lambda f: (
+            f"PathAlignCritic.cost_weight {f.controller('PathAlignCritic.cost_weight')} "
+            "outweighs obstacles and progress"
+        ),
+        {S.WOBBLE_STRAIGHT: 0.7, S.STALL_BEFORE_GOAL: 0.5, S.COLLISION: 0.4, S.NO_RECOVERY: 0.5},
+        (down("PathAlignCritic.cost_weight", 14.0),),
+        f"{CODE}/src/critics/path_align_critic.cpp",
+        MPPI,
+    ),
+    Rule(
+        "mppi-weak-cost",
+        lambda f: (
+            has_critic(f, "CostCritic")
+            and f.number("controller.CostCritic.cost_weight", 3.81) < 2.5
+        ),
+        lambda f: (
+            f"CostCritic.cost_weight {f.controller('CostCritic.cost_weight')}: the pull "
+            "along the path outweighs obstacles"
+        ),
+        {S.NEAR_MISS: 1.0, S.COLLISION: 0.6},
+        (up("CostCritic.cost_weight", 3.81),),
+        f"{CODE}/src/critics/cost_critic.cpp",
+        MPPI,
+    ),
+    Rule(
+        "mppi-strong-cost",
+        lambda f: f.number("controller.CostCritic.cost_weight", 3.81) > 7.0,
+        lambda f: (
+            f"CostCritic.cost_weight {f.controller('CostCritic.cost_weight')}: any cost "
+            "outweighs the pull along the path"
+        ),
+        {S.DOOR_STOP: 1.0, S.STALL_BEFORE_GOAL: 0.6, S.TOO_SLOW: 0.6, S.STOP_START_JERK: 0.4},
+        (down("CostCritic.cost_weight", 3.81),),
+        f"{CODE}/src/critics/cost_critic.cpp",
+        MPPI,
+    ),
+    Rule(
+        "mppi-hot-mean",
+        lambda f: f.number("controller.temperature", 0.3) > 0.5,
+        lambda f: (
+            f"temperature {f.controller('temperature')}: bad samples count as well, and "
+            "their mean is slow"
+        ),
+        {S.TOO_SLOW: 0.7, S.STALL_BEFORE_GOAL: 0.6, S.CORNER_CUTTING: 0.3},
+        (down("temperature", 0.3),),
+        PAGE,
+        MPPI,
+    ),
+    Rule(
+        "mppi-cold-mean",
+        lambda f: f.number("controller.temperature", 0.3) < 0.12,
+        lambda f: (
+            f"temperature {f.controller('temperature')}: a single sample decides, which is noisy"
+        ),
+        {S.WOBBLE_STRAIGHT: 0.6, S.STOP_START_JERK: 0.6},
+        (up("temperature", 0.3),),
+        PAGE,
+        MPPI,
+    ),
+    Rule(
+        "mppi-few-samples",
+        lambda f: f.number("controller.batch_size", 1000) < 500,
+        lambda f: f"{f.controller('batch_size')} samples: their mean is noisy",
+        {S.WOBBLE_STRAIGHT: 0.7, S.STOP_START_JERK: 0.4, S.DOOR_STOP: 0.3, S.COLLISION: 0.3},
+        (up("batch_size", 1000),),
+        PAGE,
+        MPPI,
+    ),
+    Rule(
+        "mppi-omni-twirls",
+        lambda f: f.controller("motion_model") == "Omni" and not has_critic(f, "TwirlingCritic"),
+        lambda f: "an omnidirectional base without TwirlingCritic turns for nothing",
+        {S.SPINS: 0.9, S.WOBBLE_STRAIGHT: 0.6},
+        (up("TwirlingCritic.cost_weight", 10.0), down("wz_std")),
+        PAGE,
+        MPPI,
+    ),
+    Rule(
+        "mppi-horizon-below-braking",
+        lambda f: (
+            braking_m(f, f.number("controller.ax_min", -3.0)) > horizon_m(f) or horizon_s(f) < 1.0
+        ),
+        lambda f: f"the horizon of {horizon_s(f):.1f} s ends before the robot could stop or turn",
+        {S.COLLISION: 0.6, S.GOAL_OVERSHOOT: 0.5, S.CORNER_CUTTING: 0.2, S.STALL_BEFORE_GOAL: 0.3},
+        (up("time_steps"), down("vx_max")),
+        PAGE,
+        MPPI,
+    ),
+    Rule(
+        "mppi-footprint-for-a-radius",
+        lambda f: (
+            f.robot is not None
+            and f.robot.is_circle
+            and f.controller("CostCritic.consider_footprint") is True
+        ),
+        lambda f: (
+            "consider_footprint is on, but the robot is given by robot_radius: newer releases "
+            "refuse to start"
+        ),
+        {S.NO_START: 0.9, S.LATE_CYCLES: 0.3},
+        (put("CostCritic.consider_footprint", False), put("local_costmap.footprint")),
+        f"{CODE}/src/critics/cost_critic.cpp",
+        MPPI,
+    ),
+    Rule(
+        "mppi-turn-rate-not-driven",
+        lambda f: (
+            f.controller("motion_model") == "Omni"
+            and (f.axis("velocity_smoother.max_velocity", 2) == 0.0)
+        ),
+        lambda f: "samples turn, but the velocity smoother lets no turn through",
+        {S.WOBBLE_STRAIGHT: 1.0, S.SPINS: 0.3},
+        (put("wz_max", 0.0), down("wz_std", 0.0)),
+        "navigation2#5021",
+        MPPI,
+    ),
+    Rule(
+        "mppi-no-plugin-for-speed-limits",
+        lambda f: (
+            f.release is Release.HUMBLE and f.is_whole and not f.has_node("velocity_smoother")
+        ),
+        lambda f: "Humble's MPPI knows no accelerations, and no velocity smoother follows it",
+        {S.STOP_START_JERK: 0.9, S.GOAL_OVERSHOOT: 0.6},
+        (add("velocity_smoother"), upgrade("jazzy, which reads ax_max and az_max")),
+        f"{CODE} of humble",
+        MPPI,
+    ),
+    Rule(
+        "mppi-lags-unmodelled",
+        lambda f: (
+            f.robot is not None
+            and f.robot.drive.response_time_constant_s > 0.3
+            and f.number("controller.model_delay_vx") == 0.0
+        ),
+        lambda f: "the robot answers late, and the rollouts do not know it",
+        {S.WOBBLE_STRAIGHT: 0.5, S.GOAL_OVERSHOOT: 0.5},
+        (up("model_delay_vx"), outside("lag"), upgrade("lyrical, which models the delay")),
+        "navigation2#6154",
+        MPPI,
+    ),
+)

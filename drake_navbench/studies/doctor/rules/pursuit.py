@@ -1,0 +1,366 @@
+"""Rules about Regulated Pure Pursuit and its kin."""
+
+from __future__ import annotations
+
+from drake_navbench.releases import Release
+from drake_navbench.studies.doctor.facts import Facts
+from drake_navbench.studies.doctor.rules.mppi import half_window_m
+from drake_navbench.studies.doctor.rules.rule import Rule, add, down, put, up, upgrade
+from drake_navbench.studies.doctor.symptoms import Symptom
+
+S = Symptom
+
+RPP = ("rpp",)
+PURSUIT = ("rpp", "vector_pursuit")
+CODE = "nav2_regulated_pure_pursuit_controller"
+# Carrots nearer than so many seconds of driving ask for corrections that swing on a lagging base.
+LEAST_LOOKAHEAD_S = 0.9
+# Carrots farther than this leave the path in any bend of a house, m.
+FAR_M = 1.2
+# What the approach needs to slow down gently, m/s^2.
+GENTLE_MPS2 = 0.3
+
+
+def lookahead_m(f: Facts) -> float:
+    """Returns the distance of the carrot at full speed, m."""
+    if f.controller("use_velocity_scaled_lookahead_dist") is not True:
+        return f.number("controller.lookahead_dist", 0.6)
+    scaled = f.speed_mps * f.number("controller.lookahead_time", 1.5)
+    least = f.number("controller.min_lookahead_dist", 0.3)
+    return min(max(scaled, least), f.number("controller.max_lookahead_dist", 0.9))
+
+
+def _names_of_lookahead(f: Facts) -> str:
+    is_scaled = f.controller("use_velocity_scaled_lookahead_dist") is True
+    return "lookahead_time, min and max_lookahead_dist" if is_scaled else "lookahead_dist"
+
+
+def _projection_m(f: Facts) -> float:
+    return f.speed_mps * f.number("controller.max_allowed_time_to_collision_up_to_carrot", 1.0)
+
+
+def _turn_to_stop_rad(f: Facts) -> float:
+    rate = f.number("controller.rotate_to_heading_angular_vel", 1.8)
+    return rate * f.period_s + rate**2 / (
+        2.0 * max(f.number("controller.max_angular_accel", 3.2), 0.1)
+    )
+
+
+RULES = (
+    Rule(
+        "pursuit-near-carrot",
+        lambda f: lookahead_m(f) < LEAST_LOOKAHEAD_S * f.speed_mps,
+        lambda f: (
+            f"{_names_of_lookahead(f)}: the carrot is {lookahead_m(f):.2f} m ahead at "
+            f"{f.speed_mps:g} m/s, less than {LEAST_LOOKAHEAD_S} s of driving"
+        ),
+        {S.WOBBLE_STRAIGHT: 1.0, S.GOAL_OSCILLATION: 0.6, S.GOAL_OVERSHOOT: 0.4, S.SPINS: 0.4},
+        (up("lookahead_dist"), up("min_lookahead_dist"), up("max_lookahead_dist")),
+        f"{CODE}, README: lookahead; Coulter 1992",
+        PURSUIT,
+    ),
+    Rule(
+        "pursuit-far-carrot",
+        lambda f: lookahead_m(f) > FAR_M,
+        lambda f: (
+            f"{_names_of_lookahead(f)}: the carrot is {lookahead_m(f):.2f} m ahead, so that "
+            "bends are cut"
+        ),
+        {S.CORNER_CUTTING: 1.0, S.NEAR_MISS: 0.7, S.COLLISION: 0.5, S.DOOR_STOP: 0.5},
+        (down("lookahead_dist", 0.6), down("max_lookahead_dist", 0.9)),
+        f"{CODE}, README: lookahead",
+        PURSUIT,
+    ),
+    Rule(
+        "pursuit-carrot-beyond-window",
+        lambda f: lookahead_m(f) > half_window_m(f),
+        lambda f: (
+            f"the carrot, {lookahead_m(f):.1f} m ahead, lies beyond the local costmap, "
+            f"{half_window_m(f):.1f} m"
+        ),
+        {S.TOO_SLOW: 0.7, S.COLLISION: 0.4},
+        (up("local_costmap.width"), down("lookahead_dist")),
+        CODE,
+        PURSUIT,
+    ),
+    Rule(
+        "pursuit-check-beyond-window",
+        lambda f: _projection_m(f) > half_window_m(f),
+        lambda f: (
+            f"commands are checked {_projection_m(f):.1f} m ahead, the local costmap ends at "
+            f"{half_window_m(f):.1f} m"
+        ),
+        {S.TOO_SLOW: 1.0, S.COLLISION: 0.3, S.FALSE_ABORT: 0.3},
+        (up("local_costmap.width"), down("max_linear_vel")),
+        "navigation2#2332",
+        RPP,
+    ),
+    Rule(
+        "rpp-late-approach",
+        lambda f: (
+            f.number("controller.approach_velocity_scaling_dist", 0.6)
+            < max(0.8 * f.speed_mps, f.speed_mps**2 / (2.0 * GENTLE_MPS2))
+        ),
+        lambda f: (
+            "approach_velocity_scaling_dist "
+            f"{f.controller('approach_velocity_scaling_dist')} m is a short way to slow down from "
+            f"{f.speed_mps:g} m/s"
+        ),
+        {S.GOAL_OVERSHOOT: 0.9, S.GOAL_OSCILLATION: 0.8},
+        (up("approach_velocity_scaling_dist"), down("max_linear_vel")),
+        f"{CODE}; navigation2#3081",
+        PURSUIT,
+    ),
+    Rule(
+        "rpp-approach-below-drives",
+        lambda f: f.number("controller.min_approach_linear_velocity", 0.05) < 0.03,
+        lambda f: (
+            "min_approach_linear_velocity "
+            f"{f.controller('min_approach_linear_velocity')} m/s: slower than most drives turn"
+        ),
+        {S.STALL_BEFORE_GOAL: 1.0, S.GOAL_NOT_REACHED: 0.7},
+        (up("min_approach_linear_velocity", 0.05),),
+        CODE,
+        PURSUIT,
+    ),
+    Rule(
+        "rpp-arrives-fast",
+        lambda f: (
+            f.number("controller.min_approach_linear_velocity", 0.05)
+            > max(0.5 * f.number("goal_checker.xy_goal_tolerance", 0.25), 0.12)
+        ),
+        lambda f: (
+            "min_approach_linear_velocity "
+            f"{f.controller('min_approach_linear_velocity')} m/s crosses the tolerance of "
+            f"{f['goal_checker.xy_goal_tolerance']} m in less than a few moments"
+        ),
+        {S.GOAL_OVERSHOOT: 0.6, S.GOAL_OSCILLATION: 0.6},
+        (down("min_approach_linear_velocity", 0.05),),
+        CODE,
+        PURSUIT,
+        is_certain=False,
+    ),
+    Rule(
+        "rpp-other-decay-than-costmap",
+        lambda f: (
+            f.controller("use_cost_regulated_linear_velocity_scaling") is True
+            and f["local_costmap.cost_scaling_factor"] is not None
+            and abs(
+                f.number("controller.inflation_cost_scaling_factor", 3.0)
+                - f.number("local_costmap.cost_scaling_factor", 3.0)
+            )
+            > 0.01
+        ),
+        lambda f: (
+            f"inflation_cost_scaling_factor {f.controller('inflation_cost_scaling_factor')}, "
+            f"but the costmap has {f['local_costmap.cost_scaling_factor']}: distances are taken "
+            "wrongly"
+        ),
+        {S.TOO_SLOW: 0.8, S.NEAR_MISS: 0.4, S.COLLISION: 0.2},
+        (put("inflation_cost_scaling_factor"),),
+        f"{CODE}, README",
+        PURSUIT,
+    ),
+    Rule(
+        "rpp-slows-from-afar",
+        lambda f: (
+            f.controller("use_cost_regulated_linear_velocity_scaling") is True
+            and f.number("controller.cost_scaling_dist", 0.6)
+            > f.number("local_costmap.inflation_radius", 0.55)
+        ),
+        lambda f: (
+            f"cost_scaling_dist {f.controller('cost_scaling_dist')} m is more than the "
+            f"inflation_radius {f['local_costmap.inflation_radius']} m, beyond which there is no "
+            "cost"
+        ),
+        {S.TOO_SLOW: 0.6},
+        (down("cost_scaling_dist"), up("local_costmap.inflation_radius")),
+        f"{CODE}, README",
+        PURSUIT,
+    ),
+    Rule(
+        "rpp-slows-in-wide-bends",
+        lambda f: (
+            f.controller("use_regulated_linear_velocity_scaling") is True
+            and f.number("controller.regulated_linear_scaling_min_radius", 0.9) > 1.3
+        ),
+        lambda f: (
+            "regulated_linear_scaling_min_radius "
+            f"{f.controller('regulated_linear_scaling_min_radius')} m: every bend counts as tight"
+        ),
+        {S.TOO_SLOW: 1.0, S.STOP_START_JERK: 0.5},
+        (down("regulated_linear_scaling_min_radius", 0.9),),
+        CODE,
+        PURSUIT,
+    ),
+    Rule(
+        "rpp-bends-at-full-speed",
+        lambda f: (
+            f.controller("use_regulated_linear_velocity_scaling") is False and f.speed_mps > 0.4
+        ),
+        lambda f: "use_regulated_linear_velocity_scaling is off: bends are taken at full speed",
+        {S.CORNER_CUTTING: 0.8, S.COLLISION: 0.3},
+        (put("use_regulated_linear_velocity_scaling", True),),
+        CODE,
+        RPP,
+    ),
+    Rule(
+        "rpp-turns-and-reverses",
+        lambda f: (
+            f.controller("use_rotate_to_heading") is True
+            and f.controller("allow_reversing") is True
+        ),
+        lambda f: "use_rotate_to_heading and allow_reversing are both on; they exclude each other",
+        {S.REVERSE_FAILURE: 1.0, S.SPINS: 0.5, S.NO_START: 0.5},
+        (put("use_rotate_to_heading", False), put("allow_reversing", False)),
+        f"{CODE}: parameter_handler.cpp",
+        RPP,
+    ),
+    Rule(
+        "rpp-checks-nothing",
+        lambda f: f.controller("use_collision_detection") is False,
+        lambda f: "use_collision_detection is off",
+        {S.COLLISION: 1.0, S.IGNORES_OBSTACLES: 0.9, S.NEAR_MISS: 0.4},
+        (put("use_collision_detection", True),),
+        CODE,
+        (*PURSUIT, "graceful"),
+    ),
+    Rule(
+        "rpp-checks-a-short-time",
+        lambda f: f.number("controller.max_allowed_time_to_collision_up_to_carrot", 1.0) < 0.6,
+        lambda f: (
+            "max_allowed_time_to_collision_up_to_carrot "
+            f"{f.controller('max_allowed_time_to_collision_up_to_carrot')} s: too late to brake"
+        ),
+        {S.COLLISION: 0.9},
+        (up("max_allowed_time_to_collision_up_to_carrot", 1.0),),
+        CODE,
+        RPP,
+    ),
+    Rule(
+        "rpp-checks-a-long-time",
+        lambda f: f.number("controller.max_allowed_time_to_collision_up_to_carrot", 1.0) > 1.8,
+        lambda f: (
+            "max_allowed_time_to_collision_up_to_carrot "
+            f"{f.controller('max_allowed_time_to_collision_up_to_carrot')} s: arcs that nobody "
+            "will "
+            "drive to their end stop it"
+        ),
+        {S.DOOR_STOP: 0.9, S.STOP_START_JERK: 0.6, S.NO_RECOVERY: 0.5, S.NO_START: 0.4},
+        (down("max_allowed_time_to_collision_up_to_carrot", 1.0),),
+        CODE,
+        RPP,
+    ),
+    Rule(
+        "rpp-check-shrinks-with-speed",
+        lambda f: (
+            f.number("controller.min_distance_to_obstacle", -1.0) > 0.0
+            and f.controller("use_velocity_scaled_lookahead_dist") is True
+        ),
+        lambda f: (
+            f"min_distance_to_obstacle {f.controller('min_distance_to_obstacle')} m, but the "
+            "check ends at the carrot, which comes nearer as the robot slows down"
+        ),
+        {S.COLLISION: 1.0, S.NEAR_MISS: 1.0, S.STALL_BEFORE_GOAL: 0.3},
+        (
+            put("use_velocity_scaled_lookahead_dist", False),
+            up("max_lookahead_dist"),
+            upgrade("one with navigation2#5677"),
+        ),
+        "navigation2#5989",
+        RPP,
+    ),
+    Rule(
+        "rpp-turns-past-the-heading",
+        lambda f: (
+            _turn_to_stop_rad(f) > f.number("goal_checker.yaw_goal_tolerance", 0.25)
+            and f.release <= Release.JAZZY
+        ),
+        lambda f: (
+            f"a turn of {f.controller('rotate_to_heading_angular_vel')} rad/s needs "
+            f"{_turn_to_stop_rad(f):.2f} rad to stop, the tolerance is "
+            f"{f['goal_checker.yaw_goal_tolerance']} rad"
+        ),
+        {S.GOAL_OVERSHOOT: 0.8, S.GOAL_OSCILLATION: 0.6, S.SPINS: 0.4},
+        (down("rotate_to_heading_angular_vel"), up("goal_checker.yaw_goal_tolerance")),
+        CODE,
+        PURSUIT,
+        is_certain=False,
+    ),
+    Rule(
+        "rpp-turns-for-little",
+        lambda f: (
+            f.controller("use_rotate_to_heading") is True
+            and f.number("controller.rotate_to_heading_min_angle", 0.785) < 0.35
+        ),
+        lambda f: (
+            f"rotate_to_heading_min_angle {f.controller('rotate_to_heading_min_angle')} rad: "
+            "it stops to turn for small errors"
+        ),
+        {S.STOP_START_JERK: 1.0, S.WOBBLE_STRAIGHT: 0.6, S.SPINS: 0.5, S.TOO_SLOW: 0.4},
+        (up("rotate_to_heading_min_angle", 0.785),),
+        CODE,
+        PURSUIT,
+    ),
+    Rule(
+        "rpp-turns-late",
+        lambda f: (
+            not f.is_kind("shim")
+            and (
+                f.controller("use_rotate_to_heading") is False
+                or f.number("controller.rotate_to_heading_min_angle", 0.785) > 1.3
+            )
+        ),
+        lambda f: (
+            "it drives arcs where it could turn on the spot: use_rotate_to_heading "
+            f"{f.controller('use_rotate_to_heading')}, rotate_to_heading_min_angle "
+            f"{f.controller('rotate_to_heading_min_angle')} rad"
+        ),
+        {S.NO_TURNING: 1.0, S.CORNER_CUTTING: 0.6, S.GOAL_NOT_REACHED: 0.6, S.COLLISION: 0.3},
+        (put("use_rotate_to_heading", True), down("rotate_to_heading_min_angle", 0.785)),
+        CODE,
+        PURSUIT,
+        is_certain=False,
+    ),
+    Rule(
+        "rpp-carrot-jumps",
+        lambda f: f.controller("use_interpolation") is False,
+        lambda f: "use_interpolation is off: the carrot jumps from pose to pose",
+        {S.WOBBLE_STRAIGHT: 0.8, S.STOP_START_JERK: 0.5},
+        (put("use_interpolation", True),),
+        CODE,
+        PURSUIT,
+    ),
+    Rule(
+        "rpp-steps-to-the-base",
+        lambda f: (
+            f.is_whole
+            and not f.has_node("velocity_smoother")
+            and f.controller("use_dynamic_window") is not True
+        ),
+        lambda f: "it steps its speed, and no velocity smoother makes ramps of the steps",
+        {S.STOP_START_JERK: 0.7, S.GOAL_OVERSHOOT: 0.3},
+        (add("velocity_smoother"), put("use_dynamic_window", True)),
+        CODE,
+        RPP,
+        is_certain=False,
+    ),
+    Rule(
+        "rpp-least-speed-in-bends",
+        lambda f: (
+            f.number("controller.regulated_linear_scaling_min_speed", 0.25)
+            > 0.8 * f.speed_mps
+            > 0.0
+        ),
+        lambda f: (
+            "regulated_linear_scaling_min_speed "
+            f"{f.controller('regulated_linear_scaling_min_speed')} m/s of {f.speed_mps:g}: nothing "
+            "slows down in bends or near walls"
+        ),
+        {S.CORNER_CUTTING: 0.6, S.NEAR_MISS: 0.3},
+        (down("regulated_linear_scaling_min_speed"),),
+        CODE,
+        RPP,
+        is_certain=False,
+    ),
+)

@@ -1,0 +1,147 @@
+"""Rules about what the release of a file does not read, or does wrongly."""
+
+from __future__ import annotations
+
+import re
+
+from drake_navbench.nav2.release import OLD_NODE
+from drake_navbench.releases import Release
+from drake_navbench.studies.doctor.facts import Facts
+from drake_navbench.studies.doctor.rules.rule import Rule, down, outside, put, up, upgrade
+from drake_navbench.studies.doctor.symptoms import Symptom
+
+S = Symptom
+
+# What the check says of a parameter that nobody reads.
+UNREAD = re.compile(r"does not read it|unknown|no such|another name")
+MANY = {
+    S.NO_TURNING: 0.3,
+    S.TOO_SLOW: 0.25,
+    S.COLLISION: 0.25,
+    S.WOBBLE_STRAIGHT: 0.2,
+    S.GOAL_NOT_REACHED: 0.2,
+    S.DOOR_STOP: 0.2,
+    S.STALL_BEFORE_GOAL: 0.2,
+    S.IGNORES_OBSTACLES: 0.3,
+}
+
+
+def _unread(f: Facts, node: str) -> list[str]:
+    return [
+        place
+        for place, remark in f.unread.items()
+        if place.partition(":")[0].rpartition("/")[2] == node and UNREAD.search(remark)
+    ]
+
+
+def _first(names: list[str]) -> str:
+    shown = ", ".join(name.partition(": ")[2] for name in names[:3])
+    return f"{shown}{' and others' if len(names) > 3 else ''}"
+
+
+RULES = (
+    Rule(
+        "controller-parameters-not-read",
+        lambda f: bool(_unread(f, "controller_server")),
+        lambda f: (
+            f"{f.release} reads no {_first(_unread(f, 'controller_server'))}: another release "
+            "does, or nobody"
+        ),
+        MANY | {S.NO_TURNING: 0.5},
+        (put("critics"), upgrade("one that reads them")),
+        "the parameters that each release of Nav2 declares",
+    ),
+    Rule(
+        "costmap-parameters-not-read",
+        lambda f: bool(_unread(f, "local_costmap")),
+        lambda f: (
+            f"{f.release} reads no {_first(_unread(f, 'local_costmap'))} of the local costmap"
+        ),
+        {S.IGNORES_OBSTACLES: 0.4, S.GHOST_OBSTACLES: 0.3},
+        (put("local_costmap.observation_sources"),),
+        "the parameters that each release of Nav2 declares",
+        is_certain=False,
+    ),
+    Rule(
+        "recoveries-server",
+        lambda f: f.has_node(OLD_NODE),
+        lambda f: f"{OLD_NODE} is called behavior_server since Humble: these are not read",
+        {S.NO_RECOVERY: 0.9},
+        (put("behavior_server.behavior_plugins"),),
+        "docs.nav2.org, migration to humble",
+    ),
+    Rule(
+        "rpp-outline-check-of-galactic",
+        lambda f: f.is_kind("rpp") and f.told.get("release") == "old",
+        lambda f: "the outline's check of this release of RPP stops in doors without a collision",
+        {S.DOOR_STOP: 1.0, S.FALSE_ABORT: 0.5, S.STOP_START_JERK: 0.4},
+        (upgrade("humble or newer"),),
+        "navigation2#2766",
+    ),
+    Rule(
+        "rpp-slows-within-the-lookahead",
+        lambda f: f.is_kind("rpp") and f.release is Release.HUMBLE,
+        lambda f: "before August 2022 RPP slowed down within the lookahead distance only",
+        {S.GOAL_OVERSHOOT: 0.4, S.GOAL_OSCILLATION: 0.4},
+        (
+            up("approach_velocity_scaling_dist"),
+            up("lookahead_dist"),
+            upgrade("humble 1.1.2 or newer, with navigation2#3047"),
+        ),
+        "navigation2#3081",
+        is_certain=False,
+    ),
+    Rule(
+        "graceful-of-iron-and-jazzy",
+        lambda f: f.is_kind("graceful") and f.release in (Release.IRON, Release.JAZZY),
+        lambda f: (
+            "gains and targets of this release come from docking; newer ones choose among "
+            "several targets"
+        ),
+        {S.WOBBLE_STRAIGHT: 0.7, S.CORNER_CUTTING: 0.3},
+        (down("k_phi", 2.0), down("k_delta", 1.0), upgrade("kilted or newer")),
+        "navigation2#4795",
+        is_certain=False,
+    ),
+    Rule(
+        "mppi-first-release",
+        lambda f: f.is_kind("mppi") and f.release is Release.HUMBLE,
+        lambda f: "Humble's MPPI knows no accelerations of the base; Jazzy does",
+        {S.STOP_START_JERK: 0.3, S.WOBBLE_STRAIGHT: 0.2, S.GOAL_OVERSHOOT: 0.2},
+        (upgrade("jazzy or newer"),),
+        "docs.nav2.org, migration to jazzy",
+        is_certain=False,
+    ),
+    Rule(
+        "shim-without-goal-heading",
+        lambda f: f.is_kind("shim") and f.release in (Release.HUMBLE, Release.IRON),
+        lambda f: "this release's shim does not turn to the goal's heading; Jazzy's does",
+        {S.GOAL_NOT_REACHED: 0.6, S.STALL_BEFORE_GOAL: 0.4},
+        (
+            upgrade("jazzy or newer, for rotate_to_goal_heading"),
+            up("goal_checker.yaw_goal_tolerance"),
+        ),
+        "docs.nav2.org, migration to jazzy",
+        is_certain=False,
+    ),
+    Rule(
+        "vector-pursuit-turns-past",
+        lambda f: f.is_kind("vector_pursuit"),
+        lambda f: "vector_pursuit_controller of 2024 speeds up its turn whatever angle is left",
+        {S.GOAL_OVERSHOOT: 0.7, S.SPINS: 0.4},
+        (
+            down("rotate_to_heading_angular_vel"),
+            upgrade("a newer vector_pursuit_controller"),
+        ),
+        "vector_pursuit_controller#18",
+        is_certain=False,
+    ),
+    Rule(
+        "limits-that-nobody-reads",
+        lambda f: any("max_accel" in p or "acc_lim" in p or "ax_max" in p for p in f.unread),
+        lambda f: "limits of acceleration are given that the release does not read",
+        {S.STOP_START_JERK: 0.7, S.GOAL_OVERSHOOT: 0.6, S.COLLISION: 0.2},
+        (upgrade("one that reads them"), outside("lag")),
+        "the parameters that each release of Nav2 declares",
+    ),
+)

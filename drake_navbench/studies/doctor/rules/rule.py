@@ -1,0 +1,78 @@
+"""A rule: a condition over the parameters, what it leads to, and the cure."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from drake_navbench.studies.doctor.causes import OUTSIDE, RELEASE, Cause, Direction
+from drake_navbench.studies.doctor.facts import Facts
+from drake_navbench.studies.doctor.suspects import ELSEWHERE
+from drake_navbench.studies.doctor.symptoms import Symptom
+
+
+@dataclass(frozen=True)
+class Rule:
+    """One rule.
+
+    name: its identity. when: whether it fires. seen: what of the file it has found, with numbers.
+    symptoms: what that leads to, by how likely, 0 to 1. cures: the best first. source: Nav2's code
+    or page, or a thread. kinds: of controllers it is for, none where for all. is_certain: whether
+    the finding is a fault whatever the symptom; others count only beside a symptom.
+    """
+
+    name: str
+    when: Callable[[Facts], bool]
+    seen: Callable[[Facts], str]
+    symptoms: Mapping[Symptom, float]
+    cures: tuple[Cause, ...]
+    source: str
+    kinds: tuple[str, ...] = ()
+    is_certain: bool = True
+
+    def fires(self, facts: Facts) -> bool:
+        """Tells whether the rule holds for these facts."""
+        return (not self.kinds or facts.is_kind(*self.kinds)) and self.when(facts)
+
+
+@dataclass(frozen=True)
+class Finding:
+    """A rule that fired, in words. places: files' own names of what it looked at are in `seen`."""
+
+    rule: Rule
+    seen: str
+
+
+def up(place: str, to: Any = None) -> Cause:
+    """Returns the cure that raises a parameter."""
+    return Cause(_whole(place), Direction.UP, to)
+
+
+def down(place: str, to: Any = None) -> Cause:
+    """Returns the cure that lowers a parameter."""
+    return Cause(_whole(place), Direction.DOWN, to)
+
+
+def put(place: str, to: Any = None) -> Cause:
+    """Returns the cure that sets a parameter, to a value where it is known."""
+    return Cause(_whole(place), Direction.SET, to)
+
+
+def add(place: str) -> Cause:
+    """Returns the cure that adds a node or a plugin."""
+    return Cause(_whole(place), Direction.ADD)
+
+
+def upgrade(to: str) -> Cause:
+    """Returns the cure that is a newer release."""
+    return Cause(RELEASE, Direction.UPGRADE, to)
+
+
+def outside(thing: str) -> Cause:
+    """Returns the cure outside of the file."""
+    return Cause(f"{OUTSIDE}.{thing}", Direction.SET)
+
+
+def _whole(place: str) -> str:
+    return place if place.partition(".")[0] in ELSEWHERE else f"controller.{place}"

@@ -1,0 +1,152 @@
+"""Rules about Nav2's rotation shim."""
+
+from __future__ import annotations
+
+from drake_navbench.releases import Release
+from drake_navbench.studies.doctor.facts import Facts
+from drake_navbench.studies.doctor.rules.rule import Rule, down, put, up, upgrade
+from drake_navbench.studies.doctor.symptoms import Symptom
+
+S = Symptom
+
+SHIM = ("shim",)
+CODE = "nav2_rotation_shim_controller"
+# Turn rates so small move no heavy base, rad/s.
+SMALL_RADPS = 0.07
+
+
+def _first_step_radps(f: Facts) -> float:
+    """Returns the turn rate that the first cycle of a turn commands, rad/s."""
+    return f.number("controller.max_angular_accel", 3.2) * f.period_s
+
+
+def _topics_differ(f: Facts) -> bool:
+    own = f["controller_server.odom_topic"] or "odom"
+    other = f["bt_navigator.odom_topic"] or f["velocity_smoother.odom_topic"] or own
+    return str(own).strip("/") != str(other).strip("/")
+
+
+RULES = (
+    Rule(
+        "shim-gap-of-two-thresholds",
+        lambda f: (
+            f.release >= Release.JAZZY
+            and f.controller("rotate_to_goal_heading") is not True
+            and f.number("goal_checker.yaw_goal_tolerance", 0.25)
+            < f.number("controller.angular_dist_threshold", 0.785)
+        ),
+        lambda f: (
+            f"between the goal's tolerance, {f['goal_checker.yaw_goal_tolerance']} rad, and "
+            f"angular_dist_threshold, {f.controller('angular_dist_threshold')} rad, the shim does "
+            "not "
+            "turn: rotate_to_goal_heading is off"
+        ),
+        {S.GOAL_NOT_REACHED: 1.0, S.STALL_BEFORE_GOAL: 0.8, S.GOAL_OSCILLATION: 0.5},
+        (put("rotate_to_goal_heading", True), down("angular_dist_threshold")),
+        f"{CODE}: rotate_to_goal_heading",
+        SHIM,
+    ),
+    Rule(
+        "shim-slow-ramp",
+        lambda f: _first_step_radps(f) < SMALL_RADPS,
+        lambda f: (
+            f"max_angular_accel {f.controller('max_angular_accel')} rad/s^2: the first cycle "
+            f"of a turn commands {_first_step_radps(f):.2f} rad/s, which many drives do not follow"
+        ),
+        {S.STOP_START_JERK: 1.0, S.NO_TURNING: 0.9, S.NO_START: 0.7, S.TOO_SLOW: 0.5},
+        (
+            up("max_angular_accel", 3.2),
+            up("rotate_to_heading_angular_vel"),
+            put("closed_loop", False),
+        ),
+        f"{CODE}: the ramp starts from the measured rate",
+        SHIM,
+    ),
+    Rule(
+        "shim-slow-turn",
+        lambda f: f.number("controller.rotate_to_heading_angular_vel", 1.8) < 0.5,
+        lambda f: (
+            f"rotate_to_heading_angular_vel {f.controller('rotate_to_heading_angular_vel')} rad/s"
+        ),
+        {S.TOO_SLOW: 0.8, S.NO_TURNING: 0.6, S.STOP_START_JERK: 0.4},
+        (up("rotate_to_heading_angular_vel", 1.8),),
+        CODE,
+        SHIM,
+        is_certain=False,
+    ),
+    Rule(
+        "shim-turns-for-little",
+        lambda f: f.number("controller.angular_dist_threshold", 0.785) < 0.4,
+        lambda f: (
+            f"angular_dist_threshold {f.controller('angular_dist_threshold')} rad: it stops "
+            "to turn for small errors"
+        ),
+        {S.STOP_START_JERK: 1.0, S.WOBBLE_STRAIGHT: 0.8, S.SPINS: 0.7, S.TOO_SLOW: 0.5},
+        (up("angular_dist_threshold", 0.785),),
+        CODE,
+        SHIM,
+    ),
+    Rule(
+        "shim-samples-noise",
+        lambda f: f.number("controller.forward_sampling_distance", 0.5) < 0.25,
+        lambda f: (
+            f"forward_sampling_distance {f.controller('forward_sampling_distance')} m: the "
+            "heading of so short a piece of the plan is noise"
+        ),
+        {S.WOBBLE_STRAIGHT: 0.7, S.STOP_START_JERK: 0.7, S.SPINS: 0.7},
+        (up("forward_sampling_distance", 0.5),),
+        CODE,
+        SHIM,
+    ),
+    Rule(
+        "shim-checks-a-long-turn",
+        lambda f: f.number("controller.simulate_ahead_time", 1.0) > 1.8,
+        lambda f: (
+            f"simulate_ahead_time {f.controller('simulate_ahead_time')} s: a turn that "
+            "touches something far round is not begun"
+        ),
+        {S.NO_TURNING: 0.8, S.NO_START: 0.6, S.NO_RECOVERY: 0.6},
+        (down("simulate_ahead_time", 1.0),),
+        CODE,
+        SHIM,
+    ),
+    Rule(
+        "shim-never-brakes",
+        lambda f: (
+            f.release <= Release.JAZZY
+            and f.number("controller.rotate_to_heading_angular_vel", 1.8) > 0.8
+        ),
+        lambda f: (
+            "up to Jazzy of 2024 the shim turns at "
+            f"{f.controller('rotate_to_heading_angular_vel')} rad/s up to the heading, without "
+            "braking"
+        ),
+        {S.GOAL_OVERSHOOT: 1.0, S.GOAL_OSCILLATION: 0.6, S.SPINS: 0.4},
+        (
+            down("rotate_to_heading_angular_vel"),
+            upgrade("jazzy of 2025 or newer, with navigation2#4864"),
+        ),
+        "navigation2#4864",
+        SHIM,
+        is_certain=False,
+    ),
+    Rule(
+        "odometry-of-another-topic",
+        _topics_differ,
+        lambda f: (
+            "controller_server.odom_topic is "
+            f"{f['controller_server.odom_topic'] or 'not given, so odom'}, but others in the file "
+            f"listen to {f['bt_navigator.odom_topic'] or f['velocity_smoother.odom_topic']}"
+        ),
+        {
+            S.TOO_SLOW: 1.0,
+            S.NO_START: 0.9,
+            S.NO_TURNING: 0.8,
+            S.WOBBLE_STRAIGHT: 0.4,
+            S.STOP_START_JERK: 0.4,
+            S.GOAL_OVERSHOOT: 0.3,
+        },
+        (put("controller_server.odom_topic"),),
+        "nav2_controller: OdomSmoother subscribes odom_topic; roasinc/former_robot#19",
+    ),
+)

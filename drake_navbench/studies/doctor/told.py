@@ -1,0 +1,69 @@
+"""What the doctor prints of its first look, in lines of 80 columns."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Iterator, Sequence
+
+from drake_navbench.errors import printable
+from drake_navbench.studies.doctor.facts import Facts
+from drake_navbench.studies.doctor.reading import Suspicion
+from drake_navbench.studies.doctor.rules.rule import Finding
+from drake_navbench.studies.doctor.symptoms import LOOKS_LIKE, Symptom
+
+WIDTH = 80
+INDENT = "    "
+# Symptoms of a finding that are named, the likeliest first.
+MOST_SYMPTOMS = 2
+# Suspects that are named where a symptom is told.
+MOST_SUSPECTS = 5
+
+
+def wrapped(text: str, first: str = "", rest: str = INDENT) -> list[str]:
+    """Returns a text in lines of 80 columns."""
+    return textwrap.wrap(
+        printable(text),
+        WIDTH,
+        initial_indent=first,
+        subsequent_indent=rest,
+        break_on_hyphens=False,
+        break_long_words=True,
+    )
+
+
+def told_of_reading(
+    facts: Facts,
+    findings: Sequence[Finding],
+    suspects: Sequence[Suspicion],
+    symptom: Symptom | None,
+) -> list[str]:
+    """Returns the lines of the first look: the findings, and what may cause the symptom."""
+    kinds = " before ".join(facts.kinds) or "unknown"
+    lines = wrapped(
+        f"Read: {facts.plugin or 'controller'} ({kinds}), Nav2 {facts.release}.", rest="  "
+    )
+    lines += ["", f"Findings ({len(findings)})" if findings else "No rule fires."]
+    for finding in findings:
+        lines += _finding_lines(finding)
+    if symptom is not None:
+        lines += ["", *wrapped(f"What may cause {symptom} ({LOOKS_LIKE[symptom]}):", rest="  ")]
+        for number, suspicion in enumerate(suspects[:MOST_SUSPECTS], 1):
+            lines += _suspicion_lines(number, suspicion)
+        if not suspects:
+            lines.append("  nothing that is known of this controller")
+    return lines
+
+
+def _finding_lines(finding: Finding) -> Iterator[str]:
+    rule = finding.rule
+    likely = sorted(rule.symptoms, key=lambda symptom: -rule.symptoms[symptom])[:MOST_SYMPTOMS]
+    yield from wrapped(f"{rule.name}: {finding.seen}", "- ")
+    yield from wrapped(f"then it {'; or '.join(LOOKS_LIKE[s] for s in likely)}", INDENT)
+    yield from wrapped(f"cure: {' | '.join(cause.told for cause in rule.cures)}", INDENT)
+    yield from wrapped(f"source: {rule.source}", INDENT)
+
+
+def _suspicion_lines(number: int, suspicion: Suspicion) -> Iterator[str]:
+    yield from wrapped(f"{number}. {suspicion.cause.told}", "  ", "     ")
+    for reason in suspicion.reasons[:2]:
+        yield from wrapped(reason, "     ", "     ")

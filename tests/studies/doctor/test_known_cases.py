@@ -1,0 +1,118 @@
+"""Known cases: a culprit in the right direction is a hit, in the wrong one it is none."""
+
+from __future__ import annotations
+
+import pytest
+import yaml
+from doctor.nav2_texts import MPPI, MPPI_BLOCK, nav2_text
+
+from drake_navbench.commands.doctor import main
+from drake_navbench.studies.doctor.causes import Cause, Direction
+from drake_navbench.studies.doctor.known_cases import Case, is_hit, read_cases, score_case, score_of
+from drake_navbench.studies.doctor.partial_files import facts_of_values
+
+CASE = {
+    "id": "A1",
+    "link": "somebody/robot#1",
+    "release": "jazzy",
+    "controller": "MPPI",
+    "robot": "diff",
+    "symptom_class": "wobble_straight",
+    "symptom": "weaves",
+    "parameters": {"wz_std": 0.9},
+    "culprits": {"wz_std": "down (0.3)"},
+    "reproducible": "partial",
+}
+
+
+def case(**changed):
+    return Case.model_validate(CASE | changed)
+
+
+@pytest.mark.parametrize(
+    ("cure", "direction", "to", "is_right"),
+    [
+        ("down (0.3)", Direction.DOWN, None, True),
+        ("down (0.3)", Direction.UP, None, False),
+        ("up", Direction.UP, 0.4, True),
+        (0.3, Direction.DOWN, None, True),
+        (1.5, Direction.DOWN, None, False),
+    ],
+)
+def test_the_direction_of_the_cure_decides(cure, direction, to, is_right):
+    facts = facts_of_values("MPPI", "jazzy", {"wz_std": 0.9})
+    cause = Cause("controller.wz_std", direction, to)
+    assert is_hit(cause, case(culprits={"wz_std": cure}), facts) is is_right
+
+
+def test_a_critics_weight_is_not_another_critics():
+    facts = facts_of_values("MPPI", "jazzy", {})
+    cause = Cause("controller.PathAlignCritic.cost_weight", Direction.UP)
+    assert is_hit(cause, case(culprits={"PathAlignCritic.cost_weight": "up"}), facts)
+    assert not is_hit(cause, case(culprits={"PathAngleCritic.cost_weight": "up"}), facts)
+
+
+def test_outside_and_release_count_where_they_are_right():
+    facts = facts_of_values("DWB", "humble", {})
+    computer, newer = Cause("outside.compute", Direction.DOWN), Cause("release", Direction.UPGRADE)
+    assert is_hit(computer, case(culprits={"compute": "release build"}), facts)
+    assert not is_hit(computer, case(culprits={"wz_std": "down"}), facts)
+    assert is_hit(newer, case(culprits={"release": "with the fix"}), facts)
+    assert not is_hit(newer, case(culprits={"wz_std": "down"}), facts)
+
+
+def test_a_whole_file_counts_instead_of_the_named_values(tmp_path):
+    (tmp_path / "A1.yaml").write_text(nav2_text(MPPI_BLOCK | {"wz_std": 0.9}, plugin=MPPI))
+    found = score_case(case(parameters={"wz_std": 0.01}), tmp_path)
+    assert found.has_file
+    assert found.rank == 1
+
+
+def test_a_symptom_that_nobody_knows_is_a_miss_and_told():
+    found = score_case(case(symptom_class="purple"), None)
+    assert found.rank is None
+    assert "purple" in found.skipped
+    assert score_of("one", [found]).first == 0
+
+
+def test_the_command_prints_the_score_and_writes_the_page(tmp_path, capsys):
+    cases, page = tmp_path / "cases.yaml", tmp_path / "score.md"
+    cases.write_text(
+        yaml.safe_dump({"known": [CASE, CASE | {"id": "A2", "culprits": {"x": "up"}}]})
+    )
+    assert main(["--score", str(cases), "--page", str(page)]) == 0
+    told = capsys.readouterr().out
+    assert page.read_text() in told
+    # One of two is hit.
+    assert "| all | 2 | 1 | 1 | 50% | 50% |" in told
+    assert "A2** wobble_straight, MPPI, named values: missed" in told
+    assert len(read_cases(cases)) == 2
+
+
+def test_the_command_reads_a_file(tmp_path, capsys):
+    path = tmp_path / "nav2.yaml"
+    path.write_text(nav2_text(MPPI_BLOCK, plugin=MPPI))
+    assert main([str(path), "--read-only", "--symptom", "collision"]) == 0
+    told = capsys.readouterr().out
+    assert "mppi-centre-alone" in told
+    assert "1. CostCritic.consider_footprint: true" in told
+    assert max(map(len, told.splitlines())) <= 80
+
+
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        ([], "expected a Nav2 file"),
+        (["{file}", "--read-only", "--symptom", "purple"], "expected one of wobble_straight"),
+        (["{file}", "--read-only", "--controller", "X"], "expected one of FollowPath"),
+        (["{file}", "--page", "x.md"], "--page: goes with --score"),
+        (["missing.yaml", "--read-only"], "missing.yaml"),
+    ],
+)
+def test_wrong_input_is_one_line(arguments, told, tmp_path, capsys):
+    path = tmp_path / "nav2.yaml"
+    path.write_text(nav2_text(MPPI_BLOCK, plugin=MPPI))
+    assert main([text.format(file=path) for text in arguments]) == 2
+    error = capsys.readouterr().err
+    assert told in error
+    assert error.count("\n") == 1

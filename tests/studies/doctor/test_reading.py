@@ -1,0 +1,155 @@
+"""The first look: rules over the resolved parameters, and the ranking of suspects."""
+
+from __future__ import annotations
+
+import pytest
+from doctor.nav2_texts import (
+    DWB,
+    DWB_BLOCK,
+    MPPI,
+    MPPI_BLOCK,
+    RPP,
+    RPP_BLOCK,
+    SHIM,
+    nav2_text,
+)
+
+from drake_navbench.errors import InputError
+from drake_navbench.inputs.robot import load_robot
+from drake_navbench.nav2.robot import read_nav2_files
+from drake_navbench.studies.doctor.causes import Direction
+from drake_navbench.studies.doctor.facts import facts_of
+from drake_navbench.studies.doctor.reading import RULES, findings_of, suspicions_of
+from drake_navbench.studies.doctor.suspects import all_suspects, ranges
+from drake_navbench.studies.doctor.symptoms import LOOKS_LIKE, Symptom, symptom_called
+
+
+@pytest.fixture
+def facts(tmp_path):
+    def of(text, release="jazzy", robot="wheelchair"):
+        path = tmp_path / "nav2.yaml"
+        path.write_text(text)
+        setup = read_nav2_files([path], load_robot(robot), robot, release=release)
+        return facts_of(setup, setup.presets[0])
+
+    return of
+
+
+def fired(facts):
+    return {finding.rule.name: finding.seen for finding in findings_of(facts)}
+
+
+def test_there_are_at_least_60_rules_each_with_its_own_name_and_a_source():
+    assert len(RULES) >= 60
+    assert len({rule.name for rule in RULES}) == len(RULES)
+    assert all(rule.source and rule.cures and rule.symptoms for rule in RULES)
+
+
+def test_every_symptom_has_suspects_of_every_controller():
+    kinds = ("mppi", "dwb", "rpp", "teb", "graceful")
+    for symptom in Symptom:
+        for kind in kinds:
+            assert any(
+                s.symptom is symptom and {"any", kind} & {*s.kinds} for s in all_suspects()
+            ), f"{symptom} of {kind}"
+        assert LOOKS_LIKE[symptom]
+
+
+def test_usual_ranges_begin_below_their_end():
+    for place, (low, high) in ranges().items():
+        assert low is None or high is None or low <= high, place
+
+
+def test_a_critic_that_looks_at_the_centre_alone_is_found_for_a_long_robot(facts):
+    # 0.8 x 0.4 m: the outline reaches from 0.2 to 0.45 m.
+    seen = fired(facts(nav2_text(MPPI_BLOCK, plugin=MPPI)))
+    assert "0.21 to 0.46 m" in seen["mppi-centre-alone"]
+    heeded = MPPI_BLOCK | {"CostCritic": {"consider_footprint": True}}
+    assert "mppi-centre-alone" not in fired(facts(nav2_text(heeded, plugin=MPPI)))
+
+
+def test_dwb_without_the_outlines_critic_is_found(facts):
+    assert "dwb-centre-alone" in fired(facts(nav2_text(DWB_BLOCK, plugin=DWB)))
+    heeded = DWB_BLOCK | {"critics": [*DWB_BLOCK["critics"], "ObstacleFootprint"]}
+    assert "dwb-centre-alone" not in fired(facts(nav2_text(heeded, plugin=DWB)))
+
+
+def test_a_horizon_beyond_half_the_window_is_found(facts):
+    # 1.5 m/s for 56 steps of 0.05 s is 4.2 m, half of the window 2.5 m.
+    seen = fired(facts(nav2_text(MPPI_BLOCK | {"vx_max": 1.5}, plugin=MPPI)))
+    assert "samples reach 4.2 m" in seen["mppi-horizon-beyond-window"]
+    assert "mppi-horizon-beyond-window" not in fired(facts(nav2_text(MPPI_BLOCK, plugin=MPPI)))
+
+
+def test_a_smoothers_timeout_below_late_cycles_is_found(facts):
+    smoother = {"velocity_timeout": 0.2, "smoothing_frequency": 20.0}
+    seen = fired(facts(nav2_text(RPP_BLOCK, plugin=RPP, velocity_smoother=smoother)))
+    assert "velocity_timeout 0.2 s" in seen["smoother-timeout-below-late-cycles"]
+    patient = smoother | {"velocity_timeout": 1.0}
+    text = nav2_text(RPP_BLOCK, plugin=RPP, velocity_smoother=patient)
+    assert "smoother-timeout-below-late-cycles" not in fired(facts(text))
+
+
+def test_odometry_that_only_the_navigator_is_told_of_is_found(facts):
+    navigator = {"odom_topic": "/base_controller/odom"}
+    text = nav2_text(RPP_BLOCK, plugin=RPP, bt_navigator=navigator)
+    assert "odometry-of-another-topic" in fired(facts(text))
+    told = nav2_text(
+        RPP_BLOCK | {}, plugin=RPP, bt_navigator=navigator, controller_server={}
+    ).replace("controller_frequency: 20.0", "odom_topic: /base_controller/odom")
+    assert "odometry-of-another-topic" not in fired(facts(told))
+
+
+def test_the_gap_between_the_goals_tolerance_and_the_shims_threshold_is_found(facts):
+    block = {"primary_controller": RPP, "angular_dist_threshold": 0.785, **RPP_BLOCK}
+    text = nav2_text(block, plugin=SHIM)
+    assert "shim-gap-of-two-thresholds" in fired(facts(text))
+    turning = nav2_text(block | {"rotate_to_goal_heading": True}, plugin=SHIM)
+    assert "shim-gap-of-two-thresholds" not in fired(facts(turning))
+    # Humble does not read rotate_to_goal_heading: there the cure is an upgrade.
+    old = facts(text, release="humble")
+    assert "shim-gap-of-two-thresholds" not in fired(old)
+    first = suspicions_of(old, Symptom.GOAL_NOT_REACHED)[0]
+    assert first.cause.place != "controller.rotate_to_goal_heading"
+
+
+def test_layers_that_are_not_listed_say_nothing(facts):
+    local = {"static_layer": {"plugin": "x", "obstacle_max_range": 99.0}}
+    found = facts(nav2_text(RPP_BLOCK, plugin=RPP, local_costmap=local))
+    assert found["local_costmap.obstacle_max_range"] == 3.0
+
+
+def test_a_value_beyond_its_range_makes_a_suspect_of_it(facts):
+    wide = facts(nav2_text(MPPI_BLOCK | {"wz_std": 0.9}, plugin=MPPI))
+    first = suspicions_of(wide, Symptom.WOBBLE_STRAIGHT)[0]
+    assert first.cause.key == ("controller.wz_std", Direction.DOWN)
+    narrow = facts(nav2_text(MPPI_BLOCK | {"wz_std": 0.1}, plugin=MPPI))
+    places = [s.cause.place for s in suspicions_of(narrow, Symptom.WOBBLE_STRAIGHT)[:3]]
+    assert "controller.wz_std" not in places
+
+
+def test_words_of_the_user_change_the_order(facts):
+    found = facts(nav2_text(RPP_BLOCK, plugin=RPP))
+    plain = [s.cause.place for s in suspicions_of(found, Symptom.WOBBLE_STRAIGHT)]
+    told = [
+        s.cause.place
+        for s in suspicions_of(found, Symptom.WOBBLE_STRAIGHT, "a debug build, loop at 5 Hz")
+    ]
+    assert told.index("outside.compute") < plain.index("outside.compute")
+    assert told[0] == "outside.compute"
+
+
+def test_a_server_that_is_not_there_is_no_suspect(facts):
+    found = facts(nav2_text(RPP_BLOCK, plugin=RPP))
+    places = {s.cause.place for s in suspicions_of(found, Symptom.STOP_START_JERK)}
+    assert "velocity_smoother.velocity_timeout" not in places
+    assert "velocity_smoother" in places
+
+
+def test_symptoms_are_known_by_their_class_and_by_other_words():
+    assert symptom_called("goal_overshoot") is Symptom.GOAL_OVERSHOOT
+    assert symptom_called("oscillates at the goal") is Symptom.GOAL_OSCILLATION
+    assert symptom_called("weaves") is Symptom.WOBBLE_STRAIGHT
+    assert symptom_called("crashes into walls") is Symptom.COLLISION
+    with pytest.raises(InputError, match=r"expected one of wobble_straight, .*localization_jumps"):
+        symptom_called("purple")
