@@ -41,6 +41,10 @@ COMMANDS = {
         "drake_navbench.commands.import_bag",
         "make trials of recordings of real robots",
     ),
+    "import-world": (
+        "drake_navbench.commands.import_world",
+        "make a scenario of a world of Gazebo",
+    ),
     "nav2-build": (
         "drake_navbench.commands.nav2_build",
         "compile the controllers of a checkout of Nav2, as columns",

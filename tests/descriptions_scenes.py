@@ -61,3 +61,35 @@ def write_repository(folder: Path) -> Path:
         said = f"<package><name>{package.name}</name></package>"
         (package / "package.xml").write_text(said)
     return folder / "cart_description" / "urdf" / "cart.urdf.xacro"
+
+
+def world(body: str) -> str:
+    """Returns the text of a world."""
+    return f'<sdf version="1.7"><world name="w">{body}</world></sdf>'
+
+
+def standing(name: str, geometry: str, pose: str) -> str:
+    """Returns a static model of one shape."""
+    return (
+        f'<model name="{name}"><static>true</static><pose>{pose}</pose><link name="l">'
+        f'<collision name="c"><geometry>{geometry}</geometry></collision></link></model>'
+    )
+
+
+def box(name: str, size: str, pose: str) -> str:
+    """Returns a static box."""
+    return standing(name, f"<box><size>{size}</size></box>", pose)
+
+
+# Walls around 8 m x 6 m with the origin in the middle, 0.2 m thick and 1 m high.
+ROOM = "".join(
+    box(f"wall_{index}", size, pose)
+    for index, (size, pose) in enumerate(
+        (
+            ("8.4 0.2 1", "0 3.1 0.5 0 0 0"),
+            ("8.4 0.2 1", "0 -3.1 0.5 0 0 0"),
+            ("0.2 6 1", "4.1 0 0.5 0 0 0"),
+            ("6 0.2 1", "-4.1 0 0.5 0 0 1.5707963"),
+        )
+    )
+)

@@ -11,6 +11,7 @@ from drake_navbench.campaign.request import Request
 from drake_navbench.errors import InputError, printable
 from drake_navbench.inputs.check import WIDTH, Check
 from drake_navbench.inputs.controller_file import names_file
+from drake_navbench.inputs.gazebo_world import is_world
 from drake_navbench.inputs.presets import preset_files
 from drake_navbench.inputs.robot import is_model
 from drake_navbench.inputs.scenario import SCENARIO_FILES
@@ -42,8 +43,9 @@ def request_from_arguments(arguments: argparse.Namespace) -> Request:
             f"--set {arguments.set[0]!r}: expected a Nav2 file by --nav2 or a xacro file by "
             "--robot as well"
         )
+    worlds = [name for name in arguments.scenarios if is_world(Path(name))]
     asked = {
-        "scenarios": arguments.scenarios,
+        "scenarios": [name for name in arguments.scenarios if name not in worlds],
         "controllers": controllers,
         "parameter_files": [str(path) for path in arguments.params],
         "nav2_files": [str(path) for path in arguments.nav2],
@@ -52,7 +54,7 @@ def request_from_arguments(arguments: argparse.Namespace) -> Request:
         "nav2_release": arguments.nav2_release,
         "original": arguments.original,
         "substitutions": read_assignments(arguments.set),
-        "map_task": _map_task(arguments),
+        "map_task": _map_task(arguments, worlds),
         "barn": _barn_task(arguments),
         "trials": arguments.trials,
         "seed": arguments.seed,
@@ -100,23 +102,27 @@ def _require_no_controllers_among(scenarios: Sequence[str], controllers: str) ->
         )
 
 
-def _map_task(arguments: argparse.Namespace) -> dict[str, object] | None:
+def _map_task(arguments: argparse.Namespace, worlds: Sequence[str]) -> dict[str, object] | None:
     given = {
         f"--{name}": getattr(arguments, name) is not None
         for name in ("map", "start", "goal", "goals")
     }
-    if not any(given.values()):
+    if not any(given.values()) and not worlds:
         return None
     if given["--goal"] and given["--goals"]:
         raise InputError("--goals: draws the goals; expected no --goal beside it")
-    wanted = ("--map",) if given["--goals"] else ("--map", "--start", "--goal")
-    for name in wanted:
+    place = worlds[0] if worlds else "--map"
+    if given["--map"] and worlds:
+        raise InputError(f"--map {arguments.map}: expected a map or the world {place}, not both")
+    wanted = () if given["--goals"] else ("--start", "--goal")
+    for name in wanted if worlds else ("--map", *wanted):
         if not given[name]:
             raise InputError(
-                f"{name}: missing; --map goes with --start and --goal, or with --goals"
+                f"{name}: missing; {place} goes with --start and --goal, or with --goals"
             )
     return {
-        "map": str(arguments.map),
+        "map": None if arguments.map is None else str(arguments.map),
+        "worlds": list(worlds),
         "start": arguments.start,
         "goal": arguments.goal,
         "goals": arguments.goals,

@@ -14,9 +14,10 @@ from drake_navbench.campaign.sweep import MAX_POINTS
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.barn import barn_scenarios
 from drake_navbench.inputs.check import CheckRow, Status
+from drake_navbench.inputs.gazebo_world import load_gazebo_world, scenario_in_world
 from drake_navbench.inputs.originals_beside import with_originals
 from drake_navbench.inputs.presets import Preset, default_presets
-from drake_navbench.inputs.robot import Robot, is_model, load_robot
+from drake_navbench.inputs.robot import Robot, body_top_m, is_model, load_robot
 from drake_navbench.inputs.scenario import Pose, Scenario, scenario_on_map
 from drake_navbench.nav2.differences import differences, require_different
 from drake_navbench.nav2.parameter_files import load_parameter_file
@@ -29,7 +30,7 @@ from drake_navbench.nav2.whole_files import (
 )
 from drake_navbench.plugins.names import flattened
 from drake_navbench.releases import Release
-from drake_navbench.trial.goal_sampling import sample_tasks
+from drake_navbench.trial.goal_sampling import sample_tasks, sample_world_tasks
 from drake_navbench.typed_files.typed_yaml import FrozenModel
 
 if TYPE_CHECKING:
@@ -42,12 +43,14 @@ MAX_GOALS = 1000
 
 
 class MapTask(FrozenModel):
-    """A map file with a start and a goal on it, x m, y m, yaw rad each, or with `goals` of them.
+    """A start and a goal, x m, y m, yaw rad each, or `goals` of them, on a map or in worlds.
 
-    With `goals` each task has a goal of its own, and a start, where none is given, too.
+    map: a map file. worlds: files of Gazebo. With `goals` each task has a goal of its own, and a
+    start, where none is given, too.
     """
 
-    map: str
+    map: str | None = None
+    worlds: tuple[str, ...] = ()
     start: Pose | None = None
     goal: Pose | None = None
     goals: int | None = Field(None, ge=1, le=MAX_GOALS)
@@ -208,16 +211,41 @@ class Request(FrozenModel):
 
     def _scenarios(self, robot: Robot, further: Sequence[Robot]) -> list[str | Scenario]:
         scenarios: list[str | Scenario] = list(self.scenarios)
+        if self.map_task is not None and self.map_task.map is not None:
+            scenarios += self._tasks_on_map(self.map_task, self.map_task.map, robot, further)
         if self.map_task is not None:
-            scenarios += self._tasks_on_map(self.map_task, robot, further)
+            scenarios += self._tasks_in_worlds(self.map_task, robot, further)
         if self.barn is not None:
             scenarios += barn_scenarios(Path(self.barn.folder), self.barn.worlds)
         return scenarios
 
-    def _tasks_on_map(
+    def _tasks_in_worlds(
         self, task: MapTask, robot: Robot, further: Sequence[Robot]
     ) -> list[Scenario]:
-        path = Path(task.map)
+        described = self.described_robot()
+        top_m = body_top_m(robot) if described is None else described.height_m
+        scenarios: list[Scenario] = []
+        for name in task.worlds:
+            world = load_gazebo_world(
+                Path(name),
+                lidar_m=robot.lidar.height_m,
+                top_m=top_m,
+                around=[pose for pose in (task.start, task.goal) if pose is not None],
+                folders=self._folders,
+            )
+            if task.start is not None and task.goal is not None:
+                scenarios.append(scenario_in_world(world, task.start, task.goal))
+            else:
+                count = task.goals or 1
+                scenarios += sample_world_tasks(
+                    world, robot, count, seed=self.seed, start=task.start, beside=further
+                )
+        return scenarios
+
+    def _tasks_on_map(
+        self, task: MapTask, file: str, robot: Robot, further: Sequence[Robot]
+    ) -> list[Scenario]:
+        path = Path(file)
         if task.start is not None and task.goal is not None:
             return [scenario_on_map(path, task.start, task.goal)]
         return sample_tasks(

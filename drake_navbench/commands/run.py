@@ -109,21 +109,6 @@ class _Once(argparse.Action):
         setattr(namespace, self.dest, values)
 
 
-class _Once(argparse.Action):
-    """Refuses an option that is given again: the later value would replace the first silently."""
-
-    def __call__(
-        self,
-        parser: argparse.ArgumentParser,
-        namespace: argparse.Namespace,
-        values: Any,
-        option_string: str | None = None,
-    ) -> None:
-        if getattr(namespace, self.dest) != self.default:
-            parser.error(f"{option_string} is given twice; expected one")
-        setattr(namespace, self.dest, values)
-
-
 def _add_where(parser: argparse.ArgumentParser) -> None:
     add = parser.add_argument_group("where").add_argument
     add(
@@ -131,7 +116,8 @@ def _add_where(parser: argparse.ArgumentParser) -> None:
         nargs="*",
         default=[],
         metavar="SCENARIO",
-        help="name of a built-in scenario or path of a YAML file (default: the published five)",
+        help="name of a built-in scenario, path of a YAML file, or a world of Gazebo with --start "
+        "and --goal, or with --goals (default: the published five)",
     )
     add(
         "--map",
@@ -147,13 +133,13 @@ def _add_where(parser: argparse.ArgumentParser) -> None:
             type=float,
             nargs=3,
             metavar=("X", "Y", "YAW"),
-            help=f"{name} pose on the map, m, m, rad",
+            help=f"{name} pose on the map or in the world, m, m, rad",
         )
     add(
         "--goals",
         type=positive_number,
         metavar="N",
-        help="draw N tasks on the map: goals, and starts unless --start is given",
+        help="draw N tasks on the map or in the world: goals, and starts unless --start is given",
     )
     add(
         "--barn", type=Path, metavar="DIR", help="BARN worlds, world_N.world with their path_files/"

@@ -66,6 +66,11 @@ def drive_of(model: Model, wheels: Sequence[Wheel], packages: Packages) -> Found
     return found._replace(values=_sensible(values))
 
 
+def has_drive(model: Model) -> bool:
+    """Tells whether a plugin drives a model."""
+    return any(_kind_of(plugin.name) for plugin in model.plugins)
+
+
 def _kind_of(text: str) -> str:
     return next((kind for word, kind in KINDS if word in text.lower()), "")
 

@@ -22,7 +22,7 @@ from drake_navbench.typed_files.input_file import MEGABYTE, file_digest
 MAX_MESH_BYTES = 500 * MEGABYTE
 FOLDER = "meshes"
 # Changes wherever the same file would now be read into something else.
-VERSION = 1
+VERSION = 3
 CHILD = "drake_navbench.typed_files.mesh_child"
 
 

@@ -55,7 +55,11 @@ class SdfReader:
         if file is None or not file.is_file():
             self._tell(f"left out {uri}: no SDF file in {place}")
             return None
-        root = self._root(file)
+        try:
+            root = self._root(file)
+        except InputError as error:
+            self._tell(f"left out {uri}: {error}")
+            return None
         model = root if root.tag == "model" else root.find("model")
         if model is None:
             what = "a light" if root.find("light") is not None else "no model"
@@ -256,7 +260,11 @@ def _model_file(folder: Path) -> Path | None:
     """Returns the SDF file of a model's folder: that of the highest version in its model.config."""
     config = folder / MODEL_FILE
     if config.is_file():
-        root = read_xml(read_input(config, max_bytes=MEGABYTE), str(config))
+        try:
+            root = read_xml(read_input(config, max_bytes=MEGABYTE), str(config))
+        except InputError:
+            # What it says besides, authors above all, matters to nobody here.
+            root = ElementTree.Element("model")
         named = [
             (number(entry.get("version")) or 0.0, (entry.text or "").strip())
             for entry in root.iter("sdf")

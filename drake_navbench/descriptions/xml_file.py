@@ -15,7 +15,7 @@ ENTITY = re.compile(rb"<!ENTITY", re.IGNORECASE)
 # A prefix that no declaration binds, as `drake:` in many files; parsers stop at those.
 PREFIXED = re.compile(rb"<(/?)([A-Za-z_][\w.-]*):([A-Za-z_])")
 PREFIXED_ATTRIBUTE = re.compile(rb"(\s)([A-Za-z_][\w.-]*):([A-Za-z_][\w.-]*\s*=\s*[\"'])")
-DECLARED = re.compile(rb"<\?xml[^>]*\?>")
+ENCODING = re.compile(rb"<\?xml[^>]*encoding\s*=\s*[\"'](?!utf-8)", re.IGNORECASE)
 
 
 def read_xml(content: bytes, source: str) -> ElementTree.Element:
@@ -26,7 +26,10 @@ def read_xml(content: bytes, source: str) -> ElementTree.Element:
     if ENTITY.search(content):
         raise InputError(f"{source}: declares XML entities; expected none")
     # Files that begin with a blank line before the declaration are common.
-    content = DECLARED.sub(b"", content.lstrip(), count=1)
+    content = content.lstrip()
+    if not ENCODING.search(content[:200]):
+        # Of names in comments some files have other bytes than UTF-8's.
+        content = content.decode(errors="replace").encode()
     content = PREFIXED.sub(rb"<\1\2.\3", content)
     content = PREFIXED_ATTRIBUTE.sub(rb"\1\2.\3", content)
     parser: Any = ElementTree.XMLPullParser(["start", "end"])

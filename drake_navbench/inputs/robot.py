@@ -40,6 +40,8 @@ from drake_navbench.typed_files.quantities import (
 from drake_navbench.typed_files.typed_yaml import QuietModel, read_yaml, validate
 
 MODEL_SUFFIXES = (".sdf", ".urdf", ".xacro")
+# How high a robot is whose file does not tell, m.
+GUESSED_TOP_M = 0.5
 ROBOT_FILES = NamedFiles(kind="robot", package="drake_navbench.models")
 
 
@@ -346,6 +348,19 @@ def _robot_of(data: Mapping[str, Any], source: str, directory: Path) -> Robot:
         raise InputError(f"{source}: model: no such file: {robot.model_path}")
     check_wheels(robot, source)
     return robot
+
+
+def body_top_m(robot: Robot) -> float:
+    """Returns how high a robot's highest point is over the floor, m: by its model, else a guess."""
+    path = robot.model_path
+    if path is None:
+        return GUESSED_TOP_M
+    from drake_navbench.inputs.described_robot import describe_robot
+
+    try:
+        return describe_robot(path).height_m
+    except InputError:
+        return GUESSED_TOP_M
 
 
 def check_wheels(robot: Robot, source: str) -> None:

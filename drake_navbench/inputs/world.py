@@ -31,13 +31,19 @@ ROUND_CORNERS = 16
 
 
 class _Shape(QuietModel):
-    quiet: ClassVar = frozenset({"material"})
+    quiet: ClassVar = frozenset({"material", "bottom_m"})
 
     known_to_planner: bool = Field(
         True, description="Whether the global planner's map shows it, whatever the lidar sees."
     )
     height_m: Size = Field(
         1.0, description="Height above the floor [m]; a lidar that scans above it does not see it."
+    )
+    bottom_m: Length = Field(
+        0.0,
+        ge=0.0,
+        description="Height of its lower edge above the floor [m]; a lidar that scans below it "
+        "does not see it, and what touches it touches it at any height.",
     )
     material: Literal["solid", "glass"] = Field(
         "solid", description="The lidar's beams pass through glass."
@@ -198,16 +204,22 @@ class World:
             rings += [oriented.exterior, *oriented.interiors]
         return [np.array(ring.coords[:-1]) for ring in rings]
 
-    def visible_from(self, height_m: float, *, through_glass: bool = True) -> World:
-        """Returns what of it a sensor meets that measures at a height over the floor, m.
+    @property
+    def opaque(self) -> World:
+        """What of it is not of glass."""
+        return World(
+            tuple(one for one in self.obstacles if one.material == "solid"),
+            self.walls,
+            self.moving,
+        )
 
-        through_glass: whether it does not meet glass, as a lidar.
-        """
+    def visible_from(self, height_m: float) -> World:
+        """Returns what of it a lidar sees that scans at a height over the floor."""
         return World(
             tuple(
                 one
                 for one in self.obstacles
-                if one.height_m >= height_m and not (through_glass and one.material != "solid")
+                if one.material == "solid" and one.bottom_m <= height_m <= one.height_m
             ),
             self.walls,
             self.moving,

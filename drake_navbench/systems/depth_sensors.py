@@ -45,13 +45,13 @@ class DepthSensors(FloorAware):
         floor_clock: FloorClock | None = None,
     ) -> None:
         super().__init__()
-        self._floors = [(sight.world.visible_from(0.0).solids, sight.bounds) for sight in floors]
+        self._floors = [(sight.world.opaque.solids, sight.bounds) for sight in floors]
         if floor_clock is not None:
             self._declare_floors(floor_clock)
         self._sensors = sensors
         self._rays = {name: settings.rays() for name, settings in sensors.items()}
         self.world_parameter = self.DeclareAbstractParameter(
-            AbstractValue.Make(world.visible_from(0.0).solids)
+            AbstractValue.Make(world.opaque.solids)
         )
         none: Clouds = {}
         self._clouds = self.DeclareAbstractState(AbstractValue.Make(none))

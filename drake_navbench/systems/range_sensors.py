@@ -143,4 +143,4 @@ class RangeSensors(FloorAware):
 
 def _met_by(settings: RangeSensorSettings, world: World) -> World:
     """Returns what of a world such a sensor can meet."""
-    return world.visible_from(0.0, through_glass=settings.radiation != "ultrasound")
+    return world if settings.radiation == "ultrasound" else world.opaque

@@ -19,6 +19,7 @@ from scipy import ndimage
 
 from drake_navbench.costmaps.map_file import OccupancyMap, load_map
 from drake_navbench.errors import InputError
+from drake_navbench.inputs.gazebo_world import GazeboWorld, occupancy_of, scenario_in_world
 from drake_navbench.inputs.robot import Robot
 from drake_navbench.inputs.scenario import Pose, Scenario, Suite, scenario_on_map
 
@@ -62,24 +63,70 @@ def sample_tasks(
     start: of all tasks; drawn for each where not given. beside: robots that drive the same tasks,
     with outlines of their own. Raises InputError where the map has no room for so many.
     """
-    places = _places(load_map(map_file), [robot, *beside])
-    entropy = [seed, zlib.crc32(map_file.name.encode())]
-    generator = np.random.default_rng(np.random.SeedSequence(entropy))
+    grid = load_map(map_file)
     suite = Suite(name=map_file.stem)
+    pairs = _drawn_pairs(grid, [robot, *beside], count, map_file, seed=seed, start=start)
+    return [
+        scenario_on_map(map_file, *pair, name=name, suite=suite, grid=grid)
+        for name, pair in zip(_numbered(map_file.stem, count), pairs, strict=True)
+    ]
+
+
+def sample_world_tasks(
+    world: GazeboWorld,
+    robot: Robot,
+    count: int,
+    *,
+    seed: int,
+    start: Pose | None = None,
+    beside: Sequence[Robot] = (),
+) -> list[Scenario]:
+    """Returns tasks in a world of Gazebo, the same for the same world, outline, count and seed.
+
+    Where walls enclose some floor, they are within. start, beside: as of `sample_tasks`. Raises
+    InputError where the world has no room for so many.
+    """
+    stem = world.path.name.partition(".")[0]
+    suite = Suite(name=stem)
+    pairs = _drawn_pairs(
+        occupancy_of(world), [robot, *beside], count, world.path, seed=seed, start=start
+    )
+    return [
+        scenario_in_world(world, *pair, name=name, suite=suite)
+        for name, pair in zip(_numbered(stem, count), pairs, strict=True)
+    ]
+
+
+def _numbered(stem: str, count: int) -> list[str]:
     digits = len(str(count))
-    tasks = []
-    for number in range(1, count + 1):
+    return [f"{stem}_{number:0{digits}}" for number in range(1, count + 1)]
+
+
+def _drawn_pairs(
+    grid: OccupancyMap,
+    robots: Sequence[Robot],
+    count: int,
+    file: Path,
+    *,
+    seed: int,
+    start: Pose | None,
+) -> list[tuple[Pose, Pose]]:
+    """Returns starts and goals on a grid; file: of the map or world, for the draws and errors."""
+    places = _places(grid, robots)
+    entropy = [seed, zlib.crc32(file.name.encode())]
+    generator = np.random.default_rng(np.random.SeedSequence(entropy))
+    pairs = []
+    for _ in range(count):
         pair = _drawn_pair(places, generator, start)
         if pair is None:
             raise InputError(
-                f"--goals {count}: {map_file}: no two places for the robot that are "
+                f"--goals {count}: {file}: no two places for the robot that are "
                 f"{MIN_DISTANCE_M:g} m apart and connected"
                 f"{'' if start is None else f', one of them --start {list(start)}'}; "
                 "expected a map with room for it"
             )
-        name = f"{map_file.stem}_{number:0{digits}}"
-        tasks.append(scenario_on_map(map_file, *pair, name=name, suite=suite, grid=places.grid))
-    return tasks
+        pairs.append(pair)
+    return pairs
 
 
 def _places(grid: OccupancyMap, robots: Sequence[Robot]) -> _Places:

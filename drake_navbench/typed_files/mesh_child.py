@@ -24,15 +24,10 @@ STL = ".stl"
 # A binary STL file: a text of 80 bytes, the number of triangles, then each of them.
 STL_HEAD_BYTES, STL_TRIANGLE_BYTES = 84, 50
 SUFFIXES = (STL, ".obj", COLLADA, ".glb", ".gltf", ".ply")
-# What stands at the beginning of a COLLADA file: a metre in its unit, and which axis is up.
+# What stands at the beginning of a COLLADA file: its unit in metres. Which axis it says is up,
+# neither Gazebo (gazebo-classic #1305) nor ROS heeds, and files of robots and worlds rely on that.
 UNIT = re.compile(r"<unit\b[^>]*\bmeter\s*=\s*[\"']([^\"']+)")
-UP_AXIS = re.compile(r"<up_axis>\s*(\w)_UP")
 ASSET_BYTES = 20_000
-# (4, 4) from a frame with another axis up to one with z up.
-TO_Z_UP = {
-    "Y": np.array([[1.0, 0, 0, 0], [0, 0, -1, 0], [0, 1, 0, 0], [0, 0, 0, 1]]),
-    "X": np.array([[0.0, -1, 0, 0], [0, 0, -1, 0], [1, 0, 0, 0], [0, 0, 0, 1]]),
-}
 
 
 def outlines(asked: list[dict[str, Any]]) -> list[dict[str, Any]]:
@@ -52,7 +47,7 @@ def sections(asked: list[dict[str, Any]]) -> list[dict[str, Any]]:
 
 
 def write_objs(asked: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """Writes each mesh as OBJ, z up and in metres, into the file `obj`; else tells the `fault`.
+    """Writes each mesh as OBJ, in metres, into the file `obj`; else tells the `fault`.
 
     asked: file and obj each. One of more than MAX_DRAWN triangles is drawn as its convex hull.
     """
@@ -106,7 +101,7 @@ def _section(corners: Array, mesh: dict[str, Any]) -> dict[str, Any]:
 
 
 def read_corners(path: Path, submesh: str = "", is_centred: bool = False) -> Array:
-    """Returns the corners (T, 3, 3) m of a mesh's triangles, z up.
+    """Returns the corners (T, 3, 3) m of a mesh's triangles.
 
     submesh: the name of the only part that counts, '' for all; is_centred: whether that is moved
     to the origin. Raises ValueError where there are none or too many.
@@ -139,7 +134,7 @@ def read_corners(path: Path, submesh: str = "", is_centred: bool = False) -> Arr
     if not np.isfinite(corners).all():
         raise ValueError("expected finite corners")
     if suffix == COLLADA:
-        corners = _as_metres_z_up(corners, path)
+        corners = corners * _unit_m(path)
     if is_centred:
         points = corners.reshape(-1, 3)
         corners = corners - 0.5 * (points.min(axis=0) + points.max(axis=0))
@@ -161,13 +156,8 @@ def _too_many(count: int) -> str:
     return f"has {count} triangles, expected at most {MAX_TRIANGLES}"
 
 
-def _as_metres_z_up(corners: Array, path: Path) -> Array:
-    """Returns the corners of a COLLADA file in metres with z up, as its head says."""
+def _unit_m(path: Path) -> float:
+    """Returns the unit of a COLLADA file as its head says, m."""
     with path.open(encoding="utf-8", errors="replace") as file:
-        head = file.read(ASSET_BYTES)
-    unit, up = UNIT.search(head), UP_AXIS.search(head)
-    # Without a word COLLADA means y up; what modellers of robots export says which.
-    turned = TO_Z_UP.get(up[1].upper()) if up else None
-    if turned is not None:
-        corners = corners @ turned[:3, :3].T
-    return corners * (float(unit[1]) if unit else 1.0)
+        unit = UNIT.search(file.read(ASSET_BYTES))
+    return float(unit[1]) if unit else 1.0

@@ -7,13 +7,14 @@ from typing import Any
 import numpy as np
 import shapely
 from numpy.typing import NDArray
+from shapely.geometry.base import BaseGeometry
 
 Array = NDArray[np.float64]
 
 # A surface without volume still stops a beam: it counts as thick as this, m.
 HALF_THICKNESS_M = 0.005
 # Corners within this of a straight edge are left out, m.
-TOLERANCE_M = 0.005
+TOLERANCE_M = 0.003
 # Ends of segments nearer to each other than this are one point, m.
 GRID_M = 1e-4
 MIN_AREA_M2 = 1e-5
@@ -39,7 +40,7 @@ def crossing_segments(corners: Array, height_m: float) -> Array:
     return ends[meets].reshape(-1, 2, 2)
 
 
-def cut_area(corners: Array, height_m: float) -> shapely.Geometry:
+def cut_area(corners: Array, height_m: float) -> BaseGeometry:
     """Returns the area that triangles (T, 3, 3) enclose in a level plane.
 
     Inside is what an odd number of surfaces is left of; surfaces that enclose nothing count with a
@@ -77,7 +78,7 @@ def _is_inside(face: shapely.Polygon, segments: Array) -> bool:
     return bool((meets > x).sum() % 2)
 
 
-def rings_of(area: shapely.Geometry) -> list[dict[str, Any]]:
+def rings_of(area: BaseGeometry) -> list[dict[str, Any]]:
     """Returns the parts of an area as plain data: a shell and its holes, corners (K, 2) m each."""
     area = shapely.simplify(area, TOLERANCE_M)
     return [
@@ -90,7 +91,7 @@ def rings_of(area: shapely.Geometry) -> list[dict[str, Any]]:
     ]
 
 
-def area_of(rings: list[dict[str, Any]]) -> shapely.Geometry:
+def area_of(rings: list[dict[str, Any]]) -> BaseGeometry:
     """Returns the area of such plain data."""
     polygons = [shapely.Polygon(part["shell"], part["holes"]) for part in rings]
     return shapely.union_all([shapely.make_valid(polygon) for polygon in polygons])

@@ -84,7 +84,16 @@ class Packages:
         if named is not None:
             package = self.model(named[1]) if uri[0] == "m" else self.folder(named[1])
             return None if package is None else self._inside(package / named[2])
-        return self._inside((folder or self._folder) / uri.removeprefix("file://"))
+        path = Path(uri.removeprefix("file://"))
+        place = self._inside((folder or self._folder) / path)
+        if place is not None or path.is_absolute() or not uri.startswith("file://"):
+            return place
+        # Gazebo looks for such files below the folders of its resources, which hold models.
+        places = [self._inside(root / path) for root in self._roots]
+        if path.parts[:1] == ("models",) and len(path.parts) > 2:
+            model = self.model(path.parts[1])
+            places.append(None if model is None else self._inside(model.joinpath(*path.parts[2:])))
+        return next((found for found in places if found is not None), None)
 
     def _inside(self, path: Path) -> Path | None:
         try:

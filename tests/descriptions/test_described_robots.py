@@ -166,13 +166,16 @@ COLLADA = """<?xml version="1.0"?><COLLADA xmlns="http://www.collada.org/2005/11
 """
 
 
-def test_a_collada_mesh_has_its_unit_and_its_upright_axis(tmp_path):
-    """In centimetres with y up: (x, y, z) cm is (x, -z, y) / 100 m, so 0.5 m high."""
+def test_a_collada_mesh_has_its_unit_and_as_in_gazebo_no_upright_axis_of_its_own(tmp_path):
+    """In centimetres: 0.4 m along x, 0.5 m along y, 0.4 m high, though the file says that y is up.
+
+    Gazebo and ROS do not heed <up_axis>, and the worlds of TurtleBot 3 stand right only without.
+    """
     (tmp_path / "hull.dae").write_text(COLLADA)
     path = urdf(tmp_path, link(collision('<mesh filename="hull.dae"/>')))
     robot = load_robot(str(path))
-    assert shapely.Polygon(robot.outline).bounds == pytest.approx((-0.2, -0.3, 0.2, 0.1))
-    assert describe_robot(path).height_m == pytest.approx(0.5)
+    assert shapely.Polygon(robot.outline).bounds == pytest.approx((-0.2, -0.01, 0.2, 0.5))
+    assert describe_robot(path).height_m == pytest.approx(0.4)
 
 
 def test_a_mesh_of_too_many_triangles_is_told(tmp_path):
