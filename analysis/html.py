@@ -11,11 +11,12 @@ from typing import Any
 from urllib.parse import quote
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
-from markupsafe import Markup
+from markupsafe import Markup, escape
 
 from drake_navbench.analysis.colors import controller_color
 
 PERCENT = 100.0
+NAME_JOINT = re.compile(r"([:_=/-])(?=.)")
 # Of a figure's coordinates, points: a hundredth is more than any screen or printer shows.
 LONG_DECIMALS = re.compile(r"(\.\d\d)\d+")
 
@@ -32,8 +33,14 @@ def page_environment(columns: Iterable[str] = ()) -> Environment:
         trim_blocks=True,
         lstrip_blocks=True,
     )
+    environment.filters["breakable"] = breakable
     environment.globals.update(color=partial(controller_color, beside=tuple(columns)))
     return environment
+
+
+def breakable(name: str) -> Markup:
+    """Returns a name as HTML that breaks behind : _ = / and - before it breaks within a word."""
+    return Markup(NAME_JOINT.sub(r"\1<wbr>", str(escape(name))))
 
 
 def relative_change(ratio: float) -> str:

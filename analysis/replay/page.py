@@ -10,6 +10,8 @@ from importlib.resources import files
 from string import Template
 from typing import Any
 
+from drake_navbench.analysis.html import breakable
+
 MESHCAT_TITLE = "<title>Drake MeshCat</title>"
 OVERLAY = "overlay"
 # Without it a telephone shows a page as wide as a desk's, in letters that nobody can read.
@@ -42,7 +44,7 @@ class LegendRow:
             f'  <div class="row"><label><input type="checkbox" checked data-paths="{paths}"'
             f"{of_chosen}>"
             f'<span class="swatch" style="background: {self.color}"></span>'
-            f'<span class="text"><span class="name">{html.escape(self.name)}</span> '
+            f'<span class="text"><span class="name">{breakable(self.name)}</span> '
             f'<span class="detail{emphasis}">{html.escape(self.detail)}</span></span></label>'
             f"{self._buttons()}</div>"
         )

@@ -272,10 +272,11 @@ def _run(
     count = f"{len(trials)} trial{'s' if len(trials) > 1 else ''}"
     console.print(
         f"{count}, {driven_s:.0f} s of driving, in {time.perf_counter() - began_s:.0f} s, "
-        f"of which the trials took {wall_s:.0f} s. "
-        f"Open {folder.path / ('sweep.html' if campaign.sweep else 'report.html')}",
-        soft_wrap=True,
+        f"of which the trials took {wall_s:.0f} s."
     )
+    # On a line of its own, which no terminal breaks as long as the path fits.
+    page = folder.path / ("sweep.html" if campaign.sweep else "report.html")
+    console.print(f"Open {page}", soft_wrap=True)
     if len(campaign.nav2) > 1:
         verdicts = verdicts_within(trials, columns_by_file(campaign), campaign.suites)
         add_verdict(folder, " ".join(verdict.text for verdict in verdicts))

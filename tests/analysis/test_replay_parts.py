@@ -16,6 +16,7 @@ from drake_navbench.analysis.replay.actors import (
     base_motion,
 )
 from drake_navbench.analysis.replay.flat_meshes import arrow, dashes, ribbon, ring, thinned
+from drake_navbench.analysis.replay.page import LegendRow
 from drake_navbench.analysis.replay.robot_model import PrismModel, SdfModel
 from drake_navbench.analysis.replay.rolling import rolled_angle, trailing_heading
 from drake_navbench.analysis.replay.scene import (
@@ -329,3 +330,8 @@ def test_long_trials_keep_to_the_pages_size(chair):
     keys = sum(durations_s) * FRAMES_PER_SECOND * (1 + 6 / 4) / pace.pose_stride
     assert keys <= MAX_POSE_KEYS
     assert sum(durations_s) / pace.turn_period_s <= 400
+
+
+def test_a_long_name_in_the_legend_breaks_between_its_words():
+    row = LegendRow("dwb:sim_time=2.5<b>", "#000000", ["/robots/dwb"])
+    assert "dwb:<wbr>sim_<wbr>time=<wbr>2.5&lt;b&gt;<" in row.markup()

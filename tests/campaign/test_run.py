@@ -73,7 +73,7 @@ def test_what_a_nav2_file_repeats_is_one_line_unless_the_run_is_quiet(tmp_path, 
     assert capsys.readouterr().err.splitlines() == [refused]
 
 
-def test_the_report_has_the_figures_that_were_asked_for(finished, tmp_path):
+def test_the_report_has_the_figures_that_were_asked_for(finished, tmp_path, monkeypatch, capsys):
     assert (finished / "report.html").is_file()
     assert not (finished / "figures").exists()
     interrupted = tmp_path / "interrupted"
@@ -82,7 +82,12 @@ def test_the_report_has_the_figures_that_were_asked_for(finished, tmp_path):
     asked = json.loads(manifest.read_text())
     asked["request"]["figures"] = "key"
     manifest.write_text(json.dumps(asked))
-    assert main(["--resume", str(interrupted), "--quiet"]) == 0
+    # The page's path stands on a line of its own, which is whole at 80 columns, too.
+    monkeypatch.setenv("COLUMNS", "80")
+    capsys.readouterr()
+    assert main(["--resume", str(interrupted)]) == 0
+    last = capsys.readouterr().out.splitlines()[-1]
+    assert last == f"Open {interrupted / 'report.html'}"
     assert (interrupted / "figures" / "restricted_small" / "paths.svg").is_file()
     assert not list(interrupted.glob("figures/*/*.png"))
 
