@@ -28,6 +28,7 @@ CONTRACTS = {
     "plugins",
     "processes",
     "program_function",
+    "python_file",
     "results",
     "typed_files",
 }
