@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import product
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -63,11 +63,12 @@ DEFAULT_DIFFERENCE = 0.05
 
 
 class ReportResult(NamedTuple):
-    """Where the report is, and which files it had to leave out."""
+    """Where the report is, which files it had to leave out, and the sentences of its verdict."""
 
     path: Path
     trial_count: int
     left_out: list[LeftOut]
+    verdict: tuple[str, ...] = ()
 
 
 def build_report(
@@ -110,10 +111,11 @@ def build_report(
     if sweep := analysis.manifest.get("sweep"):
         write_sweep(folder, trials, sweep)
     path = folder / REPORT_NAME
-    write_text(path, render(analysis, difference=difference, publication=publication))
+    page = _page(analysis, difference) | {"publication": publication}
+    write_text(path, _rendered(analysis, page))
     if results.replays_path.is_dir():
         write_text(folder / REPLAYS_SCRIPT, REPLAYS_SCRIPT_TEXT)
-    return ReportResult(path, len(trials), analysis.left_out)
+    return ReportResult(path, len(trials), analysis.left_out, tuple(page["lead"].sentences))
 
 
 def render(
@@ -126,6 +128,10 @@ def render(
 
     publication: a sentence on what the trials say of it.
     """
+    return _rendered(analysis, _page(analysis, difference) | {"publication": publication})
+
+
+def _rendered(analysis: FolderAnalysis, page: Mapping[str, Any]) -> str:
     environment = page_environment(_columns(analysis))
     environment.globals.update(
         figures_folder=FIGURES_FOLDER,
@@ -138,7 +144,6 @@ def render(
         script_json=script_json,
         sort_key=sort_key,
     )
-    page = _page(analysis, difference) | {"publication": publication}
     return environment.get_template("report.html").render(page=page)
 
 

@@ -9,15 +9,28 @@ from typing import Any
 import pandas as pd
 
 from drake_navbench.analysis.invariants import violations_of
-from drake_navbench.analysis.metrics.registry import measure_all
+from drake_navbench.analysis.metrics.registry import all_metrics, measure_all
+from drake_navbench.analysis.repeats import repeated_cells
 from drake_navbench.analysis.reproduction.publication import (
     published_table,
 )
 from drake_navbench.analysis.reproduction.published import PUBLISHED_METRICS
+from drake_navbench.analysis.verdicts import comparable_trials, touch_counts, verdict
 from drake_navbench.logs.log import Outcome, TrialLog
 
 STD_HEADING_ERROR = "std_heading_error"
 TABLE_DECIMALS = 3
+SUCCESS_RATE, TOUCH_RATE = "success_rate", "touch_rate"
+# Those that a run prints unless it is the published benchmark, or others are asked for.
+PRINTED = (
+    SUCCESS_RATE,
+    TOUCH_RATE,
+    "time_to_goal_s",
+    "min_clearance_m",
+    "driven_length_m",
+    "cross_track_error_mean_m",
+    "jerk_rms_mps3",
+)
 
 
 def trial_row(log: TrialLog) -> dict[str, Any]:
@@ -81,6 +94,57 @@ def scenario_table(trials: pd.DataFrame, scenario: str) -> pd.DataFrame:
         key for key in _row_order(scenario) if key in table.index and _says_something(table, key)
     ]
     return table.loc[rows].rename_axis(["metric", "unit"])
+
+
+def metrics_table(trials: pd.DataFrame, scenario: str, names: Sequence[str]) -> pd.DataFrame:
+    """Returns a scenario's table of these metrics, shaped as `scenario_table`.
+
+    A cell is the mean over the trials of a controller that have a value, of metrics that only say
+    something of trials that arrived over those; `touch_rate` is the share that ended in contact.
+    """
+    own = trials[trials["scenario"] == scenario]
+    units = {entry.name: entry.unit for entry in all_metrics()} | {TOUCH_RATE: "%"}
+    arrived = comparable_trials(own, [name for name in names if name in own])
+    columns: dict[str, dict[tuple[str, str], float]] = {}
+    for controller in dict.fromkeys(own["controller"]):
+        rows = own[own["controller"] == controller]
+        counted = arrived[arrived["controller"] == controller]
+        outcomes = rows["outcome"].value_counts()
+        column = {}
+        for name in names:
+            if name == TOUCH_RATE:
+                column[name, "%"] = 100.0 * float((rows["outcome"] == Outcome.COLLIDED).mean())
+            else:
+                source = rows if name == SUCCESS_RATE else counted
+                column[name, units.get(name, "")] = (
+                    source[name].mean() if name in source else math.nan
+                )
+        column["trials", "trials"] = len(rows)
+        column |= {(str(o), "trials"): int(outcomes.get(str(o), 0)) for o in Outcome}
+        columns[controller] = column
+    return pd.DataFrame(columns).rename_axis(["metric", "unit"])
+
+
+def best_of(trials: pd.DataFrame, scenario: str, names: Sequence[str]) -> dict[str, str]:
+    """Returns who is shown to be best in these metrics, by metric; nobody where it is not shown."""
+    own = trials[trials["scenario"] == scenario]
+    counted = comparable_trials(own, [name for name in names if name in own])
+    has_arrival = bool((own["outcome"] == Outcome.SUCCEEDED).any())
+    repeated = frozenset(str(name) for _, name in repeated_cells(own))
+    found = {}
+    for entry in all_metrics():
+        if entry.name in names and entry.name in own:
+            judged = verdict(
+                counted,
+                scenario,
+                entry,
+                anyone_arrived=has_arrival,
+                repeated=repeated,
+                touches=touch_counts(own),
+            )
+            if judged is not None and judged.best is not None:
+                found[entry.name] = judged.best
+    return found
 
 
 def table_to_markdown(table: pd.DataFrame) -> str:

@@ -21,6 +21,7 @@ CONTRACTS = {
     "plugins",
     "processes",
     "program_function",
+    "python_file",
     "releases",
     "typed_files",
 }

@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import cache
 from types import ModuleType
 
 from drake_navbench.analysis.metrics.definition import Measurement, Metric
+from drake_navbench.analysis.metrics.metric_file import asked_metrics, metric_in_file, remember
 from drake_navbench.errors import InputError, InputWarning
 from drake_navbench.logs.log import TrialLog
 from drake_navbench.plugins.kinds import PluginKind
 
 METRICS = PluginKind(noun="metric", group="drake_navbench.metrics", guide="docs/metrics.md")
+# The theme of the metrics of `--metric`.
+OWN_THEME = "your own"
 # The order of the catalogue and of the columns; a user's themes follow by name.
 BUILTIN_THEMES = (
     "published",
@@ -52,7 +55,26 @@ def installed_metrics() -> Mapping[str, tuple[Metric, ...]]:
             continue
         by_theme[theme] = loaded[theme]
         owner |= dict.fromkeys((entry.name for entry in loaded[theme]), theme)
+    if own := asked_metrics():
+        by_theme[OWN_THEME] = own
     return by_theme
+
+
+def use_metric_files(references: Sequence[str]) -> None:
+    """Adds the metrics of `--metric FILE.py:NAME` to those that are measured.
+
+    Raises InputError where one cannot be loaded, or has the name of another metric.
+    """
+    found = [metric_in_file(reference) for reference in references]
+    remember([])
+    installed_metrics.cache_clear()
+    taken = [entry.name for entry in all_metrics()]
+    for entry, reference in zip(found, references, strict=True):
+        if entry.name in taken:
+            raise InputError(f"--metric {reference}: a metric {entry.name!r} exists already")
+        taken.append(entry.name)
+    remember(references)
+    installed_metrics.cache_clear()
 
 
 def metrics_in(loaded: ModuleType | Metric, theme: str) -> tuple[Metric, ...]:

@@ -65,8 +65,16 @@ def request_from_arguments(arguments: argparse.Namespace) -> Request:
         "keeps_costmaps": not arguments.no_costmaps,
         "sweeps": arguments.sweep,
         "samples": arguments.samples,
+        "metrics": [_absolute(reference) for reference in arguments.metric],
+        "columns": arguments.columns,
     }
     return validate(Request, asked, "command line")
+
+
+def _absolute(reference: str) -> str:
+    """Returns 'my.py:name' with the path from the root: a run may be resumed from elsewhere."""
+    path, colon, name = reference.rpartition(":")
+    return f"{Path(path).absolute()}{colon}{name}" if colon else reference
 
 
 def _aliases(texts: Sequence[str]) -> dict[str, str]:

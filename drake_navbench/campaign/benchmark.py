@@ -16,7 +16,7 @@ from rich.console import Console
 from drake_navbench.analysis.pair_verdict import verdicts_within
 from drake_navbench.analysis.rank_changes import rank_changes
 from drake_navbench.analysis.sweeps import SUCCEEDED, long_table, response_table, swept_fields
-from drake_navbench.analysis.tables import scenario_table
+from drake_navbench.analysis.tables import PRINTED, best_of, metrics_table, scenario_table
 from drake_navbench.analysis.totals import told_by_totals, totals
 from drake_navbench.campaign.asked import listed_controllers, request_from_arguments, told_of_files
 from drake_navbench.campaign.campaign import DEFAULT_TRIALS, Campaign, plan_campaign
@@ -26,7 +26,12 @@ from drake_navbench.campaign.cluster_connection import (
     require_cluster,
 )
 from drake_navbench.campaign.compile_progress import CompileProgress
-from drake_navbench.campaign.console import CampaignProgress, print_scenario, terminal
+from drake_navbench.campaign.console import (
+    BEST_MARK,
+    CampaignProgress,
+    print_scenario,
+    terminal,
+)
 from drake_navbench.campaign.driving import Undriven, run_campaign
 from drake_navbench.campaign.manifest import (
     Begun,
@@ -45,7 +50,7 @@ from drake_navbench.campaign.suite_console import print_rank_changes, print_tota
 from drake_navbench.campaign.warm_up import cold_parts, start_worker_server, warm_up
 from drake_navbench.errors import InputError, NavbenchError, printable
 from drake_navbench.inputs.presets import Preset, resolved_parameters
-from drake_navbench.inputs.scenario import Scenario
+from drake_navbench.inputs.scenario import PUBLISHED_SCENARIOS, Scenario
 from drake_navbench.inputs.speed_check import lines_of
 from drake_navbench.logs.log import Outcome
 from drake_navbench.logs.results import ResultsFolder, only_run_in, require_writable
@@ -54,6 +59,8 @@ from drake_navbench.processes.machine import available_cores
 from drake_navbench.trial.trial import DEFAULT_ROBOT
 from drake_navbench.typed_files.typed_yaml import validate
 
+# Sentences of the report's verdict: who arrived, and who touched something or is best.
+TOLD_OF_REPORT = 2
 PRINTED_IN_SWEEP = {SUCCEEDED: "share", "time_to_goal_s": "s", "min_clearance_m": "m"}
 
 
@@ -184,6 +191,8 @@ def run_from_command_line(arguments: argparse.Namespace, *, began_s: float) -> b
     jobs = arguments.jobs or available_cores()
     cluster = cluster_place(arguments)
     if cluster is not None:
+        if request.metrics:
+            raise InputError("--metric: is measured on this machine; expected no --cluster")
         # That nobody answers is known before anything is written.
         require_cluster(cluster)
     try:
@@ -258,10 +267,10 @@ def _run(
     if trials.empty:
         return True
     told = told_by_totals(campaign.suites)
-    _print_tables(console, campaign, trials, told)
+    _print_tables(console, campaign, trials, told, _printed_metrics(request, campaign))
     _write_wanted_replays(console, request, campaign, folder, told, jobs)
     console.print("Writing the report ...")
-    build_report(
+    report = build_report(
         folder.path,
         figures=FigureChoice(request.figures),
         jobs=jobs,
@@ -277,18 +286,37 @@ def _run(
     # On a line of its own, which no terminal breaks as long as the path fits.
     page = folder.path / ("sweep.html" if campaign.sweep else "report.html")
     console.print(f"Open {page}", soft_wrap=True)
-    if len(campaign.nav2) > 1:
-        verdicts = verdicts_within(trials, columns_by_file(campaign), campaign.suites)
-        add_verdict(folder, " ".join(verdict.text for verdict in verdicts))
-        for verdict in verdicts:
-            console.print(printable(f"Verdict: {verdict.text}"), soft_wrap=True)
-            for detail in verdict.details:
-                console.print(printable(f"  {detail}"), soft_wrap=True)
+    _tell_verdict(console, campaign, folder, trials, report.verdict)
     errors = trials[trials["outcome"] == Outcome.ERROR]
     for row in errors.itertuples():
         where = f"{row.scenario}, {row.controller}, trial {row.trial}"
         _print_error(f"error: {where}: {row.reason}")
     return bool(undriven) or not errors.empty
+
+
+def _tell_verdict(
+    console: Console,
+    campaign: Campaign,
+    folder: ResultsFolder,
+    trials: pd.DataFrame,
+    of_report: Sequence[str],
+) -> None:
+    """Prints the verdict and keeps it in the manifest.
+
+    Of whole Nav2 files each is judged against the first; else it is that of the report, in short.
+    """
+    if campaign.sweep or len(campaign.columns) < 2:
+        return
+    details: list[str] = []
+    if len(campaign.nav2) > 1:
+        verdicts = verdicts_within(trials, columns_by_file(campaign), campaign.suites)
+        told = [verdict.text for verdict in verdicts]
+        details = [detail for verdict in verdicts for detail in verdict.details]
+    else:
+        told = list(of_report[:TOLD_OF_REPORT])
+    add_verdict(folder, " ".join(told))
+    for line in [f"Verdict: {' '.join(told)}", *(f"  {detail}" for detail in details)]:
+        console.print(printable(line), soft_wrap=True)
 
 
 def _compile_cold_parts(campaign: Campaign, console: Console, jobs: int) -> None:
@@ -305,21 +333,49 @@ def _compile_cold_parts(campaign: Campaign, console: Console, jobs: int) -> None
 
 
 def _print_tables(
-    console: Console, campaign: Campaign, trials: pd.DataFrame, told: frozenset[str]
+    console: Console,
+    campaign: Campaign,
+    trials: pd.DataFrame,
+    told: frozenset[str],
+    names: Sequence[str],
 ) -> None:
-    """Prints a table a scenario, but for those that the totals tell of, and the totals."""
+    """Prints a table a scenario, but for those that the totals tell of, and the totals.
+
+    names: of the metrics in the tables; () for those of the publication.
+    """
     impossible = {spec.scenario.name for spec in campaign.specs if spec.scenario.is_impossible}
     if campaign.sweep:
         for scenario, rows in long_table(trials, campaign.sweep).groupby("scenario", sort=False):
             table = response_table(rows, swept_fields(campaign.sweep), PRINTED_IN_SWEEP)
             print_scenario(console, table, str(scenario))
     else:
+        marks = False
         for scenario in dict.fromkeys(trials["scenario"]):
             if scenario not in told:
-                table = scenario_table(trials, scenario)
-                print_scenario(console, table, scenario, is_impossible=scenario in impossible)
+                best = best_of(trials, scenario, names)
+                marks = marks or bool(best)
+                print_scenario(
+                    console,
+                    metrics_table(trials, scenario, names)
+                    if names
+                    else scenario_table(trials, scenario),
+                    scenario,
+                    is_impossible=scenario in impossible,
+                    best=best,
+                )
+        if marks:
+            console.print(f"{BEST_MARK} shown to be best, with 95% confidence against all others")
     print_totals(console, totals(trials))
     print_rank_changes(console, rank_changes(trials, campaign.clean_of))
+
+
+def _printed_metrics(request: Request, campaign: Campaign) -> tuple[str, ...]:
+    """Returns the metrics that the tables show, () for those of the published benchmark."""
+    own = [reference.rpartition(":")[2] for reference in request.metrics]
+    if request.columns:
+        return tuple(dict.fromkeys([*request.columns, *own]))
+    is_published = set(campaign.scenarios) <= set(PUBLISHED_SCENARIOS) and not campaign.nav2
+    return () if is_published and not own else (*PRINTED, *own)
 
 
 def _write_wanted_replays(

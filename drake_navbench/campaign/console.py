@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import re
+from collections.abc import Mapping
 from itertools import pairwise
 from types import TracebackType
 
@@ -25,6 +26,8 @@ from drake_navbench.analysis.numbers import number
 from drake_navbench.campaign.driving import Progress
 
 COUNT_UNIT = "trials"
+BEST_MARK = "★"
+NOBODY_IS_BEST: Mapping[str, str] = {}
 IMPOSSIBLE = "impossible on purpose, every trial should be aborted"
 # In a file or a pipe there is no width to respect unless COLUMNS gives one.
 PIPE_WIDTH = 160
@@ -90,20 +93,26 @@ class CampaignProgress:
 
 
 def print_scenario(
-    console: Console, table: pd.DataFrame, scenario: str, *, is_impossible: bool = False
+    console: Console,
+    table: pd.DataFrame,
+    scenario: str,
+    *,
+    is_impossible: bool = False,
+    best: Mapping[str, str] = NOBODY_IS_BEST,
 ) -> None:
     """Prints one scenario's table: metrics by controllers, then how the trials ended.
 
     Where not all controllers fit beside one another, they are spread evenly over several tables. No
     number is ever wrapped or cut.
 
-    is_impossible: whether the task is meant to be given up.
+    is_impossible: whether the task is meant to be given up. best: who is shown to be best, by
+    metric; the number has a star.
     """
     note = f": {IMPOSSIBLE}" if is_impossible else ""
     console.print(Text(f"{scenario}{note}", style="bold"))
     for block in _blocks(console, table):
-        if fits(console, _shown(block)):
-            console.print(_shown(block))
+        if fits(console, _shown(block, best)):
+            console.print(_shown(block, best))
         else:
             _print_as_list(console, block)
         console.print()
@@ -140,7 +149,7 @@ def fits(console: Console, table: Table) -> bool:
     return Measurement.get(console, unlimited, table).maximum <= console.width
 
 
-def _shown(table: pd.DataFrame) -> Table:
+def _shown(table: pd.DataFrame, best: Mapping[str, str] = NOBODY_IS_BEST) -> Table:
     shown = Table(box=SIMPLE_HEAD, show_edge=False, pad_edge=False, padding=(0, 1, 0, 0))
     shown.add_column("metric", no_wrap=True)
     shown.add_column("unit", no_wrap=True)
@@ -149,7 +158,11 @@ def _shown(table: pd.DataFrame) -> Table:
         shown.add_column(name, justify="right", no_wrap=True)
     counts = table.index.get_level_values("unit") == COUNT_UNIT
     for (metric, unit), values in table[~counts].iterrows():
-        shown.add_row(metric, unit, *map(number, values))
+        cells = [
+            f"{BEST_MARK} {number(value)}" if best.get(metric) == name else number(value)
+            for name, value in values.items()
+        ]
+        shown.add_row(metric, unit, *cells)
     shown.add_section()
     for (metric, _), values in table[counts].iterrows():
         if values.any():

@@ -9,9 +9,11 @@ from typing import TYPE_CHECKING, Literal
 
 from pydantic import Field
 
+from drake_navbench.analysis.metrics.registry import all_metrics, use_metric_files
+from drake_navbench.analysis.tables import TOUCH_RATE
 from drake_navbench.campaign.campaign import Campaign, plan_campaign
 from drake_navbench.campaign.sweep import MAX_POINTS
-from drake_navbench.errors import InputError
+from drake_navbench.errors import InputError, nearest_name_hint
 from drake_navbench.inputs.barn import barn_scenarios
 from drake_navbench.inputs.check import CheckRow, Status
 from drake_navbench.inputs.gazebo_world import load_gazebo_world, scenario_in_world
@@ -75,7 +77,8 @@ class Request(FrozenModel):
     packages: folders in which the packages are looked for that a robot's model or a world names.
     original: the build of Nav2 whose controllers drive beside those of the columns.
     sweeps: axes as of `parse_axis`. samples: of a Latin hypercube over them, None for their grid.
-    keeps_costmaps: whether the logs hold the local costmaps.
+    keeps_costmaps: whether the logs hold the local costmaps. metrics: of files, 'my.py:name'.
+    columns: metrics that the terminal shows; () for its own choice.
     """
 
     scenarios: tuple[str, ...]
@@ -98,6 +101,8 @@ class Request(FrozenModel):
     sweeps: tuple[str, ...] = ()
     samples: int | None = Field(None, ge=1, le=MAX_POINTS)
     keeps_costmaps: bool = True
+    metrics: tuple[str, ...] = ()
+    columns: tuple[str, ...] = ()
 
     def nav2_columns(self) -> tuple[FileColumns, ...]:
         """Returns what each whole Nav2 file makes, none without any; raises InputError."""
@@ -167,7 +172,17 @@ class Request(FrozenModel):
         return base_frame_of(list(map(Path, self.nav2_files)))
 
     def campaign(self) -> Campaign:
-        """Returns the trials of this request, all input checked; raises InputError."""
+        """Returns the trials of this request, all input checked; raises InputError.
+
+        The metrics of files are measured in this process, and in its workers, from now on.
+        """
+        use_metric_files(self.metrics)
+        known = [*(entry.name for entry in all_metrics()), TOUCH_RATE]
+        for name in self.columns:
+            if name not in known:
+                raise InputError(
+                    f"--columns: metric {name!r} is unknown{nearest_name_hint(name, known)}"
+                )
         from_files = [
             preset
             for path in dict.fromkeys(self.parameter_files)

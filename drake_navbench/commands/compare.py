@@ -68,6 +68,13 @@ def build_parser() -> argparse.ArgumentParser:
         help="compare these columns, whatever their names (equal names, then the one column that "
         "each folder has left)",
     )
+    add(
+        "--metric",
+        action="append",
+        default=[],
+        metavar="FILE.py:NAME",
+        help="compare a function of yours, decorated with @metric, as well",
+    )
     add("--all", action="store_true", help="print every change, not 20 lines")
     add("--html", type=Path, metavar="FILE", help="also write a page, to be read or handed on")
     add(
@@ -106,9 +113,11 @@ def main(argv: Sequence[str] | None = None) -> int:
 def _compare(arguments: argparse.Namespace) -> int:
     from drake_navbench.analysis import compare
     from drake_navbench.analysis.contests import read_matches
+    from drake_navbench.analysis.metrics.registry import use_metric_files
     from drake_navbench.analysis.paired_tests import DEFAULT_LISTED
     from drake_navbench.analysis.paired_text import lost_lines, sentence
 
+    use_metric_files(arguments.metric)
     comparison = compare.compare_folders(
         [arguments.baseline, *arguments.others],
         listed=_listed(arguments.fail_on, DEFAULT_LISTED),

@@ -35,6 +35,13 @@ def build_parser() -> argparse.ArgumentParser:
         help="key: those that compare the controllers of a scenario; all: also the motion of each "
         "controller, and every figure as PNG (key)",
     )
+    parser.add_argument(
+        "--metric",
+        action="append",
+        default=[],
+        metavar="FILE.py:NAME",
+        help="measure a function of yours, decorated with @metric, as well",
+    )
     parser.add_argument("--jobs", type=positive_number, default=2, help="parallel processes (2)")
     parser.add_argument(
         "--difference",
@@ -54,9 +61,11 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 def _report(arguments: argparse.Namespace) -> None:
     from drake_navbench.analysis.figures.album import FigureChoice
+    from drake_navbench.analysis.metrics.registry import use_metric_files
     from drake_navbench.analysis.report import build_report
     from drake_navbench.inputs.presets import resolved_parameters
 
+    use_metric_files(arguments.metric)
     result = build_report(
         arguments.folder,
         figures=FigureChoice(arguments.figures),

@@ -20,6 +20,7 @@ from drake_navbench.commands.command_line import (
     EXIT_WRONG_INPUT,
     CommandParser,
     exit_status_of,
+    listed_names,
     positive_number,
     whole_number,
 )
@@ -268,6 +269,21 @@ def _add_results(parser: argparse.ArgumentParser) -> None:
         choices=("none", "key", "all"),
         help="of the report; key: those that compare the controllers of a scenario; all: also the "
         "motion of each controller, and every figure as PNG (key; of a sweep none)",
+    )
+    add(
+        "--metric",
+        action="append",
+        default=[],
+        metavar="FILE.py:NAME",
+        help="measure a function of yours, decorated with @metric, in tables and report",
+    )
+    add(
+        "--columns",
+        type=listed_names,
+        default=(),
+        metavar="LIST",
+        help="the metrics that the terminal shows (success, touches, time, clearance, length, "
+        "distance from the path, jerk; those of the publication for the published benchmark)",
     )
     add(
         "--no-costmaps",

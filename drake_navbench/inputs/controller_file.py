@@ -3,19 +3,15 @@
 from __future__ import annotations
 
 import ast
-import contextlib
 import hashlib
-import importlib.util
 import re
-import sys
-import traceback
 from functools import cache
 from pathlib import Path
-from types import ModuleType
 from typing import Any, NamedTuple
 
 from drake_navbench.controller import CONTROLLERS, Controller
-from drake_navbench.errors import InputError, is_machine_fault, nearest_name_hint, one_line
+from drake_navbench.errors import InputError, nearest_name_hint
+from drake_navbench.python_file import module_of
 from drake_navbench.typed_files.input_file import read_input
 
 MAX_FILE_BYTES = 2**20
@@ -75,7 +71,7 @@ def _loaded(file: ControllerFile) -> type[Controller]:
     content = read_input(file.path, max_bytes=MAX_FILE_BYTES)
     if hashlib.sha256(content).hexdigest() != file.sha256:
         raise InputError(f"{who}: the file has changed since it was asked for; start anew")
-    module = _module(file, content, who)
+    module = module_of(file.path, content, file.sha256, "controller_file", who)
     if not hasattr(module, file.class_name):
         raise InputError(
             f"{who}: no such class{nearest_name_hint(file.class_name, _classes(content))}"
@@ -83,40 +79,6 @@ def _loaded(file: ControllerFile) -> type[Controller]:
     loaded: Any = getattr(module, file.class_name)
     CONTROLLERS.require_contract(loaded, who, file.class_name)
     return loaded
-
-
-def _module(file: ControllerFile, content: bytes, who: str) -> ModuleType:
-    """Returns the module of a file, run once for each of its contents."""
-    name = f"controller_file_{file.path.stem}_{file.sha256[:16]}"
-    if name in sys.modules:
-        return sys.modules[name]
-    spec = importlib.util.spec_from_loader(name, loader=None, origin=str(file.path))
-    assert spec is not None
-    module = importlib.util.module_from_spec(spec)
-    module.__file__ = str(file.path)
-    # Dataclasses and pydantic look a class's module up by its name.
-    sys.modules[name] = module
-    try:
-        with contextlib.chdir("."):
-            exec(compile(content, str(file.path), "exec"), module.__dict__)
-    except BaseException as error:
-        del sys.modules[name]
-        if is_machine_fault(error):
-            raise
-        where = _line_of(error, file.path)
-        # It is somebody's code: anything can happen in it.
-        raise InputError(f"{who}: cannot be loaded: {one_line(error)}{where}") from error
-    return module
-
-
-def _line_of(error: BaseException, path: Path) -> str:
-    """Returns ' (line 7)' for the last line of the file that an error passed."""
-    if isinstance(error, SyntaxError):
-        # Its text has the line.
-        return ""
-    frames = traceback.extract_tb(error.__traceback__)
-    lines = [frame.lineno for frame in frames if frame.filename == str(path)]
-    return f" (line {lines[-1]})" if lines else ""
 
 
 def _classes(content: bytes) -> list[str]:

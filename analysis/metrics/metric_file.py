@@ -1,0 +1,55 @@
+"""Metrics in files of their own, `--metric my.py:name`, that no package has to carry.
+
+Workers find them by an environment variable, which they inherit: every process that measures a
+trial measures them, too.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+from collections.abc import Sequence
+from pathlib import Path
+
+from drake_navbench.analysis.metrics.definition import Metric
+from drake_navbench.errors import InputError, nearest_name_hint
+from drake_navbench.python_file import module_of
+from drake_navbench.typed_files.input_file import read_input
+
+VARIABLE = "DRAKE_NAVBENCH_METRIC_FILES"
+SEPARATOR = "\n"
+MAX_FILE_BYTES = 2**20
+
+
+def metric_in_file(reference: str) -> Metric:
+    """Returns the metric of 'my.py:name', a function decorated with @metric; raises InputError."""
+    path_text, colon, name = reference.rpartition(":")
+    path = Path(path_text)
+    if not colon or path.suffix != ".py" or not name.isidentifier():
+        raise InputError(f"--metric {reference!r}: expected FILE.py:NAME")
+    content = read_input(path, max_bytes=MAX_FILE_BYTES)
+    digest = hashlib.sha256(content).hexdigest()
+    module = module_of(path, content, digest, "metric_file", f"--metric {reference}")
+    found = vars(module).get(name)
+    if not isinstance(found, Metric):
+        own = [key for key, value in vars(module).items() if isinstance(value, Metric)]
+        raise InputError(
+            f"--metric {reference}: no function {name!r} decorated with @metric"
+            f"{nearest_name_hint(name, own)}"
+        )
+    return found
+
+
+def asked_metrics() -> tuple[Metric, ...]:
+    """Returns the metrics of the files that this process was asked to measure."""
+    references = filter(None, os.environ.get(VARIABLE, "").split(SEPARATOR))
+    return tuple(map(metric_in_file, references))
+
+
+def remember(references: Sequence[str]) -> None:
+    """Has this process, and the workers that it starts, measure these metrics as well."""
+    absolute = []
+    for reference in references:
+        path, colon, name = reference.rpartition(":")
+        absolute.append(f"{Path(path).absolute()}{colon}{name}")
+    os.environ[VARIABLE] = SEPARATOR.join(absolute)
