@@ -74,7 +74,6 @@ def run_benchmark(
     robot: str = DEFAULT_ROBOT,
     out: str | Path | None = None,
     sweeps: str | Sequence[str] = (),
-    samples: int | None = None,
     nav2: str | Path | None = None,
     against: str | Path | Sequence[str | Path] = (),
     map: str | Path | None = None,
@@ -108,7 +107,6 @@ def run_benchmark(
         "robot": robot,
         "replay": "none",
         "sweeps": sweeps,
-        "samples": samples,
     }
     if isinstance(against, str | Path):
         against = [against]
@@ -134,7 +132,6 @@ def run_benchmark(
             seed=seed,
             robot=robot,
             sweeps=sweeps,
-            samples=samples,
         )
     temporary = tempfile.TemporaryDirectory() if out is None else None
     folder = ResultsFolder(out or Path(temporary.name if temporary else ""))
