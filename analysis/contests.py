@@ -63,7 +63,11 @@ def matches_within(
     if asked:
         _require_known([name for match in asked for name in match], columns)
         return list(asked)
-    plugins = [*files.values()]
+    # A manifest has them by the alphabet; the first file is that of the first column.
+    order = {name: place for place, name in enumerate(columns)}
+    plugins = sorted(
+        files.values(), key=lambda own: min(order.get(name, len(order)) for name in own.values())
+    )
     found = []
     for other in plugins[1:]:
         first = plugins[0]

@@ -185,7 +185,7 @@ def trial_rows(
             "row": entry.row,
             "path": entry.path,
             "replay": _replay_of(analysis.path, entry),
-            "command": f"python -m drake_navbench replay {quote(entry.path)}",
+            "command": f"drake-navbench replay {quote(entry.path)}",
         }
         for entry in scenario.trials
         if entry.path in listed[scenario.scenario]

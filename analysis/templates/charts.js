@@ -103,9 +103,17 @@
             x: values.map((_, index) => spread(index)), y: values.map((value) => value[2]), who: values.map(() => name),
             trial: values.map((value) => value[1]), ended: values.map((value) => (value[3] ? "arrived" : "did not arrive")),
           } });
+          // A click on a dot opens the trial's replay, or shows the command that makes it.
+          source.selected.change.connect(() => {
+            const [index] = source.selected.indices;
+            if (index === undefined) return;
+            source.selected.indices = [];
+            showTrial(data.scenario, name, source.data.trial[index]);
+          });
           return own(state, figure.scatter({ field: "x" }, { field: "y" }, { source, size: 8, line_color: data.colors[controller], fill_color: values.map((value) => (value[3] ? data.colors[controller] : "transparent")), alpha: 0.85 }), controller);
         });
         hover(figure, dots, [["", "@who"], ["trial", "@trial, @ended"], ["", `@y ${metric.unit}`]]);
+        figure.add_tools(new Bokeh.TapTool({ renderers: dots }));
         return figure;
       });
     },
@@ -178,6 +186,17 @@
     const state = states.get(data.scenario);
     // Its room is kept from the start, so that nothing moves.
     legend.hidden = false;
+    // The chips at the top of the page hide a controller here, too.
+    const follow = () => {
+      for (const button of legend.querySelectorAll("button[data-controller]")) {
+        const isHidden = hiddenControllers.has(button.dataset.controller);
+        button.setAttribute("aria-pressed", String(!isHidden));
+        state.hidden[isHidden ? "add" : "delete"](data.controllers.indexOf(button.dataset.controller));
+      }
+      for (const apply of state.drawn) apply();
+    };
+    hiddenListeners.push(follow);
+    follow();
     legend.addEventListener("click", (event) => {
       const button = event.target.closest("button");
       if (!button) return;

@@ -50,8 +50,102 @@ for (const filters of document.querySelectorAll(".filters")) {
     }
     filters.querySelector("output").textContent = `${shown} of ${rows.length} rows`;
   };
-  filters.addEventListener("input", apply);
+  filters.addEventListener("input", () => { apply(); keepState(); });
+  filters.applyAll = apply;
   apply();
+}
+// The state of the page stands in its address, so that a link shows what its sender saw: hidden
+// controllers, and the choices above each table.
+const hiddenControllers = new Set();
+const hiddenListeners = [];
+function keepState() {
+  const state = new URLSearchParams();
+  if (hiddenControllers.size) state.set("hide", [...hiddenControllers].join("\n"));
+  for (const filters of document.querySelectorAll(".filters")) {
+    for (const select of filters.querySelectorAll("select")) {
+      if (select.value) state.set(`${filters.dataset.table}.${select.dataset.column}`, select.value);
+    }
+    const words = filters.querySelector("input").value;
+    if (words) state.set(`${filters.dataset.table}.search`, words);
+  }
+  const query = state.toString();
+  try { history.replaceState(null, "", `${query ? `?${query}` : location.pathname}${location.hash}`); } catch { /* Not everywhere a file's address may change. */ }
+}
+function showHidden() {
+  for (const button of document.querySelectorAll("#columns button")) {
+    button.setAttribute("aria-pressed", String(!hiddenControllers.has(button.dataset.controller)));
+  }
+  const isHidden = (element) => hiddenControllers.has(element.dataset.controller);
+  for (const bar of document.querySelectorAll(".bar")) bar.classList.toggle("of-hidden", isHidden(bar));
+  for (const table of document.querySelectorAll("table")) {
+    const heads = Array.from(table.tHead ? table.tHead.rows[0].cells : []);
+    const chipOf = (cell) => cell.querySelector(".chip");
+    heads.forEach((head, column) => {
+      const chip = chipOf(head);
+      if (!chip) return;
+      for (const row of table.rows) row.cells[column]?.classList.toggle("of-hidden", isHidden(chip));
+    });
+    if (heads.some(chipOf)) continue;
+    for (const row of table.tBodies[0]?.rows || []) {
+      row.classList.toggle("of-hidden", Array.from(row.querySelectorAll("td .chip")).some(isHidden));
+    }
+  }
+  for (const told of hiddenListeners) told();
+}
+for (const button of document.querySelectorAll("#columns button")) {
+  button.addEventListener("click", () => {
+    const name = button.dataset.controller;
+    if (!hiddenControllers.delete(name)) hiddenControllers.add(name);
+    showHidden();
+    keepState();
+  });
+}
+function restoreState() {
+  const state = new URLSearchParams(location.search);
+  const known = Array.from(document.querySelectorAll("#columns button"), (button) => button.dataset.controller);
+  for (const name of (state.get("hide") || "").split("\n")) if (known.includes(name)) hiddenControllers.add(name);
+  for (const filters of document.querySelectorAll(".filters")) {
+    for (const select of filters.querySelectorAll("select")) select.value = state.get(`${filters.dataset.table}.${select.dataset.column}`) || "";
+    filters.querySelector("input").value = state.get(`${filters.dataset.table}.search`) || "";
+    filters.applyAll();
+  }
+  showHidden();
+}
+restoreState();
+// Every table as CSV: the rows that are shown, with the values that they are sorted by.
+function csvOf(table) {
+  const rows = Array.from(table.rows).filter((row) => !row.hidden && !row.classList.contains("of-hidden"));
+  return rows.map((row) => Array.from(row.cells).filter((cell) => !cell.classList.contains("of-hidden")).map((cell) => {
+    const name = cell.querySelector("code.name");
+    const text = cell.dataset.value || (name ? name.textContent : cell.textContent.replace(/\s+/g, " ").trim());
+    return /[",\n]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text;
+  }).join(",")).join("\n") + "\n";
+}
+for (const table of document.querySelectorAll("table")) {
+  const button = document.createElement("button");
+  button.type = "button";
+  button.className = "csv";
+  button.textContent = "CSV";
+  button.addEventListener("click", () => {
+    const link = document.createElement("a");
+    link.href = URL.createObjectURL(new Blob([csvOf(table)], { type: "text/csv" }));
+    link.download = `${table.id || table.closest("section")?.id || "table"}.csv`;
+    link.click();
+    setTimeout(() => URL.revokeObjectURL(link.href), 1000);
+  });
+  (table.closest(".scroll") || table).before(button);
+}
+// Opens the replay of a trial, or shows the row with the command that makes one.
+function showTrial(scenario, controller, trial) {
+  const rows = Array.from(document.querySelectorAll("#trials-table tbody tr"));
+  const row = rows.find(({ cells }) => cells[0].textContent === scenario && cells[1].textContent.trim() === controller && cells[2].dataset.value === String(trial));
+  if (!row) return;
+  const link = row.querySelector("a.to-replay");
+  if (link) { location.href = link.href; return; }
+  for (const other of rows) other.classList.remove("pointed-at");
+  row.hidden = false;
+  row.classList.add("pointed-at");
+  row.scrollIntoView({ block: "center" });
 }
 // The replays are files beside this page, which may have been sent alone.
 function replaysAreNotHere() {

@@ -63,6 +63,9 @@ def test_columns_of_whole_files_are_paired_by_their_plugin():
         Match("A/FollowPath", "B/FollowPath"),
         Match("A/Slow", "B/Slow"),
     ]
+    # The first file is that of the first column, whatever the order of their names.
+    by_alphabet = {"new": {"FollowPath": "new"}, "old": {"FollowPath": "old"}}
+    assert matches_within(["old", "new"], by_alphabet) == [Match("old", "new")]
     assert matches_within(["x", "y", "z"], {}) == [Match("x", "y"), Match("x", "z")]
 
 

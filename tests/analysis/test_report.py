@@ -243,7 +243,7 @@ def test_unless_asked_for_only_figures_that_compare_are_drawn(tmp_path):
     }
     text = (path / "report.html").read_text(encoding="utf-8")
     assert text.count("<img") == len(written)
-    assert "python -m drake_navbench report results --figures all" in text
+    assert "drake-navbench report results --figures all" in text
 
 
 def test_all_figures_are_those_and_the_motion_of_each_controller_as_png_too(reported, text):
@@ -370,7 +370,7 @@ def test_a_trial_is_linked_only_to_a_replay_that_shows_it(tmp_path):
     assert 'href="trials/empty/rpp/trial_002.html"' in shown["trials/empty/rpp/trial_002.parquet"]
     second = shown["trials/empty/rpp/trial_001.parquet"]
     assert "href" not in second
-    command_line = "python -m drake_navbench replay trials/empty/rpp/trial_001.parquet"
+    command_line = "drake-navbench replay trials/empty/rpp/trial_001.parquet"
     assert f"<code>{command_line}</code>" in second
 
 

@@ -274,3 +274,56 @@ def test_a_click_on_the_replay_link_opens_a_replay_that_is_drawn_and_moves(opene
     assert pictures[0].read_bytes() != pictures[1].read_bytes()
     assert opened.errors == []
     assert [url for url in opened.requests if not url.startswith(ON_DISK)] == []
+
+
+CHIP = "document.querySelector('#columns button[data-controller=rpp]')"
+ROWS = (
+    "Array.from(document.querySelectorAll('#trials-table tbody tr'))"
+    ".filter((row) => row.offsetParent !== null).length"
+)
+
+
+def test_a_chip_hides_its_controller_everywhere_and_stands_in_the_address(opened, browser):
+    assert opened.evaluate(ROWS) == 4
+    opened.evaluate(f"{CHIP}.click()")
+    try:
+        assert opened.evaluate(ROWS) == 2
+        assert opened.evaluate(f"{CHIP}.getAttribute('aria-pressed')") == "false"
+        shown = "Array.from(document.querySelectorAll('.bar')).filter((b) => b.offsetParent)"
+        names = opened.evaluate(f"[...new Set({shown}.map((b) => b.dataset.controller))]")
+        assert names == ["dwb"]
+        heads = "document.querySelectorAll('#summary thead th:not(.of-hidden)').length"
+        assert opened.evaluate(heads) < opened.evaluate(heads.replace(":not(.of-hidden)", ""))
+        assert opened.evaluate("location.search") == "?hide=rpp"
+        # Who opens the address sees the same.
+        opened.evaluate("hiddenControllers.clear(), restoreState()")
+        assert opened.evaluate(ROWS) == 2
+    finally:
+        opened.evaluate("hiddenControllers.clear(), showHidden(), keepState()")
+    assert opened.evaluate(ROWS) == 4
+    assert opened.evaluate("location.search") == ""
+
+
+def test_every_table_is_had_as_csv(opened):
+    buttons = opened.evaluate("document.querySelectorAll('button.csv').length")
+    assert buttons == opened.evaluate("document.querySelectorAll('table').length") > 3
+    text = opened.evaluate("csvOf(document.getElementById('trials-table'))")
+    header, *rows = text.splitlines()
+    assert header.startswith("scenario,controller,trial,seed,outcome,")
+    assert len(rows) == 4
+    assert rows[0].startswith(f"{SCENARIO},")
+
+
+def test_a_trial_without_a_replay_is_pointed_at_in_the_table(opened):
+    opened.evaluate(f"showTrial('{SCENARIO}', 'rpp', 1)")
+    told = opened.evaluate("document.querySelector('.pointed-at')?.textContent")
+    assert "drake-navbench replay trials/" in told
+    opened.evaluate("document.querySelector('.pointed-at')?.classList.remove('pointed-at')")
+
+
+def test_tables_of_a_scenario_stand_behind_its_charts(opened):
+    order = opened.evaluate(
+        "document.querySelector('#scenario-1 .figures').compareDocumentPosition("
+        "document.querySelector('#scenario-1 table')) & Node.DOCUMENT_POSITION_FOLLOWING"
+    )
+    assert order
