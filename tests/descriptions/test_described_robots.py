@@ -10,6 +10,7 @@ import pytest
 import shapely
 from descriptions_scenes import XACRO, write_repository
 
+from drake_navbench.analysis.replay.robot_model import load_model
 from drake_navbench.descriptions.xacro_file import expand_xacro
 from drake_navbench.errors import InputError, InputWarning
 from drake_navbench.inputs.described_robot import describe_robot
@@ -68,6 +69,22 @@ def test_a_package_elsewhere_is_found_by_packages_alone(tmp_path):
     with pytest.raises(InputError, match=r"needs the package 'cart_parts'.*--packages"):
         load_robot(str(path))
     assert load_robot(str(path), packages=[tmp_path / "b"]).mass_kg == pytest.approx(22.0)
+
+
+def test_a_package_that_is_not_there_and_whose_macros_nobody_asks_for_is_told(tmp_path):
+    path = write_repository(tmp_path)
+    include = '<xacro:include filename="$(find sick_scan)/urdf/lms.xacro"/>'
+    path.write_text(XACRO.replace("<link", f"{include}<link", 1))
+    assert load_robot(str(path)).mass_kg == pytest.approx(22.0)
+    assert any("the package sick_scan describes" in row for row in rows(path, Status.STAND_IN))
+
+
+def test_a_replay_draws_what_was_read_of_xacro_with_its_wheels(tmp_path):
+    model = load_model(load_robot(str(write_repository(tmp_path))).model_path, np.zeros((0, 2)))
+    assert len(model.visuals) == 3
+    assert len(model.moving_links) == 2
+    heights = [pose.translation()[2] for pose in model.rest_poses().values()]
+    np.testing.assert_allclose(heights, 0.0, atol=1e-9)
 
 
 @pytest.mark.parametrize(
