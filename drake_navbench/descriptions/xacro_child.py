@@ -14,6 +14,7 @@ from xacrodoc.packages import PackageNotFoundError
 from drake_navbench.errors import InputError, as_line
 from drake_navbench.typed_files.ros_packages import Packages
 
+UNDEFINED = re.compile(r"Undefined substitution argument (\w+)")
 # Files of packages that are not there, asked for one by one.
 MAX_MISSING = 100
 XML_SUFFIXES = (".xacro", ".urdf", ".xml", ".gazebo", ".sdf")
@@ -124,7 +125,10 @@ def _expanded(path: Path, arguments: _Arguments) -> str:
         name = _missing_package(error)
         if name is not None:
             raise PackageNotFoundError(name) from error
-        raise InputError(f"xacro cannot expand it: {as_line(str(error))}") from error
+        said = as_line(str(error))
+        undefined = UNDEFINED.search(said)
+        hint = f"; give it by --set {undefined[1]}=VALUE" if undefined else ""
+        raise InputError(f"xacro cannot expand it: {said}{hint}") from error
     return str(document.to_urdf_string())
 
 

@@ -92,6 +92,7 @@ def test_a_replay_draws_what_was_read_of_xacro_with_its_wheels(tmp_path):
     [
         ('<robot xmlns:xacro="a"><xacro:include filename="gone.xacro"/></robot>', "gone.xacro"),
         ('<robot><link name="${nothing}"/></robot>', "nothing"),
+        ('<robot><link name="$(arg arm)"/></robot>', "arm; give it by --set arm=VALUE"),
         ("<robot><link", "xacro cannot expand it"),
     ],
 )
