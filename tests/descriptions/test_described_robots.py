@@ -255,6 +255,17 @@ def test_two_lidars_of_a_kind_scan_together_and_of_two_kinds_the_first(tmp_path)
     assert any("of another kind than front" in row for row in rows(path, Status.STAND_IN))
 
 
+def test_an_omnidirectional_receiver_or_caster_makes_no_omnidirectional_base(tmp_path):
+    path = write_repository(tmp_path)
+    receiver = '<gazebo><plugin filename="ir.so" name="ir_omni"/></gazebo>'
+    caster = '<xacro:wheel name="omni_wheel_caster_wheel" y="0"/>'
+    drive = XACRO[XACRO.index("<gazebo><plugin") :]
+    path.write_text(XACRO.replace(drive, f"{receiver}{caster}</robot>"))
+    assert "differential" in describe_robot(path).check.as_text(300)
+    path.write_text(XACRO.replace("</robot>", f"{receiver}</robot>"))
+    assert load_robot(str(path)).drive.max_linear_velocity_mps == 0.4
+
+
 def test_the_limits_of_ros2_control_are_those_of_its_file(tmp_path):
     path = write_repository(tmp_path)
     config = path.parents[1] / "controllers.yaml"
