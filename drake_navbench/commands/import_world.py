@@ -124,4 +124,4 @@ def draw_world(world: GazeboWorld, robot: Robot, scenario: Scenario, file: Path)
     axes.set_title(
         "grey: seen by the lidar, blue: below it, red: above it, green: robot", fontsize=9
     )
-    figure.savefig(file, dpi=120)
+    figure.savefig(file, dpi=120, bbox_inches="tight")

@@ -85,6 +85,22 @@ def _add_what_drives(parser: argparse.ArgumentParser) -> None:
         help="robot: a name, a robot file, or its model in URDF, SDF or xacro (wheelchair)",
     )
     add(
+        "--package",
+        action="append",
+        default=[],
+        type=Path,
+        metavar="DIR",
+        help="a robot's repository: its model, Nav2 file, and map or world are found in it and "
+        "told; drives --goals 5",
+    )
+    add(
+        "--pick",
+        action="append",
+        default=[],
+        metavar="KIND=N",
+        help="another robot, nav2, map or world of the list that --package prints, or none",
+    )
+    add(
         "--packages",
         action="append",
         default=[],
@@ -350,6 +366,18 @@ def main(argv: Sequence[str] | None = None) -> int:
         return exit_status_of(lambda: _run(parser, arguments))
 
 
+def _with_package(
+    parser: argparse.ArgumentParser, arguments: argparse.Namespace
+) -> argparse.Namespace:
+    """Returns the arguments with what a robot's repository gives; prints what was found."""
+    from drake_navbench.campaign.asked_package import with_package
+
+    arguments, lines = with_package(arguments, parser.get_default("robot"))
+    if not arguments.quiet:
+        print("\n".join(lines), flush=True)
+    return arguments
+
+
 def _run(parser: argparse.ArgumentParser, arguments: argparse.Namespace) -> int:
     began_s = time.perf_counter()
     if arguments.list:
@@ -360,6 +388,10 @@ def _run(parser: argparse.ArgumentParser, arguments: argparse.Namespace) -> int:
         return EXIT_DONE
     if arguments.resume is not None:
         _require_nothing_else(parser, arguments)
+    if arguments.package:
+        arguments = _with_package(parser, arguments)
+    elif arguments.pick:
+        raise InputError(f"--pick {arguments.pick[0]}: expected --package as well")
     if arguments.check:
         from drake_navbench.campaign.asked import print_check
 

@@ -25,7 +25,10 @@ KINDS = (
     ("mecanum", OMNIDIRECTIONAL),
     ("planar_move", OMNIDIRECTIONAL),
     ("planar-move", OMNIDIRECTIONAL),
-    ("omni", OMNIDIRECTIONAL),
+    # Not "omni" alone: there are omnidirectional receivers and cameras.
+    ("omni_wheel", OMNIDIRECTIONAL),
+    ("omni_drive", OMNIDIRECTIONAL),
+    ("omnidirectional", OMNIDIRECTIONAL),
     ("velocity-control", OMNIDIRECTIONAL),
     ("diff_drive", DIFFERENTIAL),
     ("diff-drive", DIFFERENTIAL),
@@ -52,8 +55,9 @@ def drive_of(model: Model, wheels: Sequence[Wheel], packages: Packages) -> Found
     radius_m = next((w.radius_m for w in wheels if w.radius_m is not None), None)
     found = _by_plugin(model) or _by_controllers(model, packages)
     if found is None:
-        names = " ".join(w.joint.child.lower() for w in wheels)
-        is_mecanum = len(wheels) >= 3 and ("mecanum" in names or "omni" in names)
+        names = [w.joint.child.lower() for w in wheels]
+        # Two driven wheels with an omni wheel as their caster are a differential base.
+        is_mecanum = len(names) >= 3 and all("mecanum" in n or "omni" in n for n in names)
         kind = OMNIDIRECTIONAL if is_mecanum else DIFFERENTIAL if len(wheels) >= 2 else ""
         found = FoundDrive(kind, f"{len(wheels)} wheels" if wheels else "", {})
     values = dict(found.values)

@@ -16,6 +16,8 @@ DEPTH_CAMERAS = ("depth", "depth_camera", "rgbd_camera", "rgbd")
 # What Gazebo takes for a lidar or camera without the word, m and Hz.
 DEFAULT_RATE_HZ = 10.0
 FARTHEST_M = 200.0
+# What sees less is no scanner.
+LEAST_REACH_M, LEAST_BEAMS = 1.0, 16
 MAX_BEAMS = 100_000
 # Rays of a depth camera: enough for costmaps, fewer than pixels.
 MAX_COLUMNS, MAX_ROWS = 96, 32
@@ -46,7 +48,9 @@ def sensors_of(model: Model, to_base: Array, floor_m: float) -> FoundSensors:
     found = FoundSensors([], [], [])
     for sensor in model.sensors:
         pose = to_base @ sensor.pose
-        if sensor.kind in LIDARS:
+        if sensor.kind in LIDARS and _is_proximity(sensor):
+            found.others.append(f"{sensor.name} (proximity)")
+        elif sensor.kind in LIDARS:
             if _layers(sensor) > 1:
                 found.clouds.append(_layered(sensor, pose, floor_m))
             else:
@@ -56,6 +60,14 @@ def sensors_of(model: Model, to_base: Array, floor_m: float) -> FoundSensors:
         elif sensor.kind:
             found.others.append(f"{sensor.name} ({sensor.kind})")
     return found
+
+
+def _is_proximity(sensor: Sensor) -> bool:
+    """Tells whether a ray sensor looks for cliffs or bumps: of a short reach or of few beams."""
+    reach_m = number(text_of(_block(sensor), "range/max"))
+    beams = number(text_of(_block(sensor), "scan/horizontal/samples"))
+    is_short = reach_m is not None and reach_m < LEAST_REACH_M
+    return is_short or (beams is not None and beams < LEAST_BEAMS)
 
 
 def _is_depth_plugin(sensor: Sensor) -> bool:

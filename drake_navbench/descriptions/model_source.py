@@ -56,6 +56,7 @@ def read_source(
     model = read_urdf(root, packages) if root.tag == "robot" else _sdf_model(root, path, packages)
     if not model.links:
         raise InputError(f"{path}: cannot be read as a robot's model: expected links, found none")
+    model.remarks += expanded.remarks
     return Source(path, model, root, packages, expanded.arguments, is_expanded)
 
 

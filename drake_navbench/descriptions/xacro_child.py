@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+import tempfile
 from pathlib import Path
 from typing import Any
 
@@ -12,31 +14,84 @@ from xacrodoc.packages import PackageNotFoundError
 from drake_navbench.errors import InputError, as_line
 from drake_navbench.typed_files.ros_packages import Packages
 
+UNDEFINED = re.compile(r"Undefined substitution argument (\w+)")
+# Files of packages that are not there, asked for one by one.
+MAX_MISSING = 100
+XML_SUFFIXES = (".xacro", ".urdf", ".xml", ".gazebo", ".sdf")
+
 
 def expand(asked: dict[str, Any]) -> dict[str, Any]:
-    """Returns the text of a xacro file expanded, and its arguments with their values.
+    """Returns the text of a xacro file expanded, its arguments with their values, and remarks.
 
-    asked: file, folders (of `Packages`) and arguments, by name. Raises InputError, one line, where
-    a package is not found or xacro cannot expand the file.
+    asked: file, folders (of `Packages`) and arguments, by name. What a package describes that is
+    not there is left out, as long as nothing asks for its macros. Raises InputError, one line,
+    where something does, or xacro cannot expand the file.
     """
     path = Path(asked["file"])
     packages = Packages(path, [Path(folder) for folder in asked["folders"]])
     found_packages.update_package_cache(packages.all())
-    while True:
-        try:
+    with tempfile.TemporaryDirectory() as folder:
+        missing = _Missing(Path(folder), packages)
+        for _ in range(MAX_MISSING):
             arguments = _Arguments(asked["arguments"])
-            text = _expanded(path, arguments)
-            break
-        except PackageNotFoundError as error:
-            name = str(error.args[0])
-            folder = packages.folder(name)
-            if folder is None:
-                raise InputError(
-                    f"needs the package {name!r}, which is not in {packages.root}; expected it "
-                    "there or below a folder of --packages"
-                ) from error
-            found_packages.update_package_cache({name: folder})
-    return {"text": text, "arguments": {n: str(arguments[n]) for n in sorted(arguments.declared)}}
+            try:
+                text = _expanded(path, arguments)
+                break
+            except PackageNotFoundError as error:
+                missing.add(str(error.args[0]))
+            except InputError as error:
+                if not missing.provides(str(error)):
+                    raise missing.fault(error) from error
+        else:
+            raise InputError(f"needs more than {MAX_MISSING} files that are not there")
+        # Meshes of such a package are not there under its own name.
+        text = text.replace(f"{missing.folder}/", "package://")
+    return {
+        "text": text,
+        "arguments": {name: str(arguments[name]) for name in sorted(arguments.declared)},
+        "remarks": [
+            f"left out what the package {name} describes: not found" for name in missing.names
+        ],
+    }
+
+
+class _Missing:
+    """Packages that are not there: each an empty folder, in which files appear as asked for."""
+
+    def __init__(self, folder: Path, packages: Packages) -> None:
+        self.folder = folder
+        self._packages = packages
+        self.names: list[str] = []
+
+    def add(self, name: str) -> None:
+        """Adds a package: where it lies, else empty."""
+        place = self._packages.folder(name)
+        if place is None:
+            place = self.folder / name
+            place.mkdir(parents=True, exist_ok=True)
+            self.names.append(name)
+        found_packages.update_package_cache({name: place})
+
+    def provides(self, fault: str) -> bool:
+        """Makes the file that a fault says is not there; tells whether it is in such a package."""
+        named = re.search(rf"{re.escape(str(self.folder))}/[^\s'\"]+", fault)
+        if named is None or "No such file" not in fault:
+            return False
+        file = Path(named[0].rstrip(":,"))
+        if file.exists():
+            return False
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_text("<robot/>" if file.suffix in XML_SUFFIXES else "{}", encoding="utf-8")
+        return True
+
+    def fault(self, error: InputError) -> InputError:
+        """Returns the fault that tells of a missing package where there is one."""
+        if not self.names or "No such file" in str(error):
+            return error
+        return InputError(
+            f"needs the package {self.names[-1]!r}, which is not in {self._packages.root}; "
+            f"expected it there or below a folder of --packages ({error})"
+        )
 
 
 class _Arguments(dict[str, str]):
@@ -70,7 +125,10 @@ def _expanded(path: Path, arguments: _Arguments) -> str:
         name = _missing_package(error)
         if name is not None:
             raise PackageNotFoundError(name) from error
-        raise InputError(f"xacro cannot expand it: {as_line(str(error))}") from error
+        said = as_line(str(error))
+        undefined = UNDEFINED.search(said)
+        hint = f"; give it by --set {undefined[1]}=VALUE" if undefined else ""
+        raise InputError(f"xacro cannot expand it: {said}{hint}") from error
     return str(document.to_urdf_string())
 
 

@@ -17,10 +17,14 @@ MAX_FILE_BYTES = 16 * MEGABYTE
 
 @dataclass(frozen=True)
 class Expanded:
-    """A model's text; arguments: what its xacro files take, with the values that they had."""
+    """A model's text; arguments: what its xacro files take, with the values that they had.
+
+    remarks: what was left out, and why.
+    """
 
     text: str
     arguments: Mapping[str, str] = field(default_factory=dict)
+    remarks: tuple[str, ...] = ()
 
 
 def expand_xacro(
@@ -44,7 +48,7 @@ def expand_xacro(
         str(path),
         folder=path.absolute().parent,
     )
-    return Expanded(answer["text"], answer["arguments"])
+    return Expanded(answer["text"], answer["arguments"], tuple(answer["remarks"]))
 
 
 def require_declared(path: Path, given: Sequence[str], declared: Mapping[str, str]) -> None:

@@ -15,6 +15,9 @@ ENTITY = re.compile(rb"<!ENTITY", re.IGNORECASE)
 # A prefix that no declaration binds, as `drake:` in many files; parsers stop at those.
 PREFIXED = re.compile(rb"<(/?)([A-Za-z_][\w.-]*):([A-Za-z_])")
 PREFIXED_ATTRIBUTE = re.compile(rb"(\s)([A-Za-z_][\w.-]*):([A-Za-z_][\w.-]*\s*=\s*[\"'])")
+LATE_DECLARATION = re.compile(rb"<\?xml\s[^>]*\?>")
+# Expat's number for what follows the end of the first element, which Gazebo does not look at.
+JUNK_AFTER_ROOT = 9
 ENCODING = re.compile(rb"<\?xml[^>]*encoding\s*=\s*[\"'](?!utf-8)", re.IGNORECASE)
 
 
@@ -25,8 +28,9 @@ def read_xml(content: bytes, source: str) -> ElementTree.Element:
     """
     if ENTITY.search(content):
         raise InputError(f"{source}: declares XML entities; expected none")
-    # Files that begin with a blank line before the declaration are common.
+    # Files with a blank line or a comment before the declaration are common.
     content = content.lstrip()
+    content = content[:1] + LATE_DECLARATION.sub(b"", content[1:], count=1)
     if not ENCODING.search(content[:200]):
         # Of names in comments some files have other bytes than UTF-8's.
         content = content.decode(errors="replace").encode()
@@ -49,6 +53,8 @@ def read_xml(content: bytes, source: str) -> ElementTree.Element:
         for _ in parser.read_events():
             pass
     except (ElementTree.ParseError, ValueError) as error:
+        if root is not None and getattr(error, "code", None) == JUNK_AFTER_ROOT:
+            return root
         raise InputError(f"{source}: is no XML: {as_line(str(error))}") from error
     if root is None:
         raise InputError(f"{source}: is no XML: it is empty")

@@ -169,6 +169,18 @@ def _folders(root: Path) -> tuple[Path, ...]:
     return tuple(found)
 
 
+def files_below(root: Path) -> list[Path]:
+    """Returns the files in a folder and those below it, level by level."""
+    found = []
+    for folder in _folders(root):
+        try:
+            entries = sorted(os.scandir(folder), key=lambda entry: entry.name)
+        except OSError:
+            continue
+        found += [Path(entry.path) for entry in entries if entry.is_file()]
+    return found
+
+
 def _name_in(file: Path) -> str | None:
     """Returns the name in a package.xml; None without such a file."""
     try:

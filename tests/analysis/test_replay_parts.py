@@ -194,9 +194,15 @@ def test_a_model_is_drawn_without_the_meshes_that_are_not_there(tmp_path):
     assert [visual.name for visual in SdfModel(path).visuals] == ["box"]
 
 
+STL = (
+    "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\n"
+    "endloop\nendfacet\nendsolid a\n"
+)
+
+
 @pytest.mark.parametrize(
     ("stl", "extension"),
-    [("vertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\n", ".obj"), ("no mesh", ".stl")],
+    [(STL, ".obj"), ("no mesh", ".stl")],
 )
 def test_an_stl_mesh_that_is_only_seen_is_drawn_where_it_can_be_read(stl, extension, tmp_path):
     (tmp_path / "hull.stl").write_text(stl)

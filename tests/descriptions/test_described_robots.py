@@ -10,6 +10,7 @@ import pytest
 import shapely
 from descriptions_scenes import XACRO, write_repository
 
+from drake_navbench.analysis.replay.robot_model import load_model
 from drake_navbench.descriptions.xacro_file import expand_xacro
 from drake_navbench.errors import InputError, InputWarning
 from drake_navbench.inputs.check import Status
@@ -70,11 +71,28 @@ def test_a_package_elsewhere_is_found_by_packages_alone(tmp_path):
     assert load_robot(str(path), packages=[tmp_path / "b"]).mass_kg == pytest.approx(22.0)
 
 
+def test_a_package_that_is_not_there_and_whose_macros_nobody_asks_for_is_told(tmp_path):
+    path = write_repository(tmp_path)
+    include = '<xacro:include filename="$(find sick_scan)/urdf/lms.xacro"/>'
+    path.write_text(XACRO.replace("<link", f"{include}<link", 1))
+    assert load_robot(str(path)).mass_kg == pytest.approx(22.0)
+    assert any("the package sick_scan describes" in row for row in rows(path, Status.STAND_IN))
+
+
+def test_a_replay_draws_what_was_read_of_xacro_with_its_wheels(tmp_path):
+    model = load_model(load_robot(str(write_repository(tmp_path))).model_path, np.zeros((0, 2)))
+    assert len(model.visuals) == 3
+    assert len(model.moving_links) == 2
+    heights = [pose.translation()[2] for pose in model.rest_poses().values()]
+    np.testing.assert_allclose(heights, 0.0, atol=1e-9)
+
+
 @pytest.mark.parametrize(
     ("text", "reason"),
     [
         ('<robot xmlns:xacro="a"><xacro:include filename="gone.xacro"/></robot>', "gone.xacro"),
         ('<robot><link name="${nothing}"/></robot>', "nothing"),
+        ('<robot><link name="$(arg arm)"/></robot>', "arm; give it by --set arm=VALUE"),
         ("<robot><link", "xacro cannot expand it"),
     ],
 )
@@ -235,6 +253,17 @@ def test_two_lidars_of_a_kind_scan_together_and_of_two_kinds_the_first(tmp_path)
     path.write_text(XACRO.replace("<gazebo><plugin", f"{other}<gazebo><plugin"))
     assert not load_robot(str(path)).lidar.further_poses
     assert any("of another kind than front" in row for row in rows(path, Status.STAND_IN))
+
+
+def test_an_omnidirectional_receiver_or_caster_makes_no_omnidirectional_base(tmp_path):
+    path = write_repository(tmp_path)
+    receiver = '<gazebo><plugin filename="ir.so" name="ir_omni"/></gazebo>'
+    caster = '<xacro:wheel name="omni_wheel_caster_wheel" y="0"/>'
+    drive = XACRO[XACRO.index("<gazebo><plugin") :]
+    path.write_text(XACRO.replace(drive, f"{receiver}{caster}</robot>"))
+    assert "differential" in describe_robot(path).check.as_text(300)
+    path.write_text(XACRO.replace("</robot>", f"{receiver}</robot>"))
+    assert load_robot(str(path)).drive.max_linear_velocity_mps == 0.4
 
 
 def test_the_limits_of_ros2_control_are_those_of_its_file(tmp_path):

@@ -1,0 +1,70 @@
+"""The options of a run that a robot's repository gives: `--package`."""
+
+from __future__ import annotations
+
+import argparse
+
+from drake_navbench.errors import InputError, printable
+from drake_navbench.inputs.package_files import (
+    MAP,
+    NAV2,
+    ROBOT,
+    WORLD,
+    PackageFiles,
+    find_package_files,
+    read_picks,
+)
+
+DEFAULT_GOALS = 5
+# Where robots drive whose packages hold neither a map nor a world.
+ELSEWHERE = "static_obstacles"
+
+
+def with_package(
+    arguments: argparse.Namespace, default_robot: str
+) -> tuple[argparse.Namespace, list[str]]:
+    """Returns the arguments with what the packages hold, and lines that tell what was taken.
+
+    What the command line names itself counts more. Raises InputError where there is no robot.
+    """
+    found = find_package_files(arguments.package)
+    picks = read_picks(arguments.pick)
+    taken = {kind: found.chosen(kind, picks.get(kind)) for kind in (ROBOT, NAV2, MAP, WORLD)}
+    if arguments.robot != default_robot:
+        taken[ROBOT] = None
+    if arguments.nav2 or arguments.params or arguments.controllers:
+        taken[NAV2] = taken[NAV2] if NAV2 in picks else None
+    has_place = arguments.map is not None or bool(arguments.scenarios) or arguments.barn is not None
+    if has_place or (taken[MAP] is not None and WORLD not in picks):
+        taken[WORLD] = None
+    if has_place or taken[WORLD] is not None:
+        taken[MAP] = None
+    values = dict(vars(arguments))
+    values["packages"] = [*arguments.packages, *arguments.package]
+    if taken[ROBOT] is not None:
+        values["robot"] = str(taken[ROBOT])
+    if taken[NAV2] is not None:
+        values["nav2"] = [taken[NAV2]]
+    if taken[MAP] is not None:
+        values["map"] = taken[MAP]
+    if taken[WORLD] is not None:
+        values["scenarios"] = [str(taken[WORLD])]
+    _require_robot(values, found, default_robot)
+    lines = found.lines(taken)
+    if taken[MAP] is None and taken[WORLD] is None and not has_place:
+        values["scenarios"] = [ELSEWHERE]
+        lines.append(f"neither map nor world: drives in the built-in scenario {ELSEWHERE}")
+    has_task = arguments.goal is not None or arguments.goals is not None
+    if not has_task and (taken[MAP] is not None or taken[WORLD] is not None):
+        values["goals"] = DEFAULT_GOALS
+    return argparse.Namespace(**values), [printable(line) for line in lines]
+
+
+def _require_robot(values: dict[str, object], found: PackageFiles, default_robot: str) -> None:
+    """Raises InputError where no robot was found."""
+    where = ", ".join(map(str, found.roots))
+    if values["robot"] == default_robot:
+        raise InputError(
+            f"--package {where}: no robot that drives in .xacro, .urdf or model.sdf; expected one, "
+            "or --robot"
+        )

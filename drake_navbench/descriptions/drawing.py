@@ -1,0 +1,138 @@
+"""A model as a small SDF that Drake reads, for replays: what is seen, and wheels that turn."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from hashlib import sha256
+from pathlib import Path
+from xml.etree import ElementTree
+
+from drake_navbench.descriptions.body import TURNING, to_base_of
+from drake_navbench.descriptions.model import Array, Joint, Link, Model, Shape
+from drake_navbench.descriptions.poses import inverse
+from drake_navbench.processes.cache_folder import user_cache_folder
+
+BASE = "base_link"
+# Shapes with this prefix take the controller's colour in a replay.
+TINTED = "upholstery"
+FOLDER = "drawn_models"
+# Links on joints with these words in a name are wheels and casters.
+ROLLING = ("wheel", "caster", "castor")
+MAX_VISUALS = 200
+SIZES = {
+    "cylinder": ("radius", "length"),
+    "capsule": ("radius", "length"),
+    "sphere": ("radius",),
+}
+
+
+def write_drawing(model: Model, base: str) -> Path:
+    """Writes the drawing into the user's cache, by its content; returns the file.
+
+    base: the link that is the base frame, called base_link there. Raises OSError where the cache
+    cannot be written.
+    """
+    text = drawing_of(model, base)
+    folder = user_cache_folder() / FOLDER
+    folder.mkdir(parents=True, exist_ok=True)
+    file = folder / f"{sha256(text.encode()).hexdigest()[:24]}.sdf"
+    if not file.is_file():
+        part = file.with_suffix(".part")
+        part.write_text(text, encoding="utf-8")
+        part.replace(file)
+    return file
+
+
+def drawing_of(model: Model, base: str) -> str:
+    """Returns the text of the drawing."""
+    root = ElementTree.Element("sdf", version="1.8")
+    drawn = ElementTree.SubElement(root, "model", name="robot")
+    to_base = to_base_of(model, base)
+    rolling = {joint.child: joint for joint in model.joints if _rolls(joint)}
+    names = _names(model, base)
+    count = 0
+    for name, link in model.links.items():
+        element = ElementTree.SubElement(drawn, "link", name=names[name])
+        ElementTree.SubElement(element, "pose").text = _pose_text(to_base @ link.pose)
+        for visual in _visuals(link, is_tinted=name == base):
+            count += 1
+            if count <= MAX_VISUALS:
+                element.append(visual)
+        if name != base:
+            drawn.append(_joint(names, name, rolling, to_base))
+    return ElementTree.tostring(root, encoding="unicode")
+
+
+def _rolls(joint: Joint) -> bool:
+    words = f"{joint.name} {joint.child}".lower()
+    return joint.kind in TURNING and any(word in words for word in ROLLING)
+
+
+def _names(model: Model, base: str) -> dict[str, str]:
+    """Returns a name for each link that no other has; that of the base is base_link."""
+    return {
+        name: BASE if name == base else f"link_{index}" for index, name in enumerate(model.links)
+    }
+
+
+def _joint(
+    names: Mapping[str, str], name: str, rolling: Mapping[str, Joint], to_base: Array
+) -> ElementTree.Element:
+    """Returns the joint of a link: on its caster's fork or else right on the base."""
+    joint = rolling.get(name)
+    kind = "fixed" if joint is None else "continuous"
+    element = ElementTree.Element("joint", name=f"joint_{names[name]}", type=kind)
+    parent = joint.parent if joint is not None and joint.parent in rolling else None
+    ElementTree.SubElement(element, "parent").text = names.get(parent or "", BASE)
+    ElementTree.SubElement(element, "child").text = names[name]
+    if joint is not None:
+        axis = ElementTree.SubElement(element, "axis")
+        direction = to_base[:3, :3] @ joint.axis
+        xyz = ElementTree.SubElement(axis, "xyz", expressed_in="__model__")
+        xyz.text = " ".join(f"{value:.9g}" for value in direction)
+    return element
+
+
+def _visuals(link: Link, *, is_tinted: bool) -> Iterator[ElementTree.Element]:
+    seen = [shape for shape in link.visuals if shape.kind != "mesh" or shape.mesh is not None]
+    for index, shape in enumerate(seen or link.collisions):
+        geometry = _geometry(shape)
+        if geometry is None:
+            continue
+        name = f"{TINTED if is_tinted else 'part'}_{index}"
+        visual = ElementTree.Element("visual", name=name)
+        pose = ElementTree.SubElement(visual, "pose")
+        pose.text = _pose_text(inverse(link.pose) @ shape.pose)
+        visual.append(geometry)
+        yield visual
+
+
+def _geometry(shape: Shape) -> ElementTree.Element | None:
+    """Returns a shape's geometry; None of one that cannot be drawn."""
+    if shape.kind != "mesh" and (not shape.size or min(shape.size) <= 0.0):
+        return None
+    geometry = ElementTree.Element("geometry")
+    element = ElementTree.SubElement(geometry, shape.kind)
+    numbers = [f"{value:.9g}" for value in shape.size]
+    if shape.kind == "box":
+        ElementTree.SubElement(element, "size").text = " ".join(numbers)
+    elif shape.kind == "ellipsoid":
+        ElementTree.SubElement(element, "radii").text = " ".join(numbers)
+    elif shape.kind in SIZES:
+        for key, value in zip(SIZES[shape.kind], numbers, strict=True):
+            ElementTree.SubElement(element, key).text = value
+    elif shape.kind == "mesh" and shape.mesh is not None:
+        ElementTree.SubElement(element, "uri").text = f"file://{shape.mesh.absolute()}"
+        ElementTree.SubElement(element, "scale").text = " ".join(numbers)
+    else:
+        return None
+    return geometry
+
+
+def _pose_text(pose: Array) -> str:
+    """Returns a pose as SDF's x y z roll pitch yaw."""
+    roll = math.atan2(pose[2, 1], pose[2, 2])
+    pitch = math.asin(max(-1.0, min(1.0, -float(pose[2, 0]))))
+    yaw = math.atan2(pose[1, 0], pose[0, 0])
+    return " ".join(f"{value:.9g}" for value in (*pose[:3, 3], roll, pitch, yaw))

@@ -1,0 +1,203 @@
+"""What lies in a robot's repository: model, Nav2 files, maps, worlds, the likeliest first."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from drake_navbench.descriptions.body import base_of, wheels_of
+from drake_navbench.descriptions.gazebo_drive import has_drive
+from drake_navbench.descriptions.gazebo_sensors import LIDARS
+from drake_navbench.descriptions.model_source import read_source
+from drake_navbench.descriptions.world import is_world
+from drake_navbench.errors import InputError
+from drake_navbench.typed_files.input_file import MEGABYTE
+from drake_navbench.typed_files.ros_packages import files_below
+
+# What a kind is called on the command line.
+ROBOT, NAV2, MAP, WORLD = "robot", "nav2", "map", "world"
+KINDS = (ROBOT, NAV2, MAP, WORLD)
+HEAD_BYTES = MEGABYTE
+MAX_LISTED = 12
+# Robots that are read to see whether they drive, before the first of them by name is taken.
+MAX_TRIED = 12
+# Files with so many parts are all as likely.
+MAX_INCLUDES = 5
+WHOLE_ROBOT = re.compile(r"<robot\b[^>]*\bname\s*=|<model\b[^>]*\bname\s*=")
+MACROS = re.compile(r"<xacro:macro\b.*?</xacro:macro>|<!--.*?-->", re.DOTALL)
+BUILDS = re.compile(r"<link\b|<xacro:(?!arg|property|if|unless|macro)\w+")
+NAV2_MARKS = re.compile(r"controller_server\b[\s\S]*ros__parameters|FollowPath")
+MAP_MARKS = re.compile(r"^\s*image\s*:\s*(\S+)", re.MULTILINE)
+# Words in names that say that a file is a part, or not the one that is meant.
+PARTS = re.compile(
+    r"macro|sensor|camera|lidar|laser|wheel|inertia|material|ros2_control|gazebo|arm|gripper|imu|"
+    r"common|properties|plugin|test|example|mesh|depth|rplidar|realsense|oak|tower|stand",
+)
+MASKS = re.compile(r"keepout|speed|mask|filter")
+EMPTY_WORLDS = re.compile(r"empty|default")
+SEPARATE = re.compile(r"slam|mapper|keepout|speed_|collision_monitor|localization|amcl")
+
+
+@dataclass(frozen=True)
+class PackageFiles:
+    """files: of each kind, the likeliest first. roots: the folders that were looked through."""
+
+    roots: tuple[Path, ...]
+    files: Mapping[str, tuple[Path, ...]] = field(default_factory=dict)
+
+    def chosen(self, kind: str, pick: int | None) -> Path | None:
+        """Returns the file of a kind with a number from 1 in the list; None where there is none.
+
+        pick: the number, 0 for none, None for the first. Raises InputError for a number too large.
+        """
+        found = self.files[kind]
+        if pick is None:
+            return found[0] if found else None
+        if pick == 0:
+            return None
+        if pick > len(found):
+            raise InputError(f"--pick {kind}={pick}: there are {len(found)}, numbered from 1")
+        return found[pick - 1]
+
+    def lines(self, picked: Mapping[str, Path | None]) -> list[str]:
+        """Returns the list of what was found, what is taken marked, and how to take another."""
+        told = []
+        for kind in KINDS:
+            found = self.files[kind]
+            if not found:
+                told.append(f"{kind}: none found")
+                continue
+            how = f", another by --pick {kind}=N" if len(found) > 1 else ""
+            told.append(f"{kind}: {len(found)} found{how}")
+            for number, file in enumerate(found[:MAX_LISTED], start=1):
+                mark = "*" if file == picked.get(kind) else " "
+                told.append(f"  {mark} {number:2} {self._short(file)}")
+            if len(found) > MAX_LISTED:
+                told.append(f"       and {len(found) - MAX_LISTED} more")
+        return told
+
+    def _short(self, file: Path) -> Path:
+        root = next(root for root in self.roots if file.is_relative_to(root))
+        return file.relative_to(root)
+
+
+def find_package_files(roots: Sequence[Path]) -> PackageFiles:
+    """Returns what lies below folders; raises InputError where one is no folder."""
+    for root in roots:
+        if not root.is_dir():
+            raise InputError(f"--package {root}: expected the folder of a robot's packages")
+    files = [file for root in roots for file in files_below(root)]
+    words = {word for root in roots for word in re.split(r"[^a-z0-9]+", root.name.lower()) if word}
+
+    def root_of(file: Path) -> int:
+        return next(index for index, root in enumerate(roots) if file.is_relative_to(root))
+
+    def ranked(
+        is_one: Callable[[Path], bool], rank: Callable[[Path], tuple[object, ...]]
+    ) -> tuple[Path, ...]:
+        chosen = [file for file in files if is_one(file)]
+        chosen.sort(key=lambda f: (rank(f)[0], root_of(f), rank(f), len(f.parts), str(f)))
+        return tuple(chosen)
+
+    found = {
+        ROBOT: ranked(_is_robot, lambda file: _robot_rank(file, words)),
+        NAV2: ranked(_is_nav2, _nav2_rank),
+        MAP: ranked(_is_map, lambda file: (bool(MASKS.search(file.name.lower())),)),
+        WORLD: ranked(_is_gazebo_world, lambda file: (bool(EMPTY_WORLDS.search(file.stem)),)),
+    }
+    found[ROBOT] = _driving_first(found[ROBOT], roots)
+    return PackageFiles(tuple(roots), found)
+
+
+def _head(file: Path) -> str:
+    try:
+        with file.open(encoding="utf-8", errors="replace") as opened:
+            return opened.read(HEAD_BYTES)
+    except OSError:
+        return ""
+
+
+def _is_robot(file: Path) -> bool:
+    if file.suffix not in (".urdf", ".xacro") and file.name != "model.sdf":
+        return False
+    text = _head(file)
+    if "<world" in text or not WHOLE_ROBOT.search(text):
+        return False
+    if file.name == "model.sdf":
+        return re.search(r"diff_drive|diff-drive|DiffDrive|planar_move|mecanum", text) is not None
+    return file.suffix == ".urdf" or BUILDS.search(MACROS.sub("", text)) is not None
+
+
+def _robot_rank(file: Path, words: set[str]) -> tuple[bool, bool, int, int]:
+    """Returns how unlikely a file is the robot.
+
+    Parts come last; first those called as the folder, and those that include many others.
+    """
+    name = file.name.lower()
+    stem = name.partition(".")[0]
+    kinds = {".sdf": 2, ".urdf": 1}
+    named = stem in words or stem.removesuffix("_robot") in words or stem == "robot"
+    includes = min(_head(file).count("<xacro:include"), MAX_INCLUDES)
+    return PARTS.search(name) is not None, not named, -includes, kinds.get(file.suffix, 0)
+
+
+def _driving_first(files: Sequence[Path], roots: Sequence[Path]) -> tuple[Path, ...]:
+    """Returns models with the first in front that drives; of those in one folder with a lidar."""
+    best: Path | None = None
+    for file in files[:MAX_TRIED]:
+        if best is not None and file.parent != best.parent:
+            continue
+        try:
+            model = read_source(file, folders=[root.absolute() for root in roots]).model
+        except InputError:
+            continue
+        drives = has_drive(model) or len(wheels_of(model, base_of(model))) >= 2
+        has_lidar = any(sensor.kind in LIDARS for sensor in model.sensors)
+        if drives and (best is None or has_lidar):
+            best = file
+        if drives and has_lidar:
+            break
+    return tuple(files) if best is None else (best, *(other for other in files if other != best))
+
+
+def _is_nav2(file: Path) -> bool:
+    if file.suffix not in (".yaml", ".yml"):
+        return False
+    text = _head(file)
+    return "ros__parameters" in text and NAV2_MARKS.search(text) is not None
+
+
+def _nav2_rank(file: Path) -> tuple[bool, bool]:
+    name = file.name.lower()
+    return SEPARATE.search(name) is not None, "nav2" not in name and "navigation" not in name
+
+
+def _is_map(file: Path) -> bool:
+    if file.suffix not in (".yaml", ".yml"):
+        return False
+    text = _head(file)
+    named = MAP_MARKS.search(text)
+    if named is None or "resolution" not in text or "origin" not in text:
+        return False
+    image = Path(named[1].strip("\"'"))
+    return any((file.parent / name).is_file() for name in (image, image.name))
+
+
+def _is_gazebo_world(file: Path) -> bool:
+    return is_world(file) and "<world" in _head(file)
+
+
+def read_picks(texts: Sequence[str]) -> dict[str, int]:
+    """Returns the numbers of `--pick kind=N`; raises InputError where one is none."""
+    return dict(_picks(texts))
+
+
+def _picks(texts: Sequence[str]) -> Iterator[tuple[str, int]]:
+    for text in texts:
+        kind, _, number = text.partition("=")
+        if kind not in KINDS or not (number.isdecimal() or number == "none"):
+            expected = ", ".join(f"{name}=N" for name in KINDS)
+            raise InputError(f"--pick {text!r}: expected one of {expected}, or {ROBOT}=none")
+        yield kind, 0 if number == "none" else int(number)

@@ -1,0 +1,113 @@
+"""`run --package PATH` finds the robot, its Nav2 files, its maps and worlds, and says which."""
+
+from __future__ import annotations
+
+import pytest
+from descriptions_scenes import ROOM, world, write_repository
+
+from drake_navbench.campaign.asked import request_from_arguments
+from drake_navbench.campaign.asked_package import with_package
+from drake_navbench.commands.run import build_parser, main
+from drake_navbench.errors import InputError
+
+NAV2 = """controller_server:
+  ros__parameters:
+    controller_plugins: [FollowPath]
+    FollowPath:
+      plugin: nav2_regulated_pure_pursuit_controller::RegulatedPurePursuitController
+      desired_linear_vel: 0.9
+local_costmap:
+  local_costmap:
+    ros__parameters: {robot_base_frame: base_footprint, robot_radius: 0.9}
+"""
+
+
+@pytest.fixture
+def repository(tmp_path):
+    """A repository with a robot, a file of parts, a Nav2 file, two worlds and a keepout mask."""
+    root = tmp_path / "cart"
+    write_repository(root)
+    files = {
+        "cart_description/urdf/lidar_macro.xacro": '<robot name="part"><link name="a"/></robot>',
+        "cart_nav/config/nav2_params.yaml": NAV2,
+        "cart_nav/config/slam.yaml": "slam_toolbox:\n  ros__parameters: {mode: mapping}\n",
+        "cart_gazebo/worlds/empty.world": world(""),
+        "cart_gazebo/worlds/room.world": world(ROOM),
+        "cart_gazebo/worlds/room.wbt": "#VRML_SIM",
+    }
+    for name, text in files.items():
+        (root / name).parent.mkdir(parents=True, exist_ok=True)
+        (root / name).write_text(text)
+    return root
+
+
+def filled(*words):
+    parser = build_parser()
+    return with_package(parser.parse_args(list(words)), parser.get_default("robot"))
+
+
+def test_a_repository_gives_robot_nav2_file_and_world(repository):
+    arguments, lines = filled("--package", str(repository))
+    assert arguments.robot.endswith("cart.urdf.xacro")
+    assert [path.name for path in arguments.nav2] == ["nav2_params.yaml"]
+    assert [name.rpartition("/")[2] for name in arguments.scenarios] == ["room.world"]
+    assert arguments.goals == 5
+    request = request_from_arguments(arguments)
+    assert request.map_task.worlds == tuple(arguments.scenarios)
+    assert "world: 2 found, another by --pick world=N" in lines
+    assert any(line.startswith("  *  1") and "room.world" in line for line in lines)
+
+
+def test_a_number_picks_another_and_none_nothing(repository):
+    arguments, _ = filled("--package", str(repository), "--pick", "world=2", "--pick", "nav2=none")
+    assert arguments.scenarios[0].endswith("empty.world")
+    assert not arguments.nav2
+    with pytest.raises(InputError, match=r"--pick world=9: there are 2, numbered from 1"):
+        filled("--package", str(repository), "--pick", "world=9")
+    with pytest.raises(InputError, match=r"--pick 'robt=1': expected one of robot=N, nav2=N"):
+        filled("--package", str(repository), "--pick", "robt=1")
+
+
+def test_what_the_command_line_names_itself_counts_more(repository):
+    arguments, _ = filled(
+        "--package", str(repository), "--robot", "jackal", "--controllers", "rpp", "doorway"
+    )
+    assert (arguments.robot, arguments.scenarios, arguments.nav2) == ("jackal", ["doorway"], [])
+
+
+def test_a_map_counts_more_than_a_world_and_a_mask_is_none(repository):
+    folder = repository / "cart_nav" / "maps"
+    folder.mkdir()
+    (folder / "room.pgm").write_bytes(b"P5 2 2 255\n" + bytes(4))
+    said = "image: room.pgm\nresolution: 0.05\norigin: [0, 0, 0]\n"
+    (folder / "keepout_mask.yaml").write_text(said)
+    (folder / "room.yaml").write_text(said)
+    arguments, _ = filled("--package", str(repository))
+    assert arguments.map.name == "room.yaml"
+    assert not arguments.scenarios
+    assert filled("--package", str(repository), "--pick", "world=1")[0].map is None
+
+
+def test_without_map_and_world_a_built_in_scenario_is_driven_and_told(tmp_path):
+    write_repository(tmp_path / "cart")
+    arguments, lines = filled("--package", str(tmp_path / "cart"))
+    assert arguments.scenarios == ["static_obstacles"]
+    assert lines[-1].startswith("neither map nor world")
+
+
+def test_a_folder_without_a_robot_is_one_line(tmp_path, capsys):
+    assert main(["--package", str(tmp_path)]) == 2
+    assert "no robot that drives in .xacro, .urdf or model.sdf" in capsys.readouterr().err
+    assert main(["--package", str(tmp_path / "gone")]) == 2
+    assert "expected the folder of a robot's packages" in capsys.readouterr().err
+    assert main(["--pick", "robot=1"]) == 2
+    assert "expected --package as well" in capsys.readouterr().err
+
+
+def test_what_nav2_file_and_model_contradict_is_told(repository, capsys):
+    """The file asks for 0.9 m/s of a base of 0.4 m/s, and its radius is 0.6 m beyond the body."""
+    assert main(["--package", str(repository), "--check"]) == 0
+    told = " ".join(capsys.readouterr().out.split())
+    assert "linear speed: asks for up to 0.9 m/s, the model allows 0.4 m/s" in told
+    assert "the costmap's padded outline reaches 0.6" in told
+    assert "base frame (base_footprint)" in told
