@@ -10,7 +10,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from drake_navbench.studies.tuning import journal as journals
-from drake_navbench.studies.tuning.study import configurations_of
+from drake_navbench.studies.tuning.study import (
+    DIFFERENCES,
+    ENDING,
+    EXCESS,
+    TOUCHES,
+    TRIALS,
+    Ending,
+    configurations_of,
+)
 from drake_navbench.studies.tuning.task import TuningTask
 
 
@@ -40,7 +48,9 @@ def journal(tmp_path_factory, task) -> bytes:
     for number in range(3):
         trial = study.ask()
         trial.suggest_float("speed", 0.1, 1.0)
-        trial.set_user_attr("pairs", number)
+        driven = {DIFFERENCES: [[0.1, 0.2]], EXCESS: 0.0, ENDING: Ending.THROUGH}
+        for name, value in (driven | {TOUCHES: {}, TRIALS: number}).items():
+            trial.set_user_attr(name, value)
         study.tell(trial, [0.1, 0.2])
     return (folder / journals.JOURNAL).read_bytes()
 

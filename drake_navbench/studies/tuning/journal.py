@@ -14,7 +14,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from drake_navbench.errors import CannotBeWritten, InputError
+from drake_navbench.errors import CannotBeWritten, InputError, one_line
 from drake_navbench.studies.tuning.task import TuningTask, require_same_task
 
 if TYPE_CHECKING:
@@ -24,6 +24,8 @@ JOURNAL = "study.journal"
 STUDY = "tuning"
 TASK = "task"
 NEWLINE = b"\n"
+# What Optuna and numbers raise where lines of a journal are not what was written.
+BROKEN = (AssertionError, AttributeError, LookupError, TypeError, ValueError)
 
 
 def open_study(folder: Path, task: TuningTask, tell: Callable[[str], None]) -> Study:
@@ -49,12 +51,14 @@ def open_study(folder: Path, task: TuningTask, tell: Callable[[str], None]) -> S
                 directions=["minimize"] * len(task.objectives),
                 load_if_exists=True,
             )
-        except (KeyError, TypeError, ValueError) as error:
-            raise InputError(f"{path}: not the journal of a study: {error}") from error
-        begun = study.user_attrs.get(TASK)
+            begun = study.user_attrs.get(TASK)
+        except BROKEN as error:
+            raise InputError(f"{path}: not the journal of a study: {one_line(error)}") from error
         if begun is None:
             study.set_user_attr(TASK, task.model_dump(mode="json"))
     if begun is not None:
+        if not isinstance(begun, dict):
+            raise InputError(f"{path}: not the journal of a study: its task is no mapping")
         require_same_task(task, begun, str(path))
     return study
 

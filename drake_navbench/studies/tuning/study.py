@@ -17,9 +17,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drake_navbench.analysis.statistics import pareto_front
-from drake_navbench.errors import InputError
+from drake_navbench.errors import InputError, one_line
 from drake_navbench.studies.tuning.guards import touches_of
-from drake_navbench.studies.tuning.journal import appending, import_optuna
+from drake_navbench.studies.tuning.journal import BROKEN, JOURNAL, appending, import_optuna
 from drake_navbench.studies.tuning.objectives import (
     CENSORED,
     Objective,
@@ -82,23 +82,34 @@ class Configuration(NamedTuple):
 
 
 def configurations_of(study: Study) -> list[Configuration]:
-    """Returns the configurations that were driven to their end, in order."""
+    """Returns the configurations that were driven to their end, in order.
+
+    Raises InputError where the journal holds something else.
+    """
     found = []
-    for trial in study.get_trials(deepcopy=False):
-        if trial.state.is_finished() and DIFFERENCES in trial.user_attrs:
-            attributes = trial.user_attrs
-            found.append(
-                Configuration(
-                    trial.number,
-                    plain_values(trial.params),
-                    np.array(attributes[DIFFERENCES], dtype=float),
-                    float(attributes[EXCESS]),
-                    Ending(attributes[ENDING]),
-                    dict(attributes[TOUCHES]),
-                    int(attributes[TRIALS]),
-                )
-            )
+    try:
+        for trial in study.get_trials(deepcopy=False):
+            if trial.state.is_finished() and DIFFERENCES in trial.user_attrs:
+                found.append(_configuration_of(trial))
+    except BROKEN as error:
+        raise InputError(f"{JOURNAL}: not the journal of a study: {one_line(error)}") from error
     return found
+
+
+def _configuration_of(trial: FrozenTrial) -> Configuration:
+    attributes = trial.user_attrs
+    differences = np.array(attributes[DIFFERENCES], dtype=float)
+    if differences.ndim != 2 or not len(differences):
+        raise ValueError(f"trial {trial.number}: {DIFFERENCES} are no table of numbers")
+    return Configuration(
+        trial.number,
+        plain_values(trial.params),
+        differences,
+        float(attributes[EXCESS]),
+        Ending(attributes[ENDING]),
+        dict(attributes[TOUCHES]),
+        int(attributes[TRIALS]),
+    )
 
 
 def front_of(configurations: Sequence[Configuration], most: int) -> list[Configuration]:

@@ -244,3 +244,23 @@ def test_what_comes_with_a_controller_can_be_searched_and_leaves_the_speed(prese
     names = [entry.name for entry in search_space(load_preset(preset)).dimensions]
     assert len(names) == len(set(names)) >= 5
     assert not any("max_" in name and "vel" in name for name in names)
+
+
+@pytest.mark.parametrize(
+    ("was", "damaged"),
+    [
+        # Optuna takes one attribute a line.
+        ('"user_attr":{"task":', '"user_attr":{"more":1,"task":'),
+        ('"differences":[[', '"differences":[0,[['),
+        ('"ending":"', '"ending":"not '),
+    ],
+)
+def test_a_journal_whose_lines_are_others_is_refused_in_a_line(make_search, tmp_path, was, damaged):
+    _, search = make_search()
+    search.run(2, lambda driven: None)
+    (path,) = tmp_path.rglob(JOURNAL)
+    text = path.read_text(encoding="utf-8")
+    assert was in text
+    path.write_text(text.replace(was, damaged, 1), encoding="utf-8")
+    with pytest.raises(InputError, match="not the journal of a study"):
+        configurations_of(make_search()[0])
