@@ -97,6 +97,10 @@ def _is_there(facts: Facts, cause: Cause) -> bool:
         return False
     if cause.place in facts.unreadable:
         return False
+    is_in_block = first == CONTROLLER and cause.place.count(".") > 1
+    if is_in_block and facts.is_whole and facts[cause.place] is None:
+        # The block of a critic that is not listed.
+        return False
     if "*" in cause.place and facts.is_whole and not facts.matching(cause.place):
         return False
     return not (cause.direction is Direction.SET and cause.to is not None and _has(facts, cause))

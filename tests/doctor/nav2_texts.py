@@ -44,6 +44,7 @@ def nav2_text(controller: dict[str, Any], *, plugin: str = "", **nodes: dict[str
                 "topic": "/scan",
                 "obstacle_max_range": 3.0,
                 "raytrace_max_range": 3.0,
+                "max_obstacle_height": 2.0,
                 "marking": True,
                 "clearing": True,
                 "data_type": "LaserScan",
