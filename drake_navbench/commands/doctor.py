@@ -33,8 +33,8 @@ examples:
       --symptom wobble_straight --told "swings on the way to the goal"
   drake-navbench doctor --score cases.yaml --files cases/ --page score.md
 
-exit status: 0 done, 2 wrong input or a full disk, 130 interrupted (what is known
-is written; the same command goes on)
+exit status: 0 done, 2 wrong input or a full disk, 130 interrupted (what is
+known is written; the same command goes on)
 """
 
 
@@ -42,9 +42,13 @@ def build_parser() -> argparse.ArgumentParser:
     """Returns the parser of the command line."""
     parser = CommandParser(
         prog="python -m drake_navbench doctor",
+        usage="python -m drake_navbench doctor FILE [FILE ...] --out DIR [options]\n"
+        "       python -m drake_navbench doctor FILE [FILE ...] --read-only [options]\n"
+        "       python -m drake_navbench doctor --log LOG\n"
+        "       python -m drake_navbench doctor --score CASES [--files DIR] [--page FILE]",
         description="Reads a Nav2 file with rules over the parameters of its release, drives\n"
-        "short probes made for the robot, tries what may cause a symptom one by one, and writes\n"
-        "the smallest change that takes it away and makes nothing else worse.",
+        "short probes made for the robot, tries what may cause a symptom one by one,\n"
+        "and writes the smallest change that takes it away and makes nothing else worse.",
         epilog=EPILOG,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )

@@ -10,6 +10,7 @@ from drake_navbench.doctor.facts import CONTROLLER, COSTMAPS, Facts
 from drake_navbench.doctor.suspects import ranges
 from drake_navbench.inputs.nav2_controllers import SERVER
 from drake_navbench.inputs.nav2_patch import Place
+from drake_navbench.inputs.nav2_release import Release
 from drake_navbench.inputs.nav2_robot import BT_NAVIGATOR, PLANNER_SERVER, Nav2Setup
 
 # Steps from a value where no usual range says more.
@@ -104,7 +105,9 @@ def _own_name(name: str, facts: Facts, setup: Nav2Setup) -> str:
     choices = [f"primary_controller.{name}", name]
     if name == "max_linear_vel":
         choices.insert(0, "desired_linear_vel")
-    return next((choice for choice in choices if f"{facts.plugin}.{choice}" in given), name)
+    is_older = facts.release is not Release.LYRICAL
+    usual = choices[0] if name == "max_linear_vel" and is_older else name
+    return next((choice for choice in choices if f"{facts.plugin}.{choice}" in given), usual)
 
 
 def _layer_places(node: str, name: str, setup: Nav2Setup) -> Iterator[Place]:

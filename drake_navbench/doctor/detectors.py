@@ -37,6 +37,13 @@ class Drive(NamedTuple):
     cycle_ms: Array
     period_ms: float
     is_impossible: bool
+    reason: str = ""
+
+    @property
+    def is_refused(self) -> bool:
+        """Whether the controller found no command that it may give, and the task ended by it."""
+        words = ("collision ahead", "no valid", "no legal")
+        return self.outcome is Outcome.ABORTED and any(w in self.reason.lower() for w in words)
 
     @property
     def to_goal_m(self) -> Array:
@@ -61,6 +68,8 @@ class Detector(NamedTuple):
 
 # Slower than this counts as standing, m/s and rad/s.
 STANDS_MPS, STANDS_RADPS = 0.02, 0.06
+# What a task that was given up for want of a command counts as, s.
+REFUSED_S = 8.0
 # A swing of the heading so small nobody sees, rad.
 SEEN_RAD = 0.05
 # Points of a plan to either side that its heading is taken over: half a metre.
@@ -198,8 +207,11 @@ def _stands_before_goal(d: Drive) -> float:
 
 
 def _stands_on_the_way(d: Drive) -> float:
+    """How long it stands away from the goal, s; to refuse every command is to stand for ever."""
     if d.is_impossible:
         return 0.0
+    if d.is_refused:
+        return REFUSED_S
     began = np.arange(len(d.time_s)) > _moved_at(d)
     return _standing(d, began & (d.to_goal_m > 1.0))
 
@@ -249,7 +261,7 @@ def _turning_late(d: Drive) -> float:
 
 
 def _gave_up(d: Drive) -> float:
-    return float(d.outcome is Outcome.ABORTED and not d.is_impossible)
+    return float(d.outcome is Outcome.ABORTED and not d.is_impossible and not d.is_refused)
 
 
 def _goes_on(d: Drive) -> float:
@@ -347,6 +359,7 @@ def drive_of(log: TrialLog) -> Drive:
         column("compute_time_ms"),
         1000.0 / max(float(rate), 0.1),
         scenario.get("expected_outcome") == "aborted",
+        str(info.get("reason", "")),
     )
 
 

@@ -197,10 +197,13 @@ def defaults_of(preset: Preset) -> dict[str, Any]:
 def _navigation_values(robot: Robot) -> Iterator[tuple[str, Any]]:
     navigation = robot.navigation.model_dump(mode="json")
     for costmap in COSTMAPS:
-        # Of layers that share a name, those that are listed come last, and count.
         block = navigation[costmap]
-        active = [*block.get("plugins", ()), *block.get("filters", ())]
-        navigation[costmap] = dict(sorted(block.items(), key=lambda entry: entry[0] in active))
+        active = (*block.get("plugins", ()), *block.get("filters", ()))
+        navigation[costmap] = {
+            name: value
+            for name, value in block.items()
+            if name in active or not isinstance(value, dict)
+        }
     for name, value in flattened(navigation):
         yield shortened(name), value
 

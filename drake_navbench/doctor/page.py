@@ -77,7 +77,7 @@ def page(visit: Visit, patient: Patient) -> str:
 
 
 def _change(visit: Visit, cure: Judged, patient: Patient) -> list[str]:
-    reasons = " ".join(cure.tried.suspicion.reasons[:2])
+    reasons = " ".join(f"{why.rstrip('.')}." for why in cure.tried.suspicion.reasons[:2])
     _, patch = patch_of(patient, cure)
     rows = [
         f'<tr><td>{escape(LOOKS_LIKE[Symptom(name)])}</td><td class="n">{cure.before[name]}</td>'

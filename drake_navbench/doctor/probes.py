@@ -226,7 +226,7 @@ def _slow_zone(s: Size) -> Fields:
         [0.3 * s.way_m, 1.0],
     ]
     return _straight(s) | {
-        "filters": [{"type": "speed_percent", "areas": [{"polygon": area, "value": 50.0}]}]
+        "filters": [{"type": "speed_percent", "areas": [{"polygon": area, "value": 50}]}]
     }
 
 
