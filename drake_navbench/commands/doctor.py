@@ -209,7 +209,8 @@ def _visit(patient: Patient, symptom: Symptom | None, arguments: argparse.Namesp
     from drake_navbench.processes.machine import available_cores
 
     def tell(line: str) -> None:
-        print_text("\n".join(wrapped(line, line[: len(line) - len(line.lstrip())])) + "\n")
+        indent = line[: len(line) - len(line.lstrip())]
+        print_text("\n".join(wrapped(line.strip(), indent)) + "\n")
 
     try:
         arguments.out.mkdir(parents=True, exist_ok=True)

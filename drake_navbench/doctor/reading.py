@@ -20,6 +20,8 @@ RULES: tuple[Rule, ...] = tuple(
 # A rule that fires is worth so much more than a suspect alone; its second cure less than the first.
 OF_A_RULE = 1.6
 NEXT_CURE = 0.85
+# Of a rule about values that nobody gave, where the file is not a whole one: they may be others.
+OF_DEFAULTS = 0.5
 # Of a suspect whose value lies beyond the usual range on the side of the fault, within, and on the
 # other side; and of a parameter that the controller has not.
 BEYOND, WITHIN, OPPOSITE, ABSENT = 1.7, 1.0, 0.35, 0.45
@@ -65,6 +67,8 @@ def suspicions_of(facts: Facts, symptom: Symptom, words: str = "") -> list[Suspi
 
     for finding in findings_of(facts, symptom):
         weight = OF_A_RULE * finding.rule.symptoms[symptom]
+        if not facts.is_whole and not _rests_on_given(facts, finding.rule):
+            weight *= OF_DEFAULTS
         for cause in finding.rule.cures:
             if _is_there(facts, cause):
                 add(weight * _named_factor(facts, cause), cause, finding.seen, finding)
@@ -74,6 +78,13 @@ def suspicions_of(facts: Facts, symptom: Symptom, words: str = "") -> list[Suspi
             add(suspect.weight * value_factor(facts, suspect), suspect.cause, suspect.cause.why)
     found = [_merged(pieces) for pieces in evidence.values()]
     return sorted(found, key=lambda s: (-s.score, s.cause.place))
+
+
+def _rests_on_given(facts: Facts, rule: Rule) -> bool:
+    """Tells whether some value that a rule would change was given."""
+    return any(
+        place in facts.given for cause in rule.cures for place in facts.matching(cause.place)
+    )
 
 
 def _merged(pieces: list[tuple[float, Cause, str, Finding | None]]) -> Suspicion:
