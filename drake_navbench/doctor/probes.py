@@ -11,6 +11,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from drake_navbench.doctor.symptoms import Symptom
 from drake_navbench.inputs.robot import Robot
 from drake_navbench.inputs.scenario import Scenario
 from drake_navbench.typed_files.typed_yaml import validate
@@ -245,6 +246,27 @@ MAKERS: Mapping[str, tuple[str, Callable[[Size], Fields]]] = {
     "beside_obstacle": ("start in front of an obstacle", _beside_obstacle),
     "person_crossing": ("a person crosses", _person_crossing),
     "slow_zone": ("through a zone of half speed", _slow_zone),
+}
+
+
+# Where a symptom's causes are tried, if it is seen there: the probes that were made for it.
+MADE_FOR: Mapping[Symptom, tuple[str, ...]] = {
+    Symptom.CORNER_CUTTING: ("bends", "bends_rough", "right_angle"),
+    Symptom.DOOR_STOP: ("door", "door_rough", "corridor", "right_angle"),
+    Symptom.GOAL_NOT_REACHED: ("exact_heading", "exact_heading_rough", "goal_beside_wall"),
+    Symptom.GOAL_OSCILLATION: (
+        "exact_heading",
+        "exact_heading_rough",
+        "straight",
+        "straight_rough",
+    ),
+    Symptom.GOAL_OVERSHOOT: ("exact_heading", "exact_heading_rough", "straight", "straight_rough"),
+    Symptom.NO_RECOVERY: ("beside_obstacle", "dead_end", "box_on_path"),
+    Symptom.NO_TURNING: ("goal_behind", "exact_heading"),
+    Symptom.REVERSE_FAILURE: ("goal_behind", "straight"),
+    Symptom.STALL_BEFORE_GOAL: ("straight", "straight_rough", "exact_heading", "goal_beside_wall"),
+    Symptom.TOO_SLOW: ("straight", "straight_rough", "bends"),
+    Symptom.WOBBLE_STRAIGHT: ("straight", "straight_rough", "corridor"),
 }
 
 

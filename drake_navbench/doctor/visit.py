@@ -11,7 +11,7 @@ from drake_navbench.doctor.driving import Driver, OutOfTime, Row, shows
 from drake_navbench.doctor.experiment import Experiment, Tried, Verdict
 from drake_navbench.doctor.facts import Facts
 from drake_navbench.doctor.files import Patient, speed_asked
-from drake_navbench.doctor.probes import probes_for
+from drake_navbench.doctor.probes import MADE_FOR, probes_for
 from drake_navbench.doctor.reading import Suspicion, findings_of, suspicions_of
 from drake_navbench.doctor.rules.rule import Finding
 from drake_navbench.doctor.symptoms import Symptom
@@ -143,17 +143,25 @@ def _treat(found: Visit, patient: Patient, words: str, driver: Driver, *, seed: 
 
 
 def _to_treat(found: Visit) -> Symptom | None:
-    """Returns the symptom that was asked for where it is seen; without one the weightiest seen."""
+    """Returns the symptom that was asked for where it is seen.
+
+    Without one: a touch before all, then what a rule that fired leads to, then the weightiest.
+    """
     if found.asked is not None:
         return found.asked if found.asked in found.seen else None
-    return next((symptom for symptom in BY_WEIGHT if symptom in found.seen), None)
+    led_to = {symptom for finding in found.findings for symptom in finding.rule.symptoms}
+    seen = [symptom for symptom in BY_WEIGHT if symptom in found.seen]
+    seen.sort(key=lambda s: (s is not Symptom.COLLISION, s not in led_to))
+    return seen[0] if seen else None
 
 
 def _most_severe(found: Visit, symptom: Symptom) -> list[str]:
-    """Returns the probes that show a symptom most, not more than are tried on."""
+    """Returns the probes that show a symptom most, of those that were made for it, if any."""
 
     def mean(name: str) -> float:
         own = [r for r in found.rows if r["scenario"] == f"probe_{name}"]
         return sum(float(r["severity"].get(symptom, 0.0)) for r in own) / max(len(own), 1)
 
-    return sorted(found.seen[symptom], key=lambda name: -mean(name))[:MOST_SHOWING]
+    seen = found.seen[symptom]
+    fitting = [name for name in seen if name in MADE_FOR.get(symptom, ())]
+    return sorted(fitting or seen, key=lambda name: -mean(name))[:MOST_SHOWING]

@@ -17,7 +17,7 @@ from drake_navbench.doctor.experiment import Tried, Verdict, _corrected
 from drake_navbench.doctor.files import Patient
 from drake_navbench.doctor.page import write_outputs
 from drake_navbench.doctor.probes import LONGEST_S, MAKERS, ROUGH, probes_for
-from drake_navbench.doctor.reading import Suspicion
+from drake_navbench.doctor.reading import Suspicion, findings_of
 from drake_navbench.doctor.symptoms import Symptom
 from drake_navbench.doctor.words import verdict
 from drake_navbench.inputs.nav2_patch import Place
@@ -125,6 +125,25 @@ def test_the_page_begins_with_the_verdict_and_the_patch_applies(patient, tmp_pat
     assert "consider_footprint: true" in (tmp_path / "patched.yaml").read_text()
     patch = (tmp_path / "change.patch").read_text()
     assert "-        consider_footprint: false\n+        consider_footprint: true\n" in patch
+
+
+def test_what_a_rule_leads_to_is_treated_before_what_weighs_more_and_after_a_touch(patient):
+    # The rule about the outline leads to corners cut, and to no robot that does not start.
+    found = visits.Visit(patient.facts(), findings=findings_of(patient.facts()))
+    assert [finding.rule.name for finding in found.findings] == ["mppi-centre-alone"]
+    found.seen = {Symptom.NO_START: ["door"], Symptom.CORNER_CUTTING: ["bends"]}
+    assert visits._to_treat(found) is Symptom.CORNER_CUTTING
+    found.seen[Symptom.COLLISION] = ["door"]
+    assert visits._to_treat(found) is Symptom.COLLISION
+    found.asked = Symptom.NO_START
+    assert visits._to_treat(found) is Symptom.NO_START
+
+
+def test_causes_are_tried_where_a_probe_was_made_for_the_symptom(patient):
+    found = visits.Visit(patient.facts())
+    found.seen = {Symptom.DOOR_STOP: ["dead_end", "door"], Symptom.SPINS: ["dead_end"]}
+    assert visits._most_severe(found, Symptom.DOOR_STOP) == ["door"]
+    assert visits._most_severe(found, Symptom.SPINS) == ["dead_end"]
 
 
 def test_nothing_seen_is_a_verdict(patient):
