@@ -6,26 +6,35 @@ Only the standard library is imported before the arguments are read, so that --h
 from __future__ import annotations
 
 import argparse
+import re
 import sys
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from drake_navbench.commands.command_line import CommandParser, exit_status_of
+from drake_navbench.commands.command_line import (
+    EXIT_DONE,
+    EXIT_INTERRUPTED,
+    CommandParser,
+    exit_status_of,
+    positive_number,
+    whole_number,
+)
 from drake_navbench.errors import InputError
 
 if TYPE_CHECKING:
-    from drake_navbench.inputs.presets import Preset
-    from drake_navbench.nav2.whole_files import FileColumns
+    from drake_navbench.studies.doctor.files import Patient
+    from drake_navbench.studies.doctor.symptoms import Symptom
 
 EPILOG = """\
 examples:
   drake-navbench doctor nav2_params.yaml --robot turtlebot4 --read-only
-  drake-navbench doctor nav2_params.yaml --read-only --symptom wobble_straight \\
-      --told "heavy robot, Raspberry Pi 4, swings on the way to the goal"
+  drake-navbench doctor nav2_params.yaml --robot turtlebot4 --out doctor/ \\
+      --symptom wobble_straight --told "swings on the way to the goal"
   drake-navbench doctor --score cases.yaml --files cases/ --page score.md
 
-exit status: 0 done, 2 wrong input
+exit status: 0 done, 2 wrong input or a full disk, 130 interrupted (what is
+known is written; the same command goes on)
 """
 
 
@@ -33,96 +42,206 @@ def build_parser() -> argparse.ArgumentParser:
     """Returns the parser of the command line."""
     parser = CommandParser(
         prog="python -m drake_navbench doctor",
-        description="Reads a Nav2 file with rules over the parameters of its release, and ranks\n"
-        "what may cause a symptom.",
+        usage="python -m drake_navbench doctor FILE [FILE ...] --out DIR [options]\n"
+        "       python -m drake_navbench doctor FILE [FILE ...] --read-only [options]\n"
+        "       python -m drake_navbench doctor --log LOG\n"
+        "       python -m drake_navbench doctor --score CASES [--files DIR] [--page FILE]",
+        description="Reads a Nav2 file with rules over the parameters of its release, drives\n"
+        "short probes made for the robot, tries what may cause a symptom one by one,\n"
+        "and writes the smallest change that takes it away and makes nothing else worse.",
         epilog=EPILOG,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
+    _add_file(parser)
+    _add_visit(parser)
+    _add_score(parser)
+    return parser
+
+
+def _add_file(parser: argparse.ArgumentParser) -> None:
+    """Adds the options of the file, the robot and the symptom."""
     add = parser.add_argument
-    add("files", nargs="*", type=Path, metavar="FILE", help="a whole Nav2 file; of several, later "
-        "ones override")  # fmt: skip
-    add("--robot", default="wheelchair", metavar="NAME|FILE", help="robot for what no Nav2 file "
-        "tells: mass, drive, lidar (wheelchair)")  # fmt: skip
+    add(
+        "files",
+        nargs="*",
+        type=Path,
+        metavar="FILE",
+        help="a whole Nav2 file; of several, later ones override, and the last one is patched",
+    )
+    add(
+        "--robot",
+        default="wheelchair",
+        metavar="NAME|FILE",
+        help="robot for what no Nav2 file tells: mass, drive, lidar (wheelchair)",
+    )
     add("--controller", metavar="NAME", help="which of the file's controllers (the first)")
     add("--symptom", metavar="CLASS", help="what the robot does; a wrong name lists all classes")
     add("--told", default="", metavar="TEXT", help="symptom and robot in your own words")
-    add("--nav2-release", choices=("humble", "iron", "jazzy", "kilted", "lyrical"), help="what the "
-        "file is written for (told by its own marks)")  # fmt: skip
-    add("--set", action="append", default=[], metavar="NAME=VALUE", help="value for $(var NAME) or "
-        "<NAME> in the file")  # fmt: skip
+    add(
+        "--nav2-release",
+        choices=("humble", "iron", "jazzy", "kilted", "lyrical"),
+        help="what the file is written for (told by its own marks)",
+    )
+    add(
+        "--set",
+        action="append",
+        default=[],
+        metavar="NAME=VALUE",
+        help="value for $(var NAME) or <NAME> in the file",
+    )
+
+
+def _add_visit(parser: argparse.ArgumentParser) -> None:
+    """Adds the options of what is driven."""
+    add = parser.add_argument_group("visit").add_argument
     add("--read-only", action="store_true", help="read the file and drive nothing")
-    score = parser.add_argument_group("score on known cases")
-    score.add_argument("--score", type=Path, metavar="CASES", help="YAML file of known cases; each "
-        "is given to the doctor")  # fmt: skip
-    score.add_argument("--files", dest="case_files", type=Path, metavar="DIR", help="whole Nav2 "
-        "files of the cases, ID.yaml or ID_1.yaml, ID_2.yaml")  # fmt: skip
-    score.add_argument("--page", type=Path, metavar="FILE", help="where the page of the score goes")
-    return parser
+    add("--out", type=Path, metavar="DIR", help="where page, patch and journal go")
+    add("--budget", type=_duration, default=600.0, metavar="TIME", help="such as 10m or 300s (10m)")
+    add("--seed", type=whole_number, default=0, help="of the whole visit (0)")
+    add("--jobs", type=positive_number, metavar="N", help="parallel workers (all cores)")
+    add(
+        "--log",
+        type=Path,
+        metavar="LOG",
+        help="look for symptoms in the log of a trial or of an imported recording, nothing else",
+    )
+
+
+def _add_score(parser: argparse.ArgumentParser) -> None:
+    """Adds the options of the score on known cases."""
+    add = parser.add_argument_group("score on known cases").add_argument
+    add("--score", type=Path, metavar="CASES", help="YAML file of cases, each given to the doctor")
+    add(
+        "--files",
+        dest="case_files",
+        type=Path,
+        metavar="DIR",
+        help="whole Nav2 files of the cases: ID.yaml, or ID_1.yaml and ID_2.yaml, merged",
+    )
+    add("--page", type=Path, metavar="FILE", help="where the page of the score goes")
+
+
+def _duration(text: str) -> float:
+    """Returns a time such as 10m, 90s or 1h in s; raises ArgumentTypeError."""
+    found = re.fullmatch(r"(\d+\.?\d*)\s*(h|m|s|min)?", text)
+    if found is None or float(found[1]) <= 0.0:
+        raise argparse.ArgumentTypeError(f"got {text!r}, expected a time such as 10m or 300s")
+    return float(found[1]) * {"h": 3600.0, "m": 60.0, "min": 60.0}.get(found[2] or "s", 1.0)
 
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Runs the command; returns the exit status."""
     given = list(sys.argv[2:] if argv is None else argv)
     arguments = build_parser().parse_args(given)
-    return exit_status_of(lambda: _doctor(arguments))
+    return exit_status_of(
+        lambda: _doctor(arguments), interrupted="interrupted; the same command goes on"
+    )
 
 
-def _doctor(arguments: argparse.Namespace) -> None:
+def _doctor(arguments: argparse.Namespace) -> int:
     if arguments.score is not None:
         _score(arguments)
-        return
+        return EXIT_DONE
     for name in ("case_files", "page"):
         if getattr(arguments, name) is not None:
             option = "--files" if name == "case_files" else f"--{name}"
             raise InputError(f"{option}: goes with --score")
+    if arguments.log is not None:
+        _look_at_log(arguments)
+        return EXIT_DONE
     if not arguments.files:
-        raise InputError("doctor: expected a Nav2 file, or --score")
-    _read(arguments)
+        raise InputError("doctor: expected a Nav2 file, --log or --score")
+    if not arguments.read_only and arguments.out is None:
+        raise InputError("--out: missing; expected a folder for page, patch and journal, "
+                         "or --read-only")  # fmt: skip
+    patient, symptom = _patient(arguments), _symptom(arguments)
+    _read(patient, symptom, arguments)
+    return EXIT_DONE if arguments.read_only else _visit(patient, symptom, arguments)
 
 
-def _read(arguments: argparse.Namespace) -> None:
-    from drake_navbench.commands.command_line import print_text
-    from drake_navbench.studies.doctor.facts import facts_of
-    from drake_navbench.studies.doctor.reading import findings_of, suspicions_of
+def _patient(arguments: argparse.Namespace) -> Patient:
+    from drake_navbench.nav2.substitutions import read_assignments
+    from drake_navbench.studies.doctor.files import Patient
+
+    return Patient(
+        tuple(arguments.files),
+        arguments.robot,
+        read_assignments(arguments.set),
+        arguments.nav2_release,
+        arguments.controller or "",
+    )
+
+
+def _symptom(arguments: argparse.Namespace) -> Symptom | None:
     from drake_navbench.studies.doctor.symptoms import symptom_called
+
+    return None if arguments.symptom is None else symptom_called(arguments.symptom)
+
+
+def _words(arguments: argparse.Namespace) -> str:
+    return f"{arguments.symptom or ''} {arguments.told}"
+
+
+def _read(patient: Patient, symptom: Symptom | None, arguments: argparse.Namespace) -> None:
+    """Prints the first look: the rules that fire, and what may cause the symptom."""
+    from drake_navbench.commands.command_line import print_text
+    from drake_navbench.studies.doctor.reading import findings_of, suspicions_of
     from drake_navbench.studies.doctor.told import told_of_reading
 
-    symptom = None if arguments.symptom is None else symptom_called(arguments.symptom)
-    file = whole_file(arguments)
-    facts = facts_of(file.setup, chosen_column(file, arguments.controller))
+    facts = patient.facts()
     findings = findings_of(facts)
-    words = f"{arguments.symptom or ''} {arguments.told}"
-    suspects = [] if symptom is None else suspicions_of(facts, symptom, words)
+    suspects = []
     if symptom is not None:
-        extra = [f for f in findings_of(facts, symptom) if f not in findings]
-        findings += extra
+        suspects = suspicions_of(facts, symptom, _words(arguments))
+        known = {finding.rule.name for finding in findings}
+        findings += [f for f in findings_of(facts, symptom) if f.rule.name not in known]
     print_text("\n".join(told_of_reading(facts, findings, suspects, symptom)) + "\n")
 
 
-def whole_file(arguments: argparse.Namespace) -> FileColumns:
-    """Returns the columns of the file that the arguments name; raises InputError."""
-    from drake_navbench.nav2.substitutions import read_assignments
-    from drake_navbench.nav2.whole_files import WholeFile, columns_of_files
+def _visit(patient: Patient, symptom: Symptom | None, arguments: argparse.Namespace) -> int:
+    """Drives, prints the verdict and writes the page; returns the exit status."""
+    from drake_navbench.commands.command_line import print_text
+    from drake_navbench.processes.machine import available_cores
+    from drake_navbench.studies.doctor.driving import Driver
+    from drake_navbench.studies.doctor.page import write_outputs
+    from drake_navbench.studies.doctor.told import wrapped
+    from drake_navbench.studies.doctor.visit import visit
+    from drake_navbench.studies.doctor.words import verdict
 
-    file = WholeFile("", tuple(arguments.files))
-    (columns,) = columns_of_files(
-        [file], arguments.robot, read_assignments(arguments.set), release=arguments.nav2_release
+    def tell(line: str) -> None:
+        indent = line[: len(line) - len(line.lstrip())]
+        print_text("\n".join(wrapped(line.strip(), indent)) + "\n")
+
+    try:
+        arguments.out.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"--out {arguments.out}: {error.strerror}") from error
+    driver = Driver(
+        arguments.out,
+        arguments.robot,
+        jobs=arguments.jobs or available_cores(),
+        budget_s=arguments.budget,
+        tell=tell,
     )
-    return columns
+    found = visit(patient, symptom, _words(arguments), driver, seed=arguments.seed)
+    print_text("\n".join(["", *wrapped(verdict(found), rest=""), ""]))
+    for path in write_outputs(found, patient, arguments.out):
+        print_text(f"{path}\n")
+    if found.is_interrupted:
+        print("interrupted; the same command goes on", file=sys.stderr)
+        return EXIT_INTERRUPTED
+    return EXIT_DONE
 
 
-def chosen_column(file: FileColumns, name: str | None) -> Preset:
-    """Returns the column of a controller of the file, the first where no name is given."""
-    plugins = file.plugins
-    if not plugins:
-        raise InputError(
-            f"{file.file.told}: no controller_server with controller_plugins; expected one"
-        )
-    if name is None:
-        return next(iter(plugins.values()))
-    if name not in plugins:
-        raise InputError(f"--controller {name!r}: expected one of {', '.join(plugins)}")
-    return plugins[name]
+def _look_at_log(arguments: argparse.Namespace) -> None:
+    from drake_navbench.commands.command_line import print_text
+    from drake_navbench.studies.doctor.log_symptoms import told_of_log
+    from drake_navbench.studies.doctor.told import wrapped
+
+    if arguments.files:
+        raise InputError("--log: looks at a log alone; expected no FILE")
+    lines = [line for told in told_of_log(arguments.log) for line in wrapped(told, "- ")]
+    print_text("\n".join(lines) + "\n")
 
 
 def _score(arguments: argparse.Namespace) -> None:

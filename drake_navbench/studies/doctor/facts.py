@@ -11,6 +11,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
+from drake_navbench.inputs.check import Status
 from drake_navbench.inputs.presets import Preset
 from drake_navbench.inputs.robot import Robot
 from drake_navbench.nav2.controllers import SERVER
@@ -43,7 +44,8 @@ class Facts:
     base names of all nodes in the file. told: places that a user calls 'low' or 'high' without a
     number. plugin: the controller's name in the file. is_whole: whether the
     file is a whole one, so that what is missing in it is missing on the robot.
-    unreadable: places that the release does not read.
+    unreadable: places that the release does not read. doubts: parameters whose values are probably
+    mistakes, with what Nav2 makes of them, from the check.
     """
 
     kinds: tuple[str, ...]
@@ -58,6 +60,7 @@ class Facts:
     plugin: str = ""
     is_whole: bool = False
     unreadable: frozenset[str] = frozenset()
+    doubts: Mapping[str, str] = field(default_factory=dict)
 
     def __getitem__(self, place: str) -> Any:
         """Returns the value of a place; None where the file and its models have none."""
@@ -141,9 +144,7 @@ def facts_of(setup: Nav2Setup, preset: Preset) -> Facts:
         given.add(place)
         if place not in values or place.partition(".")[0] in COSTMAPS:
             values[place] = value
-    unread = {
-        row.place: row.remark for row in setup.check.rows if row.status.startswith("not read")
-    }
+    unread = {row.place: row.remark for row in setup.check.of(Status.UNREAD)}
     return Facts(
         kinds_of(preset),
         release_in(setup),
@@ -157,6 +158,7 @@ def facts_of(setup: Nav2Setup, preset: Preset) -> Facts:
         plugin,
         SERVER in nodes and "local_costmap" in nodes,
         unreadable_by(preset),
+        {row.place: row.remark for row in setup.check.of(Status.DOUBTFUL)},
     )
 
 
@@ -195,10 +197,13 @@ def defaults_of(preset: Preset) -> dict[str, Any]:
 def _navigation_values(robot: Robot) -> Iterator[tuple[str, Any]]:
     navigation = robot.navigation.model_dump(mode="json")
     for costmap in COSTMAPS:
-        # Of layers that share a name, those that are listed come last, and count.
         block = navigation[costmap]
-        active = [*block.get("plugins", ()), *block.get("filters", ())]
-        navigation[costmap] = dict(sorted(block.items(), key=lambda entry: entry[0] in active))
+        active = (*block.get("plugins", ()), *block.get("filters", ()))
+        navigation[costmap] = {
+            name: value
+            for name, value in block.items()
+            if name in active or not isinstance(value, dict)
+        }
     for name, value in flattened(navigation):
         yield shortened(name), value
 

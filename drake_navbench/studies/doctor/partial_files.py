@@ -60,6 +60,12 @@ BARE = {
 # Words for the size of a value that is not told.
 SIZES = {"low": r"^(low|small|short|tight|tiny|near)", "high": r"^(high|large|big|long|far|wide)"}
 OLD_RELEASES = r"galactic|foxy|eloquent|dashing|crystal|kinetic|melodic|noetic|ros ?1"
+# What nav2_bringup's own file has, which nearly every file begins as.
+OF_BRINGUP = {
+    f"{costmap}.{name}": value
+    for costmap in ("local_costmap", "global_costmap")
+    for name, value in {"cost_scaling_factor": 3.0, "inflation_radius": 0.7}.items()
+}
 # Other names for the same.
 OTHER_NAMES = {
     "path_distance_bias": "PathDist.scale",
@@ -113,8 +119,10 @@ def _preset_name(controller: str) -> str:
 
 
 def _defaults() -> Iterator[tuple[str, Any]]:
+    """Yields the servers' defaults; nav2_bringup's values where nobody keeps the code's."""
     for name, value in flattened(NavigationSettings().model_dump(mode="json")):
         yield shortened(name), value
+    yield from OF_BRINGUP.items()
 
 
 def _place(name: str, known: Mapping[str, Any]) -> str:

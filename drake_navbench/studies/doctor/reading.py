@@ -29,6 +29,8 @@ RULES: tuple[Rule, ...] = tuple(
 # A rule that fires is worth so much more than a suspect alone; its second cure less than the first.
 OF_A_RULE = 1.6
 NEXT_CURE = 0.85
+# Of a rule about values that nobody gave, where the file is not a whole one: they may be others.
+OF_DEFAULTS = 0.5
 # Of a suspect whose value lies beyond the usual range on the side of the fault, within, and on the
 # other side; and of a parameter that the controller has not.
 BEYOND, WITHIN, OPPOSITE, ABSENT = 1.7, 1.0, 0.35, 0.45
@@ -74,6 +76,8 @@ def suspicions_of(facts: Facts, symptom: Symptom, words: str = "") -> list[Suspi
 
     for finding in findings_of(facts, symptom):
         weight = OF_A_RULE * finding.rule.symptoms[symptom]
+        if not facts.is_whole and not _rests_on_given(facts, finding.rule):
+            weight *= OF_DEFAULTS
         for cause in finding.rule.cures:
             if _is_there(facts, cause):
                 add(weight * _named_factor(facts, cause), cause, finding.seen, finding)
@@ -83,6 +87,13 @@ def suspicions_of(facts: Facts, symptom: Symptom, words: str = "") -> list[Suspi
             add(suspect.weight * value_factor(facts, suspect), suspect.cause, suspect.cause.why)
     found = [_merged(pieces) for pieces in evidence.values()]
     return sorted(found, key=lambda s: (-s.score, s.cause.place))
+
+
+def _rests_on_given(facts: Facts, rule: Rule) -> bool:
+    """Tells whether some value that a rule would change was given."""
+    return any(
+        place in facts.given for cause in rule.cures for place in facts.matching(cause.place)
+    )
 
 
 def _merged(pieces: list[tuple[float, Cause, str, Finding | None]]) -> Suspicion:
@@ -105,6 +116,10 @@ def _is_there(facts: Facts, cause: Cause) -> bool:
     if first in ("velocity_smoother", "collision_monitor", "amcl") and is_missing:
         return False
     if cause.place in facts.unreadable:
+        return False
+    is_in_block = first == CONTROLLER and cause.place.count(".") > 1
+    if is_in_block and facts.is_whole and facts[cause.place] is None:
+        # The block of a critic that is not listed.
         return False
     if "*" in cause.place and facts.is_whole and not facts.matching(cause.place):
         return False

@@ -44,6 +44,7 @@ def nav2_text(controller: dict[str, Any], *, plugin: str = "", **nodes: dict[str
                 "topic": "/scan",
                 "obstacle_max_range": 3.0,
                 "raytrace_max_range": 3.0,
+                "max_obstacle_height": 2.0,
                 "marking": True,
                 "clearing": True,
                 "data_type": "LaserScan",
@@ -71,7 +72,7 @@ MPPI = "nav2_mppi_controller::MPPIController"
 DWB = "dwb_core::DWBLocalPlanner"
 SHIM = "nav2_rotation_shim_controller::RotationShimController"
 
-RPP_BLOCK: dict[str, Any] = {"max_linear_vel": 0.5, "lookahead_dist": 0.6}
+RPP_BLOCK: dict[str, Any] = {"desired_linear_vel": 0.5, "lookahead_dist": 0.6}
 MPPI_BLOCK: dict[str, Any] = {
     "time_steps": 56,
     "model_dt": 0.05,

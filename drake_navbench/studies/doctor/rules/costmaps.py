@@ -48,7 +48,39 @@ def _is_smac(f: Facts) -> bool:
     return any(kind in _text(f["planner.plugin"]) for kind in SMAC)
 
 
+def _blind_layers(f: Facts) -> list[str]:
+    """Returns the layers of the local costmap that see nothing."""
+    return [
+        place.partition(": ")[2]
+        for place, remark in f.doubts.items()
+        if place.startswith("local_costmap") and "left out" in remark
+    ]
+
+
+def _doubts(f: Facts) -> list[str]:
+    return [place for place, remark in f.doubts.items() if "sees nothing" not in remark]
+
+
 RULES = (
+    Rule(
+        "layer-sees-nothing",
+        lambda f: bool(_blind_layers(f)),
+        lambda f: (
+            f"{', '.join(_blind_layers(f))} of the local costmap: the band of heights misses "
+            "the sensor, so that the layer marks nothing (max_obstacle_height is 0 where not given)"
+        ),
+        {S.COLLISION: 1.2, S.IGNORES_OBSTACLES: 1.2, S.NEAR_MISS: 0.9},
+        (up("local_costmap.max_obstacle_height", 2.0), outside("sensor_frame")),
+        f"{CODE}: observation_buffer.cpp, obstacle_layer.cpp",
+    ),
+    Rule(
+        "probably-a-mistake",
+        lambda f: bool(_doubts(f)),
+        lambda f: "; ".join(f"{place}: {f.doubts[place]}" for place in _doubts(f)[:2]),
+        {S.COLLISION: 0.2, S.TOO_SLOW: 0.2, S.NO_START: 0.2, S.GOAL_NOT_REACHED: 0.1},
+        (put("local_costmap.plugins"),),
+        "drake-navbench run --check",
+    ),
     Rule(
         "inflation-below-inscribed-radius",
         lambda f: 0.0 < f.number("local_costmap.inflation_radius", 1.0) < f.inscribed_radius_m,

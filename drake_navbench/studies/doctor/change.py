@@ -1,0 +1,120 @@
+"""The change: the smallest set that takes the symptom away and makes no other one worse.
+
+Judged once, on fresh seeds, on all probes: those that the search has not seen as well.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from drake_navbench.inputs.scenario import Scenario
+from drake_navbench.studies.doctor.cures import Trial
+from drake_navbench.studies.doctor.detectors import OF_THE_MACHINE
+from drake_navbench.studies.doctor.driving import FRESH_SEED, Driver, Row, shows
+from drake_navbench.studies.doctor.experiment import Tried, Verdict
+from drake_navbench.studies.doctor.files import Patient
+from drake_navbench.studies.doctor.symptoms import Symptom
+
+# Sets that are judged at most, the likeliest first.
+MOST_JUDGED = 2
+FRESH_SEEDS = 2
+# Trials with another symptom that may be chance; of touches none.
+CHANCE = 1
+
+
+@dataclass(frozen=True)
+class Judged:
+    """A change on fresh seeds. before, after: in how many trials each symptom is shown.
+
+    Trials in which the file as it is touches something end there: other symptoms are compared over
+    the rest, `compared`. before_target, after_target: likewise of the symptom, in the probes that
+    showed it. instead: by symptom, in how many trials it stands where there was a touch before.
+    """
+
+    tried: Tried
+    trial: Trial
+    trials: int
+    compared: int
+    before: Mapping[str, int]
+    after: Mapping[str, int]
+    before_target: int
+    after_target: int
+    target_trials: int
+    instead: Mapping[str, int]
+
+    @property
+    def worse(self) -> list[str]:
+        """The symptoms that more trials show than before, a touch first."""
+        found = []
+        for name in self.before:
+            allowed = 0 if name == Symptom.COLLISION else CHANCE
+            if self.after[name] > self.before[name] + allowed:
+                found.append(name)
+        return sorted(found, key=lambda name: name != Symptom.COLLISION)
+
+    @property
+    def helps(self) -> bool:
+        """Whether the symptom goes, or is seldom, and no other one comes."""
+        is_gone = self.after_target <= self.before_target // 2
+        return self.before_target > 0 and is_gone and not self.worse
+
+
+def judge(
+    patient: Patient,
+    tried: Sequence[Tried],
+    symptom: Symptom,
+    probes: Mapping[str, Scenario],
+    showing: Sequence[str],
+    driver: Driver,
+) -> list[Judged]:
+    """Returns the judgements of the best changes, until one helps; the smallest sets first."""
+    shown = [e for e in tried if e.verdict is Verdict.SHOWN and e.trial is not None]
+    enough = [e for e in shown if e.after <= 0.5] or shown
+    enough.sort(key=lambda e: (len(e.trial.changes) if e.trial else 0, -e.fall))
+    judged: list[Judged] = []
+    for entry in enough[:MOST_JUDGED]:
+        assert entry.trial is not None
+        driver.tell(f"  judging {entry.trial.told} on fresh seeds")
+        before, after = patient.before_and_after(entry.trial.changes)
+        everything = list(probes.values())
+        old = driver.drive(before, everything, FRESH_SEEDS, seed=FRESH_SEED, must=True)
+        new = driver.drive(after, everything, FRESH_SEEDS, seed=FRESH_SEED, must=True)
+        judged.append(_judged(entry, entry.trial, old, new, symptom, showing))
+        if judged[-1].helps:
+            break
+    return judged
+
+
+def _judged(
+    entry: Tried,
+    trial: Trial,
+    old: Sequence[Row],
+    new: Sequence[Row],
+    symptom: Symptom,
+    showing: Sequence[str],
+) -> Judged:
+    names = [s.value for s in Symptom if s not in OF_THE_MACHINE]
+    own = {f"probe_{name}" for name in showing}
+    at = [index for index, row in enumerate(old) if row["scenario"] in own]
+    touched = [shows(row, Symptom.COLLISION) for row in old]
+    rest = [index for index, has_touched in enumerate(touched) if not has_touched]
+
+    def counted(rows: Sequence[Row], name: str) -> int:
+        indices = range(len(rows)) if name == Symptom.COLLISION else rest
+        return sum(shows(rows[index], name) for index in indices)
+
+    where = [index for index, has_touched in enumerate(touched) if has_touched]
+    instead = {name: sum(shows(new[index], name) for index in where) for name in names}
+    return Judged(
+        entry,
+        trial,
+        len(old),
+        len(rest),
+        {name: counted(old, name) for name in names},
+        {name: counted(new, name) for name in names},
+        sum(shows(old[index], symptom) for index in at),
+        sum(shows(new[index], symptom) for index in at),
+        len(at),
+        {name: count for name, count in instead.items() if count},
+    )

@@ -1,0 +1,202 @@
+"""From a cause to values in the file: where its parameter stands, and which steps to try."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any, NamedTuple
+
+from drake_navbench.nav2.controllers import SERVER
+from drake_navbench.nav2.patch import Place
+from drake_navbench.nav2.robot import BT_NAVIGATOR, PLANNER_SERVER, Nav2Setup
+from drake_navbench.releases import Release
+from drake_navbench.studies.doctor.causes import Cause, Direction
+from drake_navbench.studies.doctor.facts import CONTROLLER, COSTMAPS, Facts
+from drake_navbench.studies.doctor.suspects import ranges
+
+# Steps from a value where no usual range says more.
+FACTORS = {Direction.UP: (1.6, 2.6), Direction.DOWN: (0.6, 0.35)}
+DIGITS = 3
+LAYERS = {
+    "inflation_radius": "InflationLayer",
+    "cost_scaling_factor": "InflationLayer",
+    "inflate_unknown": "InflationLayer",
+}
+# Parameters of the sources of an obstacle layer.
+OF_SOURCES = frozenset(
+    {
+        "clearing",
+        "inf_is_valid",
+        "marking",
+        "max_obstacle_height",
+        "min_obstacle_height",
+        "observation_persistence",
+        "obstacle_max_range",
+        "obstacle_min_range",
+        "raytrace_max_range",
+    }
+)
+OWN_NODES = {"planner": PLANNER_SERVER, "behavior_tree": BT_NAVIGATOR}
+# Parameters whose value is that of another one.
+COPIES = {
+    "local_costmap.raytrace_max_range": "local_costmap.obstacle_max_range",
+    "controller.inflation_cost_scaling_factor": "local_costmap.cost_scaling_factor",
+}
+
+
+class Trial(NamedTuple):
+    """A change of the file that is tried for a cause. changes: value by place in the file."""
+
+    cause: Cause
+    changes: Mapping[Place, Any]
+
+    @property
+    def told(self) -> str:
+        """The change in words: 'FollowPath.wz_std: 0.25'."""
+        return ", ".join(f"{place}: {_shown(value)}" for place, value in self.changes.items())
+
+
+def trials_of(cause: Cause, facts: Facts, setup: Nav2Setup) -> list[Trial]:
+    """Returns the changes to try for a cause, the mildest first; none where no value is known."""
+    if cause.is_outside or cause.direction is Direction.ADD:
+        return []
+    places = [
+        (place, facts[place])
+        for place in facts.matching(cause.place)
+        if "*" in cause.place or place == cause.place
+    ]
+    found: list[Trial] = []
+    for step in (0, 1):
+        changes: dict[Place, Any] = {}
+        for place, value in places:
+            new = _value(cause, place, value, facts, step)
+            if new is None or new == value:
+                continue
+            for where in file_places(place, facts, setup):
+                changes[where] = new
+        if changes and changes not in [trial.changes for trial in found]:
+            found.append(Trial(cause, changes))
+    return found
+
+
+def file_places(place: str, facts: Facts, setup: Nav2Setup) -> Iterator[Place]:
+    """Yields where a parameter stands in the file, or where it would stand."""
+    first, _, name = place.partition(".")
+    nodes = {**COSTMAPS, **OWN_NODES}
+    if first == CONTROLLER:
+        yield Place(SERVER, f"{facts.plugin}.{_own_name(name, facts, setup)}")
+    elif first in ("goal_checker", "progress_checker"):
+        listed = facts[f"{SERVER}.{first}_plugins"] or facts[f"{SERVER}.{first}_plugin"]
+        names = listed if isinstance(listed, list) else [listed or first]
+        yield Place(SERVER, f"{names[0]}.{name}")
+    elif first in COSTMAPS:
+        yield from _layer_places(COSTMAPS[first], name, setup)
+    elif first == "planner":
+        plugins = facts["planner.planner_plugins"] or ["GridBased"]
+        yield Place(PLANNER_SERVER, f"{plugins[0]}.{name}")
+    elif first == "collision_monitor":
+        yield Place(first, name.removeprefix("polygons."))
+    else:
+        yield Place(nodes.get(first, first), name)
+
+
+def _own_name(name: str, facts: Facts, setup: Nav2Setup) -> str:
+    """Returns the name that the file has for a controller's parameter: newer, older or nested."""
+    given = {parameter for node, parameter in setup.given if node.endswith(SERVER)}
+    choices = [f"primary_controller.{name}", name]
+    if name == "max_linear_vel":
+        choices.insert(0, "desired_linear_vel")
+    is_older = facts.release is not Release.LYRICAL
+    usual = choices[0] if name == "max_linear_vel" and is_older else name
+    return next((choice for choice in choices if f"{facts.plugin}.{choice}" in given), usual)
+
+
+def _layer_places(node: str, name: str, setup: Nav2Setup) -> Iterator[Place]:
+    given = {p: v for (owner, p), v in setup.given.items() if owner.endswith(node)}
+    listed = (*given.get("plugins", ()), *given.get("filters", ()))
+    found = [
+        parameter
+        for parameter in given
+        if parameter.rpartition(".")[2] == name
+        and ("." not in parameter or parameter.partition(".")[0] in listed)
+    ]
+    if found:
+        yield from (Place(node, parameter) for parameter in found)
+        return
+    if name in OF_SOURCES:
+        sources = (
+            p.removesuffix(".topic") for p in given if p.endswith(".topic") and p.count(".") > 1
+        )
+        own = [source for source in sources if source.partition(".")[0] in listed]
+        yield from (Place(node, f"{source}.{name}") for source in own)
+        return
+    kind = LAYERS.get(name)
+    layers = [
+        layer for layer in listed if kind and str(given.get(f"{layer}.plugin", "")).endswith(kind)
+    ]
+    if layers:
+        yield Place(node, f"{layers[0]}.{name}")
+    elif kind is None:
+        yield Place(node, name)
+
+
+def _value(cause: Cause, place: str, value: Any, facts: Facts, step: int) -> Any:
+    if cause.direction is Direction.SET:
+        return None if step else _set_value(cause, value, facts)
+    if isinstance(value, list | tuple) and value and all(_is_number(v) for v in value):
+        factor = FACTORS[cause.direction][step]
+        new = [0.0 if cause.to == 0.0 else _rounded(float(v) * factor) for v in value]
+        return None if step and cause.to == 0.0 else new
+    if value is None and _is_number(cause.to):
+        return None if step else cause.to
+    if not _is_number(value):
+        return None
+    stepped = _stepped(cause, place, float(value), step)
+    return None if stepped is None else _like(stepped, value)
+
+
+def _set_value(cause: Cause, value: Any, facts: Facts) -> Any:
+    if cause.place in COPIES:
+        return facts[COPIES[cause.place]]
+    if cause.to is None or value == cause.to:
+        return None
+    if isinstance(value, list):
+        return None if cause.to in value else [*value, cause.to]
+    return cause.to
+
+
+def _stepped(cause: Cause, place: str, value: float, step: int) -> float | None:
+    """Returns a mild or a strong step in the direction of the cure."""
+    is_up = cause.direction is Direction.UP
+    low, high = ranges().get(place, (None, None))
+    steps: list[float] = []
+    if _is_number(cause.to) and (float(cause.to) > value) == is_up and cause.to != value:
+        steps.append(float(cause.to))
+    if low is not None and high is not None:
+        near, middle = (low if is_up else high), 0.5 * (low + high)
+        steps += [v for v in (near, middle) if (v > value * 1.001) == is_up and v != value]
+    steps += [value * factor for factor in FACTORS[cause.direction]]
+    if value == 0.0:
+        steps = [v for v in steps if v != 0.0] or [0.1 if is_up else -0.1]
+    if value < 0.0 and cause.to is None:
+        # Of a negative value, such as a deceleration, more is nearer to zero.
+        steps = [value * factor for factor in FACTORS[Direction.DOWN if is_up else Direction.UP]]
+    steps = [v for v in dict.fromkeys(map(_rounded, steps)) if v != value]
+    return steps[step] if step < len(steps) else None
+
+
+def _like(new: float, value: Any) -> Any:
+    """Returns a whole number where the file has one."""
+    is_whole = isinstance(value, int) and not isinstance(value, bool)
+    return max(round(new), 1) if is_whole else new
+
+
+def _rounded(value: float) -> float:
+    return float(f"{value:.{DIGITS}g}")
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool)
+
+
+def _shown(value: Any) -> str:
+    return str(value).lower() if isinstance(value, bool) else str(value)

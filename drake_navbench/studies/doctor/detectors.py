@@ -1,0 +1,394 @@
+"""Symptoms as numbers: what a trial's log shows of each, against a threshold with its reason.
+
+A number is the severity: what was measured over the threshold; above 1 the symptom is there.
+All detectors take any log of a drive; those that need a plan or a goal are silent without one.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drake_navbench.logs.log import Outcome, TrialLog
+from drake_navbench.studies.doctor.symptoms import Symptom
+
+Array = NDArray[np.float64]
+
+
+class Drive(NamedTuple):
+    """What detectors look at, of a log on an even clock: arrays over time, and how it ended."""
+
+    time_s: Array
+    xy_m: Array
+    yaw_rad: Array
+    v_mps: Array
+    w_radps: Array
+    command_v_mps: Array
+    clearance_m: Array
+    goal: Array
+    plan_m: Array
+    outcome: Outcome
+    asked_mps: float
+    tolerance_m: float
+    cycle_ms: Array
+    period_ms: float
+    is_impossible: bool
+    reason: str = ""
+
+    @property
+    def is_refused(self) -> bool:
+        """Whether the controller found no command that it may give, and the task ended by it."""
+        words = ("collision ahead", "no valid", "no legal")
+        return self.outcome is Outcome.ABORTED and any(w in self.reason.lower() for w in words)
+
+    @property
+    def to_goal_m(self) -> Array:
+        """The distance to the goal's position, m."""
+        return np.asarray(np.hypot(*(self.xy_m - self.goal[:2]).T))
+
+    @property
+    def step_s(self) -> float:
+        """The time between two samples, s."""
+        return float(np.median(np.diff(self.time_s))) if len(self.time_s) > 1 else 0.05
+
+
+class Detector(NamedTuple):
+    """A symptom's number. threshold: in `unit`. reason: why it is where it is."""
+
+    symptom: Symptom
+    measure: Callable[[Drive], float]
+    threshold: float
+    unit: str
+    reason: str
+
+
+# Slower than this counts as standing, m/s and rad/s.
+STANDS_MPS, STANDS_RADPS = 0.02, 0.06
+# What a task that was given up for want of a command counts as, s.
+REFUSED_S = 8.0
+# A swing of the heading so small nobody sees, rad.
+SEEN_RAD = 0.05
+# Points of a plan to either side that its heading is taken over: half a metre.
+TANGENT_POINTS = 10
+# A plan that turns by less within a metre is straight, rad.
+STRAIGHT_RAD = 0.15
+# What counts as at the goal beyond its tolerance, m.
+NEAR_GOAL_M = 0.6
+
+
+def _touches(d: Drive) -> float:
+    """Whether the robot touched something; who walks into a robot that stands is not touched."""
+    has_touched = d.outcome is Outcome.COLLIDED or bool((d.clearance_m <= 0.0).any())
+    last = d.time_s > d.time_s[-1] - 0.5
+    moved = (np.abs(d.v_mps) > STANDS_MPS) | (np.abs(d.w_radps) > STANDS_RADPS)
+    return float(has_touched and bool(moved[last].any()))
+
+
+def _shortfall(d: Drive) -> float:
+    """How much less than 5 cm is left beside something while the robot drives."""
+    moves = np.abs(d.v_mps) > STANDS_MPS
+    near = d.clearance_m[moves & np.isfinite(d.clearance_m)]
+    return max(0.0, 0.05 - float(near.min())) if len(near) else 0.0
+
+
+def _swings(d: Drive) -> float:
+    """Reversals of the heading on straight pieces, each of at least 3 degrees, per 10 s."""
+    moves = (np.abs(d.v_mps) > 3 * STANDS_MPS) & (d.to_goal_m > NEAR_GOAL_M)
+    moves &= np.arange(len(d.time_s)) > _moved_at(d) + round(1.0 / d.step_s)
+    if len(d.plan_m) > 2 * TANGENT_POINTS:
+        moves &= _is_straight(d)
+    if moves.sum() * d.step_s < 2.0:
+        return 0.0
+    turns = _turning_points(_heading_error(d)[moves])
+    return float(10.0 * max(len(turns) - 2, 0) / (moves.sum() * d.step_s))
+
+
+def _headings(d: Drive) -> Array:
+    """Returns the plan's heading at each of its points, over half a metre to both sides, rad."""
+    index = np.arange(len(d.plan_m))
+    ahead = np.minimum(index + TANGENT_POINTS, len(index) - 1)
+    behind = np.maximum(index - TANGENT_POINTS, 0)
+    along = d.plan_m[ahead] - d.plan_m[behind]
+    return np.asarray(np.unwrap(np.arctan2(along[:, 1], along[:, 0])))
+
+
+def _is_straight(d: Drive) -> NDArray[np.bool_]:
+    """Tells at each sample whether the plan hardly bends within a metre."""
+    headings, nearest = _headings(d), _nearest(d)
+    ahead = np.minimum(nearest + TANGENT_POINTS, len(headings) - 1)
+    behind = np.maximum(nearest - TANGENT_POINTS, 0)
+    return np.asarray(np.abs(headings[ahead] - headings[behind]) < STRAIGHT_RAD)
+
+
+def _heading_error(d: Drive) -> Array:
+    if len(d.plan_m) < 2:
+        return d.yaw_rad - d.yaw_rad.mean()
+    return np.asarray(np.unwrap(d.yaw_rad - _headings(d)[_nearest(d)]))
+
+
+def _nearest(d: Drive) -> NDArray[np.int64]:
+    gaps = np.hypot(*(d.xy_m[:, None, :] - d.plan_m[None, :, :]).transpose(2, 0, 1))
+    return np.asarray(gaps.argmin(axis=1))
+
+
+def _turning_points(values: Array) -> list[float]:
+    """Returns the extremes of a signal that differ by more than what is seen, one after another."""
+    if len(values) == 0:
+        return []
+    extremes, low, high, rising = [float(values[0])], values[0], values[0], 0
+    for value in values[1:]:
+        low, high = min(low, value), max(high, value)
+        if rising <= 0 and value - low > SEEN_RAD:
+            extremes.append(float(low))
+            rising, high = 1, value
+        elif rising >= 0 and high - value > SEEN_RAD:
+            extremes.append(float(high))
+            rising, low = -1, value
+        if rising > 0:
+            low = high
+        elif rising < 0:
+            high = low
+    return extremes
+
+
+def _off_path(d: Drive) -> float:
+    if len(d.plan_m) < 2:
+        return 0.0
+    return float(np.hypot(*(d.xy_m - d.plan_m[_nearest(d)]).T).max())
+
+
+def _beyond_goal(d: Drive) -> float:
+    """How far beyond the tolerance the robot goes away again, once it was within it, m."""
+    inside = np.flatnonzero(d.to_goal_m < d.tolerance_m)
+    if not len(inside):
+        return 0.0
+    return max(0.0, float(d.to_goal_m[inside[0] :].max()) - d.tolerance_m)
+
+
+def _hunting(d: Drive) -> float:
+    """How often forward becomes backward, or left right, near the goal."""
+    near = d.to_goal_m < max(NEAR_GOAL_M, 2.0 * d.tolerance_m)
+    count = 0
+    for signal, least in ((d.v_mps, 2 * STANDS_MPS), (d.w_radps, 2 * STANDS_RADPS)):
+        signs = np.sign(signal[near & (np.abs(signal) > least)])
+        count += int((np.diff(signs) != 0).sum())
+    return float(count)
+
+
+def _standing(d: Drive, where: NDArray[np.bool_]) -> float:
+    still = (np.abs(d.v_mps) < STANDS_MPS) & (np.abs(d.w_radps) < STANDS_RADPS)
+    return float((still & where).sum()) * d.step_s
+
+
+def _moved_at(d: Drive) -> int:
+    moved = np.hypot(*(d.xy_m - d.xy_m[0]).T) > 0.1
+    turned = np.abs(d.yaw_rad - d.yaw_rad[0]) > 0.25
+    found = np.flatnonzero(moved | turned)
+    return int(found[0]) if len(found) else len(d.time_s)
+
+
+def _does_not_start(d: Drive) -> float:
+    if d.is_impossible:
+        return 0.0
+    index = _moved_at(d)
+    return float(d.time_s[index] - d.time_s[0]) if index < len(d.time_s) else 20.0
+
+
+def _stands_before_goal(d: Drive) -> float:
+    if d.is_impossible:
+        return 0.0
+    creeps = (np.abs(d.v_mps) < 0.1 * max(d.asked_mps, 0.1)) & (np.abs(d.w_radps) < STANDS_RADPS)
+    near = (d.to_goal_m < 1.2) & (d.to_goal_m > d.tolerance_m)
+    return float((creeps & near).sum()) * d.step_s
+
+
+def _stands_on_the_way(d: Drive) -> float:
+    """How long it stands away from the goal, s; to refuse every command is to stand for ever."""
+    if d.is_impossible:
+        return 0.0
+    if d.is_refused:
+        return REFUSED_S
+    began = np.arange(len(d.time_s)) > _moved_at(d)
+    return _standing(d, began & (d.to_goal_m > 1.0))
+
+
+def _stops(d: Drive) -> float:
+    """Stops on the way from more than a third of the speed that is asked for."""
+    fast = 0.35 * max(d.asked_mps, 0.1)
+    count, is_fast = 0, False
+    for v, away in zip(d.v_mps, d.to_goal_m > NEAR_GOAL_M, strict=True):
+        if away and v > fast:
+            is_fast = True
+        elif is_fast and abs(v) < STANDS_MPS:
+            count, is_fast = count + 1, False
+    return float(count) if not d.is_impossible else 0.0
+
+
+def _spin(d: Drive) -> float:
+    """Turns on the spot beyond one whole turn, rad."""
+    turning = np.abs(d.v_mps) < 2 * STANDS_MPS
+    turned = float(np.abs(np.diff(d.yaw_rad, prepend=d.yaw_rad[0]))[turning].sum())
+    return max(0.0, turned - 1.2 * math.pi)
+
+
+def _slowness(d: Drive) -> float:
+    """The asked speed over the median speed on the way, where nothing stands near."""
+    free = ~(d.clearance_m < 0.6)
+    way = (d.to_goal_m > 1.0) & free & (np.arange(len(d.time_s)) > _moved_at(d) + 20)
+    driving = d.v_mps[way & (np.abs(d.w_radps) < 0.3)]
+    if len(driving) * d.step_s < 1.0 or d.is_impossible:
+        return 0.0
+    return min(d.asked_mps / max(float(np.median(driving)), 0.01), 10.0)
+
+
+def _backward(d: Drive) -> float:
+    """Backward way over the whole, without a reason near."""
+    free = ~(d.clearance_m < 0.4)
+    back = -np.minimum(d.v_mps, 0.0)[free].sum() * d.step_s
+    return float(back)
+
+
+def _turning_late(d: Drive) -> float:
+    """How long the robot stands or drives with the plan more than 70 degrees to its side, s."""
+    if len(d.plan_m) < 2 or d.is_impossible:
+        return 0.0
+    error = np.abs(np.angle(np.exp(1j * _heading_error(d))))
+    return float(((error > 1.2) & (d.to_goal_m > NEAR_GOAL_M)).sum()) * d.step_s
+
+
+def _gave_up(d: Drive) -> float:
+    return float(d.outcome is Outcome.ABORTED and not d.is_impossible and not d.is_refused)
+
+
+def _goes_on(d: Drive) -> float:
+    return float(d.outcome is Outcome.TIMED_OUT and d.is_impossible)
+
+
+def _not_there(d: Drive) -> float:
+    if d.is_impossible or d.outcome is not Outcome.TIMED_OUT:
+        return 0.0
+    return float(d.to_goal_m[-1] < max(1.0, 2.0 * d.tolerance_m))
+
+
+def _stuck(d: Drive) -> float:
+    away = d.to_goal_m[-1] >= max(1.0, 2.0 * d.tolerance_m)
+    return float(d.outcome is Outcome.TIMED_OUT and not d.is_impossible and bool(away))
+
+
+def _late(d: Drive) -> float:
+    known = d.cycle_ms[np.isfinite(d.cycle_ms)]
+    return float((known > d.period_ms).mean()) if len(known) else 0.0
+
+
+def _jerk(d: Drive) -> float:
+    """Steps of the commanded speed, the 99th percentile, m/s."""
+    steps = np.abs(np.diff(d.command_v_mps))
+    return float(np.quantile(steps, 0.99)) if len(steps) else 0.0
+
+
+DETECTORS: tuple[Detector, ...] = (
+    Detector(Symptom.COLLISION, _touches, 0.5, "touches", "one touch is a touch"),
+    Detector(Symptom.NEAR_MISS, _shortfall, 0.03, "m below 0.05 m", "a pose estimate errs by 2 cm"),
+    Detector(
+        Symptom.WOBBLE_STRAIGHT, _swings, 4.0, "swings per 10 s", "a person sees one in 2.5 s"
+    ),
+    Detector(Symptom.CORNER_CUTTING, _off_path, 0.35, "m off the plan", "a third of a door"),
+    Detector(
+        Symptom.GOAL_OVERSHOOT, _beyond_goal, 0.1, "m beyond the tolerance", "a hand's breadth"
+    ),
+    Detector(
+        Symptom.GOAL_OSCILLATION,
+        _hunting,
+        4.5,
+        "reversals",
+        "to correct twice on each axis is fair",
+    ),
+    Detector(
+        Symptom.STALL_BEFORE_GOAL, _stands_before_goal, 4.0, "s", "a turn at the goal takes 3 s"
+    ),
+    Detector(Symptom.DOOR_STOP, _stands_on_the_way, 4.0, "s", "a behaviour waits 5 s"),
+    Detector(Symptom.NO_START, _does_not_start, 4.0, "s", "planning takes 1 s"),
+    Detector(Symptom.STOP_START_JERK, _stops, 1.5, "stops", "one stop may be for an obstacle"),
+    Detector(
+        Symptom.SPINS, _spin, 3.0, "rad beyond a turn", "half a turn more than any goal needs"
+    ),
+    Detector(Symptom.TOO_SLOW, _slowness, 1.6, "times slower", "bends take a third"),
+    Detector(Symptom.REVERSE_FAILURE, _backward, 0.5, "m backward", "to back off takes 0.3 m"),
+    Detector(Symptom.NO_TURNING, _turning_late, 8.0, "s", "half a turn takes 4 s at 0.8 rad/s"),
+    Detector(Symptom.FALSE_ABORT, _gave_up, 0.5, "aborts", "the task can be done"),
+    Detector(Symptom.GIVES_UP_LATE, _goes_on, 0.5, "trials", "20 s before a wall are enough"),
+    Detector(Symptom.GOAL_NOT_REACHED, _not_there, 0.5, "trials", "near the goal at the end"),
+    Detector(Symptom.NO_RECOVERY, _stuck, 0.5, "trials", "far from the goal at the end"),
+    Detector(Symptom.LATE_CYCLES, _late, 0.1, "share", "one cycle in ten may be late"),
+)
+# In whose severity the machine takes part, so that no experiment rests on it.
+OF_THE_MACHINE = frozenset({Symptom.LATE_CYCLES})
+
+
+def drive_of(log: TrialLog) -> Drive:
+    """Returns what detectors look at of a log."""
+    samples, info = log.samples, log.info
+    navigation = info.get("robot", {}).get("navigation", {})
+    scenario = info["scenario"]
+    plan = log.first_plans[-1].poses[:, :2] if log.first_plans else np.empty((0, 2))
+    if len(log.plans) > 1:
+        # Plans that change say nothing of a path that should have been kept.
+        plan = np.empty((0, 2))
+    rate = navigation.get("controller_server", {}).get("controller_frequency", 20.0)
+
+    def column(name: str) -> Array:
+        return samples[name].to_numpy(dtype=float)
+
+    return Drive(
+        column("time_s"),
+        np.column_stack([column("x_m"), column("y_m")]),
+        np.unwrap(column("yaw_rad")),
+        column("v_mps"),
+        column("w_radps"),
+        column("command_v_mps"),
+        column("clearance_m"),
+        np.array(scenario["goal"], dtype=float),
+        np.asarray(plan, dtype=float),
+        log.outcome,
+        _asked_mps(info),
+        float(navigation.get("goal_checker", {}).get("xy_goal_tolerance", 0.25)),
+        column("compute_time_ms"),
+        1000.0 / max(float(rate), 0.1),
+        scenario.get("expected_outcome") == "aborted",
+        str(info.get("reason", "")),
+    )
+
+
+def _asked_mps(info: Mapping[str, Any]) -> float:
+    parameters = info.get("parameters", {})
+    parameters = parameters.get("primary_controller", parameters)
+    names = ("vx_max", "max_linear_vel", "max_vel_x", "v_linear_max", "desired_linear_vel")
+    found = [parameters[name] for name in names if isinstance(parameters.get(name), int | float)]
+    return float(found[0]) if found else 0.3
+
+
+def severities(log: TrialLog) -> dict[str, float]:
+    """Returns each symptom's severity in a log: above 1 it is there."""
+    drive = drive_of(log)
+    if len(drive.time_s) < 3:
+        return {}
+    return {
+        detector.symptom.value: round(float(detector.measure(drive)) / detector.threshold, 4)
+        for detector in DETECTORS
+    }
+
+
+def doctor_row(log: TrialLog) -> dict[str, Any]:
+    """Returns what the doctor keeps of a trial: who, how it ended, and each symptom's severity."""
+    return {
+        "scenario": log.info["scenario"]["name"],
+        "controller": log.info["controller"],
+        "seed": log.info["seed"],
+        "outcome": str(log.outcome),
+        "reason": log.info["reason"],
+        "severity": severities(log),
+    }

@@ -1,0 +1,117 @@
+"""Drives of the doctor: paired by seed, kept in a journal, so that the same command goes on."""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from drake_navbench.campaign.campaign import plan_campaign
+from drake_navbench.errors import CannotBeWritten, InputError
+from drake_navbench.inputs.presets import Preset
+from drake_navbench.inputs.scenario import Scenario
+from drake_navbench.studies.doctor.detectors import doctor_row
+from drake_navbench.studies.tuning.pairs import drive_each
+from drake_navbench.trial.spec import TrialSpec
+
+JOURNAL = "journal.jsonl"
+Row = dict[str, Any]
+# Fresh seeds, which the search has not seen, begin here.
+FRESH_SEED = 10**6
+
+
+class OutOfTime(Exception):
+    """The budget is used up; what is known so far counts."""
+
+
+class Driver:
+    """Drives columns through probes; each trial is driven once and kept in the journal.
+
+    budget_s: from the start of this process on. tell: is given a line of progress.
+    """
+
+    def __init__(
+        self, folder: Path, robot: str, *, jobs: int, budget_s: float, tell: Callable[[str], None]
+    ) -> None:
+        self._path, self._robot, self._jobs, self.tell = folder / JOURNAL, robot, jobs, tell
+        self._began_s, self._budget_s = time.monotonic(), budget_s
+        self._rows = _read(self._path)
+        self.driven, self._driving_s = 0, 0.0
+
+    @property
+    def left_s(self) -> float:
+        """What is left of the budget, s."""
+        return self._budget_s - (time.monotonic() - self._began_s)
+
+    @property
+    def trial_s(self) -> float:
+        """What a trial has taken on average, s."""
+        return self._driving_s / self.driven if self.driven else 4.0
+
+    def drive(
+        self,
+        preset: Preset,
+        probes: Sequence[Scenario],
+        trials: int,
+        *,
+        seed: int,
+        must: bool = False,
+    ) -> list[Row]:
+        """Returns a row a trial: every probe with so many seeds, in one order for all columns.
+
+        must: whether to drive without regard to the budget, as what is judged at the end. Raises
+        OutOfTime where the budget does not suffice.
+        """
+        planned = plan_campaign(
+            list(probes), [preset], trials=trials, seed=seed, robot=self._robot,
+            keeps_costmaps=False,
+        ).specs  # fmt: skip
+        specs = sorted(planned, key=lambda spec: (spec.trial, spec.scenario.name))
+        missing = [spec for spec in specs if spec.identity not in self._rows]
+        if missing and not must and self.left_s < len(missing) * self.trial_s:
+            raise OutOfTime
+        if missing:
+            began_s = time.monotonic()
+            rows = drive_each(missing, doctor_row, jobs=self._jobs)
+            self._driving_s += time.monotonic() - began_s
+            self.driven += len(missing)
+            self._keep(missing, rows)
+        return [self._rows[spec.identity] for spec in specs]
+
+    def _keep(self, specs: Sequence[TrialSpec], rows: Sequence[Row]) -> None:
+        try:
+            with self._path.open("a", encoding="utf-8") as file:
+                for spec, row in zip(specs, rows, strict=True):
+                    self._rows[spec.identity] = row
+                    file.write(json.dumps({"identity": spec.identity, "row": row}) + "\n")
+        except OSError as error:
+            reason = error.strerror or str(error)
+            raise CannotBeWritten(f"{self._path}: cannot be written: {reason}") from error
+
+
+def _read(path: Path) -> dict[str, Row]:
+    """Returns the rows of a journal by the identity of their trials; torn lines are left out."""
+    rows: dict[str, Row] = {}
+    try:
+        text = path.read_text(encoding="utf-8") if path.exists() else ""
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read: {error.strerror}") from error
+    for line in text.splitlines():
+        try:
+            entry = json.loads(line)
+            rows[entry["identity"]] = entry["row"]
+        except (ValueError, KeyError, TypeError):
+            continue
+    return rows
+
+
+def severity(row: Mapping[str, Any], symptom: str) -> float:
+    """Returns the severity of a symptom in a row; 0 where the log was too short for any."""
+    return float(row["severity"].get(symptom, 0.0))
+
+
+def shows(row: Mapping[str, Any], symptom: str) -> bool:
+    """Tells whether a row shows a symptom."""
+    return severity(row, symptom) > 1.0

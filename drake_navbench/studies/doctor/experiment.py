@@ -1,0 +1,220 @@
+"""Causes by experiment: each candidate alone against the file as it is, on the same trials.
+
+A cause is shown where the symptom's severity falls in the pairs, by Wilcoxon's test, corrected by
+Holm for every change that was tried, also for those that were left early.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+from itertools import combinations
+from typing import Any
+
+import numpy as np
+
+from drake_navbench.analysis.statistics import compare_differences, holm
+from drake_navbench.errors import InputError
+from drake_navbench.inputs.presets import Preset
+from drake_navbench.inputs.scenario import Scenario
+from drake_navbench.studies.doctor.cures import Trial, trials_of
+from drake_navbench.studies.doctor.driving import Driver, OutOfTime, Row, severity, shows
+from drake_navbench.studies.doctor.facts import Facts
+from drake_navbench.studies.doctor.files import Patient
+from drake_navbench.studies.doctor.reading import Suspicion
+from drake_navbench.studies.doctor.symptoms import Symptom
+
+ERROR = 0.05
+# Pairs of a candidate; so many that 20 candidates can be told apart: 2^-11 is less than 0.05 / 20.
+PAIRS = 12
+# Of a candidate whose first pairs show no fall at all, the rest is not driven.
+FIRST_LOOK = 4
+# What falls by less is of no use to anybody, as a share.
+LEAST_FALL = 0.3
+MOST_CANDIDATES = 16
+PAIRED_BEST = 3
+
+
+class Verdict(StrEnum):
+    """What the experiment says of a cause."""
+
+    SHOWN = "shown"
+    NOT_SHOWN = "not shown"
+    OUTSIDE = "outside the file"
+    NOT_TRIED = "not tried"
+
+
+@dataclass(frozen=True)
+class Tried:
+    """A change that was tried. before, after: mean severity in the pairs. p_value: corrected.
+
+    fall: share by which the severity falls, with its interval. reason: why it was not tried, or
+    left early.
+    """
+
+    suspicion: Suspicion
+    trial: Trial | None
+    verdict: Verdict
+    before: float = 0.0
+    after: float = 0.0
+    interval: tuple[float, float] = (0.0, 0.0)
+    p_value: float = 1.0
+    pairs: int = 0
+    touches: int = 0
+    reason: str = ""
+
+    @property
+    def fall(self) -> float:
+        """The share by which the severity falls."""
+        return (self.before - self.after) / self.before if self.before > 0.0 else 0.0
+
+
+class Experiment:
+    """Tries changes for a symptom on the probes that show it.
+
+    baseline: what the file as it is does in every probe. probes: by name.
+    """
+
+    def __init__(
+        self,
+        patient: Patient,
+        facts: Facts,
+        symptom: Symptom,
+        probes: Sequence[Scenario],
+        driver: Driver,
+        *,
+        seed: int,
+    ) -> None:
+        self._patient, self._facts, self._symptom = patient, facts, symptom
+        self._probes, self._driver, self._seed = list(probes), driver, seed
+        self._columns = patient.columns()
+        self._before = patient.chosen(self._columns)
+        self.is_out_of_time = False
+
+    def run(self, suspicions: Sequence[Suspicion]) -> list[Tried]:
+        """Tries the suspicions in their order, then pairs of the best; the best first."""
+        raw: list[Tried] = []
+        tried = 0
+        for suspicion in suspicions:
+            if tried >= MOST_CANDIDATES or self.is_out_of_time:
+                break
+            found = self._of(suspicion)
+            raw += found
+            tried += any(entry.trial is not None and entry.pairs for entry in found)
+        if not self.is_out_of_time:
+            raw += self._pairs_of(raw)
+        return _corrected(raw)
+
+    def _of(self, suspicion: Suspicion) -> list[Tried]:
+        if suspicion.cause.is_outside:
+            return [Tried(suspicion, None, Verdict.OUTSIDE)]
+        trials = trials_of(suspicion.cause, self._facts, self._columns.setup)
+        if not trials:
+            reason = "no value is known to try"
+            return [Tried(suspicion, None, Verdict.NOT_TRIED, reason=reason)]
+        found: list[Tried] = []
+        for trial in trials:
+            if found and found[-1].fall >= 0.9:
+                break
+            entry = self._try(suspicion, trial)
+            if entry is None:
+                break
+            found.append(entry)
+        return found
+
+    def _pairs_of(self, raw: Sequence[Tried]) -> list[Tried]:
+        """Tries pairs of the best changes of different causes where none is enough alone."""
+        helpful = sorted(
+            (e for e in raw if e.trial is not None and e.fall >= LEAST_FALL and not e.touches),
+            key=lambda e: -e.fall,
+        )
+        if not helpful or helpful[0].after < 0.5:
+            return []
+        best = list({e.suspicion.cause.key: e for e in reversed(helpful)}.values())[::-1]
+        found = []
+        for first, second in combinations(best[:PAIRED_BEST], 2):
+            assert first.trial is not None
+            assert second.trial is not None
+            changes = {**first.trial.changes, **second.trial.changes}
+            entry = self._try(first.suspicion, Trial(first.trial.cause, changes))
+            if entry is None:
+                break
+            found.append(entry)
+        return found
+
+    def _try(self, suspicion: Suspicion, trial: Trial) -> Tried | None:
+        """Returns what a change does; None where the budget does not suffice."""
+        try:
+            before, after = self._patient.before_and_after(trial.changes)
+        except InputError as error:
+            return Tried(suspicion, trial, Verdict.NOT_TRIED, reason=str(error))
+        seeds = -(-PAIRS // len(self._probes))
+        first = max(1, -(-FIRST_LOOK // len(self._probes)))
+        try:
+            old, new = self._pairs(before, after, min(first, seeds))
+            is_left = np.mean(_severities(new, self._symptom)) >= np.mean(
+                _severities(old, self._symptom)
+            )
+            if not is_left and first < seeds:
+                old, new = self._pairs(before, after, seeds)
+        except OutOfTime:
+            self.is_out_of_time = True
+            return None
+        entry = self._entry(suspicion, trial, old, new, is_left=bool(is_left))
+        self._driver.tell(
+            f"  {trial.told}: {entry.before:.2f} -> {entry.after:.2f} in {entry.pairs} pairs"
+        )
+        return entry
+
+    def _pairs(self, before: Preset, after: Preset, seeds: int) -> tuple[list[Row], list[Row]]:
+        drive = self._driver.drive
+        return (
+            drive(before, self._probes, seeds, seed=self._seed),
+            drive(after, self._probes, seeds, seed=self._seed),
+        )
+
+    def _entry(
+        self,
+        suspicion: Suspicion,
+        trial: Trial,
+        old: Sequence[Row],
+        new: Sequence[Row],
+        *,
+        is_left: bool,
+    ) -> Tried:
+        before, after = (np.array(_severities(rows, self._symptom)) for rows in (old, new))
+        found = compare_differences(after - before)
+        touches = sum(shows(row, Symptom.COLLISION) for row in new) - sum(
+            shows(row, Symptom.COLLISION) for row in old
+        )
+        return Tried(
+            suspicion,
+            trial,
+            Verdict.NOT_SHOWN,
+            float(before.mean()),
+            float(after.mean()),
+            (found.interval.low, found.interval.high),
+            1.0 if is_left or found.difference >= 0.0 else found.p_value,
+            len(old),
+            max(touches, 0),
+            "no fall in the first pairs" if is_left else "",
+        )
+
+
+def _severities(rows: Sequence[dict[str, Any]], symptom: str) -> list[float]:
+    return [severity(row, symptom) for row in rows]
+
+
+def _corrected(raw: Sequence[Tried]) -> list[Tried]:
+    """Returns the changes with p-values corrected for all that were driven, the best first."""
+    driven = [entry for entry in raw if entry.pairs]
+    adjusted = holm([entry.p_value for entry in driven])
+    found: list[Tried] = []
+    for entry, p_value in zip(driven, adjusted, strict=True):
+        is_shown = p_value <= ERROR and entry.fall >= LEAST_FALL and not entry.touches
+        verdict = Verdict.SHOWN if is_shown else Verdict.NOT_SHOWN
+        values = entry.__dict__ | {"verdict": verdict, "p_value": float(p_value)}
+        found.append(Tried(**values))
+    found.sort(key=lambda e: (e.verdict is not Verdict.SHOWN, -e.fall))
+    return found + [entry for entry in raw if not entry.pairs]

@@ -1,0 +1,88 @@
+"""The file that is looked at, and its patched versions, as columns that drive one base."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from drake_navbench.errors import InputError
+from drake_navbench.inputs.presets import Preset
+from drake_navbench.inputs.robot import Robot
+from drake_navbench.nav2.patch import Place, patched
+from drake_navbench.nav2.whole_files import FileColumns, WholeFile, columns_of_files
+from drake_navbench.studies.doctor.facts import Facts, facts_of
+
+
+@dataclass(frozen=True)
+class Patient:
+    """The Nav2 file that is looked at.
+
+    paths: of the file; of several the last one is patched. robot: name or file of the robot for
+    what no Nav2 file tells. values: for the file's substitutions. release: of Nav2, by the file's
+    own marks where None. plugin: the controller's name in the file, '' for the first one.
+    """
+
+    paths: tuple[Path, ...]
+    robot: str
+    values: Mapping[str, str]
+    release: str | None = None
+    plugin: str = ""
+
+    @property
+    def text(self) -> str:
+        """The text of the file that is patched."""
+        return self.paths[-1].read_text(encoding="utf-8")
+
+    def columns(self) -> FileColumns:
+        """Returns the columns of the file as it is; raises InputError where it is wrong."""
+        file = WholeFile("before", self.paths)
+        (found,) = columns_of_files([file], self.robot, self.values, release=self.release)
+        return found
+
+    def chosen(self, columns: FileColumns) -> Preset:
+        """Returns the column of the controller that is looked at; raises InputError."""
+        plugins = columns.plugins
+        if not plugins:
+            raise InputError(
+                f"{columns.file.told}: no controller_server with controller_plugins; expected one"
+            )
+        if not self.plugin:
+            return next(iter(plugins.values()))
+        if self.plugin not in plugins:
+            raise InputError(f"--controller {self.plugin!r}: expected one of {', '.join(plugins)}")
+        return plugins[self.plugin]
+
+    def facts(self) -> Facts:
+        """Returns the facts of the file."""
+        columns = self.columns()
+        return facts_of(columns.setup, self.chosen(columns))
+
+    def patched_text(self, changes: Mapping[Place, Any]) -> str:
+        """Returns the text of the file with these values, all else as it is; raises InputError."""
+        return patched(self.text, dict(changes), self.paths[-1])
+
+    def before_and_after(self, changes: Mapping[Place, Any]) -> tuple[Preset, Preset]:
+        """Returns the columns of the file as it is and with a change, for one base.
+
+        Raises InputError where the change is refused, or asks more of the base than the file does.
+        """
+        text = self.patched_text(changes)
+        release = self.release or str(self.facts().release)
+        files = [WholeFile("before", self.paths), WholeFile("after", self.paths, text)]
+        before, after = columns_of_files(files, self.robot, self.values, release=release)
+        alone = self.columns()
+        if before.setup.robot.drive != alone.setup.robot.drive:
+            raise InputError("asks more of the base than the file does")
+        return self.chosen(before), self.chosen(after)
+
+
+def speed_asked(facts: Facts, robot: Robot) -> float:
+    """Returns the speed that probes are made for, m/s: what is asked for and the base can do."""
+    return min(facts.speed_mps or 0.3, robot.drive.max_linear_velocity_mps)
+
+
+def told_files(paths: Sequence[Path]) -> str:
+    """Returns the names of files for a sentence."""
+    return " + ".join(path.name for path in paths)

@@ -1,0 +1,29 @@
+"""Symptoms in a log that is there already: of a trial, or of a recording that was imported."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from drake_navbench.errors import InputError
+from drake_navbench.logs.log import TrialLog
+from drake_navbench.studies.doctor.detectors import DETECTORS, drive_of
+from drake_navbench.studies.doctor.symptoms import LOOKS_LIKE
+
+LEAST_SAMPLES = 3
+
+
+def told_of_log(path: Path) -> list[str]:
+    """Returns a line for each symptom that a log shows, with number and threshold; InputError."""
+    log = TrialLog.read(path)
+    drive = drive_of(log)
+    if len(drive.time_s) < LEAST_SAMPLES:
+        raise InputError(f"{path}: expected a drive, got {len(drive.time_s)} samples")
+    lines = []
+    for detector in DETECTORS:
+        value = float(detector.measure(drive))
+        if value > detector.threshold:
+            lines.append(
+                f"{detector.symptom}: {LOOKS_LIKE[detector.symptom]}; {value:.3g} {detector.unit}, "
+                f"threshold {detector.threshold:g}, since {detector.reason}"
+            )
+    return lines or ["no symptom"]

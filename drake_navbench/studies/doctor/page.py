@@ -1,0 +1,158 @@
+"""What a visit leaves behind: the page, the patched file and the patch."""
+
+from __future__ import annotations
+
+import difflib
+from html import escape
+from pathlib import Path
+
+from drake_navbench.errors import CannotBeWritten
+from drake_navbench.studies.doctor.change import Judged
+from drake_navbench.studies.doctor.experiment import Tried
+from drake_navbench.studies.doctor.files import Patient, told_files
+from drake_navbench.studies.doctor.symptoms import LOOKS_LIKE, Symptom
+from drake_navbench.studies.doctor.visit import Visit
+from drake_navbench.studies.doctor.words import assumed, change_told, evidence, verdict
+
+PATCHED, PATCH, PAGE = "patched.yaml", "change.patch", "doctor.html"
+STYLE = (
+    "body{font:16px/1.5 system-ui,sans-serif;max-width:60rem;margin:2rem auto;padding:0 1rem;"
+    "color:#1c1c1c;background:#fff}"
+    "h1{font-size:1.5rem}h2{font-size:1.15rem;margin-top:2rem}.verdict{font-size:1.15rem;"
+    "border-left:.3rem solid #2b6cb0;padding:.4rem 1rem;background:#f2f6fb}"
+    "table{border-collapse:collapse;width:100%}td,th{text-align:left;padding:.3rem .6rem;"
+    "border-bottom:1px solid #ddd;vertical-align:top}td.n,th.n{text-align:right}"
+    "code,pre{font:14px/1.4 ui-monospace,monospace;overflow-wrap:anywhere}"
+    "pre{background:#f6f6f6;padding:.8rem;overflow-x:auto}small{color:#555}"
+)
+
+
+def patch_of(patient: Patient, cure: Judged) -> tuple[str, str]:
+    """Returns the patched file's text and the patch, as `patch -p0` takes it."""
+    after = patient.patched_text(cure.trial.changes)
+    name = patient.paths[-1].name
+    lines = difflib.unified_diff(
+        patient.text.splitlines(keepends=True), after.splitlines(keepends=True), name, name
+    )
+    return after, "".join(lines)
+
+
+def write_outputs(visit: Visit, patient: Patient, folder: Path) -> list[Path]:
+    """Writes the page and, where there is a cure, the patched file and the patch; returns them."""
+    written = []
+    texts = {PAGE: page(visit, patient)}
+    if visit.cure is not None:
+        texts[PATCHED], texts[PATCH] = patch_of(patient, visit.cure)
+    for name, text in texts.items():
+        path = folder / name
+        try:
+            path.write_text(text, encoding="utf-8")
+        except OSError as error:
+            raise CannotBeWritten(f"{path}: cannot be written: {error.strerror}") from error
+        written.append(path)
+    return written
+
+
+def page(visit: Visit, patient: Patient) -> str:
+    """Returns the page: the verdict in plain words, then what it rests on."""
+    name = told_files(patient.paths)
+    parts = [
+        f"<h1>The doctor on {escape(name)}</h1>",
+        f'<p class="verdict">{escape(verdict(visit))}</p>',
+    ]
+    if visit.cure is not None:
+        parts += _change(visit, visit.cure, patient)
+    parts += _tried(visit)
+    parts += _seen(visit)
+    parts += _findings(visit)
+    parts += ["<h2>What was assumed</h2><ul>"]
+    parts += [f"<li>{escape(line)}</li>" for line in assumed(visit, patient.robot)]
+    parts.append("</ul>")
+    return (
+        '<!doctype html><html lang="en"><head><meta charset="utf-8">'
+        f"<title>The doctor on {escape(name)}</title><style>{STYLE}</style></head><body>"
+        + "\n".join(parts)
+        + "</body></html>\n"
+    )
+
+
+def _change(visit: Visit, cure: Judged, patient: Patient) -> list[str]:
+    reasons = " ".join(f"{why.rstrip('.')}." for why in cure.tried.suspicion.reasons[:2])
+    _, patch = patch_of(patient, cure)
+    rows = [
+        f'<tr><td>{escape(LOOKS_LIKE[Symptom(name)])}</td><td class="n">{cure.before[name]}</td>'
+        f'<td class="n">{cure.after[name]}</td></tr>'
+        for name in cure.before
+        if cure.before[name] or cure.after[name]
+    ]
+    return [
+        "<h2>The change</h2>",
+        f"<p><code>{escape(change_told(cure.trial))}</code></p>",
+        f"<p>Why: {escape(reasons)} <small>Source: {escape(_source(cure.tried))}</small></p>",
+        f"<pre>{escape(patch)}</pre>",
+        f"<h2>Before and after, on fresh seeds</h2><p>Trials, of {cure.trials}, in which the robot "
+        f"…; what is no touch is counted over the {cure.compared} in which the file as it is "
+        "touches nothing.</p>",
+        '<table><tr><th>symptom</th><th class="n">before</th><th class="n">after</th></tr>',
+        *rows,
+        "</table>",
+    ]
+
+
+def _source(entry: Tried) -> str:
+    findings = entry.suspicion.findings
+    return findings[0].rule.source if findings else entry.suspicion.cause.source
+
+
+def _tried(visit: Visit) -> list[str]:
+    if not visit.tried:
+        return []
+    rows = []
+    for entry in visit.tried:
+        what = entry.suspicion.cause.told if entry.trial is None else change_told(entry.trial)
+        rows.append(
+            f"<tr><td><code>{escape(what)}</code></td><td>{escape(entry.verdict)}</td>"
+            f"<td>{escape(evidence(entry))}</td></tr>"
+        )
+    head = (
+        f"<h2>Causes of {escape(str(visit.treated))} that were tried</h2><p>Each alone against the "
+        "file as it is, on the same probes and seeds. The severity is what was measured over its "
+        "threshold: above 1 the symptom is there. All p-values are corrected for all that was "
+        "tried.</p>"
+    )
+    return [head, "<table><tr><th>change</th><th></th><th>evidence</th></tr>", *rows, "</table>"]
+
+
+def _seen(visit: Visit) -> list[str]:
+    if not visit.probes:
+        return []
+    rows = [
+        f"<tr><td>{escape(symptom.value)}</td><td>{escape(LOOKS_LIKE[symptom])}</td>"
+        f"<td>{escape('; '.join(visit.probes[name].description for name in names))}</td></tr>"
+        for symptom, names in visit.seen.items()
+    ]
+    if not rows:
+        return ["<h2>What the probes show</h2><p>No symptom.</p>"]
+    return [
+        "<h2>What the probes show</h2><p>Of the file as it is, in at least half of the seeds.</p>",
+        "<table><tr><th>class</th><th>the robot</th><th>probes</th></tr>",
+        *rows,
+        "</table>",
+    ]
+
+
+def _findings(visit: Visit) -> list[str]:
+    if not visit.findings:
+        return ["<h2>What the rules find</h2><p>Nothing.</p>"]
+    rows = [
+        f"<tr><td><code>{escape(f.rule.name)}</code></td><td>{escape(f.seen)}</td>"
+        f"<td>{escape(' | '.join(cause.told for cause in f.rule.cures))}</td>"
+        f"<td><small>{escape(f.rule.source)}</small></td></tr>"
+        for f in visit.findings
+    ]
+    return [
+        "<h2>What the rules find</h2>",
+        "<table><tr><th>rule</th><th>in the file</th><th>cure</th><th>source</th></tr>",
+        *rows,
+        "</table>",
+    ]

@@ -1,0 +1,167 @@
+"""A whole visit: read, drive the probes, try the causes, judge the change."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+from drake_navbench.inputs.scenario import Scenario
+from drake_navbench.studies.doctor.change import Judged, judge
+from drake_navbench.studies.doctor.detectors import OF_THE_MACHINE
+from drake_navbench.studies.doctor.driving import Driver, OutOfTime, Row, shows
+from drake_navbench.studies.doctor.experiment import Experiment, Tried, Verdict
+from drake_navbench.studies.doctor.facts import Facts
+from drake_navbench.studies.doctor.files import Patient, speed_asked
+from drake_navbench.studies.doctor.probes import MADE_FOR, probes_for
+from drake_navbench.studies.doctor.reading import Suspicion, findings_of, suspicions_of
+from drake_navbench.studies.doctor.rules.rule import Finding
+from drake_navbench.studies.doctor.symptoms import Symptom
+
+# Seeds in which every probe is driven at first.
+FIRST_SEEDS = 2
+# Probes that the causes of a symptom are tried on.
+MOST_SHOWING = 3
+# What is treated first where several symptoms are seen.
+BY_WEIGHT = (
+    Symptom.COLLISION,
+    Symptom.NO_START,
+    Symptom.FALSE_ABORT,
+    Symptom.NO_RECOVERY,
+    Symptom.GOAL_NOT_REACHED,
+    Symptom.SPINS,
+    Symptom.NO_TURNING,
+    Symptom.DOOR_STOP,
+    Symptom.STALL_BEFORE_GOAL,
+    Symptom.GOAL_OVERSHOOT,
+    Symptom.GOAL_OSCILLATION,
+    Symptom.WOBBLE_STRAIGHT,
+    Symptom.CORNER_CUTTING,
+    Symptom.STOP_START_JERK,
+    Symptom.NEAR_MISS,
+    Symptom.TOO_SLOW,
+    Symptom.REVERSE_FAILURE,
+    Symptom.GIVES_UP_LATE,
+)
+
+
+@dataclass
+class Visit:
+    """All that is known after a visit, or after as much of it as there was time for.
+
+    seen: by symptom, the probes that show it in at least half of their seeds. treated: the symptom
+    whose causes were tried; None where none was seen.
+    """
+
+    facts: Facts
+    findings: list[Finding] = field(default_factory=list)
+    rows: list[Row] = field(default_factory=list)
+    seen: dict[Symptom, list[str]] = field(default_factory=dict)
+    asked: Symptom | None = None
+    treated: Symptom | None = None
+    suspicions: list[Suspicion] = field(default_factory=list)
+    tried: list[Tried] = field(default_factory=list)
+    judged: list[Judged] = field(default_factory=list)
+    probes: Mapping[str, Scenario] = field(default_factory=dict)
+    is_out_of_time: bool = False
+    is_interrupted: bool = False
+
+    @property
+    def cure(self) -> Judged | None:
+        """The change that helps, None where none was found."""
+        return next((entry for entry in self.judged if entry.helps), None)
+
+    @property
+    def shown(self) -> list[Tried]:
+        """The causes that were shown, the best first."""
+        return [entry for entry in self.tried if entry.verdict is Verdict.SHOWN]
+
+
+def visit(
+    patient: Patient, asked: Symptom | None, words: str, driver: Driver, *, seed: int
+) -> Visit:
+    """Returns what a visit finds; what is known counts where it ends early."""
+    facts = patient.facts()
+    found = Visit(facts, asked=asked)
+    found.findings = findings_of(facts)
+    try:
+        _look(found, patient, driver, seed=seed)
+        _treat(found, patient, words, driver, seed=seed)
+    except OutOfTime:
+        found.is_out_of_time = True
+    except KeyboardInterrupt:
+        found.is_interrupted = True
+    return found
+
+
+def _look(found: Visit, patient: Patient, driver: Driver, *, seed: int) -> None:
+    columns = patient.columns()
+    preset = patient.chosen(columns)
+    robot = columns.setup.robot
+    found.probes = probes_for(robot, speed_asked(found.facts, robot))
+    count = len(found.probes) * FIRST_SEEDS
+    driver.tell(f"driving {count} probes of the file as it is, about {count * 4} s on one core")
+    found.rows = driver.drive(
+        preset, list(found.probes.values()), FIRST_SEEDS, seed=seed, must=True
+    )
+    found.seen = seen_in(found.rows)
+
+
+def seen_in(rows: Sequence[Row]) -> dict[Symptom, list[str]]:
+    """Returns the probes that show each symptom in at least half of their trials."""
+    trials: dict[str, list[Row]] = {}
+    for row in rows:
+        trials.setdefault(row["scenario"].removeprefix("probe_"), []).append(row)
+    found: dict[Symptom, list[str]] = {}
+    for symptom in Symptom:
+        if symptom in OF_THE_MACHINE:
+            continue
+        own = [
+            name
+            for name, several in trials.items()
+            if 2 * sum(shows(row, symptom) for row in several) >= len(several)
+        ]
+        if own:
+            found[symptom] = own
+    return found
+
+
+def _treat(found: Visit, patient: Patient, words: str, driver: Driver, *, seed: int) -> None:
+    if found.asked is not None:
+        found.suspicions = suspicions_of(found.facts, found.asked, words)
+    found.treated = _to_treat(found)
+    if found.treated is None:
+        return
+    showing = _most_severe(found, found.treated)
+    driver.tell(f"{found.treated} is seen in {', '.join(showing)}; trying its causes")
+    if found.treated is not found.asked:
+        found.suspicions = suspicions_of(found.facts, found.treated, words)
+    probes = [found.probes[name] for name in showing]
+    experiment = Experiment(patient, found.facts, found.treated, probes, driver, seed=seed)
+    found.tried = experiment.run(found.suspicions)
+    found.is_out_of_time = experiment.is_out_of_time
+    found.judged = judge(patient, found.tried, found.treated, found.probes, showing, driver)
+
+
+def _to_treat(found: Visit) -> Symptom | None:
+    """Returns the symptom that was asked for where it is seen.
+
+    Without one: a touch before all, then what a rule that fired leads to, then the weightiest.
+    """
+    if found.asked is not None:
+        return found.asked if found.asked in found.seen else None
+    led_to = {symptom for finding in found.findings for symptom in finding.rule.symptoms}
+    seen = [symptom for symptom in BY_WEIGHT if symptom in found.seen]
+    seen.sort(key=lambda s: (s is not Symptom.COLLISION, s not in led_to))
+    return seen[0] if seen else None
+
+
+def _most_severe(found: Visit, symptom: Symptom) -> list[str]:
+    """Returns the probes that show a symptom most, of those that were made for it, if any."""
+
+    def mean(name: str) -> float:
+        own = [r for r in found.rows if r["scenario"] == f"probe_{name}"]
+        return sum(float(r["severity"].get(symptom, 0.0)) for r in own) / max(len(own), 1)
+
+    seen = found.seen[symptom]
+    fitting = [name for name in seen if name in MADE_FOR.get(symptom, ())]
+    return sorted(fitting or seen, key=lambda name: -mean(name))[:MOST_SHOWING]

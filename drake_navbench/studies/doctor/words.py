@@ -1,0 +1,127 @@
+"""The verdict of a visit in plain words, for the terminal and the page."""
+
+from __future__ import annotations
+
+from drake_navbench.studies.doctor.causes import Cause
+from drake_navbench.studies.doctor.change import Judged
+from drake_navbench.studies.doctor.cures import Trial
+from drake_navbench.studies.doctor.experiment import Tried, Verdict
+from drake_navbench.studies.doctor.symptoms import LOOKS_LIKE, Symptom
+from drake_navbench.studies.doctor.visit import Visit
+
+MOST_NAMED = 3
+
+
+def verdict(visit: Visit) -> str:
+    """Returns what a visit comes to, in a few sentences."""
+    if visit.treated is None:
+        return _nothing_seen(visit)
+    what = f"In {_probes(visit, visit.treated)} the robot {LOOKS_LIKE[visit.treated]}."
+    cure = visit.cure
+    if cure is not None:
+        return f"{what} {_cured(cure)}"
+    if visit.shown:
+        best = visit.shown[0]
+        return (
+            f"{what} {_cause_told(best)} helps against it, by experiment, but no change was found "
+            f"that makes nothing else worse{_why_not(visit)}."
+        )
+    outside = [e.suspicion.cause.told for e in visit.tried if e.verdict is Verdict.OUTSIDE]
+    could = f" It may lie {outside[0]}." if outside else ""
+    ended = " There was no time to try more." if _is_unfinished(visit) else ""
+    return f"{what} I could not find the cause: no change that I tried takes it away.{could}{ended}"
+
+
+def _nothing_seen(visit: Visit) -> str:
+    if _is_unfinished(visit):
+        return "The visit ended before the probes were driven; what the rules found stands below."
+    if visit.asked is None:
+        return "Nothing to improve: no probe shows a symptom."
+    others = ", ".join(symptom.value for symptom in visit.seen)
+    seen = f" What I saw is {others}: ask for one of these." if others else ""
+    suspects = "; ".join(s.cause.told for s in visit.suspicions[:MOST_NAMED])
+    return (
+        f"I could not find it: no probe shows {visit.asked} with this file and robot.{seen} "
+        f"By the rules and by what users found, look first at: {suspects}."
+    )
+
+
+def _is_unfinished(visit: Visit) -> bool:
+    return visit.is_out_of_time or visit.is_interrupted
+
+
+def _probes(visit: Visit, symptom: Symptom) -> str:
+    names = visit.seen[symptom]
+    about = [visit.probes[name].description for name in names[:MOST_NAMED]]
+    more = f" and {len(names) - MOST_NAMED} more" if len(names) > MOST_NAMED else ""
+    return f"{len(names)} of {len(visit.probes)} probes ({'; '.join(about)}{more})"
+
+
+def _cured(cure: Judged) -> str:
+    instead = ""
+    if cure.instead:
+        names = ", ".join(f"{name} in {count}" for name, count in cure.instead.items())
+        instead = f" Where it touched something before, it shows now: {names} trials."
+    touches = (cure.before[Symptom.COLLISION], cure.after[Symptom.COLLISION])
+    touched = ""
+    if any(touches):
+        touched = f" Touches in all {cure.trials} trials: {touches[0]} before, {touches[1]} after."
+    return (
+        f"The change is {change_told(cure.trial)}. On seeds that the search had not seen, "
+        f"{cure.before_target} of {cure.target_trials} trials showed it before and "
+        f"{cure.after_target} after; nothing else became worse in the {cure.compared} trials of "
+        f"all probes that can be compared.{touched}{instead}"
+    )
+
+
+def _why_not(visit: Visit) -> str:
+    if not visit.judged:
+        return " in the time that there was" if _is_unfinished(visit) else ""
+    worse = visit.judged[0].worse
+    return f" (on fresh seeds it shows {', '.join(worse)})" if worse else " (not on fresh seeds)"
+
+
+def _cause_told(entry: Tried) -> str:
+    return change_told(entry.trial) if entry.trial is not None else entry.suspicion.cause.told
+
+
+def change_told(trial: Trial) -> str:
+    """Returns a change as `name = value`, without the node where the name is enough."""
+    return " and ".join(f"{place.name} = {_plain(value)}" for place, value in trial.changes.items())
+
+
+def _plain(value: object) -> str:
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, list):
+        return f"[{', '.join(map(_plain, value))}]"
+    return str(value)
+
+
+def evidence(entry: Tried) -> str:
+    """Returns the evidence for a cause: severity before and after, pairs, p-value."""
+    if not entry.pairs:
+        return entry.reason or str(entry.verdict)
+    left = f"; {entry.reason}" if entry.reason else ""
+    touches = f"; {entry.touches} more touches" if entry.touches else ""
+    return (
+        f"severity {entry.before:.2f} -> {entry.after:.2f} in {entry.pairs} pairs, p = "
+        f"{entry.p_value:.2g} corrected{touches}{left}"
+    )
+
+
+def assumed(visit: Visit, robot: str) -> list[str]:
+    """Returns what was assumed, a sentence each."""
+    cause: list[Cause] = [e.suspicion.cause for e in visit.tried if e.suspicion.cause.is_outside]
+    lines = [
+        f"Mass, lag, accelerations, lidar and localization are those of {robot}; no Nav2 file "
+        "tells them.",
+        "Cycles take no time here: what comes of a slow computer is in the findings alone.",
+        "A trial with another symptom than before may be chance; two more count as worse, of "
+        "touches one.",
+    ]
+    if cause:
+        lines.append(
+            "Not tried, because no file mends it: " + "; ".join(c.told for c in cause[:MOST_NAMED])
+        )
+    return lines

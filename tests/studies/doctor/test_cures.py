@@ -1,0 +1,102 @@
+"""From causes to values in the file, and what the patched file keeps."""
+
+from __future__ import annotations
+
+import pytest
+from doctor.nav2_texts import DWB, DWB_BLOCK, MPPI, MPPI_BLOCK, RPP, RPP_BLOCK, nav2_text
+
+from drake_navbench.errors import InputError
+from drake_navbench.nav2.patch import Place
+from drake_navbench.studies.doctor.causes import Cause, Direction
+from drake_navbench.studies.doctor.cures import trials_of
+from drake_navbench.studies.doctor.files import Patient
+
+
+@pytest.fixture
+def patient(tmp_path):
+    def of(text):
+        path = tmp_path / "nav2.yaml"
+        path.write_text(text)
+        return Patient((path,), "wheelchair", {}, "jazzy")
+
+    return of
+
+
+def changes(patient, cause):
+    """Returns the changes that are tried for a cause, mildest first."""
+    columns = patient.columns()
+    return [dict(t.changes) for t in trials_of(cause, patient.facts(), columns.setup)]
+
+
+def test_a_number_goes_to_the_usual_range_and_then_to_its_middle(patient):
+    # The usual wz_std is 0.25 to 0.4 rad/s.
+    found = changes(
+        patient(nav2_text(MPPI_BLOCK | {"wz_std": 0.9}, plugin=MPPI)),
+        Cause("controller.wz_std", Direction.DOWN),
+    )
+    place = Place("controller_server", "FollowPath.wz_std")
+    assert found == [{place: 0.4}, {place: 0.325}]
+
+
+def test_a_critic_is_added_to_the_list(patient):
+    (found,) = changes(
+        patient(nav2_text(DWB_BLOCK, plugin=DWB)),
+        Cause("controller.critics", Direction.SET, "ObstacleFootprint"),
+    )
+    (value,) = found.values()
+    assert value == [*DWB_BLOCK["critics"], "ObstacleFootprint"]
+
+
+def test_a_costmaps_parameter_is_found_in_its_layer(patient):
+    found = changes(
+        patient(nav2_text(RPP_BLOCK, plugin=RPP)),
+        Cause("local_costmap.inflation_radius", Direction.DOWN, 0.55),
+    )
+    place = Place("local_costmap/local_costmap", "inflation_layer.inflation_radius")
+    assert found[0] == {place: 0.55}
+
+
+def test_a_source_that_is_not_told_its_heights_is_told_them(patient):
+    text = nav2_text(RPP_BLOCK, plugin=RPP).replace("          max_obstacle_height: 2.0\n", "")
+    found = changes(patient(text), Cause("local_costmap.max_obstacle_height", Direction.UP, 2.0))
+    place = Place("local_costmap/local_costmap", "obstacle_layer.scan.max_obstacle_height")
+    assert found[0] == {place: 2.0}
+
+
+def test_the_speed_has_the_name_that_the_file_has(patient):
+    old = {"desired_linear_vel": 0.5, "lookahead_dist": 0.6}
+    found = changes(
+        patient(nav2_text(old, plugin=RPP)), Cause("controller.max_linear_vel", Direction.DOWN)
+    )
+    assert {place.name for change in found for place in change} == {"FollowPath.desired_linear_vel"}
+
+
+@pytest.mark.parametrize(
+    "cause",
+    [
+        Cause("outside.compute", Direction.DOWN),
+        Cause("release", Direction.UPGRADE),
+        Cause("velocity_smoother", Direction.ADD),
+        Cause("controller.critics", Direction.SET),
+    ],
+    ids=lambda cause: cause.place,
+)
+def test_what_no_value_mends_is_not_tried(patient, cause):
+    assert changes(patient(nav2_text(RPP_BLOCK, plugin=RPP)), cause) == []
+
+
+def test_the_patched_file_keeps_comments_and_differs_in_one_line(patient):
+    text = nav2_text(RPP_BLOCK, plugin=RPP).replace(
+        "lookahead_dist: 0.6", "lookahead_dist: 0.6  # metres, tuned in the yard"
+    )
+    one = patient(text)
+    after = one.patched_text({Place("controller_server", "FollowPath.lookahead_dist"): 0.9})
+    assert "lookahead_dist: 0.9  # metres, tuned in the yard" in after
+    changed = [a for a, b in zip(text.splitlines(), after.splitlines(), strict=True) if a != b]
+    assert len(changed) == 1
+
+
+def test_a_change_that_asks_more_of_the_base_is_refused(patient):
+    one = patient(nav2_text(RPP_BLOCK, plugin=RPP))
+    with pytest.raises(InputError, match="asks more of the base"):
+        one.before_and_after({Place("controller_server", "FollowPath.desired_linear_vel"): 2.0})

@@ -1,0 +1,110 @@
+"""Symptoms as numbers: drives made by hand, whose severity one can work out."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from drake_navbench.logs.log import Outcome
+from drake_navbench.studies.doctor.detectors import DETECTORS, Drive
+from drake_navbench.studies.doctor.symptoms import Symptom
+
+STEP_S = 0.05
+
+
+def drive(v, w, *, goal=(5.0, 0.0, 0.0), outcome=Outcome.SUCCEEDED, clearance=9.0, **changed):
+    """Returns the drive of commanded speeds (N,) from the origin along x, exactly followed."""
+    v, w = np.asarray(v, dtype=float), np.asarray(w, dtype=float)
+    yaw = np.concatenate([[0.0], np.cumsum(w)[:-1] * STEP_S])
+    steps = np.column_stack([v * np.cos(yaw), v * np.sin(yaw)]) * STEP_S
+    xy = np.vstack([[0.0, 0.0], np.cumsum(steps, axis=0)[:-1]])
+    plan = np.column_stack([np.arange(0.0, 5.01, 0.05), np.zeros(101)])
+    values = {
+        "time_s": np.arange(len(v)) * STEP_S,
+        "xy_m": xy,
+        "yaw_rad": yaw,
+        "v_mps": v,
+        "w_radps": w,
+        "command_v_mps": v,
+        "clearance_m": np.full(len(v), clearance),
+        "goal": np.array(goal),
+        "plan_m": plan,
+        "outcome": outcome,
+        "asked_mps": 0.5,
+        "tolerance_m": 0.25,
+        "cycle_ms": np.full(len(v), 5.0),
+        "period_ms": 50.0,
+        "is_impossible": False,
+    }
+    return Drive(**(values | changed))
+
+
+def seen(one):
+    return {d.symptom for d in DETECTORS if d.measure(one) > d.threshold}
+
+
+def test_a_straight_drive_at_the_asked_speed_shows_nothing():
+    assert seen(drive(np.full(195, 0.5), np.zeros(195))) == set()
+
+
+def test_a_heading_that_swings_every_second_wobbles():
+    # Yaw rate +-0.5 rad/s, changing each 0.5 s: swings of 0.25 rad, 20 reversals in 10 s.
+    w = np.where(np.arange(180) // 10 % 2 == 0, 0.5, -0.5)
+    assert Symptom.WOBBLE_STRAIGHT in seen(drive(np.full(180, 0.5), w))
+
+
+def test_a_touch_while_driving_counts_and_one_while_standing_does_not():
+    moving = drive(np.full(60, 0.5), np.zeros(60), outcome=Outcome.COLLIDED)
+    standing = drive(np.zeros(60), np.zeros(60), outcome=Outcome.COLLIDED)
+    assert Symptom.COLLISION in seen(moving)
+    assert Symptom.COLLISION not in seen(standing)
+
+
+def test_a_robot_that_stands_for_20_s_does_not_start_nor_recover():
+    found = seen(drive(np.zeros(400), np.zeros(400), outcome=Outcome.TIMED_OUT))
+    assert {Symptom.NO_START, Symptom.NO_RECOVERY} <= found
+    assert Symptom.GOAL_NOT_REACHED not in found
+
+
+def test_to_stop_before_a_closed_way_is_no_fault_but_to_wait_there_for_ever_is():
+    standing = drive(np.zeros(400), np.zeros(400), outcome=Outcome.ABORTED, is_impossible=True)
+    assert seen(standing) == set()
+    waiting = standing._replace(outcome=Outcome.TIMED_OUT)
+    assert seen(waiting) == {Symptom.GIVES_UP_LATE}
+
+
+def test_to_refuse_every_command_is_to_stop_and_to_run_out_of_patience_is_to_give_up():
+    stopped = drive(np.full(60, 0.5), np.zeros(60), outcome=Outcome.ABORTED)
+    refused = stopped._replace(reason="collision ahead in 0.9 s with v 0.5 m/s, w 0 rad/s")
+    assert seen(refused) == {Symptom.DOOR_STOP}
+    assert seen(stopped._replace(reason="failed to make progress")) == {Symptom.FALSE_ABORT}
+
+
+def test_a_robot_that_drives_past_the_goal_and_comes_back_overshoots():
+    # 0.5 m/s for 6 s is 3 m, the goal is at 2 m: 0.75 m beyond the tolerance, then back.
+    v = np.concatenate([np.full(120, 0.5), np.full(40, -0.5)])
+    found = seen(drive(v, np.zeros(160), goal=(2.0, 0.0, 0.0)))
+    assert Symptom.GOAL_OVERSHOOT in found
+
+
+def test_half_the_asked_speed_is_too_slow_unless_something_stands_near():
+    slow = np.full(300, 0.25)
+    assert Symptom.TOO_SLOW in seen(drive(slow, np.zeros(300)))
+    assert Symptom.TOO_SLOW not in seen(drive(slow, np.zeros(300), clearance=0.3))
+
+
+def test_three_turns_on_the_spot_are_a_spin():
+    # 1 rad/s for 18.8 s.
+    assert Symptom.SPINS in seen(drive(np.zeros(377), np.ones(377)))
+
+
+def test_two_stops_on_the_way_are_stop_and_start():
+    v = np.concatenate([np.full(30, 0.5), np.zeros(10)] * 2 + [np.full(60, 0.5)])
+    assert Symptom.STOP_START_JERK in seen(drive(v, np.zeros(len(v))))
+
+
+@pytest.mark.parametrize("detector", DETECTORS, ids=lambda detector: detector.symptom.value)
+def test_every_threshold_has_a_unit_and_a_reason(detector):
+    assert detector.threshold > 0.0
+    assert detector.unit
+    assert detector.reason

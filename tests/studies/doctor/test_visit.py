@@ -1,0 +1,188 @@
+"""What a visit concludes from rows: verdicts that follow from numbers one can count."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+from doctor.nav2_texts import MPPI, MPPI_BLOCK, nav2_text
+
+from drake_navbench.commands.doctor import main
+from drake_navbench.inputs.robot import load_robot
+from drake_navbench.nav2.patch import Place
+from drake_navbench.studies.doctor import visit as visits
+from drake_navbench.studies.doctor.causes import Cause, Direction
+from drake_navbench.studies.doctor.change import judge
+from drake_navbench.studies.doctor.cures import Trial
+from drake_navbench.studies.doctor.driving import Driver
+from drake_navbench.studies.doctor.experiment import Tried, Verdict, _corrected
+from drake_navbench.studies.doctor.files import Patient
+from drake_navbench.studies.doctor.page import write_outputs
+from drake_navbench.studies.doctor.probes import LONGEST_S, MAKERS, ROUGH, probes_for
+from drake_navbench.studies.doctor.reading import Suspicion, findings_of
+from drake_navbench.studies.doctor.symptoms import Symptom
+from drake_navbench.studies.doctor.words import verdict
+
+FOOTPRINT = Place("controller_server", "FollowPath.CostCritic.consider_footprint")
+CAUSE = Cause("controller.CostCritic.consider_footprint", Direction.SET, True, "why")
+TRIAL = Trial(CAUSE, {FOOTPRINT: True})
+
+
+def tried(before, after, p_value, **changed):
+    values = {
+        "suspicion": Suspicion(CAUSE, 1.0, ("The reason.",)),
+        "trial": TRIAL,
+        "verdict": Verdict.NOT_SHOWN,
+        "before": before,
+        "after": after,
+        "p_value": p_value,
+        "pairs": 12,
+    }
+    return Tried(**(values | changed))
+
+
+def test_a_cause_is_shown_only_where_its_p_value_holds_after_correction():
+    # Holm over 20: 0.0005 becomes 0.01, 0.01 becomes 0.19.
+    none = [tried(2.0, 2.0, 1.0) for _ in range(18)]
+    found = _corrected([tried(2.0, 0.0, 0.0005), tried(2.0, 0.5, 0.01), *none])
+    assert [e.verdict for e in found[:2]] == [Verdict.SHOWN, Verdict.NOT_SHOWN]
+    assert found[0].p_value == pytest.approx(0.01)
+
+
+def test_a_fall_that_is_small_or_brings_touches_is_not_shown():
+    small, touching = tried(2.0, 1.7, 1e-6), tried(2.0, 0.0, 1e-6, touches=1)
+    assert {e.verdict for e in _corrected([small, touching])} == {Verdict.NOT_SHOWN}
+
+
+@pytest.fixture
+def patient(tmp_path):
+    path = tmp_path / "nav2.yaml"
+    path.write_text(nav2_text(MPPI_BLOCK, plugin=MPPI))
+    return Patient((path,), "wheelchair", {}, "jazzy")
+
+
+class Rows:
+    """A driver that knows what every column does: symptoms by column, on every probe."""
+
+    def __init__(self, before, after):
+        self.symptoms, self.left_s = {"before": before, "after": after}, 100.0
+
+    def tell(self, line):
+        pass
+
+    def drive(self, preset, probes, trials, *, seed, must=False):
+        return [
+            {
+                "scenario": probe.name,
+                "severity": {s: 2.0 for s in self.symptoms[preset.name]},
+                "outcome": "succeeded",
+            }
+            for _ in range(trials)
+            for probe in probes
+        ]
+
+
+PROBES = {
+    name: scenario
+    for name, scenario in probes_for(load_robot("wheelchair"), 0.5).items()
+    if name in ("straight", "door", "corridor")
+}
+
+
+def judged(patient, before, after, symptom):
+    shown = [tried(2.0, 0.0, 0.001, verdict=Verdict.SHOWN)]
+    return judge(patient, shown, symptom, PROBES, ["straight"], Rows(before, after))[0]
+
+
+def test_a_change_that_takes_the_symptom_and_brings_no_other_helps(patient):
+    found = judged(patient, ["wobble_straight"], [], Symptom.WOBBLE_STRAIGHT)
+    assert (found.before_target, found.after_target, found.target_trials) == (2, 0, 2)
+    assert found.helps
+
+
+def test_a_change_that_brings_a_touch_does_not_help(patient):
+    found = judged(patient, ["wobble_straight"], ["collision"], Symptom.WOBBLE_STRAIGHT)
+    assert found.worse[0] == "collision"
+    assert not found.helps
+
+
+def test_what_stands_where_there_was_a_touch_is_told_and_not_held_against_the_change(patient):
+    found = judged(patient, ["collision"], ["gives_up_late"], Symptom.COLLISION)
+    assert found.helps
+    assert found.compared == 0
+    assert found.instead == {"gives_up_late": 6}
+
+
+def test_the_page_begins_with_the_verdict_and_the_patch_applies(patient, tmp_path):
+    found = visits.Visit(patient.facts(), probes=PROBES, treated=Symptom.COLLISION)
+    found.seen = {Symptom.COLLISION: ["straight"]}
+    found.judged = [judged(patient, ["collision"], [], Symptom.COLLISION)]
+    written = {path.name for path in write_outputs(found, patient, tmp_path)}
+    assert written == {"doctor.html", "patched.yaml", "change.patch"}
+    page = (tmp_path / "doctor.html").read_text()
+    assert page.index('class="verdict"') < page.index("<h2>")
+    assert "2 of 2 trials showed it before and 0 after" in page
+    assert "consider_footprint: true" in (tmp_path / "patched.yaml").read_text()
+    patch = (tmp_path / "change.patch").read_text()
+    assert "-        consider_footprint: false\n+        consider_footprint: true\n" in patch
+
+
+def test_what_a_rule_leads_to_is_treated_before_what_weighs_more_and_after_a_touch(patient):
+    # The rule about the outline leads to corners cut, and to no robot that does not start.
+    found = visits.Visit(patient.facts(), findings=findings_of(patient.facts()))
+    assert [finding.rule.name for finding in found.findings] == ["mppi-centre-alone"]
+    found.seen = {Symptom.NO_START: ["door"], Symptom.CORNER_CUTTING: ["bends"]}
+    assert visits._to_treat(found) is Symptom.CORNER_CUTTING
+    found.seen[Symptom.COLLISION] = ["door"]
+    assert visits._to_treat(found) is Symptom.COLLISION
+    found.asked = Symptom.NO_START
+    assert visits._to_treat(found) is Symptom.NO_START
+
+
+def test_causes_are_tried_where_a_probe_was_made_for_the_symptom(patient):
+    found = visits.Visit(patient.facts())
+    found.seen = {Symptom.DOOR_STOP: ["dead_end", "door"], Symptom.SPINS: ["dead_end"]}
+    assert visits._most_severe(found, Symptom.DOOR_STOP) == ["door"]
+    assert visits._most_severe(found, Symptom.SPINS) == ["dead_end"]
+
+
+def test_nothing_seen_is_a_verdict(patient):
+    found = visits.Visit(patient.facts(), probes=PROBES)
+    assert verdict(found) == "Nothing to improve: no probe shows a symptom."
+    asked = visits.Visit(patient.facts(), probes=PROBES, asked=Symptom.SPINS)
+    assert verdict(asked).startswith("I could not find it: no probe shows spins")
+
+
+@pytest.mark.parametrize("robot", ["wheelchair", "turtlebot4", "jackal"])
+def test_every_probe_can_be_planned_for_a_robots_outline(robot):
+    loaded = load_robot(robot)
+    probes = probes_for(loaded, loaded.drive.max_linear_velocity_mps)
+    assert {f"{name}_rough" for name in ROUGH} <= set(probes)
+    assert set(MAKERS) - {"slow_zone"} <= set(probes)
+    for probe in probes.values():
+        assert probe.timeout_s <= LONGEST_S
+
+
+def test_a_journal_with_a_torn_line_goes_on(tmp_path):
+    whole = json.dumps({"identity": "a", "row": {"severity": {}}})
+    (tmp_path / "journal.jsonl").write_text(f'{whole}\n{{"identity": "b", "ro')
+    driver = Driver(tmp_path, "wheelchair", jobs=1, budget_s=1.0, tell=print)
+    assert set(driver._rows) == {"a"}
+
+
+@pytest.mark.long
+def test_the_wall_is_found_and_cured(tmp_path, capsys):
+    """MPPI with the wheelchair drives into walls; consider_footprint cures it. About 8 minutes."""
+    path = tmp_path / "nav2.yaml"
+    local = {
+        "footprint": "[[0.85, 0.30], [0.85, -0.30], [-0.25, -0.30], [-0.25, 0.30]]",
+        "width": 6,
+        "height": 6,
+    }
+    critics = {"critics": [*MPPI_BLOCK["critics"], "GoalAngleCritic", "PathAngleCritic"]}
+    path.write_text(nav2_text(MPPI_BLOCK | critics, plugin=MPPI, local_costmap=local))
+    out = tmp_path / "out"
+    arguments = [str(path), "--symptom", "collision", "--out", str(out), "--budget", "10m"]
+    assert main(arguments) == 0
+    assert "consider_footprint: true" in (out / "patched.yaml").read_text()
+    assert "CostCritic.consider_footprint = true" in capsys.readouterr().out
