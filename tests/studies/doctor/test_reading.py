@@ -23,6 +23,9 @@ from drake_navbench.studies.doctor.reading import RULES, findings_of, suspicions
 from drake_navbench.studies.doctor.suspects import all_suspects, ranges
 from drake_navbench.studies.doctor.symptoms import LOOKS_LIKE, Symptom, symptom_called
 
+# MPPI refuses to look at the outline of a robot that is given by its radius, where it is no use.
+FOR_ROUND = "mppi-footprint-for-a-radius"
+
 
 @pytest.fixture
 def facts(tmp_path):
@@ -53,6 +56,14 @@ def test_every_symptom_has_suspects_of_every_controller():
                 s.symptom is symptom and {"any", kind} & {*s.kinds} for s in all_suspects()
             ), f"{symptom} of {kind}"
         assert LOOKS_LIKE[symptom]
+
+
+def test_nothing_switches_off_a_check_of_collisions():
+    """A robot that checks nothing stops nowhere: that would cure every stop."""
+    checks = ("use_collision_detection", "consider_footprint", "include_costmap_obstacles")
+    ruled = [cause for rule in RULES if rule.name != FOR_ROUND for cause in rule.cures]
+    for cause in [*(suspect.cause for suspect in all_suspects()), *ruled]:
+        assert not (cause.place.endswith(checks) and cause.to is False), cause
 
 
 def test_usual_ranges_begin_below_their_end():
