@@ -30,7 +30,7 @@ WALLED = ("walled_in", "empty")
 class Page(HTMLParser):
     """Collects links, sources and ids of a page, and checks that its tags close."""
 
-    VOID = frozenset({"meta", "link", "img", "input", "br"})
+    VOID = frozenset({"meta", "link", "img", "input", "br", "wbr"})
 
     def __init__(self, text: str) -> None:
         super().__init__()
