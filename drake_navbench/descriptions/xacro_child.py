@@ -11,6 +11,7 @@ from xacrodoc import XacroDoc
 from xacrodoc import packages as found_packages
 from xacrodoc.packages import PackageNotFoundError
 
+from drake_navbench.descriptions.xml_file import without_late_declaration
 from drake_navbench.errors import InputError, as_line
 from drake_navbench.typed_files.ros_packages import Packages
 
@@ -111,8 +112,12 @@ class _Arguments(dict[str, str]):
 
 def _expanded(path: Path, arguments: _Arguments) -> str:
     try:
-        document = XacroDoc.from_file(
-            str(path), walk_up=False, subargs=arguments, resolve_packages=False
+        content = without_late_declaration(path.read_bytes())
+        document = XacroDoc.from_string(
+            content.decode(errors="replace"),
+            subargs=arguments,
+            resolve_packages=False,
+            rootdir=str(path.parent),
         )
     except PackageNotFoundError:
         raise

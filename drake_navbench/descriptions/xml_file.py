@@ -28,9 +28,7 @@ def read_xml(content: bytes, source: str) -> ElementTree.Element:
     """
     if ENTITY.search(content):
         raise InputError(f"{source}: declares XML entities; expected none")
-    # Files with a blank line or a comment before the declaration are common.
-    content = content.lstrip()
-    content = content[:1] + LATE_DECLARATION.sub(b"", content[1:], count=1)
+    content = without_late_declaration(content)
     if not ENCODING.search(content[:200]):
         # Of names in comments some files have other bytes than UTF-8's.
         content = content.decode(errors="replace").encode()
@@ -59,6 +57,12 @@ def read_xml(content: bytes, source: str) -> ElementTree.Element:
     if root is None:
         raise InputError(f"{source}: is no XML: it is empty")
     return root
+
+
+def without_late_declaration(content: bytes) -> bytes:
+    """Returns a text without an XML declaration behind a blank line or a comment, as is common."""
+    content = content.lstrip()
+    return content[:1] + LATE_DECLARATION.sub(b"", content[1:], count=1)
 
 
 def text_of(element: ElementTree.Element | None, path: str) -> str | None:

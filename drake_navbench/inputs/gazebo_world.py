@@ -32,6 +32,7 @@ REACH_M = 100.0
 # Corners within this of a straight edge are left out, m.
 TOLERANCE_M = 0.003
 MIN_AREA_M2 = 1e-4
+GRID_M = 1e-4
 # A smaller hole in something solid is closed: no robot fits in, m^2.
 MIN_HOLE_M2 = 0.01
 MAX_POLYGONS = 5000
@@ -129,24 +130,35 @@ def _region_around(places: Sequence[Sequence[float]]) -> BaseGeometry:
 
 def _obstacles(area: Area, near: BaseGeometry) -> Iterator[dict[str, Any]]:
     """Yields the polygons of an area as fields of obstacles."""
-    region = shapely.simplify(shapely.intersection(area.region, near), TOLERANCE_M)
-    for part in shapely.get_parts(region):
-        if not isinstance(part, shapely.Polygon):
-            continue
+    for part in _polygons(shapely.intersection(area.region, near)):
         for piece in simple_parts(part):
-            corners = [[round(x, 4), round(y, 4)] for x, y in piece.exterior.coords[:-1]]
-            polygon = shapely.Polygon(corners)
-            if not polygon.is_valid or polygon.area < MIN_AREA_M2:
-                continue
-            fields: dict[str, Any] = {
-                "type": "polygon",
-                "vertices": corners,
-                "known_to_planner": area.is_seen,
-                "height_m": round(min(max(area.top_m, 0.001), HIGHEST_M), 3),
-            }
-            if area.bottom_m > 0.0:
-                fields["bottom_m"] = round(min(area.bottom_m, HIGHEST_M), 3)
-            yield fields
+            for polygon in _polygons(piece):
+                if polygon.interiors:
+                    # As small as rounding leaves them.
+                    polygon = shapely.Polygon(polygon.exterior)
+                corners = [[round(x, 4), round(y, 4)] for x, y in polygon.exterior.coords[:-1]]
+                fields: dict[str, Any] = {
+                    "type": "polygon",
+                    "vertices": corners,
+                    "known_to_planner": area.is_seen,
+                    "height_m": round(min(max(area.top_m, 0.001), HIGHEST_M), 3),
+                }
+                if area.bottom_m > 0.0:
+                    fields["bottom_m"] = round(min(area.bottom_m, HIGHEST_M), 3)
+                yield fields
+
+
+def _polygons(region: BaseGeometry) -> Iterator[shapely.Polygon]:
+    """Yields the polygons of a region, valid, with few corners, each on a grid of 0.1 mm.
+
+    Thin spikes, which rounding would turn into edges that cross, are closed first.
+    """
+    closed = shapely.buffer(region, TOLERANCE_M, join_style="mitre")
+    opened = shapely.buffer(closed, -TOLERANCE_M, join_style="mitre")
+    few = shapely.simplify(opened, TOLERANCE_M)
+    for part in shapely.get_parts(shapely.set_precision(few, GRID_M)):
+        if isinstance(part, shapely.Polygon) and part.area >= MIN_AREA_M2:
+            yield part
 
 
 def simple_parts(polygon: shapely.Polygon) -> Iterator[shapely.Polygon]:

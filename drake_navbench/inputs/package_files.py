@@ -146,9 +146,14 @@ def _robot_rank(file: Path, words: set[str]) -> tuple[bool, bool, int, int]:
 def _driving_first(files: Sequence[Path], roots: Sequence[Path]) -> tuple[Path, ...]:
     """Returns models with the first in front that drives; of those in one folder with a lidar."""
     best: Path | None = None
-    for file in files[:MAX_TRIED]:
-        if best is not None and file.parent != best.parent:
+    # The same file of another robot of the kind fails as its first one did.
+    tried: set[str] = set()
+    for file in files:
+        if file.name in tried or (best is not None and file.parent != best.parent):
             continue
+        tried.add(file.name)
+        if len(tried) > MAX_TRIED:
+            break
         try:
             model = read_source(file, folders=[root.absolute() for root in roots]).model
         except InputError:

@@ -71,6 +71,15 @@ def test_a_package_elsewhere_is_found_by_packages_alone(tmp_path):
     assert load_robot(str(path), packages=[tmp_path / "b"]).mass_kg == pytest.approx(22.0)
 
 
+def test_a_comment_before_the_declaration_hinders_neither_xacro_nor_urdf(tmp_path):
+    head = '<!-- licence -->\n<?xml version="1.0"?>\n'
+    for size in ("0.6", "${0.3 * 2}"):
+        path = tmp_path / "cart.urdf"
+        box = collision(f'<box size="{size} 0.4 0.2"/>')
+        path.write_text(f'{head}<robot name="cart">{link(box)}</robot>')
+        assert load_robot(str(path)).outline[:, 0].max() == pytest.approx(0.3)
+
+
 def test_a_package_that_is_not_there_and_whose_macros_nobody_asks_for_is_told(tmp_path):
     path = write_repository(tmp_path)
     include = '<xacro:include filename="$(find sick_scan)/urdf/lms.xacro"/>'

@@ -136,6 +136,15 @@ def test_a_room_of_one_mesh_is_included_by_model_uri_with_scale_and_pose(tmp_pat
     assert not area.intersects(shapely.Point(14.1, 4.0))
 
 
+def test_a_spike_thinner_than_the_rounding_costs_no_polygon(tmp_path):
+    """A square with a spike of 5 mm that comes back to within 0.01 mm of where it left."""
+    corners = ((0, 0), (2, 0), (2, 1), (2.0043, 1.0025), (2, 1.00001), (2, 2), (0, 2))
+    points = "".join(f"<point>{x} {y}</point>" for x, y in corners)
+    shape = f"<polyline>{points}<height>1</height></polyline>"
+    found = load(tmp_path, standing("block", shape, "0 0 0 0 0 0"))
+    assert regions(found).area == pytest.approx(4.0, abs=0.01)
+
+
 def test_nested_models_and_saved_states_place_what_they_hold(tmp_path):
     nested = (
         '<model name="outer"><pose>1 0 0 0 0 1.5707963</pose>'
