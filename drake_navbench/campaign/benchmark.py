@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from datetime import datetime
 from itertools import chain, count
 from pathlib import Path
+from typing import Any, TypedDict, Unpack
 
 import pandas as pd
 from rich.console import Console
@@ -64,6 +65,19 @@ TOLD_OF_REPORT = 2
 PRINTED_IN_SWEEP = {SUCCEEDED: "share", "time_to_goal_s": "s", "min_clearance_m": "m"}
 
 
+class NavigationFiles(TypedDict, total=False):
+    """Files of a navigation stack for `run_benchmark`.
+
+    nav2, against: whole Nav2 files, each with columns of its own. map, goals: a map on which so
+    many tasks are drawn.
+    """
+
+    nav2: str | Path
+    against: str | Path | Sequence[str | Path]
+    map: str | Path
+    goals: int
+
+
 def run_benchmark(
     scenarios: str | Scenario | Sequence[str | Scenario] = (),
     controllers: str | Preset | Sequence[str | Preset] = (),
@@ -74,16 +88,13 @@ def run_benchmark(
     robot: str = DEFAULT_ROBOT,
     out: str | Path | None = None,
     sweeps: str | Sequence[str] = (),
-    nav2: str | Path | None = None,
-    against: str | Path | Sequence[str | Path] = (),
-    map: str | Path | None = None,
-    goals: int | None = None,
+    samples: int | None = None,
+    **files: Unpack[NavigationFiles],
 ) -> Results:
     """Runs a benchmark and returns its trials: a table with the metrics, and their logs.
 
     The arguments are those of the command line; several controllers may be one string with commas,
-    as there. nav2, against: whole Nav2 files, each with columns of its own. map, goals: a map on
-    which so many tasks are drawn. `out` keeps the logs in a new folder, of which
+    as there. files: see `NavigationFiles`. `out` keeps the logs in a new folder, of which
     `python -m drake_navbench report` makes a report; `--resume` goes on with it unless a
     Preset or Scenario was given, which a manifest cannot name. Raises InputError where one is
     wrong, NavbenchError where trials came to no end by something that they did not do.
@@ -107,16 +118,9 @@ def run_benchmark(
         "robot": robot,
         "replay": "none",
         "sweeps": sweeps,
+        "samples": samples,
     }
-    if isinstance(against, str | Path):
-        against = [against]
-    of_files = {
-        "nav2_files": [] if nav2 is None else [str(nav2)],
-        "against": [str(path) for path in against],
-        "map_task": None if map is None else {"map": str(map), "goals": goals},
-    }
-    if map is None and goals is not None:
-        raise InputError("run_benchmark: goals: expected a map as well")
+    of_files = _asked_of_files(files)
     if any(of_files.values()) and not is_told_by_names:
         raise InputError(
             "run_benchmark: nav2, against and map: expected controllers and scenarios by name"
@@ -132,6 +136,7 @@ def run_benchmark(
             seed=seed,
             robot=robot,
             sweeps=sweeps,
+            samples=samples,
         )
     temporary = tempfile.TemporaryDirectory() if out is None else None
     folder = ResultsFolder(out or Path(temporary.name if temporary else ""))
@@ -141,8 +146,26 @@ def run_benchmark(
         begin(folder, campaign, request if is_told_by_names else None, jobs)
         table, undriven, _ = run_campaign(campaign, folder, jobs=jobs)
     if undriven:
-        raise NavbenchError("\n".join(_undriven_line(result) for result in undriven))
+        raise NavbenchError("\n".join(_undriven_line(entry) for entry in undriven))
     return Results(table, folder.path, temporary)
+
+
+def _asked_of_files(files: NavigationFiles) -> dict[str, Any]:
+    """Returns the fields of a request; raises TypeError for an argument that nobody knows."""
+    unknown = set(files) - set(NavigationFiles.__annotations__)
+    if unknown:
+        raise TypeError(f"run_benchmark() got an unexpected keyword argument {min(unknown)!r}")
+    against = files.get("against", ())
+    against = [against] if isinstance(against, str | Path) else list(against)
+    if "goals" in files and "map" not in files:
+        raise InputError("run_benchmark: goals: expected a map as well")
+    return {
+        "nav2_files": [str(files["nav2"])] if "nav2" in files else [],
+        "against": list(map(str, against)),
+        "map_task": {"map": str(files["map"]), "goals": files.get("goals")}
+        if "map" in files
+        else None,
+    }
 
 
 def run_from_command_line(arguments: argparse.Namespace, *, began_s: float) -> bool:

@@ -36,7 +36,7 @@ examples (drake-navbench run is the same as python -m drake_navbench.run):
   drake-navbench run mine.yaml --controllers rpp,rpp:lookahead_dist=0.9
   drake-navbench run --params nav2_params.yaml  the controllers of a Nav2 file
   drake-navbench run --nav2 nav2_params.yaml    the whole of a Nav2 file
-  drake-navbench run --nav2 old.yaml --against new.yaml --map map.yaml --goals 20
+  drake-navbench run --nav2 a.yaml --against b.yaml --map map.yaml --goals 20
   drake-navbench run doorway --controllers rpp \\
       --sweep rpp.lookahead_dist=0.3:0.9:4      one parameter, four values
   drake-navbench run --map map.yaml --goals 10 --controllers rpp,dwb

@@ -45,6 +45,7 @@ def build_parser() -> argparse.ArgumentParser:
     """Returns the parser of the command line."""
     parser = CommandParser(
         prog="python -m drake_navbench runs",
+        usage="%(prog)s [FOLDER] [OPTIONS]",
         description="Lists the results folders below a folder, or renames, tags or deletes one.",
         epilog=EPILOG,
         formatter_class=argparse.RawDescriptionHelpFormatter,
