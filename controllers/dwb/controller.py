@@ -134,7 +134,7 @@ class DynamicWindowApproach:
 
 
 def _situation(observation: Observation, plan: np.ndarray) -> Situation:
-    """Returns what the critics may know of an observation."""
+    """Returns the cycle's facts for the critics: time, pose, twist, plan, goal and costmap."""
     v, w = observation.twist.tolist()
     return Situation(
         time_s=observation.time_s,

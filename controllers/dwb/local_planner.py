@@ -191,7 +191,7 @@ class LocalPlanner:
         return scales, raw_scores, violations
 
     def rejections(self, evaluation: Evaluation) -> dict[str, int]:
-        """Returns how many trajectories each (critic, reason) rejected: Nav2's tracker.
+        """Returns the number of trajectories rejected by each (critic, reason), as Nav2's tracker.
 
         Keys read 'RotateToGoal/Nonrotation command near goal.'.
         """

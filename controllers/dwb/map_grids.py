@@ -121,7 +121,7 @@ def spread_distances(distances, diagonal):
 
 @njit(cache=True)
 def locate(poses, pose_counts, grid, cells, on_map_counts):
-    """Writes where the poses of all trajectories lie on a map.
+    """Writes the flat cell index of each pose of the trajectories, up to the first one off the map.
 
     poses: (K, N, 3). pose_counts: (K,). Output: cells (K, N) int32, the flat cell index of each
     pose as far as the first one off the map, and its index there or else pose_counts: (K,) int64.

@@ -1,4 +1,4 @@
-"""What DWB keeps from one cycle to the next."""
+"""The memory that DWB hands from one cycle to the next."""
 
 from __future__ import annotations
 

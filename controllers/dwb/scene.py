@@ -22,7 +22,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class Situation:
-    """What is known before anything is sampled; all poses in the costmap's frame. Read-only.
+    """The facts of a cycle before sampling; all poses in the costmap's frame. Read-only.
 
     time_s: start of the cycle, s. pose: (x m, y m, yaw rad). twist: measured (vx, vy m/s, wz
     rad/s). plan: (M, 3) local plan, M >= 1. goal: (3,) last pose of the whole plan.

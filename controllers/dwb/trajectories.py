@@ -46,7 +46,7 @@ class Trajectories(NamedTuple):
 
 
 class Simulation(NamedTuple):
-    """How a twist is rolled out; names and meaning are those of the parameters.
+    """The settings for rolling out a twist; names and meaning are those of the parameters.
 
     limits_acceleration: the velocity approaches the twist at the acceleration limits (Standard
     generator) instead of having it from the first step on (LimitedAccel).

@@ -190,7 +190,7 @@ class ClientProcess:
         raise ExternalControllerFailed(f"{self._name}: {what}{self._last_words()}")
 
     def _fail_dead(self) -> NoReturn:
-        """Says how the client died, or that it has only closed its pipe."""
+        """Fails with the way the client died, or with the message that it closed its pipe."""
         with suppress(subprocess.TimeoutExpired):
             self._process.wait(EXIT_PATIENCE_S)
         code = self._process.returncode

@@ -27,7 +27,7 @@ from drake_navbench.errors import InputError
 
 
 class ExternalMemory(NamedTuple):
-    """What evolves: the client's own memory, anything that its protocol can hold.
+    """The memory of an external controller: the client's own, any value that its protocol can hold.
 
     is_at_rest: what a client that slows down before it is cancelled said last.
     """
@@ -63,7 +63,10 @@ class ExternalController:
         self.not_read = not_read_of(answer)
 
     def initial_memory(self) -> ExternalMemory:
-        """Returns what the client begins a task with; it forgets the one before."""
+        """Tells the client to forget the last task.
+
+        Returns the client's memory at the start of the next one.
+        """
         self._known_plan = None
         answer = self._ask({"call": "reset"})
         return ExternalMemory(answer.get("memory"))

@@ -18,7 +18,7 @@ from drake_navbench.kernels.angles import wrap
 
 
 class Law(NamedTuple):
-    """What the law needs: the parameters under Nav2's names, lambda as `lambda_`.
+    """The parameters of the control law under Nav2's names, with lambda as `lambda_`.
 
     max_w: largest turn rate, under a speed limit.
     """

@@ -1,4 +1,4 @@
-"""What the Graceful Controller keeps from one cycle to the next."""
+"""The memory that the Graceful Controller hands from one cycle to the next."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 
 class GracefulMemory(NamedTuple):
-    """What evolves, and begins anew with each plan.
+    """The memory of the Graceful Controller; it begins anew with each plan.
 
     plan_id: of the last cycle. may_turn_first: the robot has not faced a target of this plan yet.
     safe_angle: the heading, in the base frame, at which it last arrived without coming near an

@@ -1,4 +1,4 @@
-"""How the Graceful Controller differs between Nav2's releases.
+"""The differences of the Graceful Controller between Nav2's releases.
 
 Source: nav2_graceful_controller, branches humble, jazzy, kilted and lyrical. Iron does not have it;
 what names it there follows Jazzy.
@@ -14,7 +14,7 @@ from drake_navbench.releases import Release
 
 
 class Rules(NamedTuple):
-    """What the controller does in a release.
+    """The behaviour of the controller in one release.
 
     cuts_plan: takes the whole plan, cuts it at a circle, and tells from the length of what is left
         whether the goal is near.

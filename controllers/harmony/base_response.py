@@ -1,4 +1,4 @@
-"""How the base answers commands: what the gatekeeper's prediction rests on.
+"""The base's response to commands, on which the gatekeeper's prediction rests.
 
 A first-order response with limited accelerations, dv/dt = (command - v) / time constant, and a
 latency before it. Braking is the command 0, which is also what the controller server sends when
@@ -47,7 +47,7 @@ def answer(response, velocity, command, limit, duration_s):
 
 
 def braking_time(response: Response, speed: float, turn_rate: float) -> float:
-    """Returns how long the base takes to rest from a speed m/s and a turn rate rad/s, s."""
+    """Returns the time, s, for braking from a speed m/s and a turn rate rad/s to rest."""
     time_constant_s = response.time_constant_s
     return max(
         _time_to_rest(time_constant_s, response.acceleration, speed, REST_MPS),

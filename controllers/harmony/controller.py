@@ -188,9 +188,10 @@ class Harmony:
         )
 
     def _interval_s(self, observation: Observation, memory: HarmonyMemory) -> float:
-        """Returns how long the next command will hold, s: a period, or as long as the last one.
+        """Returns the time for which the next command will hold, s.
 
-        A cycle that takes too long puts the next one off.
+        It is the control period, or the last interval where that was longer: a cycle that takes too
+        long puts the next one off.
         """
         period_s = self._setup.control_period_s
         if memory.sent is None:

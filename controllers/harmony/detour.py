@@ -158,9 +158,9 @@ def _cell_of(field: DistanceField, point: Array) -> tuple[int, int]:
 
 
 def still_ahead(detour: Array, position: Array, plan: Array, global_plan: Array) -> Array:
-    """Returns what of a detour (M, 3) is ahead of a position (2,), empty where it is over.
+    """Returns the part of a detour (M, 3) ahead of a position (2,), empty where the detour is over.
 
-    That is where its end is reached or no longer on the plan.
+    It is over where its end is reached or is no longer on the plan.
     """
     nearest = int(np.argmin(np.hypot(*(detour[:, :2] - position).T)))
     rest = detour[nearest:]

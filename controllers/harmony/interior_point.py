@@ -57,7 +57,7 @@ STILL = 1e-9
 
 
 class SolverSettings(NamedTuple):
-    """How far the method goes.
+    """The settings of the interior-point method.
 
     iterations: at most. first_barrier, last_barrier: its parameter falls from one to the other.
     tolerance: largest violation of a row, in parts of its limit, and of rest at the end, SI units,
@@ -71,7 +71,7 @@ class SolverSettings(NamedTuple):
 
 
 class Solution(NamedTuple):
-    """What the method ends with.
+    """The result of the interior-point method.
 
     plan: (N + 1, 9). cost: of the terms. violation: the largest of the rows, in parts of their
     limits, a tenth of that for clearances, and of the velocities and accelerations at the end.

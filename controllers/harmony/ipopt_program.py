@@ -129,7 +129,7 @@ class IpoptProgram:
         self._evaluations = 0
 
     def solve(self, scene: Scene, guess: Array, settings: SolverSettings) -> Solution:
-        """Returns what IPOPT makes of a guess (N + 1, 9), of which only the inputs count."""
+        """Optimises a guess (N + 1, 9) by IPOPT; only the guess's inputs are read."""
         self._scene, self._evaluations = scene, 0
         self._plan = guess.copy()
         limits = scene.limits

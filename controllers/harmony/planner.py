@@ -275,7 +275,7 @@ class Planner:
         is_warm: bool,
         window: int,
     ) -> Candidate:
-        """Returns what the program makes of a guess, or the guess where it is switched off."""
+        """Returns a guess as the program improves it, or unchanged where `use_program` is off."""
         parameters = self._parameters
         scene = with_references(scene, references_along(scene, way.path, guess, window))
         if not parameters.use_program:

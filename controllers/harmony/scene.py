@@ -1,4 +1,4 @@
-"""What the program of one cycle is about, as kernels take it: path, limits, obstacles, weights."""
+"""The optimisation problem of one cycle as kernels take it: path, limits, obstacles, weights."""
 
 from __future__ import annotations
 

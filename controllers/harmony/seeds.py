@@ -1,8 +1,8 @@
-"""What the sampler starts from besides the last plan: a pursuit, a stop, ways along a wall.
+"""The sampler's seeds besides the last plan: a pursuit, a stop, and ways along a wall.
 
 A seed is (N + 1, 2) velocities v m/s, w rad/s, one row a stage, and at rest at its end. Speeds and
-accelerations are within the limits of the plan; wheels and the way sideways may be over theirs for
-as long as a turn takes to slow down.
+accelerations are within the limits of the plan. Wheel speeds and the sideways acceleration may
+exceed theirs for as long as a turn takes to slow down.
 """
 
 from __future__ import annotations

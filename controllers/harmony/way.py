@@ -1,4 +1,4 @@
-"""What of the plan counts in a cycle: how far it is followed, and where it is blocked."""
+"""The part of the plan that a cycle follows: how far, and where it is blocked."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ SAME_PLACE_M = 1e-6
 
 
 class Way(NamedTuple):
-    """What of the path counts in a cycle.
+    """The part of the path that a cycle follows.
 
     path: (P, 3). target: (3,) the point aimed at. beyond: (2,) m the point that motions are led to
     in the end, to be told apart; farther by the robot's own reach, as its front passes obstacles
@@ -176,7 +176,7 @@ def straight_back(start: Array, distance_m: float) -> Way:
 
 
 def progress_on(way: Way, position: Array) -> float:
-    """Returns how far along the path the point nearest to a position (2,) lies, m."""
+    """Returns the arc length along the path to its point nearest to a position (2,), m."""
     nearest = int(np.argmin(np.hypot(*(way.path[:, :2] - position).T)))
     return path_length(way.path[: nearest + 1]) if nearest else 0.0
 

@@ -1,4 +1,4 @@
-"""What the network sees: gaps around the outline, where the goal lies, how fast the robot is.
+"""The inputs of the network: gaps around the outline, direction to the goal, the robot's speed.
 
 The same numbers come from the points of a scan, when it learns, and from the lethal cells of a
 costmap, when it drives as a controller.

@@ -34,10 +34,10 @@ _SPREAD = 1e10
 
 
 class DescentSettings(NamedTuple):
-    """How far the method goes.
+    """The settings of the descent.
 
-    barrier: its parameter, which stays. iterations: at most. tolerance: of the slopes of the
-    Lagrangian and of the products of rooms and multipliers.
+    barrier: the barrier parameter, constant. iterations: the most allowed. tolerance: of the slopes
+    of the Lagrangian and of the products of rooms and multipliers.
     """
 
     barrier: float

@@ -21,7 +21,7 @@ Lanes = NDArray[np.float32]
 
 
 def block_count(batch_size: int) -> int:
-    """Returns how many blocks hold `batch_size` samples."""
+    """Returns the number of blocks that hold `batch_size` samples."""
     return -(-batch_size // LANES)
 
 

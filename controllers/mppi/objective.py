@@ -32,7 +32,7 @@ Array = NDArray[np.float64]
 
 
 class Situation(NamedTuple):
-    """What the objective depends on besides the sequence.
+    """The inputs of the objective besides the control sequence.
 
     pose: (3,) m, m, rad. speed, earlier_speed: (2,) v, w of now and of the cycle before; they only
     enter the jerk. references: (N, 3) points of the path and its heading there. carrot: (2,) m.

@@ -74,7 +74,7 @@ def _position_adjoints(situation, weights, sequence, poses):
 
 @njit(cache=True, error_model="numpy")
 def _pose_curvature(situation, weights, t, pose, steps):
-    """Returns what the terms of a pose have by (x, x), (x, y), (y, y) and (yaw, yaw)."""
+    """Returns the second derivatives of a pose's terms by (x, x), (x, y), (y, y) and (yaw, yaw)."""
     reference = situation.references[t]
     sine, cosine = math.sin(reference[2]), math.cos(reference[2])
     cell, slope_x, slope_y = interpolate(situation.field, pose[0], pose[1])

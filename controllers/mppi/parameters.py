@@ -54,7 +54,7 @@ class Block(BaseModel):
 
 
 class AckermannParameters(Block):
-    """What the Ackermann motion model adds."""
+    """The parameters that the Ackermann motion model adds."""
 
     min_turning_r: Length = Field(0.2, gt=0, description="Least turning radius [m].")
 

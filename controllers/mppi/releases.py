@@ -1,4 +1,4 @@
-"""How MPPI differs between Nav2's releases.
+"""The differences of MPPI between Nav2's releases.
 
 Source: nav2_mppi_controller, tags 1.1.20, 1.2.10, 1.3.13, 1.4.2 and 1.5.1.
 """
@@ -14,7 +14,7 @@ from drake_navbench.releases import Release
 
 
 class Goal(IntEnum):
-    """What the distance that critics near the goal ask for is measured to.
+    """The end of the distance by which critics tell whether the goal is near.
 
     PATH: along the local plan to its end. PLAN_END: straight to the local plan's end. GOAL:
     straight to the goal itself.
@@ -38,7 +38,7 @@ class Furthest(IntEnum):
 
 
 class Rules(NamedTuple):
-    """What the controller does in a release.
+    """The behaviour of the controller in one release.
 
     cuts_plan: it cuts the local plan itself. takes_first_of_equals: of equally close poses; else
     the last one. goal, furthest: see there. heads_as_goal: near it the heading is the goal's; else

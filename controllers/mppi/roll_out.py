@@ -22,7 +22,7 @@ from drake_navbench.controllers.mppi.motion_models import (
 
 
 class RollOutSetting(NamedTuple):
-    """How a batch is rolled out; float32 where a number.
+    """The settings for rolling out a batch; numbers are float32.
 
     pose: (3,) m, m, rad. speed, rise, fall: (3,) by axis, see `velocity_lanes`. cost_factors:
     (3,) gamma / sigma^2 by axis, 0 where the axis has no control cost. delayed: (3, D) earlier

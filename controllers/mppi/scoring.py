@@ -32,7 +32,7 @@ _CHUNK_BLOCKS = 8
 
 @dataclass
 class Cycle:
-    """What one cycle accumulates; lives no longer than `Sampler.run`.
+    """The intermediate results of one cycle; lives no longer than `Sampler.run`.
 
     speed: (3,) that the roll-outs start from. costs, weights: (B,). furthest: path point reached,
     None until a critic asks. failed: a critic called the batch a failure. batch: where kept.

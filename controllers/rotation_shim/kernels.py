@@ -20,7 +20,7 @@ LEAST_POSES = 2
 
 
 class Settings(NamedTuple):
-    """What the kernels need of the parameters (Nav2's names), of the release and of the setup.
+    """The kernels' settings: parameters under Nav2's names, and facts of release and setup.
 
     stops_in_time: turn no faster than can be stopped within the angle that is left.
     """

@@ -159,7 +159,7 @@ class RotationShimParameters(ControllerParameters):
 
     @classmethod
     def keys_not_read(cls, values: Mapping[str, Any]) -> list[str]:
-        """Returns what the primary controller would not look at."""
+        """Returns the names of the primary controller's parameters that it does not read."""
         model = cls.primary_model(values)
         if model is None:
             return []
@@ -173,7 +173,10 @@ class RotationShimParameters(ControllerParameters):
 
     @classmethod
     def path_handler_fields(cls, given: Mapping[str, Any]) -> dict[str, str]:
-        """Returns what the primary controller's parameters of earlier releases have become."""
+        """Returns the path handler's fields by the names of the primary controller's parameters.
+
+        Earlier releases set them there.
+        """
         model = cls.primary_model(given)
         if model is None:
             return {}

@@ -37,7 +37,7 @@ NO_COLLISION = -1
 
 
 class Aim(NamedTuple):
-    """Where a cycle steers, in the base frame: m, rad, 1/m.
+    """The aim of a cycle's steering, in the base frame: m, rad, 1/m.
 
     lookahead: to the carrot (carrot_x, carrot_y), along the plan or straight. curvature,
     heading_error: of the arc and of the line to the point steered by, the latter turned round where

@@ -22,7 +22,7 @@ LEAST_SQUARED_CARROT_DISTANCE = 0.001
 
 
 class Settings(NamedTuple):
-    """What the kernels need of the release, the parameters (Nav2's names) and of the setup."""
+    """The kernels' settings: parameters under Nav2's names, and facts of release and setup."""
 
     release: Rules
     control_period_s: float

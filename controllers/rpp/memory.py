@@ -1,4 +1,4 @@
-"""What Regulated Pure Pursuit keeps from one cycle to the next."""
+"""The memory that Regulated Pure Pursuit hands from one cycle to the next."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 
 class RppMemory(NamedTuple):
-    """What evolves: the last command, and how far cancelling has come.
+    """The memory of the controller: the last command, and the progress of cancelling.
 
     last_v m/s, last_w rad/s: the command of the last cycle that had one; the dynamic window starts
     there. is_cancelling: asked to stop, with `use_cancel_deceleration`. has_stopped: came to rest.

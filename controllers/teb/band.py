@@ -39,7 +39,7 @@ class Band(NamedTuple):
 
 
 class Pace(NamedTuple):
-    """How fast a first guess is, and how finely bands are cut.
+    """The speed of a first guess, and the resolution of bands.
 
     speed m/s, turn_rate rad/s, acceleration m/s^2; dt_ref, dt_hysteresis s; fewest, most: numbers
     of intervals. turns_on_spot: whether the robot can, as no car can.
@@ -276,7 +276,7 @@ def _interpolate(samples: Array, times: Array, poses: Array) -> Array:
 
 
 def shift(band: Band, elapsed_s: float) -> Band | None:
-    """Returns what is left of a band after the elapsed time, or None where nothing is left."""
+    """Returns the rest of a band after the elapsed time, or None where nothing is left."""
     times = np.concatenate([[0.0], np.cumsum(band.time_steps)])
     left = times > elapsed_s
     if left.sum() < 2:

@@ -32,11 +32,11 @@ Tried = tuple[Candidate, PlannedBand]
 
 
 class Attempt(NamedTuple):
-    """What a cycle is to find a band for.
+    """The inputs of a cycle's search for a band.
 
     is_blocked: the local goal lies before a block. spare: makes a new guess of the driven band's
-    class where that band fails, or None. is_tentative: there is another attempt where this one
-    finds no band. is_last: there is none, so that nothing is put off.
+    class where that band fails, or None. is_tentative: another attempt follows where this one
+    finds no band. is_last: no other attempt follows, so that nothing is put off.
     """
 
     observation: Observation
@@ -158,7 +158,11 @@ class BandChooser:
         return not attempt.is_last and (has_band or self._shifted(attempt) is not None)
 
     def _cost(self, candidate: Candidate, planned: PlannedBand) -> float:
-        """Returns what a band is chosen by: its duration, weighed, and its missing clearance."""
+        """Returns the cost by which bands are compared.
+
+        It is the weighted duration plus the price of missing clearance; inf for a band not
+        accepted.
+        """
         if not planned.accepted:
             return np.inf
         cost = planned.band.duration_s
@@ -190,9 +194,10 @@ class BandChooser:
         return self._checked(led, task, self._warm_iterations)
 
     def _own_way(self, led: PlannedBand, task: Task, *, is_last: bool) -> PlannedBand | None:
-        """Returns what IPOPT makes of a guess that Newton's method failed at, None if no good.
+        """Has IPOPT optimise a guess on which Newton's method failed.
 
-        is_last: the robot gives up without it.
+        Returns None where Newton's band was accepted or IPOPT's is not. is_last: the robot gives up
+        without it.
         """
         if led.accepted:
             return None
@@ -309,7 +314,11 @@ class BandChooser:
 
 
 def scalars_of(tried: list[Tried], *, is_blocked: bool, is_fallback: bool) -> dict[str, Any]:
-    """Returns what the log keeps of every cycle, of the first candidate where it is one's."""
+    """Returns the scalars that the log keeps of every cycle.
+
+    Status, slack and violation are those of the first candidate, the counts those of all
+    candidates.
+    """
     solutions = [planned.solution for _, planned in tried]
     first = solutions[0] if solutions else None
     return {

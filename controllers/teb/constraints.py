@@ -43,7 +43,7 @@ PATH_ROWS = (
 
 
 class BandScene(NamedTuple):
-    """What a band is constrained by in one cycle.
+    """The constraints of a band in one cycle.
 
     start, goal: (3,) first and last pose, x m, y m, yaw rad, yaws unwrapped along the band.
     start_twist, goal_twist: (2,) v m/s, w rad/s before the first and after the last interval.

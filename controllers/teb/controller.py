@@ -183,9 +183,9 @@ class TimedElasticBand:
         return self._chooser.decide(attempt, candidates)
 
     def _least_distance(self, plan: LocalPlan, field: DistanceField) -> float:
-        """Returns how far the robot's centre keeps from obstacles that it can pass between, m.
+        """Returns the least distance at which the robot's centre passes obstacles, m.
 
-        No farther than the plan does: what lies on either side of it is not one obstacle.
+        It is no more than the plan's own: the obstacles on either side of the plan are not one.
         """
         clearance = LEAST_CLEARANCE_RATIO * self._parameters.min_obstacle_dist
         if plan.blocked_index is None:

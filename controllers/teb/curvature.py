@@ -280,10 +280,10 @@ def _add_interval_terms(
     positions,
     matrix,
 ):
-    """Adds what the intervals' paths and times bring, `own` and `coupled`, by the unknowns.
+    """Adds the second derivatives of the intervals' terms to the matrix, by the unknowns.
 
-    speed_pulls, offset_multipliers: (m,) by how much the Lagrangian grows with arc length and
-    offset, which are bent themselves.
+    own, coupled: the derivatives by length, turn and time. speed_pulls, offset_multipliers: (m,)
+    the slopes of the Lagrangian by arc length and by offset, which are themselves curved.
     """
     m = own.shape[0]
     bends, inner = np.empty((6, 6)), np.empty((3, 7))

@@ -53,7 +53,7 @@ class Bounds(NamedTuple):
 
 
 class Structure(NamedTuple):
-    """Where the rows of a program have slopes: those of row r are columns[starts[r] : starts[r+1]].
+    """The sparsity of a program's rows: row r has slopes in columns[starts[r] : starts[r+1]].
 
     positions: (N,) of the columns in the band matrix.
     """
@@ -64,11 +64,11 @@ class Structure(NamedTuple):
 
 
 class DescentSettings(NamedTuple):
-    """How far the method goes.
+    """The settings of Newton's method.
 
-    barrier: its parameter, which stays. iterations: at most. error_tolerance: of the slopes of the
-    Lagrangian. violation_tolerance: of rows and slacks. It stops after `review` iterations where
-    the slopes are above `hopeless_error` then.
+    barrier: the barrier parameter, constant. iterations: the most allowed. error_tolerance: of the
+    slopes of the Lagrangian. violation_tolerance: of rows and slacks. The method stops after
+    `review` iterations where the slopes are above `hopeless_error` then.
     """
 
     barrier: float = 1e-3
@@ -80,7 +80,7 @@ class DescentSettings(NamedTuple):
 
 
 class Descent(NamedTuple):
-    """What the method ends with.
+    """The result of Newton's method.
 
     z: (N,). converged: the conditions of the barrier problem hold to the tolerances asked for.
     iterations: steps taken. error: the largest slope of the Lagrangian. violation: by which the
@@ -302,7 +302,7 @@ def descend(
     structure: Structure,
     settings: DescentSettings,
 ) -> Descent:
-    """Returns where the method ends that starts from a guess (N,)."""
+    """Runs Newton's method from a guess (N,)."""
     is_equality = bounds.row_lower == bounds.row_upper
     is_fixed = bounds.upper - bounds.lower < FIXED_ROOM
     # A variable that is given gets a little room; the slack of an equality stays where it is.

@@ -84,7 +84,10 @@ class IpoptProgram:
     def solve(
         self, start: Array, bounds: Bounds, *, iterations: int, is_at_minimum: bool
     ) -> MathematicalProgramResult:
-        """Returns what IPOPT makes of a start (N,); is_at_minimum: of its barrier problem."""
+        """Optimises a start (N,) by IPOPT.
+
+        is_at_minimum: the start is a minimum of IPOPT's barrier problem.
+        """
         self._constraint.evaluator().set_bounds(bounds.row_lower, bounds.row_upper)
         self._bounds.evaluator().set_bounds(bounds.lower, bounds.upper)
         self._options.SetOption(IpoptSolver.id(), "max_iter", iterations)

@@ -1,4 +1,4 @@
-"""What a band shall do in this cycle: the next part of the plan, and where it is blocked."""
+"""The task of a band in this cycle: the next part of the plan, and where it is blocked."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How far a cluster of occupied cells has moved between two costmaps.
+"""The distance by which a cluster of occupied cells has moved between two costmaps.
 
 A convex shape that is moved covers one cell that lies as far from all old cells as it has moved,
 and straight ahead of the nearest of them: the directed Hausdorff distance, whatever else of the

@@ -43,11 +43,11 @@ SIGHT_MARGIN_CELLS = 3.0
 
 
 class Snapshot(NamedTuple):
-    """What is kept of one costmap. Rows and columns are counted from the origin of the frame.
+    """The clusters of one costmap. Rows and columns are counted from the origin of the frame.
 
     stamp_s. lethal: (rows, columns). corner: (2,) row and column of its first cell. robot: (2,) the
     same of the robot, as real numbers. cells: (N, 2) of all clusters small enough to move. labels:
-    (N,) which of the `cluster_count` clusters each belongs to.
+    (N,) the number of each cell's cluster, below `cluster_count`.
     """
 
     stamp_s: float
@@ -76,9 +76,9 @@ class Track(NamedTuple):
 
 
 class Tracking(NamedTuple):
-    """What is known of moving things: snapshots, the newest last, and the tracks of the newest.
+    """The snapshots of the last costmaps, the newest last, and the tracks in the newest.
 
-    sight: how far from the robot a cell has been seen to become occupied at most, in cells.
+    sight: the largest distance from the robot at which a cell became occupied so far, in cells.
     """
 
     snapshots: tuple[Snapshot, ...] = ()
@@ -86,7 +86,7 @@ class Tracking(NamedTuple):
     sight: float = 0.0
 
     def moving(self) -> list[Track]:
-        """Returns what moves, as it lay in the newest costmap."""
+        """Returns the tracks of moving things, at their places in the newest costmap."""
         return [track for track in self.tracks if track.is_moving]
 
 
@@ -117,7 +117,7 @@ def track_obstacles(
 
 
 def take_snapshot(costmap: Costmap, field: DistanceField, pose: Array) -> Snapshot:
-    """Returns what is kept of a costmap, seen from a pose (3,)."""
+    """Returns the snapshot of a costmap, with the robot at a pose (3,)."""
     resolution = costmap.resolution
     corner = np.rint(np.array([costmap.origin_y, costmap.origin_x]) / resolution).astype(np.int64)
     lethal = costmap.costs == LETHAL
@@ -141,7 +141,7 @@ def take_snapshot(costmap: Costmap, field: DistanceField, pose: Array) -> Snapsh
 
 
 def _farthest_new_cell(now: Snapshot, before: Snapshot | None) -> float:
-    """Returns how far from the robot the farthest newly occupied cell lies, in cells."""
+    """Returns the distance from the robot to the farthest newly occupied cell, in cells."""
     fresh = now.lethal.copy()
     if before is not None:
         rows, columns = now.lethal.shape

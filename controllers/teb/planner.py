@@ -40,7 +40,7 @@ BRAKING_RESERVE_RATIO = 0.9
 
 
 class Task(NamedTuple):
-    """What the bands of one cycle have in common.
+    """The inputs that the bands of one cycle share.
 
     start (3,), goal (3,), twist (2,) as measured, around: obstacles, passage: that of the plan,
     via_points (V, 2) m, limits.
@@ -87,7 +87,7 @@ def band_limits(parameters: TebParameters, speed_limit: SpeedLimit | None) -> Ba
 
 
 def pace_of(parameters: TebParameters, limits: BandLimits) -> Pace:
-    """Returns how first guesses move under the limits."""
+    """Returns the speeds and resolution of first guesses under the limits."""
     return Pace(
         speed=limits.forward_speed,
         turn_rate=limits.turn_rate,
@@ -167,7 +167,7 @@ class BandPlanner:
         return planned._replace(accepted=planned.accepted and lead.descent.converged)
 
     def confirm(self, planned: PlannedBand, task: Task, *, iterations: int) -> PlannedBand:
-        """Returns what IPOPT makes of a band in so many iterations at most.
+        """Has IPOPT optimise a band, with at most so many iterations.
 
         It starts where Newton's method ended, or from the guess where that failed.
         """

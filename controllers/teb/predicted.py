@@ -1,7 +1,7 @@
-"""Where moving obstacles will be when a band gets there: distance fields that move along.
+"""The predicted places of moving obstacles, as distance fields that move along.
 
-Each thing has a field of its own, in cells about it. A pose that the robot is at t seconds from now
-is looked up where it lies as seen from the thing, which is the pose less t times the velocity.
+Each thing has a field of its own, in cells about it. A robot at p in t seconds is at p - t v as
+seen from a thing of velocity v: there its field is read.
 """
 
 from __future__ import annotations

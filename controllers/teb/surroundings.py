@@ -1,4 +1,4 @@
-"""What a cycle sees around the robot, standing or moving, and whether a band keeps off it."""
+"""The obstacles around the robot, standing and moving, and the check that a band keeps off them."""
 
 from __future__ import annotations
 

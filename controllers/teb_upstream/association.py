@@ -18,7 +18,7 @@ from drake_navbench.controllers.teb_upstream.robot_models import model_distance
 
 
 class Association(NamedTuple):
-    """How obstacles and via-points are attached, by teb_local_planner's names.
+    """The rules by which obstacles and via-points attach to poses, by teb_local_planner's names.
 
     include_at m: closer obstacles are all attached. cut_off_at m: farther ones are not. Of the rest
     the nearest on the left and on the right are. is_legacy: to the `poses_affected` poses around

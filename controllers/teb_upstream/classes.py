@@ -168,7 +168,7 @@ class ClassSearch:
         return next((band.number for band, follows in self.candidates() if follows), -1)
 
     def state(self, bands: tuple[Trajectory, ...]) -> PlannerState:
-        """Returns what the next cycle gets, with the optimised bands, the best not yet chosen."""
+        """Returns the state for the next cycle: the optimised bands, the best not yet chosen."""
         return PlannerState(
             trajectories=bands,
             best=-1,

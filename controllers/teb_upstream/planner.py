@@ -92,7 +92,7 @@ def penalty_terms(parameters: TebUpstreamParameters, limit: SpeedLimit | None) -
 
 
 def association(parameters: TebUpstreamParameters) -> Association:
-    """Returns how obstacles and via-points are attached."""
+    """Returns the rules by which obstacles and via-points attach to poses."""
     wanted = parameters.min_obstacle_dist
     return Association(
         include_at=wanted * parameters.obstacle_association_force_inclusion_factor,
@@ -105,7 +105,7 @@ def association(parameters: TebUpstreamParameters) -> Association:
 
 
 def rounds(parameters: TebUpstreamParameters) -> Rounds:
-    """Returns how long bands are optimised, and how they are cut and compared."""
+    """Returns the numbers of rounds of an optimisation and the rules of resizing."""
     return Rounds(
         inner=parameters.no_inner_iterations,
         outer=parameters.no_outer_iterations,

@@ -29,9 +29,9 @@ FEWEST_OBSTACLES = 5
 
 
 class ClassRules(NamedTuple):
-    """How signatures are made and compared, and how many bands may be of the best one's class.
+    """The rules for making and comparing signatures, and for the number of bands of the best class.
 
-    in_time: signatures in x, y and time, else in the plane, where `prescaler` is theirs.
+    in_time: signatures are in x, y and time; else in the plane, with `prescaler`.
     """
 
     in_time: bool

@@ -1,4 +1,4 @@
-"""Where Vector Pursuit aims: the pose on the plan at the lookahead distance.
+"""The aim of Vector Pursuit: the pose on the plan at the lookahead distance.
 
 Source: vector_pursuit_controller (getCuspDist, getLookAheadPoint), branch master at 3f1b30a. A plan
 is (M, 3): x m, y m, yaw rad, in the base frame.

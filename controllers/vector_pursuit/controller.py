@@ -198,7 +198,7 @@ class VectorPursuit:
 
 
 def _kernel_settings(parameters: VectorPursuitParameters, setup: ControllerSetup) -> Settings:
-    """Returns what the kernels read; options that the original switches are switched."""
+    """Returns the kernels' settings, with the options overridden that the original overrides."""
     values = {
         name: value for name, value in parameters.model_dump().items() if name in Settings._fields
     }

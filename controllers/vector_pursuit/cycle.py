@@ -31,7 +31,7 @@ STRAIGHT_RADIUS_M = sys.float_info.max
 
 
 class Settings(NamedTuple):
-    """What the kernels need of the parameters (the original's names), setup and `Release`."""
+    """The kernels' settings: the original's parameters, facts of the setup and of the release."""
 
     control_period_s: float
     inscribed_radius_m: float

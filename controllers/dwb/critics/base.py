@@ -36,7 +36,7 @@ Array = NDArray[np.float64]
 
 
 class CriticParameters(CriticBlock):
-    """What every critic has; a critic with more parameters subclasses it."""
+    """The parameters that every DWB critic has; a critic with more parameters subclasses it."""
 
     model_config = ConfigDict(
         validate_by_name=True, validate_by_alias=True, serialize_by_alias=True
@@ -49,7 +49,7 @@ class CriticParameters(CriticBlock):
 
 
 class Verdict(NamedTuple):
-    """What a critic says of the K trajectories of a window.
+    """A critic's judgement of the K trajectories of a window.
 
     scores: (K,) raw scores, lower is better; not read where a rule is broken.
     violations: (K,) integers: 0 where legal, else i for the critic's i-th reason, counted from 1;

@@ -1,4 +1,4 @@
-"""What a critic is given: the scene of this cycle and a batch of sampled trajectories."""
+"""The inputs of a critic: the scene of this cycle and a batch of sampled trajectories."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ Float32Array = NDArray[np.float32]
 
 @dataclass(frozen=True, eq=False)
 class Scene:
-    """What is fixed within a cycle.
+    """The facts that stay the same within a cycle.
 
     pose: (3,) x m, y m, yaw rad. path: (n, 3) float32, the local plan, same units.
     path_length: of the local plan, float32 m. goal_xy_tolerance_m: of the goal checker.
@@ -66,7 +66,7 @@ class Scene:
 
     @cached_property
     def way_left(self) -> np.float32:
-        """How far it is to the goal, m."""
+        """The distance to the goal, m."""
         if self.straight_goal is None:
             return self.path_length
         return np.float32(np.hypot(*(self.pose[:2] - self.straight_goal[:2])))
@@ -110,7 +110,7 @@ class Scene:
 
 
 class Reach(NamedTuple):
-    """Where each sample gets to; all that the path critics need of a trajectory.
+    """The end and the sparse columns of each sample's trajectory, for the path critics.
 
     end_x, end_y m, end_yaw rad, length m: (blocks, LANES); the length leaves out the first step.
     column_x, column_y, column_yaw: (blocks, K, LANES), every q-th column from column 0.

@@ -300,10 +300,11 @@ class ObstaclesCritic(PointwiseCritic):
 def add_distance_shortfalls(
     view, remembered, footprint_from, margin_shortfall, repulsion, x, y, yaw, sums, repulsion_sums
 ):
-    """Adds what every column's distance lacks, up to the sample's collision.
+    """Adds to each sample the shortfalls of its columns' distances, up to the sample's collision.
 
-    Cells are found in float64. The value under the outline takes the place of the centre's where
-    that is at least `footprint_from`, free cells included; but not off the map.
+    A shortfall depends on the costmap's value in the column's cell, which is found in float64.
+    Where the centre's value is at least `footprint_from`, free cells included, the value under the
+    outline takes its place; but not off the map.
     """
     values, outside = view.values, view.outside
     at_centre, at_outline = margin_shortfall

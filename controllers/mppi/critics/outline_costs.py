@@ -72,7 +72,7 @@ class OutlineCosts(NamedTuple):
 
 
 class OutlineView:
-    """What a critic sees of the last costmap: its view, and what outlines on it cost.
+    """The last costmap as a critic sees it: its view, and the costs of outlines on it.
 
     Kept from cycle to cycle while the costmap is the same: a cache that no result depends on.
     footprint: (K, 2) m in the base frame.
