@@ -322,7 +322,7 @@ def minimise(scene, guess, iterations, first_barrier, last_barrier, tolerance):
 
 
 def solve(scene: Scene, guess: Array, settings: SolverSettings) -> Solution:
-    """Returns what the method makes of a guess (N + 1, 9), of which only the inputs count."""
+    """Optimises a guess (N + 1, 9) by the interior-point method; reads its inputs only."""
     plan, cost, violation, taken = minimise(scene, guess, *settings)
     solved = bool(np.isfinite(plan).all()) and violation <= settings.tolerance
     return Solution(plan, cost, violation, taken, solved)

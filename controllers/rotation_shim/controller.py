@@ -180,7 +180,7 @@ class RotationShim:
 def _kernel_settings(
     parameters: RotationShimParameters, setup: ControllerSetup, release: Rules
 ) -> Settings:
-    """Returns what the kernels read; what the release does not read is at its default."""
+    """Returns the kernels' settings, with defaults where the release has no such parameter."""
     return Settings(
         control_period_s=setup.control_period_s,
         angular_dist_threshold=parameters.angular_dist_threshold,

@@ -137,7 +137,7 @@ class BinaryFilterSettings(FrozenModel):
 
 
 class CostmapSettings(PluginBlocks):
-    """What the local and the global costmap have in common."""
+    """The settings that the local and the global costmap have in common."""
 
     PLUGINS: ClassVar[PluginKind] = COSTMAP_LAYERS
 

@@ -1,4 +1,4 @@
-"""How many cells a grid may have."""
+"""The limit on the number of a grid's cells."""
 
 from __future__ import annotations
 

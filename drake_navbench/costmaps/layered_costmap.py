@@ -41,7 +41,10 @@ SAME_FRAME = np.zeros(3)
 
 
 class GridGeometry(NamedTuple):
-    """Where a costmap's cells lie: cells, lower left corner and cell edge m, whether it follows."""
+    """The grid of a costmap: number of cells, lower left corner m and cell edge m.
+
+    rolling_window: whether the grid follows the robot.
+    """
 
     rows: int
     columns: int

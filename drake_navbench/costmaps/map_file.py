@@ -47,7 +47,7 @@ MOVINGAI_RESOLUTION_M = 0.2
 
 
 class MapMode(StrEnum):
-    """How grey becomes occupancy."""
+    """The rule that turns grey into occupancy."""
 
     TRINARY = "trinary"
     SCALE = "scale"
@@ -105,7 +105,7 @@ class OccupancyMap(Immutable):
 
     @property
     def frame(self) -> tuple[float, float, float]:
-        """Where its cells lie: origin_x m, origin_y m, resolution m, as a `Grid` takes them."""
+        """The cells' geometry: origin_x m, origin_y m, resolution m, as a `Grid` takes them."""
         return float(self.origin_x), float(self.origin_y), float(self.resolution)
 
     def value_at(self, position: NDArray[np.float64]) -> int | None:

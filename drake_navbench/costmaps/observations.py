@@ -68,7 +68,7 @@ def _cloud_of(scan: Scan, lidar: RangeSensor, *, inf_is_valid: bool) -> PointClo
 
 
 def observation_of(source: ObservationSourceSettings, cloud: PointCloud) -> Observation:
-    """Returns what a source makes of a cloud: the points within its heights."""
+    """Returns a source's observation of a cloud: the points between its heights."""
     points = np.ascontiguousarray(cloud.points, dtype=np.float64)
     heights = points[:, 2]
     is_within = (heights <= source.max_obstacle_height) & (heights >= source.min_obstacle_height)

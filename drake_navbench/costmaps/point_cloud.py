@@ -1,4 +1,4 @@
-"""What a sensor that sends points shows to the layers of a costmap."""
+"""The point cloud that a sensor hands to the layers of a costmap."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a sonar or an infrared sensor tells, as ROS's sensor_msgs/Range."""
+"""The reading of a sonar or an infrared sensor, as ROS's sensor_msgs/Range."""
 
 from __future__ import annotations
 

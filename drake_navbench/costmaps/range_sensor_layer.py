@@ -154,7 +154,7 @@ class RangeSensorLayer:
         return sorted(new, key=lambda reading: reading.time_s)
 
     def _cone(self, reading: RangeReading) -> Cone | None:
-        """Returns what a reading says; None where it says nothing."""
+        """Returns the cone that a reading clears or marks; None for a reading without meaning."""
         kind = self._parameters.input_sensor_type
         is_switch = reading.range_min_m == reading.range_max_m if kind == ALL else kind == FIXED
         range_m, clears = reading.range_m, False

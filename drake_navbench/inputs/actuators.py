@@ -15,7 +15,7 @@ MAX_SLOPE_RAD = 0.8
 
 
 class ActuatorSettings(FrozenModel):
-    """What stands between the command and the floor.
+    """The actuators between the velocity command and the floor.
 
     Wheel speeds are those of the two wheels of a differential base, v -+ w separation / 2.
     """

@@ -1,4 +1,4 @@
-"""What becomes of each parameter of a Nav2 file: rows of data, and the table that they make."""
+"""The fate of each parameter of a Nav2 file: rows of data, and the table that they make."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ INDENT = "    "
 
 
 class Status(StrEnum):
-    """What becomes of a parameter."""
+    """The fate of a parameter of a Nav2 file."""
 
     USED = "used"
     OTHER_FORM = "used in another form"
@@ -29,9 +29,10 @@ LISTED = (Status.USED, Status.NO_MEANING)
 
 
 class CheckRow(NamedTuple):
-    """What becomes of a parameter, or of a whole node where `parameter` is ''.
+    """The fate of a parameter, or of a whole node where `parameter` is ''.
 
-    node: without the leading slash. remark: why, or what else; may be ''. line: in its file.
+    node: without the leading slash. remark: the reason or further facts; may be ''. line: in its
+    file.
     """
 
     status: Status

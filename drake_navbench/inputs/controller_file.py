@@ -48,9 +48,9 @@ def split_reference(text: str) -> tuple[str, list[str]]:
 
 
 def find_controller_file(reference: str, folder: Path = Path()) -> ControllerFile:
-    """Returns what `file.py:Class` names; folder: what a relative path starts from.
+    """Reads the file of a reference `file.py:Class`; a relative path starts from `folder`.
 
-    The file is read, not run. Raises InputError where there is none, or no class is named.
+    The file is not run. Raises InputError where there is no such file, or no class is named.
     """
     found = _REFERENCE.fullmatch(reference)
     assert found is not None

@@ -67,10 +67,10 @@ def describe_robot(
     folders: Sequence[Path] = (),
     base_frame: str | None = None,
 ) -> DescribedRobot:
-    """Returns what a URDF, SDF or xacro file says of a robot; raises InputError.
+    """Reads a robot's URDF, SDF or xacro file; raises InputError.
 
-    arguments: for xacro. folders: where packages are looked for besides the repository around the
-    file. base_frame: the link that is the base, where the model has it.
+    arguments: for xacro. folders: searched for packages, besides the repository around the file.
+    base_frame: the name of the base's link, where the model has it.
     """
     try:
         changed_ns = path.stat().st_mtime_ns
@@ -242,7 +242,7 @@ class _Table:
 
 
 def _sight(sensor: FoundSensor) -> str:
-    """Returns where a sensor is and how far it sees, as a remark."""
+    """Returns a sensor's pose, range, beams and rate, as a remark."""
     fields = sensor.fields
     x, y, yaw = fields["pose"]
     place = f"at {x:.3g}, {y:.3g}, {fields['height_m']:.3g} m up"

@@ -56,9 +56,9 @@ class Fault(FrozenModel):
 
 @dataclass(frozen=True)
 class Conditions(Immutable):
-    """What holds for the robot's parts at which time of a trial: their settings and the faults.
+    """The settings of the robot's parts at each time of a trial, with the scenario's faults.
 
-    relocalizes: whether a lift leaves it localized with an error.
+    relocalizes: whether the robot is localized with an error after a lift.
     """
 
     lidar: Timeline[LidarSettings]
@@ -86,9 +86,9 @@ Part = TypeVar("Part", bound=Any)
 
 
 def conditions_of(robot: Robot, faults: Sequence[Fault] = (), source: str = "faults") -> Conditions:
-    """Returns what holds for a robot with these faults; raises InputError.
+    """Returns the conditions of a robot with these faults; raises InputError.
 
-    source: names the faults in errors.
+    source: the name of the faults in errors.
     """
     parts: dict[str, Any] = {
         part: _timeline(getattr(robot, part), faults, part, source) for part in PARTS

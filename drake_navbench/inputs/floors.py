@@ -56,7 +56,7 @@ class PlacedFloor:
     storey: int
 
     def placed(self, pose: Sequence[float]) -> Pose:
-        """Returns where a pose on the floor's map is in the world."""
+        """Returns the pose in the world of a pose on the floor's map, x m, y m, yaw rad."""
         x, y, yaw = pose
         return x + self.offset[0], y + self.offset[1], yaw
 
@@ -77,9 +77,10 @@ class PlacedLeg:
 
 @dataclass(frozen=True)
 class FloorSight:
-    """What a sensor may see from a floor: its storey.
+    """The surroundings that a sensor on a floor may see: the floor's storey.
 
-    world: what stands there. bounds: min_x, min_y, max_x, max_y m around all that moves there.
+    world: the standing world of the storey. bounds: min_x, min_y, max_x, max_y m around it, which
+    hold all moving bodies there.
     """
 
     world: World
@@ -87,7 +88,7 @@ class FloorSight:
 
 
 def sight_of(floor: PlacedFloor, floors: Sequence[PlacedFloor]) -> FloorSight:
-    """Returns what may be seen from a floor, one of `floors`."""
+    """Returns the surroundings that a sensor on a floor, one of `floors`, may see."""
     storey = [other for other in floors if other.storey == floor.storey]
     world = joined_world(storey)
     low_x, low_y, high_x, high_y = _joined([other.bounds for other in storey])
@@ -210,7 +211,7 @@ def _on_its_own(scenario: Scenario, index: int) -> Scenario:
 
 
 def _poses_on(scenario: Scenario, name: str) -> list[Pose]:
-    """Returns where the robot may be sent to on a floor: goals, and stops of lifts."""
+    """Returns the robot's targets on a floor: goals, and stops of lifts, on the floor's map."""
     goals = [step.goal for step in scenario.mission if step.floor == name and step.goal]
     return goals + [lift.stops[name] for lift in scenario.lifts if name in lift.stops]
 

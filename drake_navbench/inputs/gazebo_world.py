@@ -46,9 +46,9 @@ SLOWEST_MPS, FASTEST_MPS = 0.05, 2.0
 
 @dataclass(frozen=True)
 class GazeboWorld:
-    """What stands and walks in a world, as fields of a scenario file.
+    """The obstacles and people of a Gazebo world, as fields of a scenario file.
 
-    remarks: what was left out, and why. floor_m: height of the floor in the world's file.
+    remarks: the parts left out, with the reasons. floor_m: height of the floor in the world's file.
     """
 
     path: Path

@@ -24,10 +24,11 @@ BIASES = ("x_bias_m", "y_bias_m", "yaw_bias_rad")
 
 
 class LocalizationSettings(QuietModel):
-    """What the navigation is told of pose and velocity.
+    """The pose and velocity that the navigation gets in place of the true ones.
 
-    The first five fields are white Gaussian noise on what the controller is told. All the others
-    make a frame of its own of the odometry, which drifts against the map: see docs/stress.md.
+    The first five fields are white Gaussian noise on the pose and velocity that the controller
+    gets. Each of the others gives the odometry a frame of its own, which drifts against the map:
+    see docs/stress.md.
     """
 
     quiet: ClassVar = frozenset(

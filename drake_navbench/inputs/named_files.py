@@ -29,7 +29,7 @@ class NamedFiles:
 
     @property
     def folder(self) -> Path:
-        """Where the built-in files are."""
+        """The folder of the built-in files."""
         return Path(str(files(self.package)))
 
     @property

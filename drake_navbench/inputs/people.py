@@ -107,7 +107,7 @@ class OrcaSettings(FrozenModel):
 
 
 class Recording(FrozenModel):
-    """Where people went, in a file: they walk as they did, whatever the robot does."""
+    """A recording of people in a file: they walk as recorded, whatever the robot does."""
 
     file: str = Field(min_length=1, description="The file, relative to the scenario's folder.")
     format: Literal["csv", "eth_ucy"] = Field(
@@ -239,7 +239,7 @@ class WalkingPeople:
 
     @property
     def names(self) -> list[str]:
-        """What each is called: the name, else the place in the file."""
+        """The people's names: the given one, else the place in the file."""
         return [p.name or f"persons[{index}]" for index, p in enumerate(self.persons)]
 
     @property
@@ -249,7 +249,7 @@ class WalkingPeople:
 
     @property
     def top_speed_mps(self) -> float:
-        """What nobody is faster than, m/s."""
+        """An upper bound of the people's speed, m/s."""
         return walking.TOP_SPEED_MPS if self.persons else 0.0
 
     def crowd(self, seed: int, is_free: Callable[[Array, float], bool] | None = None) -> Crowd:
@@ -300,7 +300,7 @@ def _free_start(
     generator: np.random.Generator,
     is_free: Callable[[Array, float], bool],
 ) -> Array:
-    """Returns where somebody begins whose first draw is `start`, (2,) m."""
+    """Returns a person's start (2,), m: `start` where it is free, else another draw that is."""
     for _ in range(MAX_STARTS):
         if is_free(start, person.radius_m):
             return start

@@ -56,7 +56,7 @@ class PresetFile(FrozenModel):
 
 
 class Nav2Plugin(NamedTuple):
-    """What a Nav2 file gives one of its controllers: type, and parameters by dotted names."""
+    """A controller's block in a Nav2 file: its type, and its parameters by dotted names."""
 
     type: str
     parameters: Mapping[str, Any]
@@ -281,7 +281,7 @@ def _assigned(assignments: Sequence[str], text: str) -> Mapping[str, Any]:
 
 
 def _named_content(name: str) -> tuple[PresetFile, str]:
-    """Returns what a name stands for, and where from: a preset, or a controller without one."""
+    """Returns the preset of a name, or of a controller without one, and its source."""
     files = preset_files()
     if name in files:
         return validate(PresetFile, read_yaml(files[name]), str(files[name])), str(files[name])

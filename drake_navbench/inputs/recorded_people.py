@@ -26,7 +26,7 @@ MAX_PLACE_M = 1e5
 
 
 class Row(NamedTuple):
-    """Where somebody was at a time, in the recording's own frame; line: in the file."""
+    """A person's position at a time, in the recording's own frame; line: in the file."""
 
     line: int
     time_s: float
@@ -78,7 +78,7 @@ class RecordedPeople:
 
     @cached_property
     def top_speed_mps(self) -> float:
-        """What nobody is faster than, m/s."""
+        """The largest speed of anyone in the recording, m/s."""
         here, there = self.knots[:-1], self.knots[1:]
         steps_s, steps_m = there[:, 0] - here[:, 0], np.hypot(*(there[:, 1:3] - here[:, 1:3]).T)
         # Who goes away, and whoever is next in the file, does so in no time.

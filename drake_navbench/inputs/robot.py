@@ -351,7 +351,7 @@ def _robot_of(data: Mapping[str, Any], source: str, directory: Path) -> Robot:
 
 
 def body_top_m(robot: Robot) -> float:
-    """Returns how high a robot's highest point is over the floor, m: by its model, else a guess."""
+    """Returns a robot's height, m, over the floor: that of its model, else a guess."""
     path = robot.model_path
     if path is None:
         return GUESSED_TOP_M

@@ -1,4 +1,4 @@
-"""What a robot's SDF or URDF file tells of its wheels, its casters and its weight."""
+"""The wheels, casters and weight of a robot, read from its SDF or URDF file."""
 
 from __future__ import annotations
 

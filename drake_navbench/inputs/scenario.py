@@ -84,7 +84,7 @@ class Suite(FrozenModel):
 
 
 class Variation(FrozenModel):
-    """What differs between the trials of a scenario; the same for every controller."""
+    """The random differences between the trials of a scenario; the same for every controller."""
 
     start_xy_std_m: Length = Field(0.0, ge=0.0, description="Spread of the start position [m].")
     start_yaw_std_rad: Angle = Field(0.0, ge=0.0, description="Spread of the start heading [rad].")
@@ -196,7 +196,7 @@ class Scenario(QuietModel):
 
     @property
     def goals(self) -> tuple[Pose, ...]:
-        """Where to go, in the world: the waypoints and then the goal, or a mission's legs."""
+        """The goals in the world: waypoints and then the goal, or the goals of a mission's legs."""
         if self.floors:
             return tuple(leg.goal for leg in mission_legs(self))
         return (*self.waypoints, self.goal)
@@ -313,7 +313,7 @@ class Scenario(QuietModel):
         return load_robot(robot, self.robot_overrides, overrides_source=source)
 
     def conditions(self, robot: Robot) -> Conditions:
-        """Returns what holds for a robot at which time; raises InputError for a wrong fault."""
+        """Returns the conditions of a robot at each time; raises InputError for a wrong fault."""
         conditions = conditions_of(robot, self.faults, f"scenario {self.name}: faults")
         return replace(conditions, relocalizes=any(lift.errs for lift in self.lifts))
 

@@ -1,4 +1,4 @@
-"""What a scenario file says of its world, and of the floors of a building."""
+"""The description of a world in a scenario file, and of the floors of a building."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from drake_navbench.typed_files.typed_yaml import FrozenModel
 
 
 class WorldDescription(FrozenModel):
-    """What is in the world: the occupied cells of a map, shapes, and what moves."""
+    """The contents of a world: the occupied cells of a map, shapes, and moving bodies."""
 
     map: str | None = Field(
         None, description="Map file of Nav2's map_server, relative to the scenario's folder."

@@ -206,7 +206,7 @@ def warn_of_rotation(preset: Preset, robot: Robot) -> None:
 
 
 def _why_no_goal(scenario: Scenario, robot: Robot, position: np.ndarray) -> str:
-    """Returns where a goal (2,) m lies that cannot be one, such as 'off the map', or ''."""
+    """Returns the reason why a goal (2,) m cannot be one, such as 'off the map', or ''."""
     if scenario.true_world.intersects(shapely.Point(position)):
         return "inside an obstacle"
     if scenario.map is not None:

@@ -27,7 +27,7 @@ class Timeline(Immutable, Generic[Settings]):
         return cls((0.0,), (settings,))
 
     def at(self, time_s: float) -> Settings:
-        """Returns what holds at a time."""
+        """Returns the settings at a time."""
         if len(self.settings) == 1:
             return self.settings[0]
         return self.settings[max(bisect_right(self.starts_s, time_s + SLACK_S) - 1, 0)]

@@ -105,7 +105,7 @@ def pose_on_curve(start, end, radius, kinds, lengths, knots, share, pose):
 
 @njit(cache=True)
 def direction_changes(lengths):
-    """Returns how often a curve changes between forward and backward."""
+    """Returns the number of changes between forward and backward along a curve."""
     changes, last = 0, 0
     for i in range(PIECES):
         if lengths[i] != 0.0:

@@ -42,7 +42,7 @@ def allowed_velocity(planes, count, hard_count, top_speed, wished_x, wished_y):
 
 @njit(cache=True)
 def _excess(planes, index, x, y):
-    """Returns how far a velocity is outside a half-plane; negative inside, m/s."""
+    """Returns the distance of a velocity (x, y) to a half-plane, m/s; negative inside."""
     return cross(planes[index, 2], planes[index, 3], planes[index, 0] - x, planes[index, 1] - y)
 
 

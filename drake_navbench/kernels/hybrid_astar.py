@@ -158,7 +158,7 @@ def _look_ahead(reached, ways, motions, goals, state, columns):
 
 @njit(cache=True)
 def _step_cost(motions, rules, before, child):
-    """Returns what the motion to a state costs, after the motion `before`."""
+    """Returns the cost of the motion to a state, after the motion `before`."""
     share = F32(child.cost / MAX_COST)
     motion = child.motion
     direction = motions.directions[motion]
@@ -285,7 +285,7 @@ def _possible_goals(graph, body, rules, goal, goal_bins, bins):
 
 @njit(cache=True)
 def _most_new_states(motions, expansion, goal_count):
-    """Returns how many states one expansion adds at most: neighbours, and curves to all goals."""
+    """Returns the most states that one expansion adds: neighbours, and curves to all goals."""
     tries = EARLIER_TRIES + 2 + math.ceil((WIDEST - 1.0) * motions.radius / WIDENING)
     return (tries * goal_count + 1) * longest_curve(expansion) + motions.turn_bins.size
 

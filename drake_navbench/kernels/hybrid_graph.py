@@ -24,11 +24,12 @@ INITIAL_CAPACITY = 4096
 
 
 class Body(NamedTuple):
-    """How a robot's collisions are told.
+    """The robot's body, as collisions are checked.
 
     grid: of uint8 costs. outlines: (B, K, 2) m, the footprint by heading bin; K = 0: the centre's
-    inflated cost tells. possible_cost: of a centre from which the outline may touch something; less
-    is free, 0 or less tells nothing. allow_unknown: whether unknown cells are free.
+    inflated cost decides. possible_cost: the least cost of a centre at which the outline may touch
+    something, a centre of less being free; 0 or less: no centre is free by its cost alone.
+    allow_unknown: whether unknown cells are free.
     """
 
     grid: Grid
@@ -105,7 +106,7 @@ def new_state(graph, index):
 
 @njit(cache=True)
 def index_of(x, y, heading, columns, bins):
-    """Returns where a pose belongs in `slots`; -1 where a coordinate is -1 or less.
+    """Returns the index of a pose in `slots`; -1 where a coordinate is -1 or less.
 
     A column beyond the last one belongs to the next row, as in Nav2; the check of the pose refuses
     it.

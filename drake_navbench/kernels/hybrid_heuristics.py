@@ -30,7 +30,7 @@ UNSEEN = np.uint8(255)
 
 
 class Reached(NamedTuple):
-    """How far the search back from the goal has come.
+    """The progress of the search back from the goal.
 
     costs: (rows, columns) float32, the least cost of each cell, or of its 2 x 2 where the grid was
     made coarser. values: (rows * columns,) float32, the way to the goal where it is positive; where

@@ -23,7 +23,7 @@ WHOLE_LINE = np.iinfo(np.int64).max
 
 
 class MergeRule(IntEnum):
-    """How a layer's cost L is written into the master's cost M; L = NO_INFORMATION writes nothing.
+    """The rule that writes a layer's cost L into the master's M; NO_INFORMATION writes nothing.
 
     OVERWRITE: M becomes L. MAX: the larger, where M is unknown L. MAX_KEEP_UNKNOWN: the larger,
     where M is unknown M stays. TRUE_OVERWRITE: M becomes L, even NO_INFORMATION.
@@ -86,7 +86,7 @@ def moved_cells(
 
 
 def _shared(shift: int, count: int) -> tuple[slice, slice]:
-    """Returns which of `count` cells stay in a window moved by `shift`, and where they go."""
+    """Returns the slice of `count` cells that stay in a window moved by `shift`, and where to."""
     first, last = max(shift, 0), min(shift + count, count)
     return slice(first, last), slice(first - shift, last - shift)
 

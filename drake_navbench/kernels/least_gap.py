@@ -1,4 +1,4 @@
-"""How near an outline that moves in the plane comes to what stands and what moves.
+"""The least gap between an outline that moves in the plane and the standing and moving bodies.
 
 The motion between two states is the cubic of `swept_contact`. The gap at any instant is bounded by
 the gaps at two others, as no gap changes faster than the outline and the bodies can move. A span in

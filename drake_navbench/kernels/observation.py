@@ -1,4 +1,4 @@
-"""What an obstacle or voxel layer is told in a cycle."""
+"""The inputs of an obstacle or voxel layer in a cycle."""
 
 from __future__ import annotations
 

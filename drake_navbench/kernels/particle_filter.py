@@ -85,7 +85,7 @@ def weigh(particles, weights, points, field, off_map, origin_x, origin_y, resolu
 
 @njit(cache=True)
 def _turn_size(angle):
-    """Returns how far a turn is from none or from half a turn, whichever is less, rad."""
+    """Returns the least angle between a turn and none or half a turn, rad."""
     return min(abs(wrap(angle)), abs(wrap(angle - math.pi)))
 
 
@@ -140,7 +140,7 @@ def move_omnidirectional(particles, yaw_before, delta, alphas, normals):
 
 @njit(cache=True)
 def particle_limit(bin_count, error, quantile, least, most):
-    """Returns how many particles so many occupied bins need; Fox 2001, equation 7."""
+    """Returns the number of particles for so many occupied bins; Fox 2001, equation 7."""
     if bin_count <= 1:
         return most
     spread = 2.0 / (9.0 * (bin_count - 1))
@@ -160,7 +160,7 @@ def _bin_of(pose):
 
 @njit(cache=True)
 def _place_of(bins, key):
-    """Returns where a key stands, or is to stand, in a table whose size is a power of two."""
+    """Returns a key's index in a hash table of 2^n bins, or the index of its free place."""
     mask = bins.size - 1
     # The upper bits of the product depend on all of the key's.
     place = ((key * SPREADING_FACTOR) >> 33) & mask

@@ -161,7 +161,7 @@ def _segment_length(plan, i):
 
 @njit(cache=True)
 def first_constraint_end(plan, begin, enforce_inversion, rotation_threshold):
-    """Returns where a plan, from `begin` on, must first be followed to its end: exclusive index.
+    """Returns the end (exclusive) of the first part of a plan, from `begin` on, to be driven whole.
 
     enforce_inversion: a cusp ends the part, that is a pose where the direction of travel turns by
     more than a right angle. rotation_threshold: a turn in place by more than this ends the part

@@ -1,4 +1,4 @@
-"""What one reading of a sonar or infrared sensor says of the cells in its cone.
+"""The update of the cells in the cone of a sonar or infrared sensor by one reading.
 
 Probabilities of being occupied are kept as costs, 0 to LETHAL, and are updated by Bayes' rule.
 Source: nav2_costmap_2d (RangeSensorLayer), equal in Humble to Lyrical.

@@ -1,8 +1,8 @@
-"""Where the people of a recording are at a time, as those are who walk by a model.
+"""The states of recorded people at a time, in the same form as those of the models.
 
-A knot is a row: time s, x m, y m, yaw rad and walked way m; between two of them all is linear in
-time. Those of a person rise in time. Where the place of one is FAR_AWAY_M,
-the person is away from the one before it to the one after it.
+A knot is a row: time s, x m, y m, yaw rad and walked way m. Between two knots of a person all of
+them are linear in time. The times of a person's knots rise. A knot at FAR_AWAY_M says that the
+person is away from the knot before it to the knot after it.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""What a failing scanner makes of a scan."""
+"""The faults of a scanner, applied to a scan."""
 
 from __future__ import annotations
 

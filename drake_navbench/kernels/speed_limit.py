@@ -1,4 +1,4 @@
-"""What a speed limit leaves of a controller's own speed."""
+"""The controller's own speed under a speed limit."""
 
 from __future__ import annotations
 

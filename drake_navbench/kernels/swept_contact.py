@@ -110,7 +110,7 @@ def soonest_contact_s(
 
 @njit(cache=True)
 def outline_speed_bound(footprint, start, end, duration):
-    """Returns what no point of the outline is faster than in a step, m/s."""
+    """Returns an upper bound of the speed of the outline's points during a step, m/s."""
     radius = 0.0
     for k in range(footprint.shape[0]):
         radius = max(radius, math.hypot(footprint[k, 0], footprint[k, 1]))

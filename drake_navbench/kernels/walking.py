@@ -1,4 +1,4 @@
-"""What every model of walking people has: their state, what each is like, goals and headings.
+"""The parts that all models of walking people share: states, personal traits, goals, headings.
 
 A person is a row: x m, y m, yaw rad, vx m/s, vy m/s, walked way m, number of the goal, and for how
 long the reaction has lasted, s.

@@ -1,4 +1,4 @@
-"""What wheels make of a command."""
+"""The motion of wheels by a command."""
 
 from __future__ import annotations
 

@@ -84,7 +84,7 @@ class BehaviorServerParameters(PluginBlocks):
 
 
 class Surroundings(NamedTuple):
-    """What a behaviour checks its way against.
+    """The surroundings against which a behaviour checks its way.
 
     costmap: the local one, None where there is none yet. footprint: (K, 2) padded, m.
     """
@@ -122,7 +122,7 @@ class Step(NamedTuple):
 
 
 class Behavior(Protocol):
-    """What the behaviour server runs.
+    """A behaviour of the behaviour server, such as Spin or Wait.
 
     One of ours is made from the server's parameters, any other from its own `Parameters` and those.
     invalid_input_code: for arguments that make no sense; start raises ValueError for them.

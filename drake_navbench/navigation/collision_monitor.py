@@ -159,7 +159,7 @@ class ShapeState(NamedTuple):
 
 
 class MonitorState(NamedTuple):
-    """What a monitor remembers: of each shape, and the last action.
+    """The state of a monitor: that of each shape, and the last action.
 
     action: of the last command, 'none', 'stop', 'slowdown', 'limit' or 'approach'.
     polygon: the shape's name, INVALID_SOURCE where there was no scan, '' where nothing acted.

@@ -52,9 +52,10 @@ class FloorSwitch(Immutable):
 
 @dataclass(frozen=True)
 class RideLeg(Immutable):
-    """What follows once a leg has come to a lift's stop.
+    """The ride from the end of a leg at a lift's stop to another floor.
 
-    lift: its name. floor: the index of the one it goes to. arrival: its stop there, in the world.
+    lift: its name. floor: index of the floor of arrival. arrival: the lift's stop there, in the
+    world.
     """
 
     lift: str
@@ -78,9 +79,9 @@ class MissionLeg(Immutable):
 
 @dataclass(frozen=True)
 class FloorLeg(Leg):
-    """How the way to a goal went, on which floor, and the ride after it.
+    """A leg on one floor, and the ride after it.
 
-    lift: its name, '' for none. lift_events: (s, what happened). ride_end_s: when the robot
+    lift: its name, '' for none. lift_events: (s, event). ride_end_s: the time at which the robot
     stood on the other floor or gave up.
     """
 
@@ -100,9 +101,9 @@ class FloorLeg(Leg):
 
 @dataclass(frozen=True)
 class MissionProgress(Progress):
-    """How far a mission has come.
+    """The progress of a mission.
 
-    switches: all of them so far; the last one may be still to come.
+    switches: all changes of floor so far; the time of the last one may be yet to come.
     """
 
     switches: tuple[FloorSwitch, ...] = ()

@@ -52,7 +52,7 @@ class PathHandlerParameters(FrozenModel):
 
 
 class PathHandlerState(NamedTuple):
-    """How far a global plan has been followed.
+    """The progress along a global plan.
 
     plan: (N, 3) x m, y m, yaw rad, read-only, the whole global plan.
     begin, end: plan[begin:end] is being followed: passed poses are gone, and `end` lies behind the

@@ -214,7 +214,7 @@ class SmacPlannerHybrid:
         return np.array([heading])
 
     def _body(self, grid: Costmap, ways_of_car: Motions) -> Body:
-        """Returns how collisions are told: the outline at each heading, as Nav2 rounds them."""
+        """Returns the body for collision checks: the outline by heading, rounded as in Nav2."""
         bin_size = F32(2.0 * math.pi / ways_of_car.bins)
         outlines = np.empty((ways_of_car.bins, len(self._footprint), 2))
         for heading in range(ways_of_car.bins):

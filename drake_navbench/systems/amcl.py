@@ -47,12 +47,13 @@ FIRST_OF_FLOORS = 2**31
 
 @dataclass(frozen=True, eq=False)
 class Belief(Immutable):
-    """What AMCL believes.
+    """AMCL's belief about the robot's pose.
 
-    particles: (N, 3) x m, y m, yaw rad in the map. weights: (N,), which sum to 1. slow, fast: means
-    of the weights before, 0 where there are none. odometry_pose: (3,) at the last update, None
-    before the first. updates: how many there were. scan_time_s: of the last scan looked at.
-    map_from_odometry: (3,). has_jumped: whether it was displaced already.
+    particles: (N, 3) x m, y m, yaw rad in the map. weights: (N,), which sum to 1. slow, fast:
+    running means of the particles' likelihood, 0 before the first. odometry_pose: (3,) at the last
+    update, None before the first. updates: their number. scan_time_s: of the last scan used.
+    map_from_odometry: (3,) pose of the odometry frame in the map. has_jumped: whether the belief
+    was displaced already.
     """
 
     particles: Array

@@ -1,4 +1,4 @@
-"""How close the robot is to the obstacles, sampled: truly, and as the publication measures it."""
+"""The sampled clearance of the robot from obstacles: the true one, and that of the publication."""
 
 from __future__ import annotations
 

@@ -87,12 +87,13 @@ class LateOdometry(FloorAware):
 
 
 class CommandLink(LeafSystem):
-    """What carries commands to the wheels: late, with losses, and with a timeout at its end.
+    """The link that carries commands to the wheels: late, with losses, with a timeout at its end.
 
-    Input `command` and output `arrived` [v m/s, w rad/s, vy m/s]: the command sent last of those
-    that have arrived, standstill before any. A command is sent once a `period_s` from `offset_s`
-    on, when the stage that makes it has run. Parameter `seed_parameter` holds the trial's seed. An
-    arrival within a step of the integrator acts from about the middle of that step on.
+    Input `command` and output `arrived` [v m/s, w rad/s, vy m/s]: of the commands that have
+    arrived, the one sent last; standstill before any. A command is sent every `period_s` from
+    `offset_s` on, after the stage that makes it has run. Parameter `seed_parameter` holds the
+    trial's seed. An arrival within a step of the integrator acts from about the middle of that step
+    on.
     """
 
     def __init__(

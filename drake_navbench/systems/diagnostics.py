@@ -1,4 +1,4 @@
-"""What of a controller's diagnostics is worth keeping.
+"""The selection of a controller's diagnostics that a recording keeps.
 
 A controller that samples hundreds of trajectories leaves megabytes a cycle. Numbers, text and
 flags are kept of every cycle; arrays now and then, trajectories with a few of their poses.

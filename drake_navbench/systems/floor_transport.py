@@ -1,4 +1,4 @@
-"""Where the robot is in the world, when lifts carry it from one floor to another."""
+"""The robot's pose in the world when lifts carry it from one floor to another."""
 
 from __future__ import annotations
 

@@ -136,7 +136,7 @@ class Lidar(FloorAware):
         sensor_pose: NDArray[np.float64],
         noise: np.random.Generator | None,
     ) -> Scan:
-        """Returns what one scanner sees; index: which one."""
+        """Returns the scan of the scanner number `index`."""
         segments, circles = self._outlines(context)
         ranges = cast_rays(
             sensor_pose[:2],

@@ -23,10 +23,10 @@ from pydrake.systems.framework import Diagram
 
 
 def weakly_bound(method: Callable[..., Any]) -> Callable[..., Any]:
-    """Returns what calls a method without keeping its object alive.
+    """Returns a function that calls a method without keeping its object alive.
 
-    Drake calls it only while the diagram stands, and the diagram holds the object. What is no bound
-    method is returned as it is.
+    Drake calls it only while the diagram stands, and the diagram holds the object. A callable that
+    is no bound method is returned unchanged.
     """
     if not isinstance(method, MethodType):
         return method

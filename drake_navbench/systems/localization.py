@@ -1,4 +1,4 @@
-"""What the robot believes about its pose and velocity."""
+"""The robot's estimate of its pose and velocity."""
 
 from __future__ import annotations
 

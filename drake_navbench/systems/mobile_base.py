@@ -1,4 +1,4 @@
-"""What every base has in common: ports, a footprint in SceneGraph, a velocity response."""
+"""The parts that all bases share: ports, a footprint in SceneGraph, a velocity response."""
 
 from __future__ import annotations
 

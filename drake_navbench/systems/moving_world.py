@@ -1,4 +1,4 @@
-"""What moves in the world besides the robot: things on given ways, and people."""
+"""The moving bodies of the world besides the robot: moving obstacles and people."""
 
 from __future__ import annotations
 

@@ -174,9 +174,10 @@ class MultibodyBase(Diagram):
 
 
 class _BaseState(LeafSystem):
-    """Reads what a base tells from the plant's state: positions, then velocities.
+    """Computes a base's state from the plant's state, which holds positions, then velocities.
 
-    position, velocity: where those of the joint between floor and base begin in it.
+    position, velocity: indices at which the positions and velocities of the joint between floor and
+    base begin in it.
     """
 
     def __init__(self, size: int, position: int, velocity: int, frame_id: FrameId) -> None:

@@ -74,5 +74,5 @@ def declare_state_part_output(
 
 
 def value_or_none(port: InputPort, context: Context) -> Any:
-    """Returns what an input port holds; None where nothing is connected."""
+    """Returns the value of an input port; None where nothing is connected."""
     return port.Eval(context) if port.HasValue(context) else None

@@ -123,7 +123,7 @@ class RangeSensors(FloorAware):
         )
 
     def _in_sight(self, name: str, context: Context) -> Solids:
-        """Returns all that a sensor can meet, on the robot's floor where there are several."""
+        """Returns the solids that a sensor can meet, those of the robot's storey alone."""
         solids = self._solids[name]
         moving = value_or_none(self._moving_port, context)
         if self._floors:
@@ -142,5 +142,5 @@ class RangeSensors(FloorAware):
 
 
 def _met_by(settings: RangeSensorSettings, world: World) -> World:
-    """Returns what of a world such a sensor can meet."""
+    """Returns the part of a world that a sensor's radiation can meet."""
     return world if settings.radiation == "ultrasound" else world.opaque

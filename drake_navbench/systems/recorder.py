@@ -47,11 +47,11 @@ RECORDED_COLUMNS = (
 
 @dataclass
 class Recording:
-    """What was recorded so far; it lives in the recorder's Context, like Drake's VectorLog.
+    """The samples recorded so far; they live in the recorder's Context, like Drake's VectorLog.
 
-    rows: the pieces of each sample, in the order of `RECORDED_COLUMNS`, and behind them where the
-        world lies in the odometry's frame, where that has one.
-    costmaps: every update of the local costmap that a sample saw. people: where they were, (P, 3),
+    rows: the pieces of each sample, in the order of `RECORDED_COLUMNS`, and after them the pose of
+        the world in the odometry's frame, where the odometry has one.
+    costmaps: every update of the local costmap that a sample saw. people: their states, (P, 3),
     ten times a second.
     noted_cycle: the last control cycle whose diagnostics were looked at. arrays_due_s: when arrays
     in them are kept again, s.
@@ -102,7 +102,7 @@ class Recording:
         self.people = [entry for entry in self.people if entry[0] <= time_s]
 
     def columns(self) -> dict[str, np.ndarray]:
-        """Returns all that was recorded, by column."""
+        """Returns the samples by column."""
         if not self.rows:
             return {name: np.empty(0) for name in RECORDED_COLUMNS}
         table = np.column_stack([np.array(piece) for piece in zip(*self.rows, strict=True)])
@@ -150,7 +150,7 @@ class Recorder(LeafSystem):
         self.DeclareForcedPublishEvent(weakly_bound(self.record))
 
     def find_recording(self, context: Context) -> Recording:
-        """Returns what was recorded in this system's context."""
+        """Returns the recording in this system's context."""
         return self._recording.Eval(context)
 
     def record(self, context: Context) -> None:

@@ -32,9 +32,9 @@ ODOMETRY_PERIOD_S = 0.05
 
 @dataclass(frozen=True)
 class _Draw(Immutable):
-    """What is drawn once a trial.
+    """The random directions of a trial's errors.
 
-    drift: (2,) of length 1, a direction of the base; jump: likewise of the map. The sides are -1
+    drift: (2,) unit vector in the base frame; jump: (2,) unit vector in the map. The sides are -1
     or 1.
     """
 
@@ -55,13 +55,13 @@ class _Draw(Immutable):
 
 @dataclass(frozen=True)
 class _Offset(Immutable):
-    """How far a fix is off: (3,) in the base frame, and then in the map."""
+    """The error of a fix: `bias` (3,) in the base frame, then `jump` (3,) in the map; m, m, rad."""
 
     bias: tuple[float, float, float] = (0.0, 0.0, 0.0)
     jump: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
     def of(self, pose: Array) -> Array:
-        """Returns where a robot at a pose (3,) is localized."""
+        """Returns the pose (3,) at which a robot at a true pose (3,) is localized."""
         return np.asarray(compose(pose, self.bias) + np.array(self.jump))
 
 
@@ -318,5 +318,5 @@ def _offset(settings: LocalizationSettings, draw: _Draw, now_s: float) -> _Offse
 
 
 def _periods(time_s: float, period_s: float) -> int:
-    """Returns how many periods have passed, -1 before the start."""
+    """Returns the number of periods that have passed, -1 before the start."""
     return math.floor((time_s + SLACK_S) / period_s)

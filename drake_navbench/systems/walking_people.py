@@ -1,4 +1,4 @@
-"""How the people of a world choose where to go: the model's surroundings, made of the world."""
+"""The walking of people by a model: its inputs, made of the world and the robot."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class SeenRobot(NamedTuple):
 
 
 class Sight:
-    """What people see of a robot; footprint: (K, 2) base frame, m."""
+    """The robot as people see it; footprint: (K, 2) base frame, m."""
 
     def __init__(self, footprint: Array) -> None:
         low, high = footprint.min(axis=0), footprint.max(axis=0)
@@ -47,7 +47,7 @@ class Sight:
         self._radius_m = float(np.hypot(*(footprint - self._middle).T).max())
 
     def of(self, state: Array) -> SeenRobot:
-        """Returns what is seen of the robot in a state, (6,)."""
+        """Returns the robot as people see it in a state (6,)."""
         placed = place_outline(self._points, state[:3])
         _, _, yaw, v, w, vy = state
         # The velocity of the outline's centre.
@@ -134,7 +134,7 @@ class OrcaWalk:
 
 
 def walk_of(world: World, footprint: Array) -> SocialForceWalk | OrcaWalk | None:
-    """Returns how those walk who walk by a model, None where nobody does.
+    """Returns the model that moves the world's people, None where no one walks by a model.
 
     footprint: (K, 2) of the robot, base frame, m.
     """

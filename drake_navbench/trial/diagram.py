@@ -84,7 +84,7 @@ class TrialDiagram:
 
     @property
     def state_system(self) -> Base | FloorTransport:
-        """What tells the true state in the world: the base, or what carries it between floors."""
+        """The system that outputs the true state in the world: the base, or `transport`."""
         return self.base if self.transport is None else self.transport
 
     @property
@@ -221,7 +221,10 @@ def _add_way_to_base(
     localization: LocalizationSystem,
     state: OutputPort,
 ) -> tuple[CommandLink | SlippingWheels, ...]:
-    """Adds what a command goes through on its way to the base; returns what draws with a seed."""
+    """Adds the systems between command and base.
+
+    Returns those of them that draw random numbers by the trial's seed.
+    """
     obeyed, seeded = add_way_to_wheels(builder, robot, conditions, command, state)
     builder.Connect(obeyed, base.get_command_input_port())
     for system in seeded:

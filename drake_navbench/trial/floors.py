@@ -1,4 +1,4 @@
-"""What a trial over several floors needs to know of each, and how its systems hear of a change."""
+"""The floors of a trial, and the clock by which its systems notice a change of floor."""
 
 from __future__ import annotations
 
@@ -90,7 +90,7 @@ def tick_period_s(navigation: NavigationSettings) -> float:
 
 
 def mission_follower(floors: TrialFloors, navigation: NavigationSettings) -> MissionFollower:
-    """Returns what goes from leg to leg."""
+    """Returns the system that begins each leg after the one before."""
     return MissionFollower(
         floors.legs,
         navigation.waypoint_follower,

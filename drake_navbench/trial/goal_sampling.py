@@ -33,8 +33,10 @@ DECIMALS = 3
 
 
 class _Places(NamedTuple):
-    """Where a robot may be. regions: (rows, columns), 0 where its centre cannot be, else the number
-    of a connected region. roomy: (N,) flat indices of the cells where it may stand in any heading.
+    """The places where a robot may be.
+
+    regions: (rows, columns), 0 where its centre cannot be, else the number of a connected region.
+    roomy: (N,) flat indices of the cells where it may stand in any heading.
     """
 
     grid: OccupancyMap

@@ -149,7 +149,7 @@ def _late(
     names: Sequence[str],
     clock: FloorClock | None,
 ) -> dict[str, LateOdometry]:
-    """Adds what delays these outputs, by name, where the odometry is late."""
+    """Adds the systems that delay these outputs, by name, where the odometry is late."""
     late: dict[str, LateOdometry] = {}
     if not conditions.timing.any(lambda timing: timing.delays_odometry):
         return late

@@ -1,4 +1,4 @@
-"""What the log of a mission over several floors tells besides that of any other trial."""
+"""The fields of a log that only missions over several floors have."""
 
 from __future__ import annotations
 

@@ -35,12 +35,14 @@ from drake_navbench.trial.timing import (
 
 @dataclass(frozen=True)
 class Signals:
-    """What most systems look at: ports of the robot and its senses.
+    """The output ports of the robot and its sensors, to which most systems connect.
 
-    state: the truth. estimate: of it, in the map's frame. odometry, odometry_estimate: the same two
-    in the odometry's frame. odometry_from_world, map_from_odometry: where the world lies in that,
-    and where that lies in the map; None where all are one, and the former the same ports. clouds:
-    of the depth sensors; None where there are none. ranges: of the range sensors, likewise.
+    state: the true state in the world. estimate: the estimated one in the map's frame. odometry,
+    odometry_estimate: the same two in the odometry's frame. odometry_from_world: the pose of the
+    world in the odometry's frame. map_from_odometry: the pose of the odometry's frame in the map.
+    Where the odometry has no frame of its own, these two are None, and odometry and
+    odometry_estimate are state and estimate. clouds: of the depth sensors; None where there are
+    none. ranges: of the range sensors, likewise.
     """
 
     state: OutputPort

@@ -34,7 +34,7 @@ def add_clearance(
     costmap: OutputPort,
     floor_clock: FloorClock | None,
 ) -> Clearance:
-    """Adds what measures the distance to the obstacles."""
+    """Adds the system that measures the robot's distance to the obstacles."""
     clearance = builder.AddNamedSystem(
         "clearance",
         Clearance(
@@ -101,7 +101,7 @@ def add_viewer(
     signals: Signals,
     costmap: OutputPort,
 ) -> Viewer:
-    """Adds what hands each sample to `watch`."""
+    """Adds the system that hands each sample to `watch`."""
     moving_count = 0 if moving_world is None else moving_world.body_count
     viewer = builder.AddNamedSystem(
         "viewer", Viewer(watch, period_s=RECORDER_PERIOD_S, moving_count=moving_count)

@@ -1,4 +1,4 @@
-"""What a trial is a function of, and what its robot is to do."""
+"""The specification of a trial, which determines its result, and the task of its robot."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ class TrialSpec:
 
     @cached_property
     def _shared(self) -> dict[str, Any]:
-        """What the identity tells of everything but the number and the seed."""
+        """The identity's fields except for trial number and seed."""
         shared = {
             "drake_navbench": __version__,
             "scenario": self.scenario.model_dump(mode="json"),
@@ -82,13 +82,16 @@ class TrialSpec:
 
     @cached_property
     def foreign_code(self) -> dict[str, str]:
-        """What of it is not ours: package and version by kind and name of each plugin."""
+        """The third-party plugins of the trial: package and version by kind and name."""
         origins = foreign_code(self.preset, self.scenario, self.robot)
         return {name: str(origin) for name, origin in sorted(origins.items())}
 
     @property
     def code_owner(self) -> str:
-        """Whose code it runs besides ours, '' for nobody's: trials of two owners are kept apart."""
+        """The owner of the third-party code that the trial runs, '' where there is none.
+
+        Trials of two owners are kept apart.
+        """
         if has_foreign_plugins(self.scenario, self.robot):
             return f"{self.preset.name} in {self.scenario.name}"
         return self.preset.name if self.foreign_code else ""

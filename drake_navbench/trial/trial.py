@@ -217,7 +217,7 @@ def _driven(spec: TrialSpec, trial: TrialDiagram, realtime_rate: float) -> Trial
 
 
 def trial_task(spec: TrialSpec) -> FollowPlan | NavigateToPoses:
-    """Returns what the robot is to do, in the scenario's navigation mode."""
+    """Returns the robot's task in the scenario's navigation mode."""
     scenario, robot = spec.scenario, spec.robot
     if scenario.navigation_mode == "follow_path":
         return FollowPlan(partial(make_plan, scenario, robot))
@@ -235,7 +235,7 @@ def trial_task(spec: TrialSpec) -> FollowPlan | NavigateToPoses:
 
 
 def _static_map(spec: TrialSpec) -> OccupancyMap | None:
-    """Returns what a static layer of the local costmap shows, where there is one."""
+    """Returns the map for the static layer of the local costmap, None without such a layer."""
     settings = spec.robot.navigation.local_costmap
     return (
         known_map(spec.scenario.places[0], spec.robot)
@@ -245,7 +245,7 @@ def _static_map(spec: TrialSpec) -> OccupancyMap | None:
 
 
 def _known_map(spec: TrialSpec) -> OccupancyMap | None:
-    """Returns what AMCL knows of the world, where the robot is localized by it."""
+    """Returns AMCL's map, None where AMCL does not localize the robot."""
     if spec.robot.localization.amcl is None:
         return None
     return known_map(spec.scenario.places[0], spec.robot)

@@ -66,7 +66,7 @@ def _built(description: NodeDescription, board: Board, variables: Variables) -> 
 
 
 def faults_of(description: NodeDescription) -> Iterator[NotOurs]:
-    """Yields what of a tree is not ours: nothing where it can be built."""
+    """Yields the nodes and attributes of a tree that are not supported; none if it can be built."""
 
     def plan_nothing(*_: object) -> None:
         raise AssertionError("a tree that is only looked at plans nothing")

@@ -41,7 +41,7 @@ class TreeNode(Behaviour):
 
     @property
     def status(self) -> Status:
-        """How the node stands; INVALID is idle."""
+        """The status of the node; INVALID is idle."""
         return self._status
 
     @status.setter

@@ -34,7 +34,7 @@ class TruncatePath(Leaf):
         self._result = result
 
     def update(self) -> Status:
-        """Writes what is left; an empty path stays empty."""
+        """Writes the shortened path; an empty path stays empty."""
         path = self.board.values.paths.get(self._source)
         self.board.write_path(self._result, None if path is None else self._cut(path))
         return Status.SUCCESS
@@ -83,7 +83,7 @@ class TruncatePathLocal(Leaf):
         self.begin = 0
 
     def update(self) -> Status:
-        """Writes what is left; an empty path stays empty."""
+        """Writes the shortened path; an empty path stays empty."""
         path = self.board.values.paths.get(self._source)
         self.board.write_path(self._result, None if path is None else self._cut(path))
         return Status.SUCCESS
@@ -117,7 +117,7 @@ def _turns_between(headings: NDArray[np.float64], heading: float) -> NDArray[np.
 
 
 def _count_within(path: Path, distance_m: float) -> int:
-    """Returns how many poses a path begins with before one lies more than a distance along it."""
+    """Returns the number of first poses within a distance along the path, m; at least 1."""
     if math.isinf(distance_m):
         return len(path)
     steps_m = np.hypot(*np.diff(path[:, :2], axis=0).T)

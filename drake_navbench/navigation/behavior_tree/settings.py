@@ -1,4 +1,4 @@
-"""What of the behaviour tree a robot file may change: the attributes of Nav2's default tree."""
+"""The attributes of Nav2's default behaviour tree that a robot file may change."""
 
 from __future__ import annotations
 

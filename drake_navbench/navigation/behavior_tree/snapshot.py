@@ -16,7 +16,7 @@ from drake_navbench.navigation.behavior_tree.control_nodes import TreeNode
 
 
 class Snapshot(NamedTuple):
-    """What the nodes of a tree remember.
+    """The memory of a tree's nodes between ticks.
 
     statuses: of all nodes. memories: what the nodes that have a `MEMORY` keep there.
     """
