@@ -147,7 +147,7 @@ def _situation(observation: Observation, plan: np.ndarray) -> Situation:
 
 
 def _why_none_is_chosen(evaluation: Evaluation) -> str:
-    """Returns Nav2's text, and what it leaves open where there are legal trajectories."""
+    """Returns Nav2's message, or the share of legal trajectories where there are any."""
     sample_count = len(evaluation.totals)
     legal_count = int(np.count_nonzero(evaluation.is_legal))
     if legal_count == 0:

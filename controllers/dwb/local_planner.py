@@ -127,7 +127,7 @@ class LocalPlanner:
         plan_id: int,
         speed_limit: SpeedLimit | None = None,
     ) -> Evaluation:
-        """Returns the whole window of one cycle with its scores, and what was chosen.
+        """Returns the window of one cycle with its scores and the chosen trajectory.
 
         situation: pose and measured twist (vx, vy, wz), local plan, goal, costmap.
         plan_id: a change makes the critics forget, as every new plan does in Nav2.

@@ -97,7 +97,7 @@ def cell_distances(
 
 @njit(cache=True)
 def spread_distances(distances, diagonal):
-    """Lowers each distance inside a margin to what its neighbours allow: theirs plus 1.
+    """Lowers each distance inside a margin to at most a neighbour's distance plus 1.
 
     Two passes over the grid are exact for both distances (Rosenfeld and Pfaltz: Sequential
     operations in digital picture processing, 1966).

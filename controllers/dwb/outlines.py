@@ -1,4 +1,4 @@
-"""The robot's outline on the costmap: what it costs, and which rule it breaks where.
+"""The robot's outline on the costmap: its cost, and the rule that it breaks.
 
 Kernels of the ObstacleFootprint critic (Nav2's dwb_critics, ObstacleFootprintCritic).
 """

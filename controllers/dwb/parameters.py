@@ -170,7 +170,7 @@ class DynamicWindowApproachParameters(ParametersWithCritics):
 
     @classmethod
     def is_without_effect(cls, name: str, values: Mapping[str, Any] | None = None) -> bool:
-        """See the base class; what cuts the plan has none in Lyrical."""
+        """See the base class; in Lyrical also the parameters that cut the plan have no effect."""
         release = release_in(values)
         if name in OF_ITS_OWN_PLAN and release == NEWEST_RELEASE:
             return True

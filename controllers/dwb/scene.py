@@ -1,4 +1,4 @@
-"""One cycle as the critics see it: what the robot knows, and the window to be scored."""
+"""The input of the critics in one cycle: a situation, and the window to be scored."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ class Situation:
 
 @dataclass(frozen=True, eq=False)
 class Scene(Situation):
-    """A situation with its window of trajectories: what a critic scores."""
+    """A situation with its window of trajectories, which a critic scores."""
 
     trajectories: Trajectories
 

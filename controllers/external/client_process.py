@@ -42,7 +42,7 @@ IS_LINUX = sys.platform == "linux"
 
 
 class ExternalControllerFailed(RuntimeError):
-    """The client died, did not answer in time, or answered what is no answer."""
+    """The client died, did not answer in time, or gave an invalid answer."""
 
 
 class ClientProcess:
@@ -159,7 +159,7 @@ class ClientProcess:
         return surplus == 0
 
     def _listen(self, patience_s: float) -> None:
-        """Takes what the client has answered or printed, waiting for something at most so long."""
+        """Reads what the client writes, waiting for at most `patience_s`."""
         for descriptor, _ in self._poll.poll(1000.0 * patience_s):
             try:
                 piece = os.read(descriptor, CHUNK_BYTES)
@@ -184,7 +184,7 @@ class ClientProcess:
         return answer
 
     def fail(self, what: str) -> NoReturn:
-        """Ends a client for what it has done; raises ExternalControllerFailed."""
+        """Ends a client with `what` as the reason; raises ExternalControllerFailed."""
         self._drain()
         self._end()
         raise ExternalControllerFailed(f"{self._name}: {what}{self._last_words()}")
@@ -207,7 +207,7 @@ class ClientProcess:
         self.fail(how)
 
     def _drain(self) -> None:
-        """Takes what is left of what the client has printed."""
+        """Reads the rest of the client's output."""
         while self._printed is not None:
             try:
                 piece = os.read(self._printed, CHUNK_BYTES)
@@ -224,7 +224,7 @@ class ClientProcess:
 
 
 def _end(process: subprocess.Popen[bytes], descriptors: Sequence[int]) -> None:
-    """Ends a client with all that it has started, and closes our ends of the pipes."""
+    """Kills a client with all processes it has started, and closes our ends of the pipes."""
     for descriptor in descriptors:
         os.close(descriptor)
     with suppress(OSError):

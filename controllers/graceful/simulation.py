@@ -1,4 +1,4 @@
-"""Driving to a target in thought: the trajectory of the control law, and what it would touch.
+"""The simulated drive to a target: the control law's trajectory, and its collisions.
 
 Source: nav2_graceful_controller (simulateTrajectory, validateTargetPose, inCollision,
 findBestApproachTrajectory), branch lyrical. Targets and trajectories are in the base frame of the

@@ -334,7 +334,7 @@ class Harmony:
         )
 
     def _command(self, v: float, w: float) -> Array:
-        """Returns (2,) a command within what the base can do."""
+        """Returns the command (2,), clamped to the base's limits."""
         setup = self._setup
         command = np.array(
             [

@@ -1,9 +1,8 @@
-"""A way past what blocks the path, where plans get nowhere: searched in the local map, and kept.
+"""A detour around an obstacle on the path, for plans that get nowhere: searched once, and kept.
 
-A plan sees as far as its horizon, and the distance to its target draws it into whatever lies
-between. Where it is trapped, cells with room for the robot, however it would turn, are searched for
-a way to the path's first free point behind what is in the way; until it is driven, that is the
-path.
+A plan sees as far as its horizon, and the distance to its target draws it into any dead end on
+the way. A robot that is trapped there searches the cells in which it has room in any heading, for
+a way to the path's first free point behind the obstacle. This way is the path until it is driven.
 """
 
 from __future__ import annotations
@@ -181,9 +180,10 @@ def is_good(detour: Array, position: Array, field: DistanceField, clearance: flo
 
 
 def joined(detour: Array, plan: Array, global_plan: Array) -> Array:
-    """Returns a detour (M, 3) and what lies behind its end of the plan that it ends on.
+    """Returns a detour (M, 3) and the rest of the plan behind the detour's end.
 
-    plan: (P, 3), the local one, which may end before it; then global_plan (N, 3) goes on.
+    plan: (P, 3), the local one. Where the detour ends beyond it, the rest is that of global_plan
+    (N, 3).
     """
     ends = [np.hypot(*(poses[:, :2] - detour[-1, :2]).T) for poses in (plan, global_plan)]
     if ends[0].min() > SAME_PLAN_M and len(global_plan):

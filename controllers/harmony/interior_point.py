@@ -126,7 +126,7 @@ def _evaluate(scene, plan, at):
 
 @njit(cache=True, error_model="numpy")
 def _add_barrier(last, at, slacks, multipliers, barrier):
-    """Adds to the derivatives what the rows' slacks and multipliers stand for, once eliminated."""
+    """Adds to the derivatives the terms of slacks and multipliers, which are eliminated."""
     values, columns, slopes = at.values, at.columns, at.slopes
     for k in range(last + 1):
         for row in range(values.shape[1]):
@@ -168,7 +168,7 @@ def _rest_cost(plan, rest_multipliers):
 
 @njit(cache=True, error_model="numpy")
 def _infeasibility(last, values, slacks):
-    """Returns the sum of what separates rows from their slacks."""
+    """Returns the sum of the differences between rows and their slacks."""
     total = 0.0
     for k in range(last + 1):
         for row in range(values.shape[1]):

@@ -61,7 +61,7 @@ def _explained(response, twist, commands, times_s, begin_s, end_s, latency):
 
 @njit(cache=True)
 def _updated_errors(response, errors, latencies, twist, commands, times_s, begin_s, end_s, now):
-    """Returns (L,) the squared errors of latencies, with what the base has done since begin_s."""
+    """Returns (L,) the latencies' squared errors, updated by the base's motion since begin_s."""
     updated = MEMORY * errors
     for k in range(latencies.shape[0]):
         v, w = _explained(response, twist, commands, times_s, begin_s, end_s, latencies[k])

@@ -31,7 +31,7 @@ LEFT, RIGHT = 1.0, -1.0
 
 @njit(cache=True)
 def within_limits(limits, dt, left_s, v, w, wanted_v, wanted_w):
-    """Returns (v, w) one step on towards what is wanted: within the limits, and able to stop.
+    """Returns (v, w) one step closer to those wanted, within the limits and able to stop.
 
     left_s: until the end of the plan, where it must be at rest.
     """

@@ -118,9 +118,9 @@ def _first_room(plan: Array, last: Array, field: DistanceField, discs: Array) ->
 
 
 def around(way: Way) -> Way:
-    """Returns the way that is aimed at the path behind what blocks it, where that is in reach.
+    """Returns the way aimed at the path behind the obstacle on it, where that is in reach.
 
-    A target inside of what is in the way is as near from in front of it as from beside it.
+    A target inside an obstacle is as near from in front of it as from beside it.
     """
     if way.behind is None or way.nears_goal or way.blocked_m > way.length_m:
         return way
@@ -129,7 +129,7 @@ def around(way: Way) -> Way:
 
 
 def up_to_blocked(way: Way, distance_m: float) -> Way:
-    """Returns the way that ends so far before what blocks it, where that is in reach.
+    """Returns the way that ends `distance_m` before the obstacle on it, where that is in reach.
 
     So the robot is slow when it gives up, and need not be stopped from full speed.
     """

@@ -1,4 +1,4 @@
-"""Which way a cycle's plans are led: the path, past what blocks it, or up to it."""
+"""The choice of a cycle's way: along the path, past the obstacle on it, or up to that."""
 
 from __future__ import annotations
 
@@ -113,7 +113,7 @@ class WayFinder:
         )
 
     def _is_open(self, observation: Observation, way: Way, field: DistanceField) -> bool:
-        """Returns whether there is a way past what blocks the path near it, or nothing does."""
+        """Returns whether the path is free, or a way past the obstacle on it lies near."""
         if way.behind is None:
             return True
         position = observation.pose[:2]

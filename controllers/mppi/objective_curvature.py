@@ -23,10 +23,10 @@ from drake_navbench.controllers.mppi.objective import (
 
 @njit(cache=True, error_model="numpy")
 def add_pose_curvature(situation, weights, sequence, spline, curvature):
-    """Adds to the lower triangle of `curvature` (n, n) what the terms of poses and carrot have.
+    """Adds the second derivatives of pose and carrot terms to the lower triangle of `curvature`.
 
-    sequence: (N, 2). spline: (2 N, n), its derivatives by the variables, v and w in turn. The terms
-    of the controls are quadratic, their second derivatives constant.
+    curvature: (n, n). sequence: (N, 2). spline: (2 N, n), its derivatives by the variables, v and w
+    in turn. The terms of the controls are quadratic, their second derivatives constant.
     """
     steps, count = sequence.shape[0], spline.shape[1]
     dt = situation.dt

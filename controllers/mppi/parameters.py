@@ -319,7 +319,7 @@ class MppiParameters(ParametersWithCritics):
         return super().path_handler_fields(given)
 
     def as_read(self) -> Self:
-        """See the base class; also what the critics' blocks have, and their older defaults."""
+        """See the base class; also sets unread fields of the critics' blocks to their defaults."""
         blocks = {}
         for name in self.critics:
             block = self.critic(name)

@@ -59,7 +59,7 @@ def _roll_axis(setting, axis, controls, noise, clamped, velocities, costs):
 
 @njit(cache=True)
 def _control_cost_lanes(factor, controls, noise, costs):
-    """Writes factor sum of u (c - u) to `costs` (LANES,), where c = u + noise is what was sampled.
+    """Writes factor sum of u (c - u) to `costs` (LANES,), with the sampled controls c = u + noise.
 
     The difference is taken from c as it was rounded to float32.
     """

@@ -99,7 +99,7 @@ class RotationShim:
             self._primary.close()
 
     def _with_plan(self, observation: Observation, memory: ShimMemory) -> ShimMemory:
-        """Returns the memory with what a new plan, and the way to the goal, change in it."""
+        """Returns the memory updated by a new plan, and by the distance to the goal."""
         goal = tuple(observation.goal.tolist())
         looks_at_plan, reached = memory.looks_at_plan, memory.goal_xy_reached
         if observation.plan_id != memory.plan_id:

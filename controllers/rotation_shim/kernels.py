@@ -86,7 +86,7 @@ def turn_rate(settings, angle, current_w):
 
 @njit(cache=True)
 def turns_into_obstacle(settings, angle, w, x, y, yaw, grid, tracks_unknown, footprint):
-    """Tells whether turning at w for `simulate_ahead_time` touches what costs too much.
+    """Tells whether turning at w for `simulate_ahead_time` meets a cost that is too high.
 
     As in Nav2, it looks no further than where the primary controller would take over, but measures
     that with a sign: only a turn to the right ends there, and one to the left never.

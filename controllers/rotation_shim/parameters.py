@@ -185,7 +185,7 @@ class RotationShimParameters(ControllerParameters):
         return {of_primary[n]: f for n, f in model.path_handler_fields(values).items()}
 
     def as_read(self) -> Self:
-        """See the base class; also what the primary controller has."""
+        """See the base class; also applies to the primary controller."""
         primary = self.primary_controller
         read = primary.model_copy(update={"parameters": primary.parameters.as_read()})
         return super().as_read().model_copy(update={PRIMARY: read})
@@ -286,7 +286,7 @@ def _primary(
 
 
 def _names(name: str, info: Any) -> list[str]:
-    """Returns all the names under which a field is given."""
+    """Returns all names by which a field can be given."""
     return [name, *getattr(info.validation_alias, "choices", ())]
 
 

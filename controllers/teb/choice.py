@@ -1,4 +1,4 @@
-"""Which band is driven: the best that IPOPT confirms, or what is left where there is none."""
+"""The choice of the driven band: the best that IPOPT confirms, else a fallback."""
 
 from __future__ import annotations
 
@@ -50,10 +50,10 @@ class Attempt(NamedTuple):
 
 
 class BandChooser:
-    """Leads candidates by Newton's method, has the best confirmed, and knows what to do without.
+    """Chooses a band: runs Newton's method on candidates and has the best one confirmed.
 
-    A candidate that Newton's method fails at is not tried again for a while: nearly always there is
-    no band of its class. IPOPT has a try of its own only where the robot would brake otherwise.
+    A candidate on which Newton's method fails is not tried again for a while: nearly always there
+    is no band of its class. IPOPT gets to try it only where the robot would brake otherwise.
     """
 
     def __init__(
@@ -154,7 +154,7 @@ class BandChooser:
         return tried, postponed
 
     def _can_wait(self, attempt: Attempt, *, has_band: bool) -> bool:
-        """Whether there is something to drive without the candidates that are left."""
+        """Whether the robot has a band to drive without the remaining candidates."""
         return not attempt.is_last and (has_band or self._shifted(attempt) is not None)
 
     def _cost(self, candidate: Candidate, planned: PlannedBand) -> float:

@@ -145,7 +145,7 @@ def _fill_pose_clearances(first_row, i, poses, discs, field, shift, share, slack
 
 @njit(cache=True)
 def _fill_clearances(first_row, poses, scene, slack, values, jacobian):
-    """Fills the rows of all inner poses and discs, then those for what moves."""
+    """Fills the rows of all inner poses and discs, then those for moving obstacles."""
     m, disc_count = poses.shape[0] - 1, scene.discs.shape[0]
     for i in range(1, m):
         row = first_row + (i - 1) * disc_count

@@ -109,7 +109,7 @@ class TimedElasticBand:
     def _track(
         self, observation: Observation, memory: TebMemory, around: Surroundings
     ) -> tuple[TebMemory, list[Track]]:
-        """Returns the memory with what the costmap tells of moving things, and these."""
+        """Returns the memory with the costmap's tracks added, and the tracks of moving things."""
         if not self._parameters.include_dynamic_obstacles:
             return memory, []
         tracking = track_obstacles(
@@ -126,7 +126,10 @@ class TimedElasticBand:
         is_tentative: bool = False,
         is_last: bool = False,
     ) -> Decision | None:
-        """Returns the decision among what is around, None as the chooser does (see `Attempt`)."""
+        """Returns the decision for these surroundings.
+
+        Returns None where an attempt that is tentative fails (see `Attempt`).
+        """
         parameters, field = self._parameters, around.field
         plan = cut_local_plan(observation, parameters, discs=self._discs, field=field)
         clusters = find_clusters(field, self._least_distance(plan, field))

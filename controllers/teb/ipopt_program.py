@@ -53,7 +53,7 @@ class SolverSettings(NamedTuple):
 
 
 class IpoptProgram:
-    """One program whose functions read what changes from solve to solve by themselves."""
+    """One program for all solves; its functions read the values that change between solves."""
 
     def __init__(
         self,

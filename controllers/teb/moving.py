@@ -1,8 +1,8 @@
-"""Obstacles that move: found by what successive costmaps gained and lost.
+"""Moving obstacles, found by the cells that successive costmaps gained and lost.
 
 A costmap shows nothing but occupied cells. A cluster of them moves where it covers cells that an
-earlier costmap saw free, or has left cells that are seen free now (motion_of_cells.py); so it is
-told apart from what only comes into sight. costmap_converter, which does this for
+earlier costmap saw free, or has left cells that are seen free now (motion_of_cells.py). That tells
+it from a cluster that only comes into sight. costmap_converter, which does this for
 teb_local_planner, subtracts a background instead and has no notion of sight.
 """
 

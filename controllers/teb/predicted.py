@@ -87,7 +87,7 @@ def field_of(fields, thing):
 
 @njit(cache=True)
 def clearance_now(fields, discs, x, y, yaw):
-    """Returns the least distance between the robot's discs at a pose and what moves, m."""
+    """Returns the least distance between the robot's discs at a pose and moving obstacles, m."""
     clearance = math.inf
     for thing in range(fields.distances.shape[0]):
         clearance = min(clearance, pose_clearance(field_of(fields, thing), discs, x, y, yaw))

@@ -26,7 +26,10 @@ Array = NDArray[np.float64]
 
 
 class Surroundings(NamedTuple):
-    """costmap: of what stands. field: its distances. moving: fields of what moves."""
+    """The obstacles around the robot.
+
+    costmap: of the standing ones. field: its distances. moving: fields of the moving ones.
+    """
 
     costmap: Costmap
     field: DistanceField
@@ -63,7 +66,7 @@ def with_moving(
 
 
 def keeps_off(surroundings: Surroundings, footprint: Array, poses: Array, times: Array) -> bool:
-    """Whether the outline keeps off what stands, and off what moves at the time of each pose.
+    """Whether the outline at each pose is free of standing, and at its time of moving, obstacles.
 
     poses: (N, 3), the first is the robot's. times: (N,) s from now.
     """

@@ -100,7 +100,7 @@ def same_sides(first, second, threshold):
 
 @njit(cache=True, error_model="numpy")
 def add_interval(x0, y0, x1, y1, start_time, end_time, xs, ys, totals, fields):
-    """Adds to fields (N,) what one straight interval contributes; not yet divided by 4 pi.
+    """Adds one straight interval's contribution to fields (N,); not yet divided by 4 pi.
 
     xs, ys: (N,) of the obstacles, each side by side so that several are computed at once.
     totals: (N,) for its own use.

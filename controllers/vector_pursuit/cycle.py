@@ -148,7 +148,7 @@ def speed_near_obstacle(settings, v, centre_cost):
 
 @njit(cache=True, error_model="numpy")
 def constrained_speed(settings, max_v, radius, last_v, centre_cost, plan_length, end_distance):
-    """Returns the speed on a curve: the least of what curve, cost, acceleration and approach allow.
+    """Returns the speed on a curve: the least by curve, cost, acceleration and approach.
 
     plan_length: of the local plan, m; end_distance: from the robot to its last pose, m.
     """

@@ -157,7 +157,7 @@ class StaticLayer:
 
 
 class _LayerWithoutState:
-    """A layer that sees nothing of its own: it changes what the layers before it made."""
+    """A layer without observations: it changes the result of the layers before it."""
 
     stays_in_window = True
 

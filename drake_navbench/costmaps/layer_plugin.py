@@ -105,7 +105,7 @@ class Layer(Protocol):
         ...
 
     def observe(self, state: Any, seen: Seen) -> Observed:
-        """Takes what is seen in a cycle; `state` stays unchanged."""
+        """Processes a cycle's observations; `state` stays unchanged."""
         ...
 
     def write(self, state: Any, grid: Grid, seen: Seen) -> NDArray[np.uint8]:

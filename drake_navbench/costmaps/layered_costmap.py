@@ -1,9 +1,9 @@
-"""A costmap made of layers and filters, as a pure function of what it was and what is seen.
+"""A costmap made of layers and filters, as a pure function of its state and the observations.
 
-Source: nav2_costmap_2d (LayeredCostmap). A costmap that stays where it is updates, as there, the
-window that the sensors touched, grown by the reach of the inflation; all else is as it was. A
-rolling one is made anew as a whole at every update. Nav2 would leave what lies beyond the sensors'
-reach as it was; the two differ along the edges of the window only, where an obstacle has just
+Source: nav2_costmap_2d (LayeredCostmap). As there, a costmap that stays where it is updates the
+window that the sensors touched, grown by the reach of the inflation; other cells do not change. A
+rolling one is computed anew as a whole at every update. Nav2 would not change the cells beyond the
+sensors' reach. The two differ only along the edges of the window, where an obstacle has just
 rolled in or out.
 """
 
@@ -62,10 +62,10 @@ class GridGeometry(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class LayersState(Immutable):
-    """All of a costmap that evolves; grids are (rows, columns) uint8.
+    """The state of a costmap; grids are (rows, columns) uint8.
 
     origin: lower left corner of cell (0, 0), m. layers: the states of the layers, by name.
-    plugged: what the layers made, before the filters; None before the first update.
+    plugged: the result of the layers, before the filters; None before the first update.
     costmap: the result; None before the first update.
     """
 
@@ -129,7 +129,7 @@ class LayeredCostmap:
         )
 
     def cleared(self, state: LayersState) -> LayersState:
-        """Returns a state in its place that has forgotten all that was seen (clear_entirely)."""
+        """Returns a state at the same place without any observations (clear_entirely)."""
         return replace(self.initial_state(), origin=state.origin)
 
     def updated(

@@ -63,7 +63,7 @@ class VoxelLayerParameters(_SensingParameters):
 
 @dataclass(frozen=True, eq=False)
 class SensingState(Immutable):
-    """All of such a layer that evolves.
+    """The state of an obstacle or voxel layer.
 
     costs: (rows, columns) uint8. voxels: (rows, columns) uint32, None for an obstacle layer.
     origin: lower left corner of cell (0, 0), m. buffers: of the sources, by name.

@@ -1,4 +1,4 @@
-"""From scans and clouds to what a source shows a layer.
+"""The conversion of scans and clouds to the observations of a layer's source.
 
 Source: nav2_costmap_2d (ObstacleLayer, ObservationBuffer). Nav2 passes points on as float32; here
 they stay float64.
@@ -91,10 +91,11 @@ def buffered(
     now_s: float,
     keep_s: float,
 ) -> Buffer[Reading]:
-    """Returns a buffer with what is seen now put in front.
+    """Returns a buffer with the new readings in front.
 
-    seen: what the sensors show, which is nothing new where its time is that of the newest reading.
-    keep_s: 0 keeps the newest of each sensor alone; else all that is no older than that.
+    seen: the sensors' readings; a reading that is no later than the newest in the buffer is not
+    new. keep_s: the greatest age of a reading that is kept; 0 keeps the newest of each sensor
+    alone.
     """
     newest_s = before[0][0] if before else -np.inf
     new = [reading for reading in seen if reading[0] > newest_s]

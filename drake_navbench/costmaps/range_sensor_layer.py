@@ -72,7 +72,7 @@ class RangeSensorLayerParameters(LayerParameters):
 
 @dataclass(frozen=True, eq=False)
 class RangeState(Immutable):
-    """All of the layer that evolves.
+    """The state of the layer.
 
     costs: (rows, columns) uint8, how probably a cell is occupied. origin: lower left corner of cell
     (0, 0), m. seen_until_s: time of the last cycle. last_reading_s: of the newest cycle with a

@@ -1,4 +1,4 @@
-"""The actuators of a robot file: wheels that do not do what they are told."""
+"""The actuators of a robot file: wheels that obey a command imperfectly."""
 
 from __future__ import annotations
 

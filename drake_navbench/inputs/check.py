@@ -55,13 +55,13 @@ class CheckRow(NamedTuple):
 
 @dataclass(frozen=True)
 class Check:
-    """All rows of one or several files, in the order of reading."""
+    """The rows of one or several files, in the order of reading."""
 
     rows: tuple[CheckRow, ...]
 
     @property
     def stand_ins(self) -> tuple[CheckRow, ...]:
-        """The rows of what is not supported."""
+        """The rows of parameters that are not supported."""
         return self.of(Status.STAND_IN)
 
     @property
@@ -79,7 +79,7 @@ class Check:
         return ", ".join(f"{count} {status.split(';')[0]}" for count, status in counts if count)
 
     def as_text(self, width: int = WIDTH) -> str:
-        """Returns the table: what needs words first, then lists of names, a paragraph a node."""
+        """Returns the table: first rows with remarks, then lists of names, a paragraph a node."""
         lines = []
         told = (
             Status.STAND_IN,

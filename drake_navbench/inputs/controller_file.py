@@ -40,7 +40,7 @@ def names_file(text: str) -> bool:
 
 
 def split_reference(text: str) -> tuple[str, list[str]]:
-    """Returns `file.py:Class` and what follows it, the assignments of parameters."""
+    """Returns `file.py:Class`, and the list of the parameters' assignments behind it."""
     found = _REFERENCE.fullmatch(text)
     assert found is not None
     class_name, *assignments = (found["rest"] or "").split(":")

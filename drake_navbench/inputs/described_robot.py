@@ -1,4 +1,4 @@
-"""A robot as its model describes it: fields of a robot file, and what became of each part."""
+"""A robot by its model: the robot file's fields, and a remark on each part of the model."""
 
 from __future__ import annotations
 

@@ -246,10 +246,10 @@ Drive = Annotated[
 
 
 def overrides_for(drive: _Drive, overrides: Mapping[str, Any]) -> dict[str, Any]:
-    """Returns overrides of a drive without those of what only other kinds of base have.
+    """Returns overrides of a drive without fields that only other kinds of base have.
 
-    A scenario may be for robots of every kind, and takes a limit away from those that have it. Who
-    asks for wheels and casters asks for a base that has some.
+    A scenario may be for robots of every kind, and sets a limit only for those that have it. Fields
+    of wheels and casters stay: a scenario that sets them needs a base that has some.
     """
     if "type" in overrides:
         return dict(overrides)

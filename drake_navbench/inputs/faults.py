@@ -1,4 +1,4 @@
-"""Faults of a scenario: what is wrong with the robot from some time on, and for how long."""
+"""Faults of a scenario: what fails on the robot, from when and for how long."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ class Fault(FrozenModel):
 
     @property
     def end_s(self) -> float:
-        """When it is over, s; inf where it is not."""
+        """The end of the fault, s; inf where it does not end."""
         return math.inf if self.duration_s is None else self.at_s + self.duration_s
 
 
@@ -69,7 +69,7 @@ class Conditions(Immutable):
 
     @property
     def are_plain(self) -> bool:
-        """Whether nothing stands between the base and what commands and localizes it."""
+        """Whether actuators are ideal, nothing is late, and the odometry has the map's frame."""
         return not (
             self.has_frames
             or self.actuators.any(lambda part: part.touches_wheels or part.limits_force)

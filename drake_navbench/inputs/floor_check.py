@@ -17,10 +17,10 @@ MOST_SHARED = 0.5
 
 
 class Place(NamedTuple):
-    """One map with what is to be checked on it, in the map's frame.
+    """One map with the poses to be checked on it, in the map's frame.
 
-    stands: where the robot stands beyond doubt, by the name in the file. goals: where it is sent
-    to, likewise. holds_start: whether the trial begins here. named: how errors tell which map.
+    stands: poses where the robot surely stands, by their name in the file. goals: poses it is sent
+    to, by name. holds_start: whether the trial begins here. named: the map's name in errors.
     """
 
     scenario: Scenario

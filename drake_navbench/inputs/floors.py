@@ -240,7 +240,7 @@ def _placed_scenario(own: Scenario, offset: Offset) -> Scenario:
 
 
 def _bounds_of(own: Scenario) -> Bounds:
-    """Returns min_x, min_y, max_x, max_y of all that is on a floor, m."""
+    """Returns min_x, min_y, max_x, max_y of a floor's map, poses and moving bodies, m."""
     points = [pose[:2] for pose in (own.start, *own.goals)]
     if own.map is not None:
         points += [own.map.bounds[:2], own.map.bounds[2:]]

@@ -37,7 +37,7 @@ DIGEST_LENGTH = 12
 
 
 def runs_foreign_code(preset: Preset) -> bool:
-    """Returns whether a column's controller, or what its parameters name, is not ours."""
+    """Returns whether a column's controller, or a plugin of its parameters, is third-party code."""
     return bool(_origins_of_column(preset))
 
 

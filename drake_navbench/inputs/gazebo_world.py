@@ -168,9 +168,9 @@ def simple_parts(polygon: shapely.Polygon) -> Iterator[shapely.Polygon]:
 
 
 def occupancy_of(world: GazeboWorld) -> OccupancyMap:
-    """Returns the floor of a world as a grid, all that stands at any height occupied.
+    """Returns the floor of a world as a grid, with obstacles of any height occupied.
 
-    Where walls enclose a room or more, what is outside of them is unknown.
+    Where walls enclose a room or more, cells outside of them are unknown.
     """
     outlines = [np.array(obstacle["vertices"]) for obstacle in world.obstacles]
     corners = np.vstack([*outlines, [[-OPEN_M, -OPEN_M], [OPEN_M, OPEN_M]]])
@@ -190,7 +190,7 @@ def occupancy_of(world: GazeboWorld) -> OccupancyMap:
 
 
 def _person(actor: Actor) -> dict[str, Any]:
-    """Returns a person who walks along an actor's trajectory and, as in Gazebo, sees no robot."""
+    """Returns a person who walks an actor's trajectory and ignores the robot, as in Gazebo."""
     knots = actor.knots
     length_m = sum(math.dist(a[1:], b[1:]) for a, b in pairwise(knots))
     duration_s = knots[-1][0] - knots[0][0]

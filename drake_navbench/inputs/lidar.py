@@ -82,7 +82,7 @@ class LidarSettings(QuietModel):
 
     @property
     def delays_s(self) -> dict[str, float]:
-        """By field, how late what it tells may be, s."""
+        """The largest delays of the readings, s, by field."""
         return {}
 
     @model_validator(mode="after")

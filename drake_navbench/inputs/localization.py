@@ -150,5 +150,5 @@ class LocalizationSettings(QuietModel):
 
     @property
     def delays_s(self) -> dict[str, float]:
-        """By field, how late what it tells may be, s."""
+        """The largest delays of the fixes, s, by field."""
         return {"fix_lag_s": self.fix_lag_s}

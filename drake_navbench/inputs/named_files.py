@@ -73,7 +73,7 @@ class NamedFiles:
 
 
 def _instead(path: Path) -> str:
-    """Returns the kind of a path that is no YAML file, and what is expected in its place."""
+    """Returns the error for a path that is no YAML file: its kind, and the expected one."""
     if path.is_dir():
         suffixes = (*YAML_SUFFIXES, ".sdf", ".urdf")
         files = sorted(file.name for file in path.iterdir() if file.suffix in suffixes)

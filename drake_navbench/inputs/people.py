@@ -1,4 +1,4 @@
-"""People in a scenario: those who walk by a model, and those of a recording."""
+"""People in a scenario, who walk by a model or as recorded."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ MAX_STARTS = 20
 
 
 class Person(FrozenModel):
-    """Somebody who walks from goal to goal, and reacts to the robot."""
+    """A person who walks from goal to goal, and reacts to the robot."""
 
     name: str = Field("", description="What reports and replays call them.")
     start: tuple[Length, Length] = Field(description="Where they begin [m].")
@@ -148,7 +148,7 @@ class Recording(FrozenModel):
 
 
 class People(QuietModel):
-    """Those who walk by a model, or those of a recording."""
+    """The people of a world, who walk by a model or as recorded."""
 
     quiet: ClassVar = frozenset({"model", "orca", "recording", "time_gap_s"})
 
@@ -220,7 +220,7 @@ class Crowd(NamedTuple):
 
 @dataclass(frozen=True)
 class WalkingPeople:
-    """Everybody in a world who walks by a model."""
+    """The people of a world who walk by a model."""
 
     people: People | None = None
 
@@ -244,7 +244,7 @@ class WalkingPeople:
 
     @property
     def groups(self) -> list[int]:
-        """The number of each one's group, -1 of who is alone."""
+        """The group of each person; -1 for one alone."""
         return [-1 if person.group is None else person.group for person in self.persons]
 
     @property
@@ -319,7 +319,7 @@ def foot_offsets_m(walked_m: Array, speed_mps: Array) -> Array:
 
 
 def scanned_discs(poses: Array, walked_m: Array, speed_mps: Array, height_m: float) -> Array:
-    """Returns (D, 3) x, y, radius m of what a plane at some height sees of people.
+    """Returns (D, 3) x, y, radius m of people's sections at a height over the floor.
 
     poses: (P, 3). Two shins each below the hip, else one trunk.
     """

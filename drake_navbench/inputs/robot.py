@@ -175,7 +175,7 @@ class Robot(QuietModel):
 
     @property
     def outline(self) -> NDArray[np.float64]:
-        """(K, 2) true outline in the base frame, m: what touches obstacles and what one sees."""
+        """(K, 2) true outline in the base frame, m, for contacts and for what people see."""
         if self.collision_outline is not None:
             return np.array(self.collision_outline)
         return self.costmap_outline
@@ -301,7 +301,7 @@ def _read_robot(path: Path, above: tuple[Path, ...] = ()) -> dict[str, Any]:
 
 
 def _with_model(data: Mapping[str, Any], path: Path) -> Mapping[str, Any]:
-    """Returns a robot's fields with what only its model tells: the outline, and then the mass."""
+    """Returns a robot's fields with the outline, and the mass, that only its model gives."""
     model = data.get("model")
     gives_outline = any(data.get(name) is not None for name in ("footprint", "robot_radius"))
     if gives_outline or not isinstance(model, str):

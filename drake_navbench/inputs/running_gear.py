@@ -105,10 +105,10 @@ def load_inertia(mass_kg: float, position: tuple[float, float, float]) -> Spatia
 
 
 def running_gear_of(robot: Robot, source: str) -> RunningGear:
-    """Returns the wheels of a robot whose drive has some, with what its file changes of the model.
+    """Returns the running gear of a robot with wheels: its model's, changed by the robot's file.
 
-    source: names the robot's file in errors. Raises InputError where the model has no such wheels,
-    or the file does not fit it.
+    source: the name of the robot's file in errors. Raises InputError where the model has no such
+    wheels, or the file does not fit it.
     """
     path, drive = robot.model_path, robot.drive
     if not isinstance(drive, DifferentialDrive) or path is None:
@@ -142,7 +142,7 @@ def _casters(gear: RunningGear, drive: DifferentialDrive, source: str) -> tuple[
 
 
 def _loaded(gear: RunningGear, robot: Robot, drive: DifferentialDrive, source: str) -> RunningGear:
-    """Returns the running gear with what the robot weighs beyond its model's bodies."""
+    """Returns the running gear with the robot's load beyond the mass of its model's bodies."""
     mass_kg = (robot.mass_kg or gear.mass_kg) + robot.actuators.payload_kg
     load_kg = mass_kg - gear.mass_kg
     # Sums of decimals: what is a gram less is as much.

@@ -1,4 +1,4 @@
-"""The scenario file: a world, a task, what the planner knows, what varies between trials."""
+"""The scenario file: a world, a task, the planner's knowledge, the variation between trials."""
 
 from __future__ import annotations
 
@@ -275,7 +275,7 @@ class Scenario(QuietModel):
 
     @property
     def _bounds(self) -> tuple[float, float, float, float]:
-        """min_x, min_y, max_x, max_y of all that matters, m."""
+        """min_x, min_y, max_x, max_y m of poses, map and obstacles."""
         points = [pose[:2] for pose in (self.start, *self.goals)]
         if self.map is not None:
             points += [self.map.bounds[:2], self.map.bounds[2:]]

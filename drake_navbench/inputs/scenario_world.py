@@ -37,7 +37,7 @@ class WorldDescription(FrozenModel):
 
     @model_serializer(mode="wrap")
     def _as_plain(self, plain: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        """Leaves out what moves where nothing does."""
+        """Leaves out moving obstacles and people where there are none."""
         values: dict[str, Any] = plain(self)
         if not self.moving_obstacles:
             values.pop("moving_obstacles", None)

@@ -92,7 +92,7 @@ def _check_map_for_amcl(scenario: Scenario, robot: Robot) -> None:
 
 
 def _check_actuators(scenario: Scenario, robot: Robot, conditions: Conditions) -> None:
-    """Raises InputError where the robot has not what its actuators' settings are about."""
+    """Raises InputError where an actuator setting needs a drive that the robot does not have."""
     place = f"scenario {scenario.name}: actuators"
     if robot.localization.wheel_odometry and not isinstance(robot.drive, DifferentialDrive):
         raise InputError(
@@ -116,7 +116,7 @@ def _check_actuators(scenario: Scenario, robot: Robot, conditions: Conditions) -
 
 
 def _check_moving(scenario: Scenario, body: shapely.Polygon | None) -> None:
-    """Raises InputError where a way leads through what stands, or begins on the robot."""
+    """Raises InputError where a moving obstacle meets a standing one, or begins on the robot."""
     world = scenario.true_world
     for index, thing in enumerate(world.moving.things):
         place = f"scenario {scenario.name}: world.moving_obstacles[{index}]"
@@ -135,7 +135,7 @@ def _check_moving(scenario: Scenario, body: shapely.Polygon | None) -> None:
 
 
 def _check_people(scenario: Scenario, body: shapely.Polygon | None) -> None:
-    """Raises InputError where somebody stands in an obstacle or on the robot, or means to."""
+    """Raises InputError where a person starts, or has a goal, in an obstacle or on the robot."""
     world = scenario.true_world
     for index, person in enumerate(world.people.persons):
         place = f"scenario {scenario.name}: world.people.persons[{index}]"
@@ -158,9 +158,9 @@ def _check_people(scenario: Scenario, body: shapely.Polygon | None) -> None:
 
 
 def _check_recorded_people(scenario: Scenario, body: shapely.Polygon) -> None:
-    """Raises InputError where somebody of a recording stands on the robot, or walks through walls.
+    """Raises InputError where a recorded person starts on the robot, or walks through walls.
 
-    Somebody's body may brush an obstacle, as tracks are not that exact.
+    A body may brush an obstacle, as tracks are not that exact.
     """
     world = scenario.true_world
     people = world.people

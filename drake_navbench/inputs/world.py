@@ -162,7 +162,7 @@ class World:
 
     @property
     def shapes(self) -> tuple[Box | Wall | Polygon | Cylinder, ...]:
-        """Obstacles and walls: what stands."""
+        """The standing shapes: obstacles and walls."""
         return (*self.obstacles, *self.walls)
 
     @cached_property
@@ -196,7 +196,7 @@ class World:
 
     @cached_property
     def free_rings(self) -> list[Array]:
-        """The borders (K, 2) of the free floor, m, with what is solid to the left of each."""
+        """The borders (K, 2) of the free floor, m, with the solid side to the left of each."""
         covered = shapely.unary_union([_few_corners(one) for one in self.shapes])
         rings = []
         for part in shapely.get_parts(covered):

@@ -1,4 +1,4 @@
-"""Bounds of an interior-point method: what their logarithmic barrier adds, and how far a step goes.
+"""The logarithmic barrier of an interior-point method: its terms, and the longest step allowed.
 
 Primal-dual, with a barrier parameter that stays (Wächter, Biegler 2006). Quantities lie strictly
 between bounds (N,) that may be infinite; `low` and `high` are the bounds' multipliers.

@@ -46,14 +46,14 @@ def dry(rate, slack):
 
 @njit(cache=True)
 def followed(wanted, value, time_constant, max_rate, step):
-    """Returns a value one step nearer to what is wanted: first order, its rate limited."""
+    """Returns a value one step nearer to `wanted`: of first order, its rate limited."""
     rate = min(max((wanted - value) / time_constant, -max_rate), max_rate)
     return value + step * rate
 
 
 @njit(cache=True)
 def _rates(state, body, motors, casters, frictions, rates):
-    """Writes the time derivative of all but what the motors are told."""
+    """Writes the time derivatives of the state, except for the motors' set speeds."""
     yaw, v, w = state[2], state[3], state[4]
     mass, center, inertia = body[0], body[1], body[2]
     radius, half, nominal_radius = motors[0], motors[1], motors[6]

@@ -128,7 +128,7 @@ def way_round(reached, column, row):
 
 @njit(cache=True)
 def _open_neighbours(reached, cell, value, to_column, to_row, size):
-    """Opens what a closed cell makes cheaper to reach; returns the size of the heap."""
+    """Opens the neighbours that a closed cell makes cheaper; returns the size of the heap."""
     rows, columns = reached.costs.shape
     costs = reached.costs.ravel()
     steps = (1, -1, columns, -columns, columns + 1, columns - 1, -columns + 1, -columns - 1)

@@ -1,7 +1,7 @@
-"""When an outline would touch moving bodies, if all keep their velocities.
+"""The time until an outline touches a moving body, if all keep their velocities.
 
-By conservative advancement, as in `swept_contact`: as long as a gap is some distance wide, and no
-two points close it faster than some bound, nothing happens for the distance divided by the bound.
+By conservative advancement, as in `swept_contact`: no contact happens before the gap divided by an
+upper bound of the speed at which two points close it.
 """
 
 from __future__ import annotations

@@ -9,9 +9,10 @@ from numpy.typing import NDArray
 
 
 class Observation(NamedTuple):
-    """Points of one source, and what they are good for; ranges m.
+    """The points of one source, with its flags and ranges, m.
 
-    origin: (3,) of the sensor, m. points: (N, 3) m, C-contiguous; Nav2's are float32.
+    origin: (3,) of the sensor, m. points: (N, 3) m, C-contiguous; Nav2's are float32. marking,
+    clearing: whether they mark obstacles, and clear the cells before them.
     """
 
     origin: NDArray[np.float64]

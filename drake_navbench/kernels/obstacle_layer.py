@@ -62,7 +62,7 @@ def update_obstacle_layer(
 
 
 def free_robot(grid: Grid, bounds: NDArray[np.float64], outline: NDArray[np.float64]) -> None:
-    """Frees, in place, what lies under the robot's outline (K, 2) m; `bounds` grows around it."""
+    """Frees, in place, the cells under the robot's outline (K, 2) m; `bounds` grows around it."""
     bounds[:2] = np.minimum(bounds[:2], outline.min(axis=0))
     bounds[2:] = np.maximum(bounds[2:], outline.max(axis=0))
     fill_outline(grid, outline, FREE)

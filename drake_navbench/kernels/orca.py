@@ -1,14 +1,14 @@
-"""People who walk by optimal reciprocal collision avoidance (ORCA).
+"""Walking by optimal reciprocal collision avoidance (ORCA).
 
-Van den Berg, Guy, Lin, Manocha, "Reciprocal n-Body Collision Avoidance", 2011: everybody takes the
-velocity nearest to the wished one in the half-planes that keep him from a collision with each other
-for some time, if that one does his half too. Walls and all that stands take nothing of it over, and
-as in the authors' own library the half-plane of an edge touches its velocity obstacle where that is
-nearest to the velocity that one has. Where not all can be kept, walls are, and the bodies are
-broken into by as little as can be.
+Van den Berg, Guy, Lin, Manocha, "Reciprocal n-Body Collision Avoidance", 2011. A person takes the
+velocity nearest to the preferred one within half-planes, one for each other person. A half-plane
+avoids collisions with the other for some time, if both do half of it. Walls and other standing
+things do nothing themselves. As in the authors' own library, the half-plane of an edge touches its
+velocity obstacle at the point nearest to the person's present velocity. Where the half-planes do
+not intersect, those of walls hold, and those of bodies are violated as little as possible.
 
-Edges are those of polygons, in the columns below, with what is solid to their left. Discs are
-(M, 5) x m, y m, vx m/s, vy m/s, radius m: others who do not give way. People are rows as in
+Edges are those of polygons, in the columns below, with the solid side to their left. Discs are
+(M, 5) x m, y m, vx m/s, vy m/s, radius m: bodies that do not give way. People are rows as in
 `kernels.walking`.
 """
 
@@ -60,9 +60,9 @@ ROUNDING = 1e-5
 def linked_edges(
     rings: Sequence[NDArray[np.float64]], velocities: Sequence[Sequence[float]] = ()
 ) -> NDArray[np.float64]:
-    """Returns (N, 9) the edges of polygons (K, 2), m, with what is solid to the left of each.
+    """Returns (N, 9) the edges of polygons (K, 2), m, with the solid side to the left of each.
 
-    velocities: (vx, vy) m/s of each polygon; where not given they stand.
+    velocities: (vx, vy) m/s of each polygon; by default they stand.
     """
     rows, first = [np.empty((0, EDGE_SIZE))], 0
     for index, ring in enumerate(rings):
@@ -285,7 +285,7 @@ def _squared_to_segment(x0, y0, x1, y1):
 
 @njit(cache=True)
 def _is_covered(planes, count, person, radius, edges, row, horizon):
-    """Returns whether one of the half-planes forbids already all that an edge would forbid."""
+    """Returns whether an earlier half-plane already forbids everything an edge would forbid."""
     after = int(edges[row, NEXT])
     evx, evy = edges[row, EDGE_VX], edges[row, EDGE_VY]
     x0 = (edges[row, EDGE_X] - person[X]) / horizon + evx

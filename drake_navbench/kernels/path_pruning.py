@@ -1,4 +1,4 @@
-"""Cutting a global plan down to what a controller follows now.
+"""The part of a global plan that a controller follows now.
 
 A plan is (N, 3) float64: x m, y m, yaw rad. Source: Nav2's FeasiblePathHandler and
 nav2_util (path_utils, geometry_utils), branch lyrical.

@@ -1,6 +1,6 @@
-"""Poses in the plane: points and outlines placed by one, what is seen from one, two in a row.
+"""Poses in the plane: placing points and outlines in a frame, seeing them from it, composing poses.
 
-A pose (x m, y m, yaw rad) says where a frame lies in another one. Products are added up in one
+A pose (x m, y m, yaw rad) is that of a frame in another one. Products are added up in one
 order, that of Nav2's transformFootprint, x + (p_x cos - p_y sin), so that equal input comes to lie
 in equal cells; a kernel that must add as another part of Nav2 does says so.
 """
@@ -94,10 +94,10 @@ def placed_state(state, odometry_from_world, noise, map_from_odometry):
 
 @njit(cache=True)
 def drifted_frame(frame, pose, error_x, error_y, error_yaw):
-    """Returns (3,) a frame moved such that what lies in it at a pose (3,) shifts by an error.
+    """Returns a frame (3,) moved such that a pose (3,) in it shifts by an error.
 
-    frame: (3,) where the pose's frame lies in the one around it. error: m, m and rad, as seen from
-    the pose.
+    X_AF: `frame`, X_FP: `pose`, E: the error (m, m, rad) seen from P. Returns X_AF' with the yaw of
+    X_AF plus error_yaw and X_AF' X_FP = X_AF X_FP E.
     """
     yaw = frame[2] + pose[2]
     x, y = place_point(pose[0], pose[1], frame[0], frame[1], math.cos(frame[2]), math.sin(frame[2]))

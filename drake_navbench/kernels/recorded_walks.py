@@ -21,9 +21,9 @@ KNOT_SIZE = 5
 
 @njit(cache=True)
 def people_on_tracks(knots, firsts, time):
-    """Returns (P, 8) everybody at a time, s; at FAR_AWAY_M and at rest who is not there.
+    """Returns (P, 8) the states of all people at a time, s; absent ones are at FAR_AWAY_M, at rest.
 
-    knots: (K, 5) of all. firsts: (P + 1,) the rows where each one's begin.
+    knots: (K, 5) of all. firsts: (P + 1,) the first row of each person.
     """
     people = np.zeros((firsts.shape[0] - 1, STATE_SIZE))
     for person in range(people.shape[0]):

@@ -116,7 +116,7 @@ def nearest_point(x, y, edges, circles):
 
 @njit(cache=True)
 def _repulsion(x, y, radius, edges, circles):
-    """Returns (fx, fy) m/s^2 away from the nearest point of what stands."""
+    """Returns (fx, fy) m/s^2 away from the nearest point of obstacles and walls."""
     near_x, near_y, distance = nearest_point(x, y, edges, circles)
     if math.isinf(distance) or distance < 1e-9:
         return 0.0, 0.0
@@ -197,9 +197,9 @@ def _intention(person, traits, goals, reaction, robot, robot_distance):
 
 @njit(cache=True)
 def _round_robot(x, y, radius, to_robot_x, to_robot_y, to_x, to_y, robot_edges):
-    """Returns (fx, fy) m/s^2 off the robot's outline, turned aside for one who walks into it.
+    """Returns (fx, fy) m/s^2 off the robot's outline, turned aside for a person walking into it.
 
-    to_x, to_y: where one walks, a unit vector, or zeros.
+    to_x, to_y: unit vector in which the person walks, or zeros.
     """
     fx, fy = _repulsion(x, y, radius, robot_edges, np.empty((0, 3)))
     into = -(fx * to_x + fy * to_y)
@@ -223,7 +223,7 @@ def _chosen_velocity(vx, vy, force_x, force_y, speed, step):
 
 @njit(cache=True)
 def _desired_force(vx, vy, speed, to_x, to_y):
-    """Returns (fx, fy) m/s^2 towards a goal in a direction; one who is there, 0, 0, only brakes."""
+    """Returns (fx, fy) m/s^2 towards a goal in a direction; for (0, 0), at the goal, it brakes."""
     if to_x == 0.0 and to_y == 0.0:
         return -vx / RELAXATION_S, -vy / RELAXATION_S
     force_x = DESIRED_FACTOR * (speed * to_x - vx) / RELAXATION_S

@@ -56,11 +56,11 @@ def own_goal(person, traits, goals):
 
 @njit(cache=True)
 def pace_behind_others(index, people, time_gap, to_x, to_y, speed):
-    """Returns the speed m/s at which one keeps a time gap, s, to whoever is ahead.
+    """Returns the speed m/s at which a person keeps a time gap, s, to the one ahead.
 
-    The speed of the collision-free speed model of Tordeux, Chraibi, Seyfried 2016: the distance to
-    the nearest centre ahead, less a length, over the time gap. to_x, to_y: where one means to go, a
-    unit vector or zeros. speed: the one that one has without anybody ahead.
+    The speed of the collision-free speed model of Tordeux, Chraibi, Seyfried 2016: (d - l) /
+    time_gap, with d the distance to the nearest centre ahead and l a length. to_x, to_y: unit
+    vector to the person's goal, or zeros. speed: the speed without anyone ahead.
     """
     if time_gap <= 0.0:
         return speed

@@ -320,7 +320,7 @@ class BackUp(DriveOnHeading):
 
 
 class WaitState(NamedTuple):
-    """When the wait is over, s."""
+    """The end of the wait, s."""
 
     end_s: float
 

@@ -294,6 +294,6 @@ def _limit_ratio(shape: MonitorShape, command: Command) -> float:
 
 
 def _speed(command: Command) -> float:
-    """Returns by what Nav2 orders commands: the squared sum of unlike units."""
+    """Returns Nav2's measure for ordering commands: a squared sum of unlike units."""
     v, w, vy = command
     return v**2 + vy**2 + w**2

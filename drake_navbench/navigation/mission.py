@@ -46,7 +46,11 @@ class FloorSwitch(Immutable):
     error: Pose = (0.0, 0.0, 0.0)
 
     def carried(self, pose: Sequence[float] | Array) -> Array:
-        """Returns (3,) where in the world a lift takes what stands at a pose (3,) in it."""
+        """Returns (3,) the pose in the world to which a lift takes a robot at a pose (3,).
+
+        The pose relative to the lift's stop stays: X_WR' = X_WT X_FW X_WR, with F the stop at which
+        the lift leaves, and T that at which it arrives.
+        """
         return compose(self.to_pose, compose(inverse(self.from_pose), pose))
 
 

@@ -137,7 +137,7 @@ def arc_points(reading: RangeReading, obstacles_angle: float) -> Array | None:
 
 
 def _scan_points(sensed: Sensed, timeout_s: float, mounting: Mounting) -> Array | None:
-    """Returns (N, 2) what all scanners hit, base frame, m; None where it is missing or old."""
+    """Returns (N, 2) all scanners' hits, base frame, m; None where the scan is missing or old."""
     scan = sensed.scan
     if scan is None or 0.0 < timeout_s < sensed.time_s - scan.time_s:
         return None

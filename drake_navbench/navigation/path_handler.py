@@ -1,4 +1,4 @@
-"""Nav2's FeasiblePathHandler: what of the global plan a controller sees in a cycle."""
+"""Nav2's FeasiblePathHandler: the part of the global plan that a controller sees in a cycle."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ class PathHandlerState(NamedTuple):
 
 
 class PathHandler:
-    """Cuts local plans out of a global plan; pure, what evolves is a `PathHandlerState`.
+    """Cuts local plans out of a global plan; pure, its state is a `PathHandlerState`.
 
     Source: nav2_controller::FeasiblePathHandler, branch lyrical. Plan, pose and costmap share one
     frame.

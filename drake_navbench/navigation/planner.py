@@ -1,4 +1,4 @@
-"""The contract of a global planner: what it is asked, and how it says that there is no path.
+"""The contract of a global planner: its inputs, its plan, and its errors where there is no path.
 
 A planner is a class with the attributes `nav2_plugin`, the plugin type by which Nav2 knows it, and
 `Parameters`, the model of its parameters; it is made from its parameters and the robot's footprint.
@@ -19,7 +19,7 @@ Array = NDArray[np.float64]
 
 
 class PlanningError(NavbenchError):
-    """Base of what a planner raises; `code` is Nav2's ComputePathToPose error code."""
+    """The base of a planner's errors; `code` is Nav2's ComputePathToPose error code."""
 
     code: ClassVar[int] = 200
 

@@ -1,4 +1,4 @@
-"""When a robot counts as stuck: Nav2's progress checkers, as pure functions of immutable state.
+"""Nav2's progress checkers, as pure functions of immutable state.
 
 Source: nav2_controller, branch lyrical.
 """

@@ -77,7 +77,7 @@ class BehaviorGoal(Immutable):
 
 @dataclass(frozen=True)
 class ClearRequest(Immutable):
-    """The wish that a costmap forget what it has marked; time_s: when it was uttered."""
+    """A request that a costmap forget its marks; time_s: of the request."""
 
     time_s: float
 

@@ -298,9 +298,9 @@ class Amcl(FloorAware):
 def likelihood_field(
     amcl: AmclSettings, grid: OccupancyMap, range_max: float
 ) -> tuple[Array, float]:
-    """Returns (rows, columns) what a hit in each cell adds to a likelihood, and one off the map.
+    """Returns a likelihood term for a hit in each cell (rows, columns), and for one off the map.
 
-    That is the cube of z_hit exp(-d^2 / (2 sigma^2)) + z_rand / range_max, d m the distance of the
+    It is the cube of z_hit exp(-d^2 / (2 sigma^2)) + z_rand / range_max, d m the distance of the
     cell's centre from the nearest occupied one's, at most laser_likelihood_max_dist.
     """
     # It takes a while to import, and only who localizes this way needs it.

@@ -1,4 +1,4 @@
-"""The call of a controller, which may be anybody's: its time, how it breaks, what it returns."""
+"""The call of a controller, ours or a third party's: its time, its errors, its checked result."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ MAX_NOTE_LENGTH = 100_000
 
 
 class Stopwatch(NamedTuple):
-    """When a call began: on the wall's clock and on that of the thread's processor time, s."""
+    """The start of a call: by the wall clock, and by the thread's processor time, s."""
 
     wall_s: float
     cpu_s: float
@@ -42,7 +42,7 @@ class Stopwatch(NamedTuple):
 
 
 class PluginBroke(Exception):
-    """A plugin did what it may not; error: what it raised."""
+    """A plugin broke its contract; error: the exception raised."""
 
     def __init__(self, error: BaseException) -> None:
         super().__init__()
@@ -88,7 +88,7 @@ def checked_command(decision: Decision, *, moves_sideways: bool) -> NDArray[np.f
 
 
 def require_loggable(name: str, values: Mapping[str, Any]) -> None:
-    """Raises TypeError or ValueError where a log could not hold what a controller left."""
+    """Raises TypeError or ValueError where a log could not hold a controller's values."""
     if not isinstance(values, Mapping):
         raise TypeError(f"{name}: expected a mapping, got {type(values).__name__}")
     for key, value in values.items():

@@ -1,4 +1,4 @@
-"""Messages that come late, or never: what is between two parts of a robot."""
+"""Messages that arrive late, or never, between two parts of a robot."""
 
 from __future__ import annotations
 

@@ -14,7 +14,7 @@ from drake_navbench.systems.ports import declare_object_input
 
 
 class FloorClock(NamedTuple):
-    """When systems look whether the floor changes: on the grid of all possible instants, s."""
+    """The instants at which systems check for a change of floor: offset_s + k period_s, s."""
 
     period_s: float
     offset_s: float

@@ -168,7 +168,7 @@ class Lidar(FloorAware):
         return Scan(context.get_time(), read_only(sensor_pose), self._angles, ranges_m)
 
     def _outlines(self, context: Context) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Returns the edges and circles of all that is in the world, or on the robot's floor."""
+        """Returns the edges and circles of all bodies of the world, or on the robot's floor."""
         if self._floors:
             return self._outlines_on_floor(context)
         segments, circles = context.get_abstract_parameter(self.world_parameter).get_value()
@@ -199,7 +199,7 @@ class Lidar(FloorAware):
         return NoiseKey(seed, stream, step).generator()
 
     def _due_s(self, context: Context) -> float:
-        """Returns when the scan of this instant arrives, s."""
+        """Returns the time at which the scan of this instant arrives, s."""
         now_s = context.get_time()
         timing = self._timing.at(now_s)
         jitter = self._generator(context, NoiseStream.SCAN_DELAY).random()

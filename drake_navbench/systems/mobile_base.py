@@ -85,7 +85,7 @@ def command_variables() -> NDArray[np.object_]:
 
 
 def response(wanted: Any, value: Any, time_constant_s: float, max_rate: float | None) -> Any:
-    """Returns the rate of a value that goes to what is wanted: (wanted - value) / tau, limited.
+    """Returns the rate of a value that follows `wanted`: (wanted - value) / tau, limited.
 
     max_rate: None for no limit.
     """

@@ -208,10 +208,10 @@ class _BaseState(LeafSystem):
 def _told_speeds(
     drive: DifferentialDrive, gear: RunningGear, actuator_count: int
 ) -> SymbolicVectorSystem:
-    """Returns what tells the motors their speeds, as the plant's desired state: no Python in it.
+    """Returns the system that outputs the motors' speeds, the plant's desired state; no Python.
 
-    Its state is v m/s and w rad/s, which follow the command as the velocity of the ideal base does,
-    and the angles rad to which the left and the right wheel would have turned by that.
+    Its state is v m/s, w rad/s, and the angles rad by which the left and the right wheel have
+    turned at these speeds. v and w follow the command as the velocity of the ideal base does.
     """
     state = symbolic.MakeVectorVariable(4, "told")
     command = command_variables()

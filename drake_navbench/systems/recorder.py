@@ -67,7 +67,7 @@ class Recording:
     arrays_due_s: float = 0.0
 
     def note(self, time_s: float, cycle: int, diagnostics: Mapping[str, Any]) -> None:
-        """Keeps what is worth keeping of a control cycle not noted yet."""
+        """Keeps a control cycle's diagnostics, unless they were noted before."""
         if cycle == self.noted_cycle:
             return
         self.noted_cycle = cycle
@@ -82,7 +82,7 @@ class Recording:
             self.diagnostics.append((time_s, without_arrays(diagnostics)))
 
     def add_events(self, latest: Sequence[tuple[float, dict[str, Any]]]) -> None:
-        """Adds those events that are newer than all that are there."""
+        """Adds the events that are newer than all recorded ones."""
         newest_s = self.events[-1][0] if self.events else -math.inf
         self.events.extend(event for event in latest if event[0] > newest_s)
 
@@ -94,7 +94,10 @@ class Recording:
         return time_s >= due_s - ROUNDING_S
 
     def forget_after(self, time_s: float) -> None:
-        """Drops the samples after a time; what the last one saw first is of that time."""
+        """Drops the samples after a time.
+
+        Diagnostics of later times are kept, as of `time_s`.
+        """
         while self.rows and self.rows[-1][0] > time_s:
             self.rows.pop()
         self.diagnostics = [(min(noted_s, time_s), left) for noted_s, left in self.diagnostics]

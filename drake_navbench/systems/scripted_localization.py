@@ -215,7 +215,7 @@ class ScriptedLocalization(FloorAware):
 
     @property
     def _believes_wheels(self) -> bool:
-        """Whether there are wheels that mislead the odometry."""
+        """Whether the odometry is misled by the wheels."""
         return self._gains_port is not None
 
     def _error_of_wheels(self, context: Context, ahead: float, turn: float) -> Array:
@@ -300,7 +300,7 @@ class ScriptedLocalization(FloorAware):
 
 
 def jump_of(settings: LocalizationSettings, seed: int) -> Array:
-    """Returns (3,) m, m, rad: by what the localization jumps in the trial with this seed."""
+    """Returns (3,) m, m, rad: the jump of the localization in the trial with this seed."""
     draw = _Draw.of(seed)
     jump_m = settings.jump_m
     return np.array(

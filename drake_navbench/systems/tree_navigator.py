@@ -202,7 +202,7 @@ class TreeNavigator(LeafSystem):
 
 
 class _Machine:
-    """The py_trees tree with its board; what it remembers between ticks has no effect."""
+    """The py_trees tree with its board; its own memory between ticks has no effect."""
 
     def __init__(self, settings: BehaviorTreeSettings, board: Board) -> None:
         self._board = board

@@ -64,7 +64,7 @@ class Sight:
 
 
 class SocialForceWalk:
-    """Lets people walk by the social force model; what moves on given ways is a wall to them."""
+    """Moves people by the social force model; moving obstacles are walls to them."""
 
     def __init__(self, world: World, footprint: Array) -> None:
         self._standing, self._things = (world.segments, world.circles), world.moving
@@ -89,7 +89,7 @@ class SocialForceWalk:
 
 
 class OrcaWalk:
-    """Lets people walk by ORCA; what moves on given ways does not give way, and they know it."""
+    """Moves people by ORCA, who know that moving obstacles do not give way."""
 
     def __init__(self, world: World, footprint: Array, settings: OrcaSettings) -> None:
         self._standing, self._things = linked_edges(world.free_rings), world.moving
@@ -115,7 +115,7 @@ class OrcaWalk:
         )
 
     def _with_things(self, time_s: float) -> tuple[Array, Array]:
-        """Returns edges (N, 9) of all that stands and moves, and discs (M, 5) of what moves."""
+        """Returns edges (N, 9) of all obstacles, and discs (M, 5) of moving ones."""
         if not len(self._things):
             return self._standing, np.empty((0, 5))
         tracks = self._things.tracks

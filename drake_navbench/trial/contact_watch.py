@@ -1,4 +1,4 @@
-"""When the robot first touches something: the truth, at every instant of a simulation."""
+"""The first contact of the robot with a body: the truth, at every instant of a simulation."""
 
 from __future__ import annotations
 

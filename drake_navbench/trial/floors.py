@@ -40,7 +40,7 @@ class TrialFloors:
 
     @property
     def clock(self) -> FloorClock:
-        """When the floor may change."""
+        """The instants at which the floor may change."""
         return FloorClock(self.tick_s, FLOOR_OFFSET_S)
 
     def masks_named(self, filter_name: str) -> list[FilterMask | None]:

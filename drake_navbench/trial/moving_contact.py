@@ -62,7 +62,7 @@ class MovingContact:
         self._last = (time_s, people)
 
     def until_next_appears_s(self, time_s: float) -> float:
-        """Returns after how long somebody comes into the world of whom there was nothing, s."""
+        """Returns the time until the next person appears in the world, s; inf if none does."""
         later = np.searchsorted(self._appearances_s, time_s, side="right")
         return float(np.append(self._appearances_s, np.inf)[later] - time_s)
 

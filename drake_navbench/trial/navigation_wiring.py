@@ -1,4 +1,4 @@
-"""The wiring of what a robot or a scenario may add to the plain way of a command to the wheels."""
+"""The wiring of optional parts between a command and the wheels, by a robot or a scenario."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ def connect_inputs(builder: DiagramBuilder, system: LeafSystem, **inputs: Output
 
 
 def connect_senses(builder: DiagramBuilder, signals: Signals, costmap: CostmapSystem) -> None:
-    """Gives a costmap all that the robot's sensors tell."""
+    """Connects all of the robot's sensors to a costmap."""
     senses = {"scan": signals.scan, "clouds": signals.clouds, "ranges": signals.ranges}
     there = {name: port for name, port in senses.items() if port is not None}
     connect_inputs(builder, costmap, **there)
@@ -95,7 +95,7 @@ def add_navigation(
     local_costmap: LocalCostmap,
     server: ControllerServer,
 ) -> tuple[Navigator | TreeNavigator, OutputPort]:
-    """Adds the navigator of a task, and what belongs to it, around a controller server.
+    """Adds the navigator of a task, with its planner and servers, around a controller server.
 
     Returns the navigator and the port of the command.
     """
@@ -181,7 +181,7 @@ def _add_tree_navigation(
 def _add_global_costmap(
     builder: DiagramBuilder, robot: Robot, task: NavigateToPoses, signals: Signals
 ) -> GlobalCostmap:
-    """Adds the global costmap, all but what clears it."""
+    """Adds the global costmap, but not the systems that clear it."""
     floors = task.floors
     costmap = builder.AddNamedSystem(
         "global_costmap",

@@ -1,4 +1,4 @@
-"""The plan of a scenario: from the global planner on what it knows, or as the scenario gives it."""
+"""The plan of a scenario: by the global planner on its own map, or given by the scenario."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Random scenes: what a controller may see in one cycle, with obstacles near a winding plan."""
+"""Random scenes: inputs of a controller in one cycle, with obstacles near a winding plan."""
 
 from __future__ import annotations
 

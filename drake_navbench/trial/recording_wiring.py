@@ -1,4 +1,4 @@
-"""The wiring of what looks on: it measures, keeps and shows, and changes nothing."""
+"""The wiring of observers, which measure, record and show a trial, and do not change it."""
 
 from __future__ import annotations
 

@@ -44,9 +44,9 @@ _rehearsed: set[str] = set()
 
 
 def rehearse(spec: TrialSpec, simulate: Callable[[TrialSpec], object]) -> None:
-    """Drives what comes first in a trial, then what comes later, once in a process for each kind.
+    """Drives a trial's first cycles and scenes of later ones, once a process for each kind.
 
-    simulate: drives a specification. Whatever goes wrong is left for the trial itself to meet.
+    simulate: drives a specification. Errors are left for the trial itself to meet.
     """
     for scene in _scenes(spec):
         try:
@@ -73,7 +73,7 @@ def _later_scenes() -> tuple[Scenario, ...]:
 
 
 def _kind(spec: TrialSpec) -> str:
-    """Returns a digest of what decides which code a specification runs, but for its seed.
+    """Returns a digest of all settings that decide which code a specification runs; not the seed.
 
     No more than a digest is kept of a trial: a process may drive any number of them.
     """

@@ -1,4 +1,4 @@
-"""The wiring of what moves in the world, and of the sensors that see it."""
+"""The wiring of the world's moving bodies, and of the sensors that see them."""
 
 from __future__ import annotations
 

@@ -71,13 +71,13 @@ class TrialSpec:
         return shared | ({"plugins": self.foreign_code} if self.foreign_code else {})
 
     def numbered(self, trial: int, seed: int) -> TrialSpec:
-        """Returns another trial of the same; what both share is described once for both."""
+        """Returns another trial of the same settings; `_shared` is computed once for both."""
         other = replace(self, trial=trial, seed=seed)
         other.__dict__["_shared"] = self._shared
         return other
 
     def __getstate__(self) -> dict[str, Any]:
-        """Leaves out what can be found again: it is as long as all the rest."""
+        """Leaves out `_shared`, which can be computed again and is as long as all the rest."""
         return {name: value for name, value in self.__dict__.items() if name != "_shared"}
 
     @cached_property

@@ -283,7 +283,7 @@ def _end_of_trial(
 
 
 def _put_back_to_contact(trial: TrialDiagram, context: Context, contact: Contact) -> None:
-    """Puts a Context at the end of a step, and what was recorded, back to the contact in it."""
+    """Puts a Context, and the recording in it, back from the end of a step to the contact in it."""
     context.SetTime(contact.time_s)
     state, transport = contact.state, trial.transport
     if transport is not None:

@@ -1,4 +1,4 @@
-"""The log of a trial: what its diagram has recorded, what it was asked and how it ended."""
+"""The log of a trial: its recording, its specification and its outcome."""
 
 from __future__ import annotations
 

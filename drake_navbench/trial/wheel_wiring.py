@@ -1,4 +1,4 @@
-"""The wiring of what is between the last command and the wheels, where a robot has any of it."""
+"""The wiring of optional parts between the last command and the wheels."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The interface of a critic: what a class must have to judge trajectories of DWB.
+"""The interface of a critic, a class that judges trajectories of DWB.
 
 Nav2's TrajectoryCritic, with its mutable state taken out into a memory. A critic of your own is a
 subclass of `Critic`, installed under the entry point group `drake_navbench.dwb_critics`:
@@ -66,7 +66,7 @@ class Verdict(NamedTuple):
 
 
 class Critic(ABC):
-    """Judges every trajectory of the window in one call; what evolves is in its memory.
+    """Judges every trajectory of the window in one call; its memory holds the state between calls.
 
     Called per cycle: `prepare`, `scale`, `score` (unless the scale is 0), `debrief`.
 

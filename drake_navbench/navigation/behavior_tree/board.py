@@ -1,4 +1,4 @@
-"""The blackboard: what the leaves of a tree read and write.
+"""The blackboard: the values that the leaves of a tree read and write.
 
 py_trees' own blackboard is one dictionary for the whole process, shared by all trees and all
 Contexts; this one is a value.

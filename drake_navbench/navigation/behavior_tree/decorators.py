@@ -1,4 +1,4 @@
-"""Nodes around one child: when it is ticked, how often, and what becomes of how it ends.
+"""Decorators, nodes with one child: they limit when and how often it is ticked, or map its result.
 
 Source: nav2_behavior_tree (DistanceController, SpeedController, SingleTrigger,
 PathLongerOnApproach), branches humble to lyrical, and BehaviorTree.CPP 4.
@@ -265,7 +265,7 @@ class RetryUntilSuccessful(_Again):
 
 
 class PassedOn(ControlNode):
-    """Ends as its child does: Nav2's GoalUpdater while nobody sends another goal."""
+    """Returns its child's status: Nav2's GoalUpdater as long as no new goal arrives."""
 
     def _run(self) -> Run:
         (child,) = self.children

@@ -58,7 +58,7 @@ class Variables:
 
 
 class Attributes:
-    """The attributes of one node; each is read once, what is left is refused."""
+    """The attributes of one node; each is read once, and those never read are refused."""
 
     def __init__(self, description: NodeDescription, variables: Variables) -> None:
         self._node = description.node

@@ -51,12 +51,12 @@ class TruncatePath(Leaf):
 
 
 class TruncatePathLocal(Leaf):
-    """Leaves of a path what lies around the robot: some way before and behind it.
+    """Cuts a path to the part around the robot: some way before and behind it.
 
-    forward_m: negative for all that lies before it. angle_weight_m: what a radian of difference in
-    heading counts for where the pose nearest to the robot is looked for. search_distance_m: how far
-    along the path, from where the robot was last found; infinity looks at all of it. source,
-    result: variables of the path and of what is left.
+    forward_m: length kept ahead of the robot; negative: all of it. angle_weight_m: m that a radian
+    of difference in heading counts for in the search for the pose nearest to the robot.
+    search_distance_m: length of the path that is searched, from the robot's last place on it;
+    infinity searches all of it. source, result: variables of the path and of the part.
     """
 
     MEMORY = ("path", "begin")

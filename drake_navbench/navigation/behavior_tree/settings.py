@@ -91,7 +91,7 @@ class BehaviorTreeSettings(PluginBlocks):
     )
 
     def tick_period_s(self, *server_periods_s: float) -> float:
-        """Returns the time between two ticks, s; server_periods_s: of what the tree talks to."""
+        """Returns the time between two ticks, s; server_periods_s: of the servers it talks to."""
         if self.bt_loop_duration is None:
             return min(server_periods_s)
         return self.bt_loop_duration / MILLISECONDS_PER_SECOND
