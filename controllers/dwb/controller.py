@@ -96,7 +96,7 @@ class DynamicWindowApproach:
         return Decision(evaluation.command[self._axes], after, diagnostics)
 
     def _local_plan(self, observation: Observation, memory: DwbMemory) -> tuple[np.ndarray, int]:
-        """Returns the local plan, and where the rest of the whole one begins."""
+        """Returns the local plan, and the index in the whole plan where the rest begins."""
         if self._own_plan is None:
             return observation.plan, 0
         whole = observation.global_plan if len(observation.global_plan) else observation.plan

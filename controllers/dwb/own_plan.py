@@ -40,7 +40,7 @@ class OwnPlan:
         self._searched_m = parameters.prune_distance if is_humble else forward
 
     def cut(self, plan: Array, begin: int, pose: Array, costmap: Costmap) -> tuple[Array, int]:
-        """Returns the local plan (M, 3), a view, and where the next one may begin.
+        """Returns the local plan (M, 3), a view, and the index at which the next one may begin.
 
         plan: (N, 3) the whole plan. begin: of what was left of it. pose: (3,) of the robot.
         Raises InvalidPath where no pose is near enough.

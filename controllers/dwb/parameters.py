@@ -30,7 +30,7 @@ STANDARD_GENERATOR = "dwb_plugins::StandardTrajectoryGenerator"
 LIMITED_ACCEL_GENERATOR = "dwb_plugins::LimitedAccelGenerator"
 GENERATORS = (STANDARD_GENERATOR, LIMITED_ACCEL_GENERATOR)
 CLASS_KEY = "class"
-# What only releases before the newest one read.
+# The parameters that only releases before the newest one read.
 OF_ITS_OWN_PLAN = frozenset(
     {"forward_prune_distance", "prune_distance", "prune_plan", "shorten_transformed_plan"}
 )

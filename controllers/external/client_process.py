@@ -25,13 +25,13 @@ import msgpack
 from drake_navbench.errors import EndedFromOutside, InputError, is_machine_fault
 from drake_navbench.processes.workers import OUTSIDE_SIGNALS
 
-# What the client finds its ends of the pipes by.
+# The environment variable by which the client finds its ends of the pipes.
 READ_VARIABLE = "DRAKE_NAVBENCH_READ_FD"
 WRITE_VARIABLE = "DRAKE_NAVBENCH_WRITE_FD"
 LENGTH = struct.Struct(">I")
 MAX_ANSWER_BYTES = 2**24
 CHUNK_BYTES = 2**16
-# Of what a client has printed, its end is kept.
+# The length of the end of a client's output that is kept.
 KEPT_OUTPUT_BYTES = 4096
 # For a client to leave by itself, after `shutdown` or when it has closed its pipe.
 EXIT_PATIENCE_S = 1.0
@@ -234,7 +234,7 @@ def _end(process: subprocess.Popen[bytes], descriptors: Sequence[int]) -> None:
 
 def _end_with_parent() -> Callable[[], None]:
     """Returns a function that makes a new process end when its parent is killed."""
-    # What is called between fork and exec should load nothing.
+    # A function called between fork and exec should load nothing.
     control = ctypes.CDLL(None).prctl
 
     def ask_the_kernel() -> None:

@@ -91,7 +91,7 @@ class ExternalController:
         return Decision(command, after, notes)
 
     def is_at_rest(self, memory: ExternalMemory) -> bool:
-        """Tells whether a cancelled client is done; one that is not graceful is at once."""
+        """Tells whether a cancelled client has come to rest; True without graceful cancelling."""
         return not self._is_graceful or memory.is_at_rest
 
     def close(self) -> None:

@@ -119,7 +119,7 @@ def compute_message(observation: Observation, memory: Any) -> dict[str, Any]:
 
 
 def failure_of(answer: Mapping[str, Any], memory: Any) -> ControllerError | None:
-    """Returns the failure that an answer tells of, None where it tells of none.
+    """Returns the failure that an answer reports, or None.
 
     Raises ValueError where it is none that a controller may have.
     """

@@ -160,7 +160,7 @@ class GracefulParameters(ControllerParameters):
 
     @classmethod
     def keys_not_read(cls, values: Mapping[str, Any]) -> list[str]:
-        """Returns also `allow_backward` where a robot that turns first is asked to drive so."""
+        """Adds `allow_backward` where it is set together with `initial_rotation`."""
         not_read = super().keys_not_read(values)
         turns_first = values.get("initial_rotation", True) is True
         if turns_first and values.get("allow_backward") is True:

@@ -93,7 +93,7 @@ def after_latency(response, pose, twist, sent, ages_s):
 
 @njit(cache=True)
 def command_of(response, plan, dt, period_s, cycle):
-    """Returns (v, w) that a plan commands in its so many-th cycle.
+    """Returns the command (v, w) of a plan in cycle number `cycle`, from 0.
 
     A base that has the plan's velocities when the cycle begins has them again when it ends: the
     time constant is made up for, so that a plan is driven and not a blunted copy of it.

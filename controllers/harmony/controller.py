@@ -54,9 +54,9 @@ Array = NDArray[np.float64]
 # The base follows a plan while it is no farther behind than this besides its time constant and a
 # cycle, and its velocity no farther off than noise explains.
 FOLLOWING_S, FOLLOWING_MPS, FOLLOWING_RADPS = 0.05, 0.03, 0.05
-# A cycle later than so many periods is late, and the next one is taken to be, too; up to a limit.
+# A cycle is late after LATE_RATIO periods; the next one is then expected as late, up to a limit.
 LATE_RATIO, LONGEST_INTERVAL_S = 1.5, 0.5
-# Of the samples and of the poses of the stop so many, or every so many-th, are shown.
+# The log shows at most this many samples, and every so many-th pose of the stop.
 SHOWN_SAMPLES, SHOWN_STOP_STRIDE = 60, 10
 
 
@@ -200,11 +200,11 @@ class Harmony:
         return min(last_s, LONGEST_INTERVAL_S) if last_s > LATE_RATIO * period_s else period_s
 
     def _start(self, observation: Observation, memory: HarmonyMemory, check: Check) -> Array:
-        """Returns (9,) where plans begin: the ideal base that the real one comes after.
+        """Returns the state (9,) in which plans begin: that of an ideal base.
 
-        A plan is what an ideal base would do. Commands make up for the real one's time constant,
-        as long as its velocities are the plan's; where they are not, it ends up behind by what it
-        is slower times the constant, and the ideal base is put there.
+        A plan is the motion of an ideal base. Commands make up for the real base's time constant as
+        long as its velocities are the plan's. Where they differ, the real base falls behind by the
+        difference times the time constant, and the ideal base is put there.
         """
         state = check.state
         v, w, a, alpha = float(state[3]), float(state[4]), 0.0, 0.0

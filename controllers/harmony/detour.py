@@ -19,19 +19,20 @@ from drake_navbench.kernels.read_only import read_only
 
 Array = NDArray[np.float64]
 
-# Costs beside obstacles fall over this distance, and weigh so much, so that ways keep off them, m.
+# Ways keep off obstacles by costs that fall over INFLATION_M, with this weight.
 INFLATION_M = 0.5
 TRAVEL_MULTIPLIER = 4.0
 # Of Nav2's smoother of grid paths: tolerance m, most sweeps, both weights, passes after the first.
 SMOOTHING = (1e-4, 1000, 0.2, 0.3, 2)
 NO_OUTLINE = np.empty((0, 2))
-# Ends are looked at so far apart, and so many of them; a later one must spare so much, m.
+# A detour may end on the path at MOST_ENDS points, REJOIN_M apart; a later end must be shorter by
+# WORTH_M.
 REJOIN_M, MOST_ENDS, WORTH_M = 0.5, 8, 1.0
 # The plan has not changed where it still leads over the end of a detour, m.
 SAME_PLAN_M = 0.25
 # A robot farther from its detour needs another one, m.
 OFF_DETOUR_M = 0.2
-# Around the robot so much counts as free, where it is closer to obstacles than is asked for, m.
+# Cells within this of a robot that is closer to obstacles than required count as free, m.
 START_FREE_M = 0.15
 
 
@@ -51,12 +52,12 @@ def detour_costs(field: DistanceField, clearance: float, start: Array) -> NDArra
 def points_behind(
     plan: Array, global_plan: Array, field: DistanceField, clearance: float
 ) -> tuple[Array, Array]:
-    """Returns ((E, 2) m, (E,) m): where a plan has room again, and how far along it that is.
+    """Returns the points (E, 2) m at which a plan has room again, and their arc lengths (E,) m.
 
-    Every REJOIN_M from its first point with room behind its first ones without; none where all of
-    it has room, or nothing behind has. Where the robot stands too close to something, and the plan
-    leads away from that, is no such place, as long as there is another. global_plan: what follows
-    the plan.
+    There is one every REJOIN_M, from the first point with room behind the first points without;
+    none where all points have room, or none behind has. A robot that starts too close to an
+    obstacle, on a plan that leads away from it, begins without room: that gap does not count as
+    long as there is another. global_plan: continues the plan.
     """
     ahead = plan[:, :2]
     if len(global_plan):

@@ -39,9 +39,9 @@ from drake_navbench.kernels.barrier import TO_BOUND_RATIO
 
 Array = NDArray[np.float64]
 
-# What is missing of a clearance counts by this part: whoever drives a plan checks the outline.
+# Violations of clearance count by this factor: the outline is checked before a plan is driven.
 CLEARANCE_SHARE = 0.1
-# Slacks begin with so much at least, in parts of the limits.
+# The least slack at the start, in parts of the limits.
 LEAST_SLACK = 1e-2
 # Price of squared velocities and accelerations at the end, besides their multipliers.
 REST_PRICE = 5000.0
@@ -49,7 +49,7 @@ REST_PRICE = 5000.0
 DAMPING = 1e-5
 BARRIER_CUT = 0.2
 MOST_CUTS = 8
-# The barrier falls after a step of which so much was taken.
+# The barrier falls after a step of which at least this part was taken.
 FULL_ENOUGH = 0.5
 SUFFICIENT_DECREASE = 1e-4
 # A merit whose steps no longer lower it by more than this has converged.

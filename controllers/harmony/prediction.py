@@ -19,12 +19,13 @@ from drake_navbench.kernels.read_only import read_only
 
 Array = NDArray[np.float64]
 
-# What is compared, s.
+# The latencies that are compared, s.
 LATENCIES_S = read_only(np.arange(0.0, 0.51, 0.05))
-# How much of the errors before counts a cycle later, and which part of the error of the latency
-# assumed another one must have; below the last figure, (m/s)^2, nothing needs an explanation.
+# MEMORY: the weight of old errors a cycle later. BETTER_RATIO: another latency is assumed where
+# its error is below this part of the present one's. EXPLAINED: errors below it do not count,
+# (m/s)^2.
 MEMORY, BETTER_RATIO, EXPLAINED = 0.95, 0.5, 2e-3
-# A turn rate counts by the speed of a point so far from the axle, m.
+# A turn rate counts by the speed of a point at this distance from the axle, m.
 LEVER_M = 0.3
 # Commands older than this are forgotten, s.
 OLDEST_S = 2.0

@@ -20,11 +20,11 @@ from drake_navbench.kernels.distance_field import sample_distance
 # As Regulated Pure Pursuit: the carrot's distance m, and the angle beyond which to turn in place.
 CARROT_DISTANCE_M = 0.6
 TURN_IN_PLACE_RAD = 0.785
-# A goal so near is at hand: what is left is its heading, m.
+# A goal nearer than this is reached but for its heading, m.
 AT_GOAL_M = 0.1
 # Turn rate for an error in heading, 1/s.
 HEADING_GAIN = 1.5
-# Of the limits, what seeds use: the jerk takes its share.
+# The share of the limits that seeds use, as the jerk takes the rest.
 SEED_SHARE = 0.8
 LEFT, RIGHT = 1.0, -1.0
 

@@ -15,13 +15,13 @@ from drake_navbench.kernels.read_only import read_only
 
 Array = NDArray[np.float64]
 
-# Progress below this part of what was asked for: trapped.
+# A plan whose progress is below this part of the wanted one is trapped.
 TRAPPED_RATIO = 0.2
 # Poses of the global plan behind the local one in which room is looked for.
 MOST_POSES_BEHIND = 100
-# Where a way leads is where it is after so much, m; a turn there is looked at in so many poses.
+# A way's direction is that to its point at LOOK_BACK_M; a turn there is checked in TURN_POSES.
 LOOK_BACK_M, TURN_POSES = 0.5, 13
-# A plan that ends so near the goal ends in it, m.
+# A plan that ends within this of the goal ends in it, m.
 SAME_PLACE_M = 1e-6
 
 

@@ -17,7 +17,7 @@ from drake_navbench.kernels.poses import see_point
 Array = NDArray[np.float64]
 
 SECTOR_COUNT = 24
-# Gaps enter as exp(-gap / scale): near ones count, and what lies at the end of a costmap hardly.
+# Gaps enter as exp(-gap / scale): near ones count, and those at the end of a costmap hardly.
 GAP_SCALE_M = 0.6
 # Points farther than this from the base are not seen, as by a costmap of 6 m.
 SIGHT_M = 2.9

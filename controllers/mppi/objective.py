@@ -104,7 +104,7 @@ def interpolate(field, x, y):
 
 @njit(cache=True)
 def field_twist(field, x, y):
-    """Returns the one second derivative that the field has within a cell, by x and y."""
+    """Returns the field's mixed second derivative d2f/dxdy, its only one within a cell."""
     values, resolution = field.costs, field.resolution
     along_x, along_y, is_between = _between_centres(field, x, y)
     if not is_between:

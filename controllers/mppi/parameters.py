@@ -138,7 +138,7 @@ def _resolve_motion_model(raw: dict[str, Any]) -> None:
         raw["AckermannConstraints"] = values
 
 
-# What the path handler reads since Lyrical: the same names, but for the default of the first.
+# The parameters that the path handler reads since Lyrical: equal but for the first's default.
 OF_OWN_PLAN = (
     "prune_distance",
     "max_robot_pose_search_dist",
@@ -154,7 +154,7 @@ OLDER_DEFAULTS: Mapping[str, Mapping[str, Any]] = {
     "CostCritic": {"trajectory_point_step": 1, "near_collision_cost": 253},
 }
 WITH_OLDER_DEFAULTS = (Release.HUMBLE, Release.IRON)
-# Kilted lacks what Jazzy and Lyrical have.
+# The parameters that Jazzy and Lyrical have, but not Kilted.
 NOT_IN_KILTED = ("open_loop", "GoalAngleCritic.symmetric_yaw_tolerance")
 
 

@@ -26,7 +26,7 @@ class Goal(IntEnum):
 
 
 class Furthest(IntEnum):
-    """Which path points are looked at for the one that a sample ends closest to.
+    """The path points among which the nearest to a sample's end is searched.
 
     BY_LENGTH: up to the first that is as far as the sample is long. ONWARD: from the furthest one
     so far on. ALL: all of them.

@@ -125,7 +125,7 @@ class RotationShimParameters(ControllerParameters):
 
     @classmethod
     def is_without_effect(cls, name: str, values: Mapping[str, Any] | None = None) -> bool:
-        """Tells of a parameter of the primary controller, too, by the values it is given with."""
+        """See the base class; also for the primary controller's parameters, by their release."""
         model = cls.primary_model(values or {})
         if model is None or name in cls.model_fields:
             return False
@@ -134,7 +134,7 @@ class RotationShimParameters(ControllerParameters):
 
     @classmethod
     def what_is_done_instead(cls, name: str, values: Mapping[str, Any]) -> str | None:
-        """Tells of a parameter of the primary controller, too."""
+        """See the base class; also for the primary controller's parameters."""
         model = cls.primary_model(values)
         return model.what_is_done_instead(name.removeprefix(f"{PRIMARY}."), {}) if model else None
 

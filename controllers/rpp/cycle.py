@@ -31,7 +31,7 @@ from drake_navbench.kernels.grid import OFF_MAP, cost_at
 from drake_navbench.kernels.path_pruning import arc_length
 from drake_navbench.kernels.poses import to_robot_frame
 
-# What a cycle did: the values of `Command.branch`.
+# The values of `Command.branch`, the branch that a cycle took.
 TRACK, ROTATE_TO_GOAL, ROTATE_TO_PATH, CENTRE_OFF_MAP = range(4)
 NO_COLLISION = -1
 

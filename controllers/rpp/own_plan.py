@@ -22,7 +22,7 @@ Array = NDArray[np.float64]
 
 
 class CutPlan(NamedTuple):
-    """A local plan (M, 3), a view of the whole one, and where the next one may begin."""
+    """A local plan (M, 3), a view of the whole one, and the index where the next one may begin."""
 
     poses: Array
     begin: int

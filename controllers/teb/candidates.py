@@ -1,4 +1,4 @@
-"""Which bands a cycle tries: the one driven so far, the plan's, and ways past the other side."""
+"""The bands that a cycle tries: the driven one, the plan's, and ways past the other side."""
 
 from __future__ import annotations
 

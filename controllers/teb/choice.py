@@ -21,7 +21,7 @@ from drake_navbench.kernels.angles import wrap
 
 Array = NDArray[np.float64]
 
-# Clearance that is missing on a way is worth a detour that takes longer by this share at most.
+# The largest price of missing clearance, as a share of the band's duration.
 MOST_TIME_FOR_CLEARANCE_RATIO = 0.5
 
 # Newton's steps times intervals in a cycle, after which other candidates have to wait for the next

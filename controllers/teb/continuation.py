@@ -38,7 +38,7 @@ UNPROMISING_ERROR = 20.0
 
 
 class Problem(NamedTuple):
-    """A band's program from a guess (N,), of so many intervals."""
+    """A band's program with its number of intervals and its guess (N,)."""
 
     guess: Array
     interval_count: int

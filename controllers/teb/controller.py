@@ -43,7 +43,7 @@ from drake_navbench.kernels.distance_field import DistanceField
 
 Array = NDArray[np.float64]
 
-# Farther from what moves than a band has to keep by so much, a band feels nothing of it, m.
+# A band ignores moving obstacles that are this much farther than its required clearance, m.
 PREDICTED_ROOM_M = 0.3
 # No base that follows its commands lags behind them by more, s.
 RESPONSE_S = 0.3

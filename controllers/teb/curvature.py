@@ -27,7 +27,7 @@ LEAST_PULL = 1e-6
 
 
 def band_positions(interval_count: int) -> NDArray[np.int64]:
-    """Returns (N,) where each column lies in the band matrix; -1 for the slack, which is beside it.
+    """Returns (N,) each column's index in the band matrix; -1 for the slack, which is beside it.
 
     Time step k lies at 4 k, the inner pose i at 4 i - 3.
     """

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from drake_navbench.controllers.teb.band import Band
 from drake_navbench.controllers.teb.moving import Tracking
 
-# What lost or failed is tried again only after so long: little changes in a cycle.
+# Bands that lost or failed are tried again only after this, s: little changes in a cycle.
 REVISIT_PERIOD_S = 0.25
 
 

@@ -24,21 +24,21 @@ Cells = NDArray[np.int64]
 
 # Occupied cells with gaps of up to twice of this belong to one thing, m.
 HALF_GAP_M = 0.1
-# What is seen of one thing is no longer: walls and rows of things stand, m.
+# Longer clusters are walls or rows of things, which stand, m.
 LARGEST_M = 2.5
-# Costmaps are compared with those of up to so long before, s.
+# Costmaps are compared with earlier ones no older than this, s.
 LONGEST_BASELINE_S = 2.0
-# Motion is measured over the shortest time in which it comes to so much, or else over the longest.
+# Motion is measured over the shortest time in which it exceeds this, else over the longest, m.
 ENOUGH_MOTION_M = 0.3
 # Less motion than this is noise of poses and cells.
 LEAST_MOTION_CELLS = 2.5
-# Nothing is faster; what is slower stands, m/s.
+# Faster motion is an error; slower things stand, m/s.
 FASTEST_MPS, SLOWEST_MPS = 2.0, 0.1
 # Share of a new measurement in the velocity.
 VELOCITY_GAIN = 0.5
 # Measurements in a row that agree in direction before a thing counts as moving.
 CONFIRMATIONS = 2
-# Cells so near to the edge of what is in sight may not have been seen.
+# Cells within this of the edge of sight may not have been seen.
 SIGHT_MARGIN_CELLS = 3.0
 
 

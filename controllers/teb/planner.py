@@ -35,7 +35,7 @@ SHORTEST_STEP_RATIO = 0.2
 LONGEST_STEP_RATIO = 4.0
 # A band is good enough to drive while no limit is exceeded by more (m, m/s, rad/s, m/s^2, rad/s^2).
 ACCEPTED_VIOLATION = 1e-2
-# Of the braking acceleration, what a stop at the goal may count on.
+# The share of the braking acceleration that a stop at the goal may use.
 BRAKING_RESERVE_RATIO = 0.9
 
 

@@ -1,4 +1,4 @@
-"""H-signatures: on which side of which obstacle a trajectory passes.
+"""H-signatures: the sides on which a trajectory passes obstacles.
 
 In x, y and time (Bhattacharya et al. 2011) each obstacle is a conductor, and the field that its
 current has along the trajectory tells the side; in the plane (Bhattacharya et al. 2010) one complex

@@ -132,7 +132,7 @@ class VectorPursuit:
     def _local_plan(
         self, observation: Observation, memory: VectorPursuitMemory
     ) -> tuple[Array, VectorPursuitMemory]:
-        """Returns the local plan (M, 3), and the memory with where the rest of the whole begins."""
+        """Returns the local plan (M, 3), and the memory with the index where the rest begins."""
         if not self._release.cuts_plan:
             return observation.plan, memory
         whole = observation.global_plan if len(observation.global_plan) else observation.plan

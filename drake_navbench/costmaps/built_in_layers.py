@@ -93,7 +93,7 @@ def _of_one_scan(settings: ObstacleLayerSettings, lidar: RangeSensor) -> Obstacl
 
 
 def _unbuffered(settings: VoxelLayerSettings) -> VoxelLayerParameters:
-    """Returns the same parameters for sources of which only the newest reading counts."""
+    """Returns the same parameters, with sources that keep no reading but the newest."""
     return VoxelLayerParameters(
         plugin="nav2_costmap_2d::VoxelLayer", **settings.model_dump(exclude={"enabled"})
     )

@@ -188,7 +188,7 @@ def _image_fault(path: Path) -> InputError:
 
 
 def _image_of(path: Path, named: str) -> Path:
-    """Returns the image that a map's file names; of another machine's path the one beside it."""
+    """Returns the path of a map's image, or the one beside the map for an absent absolute path."""
     image = path.parent / named
     beside = path.parent / Path(named).name
     if Path(named).is_absolute() and not image.is_file() and beside.is_file():

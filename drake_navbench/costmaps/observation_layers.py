@@ -127,7 +127,7 @@ class ObstacleLayer:
         default: int | np.unsignedinteger,
         dtype: type[np.unsignedinteger],
     ) -> Any:
-        """Returns the cells of the state as a new array that lies where the costmap lies now."""
+        """Returns the state's cells as a new array at the costmap's present place."""
         if state is None:
             return np.full((self._setup.rows, self._setup.columns), default, dtype)
         resolution = self._setup.resolution

@@ -134,7 +134,7 @@ class RangeSensorLayer:
         return grid.costs
 
     def _moved(self, state: RangeState | None, seen: Seen) -> Costs:
-        """Returns the cells of the state as a new array that lies where the costmap lies now."""
+        """Returns the state's cells as a new array at the costmap's present place."""
         if state is None:
             return np.full((self._setup.rows, self._setup.columns), UNSEEN_COST, np.uint8)
         resolution = self._setup.resolution

@@ -20,7 +20,7 @@ class ActuatorSettings(FrozenModel):
     Wheel speeds are those of the two wheels of a differential base, v -+ w separation / 2.
     """
 
-    # What no fault may change during a trial.
+    # The fields that no fault may change during a trial.
     constant: ClassVar = frozenset({"wheel_separation_m"})
 
     wheel_separation_m: Size = Field(0.5, description="Between the two driven wheels [m].")
@@ -60,7 +60,7 @@ class ActuatorSettings(FrozenModel):
 
     @property
     def touches_wheels(self) -> bool:
-        """Whether a wheel ever turns otherwise than it is told."""
+        """Whether the wheels' speeds can differ from those commanded."""
         return (
             any((self.deadband_mps, self.speed_step_mps, self.slip, self.slip_std))
             or self.radius_difference != 0.0

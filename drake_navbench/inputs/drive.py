@@ -260,7 +260,7 @@ def overrides_for(drive: _Drive, overrides: Mapping[str, Any]) -> dict[str, Any]
 
 
 def as_omnidirectional(drive: _Drive) -> dict[str, Any]:
-    """Returns the fields of a base like another one that also moves sideways, as fast as ahead."""
+    """Returns a drive's fields as an omnidirectional one, as fast sideways as ahead."""
     own = drive.model_dump(mode="json", exclude={"type"})
     shared = {name: own[name] for name in OmnidirectionalDrive.model_fields if name in own}
     return {

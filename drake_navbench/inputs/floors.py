@@ -41,7 +41,7 @@ PARTS = ("waypoints", "persons")
 
 @dataclass(frozen=True)
 class PlacedFloor:
-    """A floor as it lies in the world.
+    """A floor with its place in the world.
 
     index: among the floors of the file. offset: m, what is at (x, y) on its map is at (x, y) +
     offset in the world. scenario: in the world. bounds: min_x, min_y, max_x, max_y of it there, m.
@@ -119,7 +119,7 @@ def floor_scenarios(scenario: Scenario) -> tuple[Scenario, ...]:
 
 
 def placed_floors(scenario: Scenario) -> tuple[PlacedFloor, ...]:
-    """Returns the floors as they lie in the world, the first one where its own frame does.
+    """Returns the floors at their places in the world; the first one's frame is the world's.
 
     Those that give their origin in one storey lie as they say; every other one is a storey. Each
     storey lies to the right of those before. None where the scenario has no floors.
@@ -233,7 +233,7 @@ def _placed_scenario(own: Scenario, offset: Offset) -> Scenario:
             "goal": _moved_pose(own.goal, offset),
         }
     )
-    # What the cached properties would read once more, at the map's own place.
+    # Sets values that the cached properties would read again, at the map's own place.
     moved.__dict__["map"] = None if own.map is None else _moved_map(own.map, offset)
     moved.__dict__["filter_masks"] = tuple(_moved_mask(mask, offset) for mask in own.filter_masks)
     return moved

@@ -29,10 +29,10 @@ KINDS = (
     BEHAVIORS,
     TREE_NODES,
 )
-# What no parameter of a column names: the above, and what runs after all trials.
+# The groups that no parameter of a column names: the above, and metrics, which run after trials.
 NAMED_ELSEWHERE = {*(kind.group for kind in KINDS), "drake_navbench.metrics"}
 
-# Of a file's digest, which stands for the version that it does not have.
+# Of a file's digest, which takes the place of a version.
 DIGEST_LENGTH = 12
 
 

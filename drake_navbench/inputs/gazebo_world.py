@@ -27,7 +27,7 @@ from drake_navbench.typed_files.typed_yaml import validate
 
 __all__ = ["GazeboWorld", "is_world", "load_gazebo_world", "scenario_in_world"]
 
-# Worlds are cut off as far from the task, m: more is what costmaps of 5 cm cannot hold.
+# Worlds are cut off at this distance from the task, m: costmaps of 5 cm cannot hold more.
 REACH_M = 100.0
 # Corners within this of a straight edge are left out, m.
 TOLERANCE_M = 0.003
@@ -37,10 +37,10 @@ MIN_HOLE_M2 = 0.01
 MAX_POLYGONS = 5000
 HIGHEST_M = 20.0
 MAX_REMARKS_SHOWN = 5
-# Of the grid that goals are drawn on: its cells, how far it reaches around what stands, and how far
-# at least, m; and how large what walls enclose is, for goals within it alone, m^2.
+# The grid on which goals are drawn: its cells, its border around obstacles, and its least reach, m;
+# and the least area enclosed by walls for goals within it alone, m^2.
 CELL_M, BORDER_M, OPEN_M, ROOM_M2 = 0.05, 1.0, 4.0, 4.0
-# How fast people of scenarios walk, m/s.
+# The walking speeds that scenarios allow, m/s.
 SLOWEST_MPS, FASTEST_MPS = 0.05, 2.0
 
 

@@ -19,7 +19,7 @@ class LidarSettings(QuietModel):
     quiet: ClassVar = frozenset(
         {"dropout_burst_beams", "scan_loss_probability", "stuck_beam_share", "range_bias_m"}
     )
-    # What no fault may change during a trial.
+    # The fields that no fault may change during a trial.
     constant: ClassVar = frozenset(
         {
             "pose",

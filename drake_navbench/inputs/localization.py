@@ -51,7 +51,7 @@ class LocalizationSettings(QuietModel):
             "amcl",
         }
     )
-    # What no fault may change during a trial.
+    # The fields that no fault may change during a trial.
     constant: ClassVar = frozenset({"period_s", "fix_period_s", "wheel_odometry", "amcl"})
 
     period_s: Period = Field(0.05, description="Time for which a noise sample holds [s].")

@@ -11,7 +11,7 @@ from drake_navbench.errors import InputError, nearest_name_hint
 YAML_SUFFIXES = frozenset({".yaml", ".yml"})
 
 
-# What stands in files that are not of the kinds that a name may be.
+# The suffixes of worlds, which are no files that a name may stand for.
 WORLDS = (".world", ".sdf", ".wbt")
 MAX_NAMED = 3
 

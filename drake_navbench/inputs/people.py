@@ -20,10 +20,11 @@ from drake_navbench.typed_files.typed_yaml import FrozenModel, QuietModel, tuple
 Array = NDArray[np.float64]
 
 MAX_PEOPLE = 200
-# What a scan sees of somebody: the shins below the hip, the trunk above.
+# The body as a scan sees it: shins below the hip, the trunk above.
 HIP_HEIGHT_M, LEG_RADIUS_M, TRUNK_RADIUS_M = 0.85, 0.06, 0.18
 HIP_HALF_WIDTH_M = 0.11
-# Two steps of somebody of middle height, and how far a foot is ahead at most, at 1 m/s and more.
+# The length of two steps of a person of middle height, and the largest distance of a foot ahead,
+# at 1 m/s and more.
 STRIDE_M, SWING_M = 1.3, 0.28
 REACTIONS = {
     "regular": walking.REGULAR,
@@ -34,12 +35,12 @@ REACTIONS = {
     "threatening": walking.THREATENING,
     "oblivious": walking.OBLIVIOUS,
 }
-# What of it is a matter of the way that one takes alone.
+# The reactions that only change a person's way.
 REACTIONS_WITH_ORCA = ("regular", "impassive", "oblivious")
-# By how much the direction that somebody wishes is off that to the goal, with ORCA, so that two who
-# meet exactly head on do not stand still before each other.
+# Spread of the angle between a person's desired direction and that to the goal, with ORCA, so that
+# two who meet exactly head on do not stand still before each other.
 ASIDE_STD_RAD = 0.02
-# How often somebody is given another start whose own is taken, before the one in the file.
+# Number of draws for a person whose start is taken, before that in the file is used.
 MAX_STARTS = 20
 
 

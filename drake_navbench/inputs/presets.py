@@ -64,20 +64,19 @@ class Nav2Plugin(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Preset:
-    """One column: what it is called, which controller, with which parameters.
+    """One column: its name, its controller, and the controller's parameters.
 
-    source: where the parameters came from, for errors.
+    source: origin of the parameters, for errors.
     values: the parameters as given, before defaults; names may be dotted or nested.
-    ignored: dotted names of what was given but has no effect, because the controller accepts and
-    drops it or, in a Nav2 file, does not know it.
-    values_for_radius: in place of `values` for a robot given by a radius; None where they serve it.
+    ignored: dotted names of given parameters without effect, because the controller accepts and
+    drops them or, in a Nav2 file, does not know them.
+    values_for_radius: replace `values` for a robot given by a radius; None where `values` fit it.
     path_handler: fields that replace those of the robot's path handler.
-    file: where the controller's class is, where it is in a file of its own.
-    nav2_plugin: the controller as the Nav2 file has it that the column is from.
+    file: of the controller's class, where it is in a file of its own.
+    nav2_plugin: the controller's block in the Nav2 file that the column is from.
     stack: the robot of a whole Nav2 file, with its costmaps, planner and all other servers, that
     this column drives in place of the run's robot; None for the run's.
-    read_as: the release of Nav2 that it follows, and by what that was told; empty where nobody
-    needs to be told.
+    read_as: a remark with the release of Nav2 that it follows, and how that was found; may be ''.
     """
 
     name: str

@@ -72,7 +72,7 @@ class RecordedPeople:
 
     @cached_property
     def tracks(self) -> Tracks:
-        """Their ways; away from the world where they are not there."""
+        """Their tracks; outside of their stays in the world at FAR_AWAY_M."""
         rows = np.ascontiguousarray(self.knots[:, :4])
         return Tracks(rows, self.firsts, np.zeros(len(self)))
 
@@ -81,7 +81,7 @@ class RecordedPeople:
         """The largest speed of anyone in the recording, m/s."""
         here, there = self.knots[:-1], self.knots[1:]
         steps_s, steps_m = there[:, 0] - here[:, 0], np.hypot(*(there[:, 1:3] - here[:, 1:3]).T)
-        # Who goes away, and whoever is next in the file, does so in no time.
+        # Steps away from the world, and to the next person, are not walks.
         walks = (steps_s > 0.0) & (here[:, 1] < FAR_AWAY_M) & (there[:, 1] < FAR_AWAY_M)
         return float((steps_m[walks] / steps_s[walks]).max(initial=0.0))
 
@@ -94,7 +94,7 @@ class RecordedPeople:
         return np.unique(times_s[times_s > 0.0])
 
     def people_at(self, time_s: float) -> Array:
-        """Returns (P, 8) everybody at a time, as `kernels.walking` has them."""
+        """Returns (P, 8) all people's states at a time, s; see `kernels.walking`."""
         return people_on_tracks(self.knots, self.firsts, time_s)
 
     def line_at(self, person: int, time_s: float) -> int:

@@ -322,7 +322,7 @@ def _with_model(data: Mapping[str, Any], path: Path) -> Mapping[str, Any]:
 
 
 def overridden(robot: Robot, overrides: Mapping[str, Any], source: str) -> Robot:
-    """Returns a robot of which single fields are replaced; source: names them in an InputError."""
+    """Returns a robot with single fields replaced; source: their name in an InputError."""
     if not overrides:
         return robot
     data = robot.model_dump(mode="json", exclude_unset=True)
@@ -364,7 +364,7 @@ def body_top_m(robot: Robot) -> float:
 
 
 def check_wheels(robot: Robot, source: str) -> None:
-    """Raises InputError where the wheels that a drive asks for are not those of the model."""
+    """Raises InputError where the drive's wheels are not those of the model."""
     if robot.drive.has_wheels:
         # As with the model's outline: most robots do without.
         from drake_navbench.inputs.running_gear import running_gear_of

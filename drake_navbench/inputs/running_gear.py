@@ -145,7 +145,7 @@ def _loaded(gear: RunningGear, robot: Robot, drive: DifferentialDrive, source: s
     """Returns the running gear with the robot's load beyond the mass of its model's bodies."""
     mass_kg = (robot.mass_kg or gear.mass_kg) + robot.actuators.payload_kg
     load_kg = mass_kg - gear.mass_kg
-    # Sums of decimals: what is a gram less is as much.
+    # Sums of decimals: a difference of a gram is rounding.
     if load_kg < -1e-3:
         raise InputError(
             f"{source}: mass_kg: got {mass_kg:g} kg, the model's bodies alone weigh "

@@ -60,7 +60,7 @@ SET_BY_LOADING = ("name", "directory")
 # How far masks that are drawn from polygons reach beyond everything else.
 MASK_MARGIN_M = 2.0
 MASK_RESOLUTION_M = 0.05
-# What a mission has on its floors instead.
+# The fields that a mission's floors have in place of the scenario.
 ON_FLOORS = ("world", "filters", "waypoints")
 # More would be no building, and no mission.
 MAX_FLOORS, MAX_LEGS = 100, 1000
@@ -173,7 +173,7 @@ class Scenario(QuietModel):
                 f"goal: has no meaning beside a mission, which ends at {list(end)}, got "
                 f"{list(self.goal)}"
             )
-        # What asks for the end of a task finds it here, on its floor's map.
+        # The end of the task, on its floor's map.
         self.__dict__["goal"] = end
         return self
 
@@ -213,7 +213,7 @@ class Scenario(QuietModel):
 
     @cached_property
     def placed_floors(self) -> tuple[PlacedFloor, ...]:
-        """The floors of a mission as they lie in the world."""
+        """The floors of a mission at their places in the world."""
         return placed_floors(self)
 
     @property
@@ -352,7 +352,7 @@ def scenario_on_map(
     scenario = validate(Scenario, data, f"--map {map_file}")
     scenario = scenario.model_copy(update={"directory": str(map_file.absolute().parent)})
     if grid is not None:
-        # What the cached property would read once more.
+        # The value that the cached property would read again.
         scenario.__dict__["map"] = grid
     _ = scenario.map
     return scenario

@@ -47,7 +47,7 @@ class WorldDescription(FrozenModel):
 
 
 def require_one_of_each(filters: list[FilterDescription]) -> list[FilterDescription]:
-    """Returns filters of which none is there twice that may be there once."""
+    """Returns the filters; raises ValueError for two speed_filters or two binary_filters."""
     names = [entry.filter_name for entry in filters]
     for name in ("speed_filter", "binary_filter"):
         if names.count(name) > 1:

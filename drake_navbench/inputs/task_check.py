@@ -61,7 +61,7 @@ def _check_place(name: str, place: Place, robot: Robot) -> None:
 
 
 def _check_conditions(scenario: Scenario, robot: Robot) -> None:
-    """Raises InputError where a fault is wrong, or something comes later than the trial ends."""
+    """Raises InputError where a fault is wrong, or a delay or fault is later than the end."""
     conditions = scenario.conditions(robot)
     for part in PARTS:
         for settings in getattr(conditions, part).settings:
@@ -81,7 +81,7 @@ def _check_conditions(scenario: Scenario, robot: Robot) -> None:
 
 
 def _check_map_for_amcl(scenario: Scenario, robot: Robot) -> None:
-    """Raises InputError where AMCL is to find the robot on a map that shows nothing."""
+    """Raises InputError where AMCL has a map without any obstacle."""
     if robot.localization.amcl is None or scenario.known_world.obstacles:
         return
     if scenario.map is None or not (scenario.map.occupancy == OCCUPIED).any():

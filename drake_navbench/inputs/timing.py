@@ -16,7 +16,7 @@ MEASURED = ("measured", "scaled")
 class TimingSettings(FrozenModel):
     """The latencies of messages, and the effect of a control cycle's compute time on commands."""
 
-    # What no fault may change during a trial.
+    # The fields that no fault may change during a trial.
     constant: ClassVar = frozenset[str]()
 
     scan_latency_s: Duration = Field(0.0, ge=0.0, description="Of every scan [s].")

@@ -18,8 +18,8 @@ import math
 import numpy as np
 from numba import njit
 
-# State: x m, y m, yaw rad, v m/s, w rad/s, what the motors are told now of both, by what angle the
-# right and the left wheel have fallen behind that rad, then the casters' angles rad.
+# State: x m, y m, yaw rad, v m/s, w rad/s, the motors' set v and w, the angles by which the right
+# and the left wheel lag behind their set angles rad, then the casters' angles rad.
 TOLD_V, TOLD_W, BEHIND, FIRST_ANGLE = 5, 6, 7, 9
 
 # Below these friction is proportional to the rate: rad/s of a swivel, rad/s of a driven wheel, m/s

@@ -20,14 +20,14 @@ INSCRIBED = 253
 LETHAL = 254
 NO_INFORMATION = 255
 
-# What `cost_at` says of a point off the map, where nothing else is asked for.
+# The default result of `cost_at` for a point off the map.
 OFF_MAP = -1
 
 
 class Grid(NamedTuple):
-    """Cells and where they lie, in the form that kernels take.
+    """A grid of cells with its place and resolution, in the form that kernels take.
 
-    costs: (rows, columns) what the cells hold. origin_x, origin_y: lower left corner of cell
+    costs: (rows, columns) the cells' values. origin_x, origin_y: lower left corner of cell
     (0, 0), m. resolution: edge of a cell, m.
     """
 

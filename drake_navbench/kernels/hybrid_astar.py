@@ -74,7 +74,7 @@ class SearchRules(NamedTuple):
     coarse_search_resolution: int
 
 
-# What a state was when it was queued.
+# A state as it was when it was queued.
 ENTRY = np.dtype(
     [
         ("state", np.int32),

@@ -60,11 +60,11 @@ STATE = np.dtype(
 class Graph(NamedTuple):
     """The states met so far, in the order in which they were met; the array has room for more.
 
-    slots: (columns * rows * bins,) int32 number of a state, from 1 on; 0: not met. counts: (1,) how
-    many were. states: x, y, heading: the pose; cost: of the cell under the centre, NaN before it is
-    looked at; is_free; way: cost from the start; ahead: what the heuristic tells, NaN before it was
-    asked; parent: state, NO_STATE for none; motion: by which it was come to, NO_MOTION for none;
-    is_visited; place: in `slots`, NO_INDEX for one that has none.
+    slots: (columns * rows * bins,) int32 number of a state, from 1 on; 0: not met. counts: (1,)
+    number of states. states: x, y, heading: the pose; cost: of the cell under the centre, NaN
+    before it is read; is_free; way: cost from the start; ahead: the heuristic's cost to the goal,
+    NaN before it is computed; parent: state, NO_STATE for none; motion: the one from the parent,
+    NO_MOTION for none; is_visited; place: index in `slots`, NO_INDEX for none.
     """
 
     slots: NDArray[np.int32]

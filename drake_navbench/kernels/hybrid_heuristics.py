@@ -95,10 +95,10 @@ def _straight(cell, columns, to_column, to_row):
 
 @njit(cache=True)
 def way_round(reached, column, row):
-    """Returns the cost of the way of a point from a cell to the goal; 0 where there is none.
+    """Returns the cost of a point's way from a cell to the goal; 0 where there is no way.
 
-    Cells are opened in the order in which they lie towards this cell, until it is closed: with a
-    consistent heuristic a closed cell's value is final, whoever asked for it.
+    The search back from the goal goes on towards this cell until the cell is closed: with a
+    consistent heuristic a closed cell's value is final, for whichever cell it was computed.
     """
     columns = reached.costs.shape[1]
     if reached.is_coarse:

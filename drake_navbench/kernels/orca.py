@@ -44,15 +44,15 @@ from drake_navbench.kernels.walking import (
     turned_towards,
 )
 
-# The columns of an edge: where it begins, m, the unit vector along it, the rows of the one after
-# and the one before it, whether its beginning is a convex corner, and its velocity, m/s.
+# The columns of an edge: its start, m, the unit vector along it, the rows of the next and of the
+# last edge, whether its start is a convex corner, and its velocity, m/s.
 EDGE_X, EDGE_Y, ALONG_X, ALONG_Y, NEXT, BEFORE, CONVEX, EDGE_VX, EDGE_VY = range(9)
 EDGE_SIZE = 9
-# The columns of the settings: for how long ahead bodies and edges are kept off, s, within what
-# distance others count, m, and how many of them, how much faster than wished one may be, and what
-# is kept between two bodies, m.
+# The columns of the settings: the time horizons for bodies and for edges, s; the distance within
+# which others count, m, and their largest number; the ratio of the largest to the preferred speed;
+# the gap between two bodies, m.
 HORIZON, EDGE_HORIZON, REACH, MOST, HASTE, MARGIN = range(6)
-# Of the avoidance of somebody who does his part, and of something that does none.
+# The share of avoiding a body that does its part, and of one that does nothing.
 HALF, WHOLE = 0.5, 1.0
 ROUNDING = 1e-5
 
@@ -376,7 +376,9 @@ def _edge_half_plane(x, y, vx, vy, radius, edges, row, horizon):
 
 @njit(cache=True)
 def _half_plane_at_nearest(vx, vy, radius, left, right, is_point, along):
-    """Returns (is_one, px, py, dx, dy): that where a velocity obstacle's border is nearest to v.
+    """Returns (exists, px, py, dx, dy): the half-plane at the border's point nearest to v.
+
+    The border is that of the velocity obstacle.
 
     left, right: x, y of the end of the cut-off, m/s, the direction of the leg from there, and
     whether it is this edge's own. is_point: both ends are one. along: of the edge.

@@ -24,7 +24,7 @@ Array = NDArray[np.float64]
 BIN_M, BIN_RAD = 0.5, math.radians(10.0)
 # Of a way shorter than this no direction is taken, m.
 LEAST_WAY_M = 0.01
-# Bins are packed into one number: so many bits for the heading and for y.
+# Bins are packed into one number, with these bits for the heading and for y.
 YAW_BITS, Y_BITS = 16, 24
 FREE_PLACE = np.int64(np.iinfo(np.int64).min)
 # 2^60 over the golden ratio (Knuth, "The Art of Computer Programming" 3, 6.4).

@@ -56,7 +56,7 @@ def to_robot_frame(poses, x, y, yaw):
 
 
 def compose(pose_AB: Sequence[float] | Array, pose_BC: Sequence[float] | Array) -> Array:
-    """Returns (3,) where frame C lies in A, from where B lies in A and C in B; yaw unwrapped."""
+    """Returns the pose of C in A, X_AC = X_AB X_BC, (3,) m, m, rad; yaw unwrapped."""
     cos_yaw, sin_yaw = math.cos(pose_AB[2]), math.sin(pose_AB[2])
     x, y = place_point(pose_BC[0], pose_BC[1], pose_AB[0], pose_AB[1], cos_yaw, sin_yaw)
     return np.array([x, y, pose_AB[2] + pose_BC[2]])
@@ -64,10 +64,10 @@ def compose(pose_AB: Sequence[float] | Array, pose_BC: Sequence[float] | Array) 
 
 @njit(cache=True)
 def placed_state(state, odometry_from_world, noise, map_from_odometry):
-    """Returns a state (6,), which begins with a pose, as it is told in the map's frame.
+    """Returns the estimate in the map's frame of a state (6,), which begins with a pose.
 
-    odometry_from_world: (3,) where the state's frame lies in the odometry's. noise: (6,) added
-    there. map_from_odometry: (3,) where the odometry's frame lies in the map's.
+    odometry_from_world: (3,) X_OW, the pose of the state's frame in the odometry's. noise: (6,)
+    added there. map_from_odometry: (3,) X_MO, the pose of the odometry's frame in the map's.
     """
     placed = state.copy()
     placed[2] += odometry_from_world[2]
@@ -111,11 +111,11 @@ def drifted_frame(frame, pose, error_x, error_y, error_yaw):
 
 
 def carrier_pose(pose_AC: Sequence[float] | Array, pose_BC: Sequence[float] | Array) -> Array:
-    """Returns (3,) where frame B lies in A, from where C, which B carries, lies in A and in B."""
+    """Returns the pose of B in A, X_AB = X_AC X_CB, of a frame C fixed in B; (3,) m, m, rad."""
     yaw = pose_AC[2] - pose_BC[2]
     return compose((pose_AC[0], pose_AC[1], yaw), (-pose_BC[0], -pose_BC[1], 0.0))
 
 
 def inverse(pose_AB: Sequence[float] | Array) -> Array:
-    """Returns (3,) where frame A lies in B, from where B lies in A."""
+    """Returns the pose of A in B, X_BA, the inverse of X_AB; (3,) m, m, rad."""
     return compose((0.0, 0.0, -pose_AB[2]), (-pose_AB[0], -pose_AB[1], 0.0))

@@ -56,7 +56,7 @@ OBSTACLE_FACTOR, OBSTACLE_SIGMA_M = 10.0, 0.2
 SOCIAL_FACTOR = 5.0
 LAMBDA, GAMMA_M, ANGULAR, ANGULAR_ALONG = 2.0, 0.35, 2.0, 3.0
 GAZE_FACTOR, COHERENCE_FACTOR, REPULSION_FACTOR = 3.0, 2.0, 1.0
-# How far and how wide one who reacts sees the robot, and for how long that lasts, by reaction.
+# The range and half angle within which a person sees the robot, and the longest reaction.
 SIGHT_M = np.array([0.0, 0.0, 4.0, 3.0, 10.0, 4.0, 0.0])
 SIGHT_HALF_ANGLE_RAD = 0.5 * math.pi + 0.17
 PATIENCE_S = np.array([0.0, 0.0, 30.0, 40.0, 30.0, 40.0, 0.0])
@@ -162,7 +162,10 @@ def _group_force(index, people, traits, goal_x, goal_y):
 
 @njit(cache=True)
 def _reacts(person, reaction, robot_distance, bearing, step):
-    """Returns whether one reacts to a robot so far away [m] and there [rad]; keeps count of it."""
+    """Returns whether a person reacts to a robot at a distance [m] and bearing [rad].
+
+    Adds `step` to the person's time of reacting.
+    """
     is_seen = (
         robot_distance <= SIGHT_M[reaction]
         and abs(wrap(bearing - person[YAW])) <= SIGHT_HALF_ANGLE_RAD

@@ -227,7 +227,7 @@ class SmacPlannerHybrid:
 
 
 def require_few_states(parameters: SmacPlannerHybridParameters, rows: int, columns: int) -> None:
-    """Raises InputError where a search on a map of so many cells would have too many states."""
+    """Raises InputError where a search on a map would have too many states."""
     bins = parameters.angle_quantization_bins
     states = rows * columns * bins
     if states > MAX_STATES:

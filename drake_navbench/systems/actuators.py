@@ -1,4 +1,4 @@
-"""Wheels that turn otherwise than they are told."""
+"""Wheels that obey commands imperfectly: slip, a deadband, steps of speed, unequal radii."""
 
 from __future__ import annotations
 

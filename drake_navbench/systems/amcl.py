@@ -1,4 +1,4 @@
-"""Monte Carlo localization: where the map says that the robot is."""
+"""Monte Carlo localization: the robot's pose in the map, by its scans."""
 
 from __future__ import annotations
 

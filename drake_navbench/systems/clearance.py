@@ -17,7 +17,7 @@ from drake_navbench.systems.floor_aware import FloorAware, FloorClock
 from drake_navbench.systems.lifetime import weakly_bound
 from drake_navbench.systems.ports import POSE_SIZE, STATE_SIZE, declare_object_input, value_or_none
 
-# What is farther away is not looked at; the clearance then reads +inf.
+# The clearance beyond this distance, m, reads +inf.
 MAX_DISTANCE_M = 5.0
 # To an obstacle, to the centre of a cell, to the corner of a cell.
 DISTANCE_COUNT = 3

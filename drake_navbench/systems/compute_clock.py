@@ -10,8 +10,8 @@ from drake_navbench.inputs.timing import TimingSettings
 
 # Of each cycle: wall-clock and processor time, ms.
 ComputeTimes = Sequence[tuple[float, float]]
-# A cycle that missed its period is followed by the next one at the next of so many parts of it;
-# Nav2 begins it at once.
+# A control period has this many ticks. After a cycle that missed its period the next one begins at
+# the next tick; in Nav2 at once.
 TICKS_A_PERIOD = 4
 
 

@@ -19,7 +19,7 @@ from drake_navbench.systems.ports import COMMAND_SIZE
 
 # Of the arrays that a log can hold: flags, whole numbers, numbers, text.
 LOGGABLE_KINDS = "biufU"
-# Of what is a velocity: complex numbers, flags and text are none, though numpy would convert them.
+# The kinds of numbers of a velocity: no complex numbers, flags or text, though numpy would convert.
 REAL_KINDS = "iuf"
 # Of numbers, text and flags of one cycle as JSON, in characters.
 MAX_NOTE_LENGTH = 100_000

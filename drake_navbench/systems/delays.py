@@ -80,7 +80,7 @@ class LateOdometry(FloorAware):
         mailbox: Mailbox = context.get_abstract_state(self._mailbox).get_value()
         arrived = mailbox.newest(context.get_time())
         if arrived is None:
-            # Nobody moves before the first command, so what is sent first is where it stands.
+            # The robot stands until the first command, so its start is the first pose sent.
             arrived = mailbox.messages[0] if mailbox.messages else None
         values = self._estimate_port.Eval(context) if arrived is None else arrived[1]
         output.SetFromVector(values)

@@ -94,7 +94,7 @@ class DepthSensors(FloorAware):
             [
                 x + along * np.cos(heading),
                 y + along * np.sin(heading),
-                # What is on the floor is on it, not a rounding error below.
+                # Points on the floor are put at height 0, not a rounding error below.
                 np.maximum(settings.height_m + along * slopes[is_hit], 0.0),
             ]
         )

@@ -1,7 +1,7 @@
 """Diagrams with systems written in Python are freed when a trial is over.
 
-Left alone they never are, for two reasons, each a ring of references that Python's collector does
-not see as one:
+Without this module they never are, for two reasons, each a ring of references that Python's
+collector does not see as one:
 
 - A system in C++ holds the functions that its ports and events were declared with. A bound method
   holds the Python half of the system, that the diagram, and the diagram owns the system. The link

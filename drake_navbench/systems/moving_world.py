@@ -120,7 +120,7 @@ class MovingWorld(LeafSystem):
         return self._geometry_pose_port
 
     def set_seed(self, context: Context, seed: int, start_pose: Array | None = None) -> None:
-        """Puts the people where they begin the trial with this seed.
+        """Puts the people at their start of the trial with this seed.
 
         start_pose: (3,) of the robot, on which nobody is put, as not on what stands or moves.
         """
@@ -143,7 +143,7 @@ class MovingWorld(LeafSystem):
             own.SetFromVector([context.get_time(), *crowd.state.ravel()])
 
     def people_at(self, context: Context) -> Array:
-        """Returns (P, 8) everybody at the time of a context; see `kernels.walking`."""
+        """Returns (P, 8) all people's states at a context's time; see `kernels.walking`."""
         if self._recorded is not None:
             return self._recorded.people_at(context.get_time())
         if not len(self._walkers):

@@ -21,8 +21,8 @@ from pydrake.systems.framework import (
 
 from drake_navbench.systems.lifetime import weakly_bound
 
-# x m, y m, yaw rad, then the velocity: v m/s forward, w rad/s, vy m/s to the left. Last stands what
-# only an omnidirectional base has; for every other one it is 0.
+# x m, y m, yaw rad, then the velocity: v m/s forward, w rad/s, vy m/s to the left. vy is 0 for all
+# but an omnidirectional base.
 STATE_SIZE = 6
 # x m, y m, yaw rad.
 POSE_SIZE = 3

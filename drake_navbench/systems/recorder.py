@@ -87,7 +87,7 @@ class Recording:
         self.events.extend(event for event in latest if event[0] > newest_s)
 
     def wants_people(self, time_s: float) -> bool:
-        """Returns whether it is time again for where the people are; forgets the same time."""
+        """Returns whether people are due to be recorded; drops a record of the same time."""
         if self.people and self.people[-1][0] == time_s:
             self.people.pop()
         due_s = self.people[-1][0] + PEOPLE_PERIOD_S if self.people else -math.inf

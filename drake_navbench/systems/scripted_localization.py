@@ -75,24 +75,24 @@ class _Fixes(Immutable):
 
 
 class ScriptedLocalization(FloorAware):
-    """Odometry in a frame of its own, and where that frame lies in the map.
+    """Odometry in a frame of its own, and the pose of that frame in the map.
 
     Input `state` [x m, y m, yaw rad, v m/s, w rad/s, vy m/s] is the truth, in the world frame,
-    which the map shares; `noise` is added to what is told of the state in the odometry's frame.
+    which the map shares; `noise` is added to the state in the odometry's frame.
     Outputs, of the same six numbers: `odometry`, the pose in the odometry's frame, without that
-    noise, where costmaps and scans are placed; `odometry_estimate`, with it, for the controller;
-    `estimate`, the latter in the map, for all that plans. Outputs (3,) x m, y m, yaw rad:
-    `map_from_odometry` is Nav2's transform from map to odom, where the odometry's frame lies in the
-    map; `odometry_from_world` is where the world lies in the odometry's frame.
+    noise, for the places of costmaps and scans; `odometry_estimate`, with it, for the controller;
+    `estimate`, the latter in the map, for the planners. Outputs (3,) x m, y m, yaw rad:
+    `map_from_odometry` is Nav2's transform from map to odom, the pose of the odometry's frame in
+    the map; `odometry_from_world` is the pose of the world in the odometry's frame.
 
     At the start both frames are the world's, but for a bias. The odometry's drift grows with every
     step, one every 0.05 s from `offset_s` on. A fix finds the true pose, off by its noise, the bias
     and the jump, and sets `map_from_odometry` so that the robot was there; without fixes only a
     change of bias or jump moves it.
 
-    With `wheel_odometry` the odometry is what the wheels tell, in pose and in speed: input
-    `wheel_gains` (2,), where it is connected, has the speed over the floor of the left and the
-    right wheel, `wheel_separation_m` apart, for what each turns.
+    With `wheel_odometry` the odometry's pose and speed are computed from the turns of the wheels:
+    input `wheel_gains` (2,), where it is connected, is the speed over the floor a wheel speed of
+    the left and the right wheel, which are `wheel_separation_m` apart.
 
     floor_clock: where there are several floors. On another one the odometry goes on as if nothing
     had happened, and a fix finds the pose there, off by the error of the lift as well.
@@ -143,7 +143,7 @@ class ScriptedLocalization(FloorAware):
         )
 
     def set_start(self, context: Context, pose: Array, seed: int) -> None:
-        """Puts all frames where they lie at the start of a trial, the robot at a true pose (3,)."""
+        """Puts all frames at their start of a trial, with the robot at a true pose (3,)."""
         draw = _Draw.of(seed)
         offset = _offset(self._settings.at(0.0), draw, 0.0)
         context.get_mutable_abstract_parameter(self.seed_parameter).set_value(seed)

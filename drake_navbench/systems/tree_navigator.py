@@ -213,7 +213,7 @@ class _Machine:
             replace_leaves(self._root, self._board, settings)
         self.nodes = nodes_of(self._root)
         self._changes: list[dict[str, Any]] = []
-        # What the nodes stand at; None during a tick. Spares to set them to what they are.
+        # The snapshot that the nodes are in; None during a tick. Setting them again is spared.
         self._standing: Snapshot | None = None
         for node in self.nodes:
             node.on_change = self._note_change
@@ -252,7 +252,7 @@ class _Machine:
 def _with_new_plan(
     state: NavigatorState, given: GlobalPlan | None, now_s: float
 ) -> tuple[Plan, ...]:
-    """Returns the plans so far, with the one just given to the controller server if it is new."""
+    """Returns the plans so far, and the controller server's newest one if it is new."""
     before = state.values.follow_path
     if given is None or (before is not None and given.plan_id == before.plan_id):
         return state.plans

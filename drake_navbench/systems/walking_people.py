@@ -18,7 +18,7 @@ Array = NDArray[np.float64]
 
 # How often people choose where to go, and how fast.
 PEOPLE_PERIOD_S = 0.05
-# Over which the velocity of what moves on a given way is taken.
+# The time over which a moving obstacle's velocity is measured, s.
 VELOCITY_WINDOW_S = 1e-3
 
 

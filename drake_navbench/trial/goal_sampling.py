@@ -135,7 +135,7 @@ def _places(grid: OccupancyMap, robots: Sequence[Robot]) -> _Places:
     inscribed, circumscribed = (
         max(radii) for radii in zip(*(r.radii for r in robots), strict=True)
     )
-    # What lies beyond the map is not known: its border counts as blocked.
+    # The floor beyond the map is not known: its border counts as blocked.
     blocked = np.pad(grid.occupancy != 0, 1, constant_values=True)
     clearance = ndimage.distance_transform_edt(~blocked)[1:-1, 1:-1] * grid.resolution
     regions, _ = ndimage.label(clearance > inscribed, structure=EIGHT_NEIGHBOURS)

@@ -108,7 +108,7 @@ class MovingContact:
         now, before = tracks.poses_at(time_s)[body], tracks.poses_at(time_s - VELOCITY_WINDOW_S)
         rates = (now - before[body]) / VELOCITY_WINDOW_S
         if before[body, 0] >= FAR_AWAY_M:
-            # Who has just come into the world.
+            # A person who has just come into the world.
             rates = np.zeros(3)
         outline = shapely.Polygon(place_outline(self._footprint, state[:3]))
         shape = shapely.Polygon(place_outline(self._outline(body), now))

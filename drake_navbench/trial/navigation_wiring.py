@@ -75,13 +75,13 @@ def connect_senses(builder: DiagramBuilder, signals: Signals, costmap: CostmapSy
 
 
 def connect_frame(builder: DiagramBuilder, signals: Signals, system: LeafSystem) -> None:
-    """Tells a system where the odometry's frame lies in the map, where it is not the map's own."""
+    """Connects the odometry frame's pose in the map to a system, where the two differ."""
     if signals.map_from_odometry is not None:
         connect_inputs(builder, system, map_from_odometry=signals.map_from_odometry)
 
 
 def connect_world(builder: DiagramBuilder, signals: Signals, system: LeafSystem) -> None:
-    """Tells a system where the world lies in the odometry's frame, where that is another one."""
+    """Connects the world's pose in the odometry's frame to a system, where the two differ."""
     if signals.odometry_from_world is not None:
         connect_inputs(builder, system, odometry_from_world=signals.odometry_from_world)
 

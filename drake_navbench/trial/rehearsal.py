@@ -17,7 +17,7 @@ from drake_navbench.trial.spec import TrialSpec
 
 # Long enough for a few control cycles of every robot.
 FIRST_CYCLES_S = 0.15
-# Until a robot is fast enough that all that looks ahead along the path has something to see.
+# The time until a robot is so fast that lookahead along the path finds something.
 UNDER_WAY_S = 0.75
 _UNDER_WAY = {
     "description": "Round a bend beside an obstacle",

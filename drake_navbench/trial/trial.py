@@ -119,7 +119,7 @@ def _simulated_apart(spec: TrialSpec) -> TrialLog:
 
 
 def drive(spec: TrialSpec) -> TrialLog:
-    """Runs a trial in a worker, where whatever its controller raises is an outcome.
+    """Runs a trial in a worker; an error of its controller is an outcome.
 
     What the machine lacks (see `is_machine_fault`) is raised.
     """
@@ -266,7 +266,7 @@ def _end_of_trial(
     def monitor(context: Context) -> EventStatus | None:
         time_s = context.get_time()
         status = status_port.Eval(navigator_context)
-        # A task that ended with the updates before this step was over before what happened in it.
+        # A task that ended in the updates before this step was over before the step's contact.
         is_over = status.state.is_final and status.time_s < time_s
         if transport is not None:
             contact_watch.come_to_floor(transport.floor_changes(state_context))

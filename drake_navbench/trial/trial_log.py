@@ -154,7 +154,7 @@ def _info(spec: TrialSpec, outcome: Outcome, status: TaskStatus) -> dict[str, An
         "reason": status.reason,
         "error_code": status.error_code,
         "details": json.loads(json.dumps(status.details or {}, default=str)),
-        # The end of it tells most; what recurs endlessly would fill it.
+        # The end of a traceback tells most; endless recursion would fill the log.
         "traceback": status.traceback[-MAX_TRACEBACK_LENGTH:],
         # A trial may end before its first control cycle.
         "start_time_s": min(CONTROLLER_OFFSET_S, status.time_s),

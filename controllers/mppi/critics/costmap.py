@@ -322,7 +322,7 @@ def add_distance_shortfalls(
                     wanted[count] = lane
                     count += 1
                     continue
-                # What is infinite stays so.
+                # Infinite sums stay infinite.
                 block_sums[lane] = before + at_centre[value]
                 if block_sums[lane] < INFINITY:
                     block_repulsion[lane] += repulsion_at_centre[value]

@@ -26,7 +26,7 @@ from drake_navbench.kernels.grid import LETHAL, Costmap, line_max_cost
 # A power of two: the upper bits of a product choose the place.
 _PLACE_BITS = 15
 PLACES = 1 << _PLACE_BITS
-# Above it a search for a place takes longer than it saves; what comes later is not remembered.
+# Above it a search for a place takes longer than it saves; later outlines are not remembered.
 MOST_REMEMBERED = PLACES * 3 // 4
 NOTHING = -1
 # Of the rounded sine and cosine, with a margin; the coordinates are float64.
@@ -101,7 +101,7 @@ def outline_cost_row(view, remembered, wanted, x, y, yaw, found):
     edges, costs, taken = remembered.edges, remembered.costs, remembered.taken
     cells, is_doubtful = remembered.cells, remembered.is_doubtful
     vertices, cell_count = cells.shape[0], np.int64(view.outside)
-    # One loop without calls: handing the arrays on takes longer than what is done with them.
+    # One loop without calls: passing the arrays takes longer than the work on them.
     for lane in wanted:
         if is_doubtful[lane]:
             found[lane] = footprint_cost(
@@ -131,7 +131,7 @@ def outline_cost_row(view, remembered, wanted, x, y, yaw, found):
                     edges[place], costs[place] = edge, cost
             largest = max(largest, cost)
             if largest == LETHAL:
-                # footprint_cost looks no further: what is unknown on a later edge is not seen.
+                # footprint_cost stops here: unknown cells on a later edge are not seen.
                 break
         found[lane] = largest
 

@@ -201,7 +201,7 @@ class KeepRunningUntilFailure(ControlNode):
 
 
 class ForcedNode(ControlNode):
-    """Ends as it is told to, however its child ends."""
+    """Ends with `RESULT`, with whichever status its child ends."""
 
     RESULT: ClassVar[Status]
 
@@ -224,7 +224,7 @@ class ForceFailure(ForcedNode):
 
 
 class _Again(ControlNode):
-    """Ticks its child again after each end of one kind; ends with it after so many of them."""
+    """Ticks its child again after each end of one kind, up to `limit` times, and then ends so."""
 
     AGAIN_AFTER: ClassVar[Status]
     MEMORY = ("count",)
@@ -253,13 +253,13 @@ class _Again(ControlNode):
 
 
 class Repeat(_Again):
-    """Success after so many successes of its child, -1 for never; failure with its first one."""
+    """Success after `limit` successes of its child, -1: never; failure with its first failure."""
 
     AGAIN_AFTER = Status.SUCCESS
 
 
 class RetryUntilSuccessful(_Again):
-    """Failure after so many failures of its child, -1 for never; success with its first one."""
+    """Failure after `limit` failures of its child, -1: never; success with its first success."""
 
     AGAIN_AFTER = Status.FAILURE
 

@@ -51,7 +51,7 @@ class NotOurs(ValueError):
 
 @dataclass
 class Variables:
-    """The variables of a tree: those that its nodes write, and where the others are read."""
+    """The variables of a tree: those that its nodes write, and the reads of others."""
 
     written: set[str] = field(default_factory=lambda: {GOAL})
     read: list[tuple[str, NotOurs]] = field(default_factory=list)
