@@ -66,8 +66,8 @@ class DynamicWindowApproach:
         """Returns the command of one cycle.
 
         Raises InvalidPath for an empty plan, and NoValidControl where every trajectory is illegal;
-        its `details` count the rejections per 'critic/reason', its `memory` is what the critics
-        made of the failed cycle.
+        its `details` count the rejections per 'critic/reason', its `memory` is that of the critics
+        after the failed cycle.
         """
         if len(observation.plan) == 0:
             raise InvalidPath("the plan is empty")

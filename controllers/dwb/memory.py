@@ -8,11 +8,11 @@ from drake_navbench.controllers.dwb.kinematics import Kinematics
 
 
 class DwbMemory(NamedTuple):
-    """Everything that evolves.
+    """The memory of DWB after a cycle.
 
     plan_id: of the last cycle. kinematics: limits under the last speed limit. critics: one memory
-    for each, in their order. plan_begin: where what is left of the plan
-    begins, in releases in which DWB cuts it itself.
+    for each, in their order. plan_begin: index at which the rest of the plan begins, in releases in
+    which DWB cuts it itself.
     """
 
     plan_id: int | None

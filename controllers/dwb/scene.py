@@ -27,7 +27,7 @@ class Situation:
     time_s: start of the cycle, s. pose: (x m, y m, yaw rad). twist: measured (vx, vy m/s, wz
     rad/s). plan: (M, 3) local plan, M >= 1. goal: (3,) last pose of the whole plan.
 
-    The cached properties are what several critics need; each is computed when first asked for.
+    The cached properties serve several critics; each is computed when it is first read.
     """
 
     time_s: float

@@ -1,7 +1,7 @@
-"""A client: a process that is asked and answers over two pipes that nothing else uses.
+"""A client: a process that answers messages over two pipes that nothing else uses.
 
-Each message is its length, 4 bytes, most significant first, and so many bytes of MessagePack.
-Whatever a client does, whoever asks learns it within the deadline, and the process is gone then.
+Each message is its length, 4 bytes, most significant first, and that many bytes of MessagePack. Any
+failure of a client is reported within the deadline, and its process is gone by then.
 """
 
 from __future__ import annotations
@@ -103,7 +103,7 @@ class ClientProcess:
         """Returns the answer to a message.
 
         Raises ExternalControllerFailed, and ends the client, where there is none within the
-        deadline; EndedFromOutside where somebody else has ended it.
+        deadline; EndedFromOutside where a signal from outside has ended it.
         """
         if not self._end.alive:
             raise ExternalControllerFailed(f"{self._name}: was ended before")
@@ -121,7 +121,7 @@ class ClientProcess:
         return answer
 
     def stop(self) -> None:
-        """Lets the client end, and makes it end where it does not."""
+        """Asks the client to shut down, and kills it if it does not."""
         if not self._end.alive:
             return
         body = self._packer.pack({"call": "shutdown"})

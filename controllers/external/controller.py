@@ -29,7 +29,7 @@ from drake_navbench.errors import InputError
 class ExternalMemory(NamedTuple):
     """The memory of an external controller: the client's own, any value that its protocol can hold.
 
-    is_at_rest: what a client that slows down before it is cancelled said last.
+    is_at_rest: whether a cancelled client that slows down first has last reported to be at rest.
     """
 
     client: Any = None
@@ -39,10 +39,10 @@ class ExternalMemory(NamedTuple):
 class ExternalController:
     """One client from `configure` to `shutdown`, asked once a cycle.
 
-    It is started when this is built and ended by `close`; so every trial has a fresh one. What it
-    must remember it may return as `memory`; then a decision is a function of what it is told.
-    not_read: names of what it was given and does not know.
-    Raises InputError where there is no such program or it refuses to be configured.
+    It is started when this is built and ended by `close`; so every trial has a fresh one. It may
+    return its memory as `memory`; then a decision is a function of the message alone. not_read:
+    names of the given parameters that it does not know. Raises InputError where there is no such
+    program or it refuses to be configured.
     """
 
     Parameters: ClassVar[type[ExternalParameters]] = ExternalParameters
@@ -95,7 +95,7 @@ class ExternalController:
         return not self._is_graceful or memory.is_at_rest
 
     def close(self) -> None:
-        """Lets the client end."""
+        """Asks the client to shut down, and kills it if it does not."""
         self._client.stop()
 
     def _tell_plan(self, observation: Observation) -> None:

@@ -2,7 +2,7 @@
 
 A first-order response with limited accelerations, dv/dt = (command - v) / time constant, and a
 latency before it. Braking is the command 0, which is also what the controller server sends when
-the controller gives up, so that the stop plan needs nobody's help.
+the controller gives up, so that the stop plan needs no controller.
 """
 
 from __future__ import annotations

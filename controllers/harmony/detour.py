@@ -172,7 +172,7 @@ def still_ahead(detour: Array, position: Array, plan: Array, global_plan: Array)
 def is_good(detour: Array, position: Array, field: DistanceField, clearance: float) -> bool:
     """Returns whether a detour (M, 3) begins near a position (2,) m and is free as it was.
 
-    As much as when it was found: around the robot only what is in the way itself counts.
+    It must be as free as when it was found: near the robot only obstacles on the detour count.
     """
     off_m = np.hypot(*(detour[:, :2] - position).T)
     distances = distances_at(field, detour[:, :2])

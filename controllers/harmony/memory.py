@@ -18,7 +18,7 @@ class HarmonyMemory(NamedTuple):
     plan: (N + 1, 9) the committed plan, or None where the last command was not a plan's.
     time_s: when it was committed. sent: the last commands. refused_since_s: since when no plan has
     been accepted, None while they are. is_trapped: the last plan got nowhere. detour: (M, 3) the
-    way past what trapped it, or None.
+    way out of a trap, or None.
     """
 
     plan: Array | None = None

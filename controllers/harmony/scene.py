@@ -112,8 +112,8 @@ def nearest_on_path(path, x, y, first, window):
 def heading_wanted(scene, x, y, yaw):
     """Returns the heading wanted at a point of the path: that of the path, near a goal the goal's.
 
-    A planner that knows no headings leads a path to the goal from anywhere; who turns only there
-    must turn at a standstill.
+    A planner that knows no headings leads a path to the goal from any side; a robot that turns only
+    there must turn at a standstill.
     """
     if scene.nears_goal <= 0.0:
         return yaw

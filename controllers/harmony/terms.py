@@ -202,8 +202,8 @@ def maximum_velocity(scene, reference, stage, weight, gradient, hessian):
 def stage_cost(scene, k, last, stage, reference, gradient, hessian, with_costmap=True):
     """Returns the cost of stage k of 0..last, and adds its derivatives.
 
-    reference: (4,) of this stage. Stage 0 is given: what of it is no input costs nothing.
-    with_costmap: whether the term of the costmap counts.
+    reference: (4,) of this stage. Stage 0 is given: only its inputs cost something. with_costmap:
+    whether the term of the costmap counts.
     """
     weights, dt = scene.weights, scene.dt
     cost = 0.0

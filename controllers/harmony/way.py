@@ -58,8 +58,8 @@ def way_along(
 ) -> Way:
     """Returns the way along a local plan (M, 3), as far as a horizon's reach.
 
-    field, discs (D, 2): of the obstacles and the robot, to see where it has no room. global_plan:
-    (N, 3), to see what is behind where the local plan ends before that.
+    field, discs (D, 2): of the obstacles and the robot, to find the poses without room.
+    global_plan: (N, 3), continues the local plan behind its end.
     """
     path = read_only(plan)
     driven = along_itself(path)

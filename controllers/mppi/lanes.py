@@ -42,6 +42,6 @@ def unpack(lanes: Lanes, batch_size: int) -> Lanes:
 
 
 def frozen(array: NDArray[Any]) -> NDArray[Any]:
-    """Makes an array of one's own read-only, in its own precision, and returns it."""
+    """Returns an array, which nothing else refers to, read-only and in its own precision."""
     array.flags.writeable = False
     return array

@@ -161,8 +161,8 @@ NOT_IN_KILTED = ("open_loop", "GoalAngleCritic.symmetric_yaw_tolerance")
 class MppiParameters(ParametersWithCritics):
     """Parameters of Nav2's MPPI since Humble, with Lyrical's defaults, and of the polish.
 
-    `AckermannConstraints` is where releases before Lyrical had what is now in the block that
-    `motion_model` names.
+    `AckermannConstraints` is the block of releases before Lyrical; Lyrical's is named by
+    `motion_model`.
     """
 
     WITHOUT_EFFECT: ClassVar[frozenset[str]] = frozenset(

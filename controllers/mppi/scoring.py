@@ -120,7 +120,7 @@ class BatchScorer:
     ) -> dict[int, object]:
         """Rolls out chunk by chunk, each scored while it is in the cache.
 
-        Returns what the active point-wise critics began, by row.
+        Returns the results of `begin` of the active point-wise critics, by row.
         """
         self._table[:] = 0
         blocks = self._table.shape[1]

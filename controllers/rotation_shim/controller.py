@@ -36,10 +36,10 @@ TURNS_TO_GOAL = "rotate_to_goal"
 class RotationShim:
     """Nav2's Rotation Shim over any registered controller, branches humble to lyrical.
 
-    Before Lyrical the original sees the whole plan; here it sees what the path handler leaves of
-    it, which begins at the robot. Its `in_rotation_`, which it keeps from one goal to the next,
-    begins anew with each goal here. Cancelled it stops at once, whatever its primary controller
-    would do, as in Nav2.
+    Before Lyrical the original sees the whole plan; here it sees the path handler's part of it,
+    which begins at the robot. Its `in_rotation_`, which it keeps from one goal to the next, begins
+    anew with each goal here. Cancelled it stops at once, whatever its primary controller would do,
+    as in Nav2.
     """
 
     Parameters: ClassVar[type[RotationShimParameters]] = RotationShimParameters
@@ -72,7 +72,7 @@ class RotationShim:
     def step(self, observation: Observation, memory: ShimMemory) -> Decision:
         """Returns the command of one cycle: a turn, or the primary controller's.
 
-        Raises what the primary controller raises. A turn that would collide is left to it, too.
+        Raises the primary controller's errors. A turn that would collide is left to it, too.
         """
         if self._release.looks_always:
             looks_at_plan, goal_xy_reached = True, observation.goal_xy_reached

@@ -46,8 +46,8 @@ def heading_of_plan(plan, x, y, yaw, distance, use_path_orientations, takes_last
     """Returns the angle from a robot's heading to that of a plan (M, 3), rad.
 
     It is that of the first pose at least `distance` m from the plan's first one, or with
-    `takes_last_pose` of the last; not a number where there is none. It is asked for in every cycle,
-    so it takes few arguments: a tuple of settings costs more than what it computes.
+    `takes_last_pose` of the last; not a number where there is none. It is called in every cycle and
+    takes few arguments: to pass a tuple of settings costs more than the computation.
     """
     count = plan.shape[0]
     if count < LEAST_POSES:

@@ -67,7 +67,7 @@ class RotationShimParameters(ControllerParameters):
     """Parameters of nav2_rotation_shim_controller.
 
     Beside an older file's parameters, where all share one block, a parameter that both controllers
-    have goes to both. What a release does not read has no effect in it.
+    have goes to both. A parameter that a release does not read has no effect in it.
     """
 
     PLUGIN_NAMES: ClassVar[tuple[str, ...]] = (PRIMARY, f"{PRIMARY}.{PLUGIN}")

@@ -1,6 +1,7 @@
 """One cycle of Regulated Pure Pursuit as a single kernel.
 
-Calling a kernel costs about as much as what a cycle computes, so the parts are put together here.
+The call of a kernel takes about as long as a cycle's computation, so the parts are put together
+here.
 """
 
 from __future__ import annotations

@@ -10,8 +10,8 @@ class RppMemory(NamedTuple):
 
     last_v m/s, last_w rad/s: the command of the last cycle that had one; the dynamic window starts
     there. is_cancelling: asked to stop, with `use_cancel_deceleration`. has_stopped: came to rest.
-    plan_id, plan_begin, was_near_end: up to Kilted, the plan of the last cycle, where what is left
-    of it begins, and whether the robot was near its end.
+    plan_id, plan_begin, was_near_end: up to Kilted, the plan of the last cycle, the index at which
+    its rest begins, and whether the robot was near its end.
     """
 
     last_v: float = 0.0

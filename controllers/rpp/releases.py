@@ -24,7 +24,7 @@ class Rules(NamedTuple):
     turns_or_reverses: reverses only where it does not turn in place.
     stops_in_time: a turn in place is slow enough to be stopped in time.
     bounds_time_only: `min_distance_to_obstacle` makes the check longer, but not farther.
-    decays_from_252: the distance that a cost stands for is told from 252, as the layer has it.
+    decays_from_252: distances are computed from costs by a decay from 252, the layer's own.
     is_patient: every error counts as no valid control, to which the server's patience applies.
     """
 

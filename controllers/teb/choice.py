@@ -118,9 +118,9 @@ class BandChooser:
     ) -> tuple[list[Tried], list[Alternative]]:
         """Leads the candidates that can pay; returns them and those to look at again later.
 
-        No guess can be driven faster than its length, what lost a moment ago loses again, and what
-        obeyed no limit a moment ago still does not. Where there is a band to drive, this one or the
-        last one, what takes long takes several cycles.
+        Candidates cannot pay whose length at full speed takes too long, that lost a moment ago, or
+        that obeyed no limit a moment ago. Where there is a band to drive, this one or the last one,
+        long searches are spread over several cycles.
         """
         task, time_s = attempt.task, attempt.observation.time_s
         work = 0

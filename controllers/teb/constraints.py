@@ -54,7 +54,7 @@ class BandScene(NamedTuple):
     via_points: (V, 2) m, points that attract the band. via_poses: (V,) index of the attracted pose.
     turning_radius: of a car, m; 0 without a bound. directions: (m,) in which a car drives through
         each interval, 1 forward, -1 backward.
-    encounters: with what moves.
+    encounters: with moving obstacles.
     """
 
     start: Array

@@ -2,8 +2,8 @@
 
 A convex shape that is moved covers one cell that lies as far from all old cells as it has moved,
 and straight ahead of the nearest of them: the directed Hausdorff distance, whatever else of the
-shape is in sight. Cells count only where the other costmap saw them free: what only came into
-sight has not moved there.
+shape is in sight. Cells count only where the other costmap saw them free: a cell that only came
+into sight shows no motion.
 """
 
 from __future__ import annotations

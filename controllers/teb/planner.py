@@ -58,8 +58,8 @@ class Task(NamedTuple):
 class PlannedBand(NamedTuple):
     """An optimised band and how it came about.
 
-    accepted: it obeys the limits. given_up_m: what its narrowest place lacks of min_obstacle_dist,
-    besides the slack. lead: how far Newton's method came.
+    accepted: it obeys the limits. given_up_m: min_obstacle_dist less the clearance at its narrowest
+    place, besides the slack. lead: the result of Newton's method.
     """
 
     band: Band

@@ -98,7 +98,7 @@ def clearance_now(fields, discs, x, y, yaw):
 def encounters_of(fields, discs, poses, time_steps):
     """Returns the `Encounters` of a band: poses (n, 3), time_steps (n - 1,) s.
 
-    Times are those of the guess, as in teb_local_planner: they are not part of what is solved for.
+    Times are those of the guess, as in teb_local_planner: the solver does not change them.
     """
     inner = time_steps.shape[0] - 1 if fields.distances.shape[0] > 0 else 0
     things, shifts = np.empty(inner, dtype=np.int64), np.empty((inner, 2))

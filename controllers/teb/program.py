@@ -85,7 +85,7 @@ class Lead(NamedTuple):
 class BandProgram:
     """The program of all bands with one number of intervals and of discs.
 
-    is_car: it has turning rows. meets_moving: it has rows for what moves.
+    is_car: it has turning rows. meets_moving: it has rows for moving obstacles.
     """
 
     def __init__(

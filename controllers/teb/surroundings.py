@@ -46,7 +46,7 @@ def with_moving(
 ) -> Surroundings:
     """Returns the surroundings in which the tracks of a costmap, `elapsed_s` old, move on.
 
-    reach_m: how far from what moves distances have to be exact.
+    reach_m: distances to moving obstacles have to be exact up to this one.
     """
     costs = costmap.costs.copy()
     origin = np.array([costmap.origin_x, costmap.origin_y])

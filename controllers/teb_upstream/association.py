@@ -1,8 +1,8 @@
-"""Which poses of a band feel which obstacles and via-points.
+"""The attachment of obstacles and via-points to the poses of a band.
 
 As teb_local_planner's AddEdgesObstacles, AddEdgesObstaclesLegacy and AddEdgesViaPoints
-(ros2-master), with what looks like mistakes there: the side of an obstacle is judged from the
-origin of the map, and the legacy strategy attaches an obstacle to its nearest pose three times.
+(ros2-master), with their apparent mistakes: the side of an obstacle is judged from the origin of
+the map, and the legacy strategy attaches an obstacle to its nearest pose three times.
 """
 
 from __future__ import annotations

@@ -69,7 +69,7 @@ def whole_plan(observation: Observation) -> Array:
 def pruned_begin(plan, begin, pose, behind):
     """Returns the index of the first pose from `begin` on that is nearer than `behind` m.
 
-    Where none is, it stays. What was passed stays dropped until there is a new plan.
+    Where none is, it stays. Passed poses stay dropped until there is a new plan.
     """
     for i in range(begin, plan.shape[0]):
         dx, dy = pose[0] - plan[i, 0], pose[1] - plan[i, 1]

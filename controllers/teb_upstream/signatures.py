@@ -67,7 +67,7 @@ def is_wanted(values, known, best, rules):
     """Whether a band with a signature (N,) is kept beside those with signatures `known` (C, N).
 
     best: (1, M) that of the best band's class, or (0, 0). One band is kept of each class, and of
-    the best one's as many as the rules allow; one whose numbers are not finite never.
+    the best one's as many as the rules allow. A band whose signature is not finite is never kept.
     """
     for value in values:
         if not math.isfinite(value):

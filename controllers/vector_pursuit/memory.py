@@ -9,8 +9,8 @@ class VectorPursuitMemory(NamedTuple):
     """The memory of the controller.
 
     last_v m/s, last_w rad/s: the last command, which it takes for the speed at which the robot
-    moves. plan_id, plan_begin: up to Kilted, the plan of the last cycle, and where what is left of
-    it begins.
+    moves. plan_id, plan_begin: up to Kilted, the plan of the last cycle, and the index at which its
+    rest begins.
     """
 
     last_v: float = 0.0

@@ -55,8 +55,8 @@ def make_layer(
 ) -> Layer:
     """Returns the layer that `plugins` names: a block's, or one of ours.
 
-    static_map: what the static layer shows. keepouts: the masks of the keepout filter.
-    Raises InputError where the plugin of a block cannot be made.
+    static_map: that of the static layer. keepouts: the masks of the keepout filter. Raises
+    InputError where the plugin of a block cannot be made.
     """
     if name in settings.plugin_blocks:
         block = settings.plugin_blocks[name]

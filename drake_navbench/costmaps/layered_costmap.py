@@ -78,8 +78,8 @@ class LayersState(Immutable):
 class LayeredCostmap:
     """The layers and filters of one costmap; the object itself never changes.
 
-    footprint: (K, 2) padded outline in the base frame, m. static_map: what the static layer shows,
-    in the frame of the costmap. masks: of all filters; those of keepouts are used here.
+    footprint: (K, 2) padded outline in the base frame, m. static_map: that of the static layer, in
+    the frame of the costmap. masks: of all filters; those of keepouts are used here.
     """
 
     def __init__(
@@ -145,11 +145,11 @@ class LayeredCostmap:
     ) -> LayersState:
         """Returns the state after one update cycle.
 
-        scan: the newest one; None leaves what was seen as it is. pose: (3,) of the robot, x m, y m,
-        yaw rad. clouds: the newest one of each sensor that sends points, by its name. ranges: the
-        readings of each range sensor by its name, at least those since the update before.
-        map_from_costmap: (3,) where the frame of all these lies in the map's, in which the static
-        map and the masks lie; None where they are one, as they must be unless the costmap rolls.
+        scan: the newest one; None changes nothing. pose: (3,) of the robot, x m, y m, yaw rad.
+        clouds: the newest one of each sensor that sends points, by its name. ranges: the readings
+        of each range sensor by its name, at least those since the update before. map_from_costmap:
+        (3,) the pose of the frame of all these in the map's frame, which is that of the static map
+        and the masks; None where they are one, as they must be unless the costmap rolls.
         """
         geometry = self._geometry
         frame = SAME_FRAME if map_from_costmap is None else map_from_costmap

@@ -87,7 +87,7 @@ class OccupancyMap(Immutable):
     occupancy: (rows, columns) int8, `[row = y, column = x]`, read-only: -1 unknown, else 0 to 100.
     resolution: edge of a cell, m, rounded to float32 as in the message.
     origin_x, origin_y: lower left corner of cell (0, 0), m; the grid lies along the axes.
-    files: what it was read from, the YAML file and the image.
+    files: its sources, the YAML file and the image.
     """
 
     occupancy: NDArray[np.int8]
@@ -234,7 +234,7 @@ def occupancy_from_grey(
     """Returns the occupancy of each pixel, int8, of the shape of `grey` and `alpha`.
 
     With p = 1 - grey / 255, or grey / 255 where `negate`, in float32: p <= free_thresh is free (0),
-    else p >= occupied_thresh is occupied (100); what lies between is unknown (-1), or in mode scale
+    else p >= occupied_thresh is occupied (100); a value between is unknown (-1), or in mode scale
     round(100 (p - free_thresh) / (occupied_thresh - free_thresh)). Pixels that are not opaque are
     unknown. In mode raw the grey value itself counts, unknown above 100.
     """

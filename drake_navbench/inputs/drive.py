@@ -58,7 +58,7 @@ class _Drive(FrozenModel):
 
     @property
     def has_wheels(self) -> bool:
-        """Whether it is more than the motion that it is told: motors, casters, weight."""
+        """Whether motors, casters and weight are simulated, not only the commanded motion."""
         return False
 
     @property
@@ -117,7 +117,7 @@ class DifferentialDrive(QuietModel, _TurningDrive):
 
     @property
     def has_wheels(self) -> bool:
-        """Whether it is more than the motion that it is told: motors, casters, weight."""
+        """Whether motors, casters and weight are simulated, not only the commanded motion."""
         return self.physics != "ideal"
 
     @property

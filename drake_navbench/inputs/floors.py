@@ -43,9 +43,9 @@ PARTS = ("waypoints", "persons")
 class PlacedFloor:
     """A floor with its place in the world.
 
-    index: among the floors of the file. offset: m, what is at (x, y) on its map is at (x, y) +
-    offset in the world. scenario: in the world. bounds: min_x, min_y, max_x, max_y of it there, m.
-    storey: the same for floors that are parts of one.
+    index: among the floors of the file. offset: m, a point (x, y) on its map is (x, y) + offset in
+    the world. scenario: in the world. bounds: min_x, min_y, max_x, max_y of it there, m. storey:
+    the same for floors that are parts of one.
     """
 
     index: int
@@ -121,7 +121,7 @@ def floor_scenarios(scenario: Scenario) -> tuple[Scenario, ...]:
 def placed_floors(scenario: Scenario) -> tuple[PlacedFloor, ...]:
     """Returns the floors at their places in the world; the first one's frame is the world's.
 
-    Those that give their origin in one storey lie as they say; every other one is a storey. Each
+    Floors that give their origin in one storey lie at it; every other floor is a storey. Each
     storey lies to the right of those before. None where the scenario has no floors.
     """
     if not scenario.floors:

@@ -120,9 +120,9 @@ class _Moving(QuietModel):
         return float((speeds / steps[:, 0]).max(initial=0.0))
 
     def swept_floor(self) -> Iterator[tuple[int, BaseGeometry]]:
-        """Yields for each waypoint but the first the floor that it covers on the way there.
+        """Yields, for each waypoint but the first, the floor covered on the way there.
 
-        Of what never moves, the floor under it, as that of waypoint 0.
+        For an obstacle that never moves, yields the floor under it, as that of waypoint 0.
         """
         if len(self.waypoints) == 1:
             yield 0, self._covered(self.knots[:1, 1:])

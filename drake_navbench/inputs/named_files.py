@@ -20,8 +20,8 @@ MAX_NAMED = 3
 class NamedFiles:
     """The YAML files of one kind that come with the package.
 
-    kind: what errors call it ('scenario', 'robot').
-    package: dotted name of the folder that holds the built-in ones.
+    kind: the noun in errors ('scenario', 'robot'). package: dotted name of the folder that holds
+    the built-in ones.
     """
 
     kind: str
@@ -38,9 +38,9 @@ class NamedFiles:
         return sorted(path.stem for path in self.folder.glob("*.yaml"))
 
     def beside(self, folder: str | Path, name: str) -> Path:
-        """Returns a file that stands in a folder, else the built-in one of that name if there is.
+        """Returns a file in a folder, else the built-in one of that name if there is one.
 
-        So a copy of a built-in file, wherever it is put, finds what it names.
+        So a copy of a built-in file in any folder finds the files that it names.
         """
         own, built_in = Path(folder) / name, self.folder / name
         return built_in if not own.is_file() and built_in.is_file() else own

@@ -254,10 +254,10 @@ class WalkingPeople:
         return walking.TOP_SPEED_MPS if self.persons else 0.0
 
     def crowd(self, seed: int, is_free: Callable[[Array, float], bool] | None = None) -> Crowd:
-        """Returns them as they begin the trial with this seed, the same for all controllers.
+        """Returns the people at the start of the trial with this seed, for any controller.
 
-        is_free: whether a disc at (2,) m of a radius m is clear of all that is there. Whose drawn
-        start is not draws again, and begins where the file says if that does not help.
+        is_free: whether a disc at (2,) m of a radius m is clear of all bodies. A person whose drawn
+        start is not free draws again, up to MAX_STARTS times, and then begins at the file's start.
         """
         states: list[list[float]] = []
         traits: list[list[float]] = []
@@ -310,10 +310,10 @@ def _free_start(
 
 
 def foot_offsets_m(walked_m: Array, speed_mps: Array) -> Array:
-    """Returns (P,) how far the left shin is ahead of the trunk, the right one as far behind it.
+    """Returns (P,) the left shin's distance ahead of the trunk, m; the right one is as far behind.
 
-    walked_m: (P,) the way so far, which tells where in a stride they are. speed_mps: (P,); below
-    1 m/s steps are shorter, and who stands has both feet side by side.
+    walked_m: (P,) the way so far, which gives the phase of the stride. speed_mps: (P,); below 1 m/s
+    steps are shorter, and a standing person has both feet side by side.
     """
     swing_m = SWING_M * np.minimum(speed_mps, 1.0)
     return swing_m * np.sin(2.0 * np.pi / STRIDE_M * walked_m)

@@ -319,8 +319,8 @@ def resolved_parameters(name: str) -> dict[str, Any]:
 def as_yaml(preset: Preset) -> str:
     """Returns the preset with every parameter resolved, as the text of a preset file.
 
-    Parameters that nobody gave have the defaults of the column's release there: whoever reads the
-    text takes every one of them for given.
+    Parameters that were not given have the defaults of the column's release there: a reader of the
+    text takes all of them for given.
     """
     return yaml.safe_dump(
         {

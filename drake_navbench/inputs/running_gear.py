@@ -65,7 +65,7 @@ class RunningGear(Immutable):
     model: the file. axles: names of the joints of the left and the right driven wheel. axle_signs:
     1 where they roll ahead, -1 where the other way. wheel_inertia_kgm2: of one of them about its
     axle. mass_kg, center_m (3,), yaw_inertia_kgm2 (about the base origin): of all bodies, with the
-    load. load_kg, load_position (3,) m: what is not among the model's bodies.
+    load. load_kg, load_position (3,) m: mass beyond that of the model's bodies.
     """
 
     model: Path

@@ -40,9 +40,10 @@ class Timeline(Immutable, Generic[Settings]):
 def timeline(
     usual: Settings, changes: Iterable[tuple[float, float, Callable[[Settings], Settings]]]
 ) -> Timeline[Settings]:
-    """Returns the timeline of usual settings with changes (from s, until s, what it makes of them).
+    """Returns the timeline of usual settings with changes (from s, until s, function).
 
-    Where several hold at once, the later one in the list has the last word.
+    A function maps settings to changed ones. Where several hold at once, the later one in the list
+    is applied last.
     """
     listed = list(changes)
     starts = sorted({0.0, *(time for begin, end, _ in listed for time in (begin, end))})

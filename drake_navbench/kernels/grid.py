@@ -46,7 +46,7 @@ class Costmap:
     resolution: edge of a cell, m.
     tracks_unknown: whether NO_INFORMATION means "not seen" (else it does not occur).
     stamp_s: time of the update that made it, s.
-    is_current: whether all of its layers have what they wait for.
+    is_current: whether all of its layers have got their data.
     """
 
     costs: NDArray[np.uint8]
@@ -76,7 +76,7 @@ class Costmap:
     def lethal_centres(self) -> NDArray[np.float64]:
         """(N, 2) centres of the lethal cells, m, row by row; read-only.
 
-        They are looked for when they are first asked for: nobody asks a global costmap.
+        They are computed at the first read; those of a global costmap are never read.
         """
         if self._lethal_centres is None:
             object.__setattr__(self, "_lethal_centres", _lethal_centres(self.grid))

@@ -1,12 +1,12 @@
-"""The velocity nearest to a wished one that keeps to half-planes and a top speed.
+"""The velocity nearest to a preferred one within half-planes and a top speed.
 
 The linear programs of van den Berg, Guy, Lin, Manocha, "Reciprocal n-Body Collision Avoidance",
 2011, section 5: in two dimensions, by adding one half-plane after another (de Berg et al.,
-"Computational Geometry", chapter 4), and where all cannot be kept, in three, the third being by how
-much the soft ones are broken.
+"Computational Geometry", chapter 4), and where they do not intersect, in three; the third is the
+violation of the soft ones.
 
-A half-plane is a row: x, y of a point on its edge, m/s, and the unit vector along the edge that has
-what is allowed to its left.
+A half-plane is a row: x, y of a point on its edge, m/s, and the unit vector along the edge; allowed
+velocities are to its left.
 """
 
 from __future__ import annotations

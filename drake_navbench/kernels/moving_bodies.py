@@ -139,9 +139,9 @@ def share_until_contact_with_moving(
 ):
     """Returns the share, 0 to 1, of a step after which the outline first touches a moving body.
 
-    As `swept_contact.share_until_contact`, with both moving: what shrinks a gap is the speed of the
-    outline and that of the bodies, of which no point is faster than `moving_speed` m/s. start_time:
-    of the step, s.
+    As `swept_contact.share_until_contact`, with both moving: a gap closes at most by the sum of the
+    outline's speed bound and `moving_speed` m/s, an upper bound of the speed of the bodies' points.
+    start_time: of the step, s.
     """
     speed = outline_speed_bound(footprint, start, end, duration) + moving_speed
     share = 0.0

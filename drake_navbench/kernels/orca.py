@@ -203,8 +203,8 @@ def _way_out(away_x, away_y, vx, vy, radius, horizon, period):
     """Returns (ux, uy, dx, dy): from a relative velocity the least change, m/s, to the edge of the
     velocity obstacle of a disc, and the direction of that edge.
 
-    away_x, away_y: of the other's centre, m. radius: of both together. Who overlap already are to
-    be apart after a period.
+    away_x, away_y: of the other's centre, m. radius: of both together. Bodies that overlap already
+    have to be apart after a period.
     """
     squared = away_x * away_x + away_y * away_y
     if squared > radius * radius:

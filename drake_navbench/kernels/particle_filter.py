@@ -57,11 +57,11 @@ def hit_points(
 
 @njit(cache=True)
 def weigh(particles, weights, points, field, off_map, origin_x, origin_y, resolution):
-    """Multiplies weights (N,), in place, by how likely each particle sees points; returns the sum.
+    """Multiplies weights (N,), in place, by the points' likelihoods; returns the weights' sum.
 
-    points: (B, 2) m in the base frame. field: (rows, columns) what a hit in a cell adds to the
-    likelihood 1; off_map: what one beside the map adds. As in nav2_amcl, a cell reaches half a cell
-    to either side of its lower left corner.
+    points: (B, 2) m in the base frame. field: (rows, columns) the term that a hit in a cell adds to
+    the likelihood 1; off_map: the term of a hit beside the map. As in nav2_amcl, a cell reaches
+    half a cell to either side of its lower left corner.
     """
     rows, columns = field.shape
     total = 0.0
@@ -213,8 +213,8 @@ def _root(parents, label):
 def heaviest_cluster(particles, weights):
     """Returns (4,): the mean x m, y m, yaw rad of the heaviest cluster, and its share of all.
 
-    A cluster is what touches in the histogram, at corners, too. Headings on either side of a half
-    turn do not touch, as in nav2_amcl.
+    A cluster is a set of bins that touch in the histogram, at corners, too. Headings on either side
+    of a half turn do not touch, as in nav2_amcl.
     """
     count = particles.shape[0]
     keys = np.empty(count, dtype=np.int64)

@@ -47,7 +47,8 @@ def people_on_tracks(knots, firsts, time):
 def headings(rows: NDArray[np.float64]) -> NDArray[np.float64]:
     """Returns (K,) the heading at each row (K, 3) of time s, x m, y m: the way round it, rad.
 
-    Who hardly moves keeps the last one. They are not wrapped: no step turns by more than pi.
+    A person who hardly moves keeps the last heading. Headings are not wrapped: no step turns by
+    more than pi.
     """
     before, after = np.vstack([rows[:1], rows[:-1]]), np.vstack([rows[1:], rows[-1:]])
     way = after - before

@@ -2,15 +2,16 @@
 
 Form and constants are those of HuNavSim's model, lightsfm (robotics-upo/lightsfm, sfm.hpp): a
 desired force towards the goal, the social force of Moussaid et al. 2009 between people, an
-exponential repulsion from what stands, and the group forces of Moussaid et al. 2010. The reactions
-to a robot are those of HuNavSim's agent manager (Perez-Higueras et al., "HuNavSim: A ROS 2 Human
-Navigation Simulator for Benchmarking Human-Aware Robot Navigation", 2023). Where we differ:
+exponential repulsion from standing obstacles, and the group forces of Moussaid et al. 2010. The
+reactions to a robot are those of HuNavSim's agent manager (Perez-Higueras et al., "HuNavSim: A ROS
+2 Human Navigation Simulator for Benchmarking Human-Aware Robot Navigation", 2023). Where we differ:
 
-- The wall's repulsion is that of the nearest point of all that stands, so that it does not depend
-  on into how many pieces a map is cut.
-- The robot's outline repels everybody as a wall does, as its centre says little of a long chair,
-  and who means to go straight into it steps aside, to the side on which he is of its centre.
-- One who threatens goes for a point ahead of the robot; HuNavSim confuses sine and cosine there.
+- The wall's repulsion is that of the nearest point of all walls and obstacles, so that it does not
+    depend on the number of pieces of a map.
+- The robot's outline repels people as a wall does, as its centre alone says little of a long robot.
+    A person who walks straight into it steps aside, to the side of its centre on which the person
+    is.
+- A threatening person walks to a point ahead of the robot; HuNavSim confuses sine and cosine there.
 
 People are rows as in `kernels.walking`.
 """
@@ -257,10 +258,9 @@ def _add_social_forces(force_x, force_y, index, people, robot, takes_robot_for_o
 def step_people(people, traits, goals, edges, circles, robot, robot_edges, step):
     """Returns (P, 8) the people `step` s later, with the velocities that they then choose.
 
-    people: (P, 8), traits: (P, 9), goals: (G, 2) m of all. edges, circles: what
-    stands, and what moves along given ways. robot: (6,) x m, y m, yaw rad of its outline's centre,
-    vx m/s, vy m/s in the world frame, and its half length, m. robot_edges: (K, 4) its outline
-    there, m.
+    people: (P, 8), traits: (P, 9), goals: (G, 2) m of all. edges, circles: of standing and of
+    moving obstacles. robot: (6,) x m, y m, yaw rad of its outline's centre, vx m/s, vy m/s in the
+    world frame, and its half length, m. robot_edges: (K, 4) its outline there, m.
     """
     after = people_after(people, step)
     chosen = np.empty((people.shape[0], 2))

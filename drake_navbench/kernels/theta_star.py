@@ -81,7 +81,7 @@ def _pop(heap, size, f):
     """Removes the top of a heap of `size` cells and returns it.
 
     The hole sinks to the bottom along the smaller children (the right one on ties), the last cell
-    rises from there: what the C++ standard library does, also where sums have changed.
+    rises from there, as in the C++ standard library, also where sums have changed.
     """
     top = heap[0]
     last = size - 1

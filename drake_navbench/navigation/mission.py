@@ -34,8 +34,8 @@ class FloorSwitch(Immutable):
     """The instant at which a robot is on another floor.
 
     number: of the switches of a trial, from 1. floor: the new one's index. time_s: when.
-    from_pose, to_pose: where the lift stops on the floor before and on the new one, in the world.
-    error: m, m, rad, of where the robot is localized then.
+    from_pose, to_pose: the lift's stops on the floor before and on the new one, in the world.
+    error: m, m, rad, of the pose at which the robot is localized then.
     """
 
     number: int

@@ -41,7 +41,7 @@ def smooth_path(path: ArrayLike, parameters: SavitzkyGolaySmootherParameters) ->
 
 
 def window_weights(window_size: int, order: int) -> Array:
-    """Returns (window_size,) what each point counts for the middle of the least-squares polynomial.
+    """Returns (window_size,) the points' weights in the least-squares value at the middle.
 
     Numerical Recipes, 14.9: the first row of the pseudo-inverse of the Vandermonde matrix.
     """

@@ -1,6 +1,6 @@
 """Nav2's planner for cars: Hybrid-A*, with Dubins' or Reeds and Shepp's curves.
 
-Source: nav2_smac_planner (SmacPlannerHybrid), branch lyrical. What differs: a time limit is a
+Source: nav2_smac_planner (SmacPlannerHybrid), branch lyrical. The differences: a time limit is a
 number of expansions, and where Nav2 reads beyond its arrays, the map at its upper edge and the
 outlines at a heading rounded to a full turn, the robot does not fit, and has its outline at 0.
 """

@@ -27,13 +27,12 @@ class Clearance(FloorAware):
     """Measures the distance to obstacles at the start, at `offset_s`, and once a period from then.
 
     Inputs `state` [x m, y m, yaw rad, ...], `costmap` (Costmap or None), `odometry_from_world`
-    (3,), where the world lies in the costmap's frame (not connected: they are one), and `moving`
-    (edges (E, 4) and circles (D, 3) of what moves, m; need not be connected). Output `distances`
-    [m]: first the distance between the footprint and the nearest thing that stands or moves in the
+    (3,), the world's pose in the costmap's frame (not connected: they are one), and `moving` (edges
+    (E, 4) and circles (D, 3) of moving bodies, m; need not be connected). Output `distances` [m]:
+    first the distance between the footprint and the nearest thing that stands or moves in the
     world, 0 where they overlap; then the distance from the reference point to the nearest of the
     lethal cells' centres; then that to the nearest of their lower left corners, the published
-    measure. +inf where nothing is near. Whether they touch between two samples is for ContactWatch
-    to say.
+    measure. +inf where nothing is near. Contacts between two samples are found by ContactWatch.
 
     The distance is exact in the plane. SceneGraph's is not: between prisms on one floor FCL's
     general algorithm is now and then too large by up to metres (flexible-collision-library/fcl,

@@ -42,16 +42,16 @@ class Lidar(FloorAware):
 
     Input `state` [x m, y m, yaw rad, ...] of the base, world frame; `odometry`, likewise, where the
     odometry believes it to be (not connected: there). Input `moving` (edges (E, 4) and circles
-    (D, 3) of what moves, m; need not be connected). Output `scan`: the last `Scan`, or None before
-    the first. Abstract parameter 0 holds the world as (segments, circles), so that a
-    test can take a thing away; parameter 1 the trial's seed. Special ranges follow REP 117: +inf
-    where nothing lies within range, -inf nearer than the least range, NaN where a beam dropped out.
+    (D, 3) of moving bodies, m; need not be connected). Output `scan`: the last `Scan`, or None
+    before the first. Abstract parameter 0 holds the world as (segments, circles), so that a test
+    can take a thing away; parameter 1 the trial's seed. Special ranges follow REP 117: +inf where
+    nothing lies within range, -inf nearer than the least range, NaN where a beam dropped out.
 
-    What is lower than the scanned plane, or of glass, it does not see. A lost scan leaves the one
+    Bodies lower than the scanned plane, or of glass, are not seen. A lost scan leaves the one
     before it. With a latency the output is the newest scan that has arrived.
 
-    floors: what is in sight on each floor, where there are several; their clock comes with them.
-    Scans of one floor are forgotten on the next.
+    floors: the surroundings seen on each floor, where there are several; their clock comes with
+    them. Scans of one floor are forgotten on the next.
     """
 
     def __init__(

@@ -30,7 +30,7 @@ class MobileBase(SymbolicVectorSystem):
     calling Python.
 
     own_state: symbolic, the continuous state. command: symbolic (3,). dynamics: time derivative of
-    the state. state: symbolic (6,), what the output port `state` tells.
+    the state. state: symbolic (6,), the value of the output port `state`.
     """
 
     def __init__(

@@ -47,21 +47,21 @@ Array = NDArray[np.float64]
 
 
 class MovingWorld(LeafSystem):
-    """Moves things along given ways, at every instant, and people as they choose or once did.
+    """Moves obstacles on given ways, at every instant, and people by a model or as recorded.
 
-    Input `state` [x m, y m, yaw rad, v m/s, w rad/s, vy m/s] of the robot, of which only people
-    take notice; without any it need not be connected. Output `poses` [x m, y m, yaw rad] of each
-    body in the world frame: things, then people, in the order of the scenario file. Output
-    `outlines`: edges (E, 4) and circles (D, 3) of all, m, as they touch. Output `scanned`: the
-    same as a scanner sees them at its height, without things that end below it, people as legs or
-    trunks. Output `solids`: all as upright Solids for depth sensors, people as trunks down to the
-    floor. Output `people`: the
-    poses of the people alone. Output `geometry_pose` places all in SceneGraph.
+    Input `state` [x m, y m, yaw rad, v m/s, w rad/s, vy m/s] of the robot, which only people react
+    to; without people it need not be connected. Output `poses` [x m, y m, yaw rad] of each body in
+    the world frame: things, then people, in the order of the scenario file. Output `outlines`:
+    edges (E, 4) and circles (D, 3) of all, m, as they touch. Output `scanned`: the same as a
+    scanner sees them at its height, without things that end below it, people as legs or trunks.
+    Output `solids`: all as upright Solids for depth sensors, people as trunks down to the floor.
+    Output `people`: the poses of the people alone. Output `geometry_pose` places all in SceneGraph.
 
     People choose a velocity once a period, from the states at that time, and keep it until the
-    next. So their ways are straight in between, and everybody's place is exact at every instant.
-    Discrete state: when they chose, s, and then the people (see `kernels.walking`). Those of a
-    recording choose nothing, and are FAR_AWAY_M while they are not in the world.
+    next. So their ways are straight in between, and each person's position is exact at every
+    instant. Discrete state: the time of their choice, s, and then the people (see
+    `kernels.walking`). Recorded people choose nothing, and are FAR_AWAY_M while they are not in the
+    world.
 
     footprint: (K, 2) of the robot, base frame, m. scan_height_m: of the scanner's plane.
     """
@@ -122,7 +122,7 @@ class MovingWorld(LeafSystem):
     def set_seed(self, context: Context, seed: int, start_pose: Array | None = None) -> None:
         """Puts the people at their start of the trial with this seed.
 
-        start_pose: (3,) of the robot, on which nobody is put, as not on what stands or moves.
+        start_pose: (3,) of the robot. People do not start on it, nor on obstacles.
         """
         edges, circles = self._placed_things(context)
         edges = np.vstack([self._standing[0], edges])

@@ -45,11 +45,11 @@ class MultibodyBase(Diagram):
     contact with the floor is found in a SceneGraph of the plant's own, which holds no more than the
     floor and a ball a wheel: one point of contact each.
 
-    What the motors are told follows the command as the ideal base does. Motors, and the friction of
+    The motors' set speeds follow the command as the ideal base does. Motors, and the friction of
     swivels and wheels, are velocity controllers of joints with a limit on their torque, which the
     solver takes implicitly.
 
-    rolling_resistance: of the casters' wheels, share of what stands on them.
+    rolling_resistance: of the casters' wheels, as a share of their load.
     """
 
     def __init__(

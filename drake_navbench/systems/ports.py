@@ -45,7 +45,7 @@ def declare_object_output(
 ) -> OutputPort:
     """Declares an output port for a Python object.
 
-    value_of: returns what the port holds in a context; it may read only what `prerequisites` name.
+    value_of: returns the port's value in a context; it may read only the `prerequisites`.
     """
 
     value = weakly_bound(value_of)

@@ -32,11 +32,11 @@ class RangeSensors(FloorAware):
     """Measures one distance by each sensor once in its period, the first time at t = 0.
 
     Input `state` [x m, y m, yaw rad, ...] of the base, world frame; `odometry`, likewise, where the
-    odometry believes it to be (not connected: there); `moving` (Solids of what moves; need not be
-    connected). Output `ranges`: of each sensor by its name the readings of the last `keep_s`, the
-    oldest first; empty before the first. Abstract parameter 0 is the trial's seed.
+    odometry believes it to be (not connected: there); `moving` (Solids of moving bodies; need not
+    be connected). Output `ranges`: of each sensor by its name the readings of the last `keep_s`,
+    the oldest first; empty before the first. Abstract parameter 0 is the trial's seed.
 
-    keep_s: the longest time between two looks of who wants every reading. floors: what is in sight
+    keep_s: the longest period of a system that reads every reading. floors: the surroundings seen
     on each floor, where there are several; their clock comes with them. Readings of one floor are
     forgotten on the next.
     """

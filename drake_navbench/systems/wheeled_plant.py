@@ -66,8 +66,7 @@ def add_wheeled_plant(
     """Adds a robot's bodies on a floor, finalized; returns the plant and the robot's instance.
 
     The plant's desired state is that of its actuators: the left and the right motor, then those
-    that stand for friction. rolling_resistance: of the casters' wheels, share of what stands on
-    them.
+    that act as friction. rolling_resistance: of the casters' wheels, as a share of their load.
     """
     plant = _new_plant(drive.step_s)
     with tempfile.TemporaryDirectory() as scratch:

@@ -31,7 +31,7 @@ def add_base(
 ) -> Base:
     """Adds the robot's base and carries its outline along in SceneGraph.
 
-    transport: what carries it between floors, where there are several.
+    transport: the system that carries it between floors, where there are several.
     """
     base = builder.AddNamedSystem("base", make_base(robot, scene_graph))
     pose = base.get_geometry_pose_output_port()

@@ -26,8 +26,8 @@ from drake_navbench.trial.timing import FLOOR_OFFSET_S, NAVIGATOR_OFFSET_S
 class TrialFloors:
     """The floors of a trial, each at its index, and the legs of the mission.
 
-    sights: what sensors may see there. static_maps: what the static layer of the local costmap
-    shows. known_maps: what AMCL knows. masks: of the filters. layers: of the global costmap.
+    sights: the surroundings that sensors may see. static_maps: of the static layer of the local
+    costmap. known_maps: of AMCL. masks: of the filters. layers: of the global costmap.
     """
 
     legs: tuple[MissionLeg, ...]

@@ -1,6 +1,6 @@
 """Draws tasks on a map: starts and goals that a robot can stand on, and get from one to the other.
 
-A cell is passable where the robot's centre is farther from all that is occupied or unknown than its
+A cell is passable where the robot's centre is farther from occupied or unknown cells than its
 inscribed radius, as costmaps inflate; starts and goals keep the circumscribed radius, so that any
 heading is free. Both of a pair lie in one connected region of passable cells.
 """

@@ -65,7 +65,7 @@ def add_recorder(
 ) -> Recorder:
     """Adds the recorder, which listens to a behaviour tree and to people where there are any.
 
-    command: what the wheels are told, before anything in between. costmap: None is not kept.
+    command: the last one on its way to the wheels, before the link. costmap: None: not recorded.
     """
     person_count = 0 if moving_world is None else moving_world.person_count
     recorder = builder.AddNamedSystem(

@@ -1,8 +1,8 @@
 """Rehearses a trial before it counts, so that no measured cycle waits for something to load.
 
-What a process does for the first time takes up to a quarter of a second longer: it reads compiled
-kernels, starts a solver, imports what was put off. Which of that a trial needs depends on the
-controller, its parameters, the robot and the scenario, and only driving finds all of it.
+The first use of code in a process takes up to a quarter of a second longer: it reads compiled
+kernels, starts a solver, imports modules late. Which code a trial needs depends on the controller,
+its parameters, the robot and the scenario, and only driving finds all of it.
 """
 
 from __future__ import annotations

@@ -121,7 +121,7 @@ def _simulated_apart(spec: TrialSpec) -> TrialLog:
 def drive(spec: TrialSpec) -> TrialLog:
     """Runs a trial in a worker; an error of its controller is an outcome.
 
-    What the machine lacks (see `is_machine_fault`) is raised.
+    Errors of the machine, such as no memory, are raised (see `is_machine_fault`).
     """
     try:
         return simulate(spec)
@@ -150,9 +150,9 @@ def simulate(
 ) -> TrialLog:
     """Runs the trial of a checked specification; realtime_rate 0 runs as fast as possible.
 
-    watch: is called with what is to be seen whenever the recorder samples; it changes nothing.
+    watch: is called with the present moment whenever the recorder samples; it changes nothing.
 
-    It is rehearsed before, so that compute times do not hold what is done once in a process.
+    It is rehearsed before, so that compute times do not contain work that a process does once.
     """
     rehearse(spec, _simulate)
     return _simulate(spec, watch=watch, realtime_rate=realtime_rate)

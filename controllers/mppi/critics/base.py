@@ -133,10 +133,10 @@ class TermParameters(CriticParameters):
 
 
 class Critic(ABC):
-    """Scores a whole batch in one call; nothing that evolves is kept between calls.
+    """Scores a whole batch in one call; keeps no state between calls.
 
-    A subclass finds its own block in `self.parameters` and what it may know of its controller in
-    `self.context`. One whose block has `enabled: false` is not asked.
+    A subclass finds its own block in `self.parameters` and the facts about its controller in
+    `self.context`. A critic with `enabled: false` in its block is not called.
 
     Parameters: its parameter model.
     """

@@ -39,8 +39,8 @@ INFINITY = F32(np.inf)
 class CostCycle(NamedTuple):
     """CostCritic in one cycle.
 
-    score: (256,) what a column costs by the value of its cell, infinite for a collision.
-    outline_collides: (256,) which largest values under the outline mean collision.
+    score: (256,) the cost of a column by the value of its cell, infinite for a collision.
+    outline_collides: (256,) whether a largest value under the outline means collision.
     """
 
     view: MapView
@@ -180,8 +180,8 @@ class ObstaclesCycle(NamedTuple):
     """ObstaclesCritic in one cycle.
 
     margin_shortfall, repulsion: (2, 256) m by value, [0] read at the centre, [1] at the outline:
-    what the distance to the obstacle lacks to the margin (infinite for a collision) and to the
-    inflation radius. repulsion_sums: (blocks, LANES), kept apart from the raw terms.
+    the margin less the distance to the obstacle (infinite for a collision), and the inflation
+    radius less that distance. repulsion_sums: (blocks, LANES), kept apart from the raw terms.
     """
 
     view: MapView

@@ -1,8 +1,8 @@
-"""The costs under the outline that samples ask for again and again, remembered edge by edge.
+"""The costs under the outline, remembered edge by edge, as samples need the same ones often.
 
-What the outline costs at a pose depends on the pose by the cells of its vertices alone, and what an
-edge of it costs by the cells of its two ends. Samples lie close to each other, and a costmap serves
-several cycles, so most edges were met before.
+The outline's cost at a pose only depends on the cells of its vertices, and the cost of an edge on
+the cells of its two ends. Samples lie close to each other, and a costmap serves several cycles, so
+most edges were met before.
 
 The cells are found for a row of lanes at a time with the sine and cosine of `float32_math`, which
 are not those of `math`. Where a vertex lies so close to the border of its cell that the difference

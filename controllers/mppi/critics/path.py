@@ -175,8 +175,8 @@ def _first_by_length_row(lengths, count, valid_count, arcs, indices):
     """The same up to Iron: the first point from each lane's index on that is as far, or before it.
 
     Where that is the one it begins with, it goes back to the path's begin. Beyond the last of
-    `count` points Nav2 reads what lies behind its list; it is taken for 0, so that the next point
-    is it, if the path has it.
+    `count` points Nav2 reads memory behind its list; that is taken for 0, so that the next point is
+    it, if the path has it.
     """
     for lane in range(LANES):
         driven = arcs[lane]

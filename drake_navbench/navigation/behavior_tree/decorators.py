@@ -65,7 +65,7 @@ class DistanceController(ControlNode):
 class SpeedController(ControlNode):
     """Ticks its child at first, while it runs, and at a rate that grows with the robot's speed.
 
-    The speed is the mean of what the ticks of the last `window_s` saw. A new goal begins anew.
+    The speed is the mean over the ticks of the last `window_s`. A new goal begins anew.
     """
 
     MEMORY = ("is_first", "goal_id", "period_s", "start_s", "speeds")
@@ -143,8 +143,7 @@ class PathLongerOnApproach(ControlNode):
     """Ticks its child where, near the goal, a new path to the same goal is much longer.
 
     Near is where the path before was shorter than `near_m`, much longer `factor` times as long.
-    Succeeds otherwise. What it remembers survives its being idle, as in Nav2. source: the path's
-    variable.
+    Succeeds otherwise. Its memory survives its being idle, as in Nav2. source: the path's variable.
     """
 
     MEMORY = ("path", "is_first")

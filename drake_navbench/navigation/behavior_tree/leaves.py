@@ -118,7 +118,7 @@ class IsGoalNearby(Leaf):
 class ValidatePath(Leaf):
     """Success when a path is free of collisions on the global costmap.
 
-    source: its variable. limits: what the validity service is asked for besides, as of
+    source: its variable. limits: further arguments of the validity service, those of
     `is_path_valid`.
     """
 

@@ -1,7 +1,7 @@
 """The attributes of one node of a tree's file, and the variables that they name.
 
-What only names plugins, servers or topics has no effect: there is one planner, one controller a
-column.
+Attributes that only name plugins, servers or topics have no effect: there is one planner, one
+controller a column.
 """
 
 from __future__ import annotations

@@ -22,7 +22,7 @@ class TruncatePath(Leaf):
     """Cuts off the end of a path, up to the last pose that is a distance from the goal.
 
     That pose then looks at the goal. Two poses stay in any case. source, result: variables of the
-    path and of what is left.
+    path and of the shortened one.
     """
 
     def __init__(
