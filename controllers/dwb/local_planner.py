@@ -36,8 +36,8 @@ class Evaluation(NamedTuple):
     raw_scores: (C, K) unweighted scores. violations: (C, K) number of the broken rule, 0 for none.
         Rows of critics with a scale of 0 are NaN and 0.
     totals: (K,) float32 weighted sums; partial where scoring stopped early, -1 where illegal.
-    judged_counts: (K,) how many critics, in order, Nav2 would have asked: all, or up to the one
-        that stopped the scoring or found a rule broken.
+    judged_counts: (K,) number of critics that Nav2 would have called, in order: all, or up to the
+        one that stopped the scoring or found a rule broken.
     """
 
     best: int

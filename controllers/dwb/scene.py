@@ -91,7 +91,7 @@ class Scene(Situation):
 
     @property
     def on_map_counts(self) -> NDArray[np.int64]:
-        """(K,) how many poses lie on the map before one does not."""
+        """(K,) numbers of poses before the first one off the map."""
         return self._located[1]
 
     @cached_property

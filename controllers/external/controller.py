@@ -99,7 +99,7 @@ class ExternalController:
         self._client.stop()
 
     def _tell_plan(self, observation: Observation) -> None:
-        """Tells the client the global plan, where it does not know it yet."""
+        """Sends the global plan to the client, where it does not have it yet."""
         known = self._known_plan
         plan_id, plan = observation.plan_id, observation.global_plan
         if known is None or known[0] != plan_id or known[1] is not plan:

@@ -169,7 +169,7 @@ class GracefulParameters(ControllerParameters):
 
     @classmethod
     def is_without_effect(cls, name: str, values: Mapping[str, Any] | None = None) -> bool:
-        """Tells also of the least lookahead, which Lyrical reads for nothing."""
+        """See the base class; also the least lookahead, which Lyrical reads without effect."""
         release = release_in(values)
         is_idle = name == MIN_LOOKAHEAD and release == NEWEST_RELEASE
         return is_idle or super().is_without_effect(name, values)

@@ -80,7 +80,8 @@ def follow(response, state, v, w, duration_s):
 def after_latency(response, pose, twist, sent, ages_s):
     """Returns (5,) the state when the next command will arrive, by the commands on their way.
 
-    sent: (H, 2) commands, the oldest first. ages_s: (H,) how long each of them acts until then, s.
+    sent: (H, 2) commands, the oldest first. ages_s: (H,) the time for which each of them acts until
+    then, s.
     """
     state = np.array([pose[0], pose[1], pose[2], twist[0], twist[1]])
     for h in range(sent.shape[0]):

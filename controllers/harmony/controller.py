@@ -64,8 +64,8 @@ class Check(NamedTuple):
     """The gatekeeper's conditions for every motion of a cycle.
 
     edges: (E, 4) of lethal cells. bound: least gap, m. state: (5,) of the base when the next
-    command arrives. interval_s: how long that one holds. is_on_map: the base is on a free cell of
-    it; nothing is accepted elsewhere.
+    command arrives. interval_s: the time for which that one holds. is_on_map: the base is on a free
+    cell of it; nothing is accepted elsewhere.
     """
 
     edges: Array
@@ -225,7 +225,7 @@ class Harmony:
         return make_start(pose, v, w, a, alpha)
 
     def _accepted(self, check: Check, plan: Array) -> int:
-        """Returns for how many cycles the gatekeeper lets a plan be followed; 0: not at all."""
+        """Returns the number of cycles for which the gatekeeper accepts a plan; 0: not at all."""
         if not self._parameters.use_gatekeeper:
             return 1
         if not check.is_on_map:

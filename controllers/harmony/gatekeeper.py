@@ -131,7 +131,7 @@ def is_on_free_cell(grid, x, y):
 
 @njit(cache=True)
 def accepted_cycles(edges, outline, reach, bound, response, state, plan, dt, period_s, longest):
-    """Returns for how many cycles a plan may be followed before braking; 0 where for none.
+    """Returns the number of cycles for which a plan may be followed before braking, or 0.
 
     Tries the whole plan first, then ever shorter parts, down to one cycle, which must be free in
     any case. state: (5,) of the base. longest: cycles of the whole plan.

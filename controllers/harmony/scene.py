@@ -47,9 +47,9 @@ class Limits(NamedTuple):
 class Shape(NamedTuple):
     """Distances and speeds that terms are shaped by; see the parameters of the same names.
 
-    limit_share: of a limit, where the term of constraints begins. inflation_dist m. curve_speed:
-    below it a turn counts as one in place, m/s. approach_dist: before the goal, where the path's
-    heading begins to become the goal's, m.
+    limit_share: the share of a limit from which on the term of constraints counts. inflation_dist
+    m. curve_speed: below it a turn counts as one in place, m/s. approach_dist: before the goal,
+    where the path's heading begins to become the goal's, m.
     """
 
     limit_share: float

@@ -28,13 +28,13 @@ SAME_PLACE_M = 1e-6
 class Way(NamedTuple):
     """The part of the path that a cycle follows.
 
-    path: (P, 3). target: (3,) the point aimed at. beyond: (2,) m the point that motions are led to
-    in the end, to be told apart; farther by the robot's own reach, as its front passes obstacles
+    path: (P, 3). target: (3,) the point aimed at. beyond: (2,) m the point to which all motions are
+    extended, to group them by side; farther by the robot's own reach, as its front passes obstacles
     before its base does. nears_goal: the target is the goal. length_m: along the path to it.
-    blocked_m: along the path to its first pose at which the robot has no room, inf
-    where there is none. behind: (2,) m, the path's first point behind that, its last one where the
-    robot has no room up to there, or None. stop_m: along the path to where plans come to rest, inf
-    where they need not. backs_up: it is driven backwards.
+    blocked_m: along the path to its first pose at which the robot has no room, inf where there is
+    none. behind: (2,) m, the path's first point behind that, its last one where the robot has no
+    room up to there, or None. stop_m: along the path to where plans come to rest, inf where they
+    need not. backs_up: it is driven backwards.
     """
 
     path: Array

@@ -54,7 +54,7 @@ class FoundWay(NamedTuple):
 class WayFinder:
     """Finds the way of a cycle. discs: (D, 2) of the robot, m. clearance: of plans, m.
 
-    look_past_m: how far from the robot along either axis a way past is looked for.
+    look_past_m: distance from the robot along either axis within which a way past is searched.
     """
 
     def __init__(

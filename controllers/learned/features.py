@@ -29,7 +29,7 @@ FEATURE_COUNT = SECTOR_COUNT + GOAL_FEATURE_COUNT + 2
 
 
 def outline_radii(outline: Array, count: int) -> Array:
-    """Returns (count,) how far an outline (K, 2), base frame, m, reaches in the middle of sectors.
+    """Returns (count,) the reach of an outline (K, 2), base frame, m, in the middle of sectors.
 
     Sectors are counted from the one that begins straight behind, counter-clockwise.
     """

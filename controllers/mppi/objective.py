@@ -145,7 +145,7 @@ def objective(situation, weights, sequence):
 
 @njit(cache=True)
 def poses_along(situation, sequence):
-    """Returns the poses (N + 1, 3), the first one where the robot is."""
+    """Returns the poses (N + 1, 3), the first one that of the robot."""
     steps = sequence.shape[0]
     poses = np.empty((steps + 1, 3))
     for k in range(3):

@@ -53,13 +53,13 @@ class Rules(NamedTuple):
     has_validator: the averaged trajectory is checked. limits_axes: the constraint critic limits vx
     and vy; else the speed, by the norm of both limits. finds_cells_in_float32, drops_last_column:
     how the cost critic reads the map, and that it leaves out one column of an odd number.
-    heeds_inflation_radius: it looks at every outline where the inflation ends within the robot's.
-    reads_inflation_layer: the obstacle critic has radius and factor from there; else parameters of
-    its own. repels_above_least: the least repulsion of all samples counts as none, and repulsion
-    adds to the margin's cost. aligns_onward: the path critic looks from the last point on for the
-    nearest by length; else for the first that is as far. angles_at_end: the critic of angles looks
-    at the samples' ends; else at all columns. is_patient: no valid control is waited for; else it
-    ends the task at once.
+    heeds_inflation_radius: it checks every outline where the inflation radius is less than the
+    robot's. reads_inflation_layer: the obstacle critic has radius and factor from there; else
+    parameters of its own. repels_above_least: the least repulsion of all samples counts as none,
+    and repulsion adds to the margin's cost. aligns_onward: the path critic looks from the last
+    point on for the nearest by length; else for the first that is as far. angles_at_end: the critic
+    of angles looks at the samples' ends; else at all columns. is_patient: no valid control is
+    waited for; else it ends the task at once.
     """
 
     cuts_plan: bool = True

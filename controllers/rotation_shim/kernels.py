@@ -1,4 +1,4 @@
-"""The parts of a cycle of the Rotation Shim: which way to turn, how fast, and whether that is free.
+"""The parts of a cycle of the Rotation Shim: the turn's side, its rate, its collision check.
 
 Source: nav2_rotation_shim_controller, branches humble to lyrical. Poses are (x m, y m, yaw rad),
 in the odometry frame; w is in rad/s.

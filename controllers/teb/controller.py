@@ -197,7 +197,7 @@ class TimedElasticBand:
         return self._radius + clearance
 
     def _explores(self, plan: LocalPlan, memory: TebMemory, time_s: float) -> bool:
-        """Whether other classes are looked for: the plan's way is narrow, and it is time again.
+        """Whether other classes are searched: the plan's way is narrow, and a search is due.
 
         A way with min_obstacle_dist on either side needs no other, as plans are the shortest ways.
         """

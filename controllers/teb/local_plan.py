@@ -127,7 +127,7 @@ def via_points(plan: LocalPlan, separation_m: float) -> Array:
 
 @njit(cache=True)
 def _spaced_indices(poses, separation_m):
-    """Returns (V,) the indices of poses that are so far from the one before, or from the first."""
+    """Returns (V,) the indices of poses at least a distance from the one before, or the first."""
     chosen = np.empty(poses.shape[0], dtype=np.int64)
     count, last = 0, 0
     for i in range(1, poses.shape[0]):

@@ -73,7 +73,7 @@ def farthest_free_cell(cells, others, lethal, corner, robot, sight):
 
 @njit(cache=True)
 def nearest_labels(cells, labels, count, others, other_labels):
-    """Returns (count,) the label among the others that is nearest to each label, and how far.
+    """Returns (count,) for each label the nearest one of the others, and its distance.
 
     cells (N, 2), labels (N,), others (M, 2), other_labels (M,). -1 where there is none.
     """

@@ -31,7 +31,7 @@ FEWEST_SAMPLES = 3
 
 
 class DiscModel(FootprintModel):
-    """The robot as discs on its axis; unless told otherwise, those of its own outline."""
+    """The robot as discs on its axis; by default those of its own outline."""
 
     type: FootprintType = Field(
         "from_footprint", description="Shape; from_footprint derives it from the robot's outline."

@@ -189,7 +189,7 @@ class BandPlanner:
         )
 
     def _program(self, interval_count: int, *, meets_moving: bool) -> BandProgram:
-        """Returns the program of a size, built when it is first asked for."""
+        """Returns the program of a size, built at its first use."""
         program = self._programs.get((interval_count, meets_moving))
         if program is None:
             program = BandProgram(

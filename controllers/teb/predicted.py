@@ -58,7 +58,7 @@ def moving_fields(
 ) -> MovingFields:
     """Returns the fields of tracks that were seen `elapsed_s` ago; exact up to `reach_m` from them.
 
-    Beyond, a field says that there is at least about that much.
+    Beyond it, a field's distances are at least about `reach_m`.
     """
     if not tracks:
         return NOTHING_MOVES

@@ -119,7 +119,7 @@ def goal_heading(plan: Array, index: int) -> float:
 
 
 def spaced_points(poses: Array, separation_m: float) -> Array:
-    """Returns (V, 2) m: poses (P, 3) at least so far apart, none where it is not positive."""
+    """Returns (V, 2) m: positions of poses (P, 3) at a distance apart; none for 0 or less."""
     if separation_m <= 0.0:
         return np.empty((0, 2))
     chosen, previous = [], 0

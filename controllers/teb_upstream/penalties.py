@@ -89,7 +89,7 @@ class Attached(NamedTuple):
 def add_edges(
     poses, steps, count, terms, around, attached, multiplier, system, with_slopes, costs, motion
 ):
-    """Fills `costs` (COST_KINDS,) and, where asked for, the normal equations.
+    """Fills `costs` (COST_KINDS,) and, if wanted, the normal equations.
 
     poses (C, 3), steps (C,): the first `count` poses are the band's. multiplier: of the weight of
     obstacles. motion: (C, 8) scratch.

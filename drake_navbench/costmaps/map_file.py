@@ -122,7 +122,7 @@ def load_map(path: str | Path) -> OccupancyMap:
     take no notice of a yaw. A MovingAI file has its lower left corner at (0, 0) and cells of
     MOVINGAI_RESOLUTION_M. Raises InputError, one line a fault, where the file or its image cannot
     be read, or a field is missing or out of range. Fields that Nav2's map server does not read,
-    such as `map_type`, are left out with an InputWarning, and thresholds that overlap are told.
+    such as `map_type`, are left out with an InputWarning; overlapping thresholds give one, too.
     """
     path = Path(path).expanduser()
     if path.suffix == MOVINGAI_SUFFIX:

@@ -32,7 +32,7 @@ class PointCloud(Immutable):
     def placed_by_odometry(self, frame_from_odometry: Array | None = None) -> PointCloud:
         """Returns the cloud as the robot places it, in the odometry's frame or another one.
 
-        frame_from_odometry: (3,) where the odometry's frame lies in the other one.
+        frame_from_odometry: (3,) pose of the odometry's frame in the other one.
         """
         if self.odometry_from_here is None:
             return self

@@ -36,7 +36,7 @@ class RangeReading(Immutable):
     def placed_by_odometry(self, frame_from_odometry: Array | None = None) -> RangeReading:
         """Returns the reading as the robot places it, in the odometry's frame or another one.
 
-        frame_from_odometry: (3,) where the odometry's frame lies in the other one.
+        frame_from_odometry: (3,) pose of the odometry's frame in the other one.
         """
         if self.odometry_pose is None:
             return self

@@ -74,7 +74,7 @@ class Check:
         return tuple(row for row in self.rows if row.status == status)
 
     def summary(self) -> str:
-        """Returns one line with how many rows there are of each status."""
+        """Returns one line with the number of rows of each status."""
         counts = ((len(self.of(status)), status) for status in Status)
         return ", ".join(f"{count} {status.split(';')[0]}" for count, status in counts if count)
 

@@ -20,7 +20,7 @@ _REFERENCE = re.compile(r"(?P<path>[^:=]+\.py)(?::(?P<rest>.*))?", re.DOTALL)
 
 
 class ControllerFile(NamedTuple):
-    """A class in a file, as it was when it was asked for.
+    """A class in a file, with the file's digest at the time of reading.
 
     path: absolute. sha256: of its bytes; another content is not run in its place.
     """
@@ -30,12 +30,12 @@ class ControllerFile(NamedTuple):
     sha256: str
 
     def load(self) -> type[Controller]:
-        """Returns the class; raises InputError where it cannot be had, or is no controller."""
+        """Returns the class; raises InputError where it cannot be loaded, or is no controller."""
         return _loaded(self)
 
 
 def names_file(text: str) -> bool:
-    """Returns whether a controller is asked for by its file."""
+    """Returns whether a text names a controller by its file."""
     return _REFERENCE.fullmatch(text) is not None
 
 

@@ -130,7 +130,7 @@ class _Table:
             self.add(Status.USED, "base frame", base)
 
     def body(self, body: Body, source: Source, shown: str) -> dict[str, Any]:
-        """Returns the footprint; raises InputError where nothing tells it."""
+        """Returns the footprint; raises InputError where the model does not have it."""
         if body.outline is None:
             why = "; ".join(body.left_out) or "expected links with collision or visual shapes"
             if not body.left_out:

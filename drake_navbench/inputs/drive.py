@@ -1,4 +1,4 @@
-"""The base of a robot file: how it moves, how fast, and how quickly it answers a command."""
+"""The base of a robot file: its kind of motion, its limits, and its response to commands."""
 
 from __future__ import annotations
 

@@ -59,7 +59,7 @@ class GazeboWorld:
 
     @property
     def summary(self) -> str:
-        """One line with how much there is."""
+        """One line with the numbers of obstacles, people and remarks."""
         hidden = sum(not obstacle["known_to_planner"] for obstacle in self.obstacles)
         people = f", {len(self.persons)} people" if self.persons else ""
         floor = f", floor at {self.floor_m:.3g} m" if self.floor_m else ""
@@ -80,8 +80,8 @@ def load_gazebo_world(
 ) -> GazeboWorld:
     """Returns a world for a robot whose lidar and top are at heights over the floor, m.
 
-    around: the places of the task, m. folders: where models and packages are looked for besides
-    the repository. Raises InputError where the file is no world.
+    around: the places of the task, m. folders: searched for models and packages besides the
+    repository. Raises InputError where the file is no world.
     """
     places = tuple((float(place[0]), float(place[1])) for place in around)
     found = _loaded(path, lidar_m, top_m, places, tuple(folders))

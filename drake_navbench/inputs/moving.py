@@ -95,7 +95,7 @@ class _Moving(QuietModel):
 
     @property
     def period_s(self) -> float:
-        """After how long it starts over; 0 where it does not, s."""
+        """The period after which it starts over; 0 where it does not, s."""
         return self.waypoints[-1].time_s - self.waypoints[0].time_s if self.repeats else 0.0
 
     def pose_at(self, time_s: float) -> Array:

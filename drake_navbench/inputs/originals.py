@@ -44,7 +44,7 @@ def is_plugin_type(name: str) -> bool:
 
 
 def names_original(text: str) -> bool:
-    """Returns whether a controller is asked for by a build."""
+    """Returns whether a text names a controller by a build."""
     return _REFERENCE.fullmatch(text) is not None
 
 

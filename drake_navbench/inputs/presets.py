@@ -153,7 +153,7 @@ def _preset_of(
 ) -> Preset:
     """Returns the preset of a file's content.
 
-    assigned: parameters laid over all of its own. folder: where a controller's file is looked for.
+    assigned: parameters laid over all of its own. folder: searched for a controller's file.
     """
     assigned = assigned or {}
     own = nested(flattened(content.parameters), source)

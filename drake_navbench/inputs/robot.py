@@ -235,8 +235,8 @@ def load_robot(
 
     A model in SDF, URDF or xacro alone is a robot as it describes itself, by default where it does
     not. Raises InputError where the name is unknown, or the file or an override is wrong;
-    `overrides_source` names the overrides in it. arguments: of xacro. packages: folders in which
-    ROS packages are looked for. base_frame: the link of a model that is its base.
+    `overrides_source` names the overrides in it. arguments: of xacro. packages: folders searched
+    for ROS packages. base_frame: the link of a model that is its base.
     """
     if is_model(name_or_path):
         path = Path(name_or_path).absolute()

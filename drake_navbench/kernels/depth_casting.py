@@ -16,8 +16,8 @@ class Solids(NamedTuple):
     """Upright shapes with flat tops, all in one frame.
 
     segments: (N, 4) edges x0, y0, x1, y1 m, those of a shape in one run, counter-clockwise.
-    starts: (S + 1,) int where the run of each shape begins; the last is N. heights: (S,) m.
-    circles: (M, 3) x, y, radius m. circle_heights: (M,) m.
+    starts: (S + 1,) int first row of each shape; the last is N. heights: (S,) m. circles: (M, 3) x,
+    y, radius m. circle_heights: (M,) m.
     """
 
     segments: Array
@@ -39,7 +39,7 @@ class Solids(NamedTuple):
     def within(self, bounds: tuple[float, float, float, float]) -> Solids:
         """Returns those of the shapes that are in a rectangle min_x, min_y, max_x, max_y m.
 
-        A shape is where the first corner of its outline is, a circle where its centre is.
+        The place of a shape is the first corner of its outline, that of a circle its centre.
         """
         chosen = are_within(self.segments[self.starts[:-1], :2], bounds)
         lengths = np.diff(self.starts)

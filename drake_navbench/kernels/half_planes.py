@@ -48,7 +48,7 @@ def _excess(planes, index, x, y):
 
 @njit(cache=True)
 def _nearest(planes, count, top_speed, wished_x, wished_y, is_direction):
-    """Returns (kept, x, y): the best velocity, and how many half-planes it was found to keep.
+    """Returns (kept, x, y): the best velocity, within the first `kept` half-planes.
 
     is_direction: the wished one is a unit vector along which to go as far as possible.
     """

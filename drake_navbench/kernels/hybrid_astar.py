@@ -55,8 +55,8 @@ INITIAL_QUEUE = 1 << 14
 class SearchRules(NamedTuple):
     """Parameters of Nav2 by their names, float32; the tolerance in cells.
 
-    travel_distance_reward: 1 - retrospective_penalty. expansion_budget: the time limit, looked at
-    every terminal_checking_interval expansions. coarse_search_resolution: every how many goals are
+    travel_distance_reward: 1 - retrospective_penalty. expansion_budget: the time limit, checked
+    every terminal_checking_interval expansions. coarse_search_resolution: every so many-th goal is
     tried before the others.
     """
 
@@ -245,7 +245,7 @@ def _path(graph, motions, state):
 
 @njit(cache=True)
 def _best_curve(graph, body, motions, expansion, state, goals, coarse):
-    """Returns the cheapest curve to any goal, where it begins and which goal it leads to."""
+    """Returns the cheapest curve to any goal, its first state and the number of its goal."""
     best, best_score, best_start, best_goal = no_curve(), WORST, NO_STATE, NO_STATE
     has_any = False
     for is_fine in (False, True):

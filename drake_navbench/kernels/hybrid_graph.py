@@ -142,7 +142,7 @@ def parent_of(graph, number):
 
 @njit(cache=True)
 def is_free(graph, body, number):
-    """Tells whether a state is free; only its first pose is ever looked at."""
+    """Tells whether a state is free; only its first pose is ever checked."""
     state = graph.states[number]
     if np.isnan(state.cost):
         state.cost, state.is_free = look_at(body, state.x, state.y, state.heading)

@@ -1,7 +1,7 @@
 """The two heuristics of Hybrid-A*: a point's way round obstacles, and a car's way without any.
 
-Both are worked out only as far as they are asked for. Distances are in cells, float32.
-Source: nav2_smac_planner (ObstacleHeuristic, DistanceHeuristic).
+Both are computed only as far as the search needs them. Distances are in cells, float32. Source:
+nav2_smac_planner (ObstacleHeuristic, DistanceHeuristic).
 """
 
 from __future__ import annotations
@@ -34,8 +34,8 @@ class Reached(NamedTuple):
 
     costs: (rows, columns) float32, the least cost of each cell, or of its 2 x 2 where the grid was
     made coarser. values: (rows * columns,) float32, the way to the goal where it is positive; where
-    it is negative its size so far; 0 where the cell was not reached. keys, cells: a heap of open
-    cells, and size: (1,) how many it has. is_coarse: whether cells are 2 x 2.
+    it is negative its size is the least way found so far; 0 where the cell was not reached. keys,
+    cells: a heap of open cells, and size: (1,) their number. is_coarse: whether cells are 2 x 2.
     cost_penalty, is_quadratic: of the search.
     """
 

@@ -89,7 +89,7 @@ def step_orca(people, traits, goals, edges, discs, robot, settings, step, period
     people: (P, 8), traits: (P, 9), goals: (G, 2) m of all. edges: (N, 9) and discs: (M, 5), see the
     module. robot: (5,) x m, y m, vx m/s, vy m/s and radius m of a disc round about it, of which the
     regular expect that it does its half, and the impassive that it does nothing. settings: (6,).
-    period: for how long they will keep the velocity that they choose, s.
+    period: the time for which they will keep the velocity that they choose, s.
     """
     after = people_after(people, step)
     chosen = np.empty((people.shape[0], 2))
@@ -110,7 +110,7 @@ def step_orca(people, traits, goals, edges, discs, robot, settings, step, period
 
 @njit(cache=True)
 def _wished(index, people, traits, goals, period):
-    """Returns (vx, vy, speed) m/s: the velocity that one would like, and how fast one walks."""
+    """Returns (vx, vy, speed) m/s: a person's preferred velocity, and the walking speed."""
     person = people[index]
     goal_x, goal_y = own_goal(person, traits, goals)
     to_x, to_y = goal_x - person[X], goal_y - person[Y]

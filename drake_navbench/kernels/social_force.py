@@ -181,7 +181,7 @@ def _reacts(person, reaction, robot_distance, bearing, step):
 
 @njit(cache=True)
 def _intention(person, traits, goals, reaction, robot, robot_distance):
-    """Returns (x m, y m, radius m, speed m/s): where one goes, how near, how fast.
+    """Returns a person's (x m, y m, radius m, speed m/s): the target, its radius, the speed.
 
     reaction: the one that one shows now, REGULAR where none.
     """

@@ -41,8 +41,8 @@ NANOSECOND_DIGITS = 9
 class DriveLimits(FrozenModel):
     """Parameters of a behaviour that drives straight.
 
-    Without either limit it drives at the speed that is asked for all the way, as Nav2 does in iron
-    and jazzy, and in humble where they are not given.
+    Without either limit it drives at the goal's speed all the way, as Nav2 does in iron and jazzy,
+    and in humble where they are not given.
     """
 
     acceleration_limit: Acceleration | None = Field(
@@ -93,7 +93,7 @@ class Surroundings(NamedTuple):
     footprint: Array
 
     def is_free(self, x: float, y: float, yaw: float) -> bool:
-        """Tells whether the outline at a pose touches nothing; unknown cells count as touched."""
+        """Tells whether the outline at a pose is free; unknown cells count as touched."""
         if self.costmap is None:
             return False
         grid = self.costmap.grid
@@ -353,7 +353,7 @@ DEFAULT_BEHAVIORS: Mapping[str, Callable[[BehaviorServerParameters], Behavior]] 
 def make_behaviors(server: BehaviorServerParameters) -> dict[str, Behavior]:
     """Returns the behaviours of a server by name; a plugin takes the place of ours of its name.
 
-    Raises InputError where one that is not ours cannot be made.
+    Raises InputError where a third-party behaviour cannot be made.
     """
     ours: dict[str, Behavior] = {
         name: behavior(server) for name, behavior in DEFAULT_BEHAVIORS.items()

@@ -69,7 +69,7 @@ class NavfnPlanner:
     Parameters = NavfnPlannerParameters
 
     def __init__(self, parameters: NavfnPlannerParameters, footprint: Array | None) -> None:
-        """footprint: not looked at; the search sees the cell under the robot's centre only."""
+        """footprint: without effect; the search sees the cell under the robot's centre only."""
         self.parameters = parameters
 
     def plan(self, costmap: Costmap, start: ArrayLike, goal: ArrayLike) -> Array:

@@ -83,7 +83,7 @@ def as_pose(pose: ArrayLike, name: str) -> Array:
 def outside_map(
     costmap: Costmap, pose: Array, error: type[PlanningError], name: str
 ) -> PlanningError:
-    """Returns the error that tells where a start or goal should have been."""
+    """Returns the error for a start or goal off the map, with the map's bounds."""
     return error(
         f"{name}: found ({pose[0]:g}, {pose[1]:g}) m, expected a point on the map: x from "
         f"{costmap.origin_x:g} to {costmap.origin_x + costmap.size_x_m:g} m, y from "

@@ -120,7 +120,7 @@ class SmacPlannerHybrid:
     def _search(
         self, grid: Costmap, first: NDArray[np.float32], last: NDArray[np.float32]
     ) -> tuple[NDArray[np.float32], int]:
-        """Returns (N, 3) the path in cells and rad, and how many expansions; raises."""
+        """Returns (N, 3) the path in cells and rad, and the number of expansions; raises."""
         parameters = self.parameters
         radius = self._radius_m(grid) / grid.resolution
         ways_of_car = motions(

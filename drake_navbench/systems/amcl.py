@@ -82,21 +82,21 @@ class _KnownMap(NamedTuple):
 class Amcl(FloorAware):
     """Adaptive Monte Carlo localization on a map, as nav2_amcl does it with the likelihood field.
 
-    Input `scan` (Scan or None), which tells where the odometry believed the sensor to be, and
-    `odometry_estimate` [x m, y m, yaw rad, v m/s, w rad/s, vy m/s] in the odometry's frame. Outputs
-    `estimate`, the latter in the map, and `map_from_odometry` (3,) x m, y m, yaw rad. Abstract
-    state `belief_state` is the `Belief`.
+    Input `scan` (Scan or None), with the sensor's pose by the odometry, and `odometry_estimate` [x
+    m, y m, yaw rad, v m/s, w rad/s, vy m/s] in the odometry's frame. Outputs `estimate`, the latter
+    in the map, and `map_from_odometry` (3,) x m, y m, yaw rad. Abstract state `belief_state` is the
+    `Belief`.
 
-    A new scan is looked at within 0.05 s, at `offset_s` and every period later; the filter is
+    A new scan is processed within 0.05 s, at `offset_s` and every period later; the filter is
     updated where the odometry has moved far enough since the last update, and the transform where
     it is resampled. Of several scanners the first counts. grid: the map, in the world frame.
 
     At the settings' `jump_time_s` all particles and the transform are displaced by the jump: the
     robot is forcibly unlocalized, as if it had been carried away.
 
-    floors: the map of each floor, where there are several; their clock comes with them. Then the
-    input `state`, the true one, tells around which pose the particles begin anew on another floor:
-    the true one, off by the error of the lift, spread as at the start.
+    floors: the map of each floor, where there are several; their clock comes with them. On another
+    floor the particles begin anew, spread as at the start around the true pose (input `state`) plus
+    the error of the lift.
     """
 
     def __init__(

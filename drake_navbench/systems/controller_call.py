@@ -68,7 +68,7 @@ def plugin_code() -> Iterator[None]:
 
 
 def checked_command(decision: Decision, *, moves_sideways: bool) -> NDArray[np.float64]:
-    """Returns (3,) the command; raises ValueError where it is none that the base can follow."""
+    """Returns (3,) the command; raises ValueError for a command that the base cannot follow."""
     given = np.asarray(decision.command)
     is_real = given.dtype.kind in REAL_KINDS and given.shape in ((2,), (3,))
     command = np.zeros(COMMAND_SIZE)

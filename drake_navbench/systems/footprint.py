@@ -1,4 +1,4 @@
-"""The outline of a robot in SceneGraph, and where it is."""
+"""The outline of a robot in SceneGraph, and its pose."""
 
 from __future__ import annotations
 

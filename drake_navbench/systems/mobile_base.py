@@ -71,7 +71,7 @@ class MobileBase(SymbolicVectorSystem):
         context.SetContinuousState(state)
 
     def set_state(self, context: Context, state: Vector) -> None:
-        """Puts the robot where the output port `state` then tells `state` (6,)."""
+        """Sets the robot's state such that the output `state` equals `state` (6,)."""
         raise NotImplementedError
 
     def _calc_geometry_pose(self, context: Context, output: AbstractValue) -> None:

@@ -219,7 +219,7 @@ class ScriptedLocalization(FloorAware):
         return self._gains_port is not None
 
     def _error_of_wheels(self, context: Context, ahead: float, turn: float) -> Array:
-        """Returns (3,) by how much more wheels have moved than a base by `ahead` and `turn`.
+        """Returns (3,) the motion by the wheels' turns less the base's own, `ahead` and `turn`.
 
         In m and rad as seen from the base, or in m/s and rad/s for speeds.
         """

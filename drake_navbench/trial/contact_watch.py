@@ -34,7 +34,7 @@ class Contact:
     """The first contact of a trial; state: (6,) x m, y m, yaw rad, v m/s, w rad/s, vy m/s at
     time_s.
 
-    body: which of those that move was touched; None where it was something that stands.
+    body: which of those that move was touched; None for a standing obstacle.
     """
 
     time_s: float
@@ -161,7 +161,7 @@ class ContactWatch:
     def _free_of_moving_s(
         self, moving: MovingContact, time_s: float, gap_m: float, speed_mps: float
     ) -> float:
-        """Returns for how long nothing that moves can be met, s."""
+        """Returns the time for which no moving body can be met, s."""
         moving_mps = moving.top_speed_mps
         soonest_s = soonest_contact_s(
             min(gap_m, REACH_M) - TOUCHING_M,

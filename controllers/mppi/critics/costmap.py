@@ -152,7 +152,7 @@ def add_outline_collisions(
 ):
     """Makes the sum infinite where the outline of a step-th column collides.
 
-    The outline is looked at where the centre's value is at least `footprint_from` and not 0.
+    The outline is checked where the centre's value is at least `footprint_from` and not 0.
     """
     values = view.values
     cells, costs = np.empty(LANES, np.int32), np.empty(LANES, np.int64)

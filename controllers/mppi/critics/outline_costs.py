@@ -44,7 +44,7 @@ class OutlineCosts(NamedTuple):
     """A hash table of one costmap, open addressing: the cells of an edge's ends to its cost.
 
     edges: (PLACES,) int64, the cell of the first end times the number of cells plus that of the
-    second, NOTHING at a free place. costs: (PLACES,) uint8. taken: (1,) how many are remembered.
+    second, NOTHING at a free place. costs: (PLACES,) uint8. taken: (1,) number of remembered edges.
     margin: how close to the border of its cell a vertex may be found, in cells. cells: (K, LANES)
     cell of each vertex, and is_doubtful: (LANES,) where they are not certain: scratch.
     """

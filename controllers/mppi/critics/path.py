@@ -117,9 +117,8 @@ def path_align_costs(
     """PathAlignCritic: mean distance between a sample's columns and the path, by arc length.
 
     Path points 0 .. furthest - 1 count. A column is compared with the point whose arc length is
-    nearest to the distance driven since column 0; invalid points are left out. onward: how that
-    point is looked for, see `Rules.aligns_onward`.
-    costs: (blocks, LANES), written.
+    nearest to the distance driven since column 0; invalid points are left out. onward: the rule of
+    searching that point, see `Rules.aligns_onward`. costs: (blocks, LANES), written.
     """
     arcs = np.full(LANES, ZERO)
     for block in range(costs.shape[0]):

@@ -33,7 +33,7 @@ SELECTORS = (
 def build_tree(description: NodeDescription, board: Board) -> TreeNode:
     """Returns the root of a tree whose leaves read and write `board`.
 
-    Raises NotOurs where a node, a number of children or an attribute is not.
+    Raises NotOurs where a node, a number of children or an attribute is not supported.
     """
     variables = Variables()
     root = _built(description, board, variables)

@@ -31,7 +31,7 @@ ODOMETRY_WINDOW_S = 0.3
 
 
 class DistanceController(ControlNode):
-    """Ticks its child at first, while it runs, and once the robot is a distance from where it was.
+    """Ticks its child at first, while it runs, and each time the robot has moved a distance.
 
     That is where the node began, and then where the child last succeeded. In between it reports
     that it runs.
