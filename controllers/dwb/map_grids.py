@@ -20,7 +20,7 @@ LARGEST_HOLE_CELLS = 2.0
 
 @njit(cache=True)
 def split_hole(distance_squared, resolution):
-    """Returns into how many intervals Nav2 splits the way between two poses; 1 leaves it whole."""
+    """Returns the number of intervals of Nav2's way between two poses; 1 leaves it whole."""
     hole_squared = resolution * resolution * LARGEST_HOLE_CELLS * LARGEST_HOLE_CELLS
     if distance_squared <= hole_squared:
         return 1

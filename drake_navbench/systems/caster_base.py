@@ -138,7 +138,7 @@ class CasterBase(LeafSystem):
         context.SetDiscreteState(state)
 
     def set_state(self, context: Context, state: Vector) -> None:
-        """Puts the robot where `state` then tells `state` (6,); the casters stay as they are."""
+        """Puts the robot into `state` (6,), that of the output; the casters stay as they are."""
         own = context.get_discrete_state_vector().CopyToVector()
         own[:5] = state[:5]
         own[TOLD_V], own[TOLD_W] = state[3:5]

@@ -112,7 +112,7 @@ class MultibodyBase(Diagram):
         self.set_state(context, np.concatenate([pose, np.zeros(STATE_SIZE - 3)]))
 
     def set_state(self, context: Context, state: Vector) -> None:
-        """Puts the robot where `state` then tells `state` (6,); the casters stay as they are."""
+        """Puts the robot into `state` (6,), that of the output; the casters stay as they are."""
         x, y, yaw, v, w, vy = state.tolist()
         own = self.GetMutableSubsystemContext(self._plant, context)
         joint = self._base_joint

@@ -207,8 +207,8 @@ def add_command_chain(
 ) -> OutputPort:
     """Adds the velocity smoother and the collision monitor, where the robot has them.
 
-    Returns the port of the command for the wheels; `command_clock` returns the clock of its
-    changes.
+    Returns the port of the command for the wheels; `command_clock` returns the period
+    and the offset of its changes.
     """
     navigation = robot.navigation
     period_s = 1.0 / navigation.controller_server.controller_frequency
