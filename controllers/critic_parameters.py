@@ -31,7 +31,7 @@ class ParametersWithCritics(ControllerParameters):
     A subclass has the field `critics`, with the names in the order of evaluation. Resolved it holds
     a block for each of them, and for other registered critics whose blocks were given.
 
-    CRITICS: where its critics are registered. CRITIC_BLOCK: what the model of each derives from.
+    CRITICS: the registry of its critics. CRITIC_BLOCK: the base of their parameter models.
     """
 
     CRITICS: ClassVar[PluginKind]

@@ -66,8 +66,8 @@ class DynamicWindowApproach:
         """Returns the command of one cycle.
 
         Raises InvalidPath for an empty plan, and NoValidControl where every trajectory is illegal;
-        its `details` count the rejections per 'critic/reason', its `memory` is what the critics
-        made of the failed cycle.
+        its `details` count the rejections per 'critic/reason', its `memory` is that of the critics
+        after the failed cycle.
         """
         if len(observation.plan) == 0:
             raise InvalidPath("the plan is empty")
@@ -96,7 +96,7 @@ class DynamicWindowApproach:
         return Decision(evaluation.command[self._axes], after, diagnostics)
 
     def _local_plan(self, observation: Observation, memory: DwbMemory) -> tuple[np.ndarray, int]:
-        """Returns the local plan, and where the rest of the whole one begins."""
+        """Returns the local plan, and the index in the whole plan where the rest begins."""
         if self._own_plan is None:
             return observation.plan, 0
         whole = observation.global_plan if len(observation.global_plan) else observation.plan
@@ -134,7 +134,7 @@ class DynamicWindowApproach:
 
 
 def _situation(observation: Observation, plan: np.ndarray) -> Situation:
-    """Returns what the critics may know of an observation."""
+    """Returns the cycle's facts for the critics: time, pose, twist, plan, goal and costmap."""
     v, w = observation.twist.tolist()
     return Situation(
         time_s=observation.time_s,
@@ -147,7 +147,7 @@ def _situation(observation: Observation, plan: np.ndarray) -> Situation:
 
 
 def _why_none_is_chosen(evaluation: Evaluation) -> str:
-    """Returns Nav2's text, and what it leaves open where there are legal trajectories."""
+    """Returns Nav2's message, or the share of legal trajectories where there are any."""
     sample_count = len(evaluation.totals)
     legal_count = int(np.count_nonzero(evaluation.is_legal))
     if legal_count == 0:

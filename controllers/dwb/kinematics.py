@@ -1,4 +1,4 @@
-"""What the base may do: Nav2's kinematic parameters and the speed limit that scales them."""
+"""The velocity limits of the base: Nav2's kinematic parameters, scaled by a speed limit."""
 
 from __future__ import annotations
 

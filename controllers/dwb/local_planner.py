@@ -36,8 +36,8 @@ class Evaluation(NamedTuple):
     raw_scores: (C, K) unweighted scores. violations: (C, K) number of the broken rule, 0 for none.
         Rows of critics with a scale of 0 are NaN and 0.
     totals: (K,) float32 weighted sums; partial where scoring stopped early, -1 where illegal.
-    judged_counts: (K,) how many critics, in order, Nav2 would have asked: all, or up to the one
-        that stopped the scoring or found a rule broken.
+    judged_counts: (K,) number of critics that Nav2 would have called, in order: all, or up to the
+        one that stopped the scoring or found a rule broken.
     """
 
     best: int
@@ -127,7 +127,7 @@ class LocalPlanner:
         plan_id: int,
         speed_limit: SpeedLimit | None = None,
     ) -> Evaluation:
-        """Returns the whole window of one cycle with its scores, and what was chosen.
+        """Returns the window of one cycle with its scores and the chosen trajectory.
 
         situation: pose and measured twist (vx, vy, wz), local plan, goal, costmap.
         plan_id: a change makes the critics forget, as every new plan does in Nav2.
@@ -191,7 +191,7 @@ class LocalPlanner:
         return scales, raw_scores, violations
 
     def rejections(self, evaluation: Evaluation) -> dict[str, int]:
-        """Returns how many trajectories each (critic, reason) rejected: Nav2's tracker.
+        """Returns the number of trajectories rejected by each (critic, reason), as Nav2's tracker.
 
         Keys read 'RotateToGoal/Nonrotation command near goal.'.
         """

@@ -20,7 +20,7 @@ LARGEST_HOLE_CELLS = 2.0
 
 @njit(cache=True)
 def split_hole(distance_squared, resolution):
-    """Returns into how many intervals Nav2 splits the way between two poses; 1 leaves it whole."""
+    """Returns the number of intervals of Nav2's way between two poses; 1 leaves it whole."""
     hole_squared = resolution * resolution * LARGEST_HOLE_CELLS * LARGEST_HOLE_CELLS
     if distance_squared <= hole_squared:
         return 1
@@ -97,7 +97,7 @@ def cell_distances(
 
 @njit(cache=True)
 def spread_distances(distances, diagonal):
-    """Lowers each distance inside a margin to what its neighbours allow: theirs plus 1.
+    """Lowers each distance inside a margin to at most a neighbour's distance plus 1.
 
     Two passes over the grid are exact for both distances (Rosenfeld and Pfaltz: Sequential
     operations in digital picture processing, 1966).
@@ -121,7 +121,7 @@ def spread_distances(distances, diagonal):
 
 @njit(cache=True)
 def locate(poses, pose_counts, grid, cells, on_map_counts):
-    """Writes where the poses of all trajectories lie on a map.
+    """Writes the flat cell index of each pose of the trajectories, up to the first one off the map.
 
     poses: (K, N, 3). pose_counts: (K,). Output: cells (K, N) int32, the flat cell index of each
     pose as far as the first one off the map, and its index there or else pose_counts: (K,) int64.

@@ -1,4 +1,4 @@
-"""What DWB keeps from one cycle to the next."""
+"""The memory that DWB hands from one cycle to the next."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from drake_navbench.controllers.dwb.kinematics import Kinematics
 
 
 class DwbMemory(NamedTuple):
-    """Everything that evolves.
+    """The memory of DWB after a cycle.
 
     plan_id: of the last cycle. kinematics: limits under the last speed limit. critics: one memory
-    for each, in their order. plan_begin: where what is left of the plan
-    begins, in releases in which DWB cuts it itself.
+    for each, in their order. plan_begin: index at which the rest of the plan begins, in releases in
+    which DWB cuts it itself.
     """
 
     plan_id: int | None

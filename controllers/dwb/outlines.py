@@ -1,4 +1,4 @@
-"""The robot's outline on the costmap: what it costs, and which rule it breaks where.
+"""The robot's outline on the costmap: its cost, and the rule that it breaks.
 
 Kernels of the ObstacleFootprint critic (Nav2's dwb_critics, ObstacleFootprintCritic).
 """
@@ -105,7 +105,7 @@ def judge_outline(costs, clearances, vertices, on_map_count, is_scored):
 def is_clear_of_everything(clearances, grid, x, y, radius_m):
     """Tells whether an outline inside a circle surely meets nothing forbidden and no border.
 
-    x, y m: centre of the circle. The answer no means that the outline has to be looked at.
+    x, y m: centre of the circle. False means that the outline has to be checked.
     """
     rows, columns = clearances.shape
     column, row = cell_at(grid, x, y)

@@ -1,9 +1,9 @@
 """The local plan of the releases up to Kilted, in which DWB cuts the global plan itself.
 
-Unlike what the path handler makes since then, it begins up to `prune_distance` behind the robot, at
-the first pose that is near enough, not at the nearest one, and ends by the distance from the robot.
-Source: dwb_core (DWBLocalPlanner::transformGlobalPlan), branches humble to kilted; that exceptions
-have other names there changes nothing.
+Unlike the path handler's local plan since then, it begins up to `prune_distance` behind the robot,
+at the first pose that is near enough, not at the nearest one, and ends by the distance from the
+robot. Source: dwb_core (DWBLocalPlanner::transformGlobalPlan), branches humble to kilted; that
+exceptions have other names there changes nothing.
 """
 
 from __future__ import annotations
@@ -40,10 +40,10 @@ class OwnPlan:
         self._searched_m = parameters.prune_distance if is_humble else forward
 
     def cut(self, plan: Array, begin: int, pose: Array, costmap: Costmap) -> tuple[Array, int]:
-        """Returns the local plan (M, 3), a view, and where the next one may begin.
+        """Returns the local plan (M, 3), a view, and the index at which the next one may begin.
 
-        plan: (N, 3) the whole plan. begin: of what was left of it. pose: (3,) of the robot.
-        Raises InvalidPath where no pose is near enough.
+        plan: (N, 3) the whole plan. begin: index of the first pose left of it. pose: (3,) of the
+        robot. Raises InvalidPath where no pose is near enough.
         """
         reach_m = 0.5 * max(costmap.costs.shape) * costmap.resolution
         first, stop = own_plan_range(

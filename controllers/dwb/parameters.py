@@ -30,7 +30,7 @@ STANDARD_GENERATOR = "dwb_plugins::StandardTrajectoryGenerator"
 LIMITED_ACCEL_GENERATOR = "dwb_plugins::LimitedAccelGenerator"
 GENERATORS = (STANDARD_GENERATOR, LIMITED_ACCEL_GENERATOR)
 CLASS_KEY = "class"
-# What only releases before the newest one read.
+# The parameters that only releases before the newest one read.
 OF_ITS_OWN_PLAN = frozenset(
     {"forward_prune_distance", "prune_distance", "prune_plan", "shorten_transformed_plan"}
 )
@@ -170,7 +170,7 @@ class DynamicWindowApproachParameters(ParametersWithCritics):
 
     @classmethod
     def is_without_effect(cls, name: str, values: Mapping[str, Any] | None = None) -> bool:
-        """See the base class; what cuts the plan has none in Lyrical."""
+        """See the base class; in Lyrical also the parameters that cut the plan have no effect."""
         release = release_in(values)
         if name in OF_ITS_OWN_PLAN and release == NEWEST_RELEASE:
             return True

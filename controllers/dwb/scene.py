@@ -1,4 +1,4 @@
-"""One cycle as the critics see it: what the robot knows, and the window to be scored."""
+"""The input of the critics in one cycle: a situation, and the window to be scored."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class Situation:
-    """What is known before anything is sampled; all poses in the costmap's frame. Read-only.
+    """The facts of a cycle before sampling; all poses in the costmap's frame. Read-only.
 
     time_s: start of the cycle, s. pose: (x m, y m, yaw rad). twist: measured (vx, vy m/s, wz
     rad/s). plan: (M, 3) local plan, M >= 1. goal: (3,) last pose of the whole plan.
 
-    The cached properties are what several critics need; each is computed when first asked for.
+    The cached properties serve several critics; each is computed when it is first read.
     """
 
     time_s: float
@@ -66,7 +66,7 @@ class Situation:
 
 @dataclass(frozen=True, eq=False)
 class Scene(Situation):
-    """A situation with its window of trajectories: what a critic scores."""
+    """A situation with its window of trajectories, which a critic scores."""
 
     trajectories: Trajectories
 
@@ -91,7 +91,7 @@ class Scene(Situation):
 
     @property
     def on_map_counts(self) -> NDArray[np.int64]:
-        """(K,) how many poses lie on the map before one does not."""
+        """(K,) numbers of poses before the first one off the map."""
         return self._located[1]
 
     @cached_property

@@ -24,14 +24,14 @@ Array = NDArray[np.float64]
 
 
 class Trajectories(NamedTuple):
-    """The window of one cycle: K sampled twists and where each would lead. Read-only views.
+    """The window of one cycle: K sampled twists and their trajectories. Read-only views.
 
     They are valid until the next call of the generator that made them.
 
     twists: (K, 3) sampled vx m/s, vy m/s, wz rad/s, ascending, wz fastest.
-    velocities: (K, 3) what would be commanded: the twist, or the first simulated velocity.
-    poses: (K, N, 3) x m, y m, yaw rad from the robot's pose on; row k holds pose_counts[k] of
-        them (the last one twice where include_last_point), what follows is undefined.
+    velocities: (K, 3) the commands: the twist, or the first simulated velocity.
+    poses: (K, N, 3) x m, y m, yaw rad from the robot's pose on; row k holds pose_counts[k] of them
+        (the last one twice where include_last_point), the rest is undefined.
     headings: (K, N, 2) cosine and sine of the poses' yaw, as the roll-out has them.
     pose_counts: (K,) int64. step_counts: (K,) int64 simulated steps. step_s: (K,) s each.
     """
@@ -46,7 +46,7 @@ class Trajectories(NamedTuple):
 
 
 class Simulation(NamedTuple):
-    """How a twist is rolled out; names and meaning are those of the parameters.
+    """The settings for rolling out a twist; names and meaning are those of the parameters.
 
     limits_acceleration: the velocity approaches the twist at the acceleration limits (Standard
     generator) instead of having it from the first step on (LimitedAccel).

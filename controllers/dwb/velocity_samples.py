@@ -1,7 +1,8 @@
-"""The dynamic window: which velocities are tried (Nav2's dwb_plugins, XYThetaIterator).
+"""The dynamic window: the velocities that are tried (Nav2's dwb_plugins, XYThetaIterator).
 
-An axis covers what the base can reach within the window time, from the lowest to the highest
-velocity; the twists are the product of the axes, less those that the planar speed limits exclude.
+An axis covers the velocities that the base can reach within the window time, from the lowest to the
+highest velocity; the twists are the product of the axes, less those that the planar speed limits
+exclude.
 """
 
 from __future__ import annotations

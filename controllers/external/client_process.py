@@ -1,7 +1,7 @@
-"""A client: a process that is asked and answers over two pipes that nothing else uses.
+"""A client: a process that answers messages over two pipes that nothing else uses.
 
-Each message is its length, 4 bytes, most significant first, and so many bytes of MessagePack.
-Whatever a client does, whoever asks learns it within the deadline, and the process is gone then.
+Each message is its length, 4 bytes, most significant first, and that many bytes of MessagePack. Any
+failure of a client is reported within the deadline, and its process is gone by then.
 """
 
 from __future__ import annotations
@@ -25,13 +25,13 @@ import msgpack
 from drake_navbench.errors import EndedFromOutside, InputError, is_machine_fault
 from drake_navbench.processes.workers import OUTSIDE_SIGNALS
 
-# What the client finds its ends of the pipes by.
+# The environment variable by which the client finds its ends of the pipes.
 READ_VARIABLE = "DRAKE_NAVBENCH_READ_FD"
 WRITE_VARIABLE = "DRAKE_NAVBENCH_WRITE_FD"
 LENGTH = struct.Struct(">I")
 MAX_ANSWER_BYTES = 2**24
 CHUNK_BYTES = 2**16
-# Of what a client has printed, its end is kept.
+# The length of the end of a client's output that is kept.
 KEPT_OUTPUT_BYTES = 4096
 # For a client to leave by itself, after `shutdown` or when it has closed its pipe.
 EXIT_PATIENCE_S = 1.0
@@ -42,7 +42,7 @@ IS_LINUX = sys.platform == "linux"
 
 
 class ExternalControllerFailed(RuntimeError):
-    """The client died, did not answer in time, or answered what is no answer."""
+    """The client died, did not answer in time, or gave an invalid answer."""
 
 
 class ClientProcess:
@@ -103,7 +103,7 @@ class ClientProcess:
         """Returns the answer to a message.
 
         Raises ExternalControllerFailed, and ends the client, where there is none within the
-        deadline; EndedFromOutside where somebody else has ended it.
+        deadline; EndedFromOutside where a signal from outside has ended it.
         """
         if not self._end.alive:
             raise ExternalControllerFailed(f"{self._name}: was ended before")
@@ -121,7 +121,7 @@ class ClientProcess:
         return answer
 
     def stop(self) -> None:
-        """Lets the client end, and makes it end where it does not."""
+        """Asks the client to shut down, and kills it if it does not."""
         if not self._end.alive:
             return
         body = self._packer.pack({"call": "shutdown"})
@@ -159,7 +159,7 @@ class ClientProcess:
         return surplus == 0
 
     def _listen(self, patience_s: float) -> None:
-        """Takes what the client has answered or printed, waiting for something at most so long."""
+        """Reads what the client writes, waiting for at most `patience_s`."""
         for descriptor, _ in self._poll.poll(1000.0 * patience_s):
             try:
                 piece = os.read(descriptor, CHUNK_BYTES)
@@ -184,13 +184,13 @@ class ClientProcess:
         return answer
 
     def fail(self, what: str) -> NoReturn:
-        """Ends a client for what it has done; raises ExternalControllerFailed."""
+        """Ends a client with `what` as the reason; raises ExternalControllerFailed."""
         self._drain()
         self._end()
         raise ExternalControllerFailed(f"{self._name}: {what}{self._last_words()}")
 
     def _fail_dead(self) -> NoReturn:
-        """Says how the client died, or that it has only closed its pipe."""
+        """Fails with the way the client died, or with the message that it closed its pipe."""
         with suppress(subprocess.TimeoutExpired):
             self._process.wait(EXIT_PATIENCE_S)
         code = self._process.returncode
@@ -207,7 +207,7 @@ class ClientProcess:
         self.fail(how)
 
     def _drain(self) -> None:
-        """Takes what is left of what the client has printed."""
+        """Reads the rest of the client's output."""
         while self._printed is not None:
             try:
                 piece = os.read(self._printed, CHUNK_BYTES)
@@ -224,7 +224,7 @@ class ClientProcess:
 
 
 def _end(process: subprocess.Popen[bytes], descriptors: Sequence[int]) -> None:
-    """Ends a client with all that it has started, and closes our ends of the pipes."""
+    """Kills a client with all processes it has started, and closes our ends of the pipes."""
     for descriptor in descriptors:
         os.close(descriptor)
     with suppress(OSError):
@@ -234,7 +234,7 @@ def _end(process: subprocess.Popen[bytes], descriptors: Sequence[int]) -> None:
 
 def _end_with_parent() -> Callable[[], None]:
     """Returns a function that makes a new process end when its parent is killed."""
-    # What is called between fork and exec should load nothing.
+    # A function called between fork and exec should load nothing.
     control = ctypes.CDLL(None).prctl
 
     def ask_the_kernel() -> None:

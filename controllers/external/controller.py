@@ -27,9 +27,9 @@ from drake_navbench.errors import InputError
 
 
 class ExternalMemory(NamedTuple):
-    """What evolves: the client's own memory, anything that its protocol can hold.
+    """The memory of an external controller: the client's own, any value that its protocol can hold.
 
-    is_at_rest: what a client that slows down before it is cancelled said last.
+    is_at_rest: whether a cancelled client that slows down first has last reported to be at rest.
     """
 
     client: Any = None
@@ -39,10 +39,10 @@ class ExternalMemory(NamedTuple):
 class ExternalController:
     """One client from `configure` to `shutdown`, asked once a cycle.
 
-    It is started when this is built and ended by `close`; so every trial has a fresh one. What it
-    must remember it may return as `memory`; then a decision is a function of what it is told.
-    not_read: names of what it was given and does not know.
-    Raises InputError where there is no such program or it refuses to be configured.
+    It is started when this is built and ended by `close`; so every trial has a fresh one. It may
+    return its memory as `memory`; then a decision is a function of the message alone. not_read:
+    names of the given parameters that it does not know. Raises InputError where there is no such
+    program or it refuses to be configured.
     """
 
     Parameters: ClassVar[type[ExternalParameters]] = ExternalParameters
@@ -63,7 +63,10 @@ class ExternalController:
         self.not_read = not_read_of(answer)
 
     def initial_memory(self) -> ExternalMemory:
-        """Returns what the client begins a task with; it forgets the one before."""
+        """Tells the client to forget the last task.
+
+        Returns the client's memory at the start of the next one.
+        """
         self._known_plan = None
         answer = self._ask({"call": "reset"})
         return ExternalMemory(answer.get("memory"))
@@ -88,15 +91,15 @@ class ExternalController:
         return Decision(command, after, notes)
 
     def is_at_rest(self, memory: ExternalMemory) -> bool:
-        """Tells whether a cancelled client is done; one that is not graceful is at once."""
+        """Tells whether a cancelled client has come to rest; True without graceful cancelling."""
         return not self._is_graceful or memory.is_at_rest
 
     def close(self) -> None:
-        """Lets the client end."""
+        """Asks the client to shut down, and kills it if it does not."""
         self._client.stop()
 
     def _tell_plan(self, observation: Observation) -> None:
-        """Tells the client the global plan, where it does not know it yet."""
+        """Sends the global plan to the client, where it does not have it yet."""
         known = self._known_plan
         plan_id, plan = observation.plan_id, observation.global_plan
         if known is None or known[0] != plan_id or known[1] is not plan:

@@ -1,4 +1,4 @@
-"""What is told to a client, and what its answers say; docs/external_controllers.md describes it."""
+"""The messages to and from a client; docs/external_controllers.md describes the protocol."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ _PACKED_KEYS = ("shape", "data")
 
 
 def configure_message(setup: ControllerSetup, parameters: Mapping[str, Any]) -> dict[str, Any]:
-    """Returns what a client is told once, before everything else."""
+    """Returns the message `configure`, which a client gets once, before all others."""
     return {
         "call": "configure",
         "protocol": PROTOCOL_VERSION,
@@ -79,7 +79,7 @@ def not_read_of(answer: Mapping[str, Any]) -> tuple[str, ...]:
 
 
 def set_plan_message(observation: Observation) -> dict[str, Any]:
-    """Returns what a client is told when there is a new global plan."""
+    """Returns the message `set_plan`, which a client gets with every new global plan."""
     return {
         "call": "set_plan",
         "plan_id": observation.plan_id,
@@ -88,7 +88,7 @@ def set_plan_message(observation: Observation) -> dict[str, Any]:
 
 
 def compute_message(observation: Observation, memory: Any) -> dict[str, Any]:
-    """Returns what a client is told once a cycle."""
+    """Returns the message `compute`, which a client gets once in every cycle."""
     costmap, limit, noise = observation.costmap, observation.speed_limit, observation.noise_key
     return {
         "call": "compute",
@@ -119,7 +119,7 @@ def compute_message(observation: Observation, memory: Any) -> dict[str, Any]:
 
 
 def failure_of(answer: Mapping[str, Any], memory: Any) -> ControllerError | None:
-    """Returns the failure that an answer tells of, None where it tells of none.
+    """Returns the failure that an answer reports, or None.
 
     Raises ValueError where it is none that a controller may have.
     """
@@ -148,7 +148,10 @@ def command_of(answer: Mapping[str, Any]) -> NDArray[np.float64]:
 
 
 def diagnostics_of(answer: Mapping[str, Any], *, wants_arrays: bool) -> dict[str, Any]:
-    """Returns what an answer leaves for log and replay; raises ValueError for what is none."""
+    """Returns an answer's diagnostics: its notes, and with `wants_arrays` the arrays to be drawn.
+
+    Raises ValueError where the notes are no map, or name an array that is drawn.
+    """
     notes = answer.get("diagnostics", {})
     if not isinstance(notes, dict):
         raise ValueError(f"diagnostics: got {notes!r}, expected a map")

@@ -13,7 +13,7 @@ from drake_navbench.typed_files.quantities import Duration
 
 
 class ExternalParameters(ControllerParameters):
-    """How the client is started and waited for, and what it is told."""
+    """The client's command, its deadlines and the parameters that it is sent."""
 
     command: str | tuple[str, ...] = Field(
         description="The client's program and its arguments: a list, or one text as in a shell."

@@ -1,4 +1,4 @@
-"""The control law: how to drive to a pose, from where it lies in egocentric polar coordinates.
+"""The control law: the drive to a pose, given in egocentric polar coordinates.
 
 Park, Kuipers: A Smooth Control Law for Graceful Motion of Differential Wheeled Mobile Robots in 2D
 Environment (2011). Source: nav2_graceful_controller's SmoothControlLaw, branch lyrical, which keeps
@@ -18,7 +18,7 @@ from drake_navbench.kernels.angles import wrap
 
 
 class Law(NamedTuple):
-    """What the law needs: the parameters under Nav2's names, lambda as `lambda_`.
+    """The parameters of the control law under Nav2's names, with lambda as `lambda_`.
 
     max_w: largest turn rate, under a speed limit.
     """

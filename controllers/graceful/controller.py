@@ -115,7 +115,7 @@ class Graceful:
         return Decision(command, memory, self._diagnostics(cycle, observation))
 
     def _local_plan(self, observation: Observation, begin: int) -> tuple[Array, int]:
-        """Returns the local plan (M, 3), and where what is left of the whole one begins."""
+        """Returns the local plan (M, 3), and the index in the whole plan where the rest begins."""
         if not self._release.cuts_plan:
             return observation.plan, 0
         whole = observation.global_plan if len(observation.global_plan) else observation.plan

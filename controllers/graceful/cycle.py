@@ -21,7 +21,7 @@ from drake_navbench.controllers.graceful.targets import distances_along, orient,
 from drake_navbench.kernels.path_pruning import arc_length
 from drake_navbench.kernels.poses import to_robot_frame
 
-# What a cycle did: the values of `Cycle.branch`.
+# The values of `Cycle.branch`, the branch that a cycle took.
 FOLLOW, ROTATE_TO_GOAL, BLOCKED, ROTATE_TO_TARGET = range(4)
 
 

@@ -1,4 +1,4 @@
-"""What the Graceful Controller keeps from one cycle to the next."""
+"""The memory that the Graceful Controller hands from one cycle to the next."""
 
 from __future__ import annotations
 
@@ -6,12 +6,12 @@ from typing import NamedTuple
 
 
 class GracefulMemory(NamedTuple):
-    """What evolves, and begins anew with each plan.
+    """The memory of the Graceful Controller; it begins anew with each plan.
 
     plan_id: of the last cycle. may_turn_first: the robot has not faced a target of this plan yet.
     safe_angle: the heading, in the base frame, at which it last arrived without coming near an
     obstacle, rad; None where it did not have to look for one. plan_begin, near_goal: up to Kilted,
-    where what is left of the plan begins, and whether the robot was near its end.
+    the index at which the rest of the plan begins, and whether the robot was near its end.
     """
 
     plan_id: int | None = None

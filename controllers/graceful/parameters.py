@@ -160,7 +160,7 @@ class GracefulParameters(ControllerParameters):
 
     @classmethod
     def keys_not_read(cls, values: Mapping[str, Any]) -> list[str]:
-        """Returns also `allow_backward` where a robot that turns first is asked to drive so."""
+        """Adds `allow_backward` where it is set together with `initial_rotation`."""
         not_read = super().keys_not_read(values)
         turns_first = values.get("initial_rotation", True) is True
         if turns_first and values.get("allow_backward") is True:
@@ -169,7 +169,7 @@ class GracefulParameters(ControllerParameters):
 
     @classmethod
     def is_without_effect(cls, name: str, values: Mapping[str, Any] | None = None) -> bool:
-        """Tells also of the least lookahead, which Lyrical reads for nothing."""
+        """See the base class; also the least lookahead, which Lyrical reads without effect."""
         release = release_in(values)
         is_idle = name == MIN_LOOKAHEAD and release == NEWEST_RELEASE
         return is_idle or super().is_without_effect(name, values)

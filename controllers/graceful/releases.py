@@ -1,7 +1,7 @@
-"""How the Graceful Controller differs between Nav2's releases.
+"""The differences of the Graceful Controller between Nav2's releases.
 
 Source: nav2_graceful_controller, branches humble, jazzy, kilted and lyrical. Iron does not have it;
-what names it there follows Jazzy.
+a configuration that names it there gets Jazzy's.
 """
 
 from __future__ import annotations
@@ -14,9 +14,9 @@ from drake_navbench.releases import Release
 
 
 class Rules(NamedTuple):
-    """What the controller does in a release.
+    """The behaviour of the controller in one release.
 
-    cuts_plan: takes the whole plan, cuts it at a circle, and tells from the length of what is left
+    cuts_plan: takes the whole plan, cuts it at a circle, and tells from the length of the rest
         whether the goal is near.
     aims_once: has one target, the first pose at a straight distance, and no other where the way
         there is blocked; else it comes nearer, pose by pose.

@@ -1,4 +1,4 @@
-"""Driving to a target in thought: the trajectory of the control law, and what it would touch.
+"""The simulated drive to a target: the control law's trajectory, and its collisions.
 
 Source: nav2_graceful_controller (simulateTrajectory, validateTargetPose, inCollision,
 findBestApproachTrajectory), branch lyrical. Targets and trajectories are in the base frame of the
@@ -37,7 +37,7 @@ LEAST_SPEED_MPS = 1e-3
 
 
 class Settings(NamedTuple):
-    """What the kernels need of the parameters (Nav2's names) and of the setup.
+    """The kernels' settings: parameters under Nav2's names, and facts of the setup.
 
     allow_backward: off with `initial_rotation`. is_circle: the robot is given by a radius. The last
     four only earlier releases have.
@@ -65,7 +65,7 @@ class Settings(NamedTuple):
 
 
 class Scene(NamedTuple):
-    """What holds for one cycle: law and largest speed under a limit, robot, costmap, outline."""
+    """The inputs of one cycle: control law, speed limit max_v m/s, pose, costmap and outline."""
 
     law: Law
     max_v: float
@@ -224,7 +224,7 @@ def largest_cost(scene, trajectory):
 
 @njit(cache=True)
 def arrival_time(scene, drive, target_x, target_y, backward):
-    """Returns how long a drive takes, s: each step at the speed at its beginning."""
+    """Returns the duration of a drive, s, with each step driven at the speed at its beginning."""
     time = 0.0
     poses = drive.trajectory
     for i in range(1, poses.shape[0]):

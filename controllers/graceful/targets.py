@@ -42,7 +42,7 @@ def orient(plan):
 
 @njit(cache=True)
 def distances_along(plan):
-    """Returns (M,) how far each pose is from the robot, to the first pose and along the plan, m."""
+    """Returns (M,) each pose's distance from the robot, to the first pose and along the plan, m."""
     distances = np.empty(plan.shape[0])
     distances[0] = math.hypot(plan[0, 0], plan[0, 1])
     for i in range(1, plan.shape[0]):

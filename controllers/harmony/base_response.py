@@ -1,8 +1,8 @@
-"""How the base answers commands: what the gatekeeper's prediction rests on.
+"""The base's response to commands, on which the gatekeeper's prediction rests.
 
 A first-order response with limited accelerations, dv/dt = (command - v) / time constant, and a
 latency before it. Braking is the command 0, which is also what the controller server sends when
-the controller gives up, so that the stop plan needs nobody's help.
+the controller gives up, so that the stop plan needs no controller.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ def answer(response, velocity, command, limit, duration_s):
 
 
 def braking_time(response: Response, speed: float, turn_rate: float) -> float:
-    """Returns how long the base takes to rest from a speed m/s and a turn rate rad/s, s."""
+    """Returns the time, s, for braking from a speed m/s and a turn rate rad/s to rest."""
     time_constant_s = response.time_constant_s
     return max(
         _time_to_rest(time_constant_s, response.acceleration, speed, REST_MPS),
@@ -80,7 +80,8 @@ def follow(response, state, v, w, duration_s):
 def after_latency(response, pose, twist, sent, ages_s):
     """Returns (5,) the state when the next command will arrive, by the commands on their way.
 
-    sent: (H, 2) commands, the oldest first. ages_s: (H,) how long each of them acts until then, s.
+    sent: (H, 2) commands, the oldest first. ages_s: (H,) the time for which each of them acts until
+    then, s.
     """
     state = np.array([pose[0], pose[1], pose[2], twist[0], twist[1]])
     for h in range(sent.shape[0]):
@@ -93,7 +94,7 @@ def after_latency(response, pose, twist, sent, ages_s):
 
 @njit(cache=True)
 def command_of(response, plan, dt, period_s, cycle):
-    """Returns (v, w) that a plan commands in its so many-th cycle.
+    """Returns the command (v, w) of a plan in cycle number `cycle`, from 0.
 
     A base that has the plan's velocities when the cycle begins has them again when it ends: the
     time constant is made up for, so that a plan is driven and not a blunted copy of it.

@@ -54,9 +54,9 @@ Array = NDArray[np.float64]
 # The base follows a plan while it is no farther behind than this besides its time constant and a
 # cycle, and its velocity no farther off than noise explains.
 FOLLOWING_S, FOLLOWING_MPS, FOLLOWING_RADPS = 0.05, 0.03, 0.05
-# A cycle later than so many periods is late, and the next one is taken to be, too; up to a limit.
+# A cycle is late after LATE_RATIO periods; the next one is then expected as late, up to a limit.
 LATE_RATIO, LONGEST_INTERVAL_S = 1.5, 0.5
-# Of the samples and of the poses of the stop so many, or every so many-th, are shown.
+# The log shows at most this many samples, and every so many-th pose of the stop.
 SHOWN_SAMPLES, SHOWN_STOP_STRIDE = 60, 10
 
 
@@ -64,8 +64,8 @@ class Check(NamedTuple):
     """The gatekeeper's conditions for every motion of a cycle.
 
     edges: (E, 4) of lethal cells. bound: least gap, m. state: (5,) of the base when the next
-    command arrives. interval_s: how long that one holds. is_on_map: the base is on a free cell of
-    it; nothing is accepted elsewhere.
+    command arrives. interval_s: the time for which that one holds. is_on_map: the base is on a free
+    cell of it; nothing is accepted elsewhere.
     """
 
     edges: Array
@@ -188,9 +188,10 @@ class Harmony:
         )
 
     def _interval_s(self, observation: Observation, memory: HarmonyMemory) -> float:
-        """Returns how long the next command will hold, s: a period, or as long as the last one.
+        """Returns the time for which the next command will hold, s.
 
-        A cycle that takes too long puts the next one off.
+        It is the control period, or the last interval where that was longer: a cycle that takes too
+        long puts the next one off.
         """
         period_s = self._setup.control_period_s
         if memory.sent is None:
@@ -199,11 +200,11 @@ class Harmony:
         return min(last_s, LONGEST_INTERVAL_S) if last_s > LATE_RATIO * period_s else period_s
 
     def _start(self, observation: Observation, memory: HarmonyMemory, check: Check) -> Array:
-        """Returns (9,) where plans begin: the ideal base that the real one comes after.
+        """Returns the state (9,) in which plans begin: that of an ideal base.
 
-        A plan is what an ideal base would do. Commands make up for the real one's time constant,
-        as long as its velocities are the plan's; where they are not, it ends up behind by what it
-        is slower times the constant, and the ideal base is put there.
+        A plan is the motion of an ideal base. Commands make up for the real base's time constant as
+        long as its velocities are the plan's. Where they differ, the real base falls behind by the
+        difference times the time constant, and the ideal base is put there.
         """
         state = check.state
         v, w, a, alpha = float(state[3]), float(state[4]), 0.0, 0.0
@@ -224,7 +225,7 @@ class Harmony:
         return make_start(pose, v, w, a, alpha)
 
     def _accepted(self, check: Check, plan: Array) -> int:
-        """Returns for how many cycles the gatekeeper lets a plan be followed; 0: not at all."""
+        """Returns the number of cycles for which the gatekeeper accepts a plan; 0: not at all."""
         if not self._parameters.use_gatekeeper:
             return 1
         if not check.is_on_map:
@@ -333,7 +334,7 @@ class Harmony:
         )
 
     def _command(self, v: float, w: float) -> Array:
-        """Returns (2,) a command within what the base can do."""
+        """Returns the command (2,), clamped to the base's limits."""
         setup = self._setup
         command = np.array(
             [

@@ -1,9 +1,8 @@
-"""A way past what blocks the path, where plans get nowhere: searched in the local map, and kept.
+"""A detour around an obstacle on the path, for plans that get nowhere: searched once, and kept.
 
-A plan sees as far as its horizon, and the distance to its target draws it into whatever lies
-between. Where it is trapped, cells with room for the robot, however it would turn, are searched for
-a way to the path's first free point behind what is in the way; until it is driven, that is the
-path.
+A plan sees as far as its horizon, and the distance to its target draws it into any dead end on
+the way. A robot that is trapped there searches the cells in which it has room in any heading, for
+a way to the path's first free point behind the obstacle. This way is the path until it is driven.
 """
 
 from __future__ import annotations
@@ -20,19 +19,20 @@ from drake_navbench.kernels.read_only import read_only
 
 Array = NDArray[np.float64]
 
-# Costs beside obstacles fall over this distance, and weigh so much, so that ways keep off them, m.
+# Ways keep off obstacles by costs that fall over INFLATION_M, with this weight.
 INFLATION_M = 0.5
 TRAVEL_MULTIPLIER = 4.0
 # Of Nav2's smoother of grid paths: tolerance m, most sweeps, both weights, passes after the first.
 SMOOTHING = (1e-4, 1000, 0.2, 0.3, 2)
 NO_OUTLINE = np.empty((0, 2))
-# Ends are looked at so far apart, and so many of them; a later one must spare so much, m.
+# A detour may end on the path at MOST_ENDS points, REJOIN_M apart; a later end must be shorter by
+# WORTH_M.
 REJOIN_M, MOST_ENDS, WORTH_M = 0.5, 8, 1.0
 # The plan has not changed where it still leads over the end of a detour, m.
 SAME_PLAN_M = 0.25
 # A robot farther from its detour needs another one, m.
 OFF_DETOUR_M = 0.2
-# Around the robot so much counts as free, where it is closer to obstacles than is asked for, m.
+# Cells within this of a robot that is closer to obstacles than required count as free, m.
 START_FREE_M = 0.15
 
 
@@ -52,12 +52,12 @@ def detour_costs(field: DistanceField, clearance: float, start: Array) -> NDArra
 def points_behind(
     plan: Array, global_plan: Array, field: DistanceField, clearance: float
 ) -> tuple[Array, Array]:
-    """Returns ((E, 2) m, (E,) m): where a plan has room again, and how far along it that is.
+    """Returns the points (E, 2) m at which a plan has room again, and their arc lengths (E,) m.
 
-    Every REJOIN_M from its first point with room behind its first ones without; none where all of
-    it has room, or nothing behind has. Where the robot stands too close to something, and the plan
-    leads away from that, is no such place, as long as there is another. global_plan: what follows
-    the plan.
+    There is one every REJOIN_M, from the first point with room behind the first points without;
+    none where all points have room, or none behind has. A robot that starts too close to an
+    obstacle, on a plan that leads away from it, begins without room: that gap does not count as
+    long as there is another. global_plan: continues the plan.
     """
     ahead = plan[:, :2]
     if len(global_plan):
@@ -158,9 +158,9 @@ def _cell_of(field: DistanceField, point: Array) -> tuple[int, int]:
 
 
 def still_ahead(detour: Array, position: Array, plan: Array, global_plan: Array) -> Array:
-    """Returns what of a detour (M, 3) is ahead of a position (2,), empty where it is over.
+    """Returns the part of a detour (M, 3) ahead of a position (2,), empty where the detour is over.
 
-    That is where its end is reached or no longer on the plan.
+    It is over where its end is reached or is no longer on the plan.
     """
     nearest = int(np.argmin(np.hypot(*(detour[:, :2] - position).T)))
     rest = detour[nearest:]
@@ -172,7 +172,7 @@ def still_ahead(detour: Array, position: Array, plan: Array, global_plan: Array)
 def is_good(detour: Array, position: Array, field: DistanceField, clearance: float) -> bool:
     """Returns whether a detour (M, 3) begins near a position (2,) m and is free as it was.
 
-    As much as when it was found: around the robot only what is in the way itself counts.
+    It must be as free as when it was found: near the robot only obstacles on the detour count.
     """
     off_m = np.hypot(*(detour[:, :2] - position).T)
     distances = distances_at(field, detour[:, :2])
@@ -181,9 +181,10 @@ def is_good(detour: Array, position: Array, field: DistanceField, clearance: flo
 
 
 def joined(detour: Array, plan: Array, global_plan: Array) -> Array:
-    """Returns a detour (M, 3) and what lies behind its end of the plan that it ends on.
+    """Returns a detour (M, 3) and the rest of the plan behind the detour's end.
 
-    plan: (P, 3), the local one, which may end before it; then global_plan (N, 3) goes on.
+    plan: (P, 3), the local one. Where the detour ends beyond it, the rest is that of global_plan
+    (N, 3).
     """
     ends = [np.hypot(*(poses[:, :2] - detour[-1, :2]).T) for poses in (plan, global_plan)]
     if ends[0].min() > SAME_PLAN_M and len(global_plan):

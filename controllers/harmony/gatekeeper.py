@@ -1,10 +1,11 @@
-"""The gatekeeper: no command leaves that does not leave a verified way to stop.
+"""The gatekeeper: every command that is sent leaves a verified way to stop.
 
-What is accepted is "follow the plan until t, then brake", where the exact outline keeps more than
-the error bound away from every lethal cell of the costmap from now until rest; and also "follow it
-for one cycle, then brake". The next cycle begins where that brake does, so that to brake is still
-free then: by induction there is always a stop that was verified (Agrawal, Chen, Panagou:
-gatekeeper, arXiv 2211.14361, whose backup is fixed to one manoeuvre here, the command 0).
+It accepts the motion "follow the plan until t, then brake" if the exact outline keeps more than the
+error bound away from every lethal cell of the costmap from now until rest, and if the motion
+"follow it for one cycle, then brake" does so, too. The next cycle begins where that brake does, so
+that to brake is still free then: by induction there is always a stop that was verified (Agrawal,
+Chen, Panagou: gatekeeper, arXiv 2211.14361, whose backup is fixed to one manoeuvre here, the
+command 0).
 """
 
 from __future__ import annotations
@@ -91,9 +92,9 @@ def is_clear(edges, outline, reach, poses, bound):
     """Returns whether an outline stays more than `bound` m away from all edges along poses (M, 3).
 
     reach: of the farthest corner from the base, m. Between two poses no point of the outline moves
-    farther than the base does and turns its corner; a gap allows a motion of what it exceeds the
-    bound by, so that poses within it need no look of their own. No pose at all is no way to stop,
-    and one that is no number is nowhere.
+    farther than the base's path plus `reach` times its turn. A gap of `bound` + d m allows a motion
+    of d m, so that poses within it need no check of their own. Without poses, or with one that is
+    not a number, the result is False.
     """
     placed = np.empty_like(outline)
     count = poses.shape[0]
@@ -120,8 +121,8 @@ def is_clear(edges, outline, reach, poses, bound):
 def is_on_free_cell(grid, x, y):
     """Returns whether a point m lies on a cell of the map that is not lethal.
 
-    Inside of what is lethal all over there is no edge to keep away from. Where no edge crosses an
-    outline, all of it is as one point of it.
+    Edges alone do not show an outline that lies wholly within lethal cells. Where no edge crosses
+    an outline, one point of it decides for all.
     """
     rows, columns = grid.costs.shape
     column, row = world_to_cell(x, y, grid.origin_x, grid.origin_y, grid.resolution, columns, rows)
@@ -130,7 +131,7 @@ def is_on_free_cell(grid, x, y):
 
 @njit(cache=True)
 def accepted_cycles(edges, outline, reach, bound, response, state, plan, dt, period_s, longest):
-    """Returns for how many cycles a plan may be followed before braking; 0 where for none.
+    """Returns the number of cycles for which a plan may be followed before braking, or 0.
 
     Tries the whole plan first, then ever shorter parts, down to one cycle, which must be free in
     any case. state: (5,) of the base. longest: cycles of the whole plan.

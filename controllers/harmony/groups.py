@@ -1,9 +1,9 @@
-"""On which side of obstacles a motion passes: what decides which samples belong together.
+"""The side on which a motion passes each obstacle, by which samples are grouped.
 
-Obstacles that the robot cannot pass between are one cluster with an anchor inside. A motion, closed
-by the straight line to a point ahead that all have in common, crosses the ray from an anchor to the
-left of the way so many times; two motions with the same counts for all anchors pass every cluster
-on the same side. Crossings are counted, so that there is no threshold and no angle.
+Obstacles that the robot cannot pass between are one cluster with an anchor inside. A motion is
+closed by the straight line to a point ahead that all motions share. It crosses the ray from an
+anchor to the left of the way some number of times. Two motions with equal counts for all anchors
+pass every cluster on the same side. Counting crossings needs no threshold and no angle.
 """
 
 from __future__ import annotations

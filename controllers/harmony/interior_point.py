@@ -39,9 +39,9 @@ from drake_navbench.kernels.barrier import TO_BOUND_RATIO
 
 Array = NDArray[np.float64]
 
-# What is missing of a clearance counts by this part: whoever drives a plan checks the outline.
+# Violations of clearance count by this factor: the outline is checked before a plan is driven.
 CLEARANCE_SHARE = 0.1
-# Slacks begin with so much at least, in parts of the limits.
+# The least slack at the start, in parts of the limits.
 LEAST_SLACK = 1e-2
 # Price of squared velocities and accelerations at the end, besides their multipliers.
 REST_PRICE = 5000.0
@@ -49,7 +49,7 @@ REST_PRICE = 5000.0
 DAMPING = 1e-5
 BARRIER_CUT = 0.2
 MOST_CUTS = 8
-# The barrier falls after a step of which so much was taken.
+# The barrier falls after a step of which at least this part was taken.
 FULL_ENOUGH = 0.5
 SUFFICIENT_DECREASE = 1e-4
 # A merit whose steps no longer lower it by more than this has converged.
@@ -57,7 +57,7 @@ STILL = 1e-9
 
 
 class SolverSettings(NamedTuple):
-    """How far the method goes.
+    """The settings of the interior-point method.
 
     iterations: at most. first_barrier, last_barrier: its parameter falls from one to the other.
     tolerance: largest violation of a row, in parts of its limit, and of rest at the end, SI units,
@@ -71,7 +71,7 @@ class SolverSettings(NamedTuple):
 
 
 class Solution(NamedTuple):
-    """What the method ends with.
+    """The result of the interior-point method.
 
     plan: (N + 1, 9). cost: of the terms. violation: the largest of the rows, in parts of their
     limits, a tenth of that for clearances, and of the velocities and accelerations at the end.
@@ -126,7 +126,7 @@ def _evaluate(scene, plan, at):
 
 @njit(cache=True, error_model="numpy")
 def _add_barrier(last, at, slacks, multipliers, barrier):
-    """Adds to the derivatives what the rows' slacks and multipliers stand for, once eliminated."""
+    """Adds to the derivatives the terms of slacks and multipliers, which are eliminated."""
     values, columns, slopes = at.values, at.columns, at.slopes
     for k in range(last + 1):
         for row in range(values.shape[1]):
@@ -168,7 +168,7 @@ def _rest_cost(plan, rest_multipliers):
 
 @njit(cache=True, error_model="numpy")
 def _infeasibility(last, values, slacks):
-    """Returns the sum of what separates rows from their slacks."""
+    """Returns the sum of the differences between rows and their slacks."""
     total = 0.0
     for k in range(last + 1):
         for row in range(values.shape[1]):
@@ -322,7 +322,7 @@ def minimise(scene, guess, iterations, first_barrier, last_barrier, tolerance):
 
 
 def solve(scene: Scene, guess: Array, settings: SolverSettings) -> Solution:
-    """Returns what the method makes of a guess (N + 1, 9), of which only the inputs count."""
+    """Optimises a guess (N + 1, 9) by the interior-point method; reads its inputs only."""
     plan, cost, violation, taken = minimise(scene, guess, *settings)
     solved = bool(np.isfinite(plan).all()) and violation <= settings.tolerance
     return Solution(plan, cost, violation, taken, solved)

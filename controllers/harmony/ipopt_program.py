@@ -1,9 +1,9 @@
 """The program of one cycle as a MathematicalProgram, solved by IPOPT.
 
 The same costs and limits as in interior_point.py, in the same numbers, with the jerks as variables:
-what is linear in them Drake is told as such, what is not comes from two Python functions with
-analytic derivatives. Built once and reused; a cycle only changes bounds and what the functions
-read. Here to check our own method, and as the preset harmony_ipopt.
+Drake gets their linear rows as linear constraints; the nonlinear rows and the cost are two Python
+functions with analytic derivatives. Built once and reused; a cycle only changes bounds and the data
+that the functions read. It serves to check our own method, and as the preset harmony_ipopt.
 """
 
 from __future__ import annotations
@@ -129,7 +129,7 @@ class IpoptProgram:
         self._evaluations = 0
 
     def solve(self, scene: Scene, guess: Array, settings: SolverSettings) -> Solution:
-        """Returns what IPOPT makes of a guess (N + 1, 9), of which only the inputs count."""
+        """Optimises a guess (N + 1, 9) by IPOPT; only the guess's inputs are read."""
         self._scene, self._evaluations = scene, 0
         self._plan = guess.copy()
         limits = scene.limits

@@ -1,4 +1,4 @@
-"""What harmony keeps from one cycle to the next."""
+"""The memory that harmony hands from one cycle to the next."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ Array = NDArray[np.float64]
 
 
 class HarmonyMemory(NamedTuple):
-    """What one cycle leaves to the next; arrays are read-only.
+    """The memory of harmony after a cycle; arrays are read-only.
 
     plan: (N + 1, 9) the committed plan, or None where the last command was not a plan's.
     time_s: when it was committed. sent: the last commands. refused_since_s: since when no plan has
     been accepted, None while they are. is_trapped: the last plan got nowhere. detour: (M, 3) the
-    way past what trapped it, or None.
+    way out of a trap, or None.
     """
 
     plan: Array | None = None

@@ -172,7 +172,7 @@ class HarmonyParameters(ControllerParameters):
 
     @property
     def error_bound_m(self) -> float:
-        """How far the outline must stay from lethal cells in whatever is accepted, m."""
+        """The least distance of the outline from lethal cells in an accepted plan, m."""
         return self.tracking_error + self.localization_error + self.latency_error * self.top_speed
 
     @property
@@ -181,7 +181,10 @@ class HarmonyParameters(ControllerParameters):
         return max(self.max_vel_x, self.max_vel_x_backwards)
 
     def response_of(self, setup: ControllerSetup) -> Response:
-        """Returns how the base answers: what is given, else what is known of the robot."""
+        """Returns the base's response to commands.
+
+        Each value is the parameter where it is given, else taken from the robot's setup.
+        """
         time_s, linear, angular = (
             self.response_time,
             self.base_acceleration,

@@ -41,17 +41,17 @@ from drake_navbench.noise import NoiseKey
 
 Array = NDArray[np.float64]
 
-# Plans keep so much more room than what is verified: estimates jump, and the distance field says up
-# to 1 cm too much off a corner, m.
+# Plans keep this much more room than is verified: estimates jump, and the distance field is up to
+# 1 cm too large off a corner, m.
 ROOM_TO_SPARE_M = 0.02
-# Rows of the program may be missed by so much, in parts of their limits.
+# The allowed violation of the program's rows, in parts of their limits.
 TOLERANCE = 1e-2
 WARM_BARRIER, COLD_BARRIER, LAST_BARRIER = 1e-3, 1e-2, 1e-5
-# A sample replaces the plan driven so far as the guess of their group where it costs so much less.
+# A sample replaces the driven plan as their group's guess where its cost is below this part.
 BETTER_GUESS_RATIO = 0.8
 # Segments of the path looked at from stage to stage, as the robot's reach a stage by their length.
 MOST_SEGMENTS_AHEAD = 12
-# A wall is followed with so much room between it and the widest disc, m.
+# The room between a wall that is followed and the widest disc, m.
 WALL_ROOM_M = 0.15
 _MASK = 2**64 - 1
 _STEP_MULTIPLIER, _STREAM_MULTIPLIER = 0x9E3779B97F4A7C15, 0xD1B54A32D192ED03
@@ -275,7 +275,7 @@ class Planner:
         is_warm: bool,
         window: int,
     ) -> Candidate:
-        """Returns what the program makes of a guess, or the guess where it is switched off."""
+        """Returns a guess as the program improves it, or unchanged where `use_program` is off."""
         parameters = self._parameters
         scene = with_references(scene, references_along(scene, way.path, guess, window))
         if not parameters.use_program:

@@ -1,9 +1,9 @@
-"""Where the base will be when the next command arrives, and how long that takes.
+"""The base's pose and speed when the next command takes effect, and the latency until then.
 
-A measured pose is old when it arrives, a cycle takes its time, and so does a command on its way.
-Only the sum counts, from the pose to what the command answering it does; where it is not given it
-is found by comparing what the base did with what its commands explain, for a few latencies. It is
-taken to be none until then.
+A measured pose is old when it arrives, a cycle takes time, and a command takes time on its way.
+Only the sum counts: the latency from a pose to the effect of the command that answers it. Where it
+is not given, several latencies are tried, and the one under which the commands explain the measured
+motion best is taken. Until then the latency is taken to be 0.
 """
 
 from __future__ import annotations
@@ -19,22 +19,23 @@ from drake_navbench.kernels.read_only import read_only
 
 Array = NDArray[np.float64]
 
-# What is compared, s.
+# The latencies that are compared, s.
 LATENCIES_S = read_only(np.arange(0.0, 0.51, 0.05))
-# How much of the errors before counts a cycle later, and which part of the error of the latency
-# assumed another one must have; below the last figure, (m/s)^2, nothing needs an explanation.
+# MEMORY: the weight of old errors a cycle later. BETTER_RATIO: another latency is assumed where
+# its error is below this part of the present one's. EXPLAINED: errors below it do not count,
+# (m/s)^2.
 MEMORY, BETTER_RATIO, EXPLAINED = 0.95, 0.5, 2e-3
-# A turn rate counts by the speed of a point so far from the axle, m.
+# A turn rate counts by the speed of a point at this distance from the axle, m.
 LEVER_M = 0.3
 # Commands older than this are forgotten, s.
 OLDEST_S = 2.0
 
 
 class Sent(NamedTuple):
-    """What was commanded and what the base did: commands (H, 2), the oldest first, sent at times_s.
+    """The last commands (H, 2), the oldest first, sent at times_s, and the errors of each latency.
 
-    twist: (2,) measured in the cycle before, at time_s. errors: (L,) of each of LATENCIES_S so far.
-    latency: index of the one assumed.
+    twist: (2,) measured in the last cycle, at time_s. errors: (L,) prediction error so far under
+    each of LATENCIES_S. latency: index of the latency assumed.
     """
 
     commands: Array
@@ -61,7 +62,7 @@ def _explained(response, twist, commands, times_s, begin_s, end_s, latency):
 
 @njit(cache=True)
 def _updated_errors(response, errors, latencies, twist, commands, times_s, begin_s, end_s, now):
-    """Returns (L,) the squared errors of latencies, with what the base has done since begin_s."""
+    """Returns (L,) the latencies' squared errors, updated by the base's motion since begin_s."""
     updated = MEMORY * errors
     for k in range(latencies.shape[0]):
         v, w = _explained(response, twist, commands, times_s, begin_s, end_s, latencies[k])
@@ -70,7 +71,7 @@ def _updated_errors(response, errors, latencies, twist, commands, times_s, begin
 
 
 def observed(sent: Sent | None, response: Response, twist: Array, time_s: float) -> Sent | None:
-    """Returns what is known after a new measured twist (2,), at time_s."""
+    """Returns `sent` with the errors updated by a twist (2,) measured at time_s."""
     if sent is None:
         return None
     errors = _updated_errors(
@@ -95,7 +96,7 @@ def observed(sent: Sent | None, response: Response, twist: Array, time_s: float)
 
 
 def with_command(sent: Sent | None, twist: Array, time_s: float, command: Array) -> Sent:
-    """Returns what is known after a command (2,) more."""
+    """Returns `sent` with one more command (2,), and without those older than OLDEST_S."""
     if sent is None:
         sent = Sent(
             np.zeros((0, 2)),

@@ -22,9 +22,10 @@ from drake_navbench.kernels.angles import wrap
 from drake_navbench.kernels.grid import world_to_cell
 
 KNOTS = 6
-# Looked at is every so many-th stage: for room, in which a robot moves by two cells, and by terms.
+# Every ROOM_STRIDE-th stage is checked for room, as a robot moves by two cells between; every
+# STRIDE-th stage is rated by the terms.
 ROOM_STRIDE, STRIDE = 2, 5
-# Groups are told by every so many-th pose.
+# Samples are grouped by every GROUP_STRIDE-th pose.
 GROUP_STRIDE = 3
 _GOLDEN = np.uint64(0x9E3779B97F4A7C15)
 _FIRST_MIX = np.uint64(0xBF58476D1CE4E5B9)

@@ -1,4 +1,4 @@
-"""What the program of one cycle is about, as kernels take it: path, limits, obstacles, weights."""
+"""The optimisation problem of one cycle as kernels take it: path, limits, obstacles, weights."""
 
 from __future__ import annotations
 
@@ -47,9 +47,9 @@ class Limits(NamedTuple):
 class Shape(NamedTuple):
     """Distances and speeds that terms are shaped by; see the parameters of the same names.
 
-    limit_share: of a limit, where the term of constraints begins. inflation_dist m. curve_speed:
-    below it a turn counts as one in place, m/s. approach_dist: before the goal, where the path's
-    heading begins to become the goal's, m.
+    limit_share: the share of a limit from which on the term of constraints counts. inflation_dist
+    m. curve_speed: below it a turn counts as one in place, m/s. approach_dist: before the goal,
+    where the path's heading begins to become the goal's, m.
     """
 
     limit_share: float
@@ -112,8 +112,8 @@ def nearest_on_path(path, x, y, first, window):
 def heading_wanted(scene, x, y, yaw):
     """Returns the heading wanted at a point of the path: that of the path, near a goal the goal's.
 
-    A planner that knows no headings leads a path to the goal from anywhere; who turns only there
-    must turn at a standstill.
+    A planner that knows no headings leads a path to the goal from any side; a robot that turns only
+    there must turn at a standstill.
     """
     if scene.nears_goal <= 0.0:
         return yaw

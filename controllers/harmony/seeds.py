@@ -1,8 +1,8 @@
-"""What the sampler starts from besides the last plan: a pursuit, a stop, ways along a wall.
+"""The sampler's seeds besides the last plan: a pursuit, a stop, and ways along a wall.
 
 A seed is (N + 1, 2) velocities v m/s, w rad/s, one row a stage, and at rest at its end. Speeds and
-accelerations are within the limits of the plan; wheels and the way sideways may be over theirs for
-as long as a turn takes to slow down.
+accelerations are within the limits of the plan. Wheel speeds and the sideways acceleration may
+exceed theirs for as long as a turn takes to slow down.
 """
 
 from __future__ import annotations
@@ -20,18 +20,18 @@ from drake_navbench.kernels.distance_field import sample_distance
 # As Regulated Pure Pursuit: the carrot's distance m, and the angle beyond which to turn in place.
 CARROT_DISTANCE_M = 0.6
 TURN_IN_PLACE_RAD = 0.785
-# A goal so near is at hand: what is left is its heading, m.
+# A goal nearer than this is reached but for its heading, m.
 AT_GOAL_M = 0.1
 # Turn rate for an error in heading, 1/s.
 HEADING_GAIN = 1.5
-# Of the limits, what seeds use: the jerk takes its share.
+# The share of the limits that seeds use, as the jerk takes the rest.
 SEED_SHARE = 0.8
 LEFT, RIGHT = 1.0, -1.0
 
 
 @njit(cache=True)
 def within_limits(limits, dt, left_s, v, w, wanted_v, wanted_w):
-    """Returns (v, w) one step on towards what is wanted: within the limits, and able to stop.
+    """Returns (v, w) one step closer to those wanted, within the limits and able to stop.
 
     left_s: until the end of the plan, where it must be at rest.
     """

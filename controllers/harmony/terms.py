@@ -1,4 +1,4 @@
-"""The twelve terms of the cost, each with a weight: what the published conclusion asks for.
+"""The twelve terms of the cost, each with a weight; a published thesis names them (see below).
 
 A term is a function of one stage; with a weight of 0 it is not asked. It returns its cost and adds
 its gradient (9,) and a positive semidefinite approximation of its second derivatives (9, 9), those
@@ -82,7 +82,7 @@ def _square_of_two(weight, residual, first, first_slope, second, second_slope, g
 
 @njit(cache=True)
 def constraints(scene, stage, weight, gradient, hessian):
-    """Keeps off the limits: squared excess of a share of each, in parts of what is left to it."""
+    """Penalizes values near a limit: (excess over `limit_share` of it)^2, in parts of the rest."""
     limits, share = scene.limits, scene.shape.limit_share
     left = 1.0 - share
     cost = 0.0
@@ -202,8 +202,8 @@ def maximum_velocity(scene, reference, stage, weight, gradient, hessian):
 def stage_cost(scene, k, last, stage, reference, gradient, hessian, with_costmap=True):
     """Returns the cost of stage k of 0..last, and adds its derivatives.
 
-    reference: (4,) of this stage. Stage 0 is given: what of it is no input costs nothing.
-    with_costmap: whether the term of the costmap counts.
+    reference: (4,) of this stage. Stage 0 is given: only its inputs cost something. with_costmap:
+    whether the term of the costmap counts.
     """
     weights, dt = scene.weights, scene.dt
     cost = 0.0

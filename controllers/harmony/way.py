@@ -1,4 +1,4 @@
-"""What of the plan counts in a cycle: how far it is followed, and where it is blocked."""
+"""The part of the plan that a cycle follows: how far, and where it is blocked."""
 
 from __future__ import annotations
 
@@ -15,26 +15,26 @@ from drake_navbench.kernels.read_only import read_only
 
 Array = NDArray[np.float64]
 
-# Progress below this part of what was asked for: trapped.
+# A plan whose progress is below this part of the wanted one is trapped.
 TRAPPED_RATIO = 0.2
 # Poses of the global plan behind the local one in which room is looked for.
 MOST_POSES_BEHIND = 100
-# Where a way leads is where it is after so much, m; a turn there is looked at in so many poses.
+# A way's direction is that to its point at LOOK_BACK_M; a turn there is checked in TURN_POSES.
 LOOK_BACK_M, TURN_POSES = 0.5, 13
-# A plan that ends so near the goal ends in it, m.
+# A plan that ends within this of the goal ends in it, m.
 SAME_PLACE_M = 1e-6
 
 
 class Way(NamedTuple):
-    """What of the path counts in a cycle.
+    """The part of the path that a cycle follows.
 
-    path: (P, 3). target: (3,) the point aimed at. beyond: (2,) m the point that motions are led to
-    in the end, to be told apart; farther by the robot's own reach, as its front passes obstacles
+    path: (P, 3). target: (3,) the point aimed at. beyond: (2,) m the point to which all motions are
+    extended, to group them by side; farther by the robot's own reach, as its front passes obstacles
     before its base does. nears_goal: the target is the goal. length_m: along the path to it.
-    blocked_m: along the path to its first pose at which the robot has no room, inf
-    where there is none. behind: (2,) m, the path's first point behind that, its last one where the
-    robot has no room up to there, or None. stop_m: along the path to where plans come to rest, inf
-    where they need not. backs_up: it is driven backwards.
+    blocked_m: along the path to its first pose at which the robot has no room, inf where there is
+    none. behind: (2,) m, the path's first point behind that, its last one where the robot has no
+    room up to there, or None. stop_m: along the path to where plans come to rest, inf where they
+    need not. backs_up: it is driven backwards.
     """
 
     path: Array
@@ -58,8 +58,8 @@ def way_along(
 ) -> Way:
     """Returns the way along a local plan (M, 3), as far as a horizon's reach.
 
-    field, discs (D, 2): of the obstacles and the robot, to see where it has no room. global_plan:
-    (N, 3), to see what is behind where the local plan ends before that.
+    field, discs (D, 2): of the obstacles and the robot, to find the poses without room.
+    global_plan: (N, 3), continues the local plan behind its end.
     """
     path = read_only(plan)
     driven = along_itself(path)
@@ -118,9 +118,9 @@ def _first_room(plan: Array, last: Array, field: DistanceField, discs: Array) ->
 
 
 def around(way: Way) -> Way:
-    """Returns the way that is aimed at the path behind what blocks it, where that is in reach.
+    """Returns the way aimed at the path behind the obstacle on it, where that is in reach.
 
-    A target inside of what is in the way is as near from in front of it as from beside it.
+    A target inside an obstacle is as near from in front of it as from beside it.
     """
     if way.behind is None or way.nears_goal or way.blocked_m > way.length_m:
         return way
@@ -129,7 +129,7 @@ def around(way: Way) -> Way:
 
 
 def up_to_blocked(way: Way, distance_m: float) -> Way:
-    """Returns the way that ends so far before what blocks it, where that is in reach.
+    """Returns the way that ends `distance_m` before the obstacle on it, where that is in reach.
 
     So the robot is slow when it gives up, and need not be stopped from full speed.
     """
@@ -176,7 +176,7 @@ def straight_back(start: Array, distance_m: float) -> Way:
 
 
 def progress_on(way: Way, position: Array) -> float:
-    """Returns how far along the path the point nearest to a position (2,) lies, m."""
+    """Returns the arc length along the path to its point nearest to a position (2,), m."""
     nearest = int(np.argmin(np.hypot(*(way.path[:, :2] - position).T)))
     return path_length(way.path[: nearest + 1]) if nearest else 0.0
 

@@ -1,4 +1,4 @@
-"""Which way a cycle's plans are led: the path, past what blocks it, or up to it."""
+"""The choice of a cycle's way: along the path, past the obstacle on it, or up to that."""
 
 from __future__ import annotations
 
@@ -28,14 +28,14 @@ from drake_navbench.kernels.read_only import read_only
 
 Array = NDArray[np.float64]
 
-# Where the way is blocked, plans end so much nearer to that than where it gives up, m; behind it
-# where it gives up at the last moment, so that the robot gets there.
+# Where the way is blocked, plans end this much beyond the point where the robot gives up, m, so
+# that it gets there; where give_up_distance is smaller, they end behind the obstacle's begin.
 SLOW_AT_M = 0.1
-# Whether the map has a way past is looked at so far to every side, or as far as plans reach, and
-# as far as the robot itself, m. Not over the whole map: a costmap does not hold what is beyond its
+# A way past an obstacle is searched on the map this far to every side, or as far as plans and the
+# robot reach, m. Not over the whole map: a costmap does not show obstacles beyond its
 # obstacle_max_range, so that there is nearly always a way around the seen part of a wall.
 LOOK_PAST_M = 1.5
-# The distance field as plans see it says so much too little in the middle of a gap, m.
+# The plans' distance field is too small by this in the middle of a gap, m.
 ROOM_IN_GAPS_M = 0.02
 
 
@@ -54,7 +54,7 @@ class FoundWay(NamedTuple):
 class WayFinder:
     """Finds the way of a cycle. discs: (D, 2) of the robot, m. clearance: of plans, m.
 
-    look_past_m: how far from the robot along either axis a way past is looked for.
+    look_past_m: distance from the robot along either axis within which a way past is searched.
     """
 
     def __init__(
@@ -113,7 +113,7 @@ class WayFinder:
         )
 
     def _is_open(self, observation: Observation, way: Way, field: DistanceField) -> bool:
-        """Returns whether there is a way past what blocks the path near it, or nothing does."""
+        """Returns whether the path is free, or a way past the obstacle on it lies near."""
         if way.behind is None:
             return True
         position = observation.pose[:2]

@@ -38,7 +38,7 @@ class LearnedPolicy:
         self._wants_diagnostics = setup.wants_diagnostics
 
     def initial_memory(self) -> None:
-        """Returns nothing: a decision follows from what is seen."""
+        """Returns None: the controller has no memory."""
         return
 
     def step(self, observation: Observation, memory: None) -> Decision:

@@ -1,4 +1,4 @@
-"""What the network sees: gaps around the outline, where the goal lies, how fast the robot is.
+"""The inputs of the network: gaps around the outline, direction to the goal, the robot's speed.
 
 The same numbers come from the points of a scan, when it learns, and from the lethal cells of a
 costmap, when it drives as a controller.
@@ -17,7 +17,7 @@ from drake_navbench.kernels.poses import see_point
 Array = NDArray[np.float64]
 
 SECTOR_COUNT = 24
-# Gaps enter as exp(-gap / scale): near ones count, and what lies at the end of a costmap hardly.
+# Gaps enter as exp(-gap / scale): near ones count, and those at the end of a costmap hardly.
 GAP_SCALE_M = 0.6
 # Points farther than this from the base are not seen, as by a costmap of 6 m.
 SIGHT_M = 2.9
@@ -29,7 +29,7 @@ FEATURE_COUNT = SECTOR_COUNT + GOAL_FEATURE_COUNT + 2
 
 
 def outline_radii(outline: Array, count: int) -> Array:
-    """Returns (count,) how far an outline (K, 2), base frame, m, reaches in the middle of sectors.
+    """Returns (count,) the reach of an outline (K, 2), base frame, m, in the middle of sectors.
 
     Sectors are counted from the one that begins straight behind, counter-clockwise.
     """

@@ -19,14 +19,14 @@ from drake_navbench.kernels.barrier import barrier_terms, next_multiplier, share
 
 Array = NDArray[np.float64]
 
-# Starts keep so much of the room between the bounds from either.
+# The distance of starts from either bound, as a share of the room between the bounds.
 _BOUND_PUSH_RATIO = 0.01
 # Of the decrease that the slope promises, how much a step must make (Armijo), or it is halved.
 _ARMIJO_RATIO = 1e-4
 _MOST_HALVINGS = 10
-# What rounding may add to the merit of a step that is too small to lower it.
+# The largest rounding error of the merit, for steps that are too small to lower it.
 _ROUNDING = 1e-12
-# Added to the second derivatives where they are not positive: first, then so many times more.
+# Added to second derivatives that are not positive definite: first value, then growth.
 _FIRST_DAMPING, _DAMPING_GROWTH, _MOST_DAMPING = 1e-3, 4.0, 1e8
 _LEAST_PIVOT = 1e-10
 # A bound's multiplier stays within this factor of the barrier's own, as IPOPT's kappa_sigma.
@@ -34,10 +34,10 @@ _SPREAD = 1e10
 
 
 class DescentSettings(NamedTuple):
-    """How far the method goes.
+    """The settings of the descent.
 
-    barrier: its parameter, which stays. iterations: at most. tolerance: of the slopes of the
-    Lagrangian and of the products of rooms and multipliers.
+    barrier: the barrier parameter, constant. iterations: the most allowed. tolerance: of the slopes
+    of the Lagrangian and of the products of rooms and multipliers.
     """
 
     barrier: float

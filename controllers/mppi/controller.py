@@ -112,7 +112,7 @@ class ModelPredictivePathIntegral:
     def _local_plan(
         self, observation: Observation, memory: MppiMemory
     ) -> tuple[np.ndarray, MppiMemory]:
-        """Returns the local plan, and the memory with how far the whole one is followed."""
+        """Returns the local plan, and the memory with the progress along the whole one."""
         if self._own_plan is None:
             return observation.plan, memory
         plan, state = self._own_plan.cut(observation, memory.plan)

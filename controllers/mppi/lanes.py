@@ -21,7 +21,7 @@ Lanes = NDArray[np.float32]
 
 
 def block_count(batch_size: int) -> int:
-    """Returns how many blocks hold `batch_size` samples."""
+    """Returns the number of blocks that hold `batch_size` samples."""
     return -(-batch_size // LANES)
 
 
@@ -42,6 +42,6 @@ def unpack(lanes: Lanes, batch_size: int) -> Lanes:
 
 
 def frozen(array: NDArray[Any]) -> NDArray[Any]:
-    """Makes an array of one's own read-only, in its own precision, and returns it."""
+    """Returns an array, which nothing else refers to, read-only and in its own precision."""
     array.flags.writeable = False
     return array

@@ -1,4 +1,4 @@
-"""What MPPI keeps from one cycle to the next."""
+"""The memory that MPPI hands from one cycle to the next."""
 
 from __future__ import annotations
 
@@ -9,11 +9,12 @@ from numpy.typing import NDArray
 
 
 class SamplerState(NamedTuple):
-    """What survives a cycle; arrays are read-only and by axis (vx, vy, wz).
+    """The sampler's memory between cycles; arrays are read-only and by axis (vx, vy, wz).
 
-    controls: (3, N) float32, warm start. history: (3, 4) float32, what the filter sees before
-    column 0. last_command: (3,) float64. delayed: (3, D) float32 commands, oldest first.
-    reset_count: how often the optimiser was reset, which names the fixed noise.
+    controls: (3, N) float32, warm start. history: (3, 4) float32, the controls that the filter
+    reads for the time before column 0. last_command: (3,) float64. delayed: (3, D) float32
+    commands, oldest first. reset_count: number of resets of the optimiser, which names the fixed
+    noise.
     """
 
     controls: NDArray[np.float32]
@@ -24,7 +25,7 @@ class SamplerState(NamedTuple):
 
 
 class PlanState(NamedTuple):
-    """How far a plan has been followed: plan[begin:end] is left before the next cusp."""
+    """The progress along a plan: plan[begin:end] remains before the next cusp."""
 
     plan_id: int | None = None
     begin: int = 0
@@ -32,11 +33,11 @@ class PlanState(NamedTuple):
 
 
 class MppiMemory(NamedTuple):
-    """What a cycle hands to the next one.
+    """The memory of one cycle for the next.
 
     sampler: the optimiser's state. start_speed: (2,) v m/s, w rad/s that the cycle's roll-outs
-    started from. polish_fallback_count: cycles since the start in which the sampled sequence was
-    used because the polish did not improve it. plan: up to Kilted, how far the plan was followed.
+    started from. polish_fallback_count: number of cycles since the start in which the polish did
+    not improve the sampled sequence. plan: up to Kilted, the progress along the plan.
     """
 
     sampler: SamplerState

@@ -1,4 +1,4 @@
-"""Motion models: from sampled controls to velocities and poses, and what a sequence must obey.
+"""Motion models: velocities and poses by sampled controls, and the constraints of a sequence.
 
 Everything is float32 like Nav2's. Controls and velocities are three axes, vx m/s, vy m/s and
 wz rad/s; only the omnidirectional model uses vy. Column t of a trajectory is the pose after step
@@ -158,7 +158,7 @@ def integrate_controls(pose, dt, controls):
 
 @njit(cache=True)
 def reachable(previous, wanted, rise, fall):
-    """Clamps a velocity to what one step allows; unlike a roll-out, standing counts as forward."""
+    """Clamps a velocity to those reachable in a step; 0 counts as forward, unlike in a roll-out."""
     if previous >= ZERO:
         return clamp32(wanted, previous + fall, previous + rise)
     return clamp32(wanted, previous - rise, previous - fall)
@@ -205,7 +205,7 @@ def limit_curvature(controls, min_turning_r):
 
 @njit(cache=True)
 def limit_signed_curvature(controls, min_turning_r):
-    """The same in Iron, where a turn that is too tight changes its side if vx is negative."""
+    """Limits curvature as Iron does: too tight a turn changes its side if vx is negative."""
     for t in range(controls.shape[1]):
         v, w = controls[0, t], controls[2, t]
         if np.abs(v) < min_turning_r * np.abs(w):

@@ -32,7 +32,7 @@ Array = NDArray[np.float64]
 
 
 class Situation(NamedTuple):
-    """What the objective depends on besides the sequence.
+    """The inputs of the objective besides the control sequence.
 
     pose: (3,) m, m, rad. speed, earlier_speed: (2,) v, w of now and of the cycle before; they only
     enter the jerk. references: (N, 3) points of the path and its heading there. carrot: (2,) m.
@@ -104,7 +104,7 @@ def interpolate(field, x, y):
 
 @njit(cache=True)
 def field_twist(field, x, y):
-    """Returns the one second derivative that the field has within a cell, by x and y."""
+    """Returns the field's mixed second derivative d2f/dxdy, its only one within a cell."""
     values, resolution = field.costs, field.resolution
     along_x, along_y, is_between = _between_centres(field, x, y)
     if not is_between:
@@ -145,7 +145,7 @@ def objective(situation, weights, sequence):
 
 @njit(cache=True)
 def poses_along(situation, sequence):
-    """Returns the poses (N + 1, 3), the first one where the robot is."""
+    """Returns the poses (N + 1, 3), the first one that of the robot."""
     steps = sequence.shape[0]
     poses = np.empty((steps + 1, 3))
     for k in range(3):

@@ -23,10 +23,10 @@ from drake_navbench.controllers.mppi.objective import (
 
 @njit(cache=True, error_model="numpy")
 def add_pose_curvature(situation, weights, sequence, spline, curvature):
-    """Adds to the lower triangle of `curvature` (n, n) what the terms of poses and carrot have.
+    """Adds the second derivatives of pose and carrot terms to the lower triangle of `curvature`.
 
-    sequence: (N, 2). spline: (2 N, n), its derivatives by the variables, v and w in turn. The terms
-    of the controls are quadratic, their second derivatives constant.
+    curvature: (n, n). sequence: (N, 2). spline: (2 N, n), its derivatives by the variables, v and w
+    in turn. The terms of the controls are quadratic, their second derivatives constant.
     """
     steps, count = sequence.shape[0], spline.shape[1]
     dt = situation.dt
@@ -74,7 +74,7 @@ def _position_adjoints(situation, weights, sequence, poses):
 
 @njit(cache=True, error_model="numpy")
 def _pose_curvature(situation, weights, t, pose, steps):
-    """Returns what the terms of a pose have by (x, x), (x, y), (y, y) and (yaw, yaw)."""
+    """Returns the second derivatives of a pose's terms by (x, x), (x, y), (y, y) and (yaw, yaw)."""
     reference = situation.references[t]
     sine, cosine = math.sin(reference[2]), math.cos(reference[2])
     cell, slope_x, slope_y = interpolate(situation.field, pose[0], pose[1])

@@ -54,7 +54,7 @@ class Block(BaseModel):
 
 
 class AckermannParameters(Block):
-    """What the Ackermann motion model adds."""
+    """The parameters that the Ackermann motion model adds."""
 
     min_turning_r: Length = Field(0.2, gt=0, description="Least turning radius [m].")
 
@@ -138,7 +138,7 @@ def _resolve_motion_model(raw: dict[str, Any]) -> None:
         raw["AckermannConstraints"] = values
 
 
-# What the path handler reads since Lyrical: the same names, but for the default of the first.
+# The parameters that the path handler reads since Lyrical: equal but for the first's default.
 OF_OWN_PLAN = (
     "prune_distance",
     "max_robot_pose_search_dist",
@@ -154,15 +154,15 @@ OLDER_DEFAULTS: Mapping[str, Mapping[str, Any]] = {
     "CostCritic": {"trajectory_point_step": 1, "near_collision_cost": 253},
 }
 WITH_OLDER_DEFAULTS = (Release.HUMBLE, Release.IRON)
-# Kilted lacks what Jazzy and Lyrical have.
+# The parameters that Jazzy and Lyrical have, but not Kilted.
 NOT_IN_KILTED = ("open_loop", "GoalAngleCritic.symmetric_yaw_tolerance")
 
 
 class MppiParameters(ParametersWithCritics):
     """Parameters of Nav2's MPPI since Humble, with Lyrical's defaults, and of the polish.
 
-    `AckermannConstraints` is where releases before Lyrical had what is now in the block that
-    `motion_model` names.
+    `AckermannConstraints` is the block of releases before Lyrical; Lyrical's is named by
+    `motion_model`.
     """
 
     WITHOUT_EFFECT: ClassVar[frozenset[str]] = frozenset(
@@ -319,7 +319,7 @@ class MppiParameters(ParametersWithCritics):
         return super().path_handler_fields(given)
 
     def as_read(self) -> Self:
-        """See the base class; also what the critics' blocks have, and their older defaults."""
+        """See the base class; also sets unread fields of the critics' blocks to their defaults."""
         blocks = {}
         for name in self.critics:
             block = self.critic(name)

@@ -48,7 +48,7 @@ _CURVATURE_STEP = 1e-3
 
 
 class PolishStatus(StrEnum):
-    """What became of a polish."""
+    """The result of a polish."""
 
     ACCEPTED = "accepted"
     NOT_BETTER = "not better"

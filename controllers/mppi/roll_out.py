@@ -22,7 +22,7 @@ from drake_navbench.controllers.mppi.motion_models import (
 
 
 class RollOutSetting(NamedTuple):
-    """How a batch is rolled out; float32 where a number.
+    """The settings for rolling out a batch; numbers are float32.
 
     pose: (3,) m, m, rad. speed, rise, fall: (3,) by axis, see `velocity_lanes`. cost_factors:
     (3,) gamma / sigma^2 by axis, 0 where the axis has no control cost. delayed: (3, D) earlier
@@ -59,7 +59,7 @@ def _roll_axis(setting, axis, controls, noise, clamped, velocities, costs):
 
 @njit(cache=True)
 def _control_cost_lanes(factor, controls, noise, costs):
-    """Writes factor sum of u (c - u) to `costs` (LANES,), where c = u + noise is what was sampled.
+    """Writes factor sum of u (c - u) to `costs` (LANES,), with the sampled controls c = u + noise.
 
     The difference is taken from c as it was rounded to float32.
     """

@@ -32,7 +32,7 @@ _CHUNK_BLOCKS = 8
 
 @dataclass
 class Cycle:
-    """What one cycle accumulates; lives no longer than `Sampler.run`.
+    """The intermediate results of one cycle; lives no longer than `Sampler.run`.
 
     speed: (3,) that the roll-outs start from. costs, weights: (B,). furthest: path point reached,
     None until a critic asks. failed: a critic called the batch a failure. batch: where kept.
@@ -120,7 +120,7 @@ class BatchScorer:
     ) -> dict[int, object]:
         """Rolls out chunk by chunk, each scored while it is in the cache.
 
-        Returns what the active point-wise critics began, by row.
+        Returns the results of `begin` of the active point-wise critics, by row.
         """
         self._table[:] = 0
         blocks = self._table.shape[1]

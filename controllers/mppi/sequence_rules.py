@@ -1,4 +1,4 @@
-"""What a control sequence must obey: where it starts, how fast it may change, what is sent."""
+"""The limits of a control sequence: its start, its accelerations and the command sent."""
 
 from __future__ import annotations
 

@@ -26,7 +26,7 @@ def smooth(controls: Float32Array, history: Float32Array, *, order: int) -> Floa
 
 
 def smooth_in_place(controls: Float32Array, history: Float32Array) -> Float32Array:
-    """Returns the sequences as up to Iron: the filter reads what it has written before.
+    """Returns the sequences smoothed as up to Iron, where the filter reads values it has filtered.
 
     The last column is filtered, too, the fifth from the end is not.
     """

@@ -36,10 +36,10 @@ TURNS_TO_GOAL = "rotate_to_goal"
 class RotationShim:
     """Nav2's Rotation Shim over any registered controller, branches humble to lyrical.
 
-    Before Lyrical the original sees the whole plan; here it sees what the path handler leaves of
-    it, which begins at the robot. Its `in_rotation_`, which it keeps from one goal to the next,
-    begins anew with each goal here. Cancelled it stops at once, whatever its primary controller
-    would do, as in Nav2.
+    Before Lyrical the original sees the whole plan; here it sees the path handler's part of it,
+    which begins at the robot. Its `in_rotation_`, which it keeps from one goal to the next, begins
+    anew with each goal here. Cancelled it stops at once, whatever its primary controller would do,
+    as in Nav2.
     """
 
     Parameters: ClassVar[type[RotationShimParameters]] = RotationShimParameters
@@ -72,7 +72,7 @@ class RotationShim:
     def step(self, observation: Observation, memory: ShimMemory) -> Decision:
         """Returns the command of one cycle: a turn, or the primary controller's.
 
-        Raises what the primary controller raises. A turn that would collide is left to it, too.
+        Raises the primary controller's errors. A turn that would collide is left to it, too.
         """
         if self._release.looks_always:
             looks_at_plan, goal_xy_reached = True, observation.goal_xy_reached
@@ -99,7 +99,7 @@ class RotationShim:
             self._primary.close()
 
     def _with_plan(self, observation: Observation, memory: ShimMemory) -> ShimMemory:
-        """Returns the memory with what a new plan, and the way to the goal, change in it."""
+        """Returns the memory updated by a new plan, and by the distance to the goal."""
         goal = tuple(observation.goal.tolist())
         looks_at_plan, reached = memory.looks_at_plan, memory.goal_xy_reached
         if observation.plan_id != memory.plan_id:
@@ -180,7 +180,7 @@ class RotationShim:
 def _kernel_settings(
     parameters: RotationShimParameters, setup: ControllerSetup, release: Rules
 ) -> Settings:
-    """Returns what the kernels read; what the release does not read is at its default."""
+    """Returns the kernels' settings, with defaults where the release has no such parameter."""
     return Settings(
         control_period_s=setup.control_period_s,
         angular_dist_threshold=parameters.angular_dist_threshold,

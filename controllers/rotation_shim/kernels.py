@@ -1,4 +1,4 @@
-"""The parts of a cycle of the Rotation Shim: which way to turn, how fast, and whether that is free.
+"""The parts of a cycle of the Rotation Shim: the turn's side, its rate, its collision check.
 
 Source: nav2_rotation_shim_controller, branches humble to lyrical. Poses are (x m, y m, yaw rad),
 in the odometry frame; w is in rad/s.
@@ -20,7 +20,7 @@ LEAST_POSES = 2
 
 
 class Settings(NamedTuple):
-    """What the kernels need of the parameters (Nav2's names), of the release and of the setup.
+    """The kernels' settings: parameters under Nav2's names, and facts of release and setup.
 
     stops_in_time: turn no faster than can be stopped within the angle that is left.
     """
@@ -46,8 +46,8 @@ def heading_of_plan(plan, x, y, yaw, distance, use_path_orientations, takes_last
     """Returns the angle from a robot's heading to that of a plan (M, 3), rad.
 
     It is that of the first pose at least `distance` m from the plan's first one, or with
-    `takes_last_pose` of the last; not a number where there is none. It is asked for in every cycle,
-    so it takes few arguments: a tuple of settings costs more than what it computes.
+    `takes_last_pose` of the last; not a number where there is none. It is called in every cycle and
+    takes few arguments: to pass a tuple of settings costs more than the computation.
     """
     count = plan.shape[0]
     if count < LEAST_POSES:
@@ -86,7 +86,7 @@ def turn_rate(settings, angle, current_w):
 
 @njit(cache=True)
 def turns_into_obstacle(settings, angle, w, x, y, yaw, grid, tracks_unknown, footprint):
-    """Tells whether turning at w for `simulate_ahead_time` touches what costs too much.
+    """Tells whether turning at w for `simulate_ahead_time` meets a cost that is too high.
 
     As in Nav2, it looks no further than where the primary controller would take over, but measures
     that with a sign: only a turn to the right ends there, and one to the left never.

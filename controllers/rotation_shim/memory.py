@@ -1,4 +1,4 @@
-"""What the Rotation Shim keeps from one cycle to the next."""
+"""The memory that the Rotation Shim hands from one cycle to the next."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 
 class ShimMemory(NamedTuple):
-    """What evolves.
+    """The memory of the Rotation Shim.
 
     primary: the memory of the primary controller. is_turning: turned towards the plan in the last
     cycle. last_w: the last command's, rad/s; 0 at the start of a goal. plan_id: of the last cycle.

@@ -67,7 +67,7 @@ class RotationShimParameters(ControllerParameters):
     """Parameters of nav2_rotation_shim_controller.
 
     Beside an older file's parameters, where all share one block, a parameter that both controllers
-    have goes to both. What a release does not read has no effect in it.
+    have goes to both. A parameter that a release does not read has no effect in it.
     """
 
     PLUGIN_NAMES: ClassVar[tuple[str, ...]] = (PRIMARY, f"{PRIMARY}.{PLUGIN}")
@@ -125,7 +125,7 @@ class RotationShimParameters(ControllerParameters):
 
     @classmethod
     def is_without_effect(cls, name: str, values: Mapping[str, Any] | None = None) -> bool:
-        """Tells of a parameter of the primary controller, too, by the values it is given with."""
+        """See the base class; also for the primary controller's parameters, by their release."""
         model = cls.primary_model(values or {})
         if model is None or name in cls.model_fields:
             return False
@@ -134,7 +134,7 @@ class RotationShimParameters(ControllerParameters):
 
     @classmethod
     def what_is_done_instead(cls, name: str, values: Mapping[str, Any]) -> str | None:
-        """Tells of a parameter of the primary controller, too."""
+        """See the base class; also for the primary controller's parameters."""
         model = cls.primary_model(values)
         return model.what_is_done_instead(name.removeprefix(f"{PRIMARY}."), {}) if model else None
 
@@ -159,7 +159,7 @@ class RotationShimParameters(ControllerParameters):
 
     @classmethod
     def keys_not_read(cls, values: Mapping[str, Any]) -> list[str]:
-        """Returns what the primary controller would not look at."""
+        """Returns the names of the primary controller's parameters that it does not read."""
         model = cls.primary_model(values)
         if model is None:
             return []
@@ -173,7 +173,10 @@ class RotationShimParameters(ControllerParameters):
 
     @classmethod
     def path_handler_fields(cls, given: Mapping[str, Any]) -> dict[str, str]:
-        """Returns what the primary controller's parameters of earlier releases have become."""
+        """Returns the path handler's fields by the names of the primary controller's parameters.
+
+        Earlier releases set them there.
+        """
         model = cls.primary_model(given)
         if model is None:
             return {}
@@ -182,7 +185,7 @@ class RotationShimParameters(ControllerParameters):
         return {of_primary[n]: f for n, f in model.path_handler_fields(values).items()}
 
     def as_read(self) -> Self:
-        """See the base class; also what the primary controller has."""
+        """See the base class; also applies to the primary controller."""
         primary = self.primary_controller
         read = primary.model_copy(update={"parameters": primary.parameters.as_read()})
         return super().as_read().model_copy(update={PRIMARY: read})
@@ -283,7 +286,7 @@ def _primary(
 
 
 def _names(name: str, info: Any) -> list[str]:
-    """Returns all the names under which a field is given."""
+    """Returns all names by which a field can be given."""
     return [name, *getattr(info.validation_alias, "choices", ())]
 
 

@@ -1,4 +1,4 @@
-"""How the Rotation Shim differs between Nav2's releases."""
+"""The differences of the Rotation Shim between Nav2's releases."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from drake_navbench.releases import Release
 
 
 class Rules(NamedTuple):
-    """What the shim does in a release.
+    """The behaviour of the shim in one release.
 
     looks_always: compares its heading with the plan's in every cycle; else a plan is looked at
         until the robot faces it, or cannot turn, and then no more. With it

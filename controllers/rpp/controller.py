@@ -135,7 +135,7 @@ class RegulatedPurePursuit:
         return memory.has_stopped or not self._parameters.use_cancel_deceleration
 
     def _local_plan(self, observation: Observation, memory: RppMemory) -> tuple[Array, RppMemory]:
-        """Returns the local plan, and the memory with where the rest of the whole one begins."""
+        """Returns the local plan, and the memory with the index where the rest begins."""
         if self._own_plan is None:
             self._refuse_single_pose(observation.plan)
             return observation.plan, memory

@@ -1,6 +1,7 @@
 """One cycle of Regulated Pure Pursuit as a single kernel.
 
-Calling a kernel costs about as much as what a cycle computes, so the parts are put together here.
+The call of a kernel takes about as long as a cycle's computation, so the parts are put together
+here.
 """
 
 from __future__ import annotations
@@ -31,13 +32,13 @@ from drake_navbench.kernels.grid import OFF_MAP, cost_at
 from drake_navbench.kernels.path_pruning import arc_length
 from drake_navbench.kernels.poses import to_robot_frame
 
-# What a cycle did: the values of `Command.branch`.
+# The values of `Command.branch`, the branch that a cycle took.
 TRACK, ROTATE_TO_GOAL, ROTATE_TO_PATH, CENTRE_OFF_MAP = range(4)
 NO_COLLISION = -1
 
 
 class Aim(NamedTuple):
-    """Where a cycle steers, in the base frame: m, rad, 1/m.
+    """The aim of a cycle's steering, in the base frame: m, rad, 1/m.
 
     lookahead: to the carrot (carrot_x, carrot_y), along the plan or straight. curvature,
     heading_error: of the arc and of the line to the point steered by, the latter turned round where

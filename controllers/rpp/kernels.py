@@ -1,9 +1,8 @@
 """The parts of one cycle of Regulated Pure Pursuit, in the order in which they run.
 
 Source: nav2_regulated_pure_pursuit_controller and nav2_util's controller_utils, branch lyrical;
-what earlier releases do otherwise is in `releases`.
-Poses are (x m, y m, yaw rad); `poses_B` (M, 3) is the local plan in the robot's base frame. v is in
-m/s, w in rad/s, curvatures in 1/m.
+the differences of earlier releases are in `releases`. Poses are (x m, y m, yaw rad); `poses_B` (M,
+3) is the local plan in the robot's base frame. v is in m/s, w in rad/s, curvatures in 1/m.
 """
 
 from __future__ import annotations
@@ -22,7 +21,7 @@ LEAST_SQUARED_CARROT_DISTANCE = 0.001
 
 
 class Settings(NamedTuple):
-    """What the kernels need of the release, the parameters (Nav2's names) and of the setup."""
+    """The kernels' settings: parameters under Nav2's names, and facts of release and setup."""
 
     release: Rules
     control_period_s: float
@@ -78,7 +77,7 @@ def lookahead_distance(settings, measured_v):
 def point_along(poses_B, distance):
     """Returns (x, y, beyond): the point `distance` m along a plan, measured from its first pose, m.
 
-    Where the plan is shorter it is the last pose, and `beyond` is what is missing, m; else 0.
+    Where the plan is shorter it is the last pose, and `beyond` is the missing length, m; else 0.
     """
     last = poses_B.shape[0] - 1
     travelled = 0.0

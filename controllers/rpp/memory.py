@@ -1,4 +1,4 @@
-"""What Regulated Pure Pursuit keeps from one cycle to the next."""
+"""The memory that Regulated Pure Pursuit hands from one cycle to the next."""
 
 from __future__ import annotations
 
@@ -6,12 +6,12 @@ from typing import NamedTuple
 
 
 class RppMemory(NamedTuple):
-    """What evolves: the last command, and how far cancelling has come.
+    """The memory of the controller: the last command, and the progress of cancelling.
 
     last_v m/s, last_w rad/s: the command of the last cycle that had one; the dynamic window starts
     there. is_cancelling: asked to stop, with `use_cancel_deceleration`. has_stopped: came to rest.
-    plan_id, plan_begin, was_near_end: up to Kilted, the plan of the last cycle, where what is left
-    of it begins, and whether the robot was near its end.
+    plan_id, plan_begin, was_near_end: up to Kilted, the plan of the last cycle, the index at which
+    its rest begins, and whether the robot was near its end.
     """
 
     last_v: float = 0.0

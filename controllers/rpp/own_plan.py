@@ -22,7 +22,7 @@ Array = NDArray[np.float64]
 
 
 class CutPlan(NamedTuple):
-    """A local plan (M, 3), a view of the whole one, and where the next one may begin."""
+    """A local plan (M, 3), a view of the whole one, and the index where the next one may begin."""
 
     poses: Array
     begin: int
@@ -39,7 +39,8 @@ class OwnPlan:
     def cut(self, plan: Array, begin: int, pose: Array, costmap: Costmap) -> CutPlan:
         """Returns the poses from the closest one on; none where it is itself out of reach.
 
-        plan: (N, 3) the whole plan. begin: of what was left of it. pose: (3,) of the robot.
+        plan: (N, 3) the whole plan. begin: index of the first pose left of it. pose: (3,) of the
+        robot.
         """
         reach_m = 0.5 * max(costmap.nav2_size_m)
         first, stop = range_in_circle(

@@ -1,4 +1,4 @@
-"""How Regulated Pure Pursuit differs between Nav2's releases.
+"""The differences of Regulated Pure Pursuit between Nav2's releases.
 
 Source: nav2_regulated_pure_pursuit_controller, tags 1.1.20, 1.2.10, 1.3.13, 1.4.2 and 1.5.1.
 """
@@ -13,7 +13,7 @@ from drake_navbench.releases import Release
 
 
 class Rules(NamedTuple):
-    """What the controller does in a release; kernels read it, too.
+    """The behaviour of the controller in one release; kernels read it, too.
 
     cuts_plan: takes the whole plan, cuts it itself, and has the carrot at a straight distance from
         the robot, on the circle about it; near the plan's end it turns by that carrot's distance.
@@ -24,7 +24,7 @@ class Rules(NamedTuple):
     turns_or_reverses: reverses only where it does not turn in place.
     stops_in_time: a turn in place is slow enough to be stopped in time.
     bounds_time_only: `min_distance_to_obstacle` makes the check longer, but not farther.
-    decays_from_252: the distance that a cost stands for is told from 252, as the layer has it.
+    decays_from_252: distances are computed from costs by a decay from 252, the layer's own.
     is_patient: every error counts as no valid control, to which the server's patience applies.
     """
 

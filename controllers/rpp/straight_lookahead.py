@@ -1,4 +1,4 @@
-"""Where the carrot lies up to Kilted: at a straight distance, on the circle about the robot.
+"""The carrot up to Kilted: at a straight distance, on the circle about the robot.
 
 `poses_B` (M, 3) is the local plan in the robot's base frame: x m, y m, yaw rad.
 """
@@ -49,7 +49,7 @@ def point_at(poses_B, distance, interpolates, goes_beyond):
 
 @njit(cache=True)
 def distance_to_cusp(poses_B, heeds_turns):
-    """Returns how far the plan's first cusp is from the robot, m; infinity where there is none.
+    """Returns the straight distance from the robot to the plan's first cusp, m; inf without a cusp.
 
     A cusp is a pose at which the plan turns by more than a right angle; with heeds_turns also one
     that shares its place, but not its heading, with one next to it.

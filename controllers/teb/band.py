@@ -39,7 +39,7 @@ class Band(NamedTuple):
 
 
 class Pace(NamedTuple):
-    """How fast a first guess is, and how finely bands are cut.
+    """The speed of a first guess, and the resolution of bands.
 
     speed m/s, turn_rate rad/s, acceleration m/s^2; dt_ref, dt_hysteresis s; fewest, most: numbers
     of intervals. turns_on_spot: whether the robot can, as no car can.
@@ -141,7 +141,7 @@ def _wrapped(angle):
 
 @njit(cache=True)
 def _carried_over(poses, time_steps, elapsed, remaining, count, start, goal):
-    """Returns (count + 1, 3) what `warm_start` makes of a band's poses."""
+    """Returns (count + 1, 3) the rest of a band's poses, resampled for `warm_start`."""
     result = np.empty((count + 1, 3))
     here = np.empty(3)
     last = poses.shape[0] - 1
@@ -181,10 +181,10 @@ def unwrapped_goal(goal: Array, guess: Band) -> Array:
 
 
 def next_twist(band: Band, twist: Array, period_s: float, look_ahead_poses: int = 1) -> Array:
-    """Returns (2,) v m/s, w rad/s: what a band that starts with `twist` has after a period.
+    """Returns (2,) v m/s, w rad/s: the twist after a period of a band that starts with `twist`.
 
-    Speeds belong to the middles of intervals and change evenly between them, as the limits of the
-    accelerations are meant. look_ahead_poses: the first interval whose speeds count.
+    The speed of an interval is that at its middle; between middles speeds change linearly, as the
+    limits of the accelerations assume. look_ahead_poses: number of the first interval that counts.
     """
     first = min(max(look_ahead_poses, 1), len(band.time_steps)) - 1
     return _twist_after(band.poses, band.time_steps, twist[0], twist[1], period_s, first)
@@ -276,7 +276,7 @@ def _interpolate(samples: Array, times: Array, poses: Array) -> Array:
 
 
 def shift(band: Band, elapsed_s: float) -> Band | None:
-    """Returns what is left of a band after the elapsed time, or None where nothing is left."""
+    """Returns the rest of a band after the elapsed time, or None where nothing is left."""
     times = np.concatenate([[0.0], np.cumsum(band.time_steps)])
     left = times > elapsed_s
     if left.sum() < 2:

@@ -1,4 +1,4 @@
-"""Which bands a cycle tries: the one driven so far, the plan's, and ways past the other side."""
+"""The bands that a cycle tries: the driven one, the plan's, and ways past the other side."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ Array = NDArray[np.float64]
 
 
 class Candidate(NamedTuple):
-    """A guess for a band and what is known of its class.
+    """A guess for a band, with the facts about its class.
 
     angles: (C,) swept about the clusters, rad. is_driven: it continues the band driven so far.
     follows_plan: it has the class of the global plan. predecessor: the alternative it continues.
@@ -56,7 +56,7 @@ class Candidate(NamedTuple):
 def ways_past_block(
     pose: Array, plan: LocalPlan, *, field: DistanceField, clusters: Clusters, longest_ratio: float
 ) -> list[Array]:
-    """Returns paths (P, 2) m from the robot's pose to the plan's goal around what blocks the plan.
+    """Returns paths (P, 2) m from the robot's pose to the plan's goal around the plan's obstacle.
 
     At most one on either side, shorter one first, none longer than `longest_ratio` times the plan.
     """

@@ -1,4 +1,4 @@
-"""Which band is driven: the best that IPOPT confirms, or what is left where there is none."""
+"""The choice of the driven band: the best that IPOPT confirms, else a fallback."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from drake_navbench.kernels.angles import wrap
 
 Array = NDArray[np.float64]
 
-# Clearance that is missing on a way is worth a detour that takes longer by this share at most.
+# The largest price of missing clearance, as a share of the band's duration.
 MOST_TIME_FOR_CLEARANCE_RATIO = 0.5
 
 # Newton's steps times intervals in a cycle, after which other candidates have to wait for the next
@@ -32,11 +32,11 @@ Tried = tuple[Candidate, PlannedBand]
 
 
 class Attempt(NamedTuple):
-    """What a cycle is to find a band for.
+    """The inputs of a cycle's search for a band.
 
     is_blocked: the local goal lies before a block. spare: makes a new guess of the driven band's
-    class where that band fails, or None. is_tentative: there is another attempt where this one
-    finds no band. is_last: there is none, so that nothing is put off.
+    class where that band fails, or None. is_tentative: another attempt follows where this one
+    finds no band. is_last: no other attempt follows, so that nothing is put off.
     """
 
     observation: Observation
@@ -50,10 +50,10 @@ class Attempt(NamedTuple):
 
 
 class BandChooser:
-    """Leads candidates by Newton's method, has the best confirmed, and knows what to do without.
+    """Chooses a band: runs Newton's method on candidates and has the best one confirmed.
 
-    A candidate that Newton's method fails at is not tried again for a while: nearly always there is
-    no band of its class. IPOPT has a try of its own only where the robot would brake otherwise.
+    A candidate on which Newton's method fails is not tried again for a while: nearly always there
+    is no band of its class. IPOPT gets to try it only where the robot would brake otherwise.
     """
 
     def __init__(
@@ -118,9 +118,9 @@ class BandChooser:
     ) -> tuple[list[Tried], list[Alternative]]:
         """Leads the candidates that can pay; returns them and those to look at again later.
 
-        No guess can be driven faster than its length, what lost a moment ago loses again, and what
-        obeyed no limit a moment ago still does not. Where there is a band to drive, this one or the
-        last one, what takes long takes several cycles.
+        Candidates cannot pay whose length at full speed takes too long, that lost a moment ago, or
+        that obeyed no limit a moment ago. Where there is a band to drive, this one or the last one,
+        long searches are spread over several cycles.
         """
         task, time_s = attempt.task, attempt.observation.time_s
         work = 0
@@ -154,11 +154,15 @@ class BandChooser:
         return tried, postponed
 
     def _can_wait(self, attempt: Attempt, *, has_band: bool) -> bool:
-        """Whether there is something to drive without the candidates that are left."""
+        """Whether the robot has a band to drive without the remaining candidates."""
         return not attempt.is_last and (has_band or self._shifted(attempt) is not None)
 
     def _cost(self, candidate: Candidate, planned: PlannedBand) -> float:
-        """Returns what a band is chosen by: its duration, weighed, and its missing clearance."""
+        """Returns the cost by which bands are compared.
+
+        It is the weighted duration plus the price of missing clearance; inf for a band not
+        accepted.
+        """
         if not planned.accepted:
             return np.inf
         cost = planned.band.duration_s
@@ -190,9 +194,10 @@ class BandChooser:
         return self._checked(led, task, self._warm_iterations)
 
     def _own_way(self, led: PlannedBand, task: Task, *, is_last: bool) -> PlannedBand | None:
-        """Returns what IPOPT makes of a guess that Newton's method failed at, None if no good.
+        """Has IPOPT optimise a guess on which Newton's method failed.
 
-        is_last: the robot gives up without it.
+        Returns None where Newton's band was accepted or IPOPT's is not. is_last: the robot gives up
+        without it.
         """
         if led.accepted:
             return None
@@ -309,7 +314,11 @@ class BandChooser:
 
 
 def scalars_of(tried: list[Tried], *, is_blocked: bool, is_fallback: bool) -> dict[str, Any]:
-    """Returns what the log keeps of every cycle, of the first candidate where it is one's."""
+    """Returns the scalars that the log keeps of every cycle.
+
+    Status, slack and violation are those of the first candidate, the counts those of all
+    candidates.
+    """
     solutions = [planned.solution for _, planned in tried]
     first = solutions[0] if solutions else None
     return {

@@ -43,7 +43,7 @@ PATH_ROWS = (
 
 
 class BandScene(NamedTuple):
-    """What a band is constrained by in one cycle.
+    """The constraints of a band in one cycle.
 
     start, goal: (3,) first and last pose, x m, y m, yaw rad, yaws unwrapped along the band.
     start_twist, goal_twist: (2,) v m/s, w rad/s before the first and after the last interval.
@@ -54,7 +54,7 @@ class BandScene(NamedTuple):
     via_points: (V, 2) m, points that attract the band. via_poses: (V,) index of the attracted pose.
     turning_radius: of a car, m; 0 without a bound. directions: (m,) in which a car drives through
         each interval, 1 forward, -1 backward.
-    encounters: with what moves.
+    encounters: with moving obstacles.
     """
 
     start: Array
@@ -145,7 +145,7 @@ def _fill_pose_clearances(first_row, i, poses, discs, field, shift, share, slack
 
 @njit(cache=True)
 def _fill_clearances(first_row, poses, scene, slack, values, jacobian):
-    """Fills the rows of all inner poses and discs, then those for what moves."""
+    """Fills the rows of all inner poses and discs, then those for moving obstacles."""
     m, disc_count = poses.shape[0] - 1, scene.discs.shape[0]
     for i in range(1, m):
         row = first_row + (i - 1) * disc_count

@@ -38,7 +38,7 @@ UNPROMISING_ERROR = 20.0
 
 
 class Problem(NamedTuple):
-    """A band's program from a guess (N,), of so many intervals."""
+    """A band's program with its number of intervals and its guess (N,)."""
 
     guess: Array
     interval_count: int
@@ -49,9 +49,9 @@ class Problem(NamedTuple):
 
 
 def descend_in_stages(problem: Problem, settings: DescentSettings) -> Descent:
-    """Returns where Newton's method ends: at once, or else by way of higher barriers.
+    """Returns the end of Newton's method: directly, or else through stages of falling barriers.
 
-    No iterations allowed at all are no stages either.
+    Where no iterations are allowed, there are no stages either.
     """
     straight = descend_from(
         problem, problem.guess, settings._replace(hopeless_error=UNPROMISING_ERROR)
@@ -71,7 +71,7 @@ def descend_in_stages(problem: Problem, settings: DescentSettings) -> Descent:
 
 
 def descend_from(problem: Problem, z: Array, settings: DescentSettings) -> Descent:
-    """Returns where the method ends that starts from z (N,), with one barrier."""
+    """Returns the end of Newton's method from a start z (N,), with one barrier."""
     return descend(
         z,
         problem.interval_count,

@@ -43,7 +43,7 @@ from drake_navbench.kernels.distance_field import DistanceField
 
 Array = NDArray[np.float64]
 
-# Farther from what moves than a band has to keep by so much, a band feels nothing of it, m.
+# A band ignores moving obstacles that are this much farther than its required clearance, m.
 PREDICTED_ROOM_M = 0.3
 # No base that follows its commands lags behind them by more, s.
 RESPONSE_S = 0.3
@@ -109,7 +109,7 @@ class TimedElasticBand:
     def _track(
         self, observation: Observation, memory: TebMemory, around: Surroundings
     ) -> tuple[TebMemory, list[Track]]:
-        """Returns the memory with what the costmap tells of moving things, and these."""
+        """Returns the memory with the costmap's tracks added, and the tracks of moving things."""
         if not self._parameters.include_dynamic_obstacles:
             return memory, []
         tracking = track_obstacles(
@@ -126,7 +126,10 @@ class TimedElasticBand:
         is_tentative: bool = False,
         is_last: bool = False,
     ) -> Decision | None:
-        """Returns the decision among what is around, None as the chooser does (see `Attempt`)."""
+        """Returns the decision for these surroundings.
+
+        Returns None where an attempt that is tentative fails (see `Attempt`).
+        """
         parameters, field = self._parameters, around.field
         plan = cut_local_plan(observation, parameters, discs=self._discs, field=field)
         clusters = find_clusters(field, self._least_distance(plan, field))
@@ -183,9 +186,9 @@ class TimedElasticBand:
         return self._chooser.decide(attempt, candidates)
 
     def _least_distance(self, plan: LocalPlan, field: DistanceField) -> float:
-        """Returns how far the robot's centre keeps from obstacles that it can pass between, m.
+        """Returns the least distance at which the robot's centre passes obstacles, m.
 
-        No farther than the plan does: what lies on either side of it is not one obstacle.
+        It is no more than the plan's own: the obstacles on either side of the plan are not one.
         """
         clearance = LEAST_CLEARANCE_RATIO * self._parameters.min_obstacle_dist
         if plan.blocked_index is None:
@@ -194,7 +197,7 @@ class TimedElasticBand:
         return self._radius + clearance
 
     def _explores(self, plan: LocalPlan, memory: TebMemory, time_s: float) -> bool:
-        """Whether other classes are looked for: the plan's way is narrow, and it is time again.
+        """Whether other classes are searched: the plan's way is narrow, and a search is due.
 
         A way with min_obstacle_dist on either side needs no other, as plans are the shortest ways.
         """

@@ -27,7 +27,7 @@ LEAST_PULL = 1e-6
 
 
 def band_positions(interval_count: int) -> NDArray[np.int64]:
-    """Returns (N,) where each column lies in the band matrix; -1 for the slack, which is beside it.
+    """Returns (N,) each column's index in the band matrix; -1 for the slack, which is beside it.
 
     Time step k lies at 4 k, the inner pose i at 4 i - 3.
     """
@@ -42,12 +42,13 @@ def band_positions(interval_count: int) -> NDArray[np.int64]:
 
 @njit(cache=True)
 def _rate_curvature(path, rates, steps, start, end, multipliers, pulls, weight, own, coupled):
-    """Adds the second derivatives by path and time of all that depends on one kind of rate.
+    """Adds the second derivatives by path and time of all terms in one kind of rate.
 
     path: LENGTH or TURN. rates: (m,). start, end: the rates before and after the band. multipliers:
-    (m + 1,) of the accelerations. pulls: (m,) by how much the Lagrangian grows with each rate
-    otherwise; the rest is added. weight: of the smoothness. own (m, 3, 3), coupled (m, 3, 3): of
-    each interval, and of the interval before (first index) with it.
+    (m + 1,) of the accelerations. pulls: (m,) slopes of the Lagrangian by each rate from all other
+    terms; those of the accelerations and of the smoothness are added to it. weight: of the
+    smoothness. own (m, 3, 3), coupled (m, 3, 3): of each interval, and of the interval before
+    (first index) with it.
     """
     m = rates.shape[0]
     for k in range(m + 1):
@@ -232,7 +233,7 @@ def _add_clearance_terms(poses, scene, weights, multipliers, positions, matrix):
 
 @njit(cache=True)
 def _add_moving_clearance_terms(poses, scene, multipliers, positions, matrix):
-    """Adds the curvature of the clearance rows of what moves, by their multipliers."""
+    """Adds the curvature of the moving obstacles' clearance rows, by their multipliers."""
     places = np.empty(3, dtype=np.int64)
     encounters = scene.encounters
     row = 0
@@ -280,10 +281,10 @@ def _add_interval_terms(
     positions,
     matrix,
 ):
-    """Adds what the intervals' paths and times bring, `own` and `coupled`, by the unknowns.
+    """Adds the second derivatives of the intervals' terms to the matrix, by the unknowns.
 
-    speed_pulls, offset_multipliers: (m,) by how much the Lagrangian grows with arc length and
-    offset, which are bent themselves.
+    own, coupled: the derivatives by length, turn and time. speed_pulls, offset_multipliers: (m,)
+    the slopes of the Lagrangian by arc length and by offset, which are themselves curved.
     """
     m = own.shape[0]
     bends, inner = np.empty((6, 6)), np.empty((3, 7))

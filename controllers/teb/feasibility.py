@@ -61,7 +61,7 @@ def is_free(costmap: Costmap, footprint: Array, poses: Array) -> bool:
 
 
 def checked_pose_count(poses: Array, last_index: int, distance_m: float) -> int:
-    """Returns how many poses of a band the check covers.
+    """Returns the number of poses of a band that the feasibility check covers.
 
     last_index: feasibility_check_no_poses (negative or too large: all). distance_m:
     feasibility_check_lookahead_distance (not positive: no limit); the smaller of the two holds.

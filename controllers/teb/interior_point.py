@@ -27,17 +27,17 @@ from drake_navbench.kernels.barrier import barrier_terms, next_multiplier, share
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
-# Starts keep so far from bounds, or half of the room between two.
+# The distance of starts from bounds; or half of the room between two.
 BOUND_PUSH = 3e-3
-# What is left before a bound at least, and to either side of a variable that is given.
+# The least room before a bound, and the room to either side of a variable that is given.
 LEAST_ROOM, FIXED_ROOM = 1e-12, 1e-8
-# Compliance of the arc conditions: an iteration leaves so much of their multipliers' change, m.
+# Compliance of the arc conditions, m: their residual a unit of their multipliers' change.
 COMPLIANCE = 1e-6
-# Added to the second derivatives where they are not positive: first, then so many times more.
+# Added to second derivatives that are not positive definite: first value, growth, largest value.
 FIRST_DAMPING, DAMPING_GROWTH, MOST_DAMPING = 1e-3, 10.0, 1e8
 # Second derivatives with a smaller pivot are not taken for positive.
 LEAST_PIVOT = 1e-10
-# A pose moves by so much in one step at most, m or rad.
+# The largest move of a pose in one step, m or rad.
 LONGEST_MOVE = 0.3
 # A bound's multiplier stays within this factor of the barrier's own, as IPOPT's kappa_sigma.
 MULTIPLIER_SPREAD = 1e6
@@ -53,7 +53,7 @@ class Bounds(NamedTuple):
 
 
 class Structure(NamedTuple):
-    """Where the rows of a program have slopes: those of row r are columns[starts[r] : starts[r+1]].
+    """The sparsity of a program's rows: row r has slopes in columns[starts[r] : starts[r+1]].
 
     positions: (N,) of the columns in the band matrix.
     """
@@ -64,11 +64,11 @@ class Structure(NamedTuple):
 
 
 class DescentSettings(NamedTuple):
-    """How far the method goes.
+    """The settings of Newton's method.
 
-    barrier: its parameter, which stays. iterations: at most. error_tolerance: of the slopes of the
-    Lagrangian. violation_tolerance: of rows and slacks. It stops after `review` iterations where
-    the slopes are above `hopeless_error` then.
+    barrier: the barrier parameter, constant. iterations: the most allowed. error_tolerance: of the
+    slopes of the Lagrangian. violation_tolerance: of rows and slacks. The method stops after
+    `review` iterations where the slopes are above `hopeless_error` then.
     """
 
     barrier: float = 1e-3
@@ -80,7 +80,7 @@ class DescentSettings(NamedTuple):
 
 
 class Descent(NamedTuple):
-    """What the method ends with.
+    """The result of Newton's method.
 
     z: (N,). converged: the conditions of the barrier problem hold to the tolerances asked for.
     iterations: steps taken. error: the largest slope of the Lagrangian. violation: by which the
@@ -302,7 +302,7 @@ def descend(
     structure: Structure,
     settings: DescentSettings,
 ) -> Descent:
-    """Returns where the method ends that starts from a guess (N,)."""
+    """Runs Newton's method from a guess (N,)."""
     is_equality = bounds.row_lower == bounds.row_upper
     is_fixed = bounds.upper - bounds.lower < FIXED_ROOM
     # A variable that is given gets a little room; the slack of an equality stays where it is.

@@ -40,9 +40,9 @@ class SolverSettings(NamedTuple):
 
     The defaults stop about 1 % above the minimum, with the constraints met to 1e-4. That distance
     is the barrier's, which is never lowered; a smaller barrier also drives harder on the
-    acceleration limits, with twice the jerk in free space. newton_iterations: before IPOPT, at
-    most, and then in stages where they do not lead there. is_confirmed: IPOPT has the
-    last word; without, it has what Newton's method fails at.
+    acceleration limits, with twice the jerk in free space. newton_iterations: of Newton's method
+    before IPOPT, at most; where it does not converge, stages follow. is_confirmed: IPOPT confirms
+    every band; otherwise it only gets those on which Newton's method fails.
     """
 
     tolerance: float = 0.3
@@ -53,7 +53,7 @@ class SolverSettings(NamedTuple):
 
 
 class IpoptProgram:
-    """One program whose functions read what changes from solve to solve by themselves."""
+    """One program for all solves; its functions read the values that change between solves."""
 
     def __init__(
         self,
@@ -84,7 +84,10 @@ class IpoptProgram:
     def solve(
         self, start: Array, bounds: Bounds, *, iterations: int, is_at_minimum: bool
     ) -> MathematicalProgramResult:
-        """Returns what IPOPT makes of a start (N,); is_at_minimum: of its barrier problem."""
+        """Optimises a start (N,) by IPOPT.
+
+        is_at_minimum: the start is a minimum of IPOPT's barrier problem.
+        """
         self._constraint.evaluator().set_bounds(bounds.row_lower, bounds.row_upper)
         self._bounds.evaluator().set_bounds(bounds.lower, bounds.upper)
         self._options.SetOption(IpoptSolver.id(), "max_iter", iterations)

@@ -1,4 +1,4 @@
-"""Where a band's variables and constraint rows lie in the program's vectors.
+"""The places of a band's variables and constraint rows in the program's vectors.
 
 A band of n poses has m = n - 1 intervals; its first and last pose are given. Variables, in order:
 m time steps, then x, y and yaw of the n - 2 inner poses, then one slack of the clearance rows.

@@ -1,4 +1,4 @@
-"""What a band shall do in this cycle: the next part of the plan, and where it is blocked."""
+"""The task of a band in this cycle: the next part of the plan, and where it is blocked."""
 
 from __future__ import annotations
 
@@ -63,17 +63,17 @@ class LocalPlan(NamedTuple):
         return goal
 
     def before_the_block(self, min_obstacle_dist: float) -> LocalPlan:
-        """Returns the plan cut before the block, with room to the block where there is any."""
+        """Returns the plan cut before the block, at a pose with room to the block if possible."""
         assert self.blocked_index is not None
         last = _roomy_index(self.poses, self.clearances, self.blocked_index - 1, min_obstacle_dist)
         return self._replace(goal_index=max(last, 0), blocked_index=None, ends_plan=False)
 
 
 def _roomy_index(poses: Array, clearances: Array, last: int, min_obstacle_dist: float) -> int:
-    """Returns the index of a pose near the `last` one to end at, from where the plan is blocked.
+    """Returns the index of a blocked plan's last pose: `last`, or one with more room before it.
 
-    The last one with min_obstacle_dist or else with the least share of it, if there is one within
-    LONGEST_RETREAT_M.
+    That is the last pose within LONGEST_RETREAT_M of `last` with min_obstacle_dist of clearance, or
+    else with LEAST_CLEARANCE_RATIO times it.
     """
     for wanted in (min_obstacle_dist, LEAST_CLEARANCE_RATIO * min_obstacle_dist):
         roomy = np.flatnonzero(clearances[: last + 1] >= wanted)
@@ -127,7 +127,7 @@ def via_points(plan: LocalPlan, separation_m: float) -> Array:
 
 @njit(cache=True)
 def _spaced_indices(poses, separation_m):
-    """Returns (V,) the indices of poses that are so far from the one before, or from the first."""
+    """Returns (V,) the indices of poses at least a distance from the one before, or the first."""
     chosen = np.empty(poses.shape[0], dtype=np.int64)
     count, last = 0, 0
     for i in range(1, poses.shape[0]):

@@ -1,4 +1,4 @@
-"""What TEB keeps from one cycle to the next."""
+"""The memory that TEB hands from one cycle to the next."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from drake_navbench.controllers.teb.band import Band
 from drake_navbench.controllers.teb.moving import Tracking
 
-# What lost or failed is tried again only after so long: little changes in a cycle.
+# Bands that lost or failed are tried again only after this, s: little changes in a cycle.
 REVISIT_PERIOD_S = 0.25
 
 
@@ -32,13 +32,13 @@ class Alternative(NamedTuple):
 
 
 class TebMemory(NamedTuple):
-    """What one cycle leaves to the next.
+    """The memory of TEB after a cycle.
 
     band: the last band that was driven, or None. alternatives: bands of other classes. stamp_s:
-    when the driven one was planned. switched_s: when the class last changed. command: (2,) v m/s,
-    w rad/s of the last cycle, or None after a failure. explored_s: when other classes were last
-    looked for. spare_failed_s: when a new guess for the driven band's class last failed. tracking:
-    what is known of moving obstacles.
+    when the driven one was planned. switched_s: when the class last changed. command: (2,) v m/s, w
+    rad/s of the last cycle, or None after a failure. explored_s: when other classes were last
+    searched for. spare_failed_s: when a new guess for the driven band's class last failed.
+    tracking: the snapshots and tracks of moving obstacles.
     """
 
     band: Band | None = None

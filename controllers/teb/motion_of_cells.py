@@ -1,9 +1,9 @@
-"""How far a cluster of occupied cells has moved between two costmaps.
+"""The distance by which a cluster of occupied cells has moved between two costmaps.
 
 A convex shape that is moved covers one cell that lies as far from all old cells as it has moved,
 and straight ahead of the nearest of them: the directed Hausdorff distance, whatever else of the
-shape is in sight. Cells count only where the other costmap saw them free: what only came into
-sight has not moved there.
+shape is in sight. Cells count only where the other costmap saw them free: a cell that only came
+into sight shows no motion.
 """
 
 from __future__ import annotations
@@ -73,7 +73,7 @@ def farthest_free_cell(cells, others, lethal, corner, robot, sight):
 
 @njit(cache=True)
 def nearest_labels(cells, labels, count, others, other_labels):
-    """Returns (count,) the label among the others that is nearest to each label, and how far.
+    """Returns (count,) for each label the nearest one of the others, and its distance.
 
     cells (N, 2), labels (N,), others (M, 2), other_labels (M,). -1 where there is none.
     """

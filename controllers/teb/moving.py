@@ -1,8 +1,8 @@
-"""Obstacles that move: found by what successive costmaps gained and lost.
+"""Moving obstacles, found by the cells that successive costmaps gained and lost.
 
 A costmap shows nothing but occupied cells. A cluster of them moves where it covers cells that an
-earlier costmap saw free, or has left cells that are seen free now (motion_of_cells.py); so it is
-told apart from what only comes into sight. costmap_converter, which does this for
+earlier costmap saw free, or has left cells that are seen free now (motion_of_cells.py). That tells
+it from a cluster that only comes into sight. costmap_converter, which does this for
 teb_local_planner, subtracts a background instead and has no notion of sight.
 """
 
@@ -24,30 +24,30 @@ Cells = NDArray[np.int64]
 
 # Occupied cells with gaps of up to twice of this belong to one thing, m.
 HALF_GAP_M = 0.1
-# What is seen of one thing is no longer: walls and rows of things stand, m.
+# Longer clusters are walls or rows of things, which stand, m.
 LARGEST_M = 2.5
-# Costmaps are compared with those of up to so long before, s.
+# Costmaps are compared with earlier ones no older than this, s.
 LONGEST_BASELINE_S = 2.0
-# Motion is measured over the shortest time in which it comes to so much, or else over the longest.
+# Motion is measured over the shortest time in which it exceeds this, else over the longest, m.
 ENOUGH_MOTION_M = 0.3
 # Less motion than this is noise of poses and cells.
 LEAST_MOTION_CELLS = 2.5
-# Nothing is faster; what is slower stands, m/s.
+# Faster motion is an error; slower things stand, m/s.
 FASTEST_MPS, SLOWEST_MPS = 2.0, 0.1
 # Share of a new measurement in the velocity.
 VELOCITY_GAIN = 0.5
 # Measurements in a row that agree in direction before a thing counts as moving.
 CONFIRMATIONS = 2
-# Cells so near to the edge of what is in sight may not have been seen.
+# Cells within this of the edge of sight may not have been seen.
 SIGHT_MARGIN_CELLS = 3.0
 
 
 class Snapshot(NamedTuple):
-    """What is kept of one costmap. Rows and columns are counted from the origin of the frame.
+    """The clusters of one costmap. Rows and columns are counted from the origin of the frame.
 
     stamp_s. lethal: (rows, columns). corner: (2,) row and column of its first cell. robot: (2,) the
     same of the robot, as real numbers. cells: (N, 2) of all clusters small enough to move. labels:
-    (N,) which of the `cluster_count` clusters each belongs to.
+    (N,) the number of each cell's cluster, below `cluster_count`.
     """
 
     stamp_s: float
@@ -76,9 +76,9 @@ class Track(NamedTuple):
 
 
 class Tracking(NamedTuple):
-    """What is known of moving things: snapshots, the newest last, and the tracks of the newest.
+    """The snapshots of the last costmaps, the newest last, and the tracks in the newest.
 
-    sight: how far from the robot a cell has been seen to become occupied at most, in cells.
+    sight: the largest distance from the robot at which a cell became occupied so far, in cells.
     """
 
     snapshots: tuple[Snapshot, ...] = ()
@@ -86,7 +86,7 @@ class Tracking(NamedTuple):
     sight: float = 0.0
 
     def moving(self) -> list[Track]:
-        """Returns what moves, as it lay in the newest costmap."""
+        """Returns the tracks of moving things, at their places in the newest costmap."""
         return [track for track in self.tracks if track.is_moving]
 
 
@@ -117,7 +117,7 @@ def track_obstacles(
 
 
 def take_snapshot(costmap: Costmap, field: DistanceField, pose: Array) -> Snapshot:
-    """Returns what is kept of a costmap, seen from a pose (3,)."""
+    """Returns the snapshot of a costmap, with the robot at a pose (3,)."""
     resolution = costmap.resolution
     corner = np.rint(np.array([costmap.origin_y, costmap.origin_x]) / resolution).astype(np.int64)
     lethal = costmap.costs == LETHAL
@@ -141,7 +141,7 @@ def take_snapshot(costmap: Costmap, field: DistanceField, pose: Array) -> Snapsh
 
 
 def _farthest_new_cell(now: Snapshot, before: Snapshot | None) -> float:
-    """Returns how far from the robot the farthest newly occupied cell lies, in cells."""
+    """Returns the distance from the robot to the farthest newly occupied cell, in cells."""
     fresh = now.lethal.copy()
     if before is not None:
         rows, columns = now.lethal.shape

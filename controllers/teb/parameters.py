@@ -31,7 +31,7 @@ FEWEST_SAMPLES = 3
 
 
 class DiscModel(FootprintModel):
-    """The robot as discs on its axis; unless told otherwise, those of its own outline."""
+    """The robot as discs on its axis; by default those of its own outline."""
 
     type: FootprintType = Field(
         "from_footprint", description="Shape; from_footprint derives it from the robot's outline."
@@ -48,7 +48,7 @@ class DiscModel(FootprintModel):
 
 
 class TebParameters(ControllerParameters):
-    """What upstream reads and this controller uses, then what only this controller knows.
+    """The parameters that upstream reads and this controller uses, then this controller's own.
 
     Upstream's penalty weights of limits have no meaning here, because limits are constraints;
     `WITHOUT_EFFECT` names them and other parameters that are accepted and dropped.

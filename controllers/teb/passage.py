@@ -1,4 +1,4 @@
-"""How much clearance a band can keep: min_obstacle_dist, or less where the plan's way is narrow.
+"""The clearance that a band can keep: min_obstacle_dist, or less where the plan's way is narrow.
 
 A band that asked for more than a corridor offers would pay for the missing clearance at every pose:
 it would cling to the corridor's middle and not leave it for a goal beside the middle.
@@ -47,13 +47,14 @@ WIDE = Passage(np.empty((0, 2)), np.empty(0))
 def plan_passage(
     plan: LocalPlan, field: DistanceField, discs: Array, min_obstacle_dist: float
 ) -> Passage:
-    """Returns where and by how much the plan's way is too narrow for min_obstacle_dist.
+    """Returns the poses at which the plan's way is too narrow for min_obstacle_dist.
 
-    A place offers what the robot's discs have at the plan's pose or at the best one beside it; on
-    the way to a goal that is closer to an obstacle, it offers no more than the goal's clearance and
-    the distance to the goal. All of that is kept but half a cell, the room that a band needs to
-    bend, and at least what the check of the outline asks for. Where the plan is blocked, other ways
-    are looked for, of which nothing is known.
+    `Passage` holds these poses and the share of min_obstacle_dist that each of them keeps. A pose
+    offers the clearance of the robot's discs there, or at the best pose beside it. On the way to a
+    goal that is closer to an obstacle, it offers no more than the goal's clearance plus the
+    distance to the goal. A band keeps half a cell less than offered, the room that it needs to
+    bend, but at least what the check of the outline asks for. Where the plan is blocked, bands look
+    for other ways, whose clearance is not known: the passage is WIDE.
     """
     poses = plan.poses[: plan.goal_index + 1]
     clearances = plan.clearances[: plan.goal_index + 1]

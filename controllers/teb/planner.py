@@ -35,12 +35,12 @@ SHORTEST_STEP_RATIO = 0.2
 LONGEST_STEP_RATIO = 4.0
 # A band is good enough to drive while no limit is exceeded by more (m, m/s, rad/s, m/s^2, rad/s^2).
 ACCEPTED_VIOLATION = 1e-2
-# Of the braking acceleration, what a stop at the goal may count on.
+# The share of the braking acceleration that a stop at the goal may use.
 BRAKING_RESERVE_RATIO = 0.9
 
 
 class Task(NamedTuple):
-    """What the bands of one cycle have in common.
+    """The inputs that the bands of one cycle share.
 
     start (3,), goal (3,), twist (2,) as measured, around: obstacles, passage: that of the plan,
     via_points (V, 2) m, limits.
@@ -58,8 +58,8 @@ class Task(NamedTuple):
 class PlannedBand(NamedTuple):
     """An optimised band and how it came about.
 
-    accepted: it obeys the limits. given_up_m: what its narrowest place lacks of min_obstacle_dist,
-    besides the slack. lead: how far Newton's method came.
+    accepted: it obeys the limits. given_up_m: min_obstacle_dist less the clearance at its narrowest
+    place, besides the slack. lead: the result of Newton's method.
     """
 
     band: Band
@@ -87,7 +87,7 @@ def band_limits(parameters: TebParameters, speed_limit: SpeedLimit | None) -> Ba
 
 
 def pace_of(parameters: TebParameters, limits: BandLimits) -> Pace:
-    """Returns how first guesses move under the limits."""
+    """Returns the speeds and resolution of first guesses under the limits."""
     return Pace(
         speed=limits.forward_speed,
         turn_rate=limits.turn_rate,
@@ -167,7 +167,7 @@ class BandPlanner:
         return planned._replace(accepted=planned.accepted and lead.descent.converged)
 
     def confirm(self, planned: PlannedBand, task: Task, *, iterations: int) -> PlannedBand:
-        """Returns what IPOPT makes of a band in so many iterations at most.
+        """Has IPOPT optimise a band, with at most so many iterations.
 
         It starts where Newton's method ended, or from the guess where that failed.
         """
@@ -189,7 +189,7 @@ class BandPlanner:
         )
 
     def _program(self, interval_count: int, *, meets_moving: bool) -> BandProgram:
-        """Returns the program of a size, built when it is first asked for."""
+        """Returns the program of a size, built at its first use."""
         program = self._programs.get((interval_count, meets_moving))
         if program is None:
             program = BandProgram(

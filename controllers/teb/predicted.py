@@ -1,7 +1,7 @@
-"""Where moving obstacles will be when a band gets there: distance fields that move along.
+"""The predicted places of moving obstacles, as distance fields that move along.
 
-Each thing has a field of its own, in cells about it. A pose that the robot is at t seconds from now
-is looked up where it lies as seen from the thing, which is the pose less t times the velocity.
+Each thing has a field of its own, in cells about it. A robot at p in t seconds is at p - t v as
+seen from a thing of velocity v: there its field is read.
 """
 
 from __future__ import annotations
@@ -58,7 +58,7 @@ def moving_fields(
 ) -> MovingFields:
     """Returns the fields of tracks that were seen `elapsed_s` ago; exact up to `reach_m` from them.
 
-    Beyond, a field says that there is at least about that much.
+    Beyond it, a field's distances are at least about `reach_m`.
     """
     if not tracks:
         return NOTHING_MOVES
@@ -87,7 +87,7 @@ def field_of(fields, thing):
 
 @njit(cache=True)
 def clearance_now(fields, discs, x, y, yaw):
-    """Returns the least distance between the robot's discs at a pose and what moves, m."""
+    """Returns the least distance between the robot's discs at a pose and moving obstacles, m."""
     clearance = math.inf
     for thing in range(fields.distances.shape[0]):
         clearance = min(clearance, pose_clearance(field_of(fields, thing), discs, x, y, yaw))
@@ -98,7 +98,7 @@ def clearance_now(fields, discs, x, y, yaw):
 def encounters_of(fields, discs, poses, time_steps):
     """Returns the `Encounters` of a band: poses (n, 3), time_steps (n - 1,) s.
 
-    Times are those of the guess, as in teb_local_planner: they are not part of what is solved for.
+    Times are those of the guess, as in teb_local_planner: the solver does not change them.
     """
     inner = time_steps.shape[0] - 1 if fields.distances.shape[0] > 0 else 0
     things, shifts = np.empty(inner, dtype=np.int64), np.empty((inner, 2))

@@ -57,11 +57,12 @@ class BandLimits(NamedTuple):
 
 
 class BandSolution(NamedTuple):
-    """What the solver returned for one band.
+    """The solver's result for one band.
 
     poses (n, 3), time_steps (m,) s, slack m; cost: the objective; violation: the largest excess of
     a row over its bounds, in the row's unit; status: Drake's SolutionResult by name; evaluations:
-    how often IPOPT had the constraints evaluated; newton_steps: of the method before it.
+    number of times that IPOPT had the constraints evaluated; newton_steps: of Newton's method
+    before.
     """
 
     poses: Array
@@ -84,7 +85,7 @@ class Lead(NamedTuple):
 class BandProgram:
     """The program of all bands with one number of intervals and of discs.
 
-    is_car: it has turning rows. meets_moving: it has rows for what moves.
+    is_car: it has turning rows. meets_moving: it has rows for moving obstacles.
     """
 
     def __init__(
@@ -126,7 +127,7 @@ class BandProgram:
         return self.confirm(lead, iterations)
 
     def lead(self, guess: Array, *, scene: BandScene, weights: Weights, limits: BandLimits) -> Lead:
-        """Returns how far Newton's method comes, asked for what IPOPT is asked for and less."""
+        """Runs Newton's method from a guess, to tighter tolerances than those of IPOPT."""
         settings = self._settings
         problem = Problem(
             guess,
@@ -145,7 +146,7 @@ class BandProgram:
         return Lead(problem, descend_in_stages(problem, wanted))
 
     def led(self, lead: Lead) -> BandSolution:
-        """Returns where Newton's method ended as it is."""
+        """Returns the end of Newton's method as a solution, without IPOPT."""
         self._scene, self._weights, self._evaluations = lead.problem.scene, lead.problem.weights, 0
         z = lead.descent.z
         converged = lead.descent.converged
@@ -153,7 +154,7 @@ class BandProgram:
         return self._solution(lead, z, self._objective(z)[0], status)
 
     def confirm(self, lead: Lead, iterations: int) -> BandSolution:
-        """Returns what IPOPT makes of the end of Newton's method, or of the guess where it failed.
+        """Has IPOPT optimise the end of Newton's method, or the guess where that failed.
 
         iterations: of IPOPT, at most.
         """

@@ -1,4 +1,4 @@
-"""What a cycle sees around the robot, standing or moving, and whether a band keeps off it."""
+"""The obstacles around the robot, standing and moving, and the check that a band keeps off them."""
 
 from __future__ import annotations
 
@@ -26,7 +26,10 @@ Array = NDArray[np.float64]
 
 
 class Surroundings(NamedTuple):
-    """costmap: of what stands. field: its distances. moving: fields of what moves."""
+    """The obstacles around the robot.
+
+    costmap: of the standing ones. field: its distances. moving: fields of the moving ones.
+    """
 
     costmap: Costmap
     field: DistanceField
@@ -43,7 +46,7 @@ def with_moving(
 ) -> Surroundings:
     """Returns the surroundings in which the tracks of a costmap, `elapsed_s` old, move on.
 
-    reach_m: how far from what moves distances have to be exact.
+    reach_m: distances to moving obstacles have to be exact up to this one.
     """
     costs = costmap.costs.copy()
     origin = np.array([costmap.origin_x, costmap.origin_y])
@@ -63,7 +66,7 @@ def with_moving(
 
 
 def keeps_off(surroundings: Surroundings, footprint: Array, poses: Array, times: Array) -> bool:
-    """Whether the outline keeps off what stands, and off what moves at the time of each pose.
+    """Whether the outline at each pose is free of standing, and at its time of moving, obstacles.
 
     poses: (N, 3), the first is the robot's. times: (N,) s from now.
     """

@@ -1,8 +1,8 @@
-"""Which poses of a band feel which obstacles and via-points.
+"""The attachment of obstacles and via-points to the poses of a band.
 
 As teb_local_planner's AddEdgesObstacles, AddEdgesObstaclesLegacy and AddEdgesViaPoints
-(ros2-master), with what looks like mistakes there: the side of an obstacle is judged from the
-origin of the map, and the legacy strategy attaches an obstacle to its nearest pose three times.
+(ros2-master), with their apparent mistakes: the side of an obstacle is judged from the origin of
+the map, and the legacy strategy attaches an obstacle to its nearest pose three times.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from drake_navbench.controllers.teb_upstream.robot_models import model_distance
 
 
 class Association(NamedTuple):
-    """How obstacles and via-points are attached, by teb_local_planner's names.
+    """The rules by which obstacles and via-points attach to poses, by teb_local_planner's names.
 
     include_at m: closer obstacles are all attached. cut_off_at m: farther ones are not. Of the rest
     the nearest on the left and on the right are. is_legacy: to the `poses_affected` poses around

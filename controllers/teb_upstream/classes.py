@@ -69,7 +69,7 @@ class ClassSearch:
         self.previous_best = state.best if state.best in numbers else -1
 
     def keep_one_of_each_class(self) -> None:
-        """Names the classes of all bands, the best one's first; drops others of one class."""
+        """Finds the classes of all bands, the best one's first; keeps one band of each class."""
         bands = self._bands
         for index, band in enumerate(bands):
             if band.number == self.previous_best:
@@ -168,7 +168,7 @@ class ClassSearch:
         return next((band.number for band, follows in self.candidates() if follows), -1)
 
     def state(self, bands: tuple[Trajectory, ...]) -> PlannerState:
-        """Returns what the next cycle gets, with the optimised bands, the best not yet chosen."""
+        """Returns the state for the next cycle: the optimised bands, the best not yet chosen."""
         return PlannerState(
             trajectories=bands,
             best=-1,

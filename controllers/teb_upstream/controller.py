@@ -49,7 +49,7 @@ TURNING_RADIUS_RATIO = 0.95
 class UpstreamTimedElasticBand:
     """teb_local_planner::TebLocalPlannerROS (ros2-master): penalties instead of constraints.
 
-    What it does and where it differs stands in docs/teb_upstream.md.
+    docs/teb_upstream.md describes it and its differences.
     """
 
     Parameters: ClassVar[type[TebUpstreamParameters]] = TebUpstreamParameters

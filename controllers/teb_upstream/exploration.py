@@ -114,8 +114,8 @@ def forward_edges(points, obstacles, ahead, clearance, least_cosine):
 class Walk(NamedTuple):
     """A walk through all simple paths of a graph of K points, depth first; `walk_on` moves it.
 
-    path: (K,) points it is on, the start first. following: (K,) what each point leads to next.
-    visited: (K,) whether a point is on the path.
+    path: (K,) points it is on, the start first. following: (K,) the next neighbour to try at each
+    point. visited: (K,) whether a point is on the path.
     """
 
     path: NDArray[np.int64]

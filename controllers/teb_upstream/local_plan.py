@@ -69,7 +69,7 @@ def whole_plan(observation: Observation) -> Array:
 def pruned_begin(plan, begin, pose, behind):
     """Returns the index of the first pose from `begin` on that is nearer than `behind` m.
 
-    Where none is, it stays. What was passed stays dropped until there is a new plan.
+    Where none is, it stays. Passed poses stay dropped until there is a new plan.
     """
     for i in range(begin, plan.shape[0]):
         dx, dy = pose[0] - plan[i, 0], pose[1] - plan[i, 1]
@@ -119,7 +119,7 @@ def goal_heading(plan: Array, index: int) -> float:
 
 
 def spaced_points(poses: Array, separation_m: float) -> Array:
-    """Returns (V, 2) m: poses (P, 3) at least so far apart, none where it is not positive."""
+    """Returns (V, 2) m: positions of poses (P, 3) at a distance apart; none for 0 or less."""
     if separation_m <= 0.0:
         return np.empty((0, 2))
     chosen, previous = [], 0

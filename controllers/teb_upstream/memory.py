@@ -1,4 +1,4 @@
-"""What the original TEB keeps from one cycle to the next."""
+"""The memory that the original TEB hands from one cycle to the next."""
 
 from __future__ import annotations
 

@@ -16,7 +16,7 @@ from drake_navbench.controllers.teb_upstream.signatures import is_wanted, signat
 
 
 class PathBand(NamedTuple):
-    """What makes a band of a path's points: arguments of `band_from_points`."""
+    """The arguments by which `band_from_points` makes a band of a path's points."""
 
     start_yaw: float
     goal_yaw: float

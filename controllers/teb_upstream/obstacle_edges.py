@@ -1,4 +1,4 @@
-"""Edges of what a band meets on its way: obstacles and via-points.
+"""Edges between a band and the obstacles and via-points near it.
 
 `terms`, `around` and `attached` are those of `penalties`.
 """

@@ -41,10 +41,10 @@ LEAST_SPEED = 0.01
 
 
 class Rounds(NamedTuple):
-    """How long a band is optimised, and how it is cut, by teb_local_planner's names.
+    """The numbers of rounds of an optimisation and the rules of resizing.
 
-    once: the resizing sweeps once in place of as often as it changes something. The three scales
-    are of the cost that bands are compared by.
+    Names are those of teb_local_planner. once: the resizing sweeps once, else until it changes
+    nothing. The three scales are of the cost that bands are compared by.
     """
 
     inner: int
@@ -63,7 +63,7 @@ class Rounds(NamedTuple):
 
 
 class Optimized(NamedTuple):
-    """What became of a band.
+    """The result of optimising a band.
 
     cost: that bands are compared by. chi_squared: of the last step, where divergence is detected,
     zero where the last round ended early. converged_rounds: rounds that ended early.

@@ -26,9 +26,9 @@ FEWEST_SAMPLES = 3
 
 
 class TebUpstreamParameters(ControllerParameters):
-    """What teb_local_planner reads; `WITHOUT_EFFECT` names what has none here or there.
+    """The parameters that teb_local_planner reads; `WITHOUT_EFFECT` names those with none.
 
-    Obstacles that move come from costmap_converter alone, so that their parameters have no effect
+    Moving obstacles come from costmap_converter alone, so that their parameters have no effect
     without it; robots that drive sideways do not exist here. shrink_horizon_backup,
     obstacle_keypoint_offset and is_footprint_dynamic change nothing in the original (ros2-master)
     either.

@@ -1,4 +1,4 @@
-"""What the optimiser minimises: teb_local_planner's edges with their slopes.
+"""The penalties that the optimiser minimises: teb_local_planner's edges with their slopes.
 
 Every edge is a residual e with a weight w and adds w e^2. Formulas of teb_local_planner's
 g2o_types (ros2-master); slopes are exact, where g2o takes most of them by central differences.
@@ -59,7 +59,7 @@ class Terms(NamedTuple):
 
 
 class Surroundings(NamedTuple):
-    """What one band meets in one cycle.
+    """The surroundings of one band in one cycle.
 
     start_twist: (2,) v m/s, w rad/s. stops_at_goal: the band ends at rest. preferred_turn: 1 left,
     -1 right, 0 neither. obstacles: (N, 2) m. via_points: (V, 2) m. robot: the robot's shape.
@@ -89,7 +89,7 @@ class Attached(NamedTuple):
 def add_edges(
     poses, steps, count, terms, around, attached, multiplier, system, with_slopes, costs, motion
 ):
-    """Fills `costs` (COST_KINDS,) and, where asked for, the normal equations.
+    """Fills `costs` (COST_KINDS,) and, if wanted, the normal equations.
 
     poses (C, 3), steps (C,): the first `count` poses are the band's. multiplier: of the weight of
     obstacles. motion: (C, 8) scratch.

@@ -1,7 +1,7 @@
 """One cycle of the original planner, with one band or with one of each class.
 
 teb_local_planner's TebOptimalPlanner and HomotopyClassPlanner (ros2-master) as pure functions of
-the bands of the last cycle. `Scene` is what the cycle sees.
+the bands of the last cycle. `Scene` holds the cycle's inputs.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ class Scene(NamedTuple):
     plan: (P, 3) the local plan, from the robot's pose to the local goal. twist: (2,) measured.
     obstacles: (N, 2) m. via_points: (V, 2) m. samples: (K, 2) in [0, 1) for the roadmap. lots:
     (L,) in [0, 1), one a band that may be dropped. goal_tolerance_m: nearer goals are not explored.
-    preferred_turn: 1 left, -1 right, 0 neither; what a single band is told.
+    preferred_turn: 1 left, -1 right, 0 neither; for a single band.
     """
 
     plan: Array
@@ -92,7 +92,7 @@ def penalty_terms(parameters: TebUpstreamParameters, limit: SpeedLimit | None) -
 
 
 def association(parameters: TebUpstreamParameters) -> Association:
-    """Returns how obstacles and via-points are attached."""
+    """Returns the rules by which obstacles and via-points attach to poses."""
     wanted = parameters.min_obstacle_dist
     return Association(
         include_at=wanted * parameters.obstacle_association_force_inclusion_factor,
@@ -105,7 +105,7 @@ def association(parameters: TebUpstreamParameters) -> Association:
 
 
 def rounds(parameters: TebUpstreamParameters) -> Rounds:
-    """Returns how long bands are optimised, and how they are cut and compared."""
+    """Returns the numbers of rounds of an optimisation and the rules of resizing."""
     return Rounds(
         inner=parameters.no_inner_iterations,
         outer=parameters.no_outer_iterations,

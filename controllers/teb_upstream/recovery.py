@@ -1,4 +1,4 @@
-"""Oscillation: the robot turns to and fro on the spot, and is told to keep to one side.
+"""Oscillation: a robot that turns to and fro on the spot has to keep to one side.
 
 teb_local_planner's FailureDetector and configureBackupModes (ros2-master); its shorter horizon
 after failures is left out, because a comparison of two kinds of index never lets it begin.
@@ -54,7 +54,7 @@ def update_preference(
     turn_rate: float,
     length: int,
 ) -> TebUpstreamMemory:
-    """Returns the memory with the side to turn to, which only bands that exist now are told.
+    """Returns the memory with the side to turn to; only the present bands prefer it.
 
     turn_rate: measured, rad/s. length: of the history.
     """

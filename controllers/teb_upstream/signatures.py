@@ -1,4 +1,4 @@
-"""H-signatures: on which side of which obstacle a trajectory passes.
+"""H-signatures: the sides on which a trajectory passes obstacles.
 
 In x, y and time (Bhattacharya et al. 2011) each obstacle is a conductor, and the field that its
 current has along the trajectory tells the side; in the plane (Bhattacharya et al. 2010) one complex
@@ -29,9 +29,9 @@ FEWEST_OBSTACLES = 5
 
 
 class ClassRules(NamedTuple):
-    """How signatures are made and compared, and how many bands may be of the best one's class.
+    """The rules for making and comparing signatures, and for the number of bands of the best class.
 
-    in_time: signatures in x, y and time, else in the plane, where `prescaler` is theirs.
+    in_time: signatures are in x, y and time; else in the plane, with `prescaler`.
     """
 
     in_time: bool
@@ -67,7 +67,7 @@ def is_wanted(values, known, best, rules):
     """Whether a band with a signature (N,) is kept beside those with signatures `known` (C, N).
 
     best: (1, M) that of the best band's class, or (0, 0). One band is kept of each class, and of
-    the best one's as many as the rules allow; one whose numbers are not finite never.
+    the best one's as many as the rules allow. A band whose signature is not finite is never kept.
     """
     for value in values:
         if not math.isfinite(value):
@@ -100,7 +100,7 @@ def same_sides(first, second, threshold):
 
 @njit(cache=True, error_model="numpy")
 def add_interval(x0, y0, x1, y1, start_time, end_time, xs, ys, totals, fields):
-    """Adds to fields (N,) what one straight interval contributes; not yet divided by 4 pi.
+    """Adds one straight interval's contribution to fields (N,); not yet divided by 4 pi.
 
     xs, ys: (N,) of the obstacles, each side by side so that several are computed at once.
     totals: (N,) for its own use.

@@ -1,4 +1,4 @@
-"""Where Vector Pursuit aims: the pose on the plan at the lookahead distance.
+"""The aim of Vector Pursuit: the pose on the plan at the lookahead distance.
 
 Source: vector_pursuit_controller (getCuspDist, getLookAheadPoint), branch master at 3f1b30a. A plan
 is (M, 3): x m, y m, yaw rad, in the base frame.
@@ -15,7 +15,7 @@ from drake_navbench.kernels.angles import TWO_PI, wrap
 
 @njit(cache=True)
 def cusp_distance(plan):
-    """Returns how far the first cusp or turn in place is, straight from the robot, m; or inf."""
+    """Returns the straight distance to the first cusp or turn in place, m; or inf."""
     for i in range(1, plan.shape[0] - 1):
         before_x, before_y = plan[i, 0] - plan[i - 1, 0], plan[i, 1] - plan[i - 1, 1]
         after_x, after_y = plan[i + 1, 0] - plan[i, 0], plan[i + 1, 1] - plan[i, 1]

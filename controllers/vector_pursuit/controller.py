@@ -132,7 +132,7 @@ class VectorPursuit:
     def _local_plan(
         self, observation: Observation, memory: VectorPursuitMemory
     ) -> tuple[Array, VectorPursuitMemory]:
-        """Returns the local plan (M, 3), and the memory with where the rest of the whole begins."""
+        """Returns the local plan (M, 3), and the memory with the index where the rest begins."""
         if not self._release.cuts_plan:
             return observation.plan, memory
         whole = observation.global_plan if len(observation.global_plan) else observation.plan
@@ -198,7 +198,7 @@ class VectorPursuit:
 
 
 def _kernel_settings(parameters: VectorPursuitParameters, setup: ControllerSetup) -> Settings:
-    """Returns what the kernels read; options that the original switches are switched."""
+    """Returns the kernels' settings, with the options overridden that the original overrides."""
     values = {
         name: value for name, value in parameters.model_dump().items() if name in Settings._fields
     }

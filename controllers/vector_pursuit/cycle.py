@@ -19,19 +19,19 @@ from drake_navbench.kernels.grid import FREE, INSCRIBED, NO_INFORMATION, OFF_MAP
 from drake_navbench.kernels.path_pruning import arc_length
 from drake_navbench.kernels.poses import to_robot_frame
 
-# What a cycle did: the values of `Command.branch`.
+# The values of `Command.branch`, the branch that a cycle took.
 TRACK, ROTATE_TO_GOAL, ROTATE_TO_PATH, CENTRE_OFF_MAP = range(4)
 NO_COLLISION = -1
 # A target less than this beside the robot's axis is straight ahead, m.
 STRAIGHT_AHEAD_M = 1e-6
 # The screw turns by no less than this, rad.
 LEAST_SCREW_ANGLE = 1e-9
-# What stands for the radius of a straight line, m.
+# The radius of a straight line, m.
 STRAIGHT_RADIUS_M = sys.float_info.max
 
 
 class Settings(NamedTuple):
-    """What the kernels need of the parameters (the original's names), setup and `Release`."""
+    """The kernels' settings: the original's parameters, facts of the setup and of the release."""
 
     control_period_s: float
     inscribed_radius_m: float
@@ -148,7 +148,7 @@ def speed_near_obstacle(settings, v, centre_cost):
 
 @njit(cache=True, error_model="numpy")
 def constrained_speed(settings, max_v, radius, last_v, centre_cost, plan_length, end_distance):
-    """Returns the speed on a curve: the least of what curve, cost, acceleration and approach allow.
+    """Returns the speed on a curve: the least by curve, cost, acceleration and approach.
 
     plan_length: of the local plan, m; end_distance: from the robot to its last pose, m.
     """

@@ -1,4 +1,4 @@
-"""What Vector Pursuit keeps from one cycle to the next."""
+"""The memory that Vector Pursuit hands from one cycle to the next."""
 
 from __future__ import annotations
 
@@ -6,11 +6,11 @@ from typing import NamedTuple
 
 
 class VectorPursuitMemory(NamedTuple):
-    """What evolves.
+    """The memory of the controller.
 
     last_v m/s, last_w rad/s: the last command, which it takes for the speed at which the robot
-    moves. plan_id, plan_begin: up to Kilted, the plan of the last cycle, and where what is left of
-    it begins.
+    moves. plan_id, plan_begin: up to Kilted, the plan of the last cycle, and the index at which its
+    rest begins.
     """
 
     last_v: float = 0.0

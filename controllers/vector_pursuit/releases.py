@@ -1,8 +1,8 @@
-"""How Vector Pursuit differs between Nav2's releases.
+"""The differences of Vector Pursuit between Nav2's releases.
 
 Source: vector_pursuit_controller, branches master (1.0, for Humble) and jazzy-devel (1.1, for Jazzy
-and later). There is none for Lyrical, whose controllers do not cut the plan: there it is the
-first one's arithmetic on what the path handler leaves.
+and later). No version exists for Lyrical, whose controllers do not cut the plan: there the
+controller applies the first version's arithmetic to the plan that the path handler leaves.
 """
 
 from __future__ import annotations
@@ -15,12 +15,12 @@ from drake_navbench.releases import Release
 
 
 class Rules(NamedTuple):
-    """What the controller does in a release.
+    """The behaviour of the controller in one release.
 
     cuts_plan: takes the whole plan, and cuts it at a circle.
     takes_first_of_equals: among equally close poses; else the last one.
     is_mirrored: the screw's angle counts to either side alike; else from 0 to 2 pi.
-    is_patient: the server's patience applies to all that it raises; else each ends the task.
+    is_patient: the server's patience applies to all of its errors; else each ends the task.
     """
 
     cuts_plan: bool = True

@@ -1,1 +1,1 @@
-"""What costmaps are made of: settings, layers in order, maps and filter masks."""
+"""The parts of a costmap: settings, layers in order, maps and filter masks."""

@@ -55,8 +55,8 @@ def make_layer(
 ) -> Layer:
     """Returns the layer that `plugins` names: a block's, or one of ours.
 
-    static_map: what the static layer shows. keepouts: the masks of the keepout filter.
-    Raises InputError where the plugin of a block cannot be made.
+    static_map: that of the static layer. keepouts: the masks of the keepout filter. Raises
+    InputError where the plugin of a block cannot be made.
     """
     if name in settings.plugin_blocks:
         block = settings.plugin_blocks[name]
@@ -93,7 +93,7 @@ def _of_one_scan(settings: ObstacleLayerSettings, lidar: RangeSensor) -> Obstacl
 
 
 def _unbuffered(settings: VoxelLayerSettings) -> VoxelLayerParameters:
-    """Returns the same parameters for sources of which only the newest reading counts."""
+    """Returns the same parameters, with sources that keep no reading but the newest."""
     return VoxelLayerParameters(
         plugin="nav2_costmap_2d::VoxelLayer", **settings.model_dump(exclude={"enabled"})
     )
@@ -157,7 +157,7 @@ class StaticLayer:
 
 
 class _LayerWithoutState:
-    """A layer that sees nothing of its own: it changes what the layers before it made."""
+    """A layer without observations: it changes the result of the layers before it."""
 
     stays_in_window = True
 

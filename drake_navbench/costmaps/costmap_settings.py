@@ -1,8 +1,8 @@
 """The settings of the costmaps: their layers and filters under the names of Nav2's parameters.
 
-A costmap lists its layers in `plugins`, in the order in which they write, and what acts on the
-finished costs in `filters`. Each layer and filter has its parameters under its own name; the block
-of a layer that is not built in may have any name, and says by `plugin` which one it is.
+A costmap lists its layers in `plugins`, in the order in which they write, and in `filters` the
+filters of the finished costs. Each layer and filter has its parameters under its own name; the
+block of a layer that is not built in may have any name, and says by `plugin` which one it is.
 """
 
 from __future__ import annotations
@@ -137,7 +137,7 @@ class BinaryFilterSettings(FrozenModel):
 
 
 class CostmapSettings(PluginBlocks):
-    """What the local and the global costmap have in common."""
+    """The settings that the local and the global costmap have in common."""
 
     PLUGINS: ClassVar[PluginKind] = COSTMAP_LAYERS
 

@@ -96,7 +96,7 @@ class FilterMask(Immutable):
 
 
 class Lattice(NamedTuple):
-    """Where the cells of drawn masks lie: one corner of any cell and the cell edge, m."""
+    """The grid of drawn masks: a corner of one of its cells, and the cell edge, m."""
 
     corner_x: float
     corner_y: float

@@ -1,4 +1,4 @@
-"""How many cells a grid may have."""
+"""The limit on the number of a grid's cells."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ MAX_GRID_CELLS = 25_000_000
 
 
 def require_grid_size(what: str, columns: float, rows: float) -> None:
-    """Raises InputError where a grid would have too many cells; `what` begins the sentence."""
+    """Raises InputError where a grid would have too many cells; its message begins with `what`."""
     if columns * rows > MAX_GRID_CELLS:
         raise InputError(
             f"{what}: {columns:.0f} x {rows:.0f} cells are too many, expected at most "

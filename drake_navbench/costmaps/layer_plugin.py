@@ -1,8 +1,8 @@
 """The contract of a costmap layer, as nav2_costmap_2d's Layer.
 
-Once a cycle every layer is first told what is seen and says what it may have touched
-(`observe`, Nav2's updateBounds), then writes into the costs, in the order of `plugins` (`write`,
-Nav2's updateCosts). What it remembers is in its state, which is never changed in place.
+Once a cycle every layer first gets the observations and returns the box it may have touched
+(`observe`, Nav2's updateBounds). Then each writes into the costs, in the order of `plugins`
+(`write`, Nav2's updateCosts). A layer's memory is its state, which is never changed in place.
 """
 
 from __future__ import annotations
@@ -84,8 +84,8 @@ class Observed(NamedTuple):
 
     state: handed to `write` and to the next `observe`. touched: box min_x, min_y, max_x, max_y m
     around the cells that it may write otherwise than before, None for none. A costmap that stays
-    where it is has only this box written anew, with what other layers touched and the inflation
-    reaches; one that rolls always all of it.
+    where it is writes only this box anew, joined with those of other layers and grown by the
+    inflation; a rolling one always writes all cells.
     """
 
     state: Any
@@ -105,14 +105,14 @@ class Layer(Protocol):
         ...
 
     def observe(self, state: Any, seen: Seen) -> Observed:
-        """Takes what is seen in a cycle; `state` stays unchanged."""
+        """Processes a cycle's observations; `state` stays unchanged."""
         ...
 
     def write(self, state: Any, grid: Grid, seen: Seen) -> NDArray[np.uint8]:
         """Returns the costs (rows, columns) uint8 with the layer's own.
 
-        grid: what the layers before made, which may be written to and returned; a copy, unless
-        the layer stays in the window. Only what lies within `seen.window` is taken over.
+        grid: the result of the layers before, which may be written to and returned; a copy, unless
+        the layer stays in the window. Only cells within `seen.window` are taken over.
         """
         ...
 

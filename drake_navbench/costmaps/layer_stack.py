@@ -1,4 +1,4 @@
-"""The layers of a costmap in their order, with what they return checked."""
+"""The layers of a costmap in their order, with their results checked."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ class LayerStack:
         return after, boxes
 
     def are_current(self, states: Mapping[str, Any]) -> bool:
-        """Returns whether all layers say that what they show can be relied on."""
+        """Returns whether all layers report that their data are up to date."""
         return all(
             layer.is_current(states[name])
             for name, layer in self._layers.items()

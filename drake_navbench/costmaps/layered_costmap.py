@@ -1,9 +1,9 @@
-"""A costmap made of layers and filters, as a pure function of what it was and what is seen.
+"""A costmap made of layers and filters, as a pure function of its state and the observations.
 
-Source: nav2_costmap_2d (LayeredCostmap). A costmap that stays where it is updates, as there, the
-window that the sensors touched, grown by the reach of the inflation; all else is as it was. A
-rolling one is made anew as a whole at every update. Nav2 would leave what lies beyond the sensors'
-reach as it was; the two differ along the edges of the window only, where an obstacle has just
+Source: nav2_costmap_2d (LayeredCostmap). As there, a costmap that stays where it is updates the
+window that the sensors touched, grown by the reach of the inflation; other cells do not change. A
+rolling one is computed anew as a whole at every update. Nav2 would not change the cells beyond the
+sensors' reach. The two differ only along the edges of the window, where an obstacle has just
 rolled in or out.
 """
 
@@ -41,7 +41,10 @@ SAME_FRAME = np.zeros(3)
 
 
 class GridGeometry(NamedTuple):
-    """Where a costmap's cells lie: cells, lower left corner and cell edge m, whether it follows."""
+    """The grid of a costmap: number of cells, lower left corner m and cell edge m.
+
+    rolling_window: whether the grid follows the robot.
+    """
 
     rows: int
     columns: int
@@ -59,10 +62,10 @@ class GridGeometry(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class LayersState(Immutable):
-    """All of a costmap that evolves; grids are (rows, columns) uint8.
+    """The state of a costmap; grids are (rows, columns) uint8.
 
     origin: lower left corner of cell (0, 0), m. layers: the states of the layers, by name.
-    plugged: what the layers made, before the filters; None before the first update.
+    plugged: the result of the layers, before the filters; None before the first update.
     costmap: the result; None before the first update.
     """
 
@@ -75,8 +78,8 @@ class LayersState(Immutable):
 class LayeredCostmap:
     """The layers and filters of one costmap; the object itself never changes.
 
-    footprint: (K, 2) padded outline in the base frame, m. static_map: what the static layer shows,
-    in the frame of the costmap. masks: of all filters; those of keepouts are used here.
+    footprint: (K, 2) padded outline in the base frame, m. static_map: that of the static layer, in
+    the frame of the costmap. masks: of all filters; those of keepouts are used here.
     """
 
     def __init__(
@@ -126,7 +129,7 @@ class LayeredCostmap:
         )
 
     def cleared(self, state: LayersState) -> LayersState:
-        """Returns a state in its place that has forgotten all that was seen (clear_entirely)."""
+        """Returns a state at the same place without any observations (clear_entirely)."""
         return replace(self.initial_state(), origin=state.origin)
 
     def updated(
@@ -142,11 +145,11 @@ class LayeredCostmap:
     ) -> LayersState:
         """Returns the state after one update cycle.
 
-        scan: the newest one; None leaves what was seen as it is. pose: (3,) of the robot, x m, y m,
-        yaw rad. clouds: the newest one of each sensor that sends points, by its name. ranges: the
-        readings of each range sensor by its name, at least those since the update before.
-        map_from_costmap: (3,) where the frame of all these lies in the map's, in which the static
-        map and the masks lie; None where they are one, as they must be unless the costmap rolls.
+        scan: the newest one; None changes nothing. pose: (3,) of the robot, x m, y m, yaw rad.
+        clouds: the newest one of each sensor that sends points, by its name. ranges: the readings
+        of each range sensor by its name, at least those since the update before. map_from_costmap:
+        (3,) the pose of the frame of all these in the map's frame, which is that of the static map
+        and the masks; None where they are one, as they must be unless the costmap rolls.
         """
         geometry = self._geometry
         frame = SAME_FRAME if map_from_costmap is None else map_from_costmap

@@ -47,7 +47,7 @@ MOVINGAI_RESOLUTION_M = 0.2
 
 
 class MapMode(StrEnum):
-    """How grey becomes occupancy."""
+    """The rule that turns grey into occupancy."""
 
     TRINARY = "trinary"
     SCALE = "scale"
@@ -87,7 +87,7 @@ class OccupancyMap(Immutable):
     occupancy: (rows, columns) int8, `[row = y, column = x]`, read-only: -1 unknown, else 0 to 100.
     resolution: edge of a cell, m, rounded to float32 as in the message.
     origin_x, origin_y: lower left corner of cell (0, 0), m; the grid lies along the axes.
-    files: what it was read from, the YAML file and the image.
+    files: its sources, the YAML file and the image.
     """
 
     occupancy: NDArray[np.int8]
@@ -105,7 +105,7 @@ class OccupancyMap(Immutable):
 
     @property
     def frame(self) -> tuple[float, float, float]:
-        """Where its cells lie: origin_x m, origin_y m, resolution m, as a `Grid` takes them."""
+        """The cells' geometry: origin_x m, origin_y m, resolution m, as a `Grid` takes them."""
         return float(self.origin_x), float(self.origin_y), float(self.resolution)
 
     def value_at(self, position: NDArray[np.float64]) -> int | None:
@@ -122,7 +122,7 @@ def load_map(path: str | Path) -> OccupancyMap:
     take no notice of a yaw. A MovingAI file has its lower left corner at (0, 0) and cells of
     MOVINGAI_RESOLUTION_M. Raises InputError, one line a fault, where the file or its image cannot
     be read, or a field is missing or out of range. Fields that Nav2's map server does not read,
-    such as `map_type`, are left out with an InputWarning, and thresholds that overlap are told.
+    such as `map_type`, are left out with an InputWarning; overlapping thresholds give one, too.
     """
     path = Path(path).expanduser()
     if path.suffix == MOVINGAI_SUFFIX:
@@ -188,7 +188,7 @@ def _image_fault(path: Path) -> InputError:
 
 
 def _image_of(path: Path, named: str) -> Path:
-    """Returns the image that a map's file names; of another machine's path the one beside it."""
+    """Returns the path of a map's image, or the one beside the map for an absent absolute path."""
     image = path.parent / named
     beside = path.parent / Path(named).name
     if Path(named).is_absolute() and not image.is_file() and beside.is_file():
@@ -234,7 +234,7 @@ def occupancy_from_grey(
     """Returns the occupancy of each pixel, int8, of the shape of `grey` and `alpha`.
 
     With p = 1 - grey / 255, or grey / 255 where `negate`, in float32: p <= free_thresh is free (0),
-    else p >= occupied_thresh is occupied (100); what lies between is unknown (-1), or in mode scale
+    else p >= occupied_thresh is occupied (100); a value between is unknown (-1), or in mode scale
     round(100 (p - free_thresh) / (occupied_thresh - free_thresh)). Pixels that are not opaque are
     unknown. In mode raw the grey value itself counts, unknown above 100.
     """

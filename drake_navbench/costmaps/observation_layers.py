@@ -63,7 +63,7 @@ class VoxelLayerParameters(_SensingParameters):
 
 @dataclass(frozen=True, eq=False)
 class SensingState(Immutable):
-    """All of such a layer that evolves.
+    """The state of an obstacle or voxel layer.
 
     costs: (rows, columns) uint8. voxels: (rows, columns) uint32, None for an obstacle layer.
     origin: lower left corner of cell (0, 0), m. buffers: of the sources, by name.
@@ -127,7 +127,7 @@ class ObstacleLayer:
         default: int | np.unsignedinteger,
         dtype: type[np.unsignedinteger],
     ) -> Any:
-        """Returns the cells of the state as a new array that lies where the costmap lies now."""
+        """Returns the state's cells as a new array at the costmap's present place."""
         if state is None:
             return np.full((self._setup.rows, self._setup.columns), default, dtype)
         resolution = self._setup.resolution

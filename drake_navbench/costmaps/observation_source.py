@@ -52,7 +52,7 @@ class ObservationSourceSettings(SourceSettings):
 
 
 class BufferedSourceSettings(ObservationSourceSettings):
-    """A source that may keep what it saw."""
+    """A source that may keep its observations."""
 
     observation_persistence: Duration = Field(
         0.0, ge=0.0, description="How long what was seen counts [s]; 0: until something newer."

@@ -1,4 +1,4 @@
-"""From scans and clouds to what a source shows a layer.
+"""The conversion of scans and clouds to the observations of a layer's source.
 
 Source: nav2_costmap_2d (ObstacleLayer, ObservationBuffer). Nav2 passes points on as float32; here
 they stay float64.
@@ -68,7 +68,7 @@ def _cloud_of(scan: Scan, lidar: RangeSensor, *, inf_is_valid: bool) -> PointClo
 
 
 def observation_of(source: ObservationSourceSettings, cloud: PointCloud) -> Observation:
-    """Returns what a source makes of a cloud: the points within its heights."""
+    """Returns a source's observation of a cloud: the points between its heights."""
     points = np.ascontiguousarray(cloud.points, dtype=np.float64)
     heights = points[:, 2]
     is_within = (heights <= source.max_obstacle_height) & (heights >= source.min_obstacle_height)
@@ -91,10 +91,11 @@ def buffered(
     now_s: float,
     keep_s: float,
 ) -> Buffer[Reading]:
-    """Returns a buffer with what is seen now put in front.
+    """Returns a buffer with the new readings in front.
 
-    seen: what the sensors show, which is nothing new where its time is that of the newest reading.
-    keep_s: 0 keeps the newest of each sensor alone; else all that is no older than that.
+    seen: the sensors' readings; a reading that is no later than the newest in the buffer is not
+    new. keep_s: the greatest age of a reading that is kept; 0 keeps the newest of each sensor
+    alone.
     """
     newest_s = before[0][0] if before else -np.inf
     new = [reading for reading in seen if reading[0] > newest_s]

@@ -1,4 +1,4 @@
-"""What a sensor that sends points shows to the layers of a costmap."""
+"""The point cloud that a sensor hands to the layers of a costmap."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class PointCloud(Immutable):
-    """Points that a sensor saw, in one frame: the world's, or the costmap's that is told of them.
+    """The points that a sensor saw, in the world's frame, or in that of the costmap reading them.
 
     origin: (3,) of the sensor, x m, y m, z m. points: (N, 3) m. time_s: when it saw them, s.
-    yaw_rad, pitch_rad: where the sensor looked; a positive pitch is down. odometry_from_here: (3,)
-    where the frame lay in the odometry's then; None where they are one.
+    yaw_rad, pitch_rad: of the sensor's axis; a positive pitch is down. odometry_from_here: (3,)
+    pose of the cloud's frame in the odometry's frame at time_s; None where they are one.
     """
 
     origin: Array
@@ -32,7 +32,7 @@ class PointCloud(Immutable):
     def placed_by_odometry(self, frame_from_odometry: Array | None = None) -> PointCloud:
         """Returns the cloud as the robot places it, in the odometry's frame or another one.
 
-        frame_from_odometry: (3,) where the odometry's frame lies in the other one.
+        frame_from_odometry: (3,) pose of the odometry's frame in the other one.
         """
         if self.odometry_from_here is None:
             return self

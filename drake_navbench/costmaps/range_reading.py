@@ -1,4 +1,4 @@
-"""What a sonar or an infrared sensor tells, as ROS's sensor_msgs/Range."""
+"""The reading of a sonar or an infrared sensor, as ROS's sensor_msgs/Range."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ Array = NDArray[np.float64]
 class RangeReading(Immutable):
     """One distance, to the nearest thing in the cone of a sensor.
 
-    time_s: when it was taken. sensor_pose: (3,) x m, y m, yaw rad in the world frame, or in the
-    costmap's that is told of it. range_m: inf where nothing is in range, -inf where something is
-    nearer than the least range; of a sensor whose least and longest range are equal inf where
-    nothing is nearer, -inf where something is. field_of_view_rad: of the whole cone.
-    odometry_pose: (3,) the sensor's in the frame of the odometry then; None where that is the
-    world's. Lengths and angles have the single precision of the message.
+    time_s: when it was taken. sensor_pose: (3,) x m, y m, yaw rad in the world frame, or in that of
+    the costmap reading it. range_m: inf where nothing is in range, -inf where something is nearer
+    than the least range; of a sensor whose least and longest range are equal inf where nothing is
+    nearer, -inf where something is. field_of_view_rad: of the whole cone. odometry_pose: (3,) the
+    sensor's in the frame of the odometry then; None where that is the world's. Lengths and angles
+    have the single precision of the message.
     """
 
     time_s: float
@@ -36,7 +36,7 @@ class RangeReading(Immutable):
     def placed_by_odometry(self, frame_from_odometry: Array | None = None) -> RangeReading:
         """Returns the reading as the robot places it, in the odometry's frame or another one.
 
-        frame_from_odometry: (3,) where the odometry's frame lies in the other one.
+        frame_from_odometry: (3,) pose of the odometry's frame in the other one.
         """
         if self.odometry_pose is None:
             return self

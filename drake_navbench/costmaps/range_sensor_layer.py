@@ -72,7 +72,7 @@ class RangeSensorLayerParameters(LayerParameters):
 
 @dataclass(frozen=True, eq=False)
 class RangeState(Immutable):
-    """All of the layer that evolves.
+    """The state of the layer.
 
     costs: (rows, columns) uint8, how probably a cell is occupied. origin: lower left corner of cell
     (0, 0), m. seen_until_s: time of the last cycle. last_reading_s: of the newest cycle with a
@@ -134,7 +134,7 @@ class RangeSensorLayer:
         return grid.costs
 
     def _moved(self, state: RangeState | None, seen: Seen) -> Costs:
-        """Returns the cells of the state as a new array that lies where the costmap lies now."""
+        """Returns the state's cells as a new array at the costmap's present place."""
         if state is None:
             return np.full((self._setup.rows, self._setup.columns), UNSEEN_COST, np.uint8)
         resolution = self._setup.resolution
@@ -154,7 +154,7 @@ class RangeSensorLayer:
         return sorted(new, key=lambda reading: reading.time_s)
 
     def _cone(self, reading: RangeReading) -> Cone | None:
-        """Returns what a reading says; None where it says nothing."""
+        """Returns the cone that a reading clears or marks; None for a reading without meaning."""
         kind = self._parameters.input_sensor_type
         is_switch = reading.range_min_m == reading.range_max_m if kind == ALL else kind == FIXED
         range_m, clears = reading.range_m, False

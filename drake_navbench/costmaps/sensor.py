@@ -1,4 +1,4 @@
-"""What costmap layers must know of the lidar whose scans they take."""
+"""The facts about a lidar that the costmap layers need that take its scans."""
 
 from __future__ import annotations
 

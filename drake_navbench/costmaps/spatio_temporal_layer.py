@@ -1,7 +1,7 @@
-"""The spatio-temporal voxel layer: what a depth sensor saw, forgotten after a while.
+"""The spatio-temporal voxel layer: a depth sensor's points, forgotten after a while.
 
-Source: spatio_temporal_voxel_layer, branch ros2. What an update marks the costmap shows at the next
-one, as there.
+Source: spatio_temporal_voxel_layer, branch ros2. As there, the costmap shows the marks of an
+update one update later.
 """
 
 from __future__ import annotations
@@ -97,9 +97,9 @@ class SpatioTemporalVoxelLayerParameters(LayerParameters):
 
 @dataclass(frozen=True, eq=False)
 class SpatioTemporalState(Immutable):
-    """All of the layer that evolves; costs: (rows, columns) uint8, of the last update.
+    """The state of the layer; costs: (rows, columns) uint8, of the last update.
 
-    buffers: of the sources, by name; read_s: when what was last read of each had been seen.
+    buffers: of the sources, by name; read_s: measuring times of the newest clouds read, by source.
     """
 
     voxels: Voxels
@@ -175,7 +175,7 @@ class SpatioTemporalVoxelLayer:
     def _read(
         self, state: SpatioTemporalState, seen: Seen
     ) -> tuple[dict[str, Buffer[PointCloud]], list[tuple[str, PointCloud]], dict[str, float]]:
-        """Returns the buffers, what is read of them with its source, and how new that is."""
+        """Returns the buffers, the clouds read from them with their source, and the read times."""
         buffers: dict[str, Buffer[PointCloud]] = {}
         readings: list[tuple[str, PointCloud]] = []
         read_s = dict(state.read_s)

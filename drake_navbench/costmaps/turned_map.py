@@ -24,10 +24,10 @@ def turned_along_axes(
     """Returns the cells of a turned map on a grid along the axes, with that grid's lower left.
 
     occupancy: (rows, columns), row 0 at the lower edge. origin: x m, y m of the lower left corner
-    and yaw rad, counter-clockwise about it. outside: what cells hold that are not on the map. Each
-    cell of the result, of the same size, holds what lies at its centre; its lower left corner is a
-    multiple of whole cells away from the origin. Raises InputError, which `source` begins, where
-    the grid would have too many cells.
+    and yaw rad, counter-clockwise about it. outside: the value of cells that are not on the map.
+    Each cell of the result, of the same size, has the map's value at its centre; its lower left
+    corner is a multiple of whole cells away from the origin. Raises InputError, which `source`
+    begins, where the grid would have too many cells.
     """
     rows, columns = occupancy.shape
     origin_x, origin_y, yaw = origin

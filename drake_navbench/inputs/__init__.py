@@ -1,1 +1,1 @@
-"""What is asked for: typed files of scenarios, robots, worlds and presets; checks of a task."""
+"""The user's input: typed files of scenarios, robots, worlds and presets; checks of a task."""

@@ -1,4 +1,4 @@
-"""The actuators of a robot file: wheels that do not do what they are told."""
+"""The actuators of a robot file: wheels that obey a command imperfectly."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ MAX_SLOPE_RAD = 0.8
 
 
 class ActuatorSettings(FrozenModel):
-    """What stands between the command and the floor.
+    """The actuators between the velocity command and the floor.
 
     Wheel speeds are those of the two wheels of a differential base, v -+ w separation / 2.
     """
 
-    # What no fault may change during a trial.
+    # The fields that no fault may change during a trial.
     constant: ClassVar = frozenset({"wheel_separation_m"})
 
     wheel_separation_m: Size = Field(0.5, description="Between the two driven wheels [m].")
@@ -60,7 +60,7 @@ class ActuatorSettings(FrozenModel):
 
     @property
     def touches_wheels(self) -> bool:
-        """Whether a wheel ever turns otherwise than it is told."""
+        """Whether the wheels' speeds can differ from those commanded."""
         return (
             any((self.deadband_mps, self.speed_step_mps, self.slip, self.slip_std))
             or self.radius_difference != 0.0

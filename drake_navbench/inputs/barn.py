@@ -2,8 +2,8 @@
 
 A folder holds `world_N.world`, SDF in which every cylinder stands twice (in the world and in its
 `<state>`), and `path_files/path_N.npy`, the rows and columns of a path on the lattice of cylinders.
-The task is the one of the challenge: 10 m along y, through a corridor whose map nobody has, in
-100 s. The score takes the reference path with start and goal added, and an arrival within 1 m.
+The task is the one of the challenge: 10 m along y, through a corridor without a map, in 100 s. The
+score takes the reference path with start and goal added, and an arrival within 1 m.
 
 Source: D. Perille et al., "Benchmarking Metric Ground Navigation", SSRR 2020; The BARN Challenge.
 """

@@ -74,10 +74,10 @@ class _Budget:
     def described(
         self, element: _Element, trees: dict[str, _Element], passed: dict[str, str], depth: int
     ) -> NodeDescription:
-        """Returns an element with all below it, other trees in the places of their names.
+        """Returns an element's description with its children, SubTrees replaced by their trees.
 
-        passed: the attributes of the SubTree that the element is in; its variables of these names
-        are what they say.
+        passed: the attributes of the SubTree around the element, which give its variables of these
+        names their values.
         """
         self._left -= 1
         if self._left < 0 or depth > MAX_DEPTH:

@@ -1,4 +1,4 @@
-"""What becomes of each parameter of a Nav2 file: rows of data, and the table that they make."""
+"""The fate of each parameter of a Nav2 file: rows of data, and the table that they make."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ INDENT = "    "
 
 
 class Status(StrEnum):
-    """What becomes of a parameter."""
+    """The fate of a parameter of a Nav2 file."""
 
     USED = "used"
     OTHER_FORM = "used in another form"
@@ -29,9 +29,10 @@ LISTED = (Status.USED, Status.NO_MEANING)
 
 
 class CheckRow(NamedTuple):
-    """What becomes of a parameter, or of a whole node where `parameter` is ''.
+    """The fate of a parameter, or of a whole node where `parameter` is ''.
 
-    node: without the leading slash. remark: why, or what else; may be ''. line: in its file.
+    node: without the leading slash. remark: the reason or further facts; may be ''. line: in its
+    file.
     """
 
     status: Status
@@ -54,13 +55,13 @@ class CheckRow(NamedTuple):
 
 @dataclass(frozen=True)
 class Check:
-    """All rows of one or several files, in the order of reading."""
+    """The rows of one or several files, in the order of reading."""
 
     rows: tuple[CheckRow, ...]
 
     @property
     def stand_ins(self) -> tuple[CheckRow, ...]:
-        """The rows of what is not supported."""
+        """The rows of parameters that are not supported."""
         return self.of(Status.STAND_IN)
 
     @property
@@ -73,12 +74,12 @@ class Check:
         return tuple(row for row in self.rows if row.status == status)
 
     def summary(self) -> str:
-        """Returns one line with how many rows there are of each status."""
+        """Returns one line with the number of rows of each status."""
         counts = ((len(self.of(status)), status) for status in Status)
         return ", ".join(f"{count} {status.split(';')[0]}" for count, status in counts if count)
 
     def as_text(self, width: int = WIDTH) -> str:
-        """Returns the table: what needs words first, then lists of names, a paragraph a node."""
+        """Returns the table: first rows with remarks, then lists of names, a paragraph a node."""
         lines = []
         told = (
             Status.STAND_IN,

@@ -20,7 +20,7 @@ _REFERENCE = re.compile(r"(?P<path>[^:=]+\.py)(?::(?P<rest>.*))?", re.DOTALL)
 
 
 class ControllerFile(NamedTuple):
-    """A class in a file, as it was when it was asked for.
+    """A class in a file, with the file's digest at the time of reading.
 
     path: absolute. sha256: of its bytes; another content is not run in its place.
     """
@@ -30,17 +30,17 @@ class ControllerFile(NamedTuple):
     sha256: str
 
     def load(self) -> type[Controller]:
-        """Returns the class; raises InputError where it cannot be had, or is no controller."""
+        """Returns the class; raises InputError where it cannot be loaded, or is no controller."""
         return _loaded(self)
 
 
 def names_file(text: str) -> bool:
-    """Returns whether a controller is asked for by its file."""
+    """Returns whether a text names a controller by its file."""
     return _REFERENCE.fullmatch(text) is not None
 
 
 def split_reference(text: str) -> tuple[str, list[str]]:
-    """Returns `file.py:Class` and what follows it, the assignments of parameters."""
+    """Returns `file.py:Class`, and the list of the parameters' assignments behind it."""
     found = _REFERENCE.fullmatch(text)
     assert found is not None
     class_name, *assignments = (found["rest"] or "").split(":")
@@ -48,9 +48,9 @@ def split_reference(text: str) -> tuple[str, list[str]]:
 
 
 def find_controller_file(reference: str, folder: Path = Path()) -> ControllerFile:
-    """Returns what `file.py:Class` names; folder: what a relative path starts from.
+    """Reads the file of a reference `file.py:Class`; a relative path starts from `folder`.
 
-    The file is read, not run. Raises InputError where there is none, or no class is named.
+    The file is not run. Raises InputError where there is no such file, or no class is named.
     """
     found = _REFERENCE.fullmatch(reference)
     assert found is not None

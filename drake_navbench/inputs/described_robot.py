@@ -1,4 +1,4 @@
-"""A robot as its model describes it: fields of a robot file, and what became of each part."""
+"""A robot by its model: the robot file's fields, and a remark on each part of the model."""
 
 from __future__ import annotations
 
@@ -67,10 +67,10 @@ def describe_robot(
     folders: Sequence[Path] = (),
     base_frame: str | None = None,
 ) -> DescribedRobot:
-    """Returns what a URDF, SDF or xacro file says of a robot; raises InputError.
+    """Reads a robot's URDF, SDF or xacro file; raises InputError.
 
-    arguments: for xacro. folders: where packages are looked for besides the repository around the
-    file. base_frame: the link that is the base, where the model has it.
+    arguments: for xacro. folders: searched for packages, besides the repository around the file.
+    base_frame: the name of the base's link, where the model has it.
     """
     try:
         changed_ns = path.stat().st_mtime_ns
@@ -130,7 +130,7 @@ class _Table:
             self.add(Status.USED, "base frame", base)
 
     def body(self, body: Body, source: Source, shown: str) -> dict[str, Any]:
-        """Returns the footprint; raises InputError where nothing tells it."""
+        """Returns the footprint; raises InputError where the model does not have it."""
         if body.outline is None:
             why = "; ".join(body.left_out) or "expected links with collision or visual shapes"
             if not body.left_out:
@@ -242,7 +242,7 @@ class _Table:
 
 
 def _sight(sensor: FoundSensor) -> str:
-    """Returns where a sensor is and how far it sees, as a remark."""
+    """Returns a sensor's pose, range, beams and rate, as a remark."""
     fields = sensor.fields
     x, y, yaw = fields["pose"]
     place = f"at {x:.3g}, {y:.3g}, {fields['height_m']:.3g} m up"

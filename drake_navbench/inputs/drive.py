@@ -1,4 +1,4 @@
-"""The base of a robot file: how it moves, how fast, and how quickly it answers a command."""
+"""The base of a robot file: its kind of motion, its limits, and its response to commands."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from drake_navbench.typed_files.typed_yaml import FrozenModel, QuietModel, tuple
 
 
 class MotionBounds(NamedTuple):
-    """What no motion of a base exceeds; inf where there is no bound.
+    """The upper bounds of a base's motion; inf where there is no bound.
 
     speed_mps, yaw_rate_radps: of the base origin. acceleration_mps2, yaw_acceleration_radps2: of
     the growth of those two.
@@ -35,7 +35,7 @@ class MotionBounds(NamedTuple):
 
 
 class _Drive(FrozenModel):
-    """What every base has: speed along its heading with a first-order response."""
+    """The drive of any base: speed along its heading with a first-order response."""
 
     max_linear_velocity_mps: Speed = Field(0.5, gt=0.0, description="Forward limit [m/s].")
     min_linear_velocity_mps: Speed = Field(-0.5, le=0.0, description="Backward limit [m/s].")
@@ -48,7 +48,7 @@ class _Drive(FrozenModel):
 
     @property
     def lateral_speed_mps(self) -> float:
-        """How fast it moves sideways, m/s; 0 where it cannot."""
+        """The largest sideways speed, m/s; 0 where the base cannot move sideways."""
         return 0.0
 
     @property
@@ -58,17 +58,17 @@ class _Drive(FrozenModel):
 
     @property
     def has_wheels(self) -> bool:
-        """Whether it is more than the motion that it is told: motors, casters, weight."""
+        """Whether motors, casters and weight are simulated, not only the commanded motion."""
         return False
 
     @property
     def bounds(self) -> MotionBounds:
-        """What no motion that it is told exceeds."""
+        """The bounds of any motion that can be commanded."""
         raise NotImplementedError
 
     @property
     def true_bounds(self) -> MotionBounds:
-        """What no motion of it exceeds, whatever its wheels do to it."""
+        """The bounds of any motion of the base, with wheels that slip or push included."""
         return self.bounds
 
     @property
@@ -117,12 +117,12 @@ class DifferentialDrive(QuietModel, _TurningDrive):
 
     @property
     def has_wheels(self) -> bool:
-        """Whether it is more than the motion that it is told: motors, casters, weight."""
+        """Whether motors, casters and weight are simulated, not only the commanded motion."""
         return self.physics != "ideal"
 
     @property
     def bounds(self) -> MotionBounds:
-        """What no motion that it is told exceeds."""
+        """The bounds of any motion that can be commanded."""
         return MotionBounds(
             self._forward_speed_mps,
             self.max_linear_acceleration_mps2 or math.inf,
@@ -132,10 +132,11 @@ class DifferentialDrive(QuietModel, _TurningDrive):
 
     @property
     def true_bounds(self) -> MotionBounds:
-        """What no motion of it exceeds, whatever its wheels do to it.
+        """The bounds of any motion of the base, with wheels that slip or push included.
 
-        Friction only takes energy and motors push no further than the speed they are told. What is
-        left is speed that turning becomes, or the other way, below as much again.
+        Friction only takes energy, and motors push no further than the speed they are told. What
+        remains is speed that turning becomes, or turning that speed becomes: less than as much
+        again.
         """
         told = self.bounds
         if not self.has_wheels:
@@ -156,12 +157,12 @@ class OmnidirectionalDrive(_TurningDrive):
 
     @property
     def lateral_speed_mps(self) -> float:
-        """How fast it moves sideways, m/s."""
+        """The largest sideways speed, m/s."""
         return self.max_lateral_velocity_mps
 
     @property
     def bounds(self) -> MotionBounds:
-        """What no motion of it exceeds."""
+        """The bounds of any motion of the base."""
         return MotionBounds(
             math.hypot(self._forward_speed_mps, self.max_lateral_velocity_mps),
             math.hypot(
@@ -190,12 +191,12 @@ class AckermannDrive(_Drive):
 
     @property
     def max_angular_velocity_radps(self) -> float:
-        """How fast it turns at full lock and full speed forward, rad/s."""
+        """The turn rate at full lock and full speed forward, rad/s."""
         return self.max_linear_velocity_mps / self.min_turning_radius_m
 
     @property
     def bounds(self) -> MotionBounds:
-        """What no motion of it exceeds; w = v tan(steering angle) / wheelbase."""
+        """The bounds of any motion of the base; w = v tan(steering angle) / wheelbase."""
         speed_mps = self._forward_speed_mps
         acceleration_mps2 = self.max_linear_acceleration_mps2 or math.inf
         radius_m, wheelbase_m = self.min_turning_radius_m, self.wheelbase_m
@@ -245,10 +246,10 @@ Drive = Annotated[
 
 
 def overrides_for(drive: _Drive, overrides: Mapping[str, Any]) -> dict[str, Any]:
-    """Returns overrides of a drive without those of what only other kinds of base have.
+    """Returns overrides of a drive without fields that only other kinds of base have.
 
-    A scenario may be for robots of every kind, and takes a limit away from those that have it. Who
-    asks for wheels and casters asks for a base that has some.
+    A scenario may be for robots of every kind, and sets a limit only for those that have it. Fields
+    of wheels and casters stay: a scenario that sets them needs a base that has some.
     """
     if "type" in overrides:
         return dict(overrides)
@@ -259,7 +260,7 @@ def overrides_for(drive: _Drive, overrides: Mapping[str, Any]) -> dict[str, Any]
 
 
 def as_omnidirectional(drive: _Drive) -> dict[str, Any]:
-    """Returns the fields of a base like another one that also moves sideways, as fast as ahead."""
+    """Returns a drive's fields as an omnidirectional one, as fast sideways as ahead."""
     own = drive.model_dump(mode="json", exclude={"type"})
     shared = {name: own[name] for name in OmnidirectionalDrive.model_fields if name in own}
     return {

@@ -1,4 +1,4 @@
-"""Faults of a scenario: what is wrong with the robot from some time on, and for how long."""
+"""Faults of a scenario: what fails on the robot, from when and for how long."""
 
 from __future__ import annotations
 
@@ -50,15 +50,15 @@ class Fault(FrozenModel):
 
     @property
     def end_s(self) -> float:
-        """When it is over, s; inf where it is not."""
+        """The end of the fault, s; inf where it does not end."""
         return math.inf if self.duration_s is None else self.at_s + self.duration_s
 
 
 @dataclass(frozen=True)
 class Conditions(Immutable):
-    """What holds for the robot's parts at which time of a trial: their settings and the faults.
+    """The settings of the robot's parts at each time of a trial, with the scenario's faults.
 
-    relocalizes: whether a lift leaves it localized with an error.
+    relocalizes: whether the robot is localized with an error after a lift.
     """
 
     lidar: Timeline[LidarSettings]
@@ -69,7 +69,7 @@ class Conditions(Immutable):
 
     @property
     def are_plain(self) -> bool:
-        """Whether nothing stands between the base and what commands and localizes it."""
+        """Whether actuators are ideal, nothing is late, and the odometry has the map's frame."""
         return not (
             self.has_frames
             or self.actuators.any(lambda part: part.touches_wheels or part.limits_force)
@@ -86,9 +86,9 @@ Part = TypeVar("Part", bound=Any)
 
 
 def conditions_of(robot: Robot, faults: Sequence[Fault] = (), source: str = "faults") -> Conditions:
-    """Returns what holds for a robot with these faults; raises InputError.
+    """Returns the conditions of a robot with these faults; raises InputError.
 
-    source: names the faults in errors.
+    source: the name of the faults in errors.
     """
     parts: dict[str, Any] = {
         part: _timeline(getattr(robot, part), faults, part, source) for part in PARTS

@@ -1,4 +1,4 @@
-"""Tells what a YAML file is that was given where another kind belongs."""
+"""The error for a YAML file of one kind given where another kind belongs."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Whether the floors of a mission fit one another, and where the robot is sent to on each."""
+"""The check of a mission's floors against one another, and of the robot's targets on each."""
 
 from __future__ import annotations
 
@@ -12,15 +12,15 @@ from drake_navbench.errors import InputError
 from drake_navbench.inputs.floors import Pose
 from drake_navbench.inputs.scenario import Scenario
 
-# Maps of one storey may overlap by so much of the smaller one.
+# The share of the smaller map by which two maps of one storey may overlap.
 MOST_SHARED = 0.5
 
 
 class Place(NamedTuple):
-    """One map with what is to be checked on it, in the map's frame.
+    """One map with the poses to be checked on it, in the map's frame.
 
-    stands: where the robot stands beyond doubt, by the name in the file. goals: where it is sent
-    to, likewise. holds_start: whether the trial begins here. named: how errors tell which map.
+    stands: poses where the robot surely stands, by their name in the file. goals: poses it is sent
+    to, by name. holds_start: whether the trial begins here. named: the map's name in errors.
     """
 
     scenario: Scenario
@@ -87,7 +87,7 @@ def _check_people(scenario: Scenario) -> None:
 
 
 def _check_masks(scenario: Scenario) -> None:
-    """Raises InputError where a mask is not that of its floor's map."""
+    """Raises InputError where a mask's bounds are not those of its floor's map."""
     for index, own in enumerate(scenario.floor_scenarios):
         for number, (entry, mask) in enumerate(zip(own.filters, own.filter_masks, strict=True)):
             if entry.mask is None or own.map is None:

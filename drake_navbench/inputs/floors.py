@@ -41,11 +41,11 @@ PARTS = ("waypoints", "persons")
 
 @dataclass(frozen=True)
 class PlacedFloor:
-    """A floor as it lies in the world.
+    """A floor with its place in the world.
 
-    index: among the floors of the file. offset: m, what is at (x, y) on its map is at (x, y) +
-    offset in the world. scenario: in the world. bounds: min_x, min_y, max_x, max_y of it there, m.
-    storey: the same for floors that are parts of one.
+    index: among the floors of the file. offset: m, a point (x, y) on its map is (x, y) + offset in
+    the world. scenario: in the world. bounds: min_x, min_y, max_x, max_y of it there, m. storey:
+    the same for floors that are parts of one.
     """
 
     index: int
@@ -56,7 +56,7 @@ class PlacedFloor:
     storey: int
 
     def placed(self, pose: Sequence[float]) -> Pose:
-        """Returns where a pose on the floor's map is in the world."""
+        """Returns the pose in the world of a pose on the floor's map, x m, y m, yaw rad."""
         x, y, yaw = pose
         return x + self.offset[0], y + self.offset[1], yaw
 
@@ -77,9 +77,10 @@ class PlacedLeg:
 
 @dataclass(frozen=True)
 class FloorSight:
-    """What a sensor may see from a floor: its storey.
+    """The surroundings that a sensor on a floor may see: the floor's storey.
 
-    world: what stands there. bounds: min_x, min_y, max_x, max_y m around all that moves there.
+    world: the standing world of the storey. bounds: min_x, min_y, max_x, max_y m around it, which
+    hold all moving bodies there.
     """
 
     world: World
@@ -87,7 +88,7 @@ class FloorSight:
 
 
 def sight_of(floor: PlacedFloor, floors: Sequence[PlacedFloor]) -> FloorSight:
-    """Returns what may be seen from a floor, one of `floors`."""
+    """Returns the surroundings that a sensor on a floor, one of `floors`, may see."""
     storey = [other for other in floors if other.storey == floor.storey]
     world = joined_world(storey)
     low_x, low_y, high_x, high_y = _joined([other.bounds for other in storey])
@@ -118,9 +119,9 @@ def floor_scenarios(scenario: Scenario) -> tuple[Scenario, ...]:
 
 
 def placed_floors(scenario: Scenario) -> tuple[PlacedFloor, ...]:
-    """Returns the floors as they lie in the world, the first one where its own frame does.
+    """Returns the floors at their places in the world; the first one's frame is the world's.
 
-    Those that give their origin in one storey lie as they say; every other one is a storey. Each
+    Floors that give their origin in one storey lie at it; every other floor is a storey. Each
     storey lies to the right of those before. None where the scenario has no floors.
     """
     if not scenario.floors:
@@ -210,7 +211,7 @@ def _on_its_own(scenario: Scenario, index: int) -> Scenario:
 
 
 def _poses_on(scenario: Scenario, name: str) -> list[Pose]:
-    """Returns where the robot may be sent to on a floor: goals, and stops of lifts."""
+    """Returns the robot's targets on a floor: goals, and stops of lifts, on the floor's map."""
     goals = [step.goal for step in scenario.mission if step.floor == name and step.goal]
     return goals + [lift.stops[name] for lift in scenario.lifts if name in lift.stops]
 
@@ -232,14 +233,14 @@ def _placed_scenario(own: Scenario, offset: Offset) -> Scenario:
             "goal": _moved_pose(own.goal, offset),
         }
     )
-    # What the cached properties would read once more, at the map's own place.
+    # Sets values that the cached properties would read again, at the map's own place.
     moved.__dict__["map"] = None if own.map is None else _moved_map(own.map, offset)
     moved.__dict__["filter_masks"] = tuple(_moved_mask(mask, offset) for mask in own.filter_masks)
     return moved
 
 
 def _bounds_of(own: Scenario) -> Bounds:
-    """Returns min_x, min_y, max_x, max_y of all that is on a floor, m."""
+    """Returns min_x, min_y, max_x, max_y of a floor's map, poses and moving bodies, m."""
     points = [pose[:2] for pose in (own.start, *own.goals)]
     if own.map is not None:
         points += [own.map.bounds[:2], own.map.bounds[2:]]

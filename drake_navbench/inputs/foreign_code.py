@@ -29,15 +29,15 @@ KINDS = (
     BEHAVIORS,
     TREE_NODES,
 )
-# What no parameter of a column names: the above, and what runs after all trials.
+# The groups that no parameter of a column names: the above, and metrics, which run after trials.
 NAMED_ELSEWHERE = {*(kind.group for kind in KINDS), "drake_navbench.metrics"}
 
-# Of a file's digest, which stands for the version that it does not have.
+# Of a file's digest, which takes the place of a version.
 DIGEST_LENGTH = 12
 
 
 def runs_foreign_code(preset: Preset) -> bool:
-    """Returns whether a column's controller, or what its parameters name, is not ours."""
+    """Returns whether a column's controller, or a plugin of its parameters, is third-party code."""
     return bool(_origins_of_column(preset))
 
 
@@ -47,7 +47,7 @@ def has_foreign_plugins(scenario: Scenario, robot: Robot) -> bool:
 
 
 def foreign_code(preset: Preset, scenario: Scenario, robot: Robot) -> dict[str, Origin]:
-    """Returns where all that is not ours in a trial comes from, by kind and name."""
+    """Returns the origins of all third-party code in a trial, by kind and name."""
     origins = _origins_of_column(preset)
     for kind, name in plugins_of(scenario, robot):
         origin = kind.origin(name)
@@ -75,7 +75,7 @@ def plugins_of(scenario: Scenario, robot: Robot) -> Iterator[tuple[PluginKind, s
 
 
 def _origins_of_column(preset: Preset) -> dict[str, Origin]:
-    """Returns where the controller, and what its parameters name, come from, where not from us."""
+    """Returns the origins of third-party controllers and of plugins that their parameters name."""
     foreign: dict[str, tuple[str, Origin]] = {
         name: (_noun(group), origin)
         for group, name, origin in foreign_plugins()
@@ -96,7 +96,7 @@ def _origins_of_column(preset: Preset) -> dict[str, Origin]:
 
 
 def _noun(group: str) -> str:
-    """Returns what the plugins of a group are called: 'mppi critic' for '...mppi_critics'."""
+    """Returns the noun for a group's plugins, such as 'mppi critic' for '...mppi_critics'."""
     return group.rpartition(".")[2].replace("_", " ").removesuffix("s")
 
 

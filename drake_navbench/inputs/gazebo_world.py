@@ -27,7 +27,7 @@ from drake_navbench.typed_files.typed_yaml import validate
 
 __all__ = ["GazeboWorld", "is_world", "load_gazebo_world", "scenario_in_world"]
 
-# Worlds are cut off as far from the task, m: more is what costmaps of 5 cm cannot hold.
+# Worlds are cut off at this distance from the task, m: costmaps of 5 cm cannot hold more.
 REACH_M = 100.0
 # Corners within this of a straight edge are left out, m.
 TOLERANCE_M = 0.003
@@ -38,18 +38,18 @@ MIN_HOLE_M2 = 0.01
 MAX_POLYGONS = 5000
 HIGHEST_M = 20.0
 MAX_REMARKS_SHOWN = 5
-# Of the grid that goals are drawn on: its cells, how far it reaches around what stands, and how far
-# at least, m; and how large what walls enclose is, for goals within it alone, m^2.
+# The grid on which goals are drawn: its cells, its border around obstacles, and its least reach, m;
+# and the least area enclosed by walls for goals within it alone, m^2.
 CELL_M, BORDER_M, OPEN_M, ROOM_M2 = 0.05, 1.0, 4.0, 4.0
-# How fast people of scenarios walk, m/s.
+# The walking speeds that scenarios allow, m/s.
 SLOWEST_MPS, FASTEST_MPS = 0.05, 2.0
 
 
 @dataclass(frozen=True)
 class GazeboWorld:
-    """What stands and walks in a world, as fields of a scenario file.
+    """The obstacles and people of a Gazebo world, as fields of a scenario file.
 
-    remarks: what was left out, and why. floor_m: height of the floor in the world's file.
+    remarks: the parts left out, with the reasons. floor_m: height of the floor in the world's file.
     """
 
     path: Path
@@ -60,7 +60,7 @@ class GazeboWorld:
 
     @property
     def summary(self) -> str:
-        """One line with how much there is."""
+        """One line with the numbers of obstacles, people and remarks."""
         hidden = sum(not obstacle["known_to_planner"] for obstacle in self.obstacles)
         people = f", {len(self.persons)} people" if self.persons else ""
         floor = f", floor at {self.floor_m:.3g} m" if self.floor_m else ""
@@ -81,8 +81,8 @@ def load_gazebo_world(
 ) -> GazeboWorld:
     """Returns a world for a robot whose lidar and top are at heights over the floor, m.
 
-    around: the places of the task, m. folders: where models and packages are looked for besides
-    the repository. Raises InputError where the file is no world.
+    around: the places of the task, m. folders: searched for models and packages besides the
+    repository. Raises InputError where the file is no world.
     """
     places = tuple((float(place[0]), float(place[1])) for place in around)
     found = _loaded(path, lidar_m, top_m, places, tuple(folders))
@@ -180,9 +180,9 @@ def simple_parts(polygon: shapely.Polygon) -> Iterator[shapely.Polygon]:
 
 
 def occupancy_of(world: GazeboWorld) -> OccupancyMap:
-    """Returns the floor of a world as a grid, all that stands at any height occupied.
+    """Returns the floor of a world as a grid, with obstacles of any height occupied.
 
-    Where walls enclose a room or more, what is outside of them is unknown.
+    Where walls enclose a room or more, cells outside of them are unknown.
     """
     outlines = [np.array(obstacle["vertices"]) for obstacle in world.obstacles]
     corners = np.vstack([*outlines, [[-OPEN_M, -OPEN_M], [OPEN_M, OPEN_M]]])
@@ -202,7 +202,7 @@ def occupancy_of(world: GazeboWorld) -> OccupancyMap:
 
 
 def _person(actor: Actor) -> dict[str, Any]:
-    """Returns a person who walks along an actor's trajectory and, as in Gazebo, sees no robot."""
+    """Returns a person who walks an actor's trajectory and ignores the robot, as in Gazebo."""
     knots = actor.knots
     length_m = sum(math.dist(a[1:], b[1:]) for a, b in pairwise(knots))
     duration_s = knots[-1][0] - knots[0][0]

@@ -19,7 +19,7 @@ class LidarSettings(QuietModel):
     quiet: ClassVar = frozenset(
         {"dropout_burst_beams", "scan_loss_probability", "stuck_beam_share", "range_bias_m"}
     )
-    # What no fault may change during a trial.
+    # The fields that no fault may change during a trial.
     constant: ClassVar = frozenset(
         {
             "pose",
@@ -82,7 +82,7 @@ class LidarSettings(QuietModel):
 
     @property
     def delays_s(self) -> dict[str, float]:
-        """By field, how late what it tells may be, s."""
+        """The largest delays of the readings, s, by field."""
         return {}
 
     @model_validator(mode="after")

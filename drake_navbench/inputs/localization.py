@@ -24,10 +24,11 @@ BIASES = ("x_bias_m", "y_bias_m", "yaw_bias_rad")
 
 
 class LocalizationSettings(QuietModel):
-    """What the navigation is told of pose and velocity.
+    """The pose and velocity that the navigation gets in place of the true ones.
 
-    The first five fields are white Gaussian noise on what the controller is told. All the others
-    make a frame of its own of the odometry, which drifts against the map: see docs/stress.md.
+    The first five fields are white Gaussian noise on the pose and velocity that the controller
+    gets. Each of the others gives the odometry a frame of its own, which drifts against the map:
+    see docs/stress.md.
     """
 
     quiet: ClassVar = frozenset(
@@ -50,7 +51,7 @@ class LocalizationSettings(QuietModel):
             "amcl",
         }
     )
-    # What no fault may change during a trial.
+    # The fields that no fault may change during a trial.
     constant: ClassVar = frozenset({"period_s", "fix_period_s", "wheel_odometry", "amcl"})
 
     period_s: Period = Field(0.05, description="Time for which a noise sample holds [s].")
@@ -149,5 +150,5 @@ class LocalizationSettings(QuietModel):
 
     @property
     def delays_s(self) -> dict[str, float]:
-        """By field, how late what it tells may be, s."""
+        """The largest delays of the fixes, s, by field."""
         return {"fix_lag_s": self.fix_lag_s}

@@ -15,7 +15,7 @@ Pose = tuple[Length, Length, Angle]
 
 
 class Lift(LiftTimes):
-    """What brings the robot from one floor to another: a lift, or a door between two maps."""
+    """A connection between floors that the robot uses: a lift, or a door between two maps."""
 
     name: str = Field(min_length=1, description="What the mission calls it.")
     stops: dict[str, Pose] = Field(
@@ -69,7 +69,7 @@ def check_mission(
 
 
 def end_of(mission: Sequence[MissionStep], lifts: Sequence[Lift]) -> Pose:
-    """Returns where a mission ends, on its last floor's map: at a goal or at a lift's stop."""
+    """Returns the end of a mission on its last floor's map: a goal or a lift's stop."""
     last = mission[-1]
     if last.goal is not None:
         return last.goal

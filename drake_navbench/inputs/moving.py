@@ -1,4 +1,4 @@
-"""What moves in the world along a given way: typed shapes on timed waypoints."""
+"""The moving obstacles of a world: typed shapes on timed waypoints."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ CIRCLE_QUADRANT_SEGMENTS = 24
 
 
 class TimedPose(FrozenModel):
-    """Where something is at a time; in between it moves evenly."""
+    """A moving obstacle's pose at a time; between two of them it moves at constant velocity."""
 
     time_s: Duration = Field(ge=0.0, description="Time since the start of the trial [s].")
     position: tuple[Length, Length] = Field(description="Of its centre [m].")
@@ -95,7 +95,7 @@ class _Moving(QuietModel):
 
     @property
     def period_s(self) -> float:
-        """After how long it starts over; 0 where it does not, s."""
+        """The period after which it starts over; 0 where it does not, s."""
         return self.waypoints[-1].time_s - self.waypoints[0].time_s if self.repeats else 0.0
 
     def pose_at(self, time_s: float) -> Array:
@@ -109,20 +109,20 @@ class _Moving(QuietModel):
 
     @property
     def reach_m(self) -> float:
-        """How far its outline reaches from its centre, m."""
+        """The largest distance of the outline from the centre, m."""
         return float(np.hypot(*self.outline.T).max())
 
     @property
     def top_speed_mps(self) -> float:
-        """What no point of it is faster than, m/s."""
+        """An upper bound of the speed of any of its points, m/s."""
         steps = np.diff(self.knots, axis=0)
         speeds = np.hypot(steps[:, 1], steps[:, 2]) + self.reach_m * np.abs(steps[:, 3])
         return float((speeds / steps[:, 0]).max(initial=0.0))
 
     def swept_floor(self) -> Iterator[tuple[int, BaseGeometry]]:
-        """Yields for each waypoint but the first the floor that it covers on the way there.
+        """Yields, for each waypoint but the first, the floor covered on the way there.
 
-        Of what never moves, the floor under it, as that of waypoint 0.
+        For an obstacle that never moves, yields the floor under it, as that of waypoint 0.
         """
         if len(self.waypoints) == 1:
             yield 0, self._covered(self.knots[:1, 1:])
@@ -195,7 +195,7 @@ class Bodies:
 
 @dataclass(frozen=True)
 class MovingObstacles:
-    """All that moves on given ways, in the order of the scenario file."""
+    """The moving obstacles of a scenario, in the order of its file."""
 
     things: tuple[MovingCylinder | MovingBox, ...] = ()
 
@@ -225,14 +225,14 @@ class MovingObstacles:
 
     @property
     def names(self) -> list[str]:
-        """What each is called: its name, else its place in the file."""
+        """The obstacles' names: the given one, else the place in the file."""
         return [
             thing.name or f"moving_obstacles[{index}]" for index, thing in enumerate(self.things)
         ]
 
     @property
     def top_speed_mps(self) -> float:
-        """What no point of any of them is faster than, m/s."""
+        """An upper bound of the speed of any point of the obstacles, m/s."""
         return max((thing.top_speed_mps for thing in self.things), default=0.0)
 
 

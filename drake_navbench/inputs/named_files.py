@@ -11,7 +11,7 @@ from drake_navbench.errors import InputError, nearest_name_hint
 YAML_SUFFIXES = frozenset({".yaml", ".yml"})
 
 
-# What stands in files that are not of the kinds that a name may be.
+# The suffixes of worlds, which are no files that a name may stand for.
 WORLDS = (".world", ".sdf", ".wbt")
 MAX_NAMED = 3
 
@@ -20,8 +20,8 @@ MAX_NAMED = 3
 class NamedFiles:
     """The YAML files of one kind that come with the package.
 
-    kind: what errors call it ('scenario', 'robot').
-    package: dotted name of the folder that holds the built-in ones.
+    kind: the noun in errors ('scenario', 'robot'). package: dotted name of the folder that holds
+    the built-in ones.
     """
 
     kind: str
@@ -29,7 +29,7 @@ class NamedFiles:
 
     @property
     def folder(self) -> Path:
-        """Where the built-in files are."""
+        """The folder of the built-in files."""
         return Path(str(files(self.package)))
 
     @property
@@ -38,9 +38,9 @@ class NamedFiles:
         return sorted(path.stem for path in self.folder.glob("*.yaml"))
 
     def beside(self, folder: str | Path, name: str) -> Path:
-        """Returns a file that stands in a folder, else the built-in one of that name if there is.
+        """Returns a file in a folder, else the built-in one of that name if there is one.
 
-        So a copy of a built-in file, wherever it is put, finds what it names.
+        So a copy of a built-in file in any folder finds the files that it names.
         """
         own, built_in = Path(folder) / name, self.folder / name
         return built_in if not own.is_file() and built_in.is_file() else own
@@ -73,7 +73,7 @@ class NamedFiles:
 
 
 def _instead(path: Path) -> str:
-    """Returns the kind of a path that is no YAML file, and what is expected in its place."""
+    """Returns the error for a path that is no YAML file: its kind, and the expected one."""
     if path.is_dir():
         suffixes = (*YAML_SUFFIXES, ".sdf", ".urdf")
         files = sorted(file.name for file in path.iterdir() if file.suffix in suffixes)

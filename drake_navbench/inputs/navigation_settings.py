@@ -69,7 +69,7 @@ class ControllerServerSettings(FrozenModel):
 
     @model_serializer(mode="wrap")
     def _as_plain(self, plain: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        """Leaves out what only bases that move sideways have a use for, where it was not given."""
+        """Leaves out a field that only matters to bases that move sideways, if it was not given."""
         values: dict[str, Any] = plain(self)
         if "min_y_velocity_threshold" not in self.model_fields_set:
             values.pop("min_y_velocity_threshold", None)

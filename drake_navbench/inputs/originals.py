@@ -13,7 +13,7 @@ _REFERENCE = re.compile(r"(?P<name>[^@=]+)@(?P<build>[^:=]*)(?::(?P<rest>.*))?",
 
 
 class Original(NamedTuple):
-    """What `name@build:param=value` asks for.
+    """The controller that `name@build:param=value` names.
 
     name: of a preset whose controller has an original, or that original's plugin type itself.
     """
@@ -44,12 +44,12 @@ def is_plugin_type(name: str) -> bool:
 
 
 def names_original(text: str) -> bool:
-    """Returns whether a controller is asked for by a build."""
+    """Returns whether a text names a controller by a build."""
     return _REFERENCE.fullmatch(text) is not None
 
 
 def original_of(text: str) -> Original:
-    """Returns what such a text asks for; raises InputError where there is no such build."""
+    """Reads `name@build:param=value`; raises InputError where there is no such build."""
     found = _REFERENCE.fullmatch(text)
     assert found is not None
     assignments = tuple(found["rest"].split(":")) if found["rest"] is not None else ()

@@ -55,8 +55,8 @@ def _reference(column: str, build: Build) -> str:
 def _original_of_preset(preset: Preset, build: Build) -> Preset:
     """Returns the original of a column out of a file.
 
-    Of a Nav2 file it is given all that the file says, also what the port does not know; what it
-    does not declare is told when the run starts.
+    It gets all parameters of a Nav2 file, also those that the port does not know; those that it
+    does not declare are reported when the run starts.
     """
     original = Original(preset.name, build, ())
     plugin = preset.nav2_plugin

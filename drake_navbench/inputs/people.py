@@ -1,4 +1,4 @@
-"""People in a scenario: those who walk by a model, and those of a recording."""
+"""People in a scenario, who walk by a model or as recorded."""
 
 from __future__ import annotations
 
@@ -20,10 +20,11 @@ from drake_navbench.typed_files.typed_yaml import FrozenModel, QuietModel, tuple
 Array = NDArray[np.float64]
 
 MAX_PEOPLE = 200
-# What a scan sees of somebody: the shins below the hip, the trunk above.
+# The body as a scan sees it: shins below the hip, the trunk above.
 HIP_HEIGHT_M, LEG_RADIUS_M, TRUNK_RADIUS_M = 0.85, 0.06, 0.18
 HIP_HALF_WIDTH_M = 0.11
-# Two steps of somebody of middle height, and how far a foot is ahead at most, at 1 m/s and more.
+# The length of two steps of a person of middle height, and the largest distance of a foot ahead,
+# at 1 m/s and more.
 STRIDE_M, SWING_M = 1.3, 0.28
 REACTIONS = {
     "regular": walking.REGULAR,
@@ -34,17 +35,17 @@ REACTIONS = {
     "threatening": walking.THREATENING,
     "oblivious": walking.OBLIVIOUS,
 }
-# What of it is a matter of the way that one takes alone.
+# The reactions that only change a person's way.
 REACTIONS_WITH_ORCA = ("regular", "impassive", "oblivious")
-# By how much the direction that somebody wishes is off that to the goal, with ORCA, so that two who
-# meet exactly head on do not stand still before each other.
+# Spread of the angle between a person's desired direction and that to the goal, with ORCA, so that
+# two who meet exactly head on do not stand still before each other.
 ASIDE_STD_RAD = 0.02
-# How often somebody is given another start whose own is taken, before the one in the file.
+# Number of draws for a person whose start is taken, before that in the file is used.
 MAX_STARTS = 20
 
 
 class Person(FrozenModel):
-    """Somebody who walks from goal to goal, and reacts to the robot."""
+    """A person who walks from goal to goal, and reacts to the robot."""
 
     name: str = Field("", description="What reports and replays call them.")
     start: tuple[Length, Length] = Field(description="Where they begin [m].")
@@ -107,7 +108,7 @@ class OrcaSettings(FrozenModel):
 
 
 class Recording(FrozenModel):
-    """Where people went, in a file: they walk as they did, whatever the robot does."""
+    """A recording of people in a file: they walk as recorded, whatever the robot does."""
 
     file: str = Field(min_length=1, description="The file, relative to the scenario's folder.")
     format: Literal["csv", "eth_ucy"] = Field(
@@ -148,7 +149,7 @@ class Recording(FrozenModel):
 
 
 class People(QuietModel):
-    """Those who walk by a model, or those of a recording."""
+    """The people of a world, who walk by a model or as recorded."""
 
     quiet: ClassVar = frozenset({"model", "orca", "recording", "time_gap_s"})
 
@@ -220,7 +221,7 @@ class Crowd(NamedTuple):
 
 @dataclass(frozen=True)
 class WalkingPeople:
-    """Everybody in a world who walks by a model."""
+    """The people of a world who walk by a model."""
 
     people: People | None = None
 
@@ -239,24 +240,24 @@ class WalkingPeople:
 
     @property
     def names(self) -> list[str]:
-        """What each is called: the name, else the place in the file."""
+        """The people's names: the given one, else the place in the file."""
         return [p.name or f"persons[{index}]" for index, p in enumerate(self.persons)]
 
     @property
     def groups(self) -> list[int]:
-        """The number of each one's group, -1 of who is alone."""
+        """The group of each person; -1 for one alone."""
         return [-1 if person.group is None else person.group for person in self.persons]
 
     @property
     def top_speed_mps(self) -> float:
-        """What nobody is faster than, m/s."""
+        """An upper bound of the people's speed, m/s."""
         return walking.TOP_SPEED_MPS if self.persons else 0.0
 
     def crowd(self, seed: int, is_free: Callable[[Array, float], bool] | None = None) -> Crowd:
-        """Returns them as they begin the trial with this seed, the same for all controllers.
+        """Returns the people at the start of the trial with this seed, for any controller.
 
-        is_free: whether a disc at (2,) m of a radius m is clear of all that is there. Whose drawn
-        start is not draws again, and begins where the file says if that does not help.
+        is_free: whether a disc at (2,) m of a radius m is clear of all bodies. A person whose drawn
+        start is not free draws again, up to MAX_STARTS times, and then begins at the file's start.
         """
         states: list[list[float]] = []
         traits: list[list[float]] = []
@@ -300,7 +301,7 @@ def _free_start(
     generator: np.random.Generator,
     is_free: Callable[[Array, float], bool],
 ) -> Array:
-    """Returns where somebody begins whose first draw is `start`, (2,) m."""
+    """Returns a person's start (2,), m: `start` where it is free, else another draw that is."""
     for _ in range(MAX_STARTS):
         if is_free(start, person.radius_m):
             return start
@@ -309,17 +310,17 @@ def _free_start(
 
 
 def foot_offsets_m(walked_m: Array, speed_mps: Array) -> Array:
-    """Returns (P,) how far the left shin is ahead of the trunk, the right one as far behind it.
+    """Returns (P,) the left shin's distance ahead of the trunk, m; the right one is as far behind.
 
-    walked_m: (P,) the way so far, which tells where in a stride they are. speed_mps: (P,); below
-    1 m/s steps are shorter, and who stands has both feet side by side.
+    walked_m: (P,) the way so far, which gives the phase of the stride. speed_mps: (P,); below 1 m/s
+    steps are shorter, and a standing person has both feet side by side.
     """
     swing_m = SWING_M * np.minimum(speed_mps, 1.0)
     return swing_m * np.sin(2.0 * np.pi / STRIDE_M * walked_m)
 
 
 def scanned_discs(poses: Array, walked_m: Array, speed_mps: Array, height_m: float) -> Array:
-    """Returns (D, 3) x, y, radius m of what a plane at some height sees of people.
+    """Returns (D, 3) x, y, radius m of people's sections at a height over the floor.
 
     poses: (P, 3). Two shins each below the hip, else one trunk.
     """

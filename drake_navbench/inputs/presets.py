@@ -56,7 +56,7 @@ class PresetFile(FrozenModel):
 
 
 class Nav2Plugin(NamedTuple):
-    """What a Nav2 file gives one of its controllers: type, and parameters by dotted names."""
+    """A controller's block in a Nav2 file: its type, and its parameters by dotted names."""
 
     type: str
     parameters: Mapping[str, Any]
@@ -64,20 +64,19 @@ class Nav2Plugin(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Preset:
-    """One column: what it is called, which controller, with which parameters.
+    """One column: its name, its controller, and the controller's parameters.
 
-    source: where the parameters came from, for errors.
+    source: origin of the parameters, for errors.
     values: the parameters as given, before defaults; names may be dotted or nested.
-    ignored: dotted names of what was given but has no effect, because the controller accepts and
-    drops it or, in a Nav2 file, does not know it.
-    values_for_radius: in place of `values` for a robot given by a radius; None where they serve it.
+    ignored: dotted names of given parameters without effect, because the controller accepts and
+    drops them or, in a Nav2 file, does not know them.
+    values_for_radius: replace `values` for a robot given by a radius; None where `values` fit it.
     path_handler: fields that replace those of the robot's path handler.
-    file: where the controller's class is, where it is in a file of its own.
-    nav2_plugin: the controller as the Nav2 file has it that the column is from.
+    file: of the controller's class, where it is in a file of its own.
+    nav2_plugin: the controller's block in the Nav2 file that the column is from.
     stack: the robot of a whole Nav2 file, with its costmaps, planner and all other servers, that
     this column drives in place of the run's robot; None for the run's.
-    read_as: the release of Nav2 that it follows, and by what that was told; empty where nobody
-    needs to be told.
+    read_as: a remark with the release of Nav2 that it follows, and how that was found; may be ''.
     """
 
     name: str
@@ -154,7 +153,7 @@ def _preset_of(
 ) -> Preset:
     """Returns the preset of a file's content.
 
-    assigned: parameters laid over all of its own. folder: where a controller's file is looked for.
+    assigned: parameters laid over all of its own. folder: searched for a controller's file.
     """
     assigned = assigned or {}
     own = nested(flattened(content.parameters), source)
@@ -281,7 +280,7 @@ def _assigned(assignments: Sequence[str], text: str) -> Mapping[str, Any]:
 
 
 def _named_content(name: str) -> tuple[PresetFile, str]:
-    """Returns what a name stands for, and where from: a preset, or a controller without one."""
+    """Returns the preset of a name, or of a controller without one, and its source."""
     files = preset_files()
     if name in files:
         return validate(PresetFile, read_yaml(files[name]), str(files[name])), str(files[name])
@@ -320,8 +319,8 @@ def resolved_parameters(name: str) -> dict[str, Any]:
 def as_yaml(preset: Preset) -> str:
     """Returns the preset with every parameter resolved, as the text of a preset file.
 
-    Parameters that nobody gave have the defaults of the column's release there: whoever reads the
-    text takes every one of them for given.
+    Parameters that were not given have the defaults of the column's release there: a reader of the
+    text takes all of them for given.
     """
     return yaml.safe_dump(
         {

@@ -1,7 +1,7 @@
 """Random worlds: boxes of random size and place between two walls, on the way to a random goal.
 
-A world is a function of its number. Nobody has looked at it before it is driven, so that whoever
-touches something in one of many has no rule that keeps it from obstacles.
+A world is a function of its number. No world is looked at before it is driven, so that a controller
+that touches an obstacle in one of many has no rule that keeps it from obstacles.
 """
 
 from __future__ import annotations

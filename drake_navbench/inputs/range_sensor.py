@@ -51,7 +51,7 @@ class RangeSensorSettings(FrozenModel):
 
     @property
     def is_switch(self) -> bool:
-        """Whether it tells no distance, but whether something is there."""
+        """Whether the sensor tells only if something is there, and no distance."""
         return self.range_min_m == self.range_max_m
 
     @property
@@ -61,7 +61,7 @@ class RangeSensorSettings(FrozenModel):
         return np.asarray(np.linspace(-half, half, self.ray_count), dtype=np.float64)
 
     def told_of(self, distance_m: float) -> float:
-        """Returns what the sensor tells of a distance, m; inf where it met nothing."""
+        """Returns the sensor's reading for a true distance, m; inf where its cone met nothing."""
         if self.is_switch:
             return -math.inf if distance_m <= self.range_max_m else math.inf
         if distance_m > self.range_max_m:

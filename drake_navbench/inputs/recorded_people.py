@@ -1,4 +1,4 @@
-"""People who walk as they once did: the tracks of a recording."""
+"""Recorded people, who walk on the tracks of a recording."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ MAX_PLACE_M = 1e5
 
 
 class Row(NamedTuple):
-    """Where somebody was at a time, in the recording's own frame; line: in the file."""
+    """A person's position at a time, in the recording's own frame; line: in the file."""
 
     line: int
     time_s: float
@@ -36,11 +36,11 @@ class Row(NamedTuple):
 
 @dataclass(frozen=True)
 class RecordedPeople:
-    """Everybody of a recording who is there during a trial.
+    """The people of a recording who are in the world during a trial.
 
-    names, groups: of each, -1 alone. radius_m: of the bodies. knots: (K, 5) of all, see
-    `kernels.recorded_walks`, in the world's frame and the trial's time. firsts: (P + 1,) rows where
-    each one's begin. lines: (K,) in the file.
+    names: of each. groups: of each, -1 for one alone. radius_m: of the bodies. knots: (K, 5) of
+    all, see `kernels.recorded_walks`, in the world's frame and the trial's time. firsts: (P + 1,)
+    each person's first row. lines: (K,) of each knot in the file.
     """
 
     names: list[str]
@@ -55,14 +55,14 @@ class RecordedPeople:
 
     @classmethod
     def known_by(cls, names: list[str], groups: list[int], radius_m: float) -> RecordedPeople:
-        """Returns people of whom nothing is known but who they are."""
+        """Returns people with names, groups and radius alone, without tracks."""
         nothing = np.zeros(0, dtype=np.int64)
         firsts = np.zeros(len(names) + 1, dtype=np.int64)
         return cls(names, groups, radius_m, np.empty((0, KNOT_SIZE)), firsts, nothing)
 
     @property
     def persons(self) -> tuple[Person, ...]:
-        """Nobody of them walks by a model."""
+        """Empty: none of them walks by a model."""
         return ()
 
     @cached_property
@@ -72,33 +72,33 @@ class RecordedPeople:
 
     @cached_property
     def tracks(self) -> Tracks:
-        """Their ways; away from the world where they are not there."""
+        """Their tracks; outside of their stays in the world at FAR_AWAY_M."""
         rows = np.ascontiguousarray(self.knots[:, :4])
         return Tracks(rows, self.firsts, np.zeros(len(self)))
 
     @cached_property
     def top_speed_mps(self) -> float:
-        """What nobody is faster than, m/s."""
+        """The largest speed of anyone in the recording, m/s."""
         here, there = self.knots[:-1], self.knots[1:]
         steps_s, steps_m = there[:, 0] - here[:, 0], np.hypot(*(there[:, 1:3] - here[:, 1:3]).T)
-        # Who goes away, and whoever is next in the file, does so in no time.
+        # Steps away from the world, and to the next person, are not walks.
         walks = (steps_s > 0.0) & (here[:, 1] < FAR_AWAY_M) & (there[:, 1] < FAR_AWAY_M)
         return float((steps_m[walks] / steps_s[walks]).max(initial=0.0))
 
     @cached_property
     def appearances_s(self) -> Array:
-        """Rising times at which somebody comes into the world after the beginning, s."""
+        """The times, in order, at which people come into the world after the start, s."""
         away = self.knots[:, 1] >= FAR_AWAY_M
         comes = ~away[1:] & away[:-1]
         times_s = self.knots[1:, 0][comes]
         return np.unique(times_s[times_s > 0.0])
 
     def people_at(self, time_s: float) -> Array:
-        """Returns (P, 8) everybody at a time, as `kernels.walking` has them."""
+        """Returns (P, 8) all people's states at a time, s; see `kernels.walking`."""
         return people_on_tracks(self.knots, self.firsts, time_s)
 
     def line_at(self, person: int, time_s: float) -> int:
-        """Returns the line of the file with somebody's last row up to a time."""
+        """Returns the line in the file of a person's last row up to a time."""
         rows = slice(self.firsts[person], self.firsts[person + 1])
         past = int(np.searchsorted(self.knots[rows, 0], time_s, side="right"))
         return int(self.lines[rows][max(past - 1, 0)])
@@ -113,10 +113,10 @@ class RecordedPeople:
 
 
 def load_recording(path: Path, settings: Recording, duration_s: float) -> RecordedPeople:
-    """Returns those of a recording who are there in a trial of some duration.
+    """Reads the people of a recording who are in the world during a trial of `duration_s`.
 
-    Raises InputError, one line with file and line, where it cannot be read, somebody's times do not
-    rise, or somebody jumps.
+    Raises InputError, one line with file and line, where the file cannot be read, or a person's
+    times do not rise or positions jump.
     """
     tracks = {
         name: list(_in_trial(path, name, rows, settings))
@@ -188,7 +188,7 @@ def _number(path: Path, line: int, text: str) -> float:
 
 
 def _in_trial(path: Path, name: str, rows: Sequence[Row], settings: Recording) -> Iterator[Row]:
-    """Yields somebody's rows in the world's frame and the trial's time; checks them."""
+    """Yields a person's rows in the world's frame and the trial's time; checks them."""
     cos_yaw, sin_yaw = math.cos(settings.yaw_rad), math.sin(settings.yaw_rad)
     before: Row | None = None
     for row in rows:
@@ -219,7 +219,7 @@ def _in_trial(path: Path, name: str, rows: Sequence[Row], settings: Recording) -
 
 
 def _spells(rows: Sequence[Row], settings: Recording) -> Iterator[list[Row]]:
-    """Yields the rows of each time that somebody was there; one row alone is no time."""
+    """Yields the rows of each of a person's stays in the world; a single row is no stay."""
     spell: list[Row] = []
     for row in rows:
         if spell and row.time_s - spell[-1].time_s > settings.max_gap_s:
@@ -232,14 +232,14 @@ def _spells(rows: Sequence[Row], settings: Recording) -> Iterator[list[Row]]:
 
 
 def _is_there(rows: Sequence[Row], settings: Recording, duration_s: float) -> bool:
-    """Returns whether somebody is in the world during a trial."""
+    """Returns whether a person is in the world during a trial."""
     return any(
         spell[0].time_s < duration_s and spell[-1].time_s > 0.0 for spell in _spells(rows, settings)
     )
 
 
 def _knots(rows: Sequence[Row], settings: Recording) -> tuple[Array, NDArray[np.int64]]:
-    """Returns somebody's knots (K, 5) and their lines in the file (K,)."""
+    """Returns a person's knots (K, 5) and their lines in the file (K,)."""
     knots: list[Array] = []
     lines: list[int] = []
     walked_m = 0.0

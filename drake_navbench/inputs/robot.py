@@ -175,7 +175,7 @@ class Robot(QuietModel):
 
     @property
     def outline(self) -> NDArray[np.float64]:
-        """(K, 2) true outline in the base frame, m: what touches obstacles and what one sees."""
+        """(K, 2) true outline in the base frame, m, for contacts and for what people see."""
         if self.collision_outline is not None:
             return np.array(self.collision_outline)
         return self.costmap_outline
@@ -235,8 +235,8 @@ def load_robot(
 
     A model in SDF, URDF or xacro alone is a robot as it describes itself, by default where it does
     not. Raises InputError where the name is unknown, or the file or an override is wrong;
-    `overrides_source` names the overrides in it. arguments: of xacro. packages: folders in which
-    ROS packages are looked for. base_frame: the link of a model that is its base.
+    `overrides_source` names the overrides in it. arguments: of xacro. packages: folders searched
+    for ROS packages. base_frame: the link of a model that is its base.
     """
     if is_model(name_or_path):
         path = Path(name_or_path).absolute()
@@ -301,7 +301,7 @@ def _read_robot(path: Path, above: tuple[Path, ...] = ()) -> dict[str, Any]:
 
 
 def _with_model(data: Mapping[str, Any], path: Path) -> Mapping[str, Any]:
-    """Returns a robot's fields with what only its model tells: the outline, and then the mass."""
+    """Returns a robot's fields with the outline, and the mass, that only its model gives."""
     model = data.get("model")
     gives_outline = any(data.get(name) is not None for name in ("footprint", "robot_radius"))
     if gives_outline or not isinstance(model, str):
@@ -322,7 +322,7 @@ def _with_model(data: Mapping[str, Any], path: Path) -> Mapping[str, Any]:
 
 
 def overridden(robot: Robot, overrides: Mapping[str, Any], source: str) -> Robot:
-    """Returns a robot of which single fields are replaced; source: names them in an InputError."""
+    """Returns a robot with single fields replaced; source: their name in an InputError."""
     if not overrides:
         return robot
     data = robot.model_dump(mode="json", exclude_unset=True)
@@ -351,7 +351,7 @@ def _robot_of(data: Mapping[str, Any], source: str, directory: Path) -> Robot:
 
 
 def body_top_m(robot: Robot) -> float:
-    """Returns how high a robot's highest point is over the floor, m: by its model, else a guess."""
+    """Returns a robot's height, m, over the floor: that of its model, else a guess."""
     path = robot.model_path
     if path is None:
         return GUESSED_TOP_M
@@ -364,7 +364,7 @@ def body_top_m(robot: Robot) -> float:
 
 
 def check_wheels(robot: Robot, source: str) -> None:
-    """Raises InputError where the wheels that a drive asks for are not those of the model."""
+    """Raises InputError where the drive's wheels are not those of the model."""
     if robot.drive.has_wheels:
         # As with the model's outline: most robots do without.
         from drake_navbench.inputs.running_gear import running_gear_of

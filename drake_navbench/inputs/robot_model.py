@@ -34,9 +34,9 @@ class RobotModel(NamedTuple):
 def read_robot_model(path: Path) -> RobotModel:
     """Returns outline and mass of the first model in an SDF, URDF or xacro file.
 
-    The outline is that of its collision shapes, of what one sees where it has none, with all joints
-    at zero. Shapes that cannot be read are left out with an InputWarning. Raises InputError where
-    the file cannot be parsed, or no shape tells an outline.
+    The outline is that of its collision shapes, or of its visual ones where it has none, with all
+    joints at zero. Shapes that cannot be read are left out with an InputWarning. Raises InputError
+    where the file cannot be parsed, or no shape has an outline.
     """
     found = describe_robot(path)
     warn_of_shapes(found)

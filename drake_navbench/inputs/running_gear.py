@@ -1,4 +1,4 @@
-"""What a robot's SDF or URDF file tells of its wheels, its casters and its weight."""
+"""The wheels, casters and weight of a robot, read from its SDF or URDF file."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ class RunningGear(Immutable):
     model: the file. axles: names of the joints of the left and the right driven wheel. axle_signs:
     1 where they roll ahead, -1 where the other way. wheel_inertia_kgm2: of one of them about its
     axle. mass_kg, center_m (3,), yaw_inertia_kgm2 (about the base origin): of all bodies, with the
-    load. load_kg, load_position (3,) m: what is not among the model's bodies.
+    load. load_kg, load_position (3,) m: mass beyond that of the model's bodies.
     """
 
     model: Path
@@ -105,10 +105,10 @@ def load_inertia(mass_kg: float, position: tuple[float, float, float]) -> Spatia
 
 
 def running_gear_of(robot: Robot, source: str) -> RunningGear:
-    """Returns the wheels of a robot whose drive has some, with what its file changes of the model.
+    """Returns the running gear of a robot with wheels: its model's, changed by the robot's file.
 
-    source: names the robot's file in errors. Raises InputError where the model has no such wheels,
-    or the file does not fit it.
+    source: the name of the robot's file in errors. Raises InputError where the model has no such
+    wheels, or the file does not fit it.
     """
     path, drive = robot.model_path, robot.drive
     if not isinstance(drive, DifferentialDrive) or path is None:
@@ -142,10 +142,10 @@ def _casters(gear: RunningGear, drive: DifferentialDrive, source: str) -> tuple[
 
 
 def _loaded(gear: RunningGear, robot: Robot, drive: DifferentialDrive, source: str) -> RunningGear:
-    """Returns the running gear with what the robot weighs beyond its model's bodies."""
+    """Returns the running gear with the robot's load beyond the mass of its model's bodies."""
     mass_kg = (robot.mass_kg or gear.mass_kg) + robot.actuators.payload_kg
     load_kg = mass_kg - gear.mass_kg
-    # Sums of decimals: what is a gram less is as much.
+    # Sums of decimals: a difference of a gram is rounding.
     if load_kg < -1e-3:
         raise InputError(
             f"{source}: mass_kg: got {mass_kg:g} kg, the model's bodies alone weigh "

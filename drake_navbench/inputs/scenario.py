@@ -1,4 +1,4 @@
-"""The scenario file: a world, a task, what the planner knows, what varies between trials."""
+"""The scenario file: a world, a task, the planner's knowledge, the variation between trials."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ SET_BY_LOADING = ("name", "directory")
 # How far masks that are drawn from polygons reach beyond everything else.
 MASK_MARGIN_M = 2.0
 MASK_RESOLUTION_M = 0.05
-# What a mission has on its floors instead.
+# The fields that a mission's floors have in place of the scenario.
 ON_FLOORS = ("world", "filters", "waypoints")
 # More would be no building, and no mission.
 MAX_FLOORS, MAX_LEGS = 100, 1000
@@ -84,7 +84,7 @@ class Suite(FrozenModel):
 
 
 class Variation(FrozenModel):
-    """What differs between the trials of a scenario; the same for every controller."""
+    """The random differences between the trials of a scenario; the same for every controller."""
 
     start_xy_std_m: Length = Field(0.0, ge=0.0, description="Spread of the start position [m].")
     start_yaw_std_rad: Angle = Field(0.0, ge=0.0, description="Spread of the start heading [rad].")
@@ -173,7 +173,7 @@ class Scenario(QuietModel):
                 f"goal: has no meaning beside a mission, which ends at {list(end)}, got "
                 f"{list(self.goal)}"
             )
-        # What asks for the end of a task finds it here, on its floor's map.
+        # The end of the task, on its floor's map.
         self.__dict__["goal"] = end
         return self
 
@@ -196,7 +196,7 @@ class Scenario(QuietModel):
 
     @property
     def goals(self) -> tuple[Pose, ...]:
-        """Where to go, in the world: the waypoints and then the goal, or a mission's legs."""
+        """The goals in the world: waypoints and then the goal, or the goals of a mission's legs."""
         if self.floors:
             return tuple(leg.goal for leg in mission_legs(self))
         return (*self.waypoints, self.goal)
@@ -213,7 +213,7 @@ class Scenario(QuietModel):
 
     @cached_property
     def placed_floors(self) -> tuple[PlacedFloor, ...]:
-        """The floors of a mission as they lie in the world."""
+        """The floors of a mission at their places in the world."""
         return placed_floors(self)
 
     @property
@@ -275,7 +275,7 @@ class Scenario(QuietModel):
 
     @property
     def _bounds(self) -> tuple[float, float, float, float]:
-        """min_x, min_y, max_x, max_y of all that matters, m."""
+        """min_x, min_y, max_x, max_y m of poses, map and obstacles."""
         points = [pose[:2] for pose in (self.start, *self.goals)]
         if self.map is not None:
             points += [self.map.bounds[:2], self.map.bounds[2:]]
@@ -313,7 +313,7 @@ class Scenario(QuietModel):
         return load_robot(robot, self.robot_overrides, overrides_source=source)
 
     def conditions(self, robot: Robot) -> Conditions:
-        """Returns what holds for a robot at which time; raises InputError for a wrong fault."""
+        """Returns the conditions of a robot at each time; raises InputError for a wrong fault."""
         conditions = conditions_of(robot, self.faults, f"scenario {self.name}: faults")
         return replace(conditions, relocalizes=any(lift.errs for lift in self.lifts))
 
@@ -352,7 +352,7 @@ def scenario_on_map(
     scenario = validate(Scenario, data, f"--map {map_file}")
     scenario = scenario.model_copy(update={"directory": str(map_file.absolute().parent)})
     if grid is not None:
-        # What the cached property would read once more.
+        # The value that the cached property would read again.
         scenario.__dict__["map"] = grid
     _ = scenario.map
     return scenario

@@ -1,4 +1,4 @@
-"""Where the plan of a scenario comes from: the global planner, or the file itself."""
+"""The source of a scenario's plan: the global planner, or the file itself."""
 
 from __future__ import annotations
 

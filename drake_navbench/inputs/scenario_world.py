@@ -1,4 +1,4 @@
-"""What a scenario file says of its world, and of the floors of a building."""
+"""The description of a world in a scenario file, and of the floors of a building."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from drake_navbench.typed_files.typed_yaml import FrozenModel
 
 
 class WorldDescription(FrozenModel):
-    """What is in the world: the occupied cells of a map, shapes, and what moves."""
+    """The contents of a world: the occupied cells of a map, shapes, and moving bodies."""
 
     map: str | None = Field(
         None, description="Map file of Nav2's map_server, relative to the scenario's folder."
@@ -37,7 +37,7 @@ class WorldDescription(FrozenModel):
 
     @model_serializer(mode="wrap")
     def _as_plain(self, plain: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        """Leaves out what moves where nothing does."""
+        """Leaves out moving obstacles and people where there are none."""
         values: dict[str, Any] = plain(self)
         if not self.moving_obstacles:
             values.pop("moving_obstacles", None)
@@ -47,7 +47,7 @@ class WorldDescription(FrozenModel):
 
 
 def require_one_of_each(filters: list[FilterDescription]) -> list[FilterDescription]:
-    """Returns filters of which none is there twice that may be there once."""
+    """Returns the filters; raises ValueError for two speed_filters or two binary_filters."""
     names = [entry.filter_name for entry in filters]
     for name in ("speed_filter", "binary_filter"):
         if names.count(name) > 1:

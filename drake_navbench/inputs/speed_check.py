@@ -7,12 +7,12 @@ from collections.abc import Iterable
 from drake_navbench.inputs.presets import Preset
 from drake_navbench.inputs.robot import Robot
 
-# What is more by less than this share is rounding.
+# A smaller excess is rounding, as a share.
 TOLERANCE = 0.01
 
 
 def asks_for_more(preset: Preset, robot: Robot) -> str:
-    """Returns the speeds of a column that the base cannot drive, '' where there are none."""
+    """Returns a text with the column's speeds that the base cannot drive, '' for none."""
     asked, drive = preset.for_robot(robot).parameters.asked_speeds(), robot.drive
     has = {
         "m/s ahead": (asked.max_linear_mps, drive.max_linear_velocity_mps),

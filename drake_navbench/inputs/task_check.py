@@ -25,7 +25,7 @@ def check_task(scenario: Scenario, robot: Robot) -> None:
     """Raises InputError where the robot cannot stand at the start, or cannot get to the goal.
 
     On a map the start must not overlap an occupied cell, and the goal must be on the map and known.
-    The start is looked at without its variation: a trial that begins in contact ends as collided.
+    The start is checked without its variation: a trial that begins in contact ends as collided.
     """
     if scenario.floors:
         check_floors(scenario)
@@ -61,7 +61,7 @@ def _check_place(name: str, place: Place, robot: Robot) -> None:
 
 
 def _check_conditions(scenario: Scenario, robot: Robot) -> None:
-    """Raises InputError where a fault is wrong, or something comes later than the trial ends."""
+    """Raises InputError where a fault is wrong, or a delay or fault is later than the end."""
     conditions = scenario.conditions(robot)
     for part in PARTS:
         for settings in getattr(conditions, part).settings:
@@ -81,7 +81,7 @@ def _check_conditions(scenario: Scenario, robot: Robot) -> None:
 
 
 def _check_map_for_amcl(scenario: Scenario, robot: Robot) -> None:
-    """Raises InputError where AMCL is to find the robot on a map that shows nothing."""
+    """Raises InputError where AMCL has a map without any obstacle."""
     if robot.localization.amcl is None or scenario.known_world.obstacles:
         return
     if scenario.map is None or not (scenario.map.occupancy == OCCUPIED).any():
@@ -92,7 +92,7 @@ def _check_map_for_amcl(scenario: Scenario, robot: Robot) -> None:
 
 
 def _check_actuators(scenario: Scenario, robot: Robot, conditions: Conditions) -> None:
-    """Raises InputError where the robot has not what its actuators' settings are about."""
+    """Raises InputError where an actuator setting needs a drive that the robot does not have."""
     place = f"scenario {scenario.name}: actuators"
     if robot.localization.wheel_odometry and not isinstance(robot.drive, DifferentialDrive):
         raise InputError(
@@ -116,7 +116,7 @@ def _check_actuators(scenario: Scenario, robot: Robot, conditions: Conditions) -
 
 
 def _check_moving(scenario: Scenario, body: shapely.Polygon | None) -> None:
-    """Raises InputError where a way leads through what stands, or begins on the robot."""
+    """Raises InputError where a moving obstacle meets a standing one, or begins on the robot."""
     world = scenario.true_world
     for index, thing in enumerate(world.moving.things):
         place = f"scenario {scenario.name}: world.moving_obstacles[{index}]"
@@ -135,7 +135,7 @@ def _check_moving(scenario: Scenario, body: shapely.Polygon | None) -> None:
 
 
 def _check_people(scenario: Scenario, body: shapely.Polygon | None) -> None:
-    """Raises InputError where somebody stands in an obstacle or on the robot, or means to."""
+    """Raises InputError where a person starts, or has a goal, in an obstacle or on the robot."""
     world = scenario.true_world
     for index, person in enumerate(world.people.persons):
         place = f"scenario {scenario.name}: world.people.persons[{index}]"
@@ -158,9 +158,9 @@ def _check_people(scenario: Scenario, body: shapely.Polygon | None) -> None:
 
 
 def _check_recorded_people(scenario: Scenario, body: shapely.Polygon) -> None:
-    """Raises InputError where somebody of a recording stands on the robot, or walks through walls.
+    """Raises InputError where a recorded person starts on the robot, or walks through walls.
 
-    Somebody's body may brush an obstacle, as tracks are not that exact.
+    A body may brush an obstacle, as tracks are not that exact.
     """
     world = scenario.true_world
     people = world.people
@@ -206,7 +206,7 @@ def warn_of_rotation(preset: Preset, robot: Robot) -> None:
 
 
 def _why_no_goal(scenario: Scenario, robot: Robot, position: np.ndarray) -> str:
-    """Returns where a goal (2,) m lies that cannot be one, such as 'off the map', or ''."""
+    """Returns the reason why a goal (2,) m cannot be one, such as 'off the map', or ''."""
     if scenario.true_world.intersects(shapely.Point(position)):
         return "inside an obstacle"
     if scenario.map is not None:

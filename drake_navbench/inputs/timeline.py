@@ -27,7 +27,7 @@ class Timeline(Immutable, Generic[Settings]):
         return cls((0.0,), (settings,))
 
     def at(self, time_s: float) -> Settings:
-        """Returns what holds at a time."""
+        """Returns the settings at a time."""
         if len(self.settings) == 1:
             return self.settings[0]
         return self.settings[max(bisect_right(self.starts_s, time_s + SLACK_S) - 1, 0)]
@@ -40,9 +40,10 @@ class Timeline(Immutable, Generic[Settings]):
 def timeline(
     usual: Settings, changes: Iterable[tuple[float, float, Callable[[Settings], Settings]]]
 ) -> Timeline[Settings]:
-    """Returns the timeline of usual settings with changes (from s, until s, what it makes of them).
+    """Returns the timeline of usual settings with changes (from s, until s, function).
 
-    Where several hold at once, the later one in the list has the last word.
+    A function maps settings to changed ones. Where several hold at once, the later one in the list
+    is applied last.
     """
     listed = list(changes)
     starts = sorted({0.0, *(time for begin, end, _ in listed for time in (begin, end))})

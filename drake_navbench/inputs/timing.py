@@ -1,4 +1,4 @@
-"""The timing of a robot file: what comes late, what gets lost, how long a control cycle takes."""
+"""The timing of a robot file: late and lost messages, and the duration of control cycles."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ MEASURED = ("measured", "scaled")
 
 
 class TimingSettings(FrozenModel):
-    """Latencies of messages, and what a control cycle's compute time does to the commands."""
+    """The latencies of messages, and the effect of a control cycle's compute time on commands."""
 
-    # What no fault may change during a trial.
+    # The fields that no fault may change during a trial.
     constant: ClassVar = frozenset[str]()
 
     scan_latency_s: Duration = Field(0.0, ge=0.0, description="Of every scan [s].")

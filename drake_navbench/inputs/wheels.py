@@ -1,4 +1,4 @@
-"""What a base with wheels is made of: motors, casters and the floor that they roll on."""
+"""The parts of a base with wheels: motors, casters and the floor that they roll on."""
 
 from __future__ import annotations
 

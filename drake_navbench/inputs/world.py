@@ -1,4 +1,4 @@
-"""What stands in the world: typed shapes, seen as segments by the lidar and as cells by a map."""
+"""The obstacles of a world: typed shapes, which a lidar sees as segments and a map as cells."""
 
 from __future__ import annotations
 
@@ -148,7 +148,7 @@ Obstacle = Annotated[Box | Wall | Polygon | Cylinder, Field(discriminator="type"
 
 @dataclass(frozen=True)
 class World:
-    """What is in a scenario: obstacles, the walls of its map as many small boxes, what moves."""
+    """The world of a scenario: obstacles, the map's walls as small boxes, and moving bodies."""
 
     obstacles: tuple[Box | Wall | Polygon | Cylinder, ...]
     walls: tuple[Box, ...] = ()
@@ -157,12 +157,12 @@ class World:
 
     @property
     def moving_count(self) -> int:
-        """How many bodies move: things, then people."""
+        """Number of moving bodies: moving obstacles, then people."""
         return len(self.moving) + len(self.people)
 
     @property
     def shapes(self) -> tuple[Box | Wall | Polygon | Cylinder, ...]:
-        """Obstacles and walls: what stands."""
+        """The standing shapes: obstacles and walls."""
         return (*self.obstacles, *self.walls)
 
     @cached_property
@@ -196,7 +196,7 @@ class World:
 
     @cached_property
     def free_rings(self) -> list[Array]:
-        """The borders (K, 2) of the free floor, m, with what is solid to the left of each."""
+        """The borders (K, 2) of the free floor, m, with the solid side to the left of each."""
         covered = shapely.unary_union([_few_corners(one) for one in self.shapes])
         rings = []
         for part in shapely.get_parts(covered):
@@ -206,7 +206,7 @@ class World:
 
     @property
     def opaque(self) -> World:
-        """What of it is not of glass."""
+        """The world without its glass, and without people."""
         return World(
             tuple(one for one in self.obstacles if one.material == "solid"),
             self.walls,
@@ -214,7 +214,7 @@ class World:
         )
 
     def visible_from(self, height_m: float) -> World:
-        """Returns what of it a lidar sees that scans at a height over the floor."""
+        """Returns the obstacles and walls that a lidar sees at a height over the floor, m."""
         return World(
             tuple(
                 one

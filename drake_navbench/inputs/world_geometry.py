@@ -50,7 +50,7 @@ def moving_shape(thing: MovingCylinder | MovingBox) -> tuple[RigidTransform, Sha
 
 
 def body_of(radius_m: float) -> tuple[RigidTransform, Shape]:
-    """Returns the shape that stands for somebody's body, with its pose in the person's frame."""
+    """Returns the shape of a person's body, and its pose in the person's frame."""
     pose = RigidTransform([0.0, 0.0, 0.5 * PERSON_HEIGHT_M])
     return pose, Cylinder(radius_m, PERSON_HEIGHT_M)
 

@@ -218,7 +218,7 @@ def _cells_to(directions, columns, start, end):
 def _improved(flat_costs, columns, cell, cell_g, table, g):
     """Returns the neighbours that a cell's cost improves on, bit k that in direction k.
 
-    All eight are looked at without a branch; most are not improved on. Corners are not cut here.
+    All eight are compared without a branch; most are not improved on. Corners are not cut here.
     """
     below, above = cell - columns, cell + columns
     mask = np.int64(cell_g + table[0, flat_costs[cell - ONE]] < g[cell - ONE])
@@ -401,7 +401,7 @@ def search(
 
 
 def _stop_at(max_iterations: int, interval: int, expansion_budget: int) -> tuple[int, int]:
-    """Returns at how many expansions `search` gives up, and its status then."""
+    """Returns the number of expansions at which `search` gives up, and its status then."""
     spent_at = -(-expansion_budget // interval) * interval
     if 0 < max_iterations <= spent_at:
         return max_iterations, ITERATION_LIMIT

@@ -1,4 +1,4 @@
-"""Bounds of an interior-point method: what their logarithmic barrier adds, and how far a step goes.
+"""The logarithmic barrier of an interior-point method: its terms, and the longest step allowed.
 
 Primal-dual, with a barrier parameter that stays (Wächter, Biegler 2006). Quantities lie strictly
 between bounds (N,) that may be infinite; `low` and `high` are the bounds' multipliers.
@@ -43,7 +43,7 @@ def share_to_bounds(quantities, steps, lower, upper):
 
 @njit(cache=True, error_model="numpy")
 def next_multiplier(multiplier, room, step, moved, barrier, spread):
-    """Returns a bound's multiplier after a step of the room before it, of which `moved` is made.
+    """Returns a bound's multiplier after its room has changed by `moved` times `step`.
 
     It stays within a factor `spread` of the barrier's own, as by IPOPT's kappa_sigma.
     """

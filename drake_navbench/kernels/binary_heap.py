@@ -36,7 +36,7 @@ def heap_make(keys, values, size):
 
 @njit(cache=True)
 def _sink(keys, values, top, size, key, value):
-    """Puts an entry in place of the one at `top` of a heap, below which all is in order."""
+    """Replaces the entry at `top` of a heap that is in order below it, and sinks the new one."""
     hole = child = top
     while child < (size - 1) // 2:
         child = 2 * (child + 1)

@@ -50,7 +50,7 @@ def shortest_curve(start, end, radius, reverses, kinds, lengths):
 
 @njit(cache=True)
 def curve_knots(yaw, kinds, lengths):
-    """Returns (PIECES, 5) where each piece begins: x, y in radii from the start, yaw, sin, cos."""
+    """Returns (PIECES, 5) the starts of pieces: x, y in radii from the curve's, yaw, sin, cos."""
     knots = np.empty((PIECES, 5))
     x, y = 0.0, 0.0
     for i in range(PIECES):
@@ -105,7 +105,7 @@ def pose_on_curve(start, end, radius, kinds, lengths, knots, share, pose):
 
 @njit(cache=True)
 def direction_changes(lengths):
-    """Returns how often a curve changes between forward and backward."""
+    """Returns the number of changes between forward and backward along a curve."""
     changes, last = 0, 0
     for i in range(PIECES):
         if lengths[i] != 0.0:

@@ -2,11 +2,11 @@
 
 The casters' wheels roll where they point, so that each turns by the motion of the base alone:
   d(angle)/dt = (uy cos(angle) - ux sin(angle)) / trail - w
-with (ux, uy) = (v - w y, w x) the velocity of a swivel at (x, y). What the friction of a swivel and
-the resistance of a wheel that rolls take from the base follows from their power, torque times rate:
+with (ux, uy) = (v - w y, w x) the velocity of a swivel at (x, y). The friction of a swivel and the
+    resistance of a rolling wheel act on the base according to their power, torque times rate:
 the generalized force on v is the torque times the derivative of the rate by v, that on w likewise.
 The body obeys m dv/dt = F + m c w^2 and I dw/dt = M - m c v w, its centre of mass c ahead of the
-axle, I about the origin. Friction is Coulomb's, linear below a rate that nobody sees.
+axle, I about the origin. Friction is Coulomb's, linear below a very small rate.
 Source of the kinematics: R. Siegwart and I. R. Nourbakhsh, Introduction to Autonomous Mobile
 Robots, 2004, 3.2.3 (castor wheel).
 """
@@ -18,8 +18,8 @@ import math
 import numpy as np
 from numba import njit
 
-# State: x m, y m, yaw rad, v m/s, w rad/s, what the motors are told now of both, by what angle the
-# right and the left wheel have fallen behind that rad, then the casters' angles rad.
+# State: x m, y m, yaw rad, v m/s, w rad/s, the motors' set v and w, the angles by which the right
+# and the left wheel lag behind their set angles rad, then the casters' angles rad.
 TOLD_V, TOLD_W, BEHIND, FIRST_ANGLE = 5, 6, 7, 9
 
 # Below these friction is proportional to the rate: rad/s of a swivel, rad/s of a driven wheel, m/s
@@ -46,14 +46,14 @@ def dry(rate, slack):
 
 @njit(cache=True)
 def followed(wanted, value, time_constant, max_rate, step):
-    """Returns a value one step nearer to what is wanted: first order, its rate limited."""
+    """Returns a value one step nearer to `wanted`: of first order, its rate limited."""
     rate = min(max((wanted - value) / time_constant, -max_rate), max_rate)
     return value + step * rate
 
 
 @njit(cache=True)
 def _rates(state, body, motors, casters, frictions, rates):
-    """Writes the time derivative of all but what the motors are told."""
+    """Writes the time derivatives of the state, except for the motors' set speeds."""
     yaw, v, w = state[2], state[3], state[4]
     mass, center, inertia = body[0], body[1], body[2]
     radius, half, nominal_radius = motors[0], motors[1], motors[6]
@@ -97,12 +97,11 @@ def advanced(state, command, limits, body, motors, casters, frictions, duration,
     """Returns the state after `duration` s under a held command (v m/s, w rad/s).
 
     state: (9 + C,), see FIRST_ANGLE. limits: min v, max v, max w, time constant s, max dv/dt, max
-    dw/dt of what the motors are told; inf for none. body: mass kg with that of the turning wheels,
+    dw/dt of the motors' set speeds; inf for none. body: mass kg with that of the turning wheels,
     centre of mass ahead of the axle m, moment of inertia about the base origin. motors: wheel
     radius m, half the wheels' separation m, torque by speed N m s and by angle N m, largest torque
     N m, dry friction N m, radius m that the motors reckon with. casters: (C, 3) x m, y m, trail m.
-    frictions: of a swivel N m, of a caster that rolls N.
-    count: steps (midpoint rule).
+    frictions: of a swivel N m, of a caster that rolls N. count: steps (midpoint rule).
     """
     state = state.copy()
     step = duration / count

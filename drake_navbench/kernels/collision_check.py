@@ -16,7 +16,7 @@ LOG_INSCRIBED = float(np.log(np.float32(INSCRIBED)))
 
 @njit(cache=True)
 def distance_from_cost(cost, inscribed_radius, cost_scaling_factor):
-    """Returns how far an obstacle is from the robot's centre by the inflated cost there, m.
+    """Returns the distance from the robot's centre to an obstacle, by the inflated cost there, m.
 
     cost: 1..254. inscribed_radius: of the padded footprint, m. cost_scaling_factor: decay of the
     inflation layer, 1/m, above 0. Inverts the decay as Nav2's controllers do (RPP's

@@ -210,7 +210,7 @@ def _cost_residual(grid, check_points, knot, steps, sign, is_reversing, weight_s
 
 @njit(cache=True)
 def _fill_residuals(knots, problem, residuals, jacobian):
-    """Writes what `residuals_and_jacobian` returns into zeroed arrays."""
+    """Writes the results of `residuals_and_jacobian` into zeroed arrays."""
     smooth_sqrt, dist_sqrt = problem.smooth_sqrt, problem.dist_sqrt
     input_knots = problem.input_knots
     for k in range(residuals.shape[0]):

@@ -1,4 +1,4 @@
-"""What the curves of a car are made of: arcs of radius 1 and straight lines, up to five in a row.
+"""The pieces of a car's curves: arcs of radius 1 and straight lines, up to five in a row.
 
 Arrays `kinds` (5,) hold LEFT, STRAIGHT, RIGHT or NONE, `lengths` (5,) rad of an arc or radii of a
 line, negative where it is driven backwards.

@@ -1,4 +1,4 @@
-"""What a depth camera or a lidar of many layers meets, in a world of upright shapes on a floor."""
+"""The distances that a depth camera or a multi-layer lidar measures to upright shapes."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ class Solids(NamedTuple):
     """Upright shapes with flat tops, all in one frame.
 
     segments: (N, 4) edges x0, y0, x1, y1 m, those of a shape in one run, counter-clockwise.
-    starts: (S + 1,) int where the run of each shape begins; the last is N. heights: (S,) m.
-    circles: (M, 3) x, y, radius m. circle_heights: (M,) m.
+    starts: (S + 1,) int first row of each shape; the last is N. heights: (S,) m. circles: (M, 3) x,
+    y, radius m. circle_heights: (M,) m.
     """
 
     segments: Array
@@ -39,7 +39,7 @@ class Solids(NamedTuple):
     def within(self, bounds: tuple[float, float, float, float]) -> Solids:
         """Returns those of the shapes that are in a rectangle min_x, min_y, max_x, max_y m.
 
-        A shape is where the first corner of its outline is, a circle where its centre is.
+        The place of a shape is the first corner of its outline, that of a circle its centre.
         """
         chosen = are_within(self.segments[self.starts[:-1], :2], bounds)
         lengths = np.diff(self.starts)
@@ -62,12 +62,12 @@ def are_within(points: Array, bounds: tuple[float, float, float, float]) -> NDAr
 def cast_cone(
     origin: Array, headings: Array, slopes: Array, solids: Solids, *, sees_floor: bool = False
 ) -> Array:
-    """Returns how far along the floor each ray goes before it meets something, (A, E) m.
+    """Returns the horizontal distance at which each ray meets something, (A, E) m.
 
-    origin: (3,) m, where all rays start. headings: (A,) rad. slopes: (A, E), how much the E rays of
-    a heading rise, m a metre. inf where nothing is met; the floor at height 0 only counts where
-    `sees_floor`. Rays meet the sides of a shape and, from above, its top. A shape around the origin
-    is not seen from within.
+    origin: (3,) m, the start of all rays. headings: (A,) rad. slopes: (A, E), the rise of the E
+    rays of a heading, m a metre. The distance is inf where a ray meets nothing; the floor at height
+    0 only counts where `sees_floor`. Rays meet the sides of a shape and, from above, its top. A
+    shape around the origin is not seen from within.
     """
     distances = np.full(slopes.shape, np.inf)
     cosines, sines = np.cos(headings), np.sin(headings)
@@ -98,7 +98,7 @@ def _meet_side(distances, slopes, a, z, height, distance):
 
 @njit(cache=True)
 def _top(slope, z, height):
-    """Returns where a ray comes down to a height, m along the floor."""
+    """Returns the horizontal distance at which a ray comes down to a height, m."""
     return (height - z) / slope if slope < 0.0 else math.inf
 
 

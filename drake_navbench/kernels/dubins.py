@@ -22,7 +22,7 @@ LONGER = 1e-9
 
 @njit(cache=True)
 def positive_turn(angle):
-    """Returns an angle in [0, 2 pi), what is nearly a full turn as none."""
+    """Returns an angle in [0, 2 pi); nearly a full turn becomes 0."""
     if DUBINS_ZERO < angle < 0.0:
         return 0.0
     turn = angle - TWO_PI * math.floor(angle / TWO_PI)
@@ -55,10 +55,10 @@ def write_dubins(d, alpha, beta, kinds, lengths):
 
 @njit(cache=True)
 def _dubins_with_line(d, alpha, beta, trig, first, last, least):
-    """Returns whether there is an arc, a line and an arc, and their lengths.
+    """Returns whether a curve of arc, line and arc exists, and the three lengths.
 
-    trig: cosine and sine of alpha, then of beta. Where the middle alone is longer than `least` it
-    does not go on, here and below.
+    trig: cosine and sine of alpha, then of beta. A curve whose middle piece alone is longer than
+    `least` is given up, here and below.
     """
     ca, sa, cb, sb = trig
     cross = ca * cb + sa * sb
@@ -89,7 +89,7 @@ def _dubins_with_line(d, alpha, beta, trig, first, last, least):
 
 @njit(cache=True)
 def _dubins_of_arcs(d, alpha, beta, trig, outer, least):
-    """Returns whether there are three arcs, and their lengths."""
+    """Returns whether a curve of three arcs exists, and the three lengths."""
     ca, sa, cb, sb = trig
     cross = ca * cb + sa * sb
     if outer == RIGHT:

@@ -20,14 +20,14 @@ INSCRIBED = 253
 LETHAL = 254
 NO_INFORMATION = 255
 
-# What `cost_at` says of a point off the map, where nothing else is asked for.
+# The default result of `cost_at` for a point off the map.
 OFF_MAP = -1
 
 
 class Grid(NamedTuple):
-    """Cells and where they lie, in the form that kernels take.
+    """A grid of cells with its place and resolution, in the form that kernels take.
 
-    costs: (rows, columns) what the cells hold. origin_x, origin_y: lower left corner of cell
+    costs: (rows, columns) the cells' values. origin_x, origin_y: lower left corner of cell
     (0, 0), m. resolution: edge of a cell, m.
     """
 
@@ -46,7 +46,7 @@ class Costmap:
     resolution: edge of a cell, m.
     tracks_unknown: whether NO_INFORMATION means "not seen" (else it does not occur).
     stamp_s: time of the update that made it, s.
-    is_current: whether all of its layers have what they wait for.
+    is_current: whether all of its layers have got their data.
     """
 
     costs: NDArray[np.uint8]
@@ -76,7 +76,7 @@ class Costmap:
     def lethal_centres(self) -> NDArray[np.float64]:
         """(N, 2) centres of the lethal cells, m, row by row; read-only.
 
-        They are looked for when they are first asked for: nobody asks a global costmap.
+        They are computed at the first read; those of a global costmap are never read.
         """
         if self._lethal_centres is None:
             object.__setattr__(self, "_lethal_centres", _lethal_centres(self.grid))

@@ -1,12 +1,12 @@
-"""The velocity nearest to a wished one that keeps to half-planes and a top speed.
+"""The velocity nearest to a preferred one within half-planes and a top speed.
 
 The linear programs of van den Berg, Guy, Lin, Manocha, "Reciprocal n-Body Collision Avoidance",
 2011, section 5: in two dimensions, by adding one half-plane after another (de Berg et al.,
-"Computational Geometry", chapter 4), and where all cannot be kept, in three, the third being by how
-much the soft ones are broken.
+"Computational Geometry", chapter 4), and where they do not intersect, in three; the third is the
+violation of the soft ones.
 
-A half-plane is a row: x, y of a point on its edge, m/s, and the unit vector along the edge that has
-what is allowed to its left.
+A half-plane is a row: x, y of a point on its edge, m/s, and the unit vector along the edge; allowed
+velocities are to its left.
 """
 
 from __future__ import annotations
@@ -42,13 +42,13 @@ def allowed_velocity(planes, count, hard_count, top_speed, wished_x, wished_y):
 
 @njit(cache=True)
 def _excess(planes, index, x, y):
-    """Returns how far a velocity is outside a half-plane; negative inside, m/s."""
+    """Returns the distance of a velocity (x, y) to a half-plane, m/s; negative inside."""
     return cross(planes[index, 2], planes[index, 3], planes[index, 0] - x, planes[index, 1] - y)
 
 
 @njit(cache=True)
 def _nearest(planes, count, top_speed, wished_x, wished_y, is_direction):
-    """Returns (kept, x, y): the best velocity, and how many half-planes it was found to keep.
+    """Returns (kept, x, y): the best velocity, within the first `kept` half-planes.
 
     is_direction: the wished one is a unit vector along which to go as far as possible.
     """

@@ -55,8 +55,8 @@ INITIAL_QUEUE = 1 << 14
 class SearchRules(NamedTuple):
     """Parameters of Nav2 by their names, float32; the tolerance in cells.
 
-    travel_distance_reward: 1 - retrospective_penalty. expansion_budget: the time limit, looked at
-    every terminal_checking_interval expansions. coarse_search_resolution: every how many goals are
+    travel_distance_reward: 1 - retrospective_penalty. expansion_budget: the time limit, checked
+    every terminal_checking_interval expansions. coarse_search_resolution: every so many-th goal is
     tried before the others.
     """
 
@@ -74,7 +74,7 @@ class SearchRules(NamedTuple):
     coarse_search_resolution: int
 
 
-# What a state was when it was queued.
+# A state as it was when it was queued.
 ENTRY = np.dtype(
     [
         ("state", np.int32),
@@ -158,7 +158,7 @@ def _look_ahead(reached, ways, motions, goals, state, columns):
 
 @njit(cache=True)
 def _step_cost(motions, rules, before, child):
-    """Returns what the motion to a state costs, after the motion `before`."""
+    """Returns the cost of the motion to a state, after the motion `before`."""
     share = F32(child.cost / MAX_COST)
     motion = child.motion
     direction = motions.directions[motion]
@@ -245,7 +245,7 @@ def _path(graph, motions, state):
 
 @njit(cache=True)
 def _best_curve(graph, body, motions, expansion, state, goals, coarse):
-    """Returns the cheapest curve to any goal, where it begins and which goal it leads to."""
+    """Returns the cheapest curve to any goal, its first state and the number of its goal."""
     best, best_score, best_start, best_goal = no_curve(), WORST, NO_STATE, NO_STATE
     has_any = False
     for is_fine in (False, True):
@@ -285,7 +285,7 @@ def _possible_goals(graph, body, rules, goal, goal_bins, bins):
 
 @njit(cache=True)
 def _most_new_states(motions, expansion, goal_count):
-    """Returns how many states one expansion adds at most: neighbours, and curves to all goals."""
+    """Returns the most states that one expansion adds: neighbours, and curves to all goals."""
     tries = EARLIER_TRIES + 2 + math.ceil((WIDEST - 1.0) * motions.radius / WIDENING)
     return (tries * goal_count + 1) * longest_curve(expansion) + motions.turn_bins.size
 

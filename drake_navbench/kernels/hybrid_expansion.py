@@ -71,7 +71,7 @@ def no_curve():
 
 @njit(cache=True)
 def longest_curve(rules):
-    """Returns how many states a curve may have at most."""
+    """Returns the largest possible number of a curve's states."""
     return math.floor(rules.max_length / SQRT_2) + 1
 
 
@@ -148,7 +148,7 @@ def _is_cheap(graph, motions, rules, states, length):
 
 @njit(cache=True)
 def _score(graph, rules, curve):
-    """Returns what a curve costs, by the rule of the search; WORST for less than two states."""
+    """Returns the cost of a curve by the rule of the search; WORST for less than two states."""
     if curve.states.size < 2:
         return WORST
     dx = float(F32(curve.poses[1, 0] - curve.poses[0, 0]))

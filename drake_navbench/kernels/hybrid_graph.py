@@ -24,11 +24,12 @@ INITIAL_CAPACITY = 4096
 
 
 class Body(NamedTuple):
-    """How a robot's collisions are told.
+    """The robot's body, as collisions are checked.
 
     grid: of uint8 costs. outlines: (B, K, 2) m, the footprint by heading bin; K = 0: the centre's
-    inflated cost tells. possible_cost: of a centre from which the outline may touch something; less
-    is free, 0 or less tells nothing. allow_unknown: whether unknown cells are free.
+    inflated cost decides. possible_cost: the least cost of a centre at which the outline may touch
+    something, a centre of less being free; 0 or less: no centre is free by its cost alone.
+    allow_unknown: whether unknown cells are free.
     """
 
     grid: Grid
@@ -59,11 +60,11 @@ STATE = np.dtype(
 class Graph(NamedTuple):
     """The states met so far, in the order in which they were met; the array has room for more.
 
-    slots: (columns * rows * bins,) int32 number of a state, from 1 on; 0: not met. counts: (1,) how
-    many were. states: x, y, heading: the pose; cost: of the cell under the centre, NaN before it is
-    looked at; is_free; way: cost from the start; ahead: what the heuristic tells, NaN before it was
-    asked; parent: state, NO_STATE for none; motion: by which it was come to, NO_MOTION for none;
-    is_visited; place: in `slots`, NO_INDEX for one that has none.
+    slots: (columns * rows * bins,) int32 number of a state, from 1 on; 0: not met. counts: (1,)
+    number of states. states: x, y, heading: the pose; cost: of the cell under the centre, NaN
+    before it is read; is_free; way: cost from the start; ahead: the heuristic's cost to the goal,
+    NaN before it is computed; parent: state, NO_STATE for none; motion: the one from the parent,
+    NO_MOTION for none; is_visited; place: index in `slots`, NO_INDEX for none.
     """
 
     slots: NDArray[np.int32]
@@ -105,7 +106,7 @@ def new_state(graph, index):
 
 @njit(cache=True)
 def index_of(x, y, heading, columns, bins):
-    """Returns where a pose belongs in `slots`; -1 where a coordinate is -1 or less.
+    """Returns the index of a pose in `slots`; -1 where a coordinate is -1 or less.
 
     A column beyond the last one belongs to the next row, as in Nav2; the check of the pose refuses
     it.
@@ -141,7 +142,7 @@ def parent_of(graph, number):
 
 @njit(cache=True)
 def is_free(graph, body, number):
-    """Tells whether a state is free; only its first pose is ever looked at."""
+    """Tells whether a state is free; only its first pose is ever checked."""
     state = graph.states[number]
     if np.isnan(state.cost):
         state.cost, state.is_free = look_at(body, state.x, state.y, state.heading)

@@ -1,7 +1,7 @@
 """The two heuristics of Hybrid-A*: a point's way round obstacles, and a car's way without any.
 
-Both are worked out only as far as they are asked for. Distances are in cells, float32.
-Source: nav2_smac_planner (ObstacleHeuristic, DistanceHeuristic).
+Both are computed only as far as the search needs them. Distances are in cells, float32. Source:
+nav2_smac_planner (ObstacleHeuristic, DistanceHeuristic).
 """
 
 from __future__ import annotations
@@ -30,12 +30,12 @@ UNSEEN = np.uint8(255)
 
 
 class Reached(NamedTuple):
-    """How far the search back from the goal has come.
+    """The progress of the search back from the goal.
 
     costs: (rows, columns) float32, the least cost of each cell, or of its 2 x 2 where the grid was
     made coarser. values: (rows * columns,) float32, the way to the goal where it is positive; where
-    it is negative its size so far; 0 where the cell was not reached. keys, cells: a heap of open
-    cells, and size: (1,) how many it has. is_coarse: whether cells are 2 x 2.
+    it is negative its size is the least way found so far; 0 where the cell was not reached. keys,
+    cells: a heap of open cells, and size: (1,) their number. is_coarse: whether cells are 2 x 2.
     cost_penalty, is_quadratic: of the search.
     """
 
@@ -95,10 +95,10 @@ def _straight(cell, columns, to_column, to_row):
 
 @njit(cache=True)
 def way_round(reached, column, row):
-    """Returns the cost of the way of a point from a cell to the goal; 0 where there is none.
+    """Returns the cost of a point's way from a cell to the goal; 0 where there is no way.
 
-    Cells are opened in the order in which they lie towards this cell, until it is closed: with a
-    consistent heuristic a closed cell's value is final, whoever asked for it.
+    The search back from the goal goes on towards this cell until the cell is closed: with a
+    consistent heuristic a closed cell's value is final, for whichever cell it was computed.
     """
     columns = reached.costs.shape[1]
     if reached.is_coarse:
@@ -128,7 +128,7 @@ def way_round(reached, column, row):
 
 @njit(cache=True)
 def _open_neighbours(reached, cell, value, to_column, to_row, size):
-    """Opens what a closed cell makes cheaper to reach; returns the size of the heap."""
+    """Opens the neighbours that a closed cell makes cheaper; returns the size of the heap."""
     rows, columns = reached.costs.shape
     costs = reached.costs.ravel()
     steps = (1, -1, columns, -columns, columns + 1, columns - 1, -columns + 1, -columns - 1)

@@ -1,4 +1,4 @@
-"""The motions of Hybrid-A*: what a car does from one cell to the next, tabulated by its heading.
+"""The motions of Hybrid-A*: a car's moves from one cell to the next, tabulated by heading.
 
 Lengths are in cells, headings in bins. Every motion is a chord of one length, long enough to leave
 a cell, along an arc whose turn is a whole number of bins. Arithmetic is float32 where Nav2's is.

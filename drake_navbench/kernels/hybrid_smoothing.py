@@ -1,4 +1,4 @@
-"""How Nav2's planners of cars smooth a path: in parts of one direction, with feasible ends.
+"""The smoothing of paths by Nav2's planners of cars: in parts of one direction, with feasible ends.
 
 Source: nav2_smac_planner (Smoother, not holonomic).
 """

@@ -1,8 +1,8 @@
 """A layer's own grid: moved along with the robot, drawn on, merged into the master grid.
 
-Grids are (rows, columns), `[row = y, column = x]`, of costs, uint8, but where told otherwise; the
-origin is the lower left corner of cell (0, 0), m.
-Source: nav2_costmap_2d (Costmap2D, CostmapLayer) and nav2_util (raytraceLine).
+Grids are (rows, columns), `[row = y, column = x]`, of costs, uint8, unless stated otherwise; the
+origin is the lower left corner of cell (0, 0), m. Source: nav2_costmap_2d (Costmap2D, CostmapLayer)
+and nav2_util (raytraceLine).
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ WHOLE_LINE = np.iinfo(np.int64).max
 
 
 class MergeRule(IntEnum):
-    """How a layer's cost L is written into the master's cost M; L = NO_INFORMATION writes nothing.
+    """The rule that writes a layer's cost L into the master's M; NO_INFORMATION writes nothing.
 
     OVERWRITE: M becomes L. MAX: the larger, where M is unknown L. MAX_KEEP_UNKNOWN: the larger,
     where M is unknown M stays. TRUE_OVERWRITE: M becomes L, even NO_INFORMATION.
@@ -86,7 +86,7 @@ def moved_cells(
 
 
 def _shared(shift: int, count: int) -> tuple[slice, slice]:
-    """Returns which of `count` cells stay in a window moved by `shift`, and where they go."""
+    """Returns the slice of `count` cells that stay in a window moved by `shift`, and where to."""
     first, last = max(shift, 0), min(shift + count, count)
     return slice(first, last), slice(first - shift, last - shift)
 
@@ -162,7 +162,7 @@ def fill_outline(grid, outline, cost):
 
 @njit(cache=True)
 def draw_line(costs, column_0, row_0, column_1, row_1, step_limit, cost):
-    """Sets the cells of Nav2's line (see grid.line_max_cost), after at most so many steps."""
+    """Sets the cells of Nav2's line (see grid.line_max_cost), in at most `step_limit` steps."""
     delta_column, delta_row = abs(column_1 - column_0), abs(row_1 - row_0)
     step_column = 1 if column_1 >= column_0 else -1
     step_row = 1 if row_1 >= row_0 else -1

@@ -1,4 +1,4 @@
-"""How near an outline that moves in the plane comes to what stands and what moves.
+"""The least gap between an outline that moves in the plane and the standing and moving bodies.
 
 The motion between two states is the cubic of `swept_contact`. The gap at any instant is bounded by
 the gaps at two others, as no gap changes faster than the outline and the bodies can move. A span in
@@ -27,9 +27,9 @@ MOST_HALVINGS = 20
 class Surroundings(NamedTuple):
     """The obstacles around an outline; arrays as in `swept_contact` and `moving_bodies`.
 
-    edges (N, 4), circles (M, 3): what stands. body_edges (E, 5), body_discs (D, 4): the parts of
-    bodies on the tracks knots (K, 4), firsts (B + 1,), periods (B,). moving_speed: what no point of
-    a body is faster than, m/s.
+    edges (N, 4), circles (M, 3): standing obstacles. body_edges (E, 5), body_discs (D, 4): the
+    parts of bodies on the tracks knots (K, 4), firsts (B + 1,), periods (B,). moving_speed: an
+    upper bound of the speed of any point of a body, m/s.
     """
 
     edges: Array
@@ -47,7 +47,7 @@ def least_gap(footprint, times, states, is_step, around, least):
     """Returns the least gap, m, at or between states, or `least` where that is no larger.
 
     footprint: (K, 2) base frame, m. times: (T,) s, rising. states: (T, 6). is_step: (T - 1,)
-    whether the robot moved from one state to the next; what lies between others is left out.
+    whether the robot moved from one state to the next; between other states no gap is measured.
     around: Surroundings.
     """
     if times.shape[0] == 0:

@@ -1,4 +1,4 @@
-"""Bodies that move in the plane along given ways: where they are, and when a robot touches one.
+"""Bodies that move in the plane on given ways: their poses, and the time of a robot's contact.
 
 A track is rows (time s, x m, y m, yaw rad), rising in time, between which the pose is linear in
 time; before the first row and after the last one the body stands. A track with a period starts over
@@ -24,7 +24,7 @@ from drake_navbench.kernels.swept_contact import clearance_at, outline_speed_bou
 
 Array = NDArray[np.float64]
 
-# Where somebody is kept who is not in the world: farther than anything is looked at.
+# The coordinate of people who are not in the world: beyond all ranges.
 FAR_AWAY_M = 1e6
 
 
@@ -77,7 +77,7 @@ def first_later_row(knots, first, past, time):
 
 @njit(cache=True)
 def poses_on_tracks(knots, firsts, periods, time):
-    """Returns (B, 3) where every body is at a time, s."""
+    """Returns (B, 3) the poses of all bodies at a time, s."""
     poses = np.empty((periods.shape[0], 3))
     for body in range(periods.shape[0]):
         first, past = firsts[body], firsts[body + 1]
@@ -139,9 +139,9 @@ def share_until_contact_with_moving(
 ):
     """Returns the share, 0 to 1, of a step after which the outline first touches a moving body.
 
-    As `swept_contact.share_until_contact`, with both moving: what shrinks a gap is the speed of the
-    outline and that of the bodies, of which no point is faster than `moving_speed` m/s. start_time:
-    of the step, s.
+    As `swept_contact.share_until_contact`, with both moving: a gap closes at most by the sum of the
+    outline's speed bound and `moving_speed` m/s, an upper bound of the speed of the bodies' points.
+    start_time: of the step, s.
     """
     speed = outline_speed_bound(footprint, start, end, duration) + moving_speed
     share = 0.0

@@ -1,7 +1,7 @@
-"""When an outline would touch moving bodies, if all keep their velocities.
+"""The time until an outline touches a moving body, if all keep their velocities.
 
-By conservative advancement, as in `swept_contact`: as long as a gap is some distance wide, and no
-two points close it faster than some bound, nothing happens for the distance divided by the bound.
+By conservative advancement, as in `swept_contact`: no contact happens before the gap divided by an
+upper bound of the speed at which two points close it.
 """
 
 from __future__ import annotations
@@ -21,13 +21,13 @@ TOUCHING_M = 1e-3
 
 @njit(cache=True)
 def time_to_moving_contact(footprint, pose, twist, edges, discs, poses, rates, reaches, horizon):
-    """Returns after how long the outline first touches a body, s; inf if not within `horizon` s.
+    """Returns the time until the outline first touches a body, s; inf if not within `horizon` s.
 
     footprint: (K, 2) corners, base frame, m. pose: (3,) x m, y m, yaw rad and twist: (3,) v m/s, w
     rad/s, vy m/s of the robot, which keeps its twist. edges, discs: of the bodies, see
     `moving_bodies`. poses, rates: (B, 3) x m, y m, yaw rad of each body, and their time
-    derivatives, which it keeps. reaches: (B,) how far each body's outline reaches from its origin,
-    m. A gap of a millimetre counts as contact.
+    derivatives, which it keeps. reaches: (B,) largest distance of each body's outline from its
+    origin, m. A gap of a millimetre counts as contact.
     """
     radius = 0.0
     for k in range(footprint.shape[0]):

@@ -1,11 +1,11 @@
 """NavFn's navigation function: a potential that spreads from a seed, and the path down its slope.
 
-The potential of a cell is what it costs to come there from the seed. It spreads over the four
+The potential of a cell is the cost of the way to it from the seed. It spreads over the four
 neighbours as a planar wave, in float32. Cells wait in three buffers: those of this cycle, those of
 the next one, and those beyond the threshold of this cycle, which rises when the next one is empty.
-A buffer holds BUFFER_SIZE cells; what does not fit is dropped for good, so that a wide front on a
-large map loses cells, as in Nav2. The A* variant adds the straight distance to the target to the
-potential before it looks at the threshold and at the neighbours.
+A buffer holds BUFFER_SIZE cells; cells that do not fit are dropped for good, so that a wide front
+on a large map loses cells, as in Nav2. The A* variant adds the straight distance to the target to
+the potential before it looks at the threshold and at the neighbours.
 
 Cells are named by row * columns + column. The outermost cells of the map are blocked.
 Source: nav2_navfn_planner (NavFn), whose rounding is that of a compiler without fused operations.
@@ -172,7 +172,7 @@ def _slope(potential, columns, cell):
     """Returns the unit vector (x, y) down the potential at a cell, float32, or zeros without slope.
 
     The cell is beside one whose eight neighbours were reached; its own may not have been.
-    (NavFn::gradCell; what it remembers of earlier calls is what a new call gives)
+    (NavFn::gradCell, which caches slopes; a new call gives the same ones)
     """
     here = potential[cell]
     left, right = potential[cell - 1], potential[cell + 1]
@@ -228,8 +228,8 @@ def _is_beside_unreached(potential, columns, cell):
 def _lowest_neighbour(potential, columns, cell):
     """Returns the lowest of a cell and its eight neighbours, the first on ties.
 
-    What has been found lowest so far counts without its fraction, so that a neighbour that is less
-    than one below it may be passed over: then the path stays where it is.
+    The lowest potential so far counts without its fraction, so that a neighbour that is less than
+    one below it may be passed over: then the path stays where it is.
     """
     lowest, lowest_cell = int(potential[cell]), cell
     for row_start in (cell - columns, cell, cell + columns):

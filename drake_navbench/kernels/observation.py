@@ -1,4 +1,4 @@
-"""What an obstacle or voxel layer is told in a cycle."""
+"""The inputs of an obstacle or voxel layer in a cycle."""
 
 from __future__ import annotations
 
@@ -9,9 +9,10 @@ from numpy.typing import NDArray
 
 
 class Observation(NamedTuple):
-    """Points of one source, and what they are good for; ranges m.
+    """The points of one source, with its flags and ranges, m.
 
-    origin: (3,) of the sensor, m. points: (N, 3) m, C-contiguous; Nav2's are float32.
+    origin: (3,) of the sensor, m. points: (N, 3) m, C-contiguous; Nav2's are float32. marking,
+    clearing: whether they mark obstacles, and clear the cells before them.
     """
 
     origin: NDArray[np.float64]

@@ -40,8 +40,9 @@ def update_obstacle_layer(
     """Clears along all rays, marks all hits, then frees the robot, in place.
 
     outline: (K, 2) of the robot in the grid's frame, m; None frees nothing. Points outside of the
-    two heights [m] do not mark; all else is in the plane, so that a ray frees what it passes above.
-    Returns (4,) min_x, min_y, max_x, max_y m: the box that the cycle touched, as Nav2 grows it.
+    two heights [m] do not mark; everything else is in the plane, so that a ray frees cells that it
+    passes above. Returns (4,) min_x, min_y, max_x, max_y m: the box that the cycle touched, as Nav2
+    grows it.
     """
     bounds = np.array(NOTHING_TOUCHED)
     for seen in observations:
@@ -62,7 +63,7 @@ def update_obstacle_layer(
 
 
 def free_robot(grid: Grid, bounds: NDArray[np.float64], outline: NDArray[np.float64]) -> None:
-    """Frees, in place, what lies under the robot's outline (K, 2) m; `bounds` grows around it."""
+    """Frees, in place, the cells under the robot's outline (K, 2) m; `bounds` grows around it."""
     bounds[:2] = np.minimum(bounds[:2], outline.min(axis=0))
     bounds[2:] = np.maximum(bounds[2:], outline.max(axis=0))
     fill_outline(grid, outline, FREE)

@@ -1,14 +1,14 @@
-"""People who walk by optimal reciprocal collision avoidance (ORCA).
+"""Walking by optimal reciprocal collision avoidance (ORCA).
 
-Van den Berg, Guy, Lin, Manocha, "Reciprocal n-Body Collision Avoidance", 2011: everybody takes the
-velocity nearest to the wished one in the half-planes that keep him from a collision with each other
-for some time, if that one does his half too. Walls and all that stands take nothing of it over, and
-as in the authors' own library the half-plane of an edge touches its velocity obstacle where that is
-nearest to the velocity that one has. Where not all can be kept, walls are, and the bodies are
-broken into by as little as can be.
+Van den Berg, Guy, Lin, Manocha, "Reciprocal n-Body Collision Avoidance", 2011. A person takes the
+velocity nearest to the preferred one within half-planes, one for each other person. A half-plane
+avoids collisions with the other for some time, if both do half of it. Walls and other standing
+things do nothing themselves. As in the authors' own library, the half-plane of an edge touches its
+velocity obstacle at the point nearest to the person's present velocity. Where the half-planes do
+not intersect, those of walls hold, and those of bodies are violated as little as possible.
 
-Edges are those of polygons, in the columns below, with what is solid to their left. Discs are
-(M, 5) x m, y m, vx m/s, vy m/s, radius m: others who do not give way. People are rows as in
+Edges are those of polygons, in the columns below, with the solid side to their left. Discs are
+(M, 5) x m, y m, vx m/s, vy m/s, radius m: bodies that do not give way. People are rows as in
 `kernels.walking`.
 """
 
@@ -44,15 +44,15 @@ from drake_navbench.kernels.walking import (
     turned_towards,
 )
 
-# The columns of an edge: where it begins, m, the unit vector along it, the rows of the one after
-# and the one before it, whether its beginning is a convex corner, and its velocity, m/s.
+# The columns of an edge: its start, m, the unit vector along it, the rows of the next and of the
+# last edge, whether its start is a convex corner, and its velocity, m/s.
 EDGE_X, EDGE_Y, ALONG_X, ALONG_Y, NEXT, BEFORE, CONVEX, EDGE_VX, EDGE_VY = range(9)
 EDGE_SIZE = 9
-# The columns of the settings: for how long ahead bodies and edges are kept off, s, within what
-# distance others count, m, and how many of them, how much faster than wished one may be, and what
-# is kept between two bodies, m.
+# The columns of the settings: the time horizons for bodies and for edges, s; the distance within
+# which others count, m, and their largest number; the ratio of the largest to the preferred speed;
+# the gap between two bodies, m.
 HORIZON, EDGE_HORIZON, REACH, MOST, HASTE, MARGIN = range(6)
-# Of the avoidance of somebody who does his part, and of something that does none.
+# The share of avoiding a body that does its part, and of one that does nothing.
 HALF, WHOLE = 0.5, 1.0
 ROUNDING = 1e-5
 
@@ -60,9 +60,9 @@ ROUNDING = 1e-5
 def linked_edges(
     rings: Sequence[NDArray[np.float64]], velocities: Sequence[Sequence[float]] = ()
 ) -> NDArray[np.float64]:
-    """Returns (N, 9) the edges of polygons (K, 2), m, with what is solid to the left of each.
+    """Returns (N, 9) the edges of polygons (K, 2), m, with the solid side to the left of each.
 
-    velocities: (vx, vy) m/s of each polygon; where not given they stand.
+    velocities: (vx, vy) m/s of each polygon; by default they stand.
     """
     rows, first = [np.empty((0, EDGE_SIZE))], 0
     for index, ring in enumerate(rings):
@@ -89,7 +89,7 @@ def step_orca(people, traits, goals, edges, discs, robot, settings, step, period
     people: (P, 8), traits: (P, 9), goals: (G, 2) m of all. edges: (N, 9) and discs: (M, 5), see the
     module. robot: (5,) x m, y m, vx m/s, vy m/s and radius m of a disc round about it, of which the
     regular expect that it does its half, and the impassive that it does nothing. settings: (6,).
-    period: for how long they will keep the velocity that they choose, s.
+    period: the time for which they will keep the velocity that they choose, s.
     """
     after = people_after(people, step)
     chosen = np.empty((people.shape[0], 2))
@@ -110,7 +110,7 @@ def step_orca(people, traits, goals, edges, discs, robot, settings, step, period
 
 @njit(cache=True)
 def _wished(index, people, traits, goals, period):
-    """Returns (vx, vy, speed) m/s: the velocity that one would like, and how fast one walks."""
+    """Returns (vx, vy, speed) m/s: a person's preferred velocity, and the walking speed."""
     person = people[index]
     goal_x, goal_y = own_goal(person, traits, goals)
     to_x, to_y = goal_x - person[X], goal_y - person[Y]
@@ -203,8 +203,8 @@ def _way_out(away_x, away_y, vx, vy, radius, horizon, period):
     """Returns (ux, uy, dx, dy): from a relative velocity the least change, m/s, to the edge of the
     velocity obstacle of a disc, and the direction of that edge.
 
-    away_x, away_y: of the other's centre, m. radius: of both together. Who overlap already are to
-    be apart after a period.
+    away_x, away_y: of the other's centre, m. radius: of both together. Bodies that overlap already
+    have to be apart after a period.
     """
     squared = away_x * away_x + away_y * away_y
     if squared > radius * radius:
@@ -285,7 +285,7 @@ def _squared_to_segment(x0, y0, x1, y1):
 
 @njit(cache=True)
 def _is_covered(planes, count, person, radius, edges, row, horizon):
-    """Returns whether one of the half-planes forbids already all that an edge would forbid."""
+    """Returns whether an earlier half-plane already forbids everything an edge would forbid."""
     after = int(edges[row, NEXT])
     evx, evy = edges[row, EDGE_VX], edges[row, EDGE_VY]
     x0 = (edges[row, EDGE_X] - person[X]) / horizon + evx
@@ -376,7 +376,9 @@ def _edge_half_plane(x, y, vx, vy, radius, edges, row, horizon):
 
 @njit(cache=True)
 def _half_plane_at_nearest(vx, vy, radius, left, right, is_point, along):
-    """Returns (is_one, px, py, dx, dy): that where a velocity obstacle's border is nearest to v.
+    """Returns (exists, px, py, dx, dy): the half-plane at the border's point nearest to v.
+
+    The border is that of the velocity obstacle.
 
     left, right: x, y of the end of the cut-off, m/s, the direction of the leg from there, and
     whether it is this edge's own. is_point: both ends are one. along: of the edge.

@@ -24,7 +24,7 @@ Array = NDArray[np.float64]
 BIN_M, BIN_RAD = 0.5, math.radians(10.0)
 # Of a way shorter than this no direction is taken, m.
 LEAST_WAY_M = 0.01
-# Bins are packed into one number: so many bits for the heading and for y.
+# Bins are packed into one number, with these bits for the heading and for y.
 YAW_BITS, Y_BITS = 16, 24
 FREE_PLACE = np.int64(np.iinfo(np.int64).min)
 # 2^60 over the golden ratio (Knuth, "The Art of Computer Programming" 3, 6.4).
@@ -57,11 +57,11 @@ def hit_points(
 
 @njit(cache=True)
 def weigh(particles, weights, points, field, off_map, origin_x, origin_y, resolution):
-    """Multiplies weights (N,), in place, by how likely each particle sees points; returns the sum.
+    """Multiplies weights (N,), in place, by the points' likelihoods; returns the weights' sum.
 
-    points: (B, 2) m in the base frame. field: (rows, columns) what a hit in a cell adds to the
-    likelihood 1; off_map: what one beside the map adds. As in nav2_amcl, a cell reaches half a cell
-    to either side of its lower left corner.
+    points: (B, 2) m in the base frame. field: (rows, columns) the term that a hit in a cell adds to
+    the likelihood 1; off_map: the term of a hit beside the map. As in nav2_amcl, a cell reaches
+    half a cell to either side of its lower left corner.
     """
     rows, columns = field.shape
     total = 0.0
@@ -85,7 +85,7 @@ def weigh(particles, weights, points, field, off_map, origin_x, origin_y, resolu
 
 @njit(cache=True)
 def _turn_size(angle):
-    """Returns how far a turn is from none or from half a turn, whichever is less, rad."""
+    """Returns the least angle between a turn and none or half a turn, rad."""
     return min(abs(wrap(angle)), abs(wrap(angle - math.pi)))
 
 
@@ -140,7 +140,7 @@ def move_omnidirectional(particles, yaw_before, delta, alphas, normals):
 
 @njit(cache=True)
 def particle_limit(bin_count, error, quantile, least, most):
-    """Returns how many particles so many occupied bins need; Fox 2001, equation 7."""
+    """Returns the number of particles for so many occupied bins; Fox 2001, equation 7."""
     if bin_count <= 1:
         return most
     spread = 2.0 / (9.0 * (bin_count - 1))
@@ -160,7 +160,7 @@ def _bin_of(pose):
 
 @njit(cache=True)
 def _place_of(bins, key):
-    """Returns where a key stands, or is to stand, in a table whose size is a power of two."""
+    """Returns a key's index in a hash table of 2^n bins, or the index of its free place."""
     mask = bins.size - 1
     # The upper bits of the product depend on all of the key's.
     place = ((key * SPREADING_FACTOR) >> 33) & mask
@@ -213,8 +213,8 @@ def _root(parents, label):
 def heaviest_cluster(particles, weights):
     """Returns (4,): the mean x m, y m, yaw rad of the heaviest cluster, and its share of all.
 
-    A cluster is what touches in the histogram, at corners, too. Headings on either side of a half
-    turn do not touch, as in nav2_amcl.
+    A cluster is a set of bins that touch in the histogram, at corners, too. Headings on either side
+    of a half turn do not touch, as in nav2_amcl.
     """
     count = particles.shape[0]
     keys = np.empty(count, dtype=np.int64)

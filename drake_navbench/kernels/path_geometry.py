@@ -119,7 +119,7 @@ def path_length(path: ArrayLike) -> float:
     """Returns the length of a path or polyline (N, 2 or more), m; 0 for fewer than two points.
 
     numpy adds the segments up in pairs. `path_pruning.arc_length` adds them one after the other as
-    Nav2's calculate_path_length, since what compares it with a tolerance depends on its last bit.
+    Nav2's calculate_path_length, since comparisons with a tolerance depend on its last bit.
     """
     points = np.asarray(path, dtype=np.float64)
     return float(np.hypot(*np.diff(points[:, :2], axis=0).T).sum())

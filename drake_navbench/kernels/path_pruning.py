@@ -1,4 +1,4 @@
-"""Cutting a global plan down to what a controller follows now.
+"""The part of a global plan that a controller follows now.
 
 A plan is (N, 3) float64: x m, y m, yaw rad. Source: Nav2's FeasiblePathHandler and
 nav2_util (path_utils, geometry_utils), branch lyrical.
@@ -161,7 +161,7 @@ def _segment_length(plan, i):
 
 @njit(cache=True)
 def first_constraint_end(plan, begin, enforce_inversion, rotation_threshold):
-    """Returns where a plan, from `begin` on, must first be followed to its end: exclusive index.
+    """Returns the end (exclusive) of the first part of a plan, from `begin` on, to be driven whole.
 
     enforce_inversion: a cusp ends the part, that is a pose where the direction of travel turns by
     more than a right angle. rotation_threshold: a turn in place by more than this ends the part

@@ -17,7 +17,7 @@ NO_COLLISION = -1.0
 
 @njit(cache=True)
 def count_inside(points, vertices, radius):
-    """Returns how many points (N, 2) lie inside a shape, all in m.
+    """Returns the number of points (N, 2) inside a shape, all in m.
 
     vertices: (K, 2) of a polygon, tested by even-odd ray casting; with none, the shape is the open
     disc of `radius` about the origin.

@@ -1,6 +1,6 @@
-"""Poses in the plane: points and outlines placed by one, what is seen from one, two in a row.
+"""Poses in the plane: placing points and outlines in a frame, seeing them from it, composing poses.
 
-A pose (x m, y m, yaw rad) says where a frame lies in another one. Products are added up in one
+A pose (x m, y m, yaw rad) is that of a frame in another one. Products are added up in one
 order, that of Nav2's transformFootprint, x + (p_x cos - p_y sin), so that equal input comes to lie
 in equal cells; a kernel that must add as another part of Nav2 does says so.
 """
@@ -56,7 +56,7 @@ def to_robot_frame(poses, x, y, yaw):
 
 
 def compose(pose_AB: Sequence[float] | Array, pose_BC: Sequence[float] | Array) -> Array:
-    """Returns (3,) where frame C lies in A, from where B lies in A and C in B; yaw unwrapped."""
+    """Returns the pose of C in A, X_AC = X_AB X_BC, (3,) m, m, rad; yaw unwrapped."""
     cos_yaw, sin_yaw = math.cos(pose_AB[2]), math.sin(pose_AB[2])
     x, y = place_point(pose_BC[0], pose_BC[1], pose_AB[0], pose_AB[1], cos_yaw, sin_yaw)
     return np.array([x, y, pose_AB[2] + pose_BC[2]])
@@ -64,10 +64,10 @@ def compose(pose_AB: Sequence[float] | Array, pose_BC: Sequence[float] | Array) 
 
 @njit(cache=True)
 def placed_state(state, odometry_from_world, noise, map_from_odometry):
-    """Returns a state (6,), which begins with a pose, as it is told in the map's frame.
+    """Returns the estimate in the map's frame of a state (6,), which begins with a pose.
 
-    odometry_from_world: (3,) where the state's frame lies in the odometry's. noise: (6,) added
-    there. map_from_odometry: (3,) where the odometry's frame lies in the map's.
+    odometry_from_world: (3,) X_OW, the pose of the state's frame in the odometry's. noise: (6,)
+    added there. map_from_odometry: (3,) X_MO, the pose of the odometry's frame in the map's.
     """
     placed = state.copy()
     placed[2] += odometry_from_world[2]
@@ -94,10 +94,10 @@ def placed_state(state, odometry_from_world, noise, map_from_odometry):
 
 @njit(cache=True)
 def drifted_frame(frame, pose, error_x, error_y, error_yaw):
-    """Returns (3,) a frame moved such that what lies in it at a pose (3,) shifts by an error.
+    """Returns a frame (3,) moved such that a pose (3,) in it shifts by an error.
 
-    frame: (3,) where the pose's frame lies in the one around it. error: m, m and rad, as seen from
-    the pose.
+    X_AF: `frame`, X_FP: `pose`, E: the error (m, m, rad) seen from P. Returns X_AF' with the yaw of
+    X_AF plus error_yaw and X_AF' X_FP = X_AF X_FP E.
     """
     yaw = frame[2] + pose[2]
     x, y = place_point(pose[0], pose[1], frame[0], frame[1], math.cos(frame[2]), math.sin(frame[2]))
@@ -111,11 +111,11 @@ def drifted_frame(frame, pose, error_x, error_y, error_yaw):
 
 
 def carrier_pose(pose_AC: Sequence[float] | Array, pose_BC: Sequence[float] | Array) -> Array:
-    """Returns (3,) where frame B lies in A, from where C, which B carries, lies in A and in B."""
+    """Returns the pose of B in A, X_AB = X_AC X_CB, of a frame C fixed in B; (3,) m, m, rad."""
     yaw = pose_AC[2] - pose_BC[2]
     return compose((pose_AC[0], pose_AC[1], yaw), (-pose_BC[0], -pose_BC[1], 0.0))
 
 
 def inverse(pose_AB: Sequence[float] | Array) -> Array:
-    """Returns (3,) where frame A lies in B, from where B lies in A."""
+    """Returns the pose of A in B, X_BA, the inverse of X_AB; (3,) m, m, rad."""
     return compose((0.0, 0.0, -pose_AB[2]), (-pose_AB[0], -pose_AB[1], 0.0))

@@ -1,4 +1,4 @@
-"""What one reading of a sonar or infrared sensor says of the cells in its cone.
+"""The update of the cells in the cone of a sonar or infrared sensor by one reading.
 
 Probabilities of being occupied are kept as costs, 0 to LETHAL, and are updated by Bayes' rule.
 Source: nav2_costmap_2d (RangeSensorLayer), equal in Humble to Lyrical.
@@ -46,9 +46,9 @@ def cost_of(probability: float) -> int:
 def update_by_cone(grid: Grid, cone: Cone, *, phi: float, inflate_cone: float) -> Array:
     """Updates the cells of `grid` in place by a reading; returns the box touched, (4,) m.
 
-    phi: how far from the sensor a reading is trusted by half, m. inflate_cone: how far beyond the
-    cone's triangle cells count, as a share of its area; 1 takes all cells in the box around it.
-    The box is min_x, min_y, max_x, max_y.
+    phi: distance from the sensor at which a reading is trusted by half, m. inflate_cone: the margin
+    around the cone's triangle in which cells count, as a share of its area; 1 takes all cells in
+    the box around it. The box is min_x, min_y, max_x, max_y.
     """
     return np.asarray(_update(grid, cone, float(phi), float(inflate_cone)))
 

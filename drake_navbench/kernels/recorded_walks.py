@@ -1,8 +1,8 @@
-"""Where the people of a recording are at a time, as those are who walk by a model.
+"""The states of recorded people at a time, in the same form as those of the models.
 
-A knot is a row: time s, x m, y m, yaw rad and walked way m; between two of them all is linear in
-time. Those of a person rise in time. Where the place of one is FAR_AWAY_M,
-the person is away from the one before it to the one after it.
+A knot is a row: time s, x m, y m, yaw rad and walked way m. Between two knots of a person all of
+them are linear in time. The times of a person's knots rise. A knot at FAR_AWAY_M says that the
+person is away from the knot before it to the knot after it.
 """
 
 from __future__ import annotations
@@ -21,9 +21,9 @@ KNOT_SIZE = 5
 
 @njit(cache=True)
 def people_on_tracks(knots, firsts, time):
-    """Returns (P, 8) everybody at a time, s; at FAR_AWAY_M and at rest who is not there.
+    """Returns (P, 8) the states of all people at a time, s; absent ones are at FAR_AWAY_M, at rest.
 
-    knots: (K, 5) of all. firsts: (P + 1,) the rows where each one's begin.
+    knots: (K, 5) of all. firsts: (P + 1,) the first row of each person.
     """
     people = np.zeros((firsts.shape[0] - 1, STATE_SIZE))
     for person in range(people.shape[0]):
@@ -47,7 +47,8 @@ def people_on_tracks(knots, firsts, time):
 def headings(rows: NDArray[np.float64]) -> NDArray[np.float64]:
     """Returns (K,) the heading at each row (K, 3) of time s, x m, y m: the way round it, rad.
 
-    Who hardly moves keeps the last one. They are not wrapped: no step turns by more than pi.
+    A person who hardly moves keeps the last heading. Headings are not wrapped: no step turns by
+    more than pi.
     """
     before, after = np.vstack([rows[:1], rows[:-1]]), np.vstack([rows[1:], rows[-1:]])
     way = after - before

@@ -63,9 +63,10 @@ def write_reeds_shepp(x, y, phi, kinds, lengths):
 
 @njit(cache=True)
 def _try(formula, is_back, target, shortest, kinds, lengths):
-    """Tries a word in its four forms; writes it where it is shorter, returns what is shortest.
+    """Tries a word in its four forms, and writes the first that is shorter than `shortest`.
 
-    target: x, y, phi, and the sine and cosine of phi, whose signs the four forms share.
+    Returns the least length. target: x, y, phi, and the sine and cosine of phi, whose signs the
+    four forms share.
     """
     x, y, phi, sine, cosine = target
     for time, mirror in ((1.0, 1.0), (-1.0, 1.0), (1.0, -1.0), (-1.0, -1.0)):

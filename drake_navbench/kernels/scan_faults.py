@@ -1,4 +1,4 @@
-"""What a failing scanner makes of a scan."""
+"""The faults of a scanner, applied to a scan."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def burst_dropouts(
 def stuck_ranges(
     generator: np.random.Generator, beam_count: int, share: float, range_max_m: float
 ) -> NDArray[np.float64]:
-    """Returns (B,) the range, m, that a stuck beam always tells, NaN for a beam that works."""
+    """Returns (B,) the constant range of each stuck beam, m; NaN for a beam that works."""
     is_stuck = generator.random(beam_count) < share
     ranges = range_max_m * generator.random(beam_count)
     return np.where(is_stuck, ranges, np.nan)

@@ -2,15 +2,16 @@
 
 Form and constants are those of HuNavSim's model, lightsfm (robotics-upo/lightsfm, sfm.hpp): a
 desired force towards the goal, the social force of Moussaid et al. 2009 between people, an
-exponential repulsion from what stands, and the group forces of Moussaid et al. 2010. The reactions
-to a robot are those of HuNavSim's agent manager (Perez-Higueras et al., "HuNavSim: A ROS 2 Human
-Navigation Simulator for Benchmarking Human-Aware Robot Navigation", 2023). Where we differ:
+exponential repulsion from standing obstacles, and the group forces of Moussaid et al. 2010. The
+reactions to a robot are those of HuNavSim's agent manager (Perez-Higueras et al., "HuNavSim: A ROS
+2 Human Navigation Simulator for Benchmarking Human-Aware Robot Navigation", 2023). Where we differ:
 
-- The wall's repulsion is that of the nearest point of all that stands, so that it does not depend
-  on into how many pieces a map is cut.
-- The robot's outline repels everybody as a wall does, as its centre says little of a long chair,
-  and who means to go straight into it steps aside, to the side on which he is of its centre.
-- One who threatens goes for a point ahead of the robot; HuNavSim confuses sine and cosine there.
+- The wall's repulsion is that of the nearest point of all walls and obstacles, so that it does not
+    depend on the number of pieces of a map.
+- The robot's outline repels people as a wall does, as its centre alone says little of a long robot.
+    A person who walks straight into it steps aside, to the side of its centre on which the person
+    is.
+- A threatening person walks to a point ahead of the robot; HuNavSim confuses sine and cosine there.
 
 People are rows as in `kernels.walking`.
 """
@@ -56,7 +57,7 @@ OBSTACLE_FACTOR, OBSTACLE_SIGMA_M = 10.0, 0.2
 SOCIAL_FACTOR = 5.0
 LAMBDA, GAMMA_M, ANGULAR, ANGULAR_ALONG = 2.0, 0.35, 2.0, 3.0
 GAZE_FACTOR, COHERENCE_FACTOR, REPULSION_FACTOR = 3.0, 2.0, 1.0
-# How far and how wide one who reacts sees the robot, and for how long that lasts, by reaction.
+# The range and half angle within which a person sees the robot, and the longest reaction.
 SIGHT_M = np.array([0.0, 0.0, 4.0, 3.0, 10.0, 4.0, 0.0])
 SIGHT_HALF_ANGLE_RAD = 0.5 * math.pi + 0.17
 PATIENCE_S = np.array([0.0, 0.0, 30.0, 40.0, 30.0, 40.0, 0.0])
@@ -116,7 +117,7 @@ def nearest_point(x, y, edges, circles):
 
 @njit(cache=True)
 def _repulsion(x, y, radius, edges, circles):
-    """Returns (fx, fy) m/s^2 away from the nearest point of what stands."""
+    """Returns (fx, fy) m/s^2 away from the nearest point of obstacles and walls."""
     near_x, near_y, distance = nearest_point(x, y, edges, circles)
     if math.isinf(distance) or distance < 1e-9:
         return 0.0, 0.0
@@ -162,7 +163,10 @@ def _group_force(index, people, traits, goal_x, goal_y):
 
 @njit(cache=True)
 def _reacts(person, reaction, robot_distance, bearing, step):
-    """Returns whether one reacts to a robot so far away [m] and there [rad]; keeps count of it."""
+    """Returns whether a person reacts to a robot at a distance [m] and bearing [rad].
+
+    Adds `step` to the person's time of reacting.
+    """
     is_seen = (
         robot_distance <= SIGHT_M[reaction]
         and abs(wrap(bearing - person[YAW])) <= SIGHT_HALF_ANGLE_RAD
@@ -177,7 +181,7 @@ def _reacts(person, reaction, robot_distance, bearing, step):
 
 @njit(cache=True)
 def _intention(person, traits, goals, reaction, robot, robot_distance):
-    """Returns (x m, y m, radius m, speed m/s): where one goes, how near, how fast.
+    """Returns a person's (x m, y m, radius m, speed m/s): the target, its radius, the speed.
 
     reaction: the one that one shows now, REGULAR where none.
     """
@@ -197,9 +201,9 @@ def _intention(person, traits, goals, reaction, robot, robot_distance):
 
 @njit(cache=True)
 def _round_robot(x, y, radius, to_robot_x, to_robot_y, to_x, to_y, robot_edges):
-    """Returns (fx, fy) m/s^2 off the robot's outline, turned aside for one who walks into it.
+    """Returns (fx, fy) m/s^2 off the robot's outline, turned aside for a person walking into it.
 
-    to_x, to_y: where one walks, a unit vector, or zeros.
+    to_x, to_y: unit vector in which the person walks, or zeros.
     """
     fx, fy = _repulsion(x, y, radius, robot_edges, np.empty((0, 3)))
     into = -(fx * to_x + fy * to_y)
@@ -223,7 +227,7 @@ def _chosen_velocity(vx, vy, force_x, force_y, speed, step):
 
 @njit(cache=True)
 def _desired_force(vx, vy, speed, to_x, to_y):
-    """Returns (fx, fy) m/s^2 towards a goal in a direction; one who is there, 0, 0, only brakes."""
+    """Returns (fx, fy) m/s^2 towards a goal in a direction; for (0, 0), at the goal, it brakes."""
     if to_x == 0.0 and to_y == 0.0:
         return -vx / RELAXATION_S, -vy / RELAXATION_S
     force_x = DESIRED_FACTOR * (speed * to_x - vx) / RELAXATION_S
@@ -254,10 +258,9 @@ def _add_social_forces(force_x, force_y, index, people, robot, takes_robot_for_o
 def step_people(people, traits, goals, edges, circles, robot, robot_edges, step):
     """Returns (P, 8) the people `step` s later, with the velocities that they then choose.
 
-    people: (P, 8), traits: (P, 9), goals: (G, 2) m of all. edges, circles: what
-    stands, and what moves along given ways. robot: (6,) x m, y m, yaw rad of its outline's centre,
-    vx m/s, vy m/s in the world frame, and its half length, m. robot_edges: (K, 4) its outline
-    there, m.
+    people: (P, 8), traits: (P, 9), goals: (G, 2) m of all. edges, circles: of standing and of
+    moving obstacles. robot: (6,) x m, y m, yaw rad of its outline's centre, vx m/s, vy m/s in the
+    world frame, and its half length, m. robot_edges: (K, 4) its outline there, m.
     """
     after = people_after(people, step)
     chosen = np.empty((people.shape[0], 2))

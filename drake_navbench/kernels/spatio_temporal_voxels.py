@@ -40,7 +40,7 @@ NO_VOXELS = Voxels(np.empty(0, np.int64), np.empty(0))
 
 
 class Frustum(NamedTuple):
-    """What a sensor looks through, and how much faster voxels go there.
+    """The field of view of a sensor, and the factor by which voxels in it decay faster.
 
     origin: (3,) m. yaw, pitch: of the axis, rad, a positive pitch down. near, far: m along the
     axis for a camera, from it for a lidar. padding: added to heights for a lidar, m.
@@ -123,7 +123,7 @@ def decayed(
 
 
 def is_inside(frustum: Frustum, points: Array) -> NDArray[np.bool_]:
-    """Returns which points (N, 3), m, a sensor looks at."""
+    """Returns (N,) whether each of the points (N, 3), m, is in a sensor's field of view."""
     forward, left, up = _axes(frustum.yaw, frustum.pitch)
     offset = points - frustum.origin
     if frustum.model == LIDAR_3D:
@@ -132,7 +132,7 @@ def is_inside(frustum: Frustum, points: Array) -> NDArray[np.bool_]:
 
 
 def _axes(yaw: float, pitch: float) -> tuple[Array, Array, Array]:
-    """Returns where forward, left and up of a sensor point."""
+    """Returns the unit vectors of a sensor's forward, left and up."""
     cosine, sine = math.cos(yaw), math.sin(yaw)
     down_cosine, down_sine = math.cos(pitch), math.sin(pitch)
     forward = np.array([down_cosine * cosine, down_cosine * sine, -down_sine])

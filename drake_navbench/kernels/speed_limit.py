@@ -1,4 +1,4 @@
-"""What a speed limit leaves of a controller's own speed."""
+"""The controller's own speed under a speed limit."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ class Limit(Protocol):
 def limited_speed(speed: float, limit: Limit | None) -> float:
     """Returns the speed that holds under a limit, m/s.
 
-    speed: what the controller's parameters ask for, m/s. An absolute limit replaces it, even by
-    more, as in Nav2's setSpeedLimit; None or NO_SPEED_LIMIT lift the limit.
+    speed: the one in the controller's parameters, m/s. An absolute limit replaces it, even by more,
+    as in Nav2's setSpeedLimit; None or NO_SPEED_LIMIT lift the limit.
     """
     if limit is None or limit.value == NO_SPEED_LIMIT:
         return speed

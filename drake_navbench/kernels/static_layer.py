@@ -61,9 +61,9 @@ def sample_static(grid, static, static_from_grid, use_maximum):
     """Writes a map's costs into the cells of a grid, in place, as in a rolling window.
 
     grid, static: `Grid` of uint8 costs, the latter of the map.
-    static_from_grid: (3,) x m, y m, yaw rad: where the frame of `grid` lies in the map's frame.
-    Each cell takes the map's cost at its centre; cells off the map stay. use_maximum: the larger
-    number wins, so that NO_INFORMATION beats LETHAL, as in Nav2.
+    static_from_grid: (3,) x m, y m, yaw rad: pose of the grid's frame in the map's frame. Each cell
+    takes the map's cost at its centre; cells off the map stay. use_maximum: the larger number wins,
+    so that NO_INFORMATION beats LETHAL, as in Nav2.
     """
     costs, resolution = grid.costs, grid.resolution
     static_rows, static_columns = static.costs.shape

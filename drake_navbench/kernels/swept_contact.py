@@ -1,14 +1,13 @@
-"""When an outline that moves in the plane first touches something that stands.
+"""The time at which a moving outline first touches a standing obstacle.
 
 The motion within a step of an integrator is the cubic through the poses at both ends with the
 velocities there (Hermite), as Drake's dense output has it. Contact on it is found by conservative
-advancement: as long as the outline is some distance away, and no point of it is faster than some
-bound, nothing can happen for the distance divided by the bound.
+advancement: no contact happens before the gap divided by an upper bound of the outline's speed.
 Source: B. Mirtich, "Impulse-based Dynamic Simulation of Rigid Body Systems", 1996.
 
 States are x m, y m, yaw rad, v m/s, w rad/s, vy m/s: velocity forward, yaw rate and velocity to
 the left. A footprint is (K, 2)
-corners in the base frame, m; what stands is (N, 4) edges x0, y0, x1, y1 m of outlines, each
+corners in the base frame, m. Obstacles are (N, 4) edges x0, y0, x1, y1 m of outlines, each
 counter-clockwise, and (M, 3) circles x, y, radius m.
 """
 
@@ -28,9 +27,9 @@ PARABOLA_EXCESS = 1.25
 
 @njit(cache=True)
 def clearance_at(footprint, x, y, yaw, edges, circles, limit):
-    """Returns the distance from a footprint at a pose to what stands, m; inf beyond `limit` m.
+    """Returns the distance from a footprint at a pose to the obstacles, m; inf beyond `limit` m.
 
-    What overlaps the footprint is at 0, but where the footprint lies wholly inside it (see covers).
+    It is 0 where they overlap, except where the footprint lies wholly inside one (see covers).
     """
     outline = np.empty_like(footprint)
     cos_yaw, sin_yaw = math.cos(yaw), math.sin(yaw)
@@ -110,7 +109,7 @@ def soonest_contact_s(
 
 @njit(cache=True)
 def outline_speed_bound(footprint, start, end, duration):
-    """Returns what no point of the outline is faster than in a step, m/s."""
+    """Returns an upper bound of the speed of the outline's points during a step, m/s."""
     radius = 0.0
     for k in range(footprint.shape[0]):
         radius = max(radius, math.hypot(footprint[k, 0], footprint[k, 1]))

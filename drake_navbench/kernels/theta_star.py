@@ -33,10 +33,10 @@ ROW_STEPS = np.array([1, -1, 0, 0, -1, 1, 1, -1], dtype=np.int64)
 
 
 class CostTables(NamedTuple):
-    """What a cell means for the search, by its cost; each (256,).
+    """The costs of a step and of a line of sight, by the cell's cost; each (256,).
 
-    may_enter: a step may end there. step: what entering it takes. may_cross: a line of sight may
-    cross it. crossing: what that takes.
+    may_enter: a step may end in the cell. step: the cost of entering it. may_cross: a line of sight
+    may cross it. crossing: the cost of crossing it.
     """
 
     may_enter: NDArray[np.bool_]
@@ -81,7 +81,7 @@ def _pop(heap, size, f):
     """Removes the top of a heap of `size` cells and returns it.
 
     The hole sinks to the bottom along the smaller children (the right one on ties), the last cell
-    rises from there: what the C++ standard library does, also where sums have changed.
+    rises from there, as in the C++ standard library, also where sums have changed.
     """
     top = heap[0]
     last = size - 1

@@ -129,7 +129,7 @@ def update_voxel_layer(
 
 @njit(cache=True)
 def count_bits(bits):
-    """Returns how many bits of a non-negative integer are set."""
+    """Returns the number of set bits of a non-negative integer."""
     count = 0
     while bits:
         bits &= bits - 1

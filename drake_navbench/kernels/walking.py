@@ -1,4 +1,4 @@
-"""What every model of walking people has: their state, what each is like, goals and headings.
+"""The parts that all models of walking people share: states, personal traits, goals, headings.
 
 A person is a row: x m, y m, yaw rad, vx m/s, vy m/s, walked way m, number of the goal, and for how
 long the reaction has lasted, s.
@@ -14,21 +14,20 @@ from drake_navbench.kernels.angles import wrap
 
 X, Y, YAW, VX, VY, WALKED, GOAL, REACTED = range(8)
 STATE_SIZE = 8
-# The columns of what each person is like: desired speed m/s, body radius m, reaction, number of
-# the group (-1 none), first and past-the-last row of the goals, whether they repeat, by what angle
-# the direction that one wishes is off that to the goal, rad, and the time gap to whoever is ahead,
-# s, 0 where one keeps none.
+# The columns of a person's traits: desired speed m/s, body radius m, reaction, number of the group
+# (-1: none), first and past-the-last row of the goals, whether they repeat, the angle between the
+# desired direction and that to the goal, rad, and the time gap to the person ahead, s, 0 for none.
 SPEED, RADIUS, REACTION, GROUP, FIRST_GOAL, PAST_GOAL, REPEATS, ASIDE, TIME_GAP = range(9)
 TRAIT_SIZE = 9
 REGULAR, IMPASSIVE, SURPRISED, SCARED, CURIOUS, THREATENING, OBLIVIOUS = range(7)
 
-# Nobody walks faster, whatever the model.
+# The largest speed of people in all models, m/s.
 TOP_SPEED_MPS = 2.5
 GOAL_RADIUS_M = 0.3
 TURN_RATE_RADPS = math.pi
 # The length of a person in a queue, and half the width of the way ahead in which others count.
 QUEUE_LENGTH_M = 0.3
-# Slower than this nobody's heading follows the way.
+# A person's heading follows the motion from this speed on, m/s.
 WALKING_MPS = 0.05
 
 
@@ -42,7 +41,7 @@ def turned_towards(yaw, wanted, step):
 
 @njit(cache=True)
 def own_goal(person, traits, goals):
-    """Returns (x, y) m of the goal on one's list, the next one where this one is reached."""
+    """Returns the present goal (x, y) m of a person; switches to the next where it is reached."""
     first, past = int(traits[FIRST_GOAL]), int(traits[PAST_GOAL])
     goal = first + int(person[GOAL])
     if math.hypot(goals[goal, 0] - person[X], goals[goal, 1] - person[Y]) <= GOAL_RADIUS_M:
@@ -56,11 +55,11 @@ def own_goal(person, traits, goals):
 
 @njit(cache=True)
 def pace_behind_others(index, people, time_gap, to_x, to_y, speed):
-    """Returns the speed m/s at which one keeps a time gap, s, to whoever is ahead.
+    """Returns the speed m/s at which a person keeps a time gap, s, to the one ahead.
 
-    The speed of the collision-free speed model of Tordeux, Chraibi, Seyfried 2016: the distance to
-    the nearest centre ahead, less a length, over the time gap. to_x, to_y: where one means to go, a
-    unit vector or zeros. speed: the one that one has without anybody ahead.
+    The speed of the collision-free speed model of Tordeux, Chraibi, Seyfried 2016: (d - l) /
+    time_gap, with d the distance to the nearest centre ahead and l a length. to_x, to_y: unit
+    vector to the person's goal, or zeros. speed: the speed without anyone ahead.
     """
     if time_gap <= 0.0:
         return speed
@@ -75,7 +74,7 @@ def pace_behind_others(index, people, time_gap, to_x, to_y, speed):
 
 @njit(cache=True)
 def people_after(people, step):
-    """Returns (P, 8) the people where they are `step` s later, at the velocities that they had."""
+    """Returns the people (P, 8) moved on by `step`, s, at their velocities."""
     after = people.copy()
     for i in range(people.shape[0]):
         after[i, X] += step * people[i, VX]

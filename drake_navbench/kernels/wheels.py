@@ -1,4 +1,4 @@
-"""What wheels make of a command."""
+"""The motion of wheels by a command."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from numba import njit
 
 @njit(cache=True)
 def wheel_speed_obeyed(speed, deadband, step):
-    """Returns the speed, m/s, at which a wheel turns that is told to turn at `speed`.
+    """Returns the actual speed of a wheel, m/s, for the commanded `speed`.
 
     deadband: less than this is standstill, m/s. step: speeds are rounded to multiples of it, m/s;
     0: not.
@@ -34,9 +34,10 @@ def obeyed(v, w, separation, deadband, step, left_gain, right_gain):
 
 @njit(cache=True)
 def turned(v, w, separation, left_gain, right_gain):
-    """Returns (v m/s, w rad/s) as wheels have turned for a motion (v, w) over the floor.
+    """Returns (v m/s, w rad/s) by the turns of the wheels in a motion (v, w) over the floor.
 
-    It is what encoders tell of wheels of nominal radius that do not slip. See `obeyed`.
+    Wheel odometry computes it from encoders, for wheels of nominal radius that do not slip. See
+    `obeyed`.
     """
     half = 0.5 * separation
     left, right = (v - w * half) / left_gain, (v + w * half) / right_gain

@@ -53,7 +53,7 @@ class AdaptiveToleranceGoalCheckerParameters(FrozenModel):
 
 
 class AdaptiveState(NamedTuple):
-    """What AdaptiveToleranceGoalChecker remembers.
+    """The state of AdaptiveToleranceGoalChecker.
 
     is_xy_reached: latched. was_fine: by the fine tolerance. entry: (x, y) from robot to goal, m,
     when the robot entered the coarse tolerance, None outside. best_squared: least squared distance

@@ -58,7 +58,7 @@ class AxisGoalChecker:
 
     @property
     def yaw_tolerance_rad(self) -> float:
-        """Heading error that Nav2 reports, rad; the heading is not looked at."""
+        """Heading error that Nav2 reports, rad; the heading does not count."""
         return 0.5 * math.pi
 
     def initial_state(self) -> None:

@@ -41,8 +41,8 @@ NANOSECOND_DIGITS = 9
 class DriveLimits(FrozenModel):
     """Parameters of a behaviour that drives straight.
 
-    Without either limit it drives at the speed that is asked for all the way, as Nav2 does in iron
-    and jazzy, and in humble where they are not given.
+    Without either limit it drives at the goal's speed all the way, as Nav2 does in iron and jazzy,
+    and in humble where they are not given.
     """
 
     acceleration_limit: Acceleration | None = Field(
@@ -84,7 +84,7 @@ class BehaviorServerParameters(PluginBlocks):
 
 
 class Surroundings(NamedTuple):
-    """What a behaviour checks its way against.
+    """The surroundings against which a behaviour checks its way.
 
     costmap: the local one, None where there is none yet. footprint: (K, 2) padded, m.
     """
@@ -93,7 +93,7 @@ class Surroundings(NamedTuple):
     footprint: Array
 
     def is_free(self, x: float, y: float, yaw: float) -> bool:
-        """Tells whether the outline at a pose touches nothing; unknown cells count as touched."""
+        """Tells whether the outline at a pose is free; unknown cells count as touched."""
         if self.costmap is None:
             return False
         grid = self.costmap.grid
@@ -122,7 +122,7 @@ class Step(NamedTuple):
 
 
 class Behavior(Protocol):
-    """What the behaviour server runs.
+    """A behaviour of the behaviour server, such as Spin or Wait.
 
     One of ours is made from the server's parameters, any other from its own `Parameters` and those.
     invalid_input_code: for arguments that make no sense; start raises ValueError for them.
@@ -320,7 +320,7 @@ class BackUp(DriveOnHeading):
 
 
 class WaitState(NamedTuple):
-    """When the wait is over, s."""
+    """The end of the wait, s."""
 
     end_s: float
 
@@ -353,7 +353,7 @@ DEFAULT_BEHAVIORS: Mapping[str, Callable[[BehaviorServerParameters], Behavior]] 
 def make_behaviors(server: BehaviorServerParameters) -> dict[str, Behavior]:
     """Returns the behaviours of a server by name; a plugin takes the place of ours of its name.
 
-    Raises InputError where one that is not ours cannot be made.
+    Raises InputError where a third-party behaviour cannot be made.
     """
     ours: dict[str, Behavior] = {
         name: behavior(server) for name, behavior in DEFAULT_BEHAVIORS.items()

@@ -159,7 +159,7 @@ class ShapeState(NamedTuple):
 
 
 class MonitorState(NamedTuple):
-    """What a monitor remembers: of each shape, and the last action.
+    """The state of a monitor: that of each shape, and the last action.
 
     action: of the last command, 'none', 'stop', 'slowdown', 'limit' or 'approach'.
     polygon: the shape's name, INVALID_SOURCE where there was no scan, '' where nothing acted.
@@ -294,6 +294,6 @@ def _limit_ratio(shape: MonitorShape, command: Command) -> float:
 
 
 def _speed(command: Command) -> float:
-    """Returns by what Nav2 orders commands: the squared sum of unlike units."""
+    """Returns Nav2's measure for ordering commands: a squared sum of unlike units."""
     v, w, vy = command
     return v**2 + vy**2 + w**2

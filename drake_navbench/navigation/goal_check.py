@@ -1,4 +1,4 @@
-"""What a goal checker is asked and answers, and what several of them look at.
+"""The interface of goal checkers: their inputs and answers, and checks that several share.
 
 All poses are (3,) x m, y m, yaw rad, in one frame; twists are (3,) v m/s, w rad/s, vy m/s.
 """
@@ -29,9 +29,9 @@ class GoalCheck(NamedTuple):
 
 
 class GoalChecker(Protocol):
-    """What the controller server asks once a cycle.
+    """A goal checker, which the controller server calls once a cycle.
 
-    xy_tolerance_m, yaw_tolerance_rad: what a controller is told of the tolerances.
+    xy_tolerance_m, yaw_tolerance_rad: the tolerances that the controllers see.
     """
 
     @property

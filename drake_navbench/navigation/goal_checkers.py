@@ -1,4 +1,4 @@
-"""When a goal counts as reached: Nav2's goal checkers, as pure functions of an immutable state.
+"""Nav2's goal checkers, as pure functions of an immutable state.
 
 All poses are (3,) x m, y m, yaw rad, in one frame; twists are (3,) v m/s, w rad/s, vy m/s. Lengths,
 angles and speeds are compared inclusively unless a class says otherwise. Source: nav2_controller,
@@ -121,7 +121,7 @@ class PositionGoalChecker:
         return is_near, XyLatch(is_near and parameters.stateful)
 
     def _accepts(self, pose: Array, goal: Array, twist: Array) -> bool:
-        """Tells whether what a subclass asks for beyond the position holds."""
+        """Tells whether a subclass's conditions beyond the position hold."""
         return True
 
 

@@ -1,7 +1,7 @@
-"""What a lift does when a robot asks for it: it comes, late or not at all, and takes its time.
+"""The ride in a lift that a robot asks for: the lift comes, late or not at all, and takes time.
 
-All of a ride is a pure function of the lift's times, the trial's seed and the number of the leg, so
-that every controller meets the same ride whenever it gets to the lift.
+A ride is a pure function of the lift's times, the trial's seed and the number of the leg, so that
+every controller meets the same ride whenever it gets to the lift.
 """
 
 from __future__ import annotations
@@ -20,9 +20,9 @@ MAX_REQUESTS = 1000
 
 
 class LiftTimes(FrozenModel):
-    """How long a lift takes, how it fails, and how well the robot finds itself afterwards.
+    """The durations of a lift's ride, its failures, and the error of the robot's pose afterwards.
 
-    Without any of it the ride takes no time: a door between two maps.
+    By default the ride takes no time and does not fail: it is a door between two maps.
     """
 
     door_s: Duration = Field(0.0, ge=0.0, description="For its doors, at both ends together [s].")
@@ -68,11 +68,12 @@ class LiftTimes(FrozenModel):
 
 @dataclass(frozen=True)
 class Ride(Immutable):
-    """What becomes of a robot at a lift, from when it asks for it.
+    """The ride of a robot from its request of the lift.
 
-    events: (s since then, what happens): 'requested', 'refused', 'came', 'arrived', 'gave up'.
-    duration_s: until it stands on the other floor, or gives up. failure: why it gives up, '' where
-    it does not. error: m, m, rad, in the map, of where it is localized then.
+    events: (s since the request, event): 'requested', 'refused', 'came', 'arrived', 'gave up'.
+    duration_s: until the robot stands on the other floor, or gives up. failure: the reason for
+    giving up, or ''. error: m, m, rad, in the map, of the pose at which the robot is localized
+    then.
     """
 
     events: tuple[tuple[float, str], ...]

@@ -34,8 +34,8 @@ class FloorSwitch(Immutable):
     """The instant at which a robot is on another floor.
 
     number: of the switches of a trial, from 1. floor: the new one's index. time_s: when.
-    from_pose, to_pose: where the lift stops on the floor before and on the new one, in the world.
-    error: m, m, rad, of where the robot is localized then.
+    from_pose, to_pose: the lift's stops on the floor before and on the new one, in the world.
+    error: m, m, rad, of the pose at which the robot is localized then.
     """
 
     number: int
@@ -46,15 +46,20 @@ class FloorSwitch(Immutable):
     error: Pose = (0.0, 0.0, 0.0)
 
     def carried(self, pose: Sequence[float] | Array) -> Array:
-        """Returns (3,) where in the world a lift takes what stands at a pose (3,) in it."""
+        """Returns (3,) the pose in the world to which a lift takes a robot at a pose (3,).
+
+        The pose relative to the lift's stop stays: X_WR' = X_WT X_FW X_WR, with F the stop at which
+        the lift leaves, and T that at which it arrives.
+        """
         return compose(self.to_pose, compose(inverse(self.from_pose), pose))
 
 
 @dataclass(frozen=True)
 class RideLeg(Immutable):
-    """What follows once a leg has come to a lift's stop.
+    """The ride from the end of a leg at a lift's stop to another floor.
 
-    lift: its name. floor: the index of the one it goes to. arrival: its stop there, in the world.
+    lift: its name. floor: index of the floor of arrival. arrival: the lift's stop there, in the
+    world.
     """
 
     lift: str
@@ -78,9 +83,9 @@ class MissionLeg(Immutable):
 
 @dataclass(frozen=True)
 class FloorLeg(Leg):
-    """How the way to a goal went, on which floor, and the ride after it.
+    """A leg on one floor, and the ride after it.
 
-    lift: its name, '' for none. lift_events: (s, what happened). ride_end_s: when the robot
+    lift: its name, '' for none. lift_events: (s, event). ride_end_s: the time at which the robot
     stood on the other floor or gave up.
     """
 
@@ -100,9 +105,9 @@ class FloorLeg(Leg):
 
 @dataclass(frozen=True)
 class MissionProgress(Progress):
-    """How far a mission has come.
+    """The progress of a mission.
 
-    switches: all of them so far; the last one may be still to come.
+    switches: all changes of floor so far; the time of the last one may be yet to come.
     """
 
     switches: tuple[FloorSwitch, ...] = ()

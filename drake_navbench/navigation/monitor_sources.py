@@ -1,4 +1,4 @@
-"""What the collision monitor looks at: the lidar's scans, and sonars as points on an arc.
+"""The readings for the collision monitor: the lidar's scans, and sonars as points on an arc.
 
 Pure functions. Source: nav2_collision_monitor (Source, Range).
 """
@@ -59,11 +59,11 @@ THE_SCAN: Mapping[str, MonitorSource] = {"scan": MonitorSource()}
 
 
 class Sensed(NamedTuple):
-    """What there is to look at in a cycle.
+    """The sensor readings of a cycle.
 
     time_s: of the cycle, s. base_pose: (3,) of the base now, in the frame of the readings; None
-    where each sensor is taken to be where its mounting puts it, whatever the robot has moved since.
-    scan: the newest one, None where there is none. ranges: of each sensor, the newest last.
+    where the robot's motion since a reading is neglected. scan: the newest one, None where there is
+    none. ranges: readings of each sensor, the newest last.
     """
 
     time_s: float
@@ -73,7 +73,7 @@ class Sensed(NamedTuple):
 
 
 class Mountings(NamedTuple):
-    """Where the first scanner and the range sensors, by name, are mounted in the base frame."""
+    """The poses of the first scanner and of the range sensors, by name, in the base frame."""
 
     scanner: Mounting
     ranges: Mapping[str, Mounting]
@@ -137,7 +137,7 @@ def arc_points(reading: RangeReading, obstacles_angle: float) -> Array | None:
 
 
 def _scan_points(sensed: Sensed, timeout_s: float, mounting: Mounting) -> Array | None:
-    """Returns (N, 2) what all scanners hit, base frame, m; None where it is missing or old."""
+    """Returns (N, 2) all scanners' hits, base frame, m; None where the scan is missing or old."""
     scan = sensed.scan
     if scan is None or 0.0 < timeout_s < sensed.time_s - scan.time_s:
         return None

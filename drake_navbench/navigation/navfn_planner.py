@@ -2,14 +2,14 @@
 
 The function spreads from the start; the path runs down its slope from the goal and is turned round.
 Nav2 names cells by the lattice point nearest to a pose, where costmaps name them by the square that
-holds it: paths lie half a cell towards the lower left of what the costs say. In the last half cell
-before the map's upper or right edge that lattice point is off the map: on the right it means the
-first cell of the next row, as in Nav2; above, where Nav2 reads and writes memory that is not the
-map's, a start is refused here and a goal counts as not reached.
+holds it: paths lie half a cell to the lower left of the costs. In the last half cell before the
+map's upper or right edge that lattice point is off the map: on the right it means the first cell of
+the next row, as in Nav2; above, where Nav2 reads and writes memory that is not the map's, a start
+is refused here and a goal counts as not reached.
 
 Nav2 frees the start's cell in the costmap for good; here the costmap stays as it is.
 Source: nav2_navfn_planner (NavfnPlanner), branch lyrical. Before it, max_cycles_factor is fixed at
-its default; humble has no codes for what failed, and adds the goal as a further pose also where the
+its default; humble has no codes for failures, and adds the goal as a further pose also where the
 path ends at its position.
 """
 
@@ -69,7 +69,7 @@ class NavfnPlanner:
     Parameters = NavfnPlannerParameters
 
     def __init__(self, parameters: NavfnPlannerParameters, footprint: Array | None) -> None:
-        """footprint: not looked at; the search sees the cell under the robot's centre only."""
+        """footprint: without effect; the search sees the cell under the robot's centre only."""
         self.parameters = parameters
 
     def plan(self, costmap: Costmap, start: ArrayLike, goal: ArrayLike) -> Array:

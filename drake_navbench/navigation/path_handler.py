@@ -1,4 +1,4 @@
-"""Nav2's FeasiblePathHandler: what of the global plan a controller sees in a cycle."""
+"""Nav2's FeasiblePathHandler: the part of the global plan that a controller sees in a cycle."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ class PathHandlerParameters(FrozenModel):
 
 
 class PathHandlerState(NamedTuple):
-    """How far a global plan has been followed.
+    """The progress along a global plan.
 
     plan: (N, 3) x m, y m, yaw rad, read-only, the whole global plan.
     begin, end: plan[begin:end] is being followed: passed poses are gone, and `end` lies behind the
@@ -65,7 +65,7 @@ class PathHandlerState(NamedTuple):
 
 
 class PathHandler:
-    """Cuts local plans out of a global plan; pure, what evolves is a `PathHandlerState`.
+    """Cuts local plans out of a global plan; pure, its state is a `PathHandlerState`.
 
     Source: nav2_controller::FeasiblePathHandler, branch lyrical. Plan, pose and costmap share one
     frame.

@@ -22,7 +22,7 @@ def is_path_valid(
 
     footprint: (K, 2) padded, m; is_circle: look at the cell under the centre instead, which is
     blocked from INSCRIBED on. max_cost: blocks as well, from it on; 0 blocks everything. Unknown
-    cells count as free unless they are considered, what is off the map as blocked. An empty path is
+    cells count as free unless they are considered, poses off the map as blocked. An empty path is
     not valid.
     """
     if len(path) == 0:

@@ -1,4 +1,4 @@
-"""The contract of a global planner: what it is asked, and how it says that there is no path.
+"""The contract of a global planner: its inputs, its plan, and its errors where there is no path.
 
 A planner is a class with the attributes `nav2_plugin`, the plugin type by which Nav2 knows it, and
 `Parameters`, the model of its parameters; it is made from its parameters and the robot's footprint.
@@ -19,7 +19,7 @@ Array = NDArray[np.float64]
 
 
 class PlanningError(NavbenchError):
-    """Base of what a planner raises; `code` is Nav2's ComputePathToPose error code."""
+    """The base of a planner's errors; `code` is Nav2's ComputePathToPose error code."""
 
     code: ClassVar[int] = 200
 
@@ -83,7 +83,7 @@ def as_pose(pose: ArrayLike, name: str) -> Array:
 def outside_map(
     costmap: Costmap, pose: Array, error: type[PlanningError], name: str
 ) -> PlanningError:
-    """Returns the error that tells where a start or goal should have been."""
+    """Returns the error for a start or goal off the map, with the map's bounds."""
     return error(
         f"{name}: found ({pose[0]:g}, {pose[1]:g}) m, expected a point on the map: x from "
         f"{costmap.origin_x:g} to {costmap.origin_x + costmap.size_x_m:g} m, y from "

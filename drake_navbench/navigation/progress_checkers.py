@@ -1,4 +1,4 @@
-"""When a robot counts as stuck: Nav2's progress checkers, as pure functions of immutable state.
+"""Nav2's progress checkers, as pure functions of immutable state.
 
 Source: nav2_controller, branch lyrical.
 """
@@ -25,7 +25,7 @@ NANOSECONDS_PER_SECOND = 1e9
 
 
 class Baseline(NamedTuple):
-    """Where and when the robot last moved enough: x m, y m, yaw rad, time s."""
+    """The pose and time of the last sufficient motion: x m, y m, yaw rad, time s."""
 
     x: float
     y: float
@@ -41,7 +41,7 @@ class ProgressCheck(NamedTuple):
 
 
 class ProgressChecker(Protocol):
-    """What the controller server asks once a cycle, after the goal checker."""
+    """A progress checker, which the controller server calls once a cycle after the goal checker."""
 
     def initial_state(self) -> Any:
         """Returns the state at the start of a task."""

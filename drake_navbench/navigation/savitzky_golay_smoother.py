@@ -22,7 +22,7 @@ def smooth_path(path: ArrayLike, parameters: SavitzkyGolaySmootherParameters) ->
     """Returns the smoothed path (N, 3) x m, y m, yaw rad; `path` has the same shape.
 
     The incoming headings tell forward from reverse driving. Short parts stay as they are; obstacles
-    are not looked at. Raises InputError where `path` is no path.
+    have no effect. Raises InputError where `path` is no path.
     """
     smoothed = np.array(path, dtype=np.float64)
     if smoothed.ndim != 2 or smoothed.shape[1] != 3 or len(smoothed) == 0:
@@ -41,7 +41,7 @@ def smooth_path(path: ArrayLike, parameters: SavitzkyGolaySmootherParameters) ->
 
 
 def window_weights(window_size: int, order: int) -> Array:
-    """Returns (window_size,) what each point counts for the middle of the least-squares polynomial.
+    """Returns (window_size,) the points' weights in the least-squares value at the middle.
 
     Numerical Recipes, 14.9: the first row of the pseudo-inverse of the Vandermonde matrix.
     """

@@ -1,6 +1,6 @@
 """Nav2's planner for cars: Hybrid-A*, with Dubins' or Reeds and Shepp's curves.
 
-Source: nav2_smac_planner (SmacPlannerHybrid), branch lyrical. What differs: a time limit is a
+Source: nav2_smac_planner (SmacPlannerHybrid), branch lyrical. The differences: a time limit is a
 number of expansions, and where Nav2 reads beyond its arrays, the map at its upper edge and the
 outlines at a heading rounded to a full turn, the robot does not fit, and has its outline at 0.
 """
@@ -120,7 +120,7 @@ class SmacPlannerHybrid:
     def _search(
         self, grid: Costmap, first: NDArray[np.float32], last: NDArray[np.float32]
     ) -> tuple[NDArray[np.float32], int]:
-        """Returns (N, 3) the path in cells and rad, and how many expansions; raises."""
+        """Returns (N, 3) the path in cells and rad, and the number of expansions; raises."""
         parameters = self.parameters
         radius = self._radius_m(grid) / grid.resolution
         ways_of_car = motions(
@@ -214,7 +214,7 @@ class SmacPlannerHybrid:
         return np.array([heading])
 
     def _body(self, grid: Costmap, ways_of_car: Motions) -> Body:
-        """Returns how collisions are told: the outline at each heading, as Nav2 rounds them."""
+        """Returns the body for collision checks: the outline by heading, rounded as in Nav2."""
         bin_size = F32(2.0 * math.pi / ways_of_car.bins)
         outlines = np.empty((ways_of_car.bins, len(self._footprint), 2))
         for heading in range(ways_of_car.bins):
@@ -227,7 +227,7 @@ class SmacPlannerHybrid:
 
 
 def require_few_states(parameters: SmacPlannerHybridParameters, rows: int, columns: int) -> None:
-    """Raises InputError where a search on a map of so many cells would have too many states."""
+    """Raises InputError where a search on a map would have too many states."""
     bins = parameters.angle_quantization_bins
     states = rows * columns * bins
     if states > MAX_STATES:

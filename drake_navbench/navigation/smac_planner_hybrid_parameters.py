@@ -98,5 +98,5 @@ class SmacPlannerHybridParameters(FrozenModel):
 
     @property
     def coarse_step(self) -> int:
-        """Every how many goal headings are tried first."""
+        """The step between the goal headings that are tried first."""
         return max(1, self.coarse_search_resolution)

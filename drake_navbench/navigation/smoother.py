@@ -1,4 +1,4 @@
-"""The contract of a smoother of plans: what it is asked, and how it says that it failed."""
+"""The contract of a smoother of plans: its inputs, its result, and its errors."""
 
 from __future__ import annotations
 

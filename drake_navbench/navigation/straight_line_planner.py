@@ -37,7 +37,7 @@ class StraightLine:
     Parameters = StraightLineParameters
 
     def __init__(self, parameters: StraightLineParameters, footprint: Array | None) -> None:
-        """footprint: not looked at, as nothing is."""
+        """footprint: without effect, as the planner ignores all obstacles."""
         self.parameters = parameters
 
     def plan(self, costmap: Costmap, start: ArrayLike, goal: ArrayLike) -> Array:

@@ -1,4 +1,4 @@
-"""What the systems of the navigation stack tell each other: tasks, how they stand, what to do."""
+"""The messages between systems of the navigation stack: tasks, their status and requests."""
 
 from __future__ import annotations
 
@@ -31,11 +31,11 @@ class TaskState(Enum):
 
 @dataclass(frozen=True)
 class TaskStatus(Immutable):
-    """How a task stands.
+    """The status of a task.
 
     error_code: Nav2's code, 0 where there is none. reason: one line for people.
     details: numbers behind the reason. traceback: of a controller that broke.
-    time_s: when the task ended. task_id: which task, as the one who asked for it numbered it.
+    time_s: when the task ended. task_id: the task's number, given by the system that asked for it.
     """
 
     state: TaskState = TaskState.IDLE
@@ -64,7 +64,7 @@ class GlobalPlan(Immutable):
 
 @dataclass(frozen=True)
 class BehaviorGoal(Immutable):
-    """What a behaviour is to do: Nav2's Spin, BackUp, DriveOnHeading and Wait goals.
+    """A request for a behaviour: Nav2's Spin, BackUp, DriveOnHeading and Wait goals.
 
     behavior: its name in `behaviors.BEHAVIORS`. arguments: of that behaviour.
     """
@@ -77,17 +77,17 @@ class BehaviorGoal(Immutable):
 
 @dataclass(frozen=True)
 class ClearRequest(Immutable):
-    """The wish that a costmap forget what it has marked; time_s: when it was uttered."""
+    """A request that a costmap forget its marks; time_s: of the request."""
 
     time_s: float
 
 
 @dataclass(frozen=True)
 class Leg(Immutable):
-    """How the way to one goal went.
+    """The course of the drive to one goal.
 
-    goal: x m, y m, yaw rad. status: how it ended. start_time_s, end_time_s: when.
-    recovery_count: recovery actions that were started, as Nav2's feedback counts them.
+    goal: x m, y m, yaw rad. status: its result. start_time_s, end_time_s: its span.
+    recovery_count: number of recovery actions started, as Nav2's feedback counts them.
     """
 
     goal: tuple[float, float, float]

@@ -4,7 +4,7 @@ Each request is answered as Nav2 answers the first one after its start: it frees
 lower left corner of the map. (It means to free the robot's cell, but takes that of the request
 before.) Nav2 leaves the cell free in the costmap; here the costmap stays as it is.
 Source: nav2_theta_star_planner (ThetaStarPlanner), branch lyrical; humble frees no cell, and has no
-codes for what failed.
+codes for failures.
 """
 
 from __future__ import annotations
@@ -60,7 +60,7 @@ class ThetaStarPlanner:
     Parameters = ThetaStarPlannerParameters
 
     def __init__(self, parameters: ThetaStarPlannerParameters, footprint: Array | None) -> None:
-        """footprint: not looked at; the search sees the cell under the robot's centre only."""
+        """footprint: without effect; the search sees the cell under the robot's centre only."""
         self.parameters = parameters
 
     def plan(self, costmap: Costmap, start: ArrayLike, goal: ArrayLike) -> Array:

@@ -40,7 +40,7 @@ class WaypointFollowerParameters(FrozenModel):
 
 @dataclass(frozen=True)
 class Progress(Immutable):
-    """How far the follower has come.
+    """The progress of the waypoint follower.
 
     index: of the present waypoint. leg_start_s: when its leg began. pause_end_s: None while
     driving. legs: those that are over. status: of the whole task.

@@ -28,10 +28,10 @@ STANDSTILL_MPS = 1e-3
 class AckermannBase(MobileBase):
     """A car as a bicycle: the origin is the middle of the rear axle; see MobileBase for its ports.
 
-    Continuous state [x m, y m, yaw rad, v m/s, steering angle rad]; the yaw rate that the port
-    `state` tells is w = v tan(steering angle) / wheelbase, and its vy is 0. A command asks for the
-    curvature w / v, and so for a steering angle, cut to full lock; its vy has no effect. Told to
-    turn in place it stands still.
+    Continuous state [x m, y m, yaw rad, v m/s, steering angle rad]; the yaw rate in the port
+    `state` is w = v tan(steering angle) / wheelbase, and its vy is 0. A command asks for the
+    curvature w / v, and so for a steering angle, cut to full lock; its vy has no effect. Commanded
+    to turn in place it stands still.
     """
 
     def __init__(

@@ -1,4 +1,4 @@
-"""Monte Carlo localization: where the map says that the robot is."""
+"""Monte Carlo localization: the robot's pose in the map, by its scans."""
 
 from __future__ import annotations
 
@@ -47,12 +47,13 @@ FIRST_OF_FLOORS = 2**31
 
 @dataclass(frozen=True, eq=False)
 class Belief(Immutable):
-    """What AMCL believes.
+    """AMCL's belief about the robot's pose.
 
-    particles: (N, 3) x m, y m, yaw rad in the map. weights: (N,), which sum to 1. slow, fast: means
-    of the weights before, 0 where there are none. odometry_pose: (3,) at the last update, None
-    before the first. updates: how many there were. scan_time_s: of the last scan looked at.
-    map_from_odometry: (3,). has_jumped: whether it was displaced already.
+    particles: (N, 3) x m, y m, yaw rad in the map. weights: (N,), which sum to 1. slow, fast:
+    running means of the particles' likelihood, 0 before the first. odometry_pose: (3,) at the last
+    update, None before the first. updates: their number. scan_time_s: of the last scan used.
+    map_from_odometry: (3,) pose of the odometry frame in the map. has_jumped: whether the belief
+    was displaced already.
     """
 
     particles: Array
@@ -81,21 +82,21 @@ class _KnownMap(NamedTuple):
 class Amcl(FloorAware):
     """Adaptive Monte Carlo localization on a map, as nav2_amcl does it with the likelihood field.
 
-    Input `scan` (Scan or None), which tells where the odometry believed the sensor to be, and
-    `odometry_estimate` [x m, y m, yaw rad, v m/s, w rad/s, vy m/s] in the odometry's frame. Outputs
-    `estimate`, the latter in the map, and `map_from_odometry` (3,) x m, y m, yaw rad. Abstract
-    state `belief_state` is the `Belief`.
+    Input `scan` (Scan or None), with the sensor's pose by the odometry, and `odometry_estimate` [x
+    m, y m, yaw rad, v m/s, w rad/s, vy m/s] in the odometry's frame. Outputs `estimate`, the latter
+    in the map, and `map_from_odometry` (3,) x m, y m, yaw rad. Abstract state `belief_state` is the
+    `Belief`.
 
-    A new scan is looked at within 0.05 s, at `offset_s` and every period later; the filter is
+    A new scan is processed within 0.05 s, at `offset_s` and every period later; the filter is
     updated where the odometry has moved far enough since the last update, and the transform where
     it is resampled. Of several scanners the first counts. grid: the map, in the world frame.
 
     At the settings' `jump_time_s` all particles and the transform are displaced by the jump: the
     robot is forcibly unlocalized, as if it had been carried away.
 
-    floors: the map of each floor, where there are several; their clock comes with them. Then the
-    input `state`, the true one, tells around which pose the particles begin anew on another floor:
-    the true one, off by the error of the lift, spread as at the start.
+    floors: the map of each floor, where there are several; their clock comes with them. On another
+    floor the particles begin anew, spread as at the start around the true pose (input `state`) plus
+    the error of the lift.
     """
 
     def __init__(
@@ -297,9 +298,9 @@ class Amcl(FloorAware):
 def likelihood_field(
     amcl: AmclSettings, grid: OccupancyMap, range_max: float
 ) -> tuple[Array, float]:
-    """Returns (rows, columns) what a hit in each cell adds to a likelihood, and one off the map.
+    """Returns a likelihood term for a hit in each cell (rows, columns), and for one off the map.
 
-    That is the cube of z_hit exp(-d^2 / (2 sigma^2)) + z_rand / range_max, d m the distance of the
+    It is the cube of z_hit exp(-d^2 / (2 sigma^2)) + z_rand / range_max, d m the distance of the
     cell's centre from the nearest occupied one's, at most laser_likelihood_max_dist.
     """
     # It takes a while to import, and only who localizes this way needs it.

@@ -44,11 +44,11 @@ class CasterBase(LeafSystem):
 
     Input port `command` [v m/s, w rad/s, vy m/s], of which vy has no effect. Output port `state`
     [x m, y m, yaw rad, v m/s, w rad/s, vy m/s], vy is 0. The discrete state, see
-    `kernels.casters`, holds what is at the end of the period that has begun. A tyre rolls on its
-    radius less what it is pressed in; its motor does not know. Output port
-    `geometry_pose` places the frame that carries the footprint in SceneGraph.
+    `kernels.casters`, is that at the end of the period that has begun. A tyre rolls on its radius
+    less its compression; the motor reckons with the full radius. Output port `geometry_pose` places
+    the frame that carries the footprint in SceneGraph.
 
-    rolling_resistance: of the casters' wheels, share of what stands on them.
+    rolling_resistance: of the casters' wheels, as a share of their load.
     """
 
     def __init__(
@@ -138,7 +138,7 @@ class CasterBase(LeafSystem):
         context.SetDiscreteState(state)
 
     def set_state(self, context: Context, state: Vector) -> None:
-        """Puts the robot where `state` then tells `state` (6,); the casters stay as they are."""
+        """Puts the robot into `state` (6,), that of the output; the casters stay as they are."""
         own = context.get_discrete_state_vector().CopyToVector()
         own[:5] = state[:5]
         own[TOLD_V], own[TOLD_W] = state[3:5]

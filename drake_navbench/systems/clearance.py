@@ -1,4 +1,4 @@
-"""How close the robot is to the obstacles, sampled: truly, and as the publication measures it."""
+"""The sampled clearance of the robot from obstacles: the true one, and that of the publication."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from drake_navbench.systems.floor_aware import FloorAware, FloorClock
 from drake_navbench.systems.lifetime import weakly_bound
 from drake_navbench.systems.ports import POSE_SIZE, STATE_SIZE, declare_object_input, value_or_none
 
-# What is farther away is not looked at; the clearance then reads +inf.
+# The clearance beyond this distance, m, reads +inf.
 MAX_DISTANCE_M = 5.0
 # To an obstacle, to the centre of a cell, to the corner of a cell.
 DISTANCE_COUNT = 3
@@ -27,13 +27,12 @@ class Clearance(FloorAware):
     """Measures the distance to obstacles at the start, at `offset_s`, and once a period from then.
 
     Inputs `state` [x m, y m, yaw rad, ...], `costmap` (Costmap or None), `odometry_from_world`
-    (3,), where the world lies in the costmap's frame (not connected: they are one), and `moving`
-    (edges (E, 4) and circles (D, 3) of what moves, m; need not be connected). Output `distances`
-    [m]: first the distance between the footprint and the nearest thing that stands or moves in the
+    (3,), the world's pose in the costmap's frame (not connected: they are one), and `moving` (edges
+    (E, 4) and circles (D, 3) of moving bodies, m; need not be connected). Output `distances` [m]:
+    first the distance between the footprint and the nearest thing that stands or moves in the
     world, 0 where they overlap; then the distance from the reference point to the nearest of the
     lethal cells' centres; then that to the nearest of their lower left corners, the published
-    measure. +inf where nothing is near. Whether they touch between two samples is for ContactWatch
-    to say.
+    measure. +inf where nothing is near. Contacts between two samples are found by ContactWatch.
 
     The distance is exact in the plane. SceneGraph's is not: between prisms on one floor FCL's
     general algorithm is now and then too large by up to metres (flexible-collision-library/fcl,

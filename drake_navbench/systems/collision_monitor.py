@@ -1,4 +1,4 @@
-"""The last check of a command before the wheels: what the sensors see around the robot."""
+"""The collision monitor: the last check of a command, by the sensors' points around the robot."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class CollisionMonitorSystem(LeafSystem):
     ...], the odometry. Outputs `safe_command` [v m/s, w rad/s, vy m/s] and `monitor_state`
     (MonitorState).
 
-    period_s: of the commands, each of which is looked at once. footprint: (K, 2) padded, m.
+    period_s: of the commands, each of which is checked once. footprint: (K, 2) padded, m.
     """
 
     def __init__(
@@ -68,7 +68,7 @@ class CollisionMonitorSystem(LeafSystem):
         state.get_mutable_discrete_state(self._output).SetFromVector(output)
 
     def _points(self, context: Context) -> NDArray[np.float64] | None:
-        """Returns (N, 2) what all sources see, base frame, m; None where one stops the robot."""
+        """Returns (N, 2) all sources' points, base frame, m; None where one stops the robot."""
         parameters = self._parameters
         scan: Scan | None = self._scan_port.Eval(context)
         ranges = value_or_none(self._ranges_port, context) or {}

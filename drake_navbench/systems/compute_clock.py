@@ -1,4 +1,4 @@
-"""How long control cycles take, and what follows from it."""
+"""The computing times of control cycles, and the lateness of commands by them."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from drake_navbench.inputs.timing import TimingSettings
 
 # Of each cycle: wall-clock and processor time, ms.
 ComputeTimes = Sequence[tuple[float, float]]
-# A cycle that missed its period is followed by the next one at the next of so many parts of it;
-# Nav2 begins it at once.
+# A control period has this many ticks. After a cycle that missed its period the next one begins at
+# the next tick; in Nav2 at once.
 TICKS_A_PERIOD = 4
 
 
 class ComputeClock:
-    """Tells how late the command of a cycle is, by the timing's `compute_time`.
+    """The clock that tells by how much a cycle's command is late, by the timing's `compute_time`.
 
     logged: the times of all cycles of an earlier run of the trial, in place of those measured.
     """
@@ -31,7 +31,10 @@ class ComputeClock:
         return self._timing.any(lambda timing: timing.compute_time != 0.0)
 
     def ticks_a_period(self, period_s: float) -> int:
-        """Returns how often a period to look whether a cycle may begin: once where none is late."""
+        """Returns the number of ticks a control period, at each of which a cycle may begin.
+
+        It is 1 where no cycle can take longer than a period, else TICKS_A_PERIOD.
+        """
 
         def is_short(timing: TimingSettings) -> bool:
             given = timing.compute_time
@@ -51,7 +54,7 @@ class ComputeClock:
         return self._logged[cycle]
 
     def late_s(self, now_s: float, wall_ms: float) -> float:
-        """Returns how long a cycle that begins now takes, s, whose wall-clock time is known."""
+        """Returns the lateness, s, of a cycle that begins now and took `wall_ms` of wall clock."""
         timing = self._timing.at(now_s)
         if timing.compute_time == "measured":
             return 1e-3 * wall_ms

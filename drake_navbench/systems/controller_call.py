@@ -1,4 +1,4 @@
-"""The call of a controller, which may be anybody's: its time, how it breaks, what it returns."""
+"""The call of a controller, ours or a third party's: its time, its errors, its checked result."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ from drake_navbench.systems.ports import COMMAND_SIZE
 
 # Of the arrays that a log can hold: flags, whole numbers, numbers, text.
 LOGGABLE_KINDS = "biufU"
-# Of what is a velocity: complex numbers, flags and text are none, though numpy would convert them.
+# The kinds of numbers of a velocity: no complex numbers, flags or text, though numpy would convert.
 REAL_KINDS = "iuf"
 # Of numbers, text and flags of one cycle as JSON, in characters.
 MAX_NOTE_LENGTH = 100_000
 
 
 class Stopwatch(NamedTuple):
-    """When a call began: on the wall's clock and on that of the thread's processor time, s."""
+    """The start of a call: by the wall clock, and by the thread's processor time, s."""
 
     wall_s: float
     cpu_s: float
@@ -42,7 +42,7 @@ class Stopwatch(NamedTuple):
 
 
 class PluginBroke(Exception):
-    """A plugin did what it may not; error: what it raised."""
+    """A plugin broke its contract; error: the exception raised."""
 
     def __init__(self, error: BaseException) -> None:
         super().__init__()
@@ -68,7 +68,7 @@ def plugin_code() -> Iterator[None]:
 
 
 def checked_command(decision: Decision, *, moves_sideways: bool) -> NDArray[np.float64]:
-    """Returns (3,) the command; raises ValueError where it is none that the base can follow."""
+    """Returns (3,) the command; raises ValueError for a command that the base cannot follow."""
     given = np.asarray(decision.command)
     is_real = given.dtype.kind in REAL_KINDS and given.shape in ((2,), (3,))
     command = np.zeros(COMMAND_SIZE)
@@ -88,7 +88,7 @@ def checked_command(decision: Decision, *, moves_sideways: bool) -> NDArray[np.f
 
 
 def require_loggable(name: str, values: Mapping[str, Any]) -> None:
-    """Raises TypeError or ValueError where a log could not hold what a controller left."""
+    """Raises TypeError or ValueError where a log could not hold a controller's values."""
     if not isinstance(values, Mapping):
         raise TypeError(f"{name}: expected a mapping, got {type(values).__name__}")
     for key, value in values.items():

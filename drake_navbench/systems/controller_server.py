@@ -60,13 +60,13 @@ STANDSTILL = read_only(np.zeros(COMMAND_SIZE))
 
 
 class ServerState(NamedTuple):
-    """Everything of the server that evolves.
+    """The state of the controller server.
 
     command: (3,) last command published, v m/s, w rad/s, vy m/s. cycle_count: cycles computed so
     far. compute_time_ms, compute_cpu_time_ms: wall-clock time of the last call of the controller,
-    and the time for which its thread had a processor. diagnostics: what the controller left in that
-    cycle. waiting_since_s: when the wait for a current costmap began, None where there is none.
-    Where cycles take time: next_cycle_s: none begins before; command_due_s: when the command is
+    and the time for which its thread had a processor. diagnostics: of the controller in that cycle.
+    waiting_since_s: when the wait for a current costmap began, None where there is none. Where
+    cycles take time: next_cycle_s: none begins before; command_due_s: when the command is
     published; earlier_command: the one in force until then.
     """
 
@@ -101,7 +101,7 @@ class ControllerServer(LeafSystem):
 
     Inputs `estimate` [x m, y m, yaw rad, v m/s, w rad/s, vy m/s] and `costmap` (Costmap or None),
     both in the odometry's frame, `plan` (GlobalPlan or None) in the map's, `map_from_odometry`
-    (3,), where the former lies in the latter (not connected: they are one), `speed_limit`
+    (3,), the pose of the former in the latter (not connected: they are one), `speed_limit`
     (SpeedLimit or None; not connected: no limit) and `clear_request` (ClearRequest or None; not
     connected: none). As in Nav2, a controller sees all in the odometry's frame, the plan brought
     over in every cycle. Outputs `command` [v m/s, w rad/s, vy m/s], `server_state` (ServerState)
@@ -111,8 +111,8 @@ class ControllerServer(LeafSystem):
     costmap, cut of the path, goal test, progress test, command. A costmap is not current from the
     request to clear it until its next update. The first cycle runs at `offset_s`.
 
-    A controller that raises anything but a ControllerError from its `step`, or returns what is no
-    command or what no log can hold, ends its task in the state ERROR.
+    A controller ends its task in the state ERROR if its `step` raises anything but a
+    ControllerError, or returns an invalid command or diagnostics that no log can hold.
 
     Where cycles take time, a command is published when its cycle is over, and a cycle that misses
     its period puts the next one off.

@@ -1,4 +1,4 @@
-"""A layered costmap as a system: what the local and the global one share."""
+"""A layered costmap as a system: the common part of the local and the global one."""
 
 from __future__ import annotations
 

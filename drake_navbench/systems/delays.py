@@ -1,4 +1,4 @@
-"""Messages that come late, or never: what is between two parts of a robot."""
+"""Messages that arrive late, or never, between two parts of a robot."""
 
 from __future__ import annotations
 
@@ -80,19 +80,20 @@ class LateOdometry(FloorAware):
         mailbox: Mailbox = context.get_abstract_state(self._mailbox).get_value()
         arrived = mailbox.newest(context.get_time())
         if arrived is None:
-            # Nobody moves before the first command, so what is sent first is where it stands.
+            # The robot stands until the first command, so its start is the first pose sent.
             arrived = mailbox.messages[0] if mailbox.messages else None
         values = self._estimate_port.Eval(context) if arrived is None else arrived[1]
         output.SetFromVector(values)
 
 
 class CommandLink(LeafSystem):
-    """What carries commands to the wheels: late, with losses, and with a timeout at its end.
+    """The link that carries commands to the wheels: late, with losses, with a timeout at its end.
 
-    Input `command` and output `arrived` [v m/s, w rad/s, vy m/s]: the command sent last of those
-    that have arrived, standstill before any. A command is sent once a `period_s` from `offset_s`
-    on, when the stage that makes it has run. Parameter `seed_parameter` holds the trial's seed. An
-    arrival within a step of the integrator acts from about the middle of that step on.
+    Input `command` and output `arrived` [v m/s, w rad/s, vy m/s]: of the commands that have
+    arrived, the one sent last; standstill before any. A command is sent every `period_s` from
+    `offset_s` on, after the stage that makes it has run. Parameter `seed_parameter` holds the
+    trial's seed. An arrival within a step of the integrator acts from about the middle of that step
+    on.
     """
 
     def __init__(

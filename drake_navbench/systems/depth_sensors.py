@@ -27,13 +27,13 @@ class DepthSensors(FloorAware):
     """Sees the true world by each sensor once in its period, the first time at t = 0.
 
     Input `state` [x m, y m, yaw rad, ...] of the base, world frame; `odometry`, likewise, where the
-    odometry believes it to be (not connected: there); `moving` (Solids of what moves; need not be
-    connected). Output `clouds`: the newest PointCloud of
-    each sensor by its name, in the world frame; empty before the first. Glass it does not see.
-    Abstract parameter 0 holds the world as Solids, so that a test can take a thing away.
+    odometry believes it to be (not connected: there); `moving` (Solids of moving bodies; need not
+    be connected). Output `clouds`: the newest PointCloud of each sensor by its name, in the world
+    frame; empty before the first. Glass it does not see. Abstract parameter 0 holds the world as
+    Solids, so that a test can take a thing away.
 
-    floors: what is in sight on each floor, where there are several; their clock comes with them.
-    Clouds of one floor are forgotten on the next.
+    floors: the surroundings seen on each floor, where there are several; their clock comes with
+    them. Clouds of one floor are forgotten on the next.
     """
 
     def __init__(
@@ -94,7 +94,7 @@ class DepthSensors(FloorAware):
             [
                 x + along * np.cos(heading),
                 y + along * np.sin(heading),
-                # What is on the floor is on it, not a rounding error below.
+                # Points on the floor are put at height 0, not a rounding error below.
                 np.maximum(settings.height_m + along * slopes[is_hit], 0.0),
             ]
         )

@@ -1,4 +1,4 @@
-"""What of a controller's diagnostics is worth keeping.
+"""The selection of a controller's diagnostics that a recording keeps.
 
 A controller that samples hundreds of trajectories leaves megabytes a cycle. Numbers, text and
 flags are kept of every cycle; arrays now and then, trajectories with a few of their poses.
@@ -29,7 +29,7 @@ def without_arrays(diagnostics: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def with_thinned_arrays(diagnostics: Mapping[str, Any]) -> dict[str, Any]:
-    """Returns all of the diagnostics, (K, N, 3) trajectories with few poses, numbers rounded."""
+    """Returns the diagnostics with fewer poses in (K, N, 3) trajectories and rounded numbers."""
     return {
         key: _thinned(value) if is_array(value) else value for key, value in diagnostics.items()
     }

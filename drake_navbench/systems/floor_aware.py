@@ -1,4 +1,4 @@
-"""What a system does when the robot comes to another floor."""
+"""The response of a system to the robot's arrival on another floor."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from drake_navbench.systems.ports import declare_object_input
 
 
 class FloorClock(NamedTuple):
-    """When systems look whether the floor changes: on the grid of all possible instants, s."""
+    """The instants at which systems check for a change of floor: offset_s + k period_s, s."""
 
     period_s: float
     offset_s: float
@@ -48,7 +48,7 @@ class FloorAware(LeafSystem):
             self._on_floor(context, state, switch)
 
     def floor_changes(self, context: Context) -> int:
-        """Returns how often the floor has changed."""
+        """Returns the number of changes of floor so far."""
         switch = self._switch_met(context)
         return 0 if switch is None else switch.number
 

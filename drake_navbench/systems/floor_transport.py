@@ -1,4 +1,4 @@
-"""Where the robot is in the world, when lifts carry it from one floor to another."""
+"""The robot's pose in the world when lifts carry it from one floor to another."""
 
 from __future__ import annotations
 
@@ -26,8 +26,8 @@ class FloorTransport(FloorAware):
     The base knows nothing of floors: its motion goes on evenly, as its wheels do. Inputs
     `base_state` [x m, y m, yaw rad, v m/s, w rad/s, vy m/s] and `base_geometry_pose`
     (FramePoseVector) in the base's plane, `floor_switch`. Outputs `state` and `geometry_pose`, the
-    same two in the world. At a change of floor what stood at a pose relative to the lift's stop
-    stands at the same pose relative to the stop of the new floor. `world_from_base_plane` is the
+    same two in the world. At a change of floor the robot's pose relative to the lift's stop stays
+    the same, with the stop of the new floor in place of the old. `world_from_base_plane` is the
     discrete state (3,) x m, y m, yaw rad; it begins as the identity.
     """
 

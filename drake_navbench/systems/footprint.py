@@ -1,4 +1,4 @@
-"""The outline of a robot in SceneGraph, and where it is."""
+"""The outline of a robot in SceneGraph, and its pose."""
 
 from __future__ import annotations
 
@@ -38,5 +38,5 @@ def register_footprint(
 
 
 def planar_pose(x: float, y: float, yaw: float) -> RigidTransform:
-    """Returns the pose of what lies on the floor; m, rad."""
+    """Returns the pose of a body on the floor; m, rad."""
     return RigidTransform(RotationMatrix.MakeZRotation(yaw), np.array([x, y, 0.0]))

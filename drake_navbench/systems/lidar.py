@@ -42,16 +42,16 @@ class Lidar(FloorAware):
 
     Input `state` [x m, y m, yaw rad, ...] of the base, world frame; `odometry`, likewise, where the
     odometry believes it to be (not connected: there). Input `moving` (edges (E, 4) and circles
-    (D, 3) of what moves, m; need not be connected). Output `scan`: the last `Scan`, or None before
-    the first. Abstract parameter 0 holds the world as (segments, circles), so that a
-    test can take a thing away; parameter 1 the trial's seed. Special ranges follow REP 117: +inf
-    where nothing lies within range, -inf nearer than the least range, NaN where a beam dropped out.
+    (D, 3) of moving bodies, m; need not be connected). Output `scan`: the last `Scan`, or None
+    before the first. Abstract parameter 0 holds the world as (segments, circles), so that a test
+    can take a thing away; parameter 1 the trial's seed. Special ranges follow REP 117: +inf where
+    nothing lies within range, -inf nearer than the least range, NaN where a beam dropped out.
 
-    What is lower than the scanned plane, or of glass, it does not see. A lost scan leaves the one
+    Bodies lower than the scanned plane, or of glass, are not seen. A lost scan leaves the one
     before it. With a latency the output is the newest scan that has arrived.
 
-    floors: what is in sight on each floor, where there are several; their clock comes with them.
-    Scans of one floor are forgotten on the next.
+    floors: the surroundings seen on each floor, where there are several; their clock comes with
+    them. Scans of one floor are forgotten on the next.
     """
 
     def __init__(
@@ -136,7 +136,7 @@ class Lidar(FloorAware):
         sensor_pose: NDArray[np.float64],
         noise: np.random.Generator | None,
     ) -> Scan:
-        """Returns what one scanner sees; index: which one."""
+        """Returns the scan of the scanner number `index`."""
         segments, circles = self._outlines(context)
         ranges = cast_rays(
             sensor_pose[:2],
@@ -168,7 +168,7 @@ class Lidar(FloorAware):
         return Scan(context.get_time(), read_only(sensor_pose), self._angles, ranges_m)
 
     def _outlines(self, context: Context) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Returns the edges and circles of all that is in the world, or on the robot's floor."""
+        """Returns the edges and circles of all bodies of the world, or on the robot's floor."""
         if self._floors:
             return self._outlines_on_floor(context)
         segments, circles = context.get_abstract_parameter(self.world_parameter).get_value()
@@ -199,7 +199,7 @@ class Lidar(FloorAware):
         return NoiseKey(seed, stream, step).generator()
 
     def _due_s(self, context: Context) -> float:
-        """Returns when the scan of this instant arrives, s."""
+        """Returns the time at which the scan of this instant arrives, s."""
         now_s = context.get_time()
         timing = self._timing.at(now_s)
         jitter = self._generator(context, NoiseStream.SCAN_DELAY).random()

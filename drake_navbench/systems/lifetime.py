@@ -1,7 +1,7 @@
 """Diagrams with systems written in Python are freed when a trial is over.
 
-Left alone they never are, for two reasons, each a ring of references that Python's collector does
-not see as one:
+Without this module they never are, for two reasons, each a ring of references that Python's
+collector does not see as one:
 
 - A system in C++ holds the functions that its ports and events were declared with. A bound method
   holds the Python half of the system, that the diagram, and the diagram owns the system. The link
@@ -23,10 +23,10 @@ from pydrake.systems.framework import Diagram
 
 
 def weakly_bound(method: Callable[..., Any]) -> Callable[..., Any]:
-    """Returns what calls a method without keeping its object alive.
+    """Returns a function that calls a method without keeping its object alive.
 
-    Drake calls it only while the diagram stands, and the diagram holds the object. What is no bound
-    method is returned as it is.
+    Drake calls it only while the diagram stands, and the diagram holds the object. A callable that
+    is no bound method is returned unchanged.
     """
     if not isinstance(method, MethodType):
         return method

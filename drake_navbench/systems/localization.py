@@ -1,4 +1,4 @@
-"""What the robot believes about its pose and velocity."""
+"""The robot's estimate of its pose and velocity."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ class Localization(Diagram):
     Input `state` and output `estimate` are [x m, y m, yaw rad, v m/s, w rad/s, vy m/s] in the world
     frame. Abstract parameter `seed_parameter` holds the trial's seed. moves_sideways: whether the
     base can, and so measures vy with noise. The noise is drawn at the start, at `offset_s` and once
-    a period after that. What looks at the estimate in an unrestricted update of the initialization,
-    as the navigators do, sees the truth: Drake runs those before discrete ones.
+    a period after that. A system that reads the estimate in an unrestricted update of the
+    initialization, as the navigators do, gets the truth: Drake runs those before discrete ones.
     """
 
     def __init__(

@@ -23,7 +23,7 @@ class Mailbox(Immutable):
         return None
 
     def with_message(self, message: Any, due_s: float, now_s: float) -> Mailbox:
-        """Returns these and another message, without those that nobody will see any more."""
+        """Returns the mailbox with one more message, and without those that are outdated."""
         last = self.newest(now_s)
         kept = [one for one in self.messages if one is last or one[0] > now_s + SLACK_S]
         return Mailbox((*kept, (due_s, message)))

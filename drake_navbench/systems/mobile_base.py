@@ -1,4 +1,4 @@
-"""What every base has in common: ports, a footprint in SceneGraph, a velocity response."""
+"""The parts that all bases share: ports, a footprint in SceneGraph, a velocity response."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class MobileBase(SymbolicVectorSystem):
     calling Python.
 
     own_state: symbolic, the continuous state. command: symbolic (3,). dynamics: time derivative of
-    the state. state: symbolic (6,), what the output port `state` tells.
+    the state. state: symbolic (6,), the value of the output port `state`.
     """
 
     def __init__(
@@ -71,7 +71,7 @@ class MobileBase(SymbolicVectorSystem):
         context.SetContinuousState(state)
 
     def set_state(self, context: Context, state: Vector) -> None:
-        """Puts the robot where the output port `state` then tells `state` (6,)."""
+        """Sets the robot's state such that the output `state` equals `state` (6,)."""
         raise NotImplementedError
 
     def _calc_geometry_pose(self, context: Context, output: AbstractValue) -> None:
@@ -85,7 +85,7 @@ def command_variables() -> NDArray[np.object_]:
 
 
 def response(wanted: Any, value: Any, time_constant_s: float, max_rate: float | None) -> Any:
-    """Returns the rate of a value that goes to what is wanted: (wanted - value) / tau, limited.
+    """Returns the rate of a value that follows `wanted`: (wanted - value) / tau, limited.
 
     max_rate: None for no limit.
     """

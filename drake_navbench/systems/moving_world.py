@@ -1,4 +1,4 @@
-"""What moves in the world besides the robot: things on given ways, and people."""
+"""The moving bodies of the world besides the robot: moving obstacles and people."""
 
 from __future__ import annotations
 
@@ -47,21 +47,21 @@ Array = NDArray[np.float64]
 
 
 class MovingWorld(LeafSystem):
-    """Moves things along given ways, at every instant, and people as they choose or once did.
+    """Moves obstacles on given ways, at every instant, and people by a model or as recorded.
 
-    Input `state` [x m, y m, yaw rad, v m/s, w rad/s, vy m/s] of the robot, of which only people
-    take notice; without any it need not be connected. Output `poses` [x m, y m, yaw rad] of each
-    body in the world frame: things, then people, in the order of the scenario file. Output
-    `outlines`: edges (E, 4) and circles (D, 3) of all, m, as they touch. Output `scanned`: the
-    same as a scanner sees them at its height, without things that end below it, people as legs or
-    trunks. Output `solids`: all as upright Solids for depth sensors, people as trunks down to the
-    floor. Output `people`: the
-    poses of the people alone. Output `geometry_pose` places all in SceneGraph.
+    Input `state` [x m, y m, yaw rad, v m/s, w rad/s, vy m/s] of the robot, which only people react
+    to; without people it need not be connected. Output `poses` [x m, y m, yaw rad] of each body in
+    the world frame: things, then people, in the order of the scenario file. Output `outlines`:
+    edges (E, 4) and circles (D, 3) of all, m, as they touch. Output `scanned`: the same as a
+    scanner sees them at its height, without things that end below it, people as legs or trunks.
+    Output `solids`: all as upright Solids for depth sensors, people as trunks down to the floor.
+    Output `people`: the poses of the people alone. Output `geometry_pose` places all in SceneGraph.
 
     People choose a velocity once a period, from the states at that time, and keep it until the
-    next. So their ways are straight in between, and everybody's place is exact at every instant.
-    Discrete state: when they chose, s, and then the people (see `kernels.walking`). Those of a
-    recording choose nothing, and are FAR_AWAY_M while they are not in the world.
+    next. So their ways are straight in between, and each person's position is exact at every
+    instant. Discrete state: the time of their choice, s, and then the people (see
+    `kernels.walking`). Recorded people choose nothing, and are FAR_AWAY_M while they are not in the
+    world.
 
     footprint: (K, 2) of the robot, base frame, m. scan_height_m: of the scanner's plane.
     """
@@ -120,9 +120,9 @@ class MovingWorld(LeafSystem):
         return self._geometry_pose_port
 
     def set_seed(self, context: Context, seed: int, start_pose: Array | None = None) -> None:
-        """Puts the people where they begin the trial with this seed.
+        """Puts the people at their start of the trial with this seed.
 
-        start_pose: (3,) of the robot, on which nobody is put, as not on what stands or moves.
+        start_pose: (3,) of the robot. People do not start on it, nor on obstacles.
         """
         edges, circles = self._placed_things(context)
         edges = np.vstack([self._standing[0], edges])
@@ -143,7 +143,7 @@ class MovingWorld(LeafSystem):
             own.SetFromVector([context.get_time(), *crowd.state.ravel()])
 
     def people_at(self, context: Context) -> Array:
-        """Returns (P, 8) everybody at the time of a context; see `kernels.walking`."""
+        """Returns (P, 8) all people's states at a context's time; see `kernels.walking`."""
         if self._recorded is not None:
             return self._recorded.people_at(context.get_time())
         if not len(self._walkers):
@@ -153,7 +153,7 @@ class MovingWorld(LeafSystem):
         return people_after(people, context.get_time() - held[0])
 
     def _people_there(self, context: Context) -> Array:
-        """Returns (Q, 8) those who are in the world."""
+        """Returns (Q, 8) the people who are in the world."""
         people = self.people_at(context)
         return people if self._recorded is None else people[people[:, 0] < FAR_AWAY_M]
 

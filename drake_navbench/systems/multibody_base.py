@@ -45,11 +45,11 @@ class MultibodyBase(Diagram):
     contact with the floor is found in a SceneGraph of the plant's own, which holds no more than the
     floor and a ball a wheel: one point of contact each.
 
-    What the motors are told follows the command as the ideal base does. Motors, and the friction of
+    The motors' set speeds follow the command as the ideal base does. Motors, and the friction of
     swivels and wheels, are velocity controllers of joints with a limit on their torque, which the
     solver takes implicitly.
 
-    rolling_resistance: of the casters' wheels, share of what stands on them.
+    rolling_resistance: of the casters' wheels, as a share of their load.
     """
 
     def __init__(
@@ -112,7 +112,7 @@ class MultibodyBase(Diagram):
         self.set_state(context, np.concatenate([pose, np.zeros(STATE_SIZE - 3)]))
 
     def set_state(self, context: Context, state: Vector) -> None:
-        """Puts the robot where `state` then tells `state` (6,); the casters stay as they are."""
+        """Puts the robot into `state` (6,), that of the output; the casters stay as they are."""
         x, y, yaw, v, w, vy = state.tolist()
         own = self.GetMutableSubsystemContext(self._plant, context)
         joint = self._base_joint
@@ -174,9 +174,10 @@ class MultibodyBase(Diagram):
 
 
 class _BaseState(LeafSystem):
-    """Reads what a base tells from the plant's state: positions, then velocities.
+    """Computes a base's state from the plant's state, which holds positions, then velocities.
 
-    position, velocity: where those of the joint between floor and base begin in it.
+    position, velocity: indices at which the positions and velocities of the joint between floor and
+    base begin in it.
     """
 
     def __init__(self, size: int, position: int, velocity: int, frame_id: FrameId) -> None:
@@ -207,10 +208,10 @@ class _BaseState(LeafSystem):
 def _told_speeds(
     drive: DifferentialDrive, gear: RunningGear, actuator_count: int
 ) -> SymbolicVectorSystem:
-    """Returns what tells the motors their speeds, as the plant's desired state: no Python in it.
+    """Returns the system that outputs the motors' speeds, the plant's desired state; no Python.
 
-    Its state is v m/s and w rad/s, which follow the command as the velocity of the ideal base does,
-    and the angles rad to which the left and the right wheel would have turned by that.
+    Its state is v m/s, w rad/s, and the angles rad by which the left and the right wheel have
+    turned at these speeds. v and w follow the command as the velocity of the ideal base does.
     """
     state = symbolic.MakeVectorVariable(4, "told")
     command = command_variables()

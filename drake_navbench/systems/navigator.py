@@ -1,4 +1,4 @@
-"""Asks for a plan and tells how the whole task stands."""
+"""Requests a plan and reports the status of the whole task."""
 
 from __future__ import annotations
 

@@ -52,8 +52,8 @@ def _dynamics(
 
     dx = v cos(yaw) - vy sin(yaw), dy = v sin(yaw) + vy cos(yaw), dyaw = w, and for u in (v, w, vy):
     du = (u_command - u) / tau, cut to the acceleration limit; the command is cut to the velocity
-    limits before. u is the velocity in the base frame, as the wheels have it: what the turning of
-    that frame adds to the acceleration is not limited.
+    limits before. u is the velocity in the base frame, as at the wheels: the acceleration from the
+    turning of that frame is not limited.
     """
     _, _, yaw, v, w, vy = state
     v_command = clamped(command[0], drive.min_linear_velocity_mps, drive.max_linear_velocity_mps)

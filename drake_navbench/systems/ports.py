@@ -21,8 +21,8 @@ from pydrake.systems.framework import (
 
 from drake_navbench.systems.lifetime import weakly_bound
 
-# x m, y m, yaw rad, then the velocity: v m/s forward, w rad/s, vy m/s to the left. Last stands what
-# only an omnidirectional base has; for every other one it is 0.
+# x m, y m, yaw rad, then the velocity: v m/s forward, w rad/s, vy m/s to the left. vy is 0 for all
+# but an omnidirectional base.
 STATE_SIZE = 6
 # x m, y m, yaw rad.
 POSE_SIZE = 3
@@ -45,7 +45,7 @@ def declare_object_output(
 ) -> OutputPort:
     """Declares an output port for a Python object.
 
-    value_of: returns what the port holds in a context; it may read only what `prerequisites` name.
+    value_of: returns the port's value in a context; it may read only the `prerequisites`.
     """
 
     value = weakly_bound(value_of)
@@ -74,5 +74,5 @@ def declare_state_part_output(
 
 
 def value_or_none(port: InputPort, context: Context) -> Any:
-    """Returns what an input port holds; None where nothing is connected."""
+    """Returns the value of an input port; None where nothing is connected."""
     return port.Eval(context) if port.HasValue(context) else None

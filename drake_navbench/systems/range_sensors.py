@@ -32,11 +32,11 @@ class RangeSensors(FloorAware):
     """Measures one distance by each sensor once in its period, the first time at t = 0.
 
     Input `state` [x m, y m, yaw rad, ...] of the base, world frame; `odometry`, likewise, where the
-    odometry believes it to be (not connected: there); `moving` (Solids of what moves; need not be
-    connected). Output `ranges`: of each sensor by its name the readings of the last `keep_s`, the
-    oldest first; empty before the first. Abstract parameter 0 is the trial's seed.
+    odometry believes it to be (not connected: there); `moving` (Solids of moving bodies; need not
+    be connected). Output `ranges`: of each sensor by its name the readings of the last `keep_s`,
+    the oldest first; empty before the first. Abstract parameter 0 is the trial's seed.
 
-    keep_s: the longest time between two looks of who wants every reading. floors: what is in sight
+    keep_s: the longest period of a system that reads every reading. floors: the surroundings seen
     on each floor, where there are several; their clock comes with them. Readings of one floor are
     forgotten on the next.
     """
@@ -123,7 +123,7 @@ class RangeSensors(FloorAware):
         )
 
     def _in_sight(self, name: str, context: Context) -> Solids:
-        """Returns all that a sensor can meet, on the robot's floor where there are several."""
+        """Returns the solids that a sensor can meet, those of the robot's storey alone."""
         solids = self._solids[name]
         moving = value_or_none(self._moving_port, context)
         if self._floors:
@@ -142,5 +142,5 @@ class RangeSensors(FloorAware):
 
 
 def _met_by(settings: RangeSensorSettings, world: World) -> World:
-    """Returns what of a world such a sensor can meet."""
+    """Returns the part of a world that a sensor's radiation can meet."""
     return world if settings.radiation == "ultrasound" else world.opaque

@@ -47,11 +47,11 @@ RECORDED_COLUMNS = (
 
 @dataclass
 class Recording:
-    """What was recorded so far; it lives in the recorder's Context, like Drake's VectorLog.
+    """The samples recorded so far; they live in the recorder's Context, like Drake's VectorLog.
 
-    rows: the pieces of each sample, in the order of `RECORDED_COLUMNS`, and behind them where the
-        world lies in the odometry's frame, where that has one.
-    costmaps: every update of the local costmap that a sample saw. people: where they were, (P, 3),
+    rows: the pieces of each sample, in the order of `RECORDED_COLUMNS`, and after them the pose of
+        the world in the odometry's frame, where the odometry has one.
+    costmaps: every update of the local costmap that a sample saw. people: their states, (P, 3),
     ten times a second.
     noted_cycle: the last control cycle whose diagnostics were looked at. arrays_due_s: when arrays
     in them are kept again, s.
@@ -67,7 +67,7 @@ class Recording:
     arrays_due_s: float = 0.0
 
     def note(self, time_s: float, cycle: int, diagnostics: Mapping[str, Any]) -> None:
-        """Keeps what is worth keeping of a control cycle not noted yet."""
+        """Keeps a control cycle's diagnostics, unless they were noted before."""
         if cycle == self.noted_cycle:
             return
         self.noted_cycle = cycle
@@ -82,19 +82,22 @@ class Recording:
             self.diagnostics.append((time_s, without_arrays(diagnostics)))
 
     def add_events(self, latest: Sequence[tuple[float, dict[str, Any]]]) -> None:
-        """Adds those events that are newer than all that are there."""
+        """Adds the events that are newer than all recorded ones."""
         newest_s = self.events[-1][0] if self.events else -math.inf
         self.events.extend(event for event in latest if event[0] > newest_s)
 
     def wants_people(self, time_s: float) -> bool:
-        """Returns whether it is time again for where the people are; forgets the same time."""
+        """Returns whether people are due to be recorded; drops a record of the same time."""
         if self.people and self.people[-1][0] == time_s:
             self.people.pop()
         due_s = self.people[-1][0] + PEOPLE_PERIOD_S if self.people else -math.inf
         return time_s >= due_s - ROUNDING_S
 
     def forget_after(self, time_s: float) -> None:
-        """Drops the samples after a time; what the last one saw first is of that time."""
+        """Drops the samples after a time.
+
+        Diagnostics of later times are kept, as of `time_s`.
+        """
         while self.rows and self.rows[-1][0] > time_s:
             self.rows.pop()
         self.diagnostics = [(min(noted_s, time_s), left) for noted_s, left in self.diagnostics]
@@ -102,7 +105,7 @@ class Recording:
         self.people = [entry for entry in self.people if entry[0] <= time_s]
 
     def columns(self) -> dict[str, np.ndarray]:
-        """Returns all that was recorded, by column."""
+        """Returns the samples by column."""
         if not self.rows:
             return {name: np.empty(0) for name in RECORDED_COLUMNS}
         table = np.column_stack([np.array(piece) for piece in zip(*self.rows, strict=True)])
@@ -150,7 +153,7 @@ class Recorder(LeafSystem):
         self.DeclareForcedPublishEvent(weakly_bound(self.record))
 
     def find_recording(self, context: Context) -> Recording:
-        """Returns what was recorded in this system's context."""
+        """Returns the recording in this system's context."""
         return self._recording.Eval(context)
 
     def record(self, context: Context) -> None:

@@ -32,9 +32,9 @@ ODOMETRY_PERIOD_S = 0.05
 
 @dataclass(frozen=True)
 class _Draw(Immutable):
-    """What is drawn once a trial.
+    """The random directions of a trial's errors.
 
-    drift: (2,) of length 1, a direction of the base; jump: likewise of the map. The sides are -1
+    drift: (2,) unit vector in the base frame; jump: (2,) unit vector in the map. The sides are -1
     or 1.
     """
 
@@ -55,13 +55,13 @@ class _Draw(Immutable):
 
 @dataclass(frozen=True)
 class _Offset(Immutable):
-    """How far a fix is off: (3,) in the base frame, and then in the map."""
+    """The error of a fix: `bias` (3,) in the base frame, then `jump` (3,) in the map; m, m, rad."""
 
     bias: tuple[float, float, float] = (0.0, 0.0, 0.0)
     jump: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
     def of(self, pose: Array) -> Array:
-        """Returns where a robot at a pose (3,) is localized."""
+        """Returns the pose (3,) at which a robot at a true pose (3,) is localized."""
         return np.asarray(compose(pose, self.bias) + np.array(self.jump))
 
 
@@ -75,24 +75,24 @@ class _Fixes(Immutable):
 
 
 class ScriptedLocalization(FloorAware):
-    """Odometry in a frame of its own, and where that frame lies in the map.
+    """Odometry in a frame of its own, and the pose of that frame in the map.
 
     Input `state` [x m, y m, yaw rad, v m/s, w rad/s, vy m/s] is the truth, in the world frame,
-    which the map shares; `noise` is added to what is told of the state in the odometry's frame.
+    which the map shares; `noise` is added to the state in the odometry's frame.
     Outputs, of the same six numbers: `odometry`, the pose in the odometry's frame, without that
-    noise, where costmaps and scans are placed; `odometry_estimate`, with it, for the controller;
-    `estimate`, the latter in the map, for all that plans. Outputs (3,) x m, y m, yaw rad:
-    `map_from_odometry` is Nav2's transform from map to odom, where the odometry's frame lies in the
-    map; `odometry_from_world` is where the world lies in the odometry's frame.
+    noise, for the places of costmaps and scans; `odometry_estimate`, with it, for the controller;
+    `estimate`, the latter in the map, for the planners. Outputs (3,) x m, y m, yaw rad:
+    `map_from_odometry` is Nav2's transform from map to odom, the pose of the odometry's frame in
+    the map; `odometry_from_world` is the pose of the world in the odometry's frame.
 
     At the start both frames are the world's, but for a bias. The odometry's drift grows with every
     step, one every 0.05 s from `offset_s` on. A fix finds the true pose, off by its noise, the bias
     and the jump, and sets `map_from_odometry` so that the robot was there; without fixes only a
     change of bias or jump moves it.
 
-    With `wheel_odometry` the odometry is what the wheels tell, in pose and in speed: input
-    `wheel_gains` (2,), where it is connected, has the speed over the floor of the left and the
-    right wheel, `wheel_separation_m` apart, for what each turns.
+    With `wheel_odometry` the odometry's pose and speed are computed from the turns of the wheels:
+    input `wheel_gains` (2,), where it is connected, is the speed over the floor a wheel speed of
+    the left and the right wheel, which are `wheel_separation_m` apart.
 
     floor_clock: where there are several floors. On another one the odometry goes on as if nothing
     had happened, and a fix finds the pose there, off by the error of the lift as well.
@@ -143,7 +143,7 @@ class ScriptedLocalization(FloorAware):
         )
 
     def set_start(self, context: Context, pose: Array, seed: int) -> None:
-        """Puts all frames where they lie at the start of a trial, the robot at a true pose (3,)."""
+        """Puts all frames at their start of a trial, with the robot at a true pose (3,)."""
         draw = _Draw.of(seed)
         offset = _offset(self._settings.at(0.0), draw, 0.0)
         context.get_mutable_abstract_parameter(self.seed_parameter).set_value(seed)
@@ -215,11 +215,11 @@ class ScriptedLocalization(FloorAware):
 
     @property
     def _believes_wheels(self) -> bool:
-        """Whether there are wheels that mislead the odometry."""
+        """Whether the odometry is misled by the wheels."""
         return self._gains_port is not None
 
     def _error_of_wheels(self, context: Context, ahead: float, turn: float) -> Array:
-        """Returns (3,) by how much more wheels have moved than a base by `ahead` and `turn`.
+        """Returns (3,) the motion by the wheels' turns less the base's own, `ahead` and `turn`.
 
         In m and rad as seen from the base, or in m/s and rad/s for speeds.
         """
@@ -300,7 +300,7 @@ class ScriptedLocalization(FloorAware):
 
 
 def jump_of(settings: LocalizationSettings, seed: int) -> Array:
-    """Returns (3,) m, m, rad: by what the localization jumps in the trial with this seed."""
+    """Returns (3,) m, m, rad: the jump of the localization in the trial with this seed."""
     draw = _Draw.of(seed)
     jump_m = settings.jump_m
     return np.array(
@@ -318,5 +318,5 @@ def _offset(settings: LocalizationSettings, draw: _Draw, now_s: float) -> _Offse
 
 
 def _periods(time_s: float, period_s: float) -> int:
-    """Returns how many periods have passed, -1 before the start."""
+    """Returns the number of periods that have passed, -1 before the start."""
     return math.floor((time_s + SLACK_S) / period_s)

@@ -54,11 +54,11 @@ Events = tuple[tuple[float, dict[str, Any]], ...]
 
 @dataclass(frozen=True, eq=False)
 class NavigatorState(Immutable):
-    """Everything of the navigator that evolves.
+    """The state of the navigator.
 
     tree: memory of the nodes. values: the blackboard. progress: over the waypoints.
     events: (time_s, mapping) of the last ticks that had any: changes of status, and new plans.
-    plans: all that the controller server was given so far.
+    plans: all plans given to the controller server so far.
     """
 
     tree: Snapshot
@@ -75,15 +75,16 @@ class TreeNavigator(LeafSystem):
     `behavior_status` (TaskStatus). Outputs `plan` (GlobalPlan or None), `behavior_goal`
     (BehaviorGoal or None), `clear_local` and `clear_global` (ClearRequest or None), `task_status`
     (TaskStatus of the whole task) and `navigator_state` (NavigatorState); for a mission over
-    several floors also `floor_switch` (FloorSwitch or None), the last one, which may be to come.
+    several floors also `floor_switch` (FloorSwitch or None), the last one, whose time may be yet to
+    come.
 
     The tree is ticked when the trial starts, and then once a period from `offset_s` on. The first
     tick sees the true pose: the localization draws its first noise after it. Nav2 ticks it every 10
-    ms. Where the period is the controller server's and the offset follows its cycle by 10 ms, what
-    the servers see is the same: an end of a task is noticed as soon as by Nav2's next tick, and
-    what is asked for in between takes effect with a server's next cycle anyway. In the scenario
-    dead_end every task then begins and ends at the same time as with a tick of 10 ms, but for
-    decisions that hang on rounding, in two thirds of the computing time.
+    ms. Where the period is the controller server's and the offset follows its cycle by 10 ms, the
+    servers get the same inputs: the end of a task is noticed as soon as by Nav2's next tick, and a
+    request between two ticks takes effect with a server's next cycle anyway. In the scenario
+    dead_end every task then begins and ends at the same time as with a tick of 10 ms, except for
+    decisions that depend on rounding, in two thirds of the computing time.
 
     The py_trees tree held here is only a machine: a tick first sets it to the Context's snapshot.
     """
@@ -202,7 +203,7 @@ class TreeNavigator(LeafSystem):
 
 
 class _Machine:
-    """The py_trees tree with its board; what it remembers between ticks has no effect."""
+    """The py_trees tree with its board; its own memory between ticks has no effect."""
 
     def __init__(self, settings: BehaviorTreeSettings, board: Board) -> None:
         self._board = board
@@ -213,7 +214,7 @@ class _Machine:
             replace_leaves(self._root, self._board, settings)
         self.nodes = nodes_of(self._root)
         self._changes: list[dict[str, Any]] = []
-        # What the nodes stand at; None during a tick. Spares to set them to what they are.
+        # The snapshot that the nodes are in; None during a tick. Setting them again is spared.
         self._standing: Snapshot | None = None
         for node in self.nodes:
             node.on_change = self._note_change
@@ -252,7 +253,7 @@ class _Machine:
 def _with_new_plan(
     state: NavigatorState, given: GlobalPlan | None, now_s: float
 ) -> tuple[Plan, ...]:
-    """Returns the plans so far, with the one just given to the controller server if it is new."""
+    """Returns the plans so far, and the controller server's newest one if it is new."""
     before = state.values.follow_path
     if given is None or (before is not None and given.plan_id == before.plan_id):
         return state.plans

@@ -1,4 +1,4 @@
-"""Shows a trial to somebody while it runs."""
+"""The viewer, which shows a trial while it runs."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How the people of a world choose where to go: the model's surroundings, made of the world."""
+"""The walking of people by a model: its inputs, made of the world and the robot."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ Array = NDArray[np.float64]
 
 # How often people choose where to go, and how fast.
 PEOPLE_PERIOD_S = 0.05
-# Over which the velocity of what moves on a given way is taken.
+# The time over which a moving obstacle's velocity is measured, s.
 VELOCITY_WINDOW_S = 1e-3
 
 
@@ -37,7 +37,7 @@ class SeenRobot(NamedTuple):
 
 
 class Sight:
-    """What people see of a robot; footprint: (K, 2) base frame, m."""
+    """The robot as people see it; footprint: (K, 2) base frame, m."""
 
     def __init__(self, footprint: Array) -> None:
         low, high = footprint.min(axis=0), footprint.max(axis=0)
@@ -47,7 +47,7 @@ class Sight:
         self._radius_m = float(np.hypot(*(footprint - self._middle).T).max())
 
     def of(self, state: Array) -> SeenRobot:
-        """Returns what is seen of the robot in a state, (6,)."""
+        """Returns the robot as people see it in a state (6,)."""
         placed = place_outline(self._points, state[:3])
         _, _, yaw, v, w, vy = state
         # The velocity of the outline's centre.
@@ -64,7 +64,7 @@ class Sight:
 
 
 class SocialForceWalk:
-    """Lets people walk by the social force model; what moves on given ways is a wall to them."""
+    """Moves people by the social force model; moving obstacles are walls to them."""
 
     def __init__(self, world: World, footprint: Array) -> None:
         self._standing, self._things = (world.segments, world.circles), world.moving
@@ -89,7 +89,7 @@ class SocialForceWalk:
 
 
 class OrcaWalk:
-    """Lets people walk by ORCA; what moves on given ways does not give way, and they know it."""
+    """Moves people by ORCA, who know that moving obstacles do not give way."""
 
     def __init__(self, world: World, footprint: Array, settings: OrcaSettings) -> None:
         self._standing, self._things = linked_edges(world.free_rings), world.moving
@@ -115,7 +115,7 @@ class OrcaWalk:
         )
 
     def _with_things(self, time_s: float) -> tuple[Array, Array]:
-        """Returns edges (N, 9) of all that stands and moves, and discs (M, 5) of what moves."""
+        """Returns edges (N, 9) of all obstacles, and discs (M, 5) of moving ones."""
         if not len(self._things):
             return self._standing, np.empty((0, 5))
         tracks = self._things.tracks
@@ -134,7 +134,7 @@ class OrcaWalk:
 
 
 def walk_of(world: World, footprint: Array) -> SocialForceWalk | OrcaWalk | None:
-    """Returns how those walk who walk by a model, None where nobody does.
+    """Returns the model that moves the world's people, None where no one walks by a model.
 
     footprint: (K, 2) of the robot, base frame, m.
     """

@@ -66,8 +66,7 @@ def add_wheeled_plant(
     """Adds a robot's bodies on a floor, finalized; returns the plant and the robot's instance.
 
     The plant's desired state is that of its actuators: the left and the right motor, then those
-    that stand for friction. rolling_resistance: of the casters' wheels, share of what stands on
-    them.
+    that act as friction. rolling_resistance: of the casters' wheels, as a share of their load.
     """
     plant = _new_plant(drive.step_s)
     with tempfile.TemporaryDirectory() as scratch:
@@ -137,7 +136,7 @@ def _move(plant: MultibodyPlant, joint: RevoluteJoint, position: Vector) -> None
 
 
 def _add_load(plant: MultibodyPlant, gear: RunningGear, instance: ModelInstanceIndex) -> None:
-    """Fastens what the robot weighs beyond its model's bodies to the base."""
+    """Welds a body to the base with the robot's mass beyond that of its model's bodies."""
     if gear.load_kg <= 0.0:
         return
     inertia = load_inertia(gear.load_kg, gear.load_position)
@@ -184,7 +183,7 @@ def _add_contact(
 def _add_torques(
     plant: MultibodyPlant, gear: RunningGear, drive: DifferentialDrive, rolling_n: float
 ) -> None:
-    """Adds the motors, first, and what holds joints back.
+    """Adds the motors, then the friction of the joints.
 
     Coulomb friction is a velocity controller that wants standstill, with a limit on its torque.
     """

@@ -31,7 +31,7 @@ def add_base(
 ) -> Base:
     """Adds the robot's base and carries its outline along in SceneGraph.
 
-    transport: what carries it between floors, where there are several.
+    transport: the system that carries it between floors, where there are several.
     """
     base = builder.AddNamedSystem("base", make_base(robot, scene_graph))
     pose = base.get_geometry_pose_output_port()
@@ -58,7 +58,7 @@ def make_base(robot: Robot, scene_graph: SceneGraph) -> Base:
 def _base_with_wheels(
     robot: Robot, drive: DifferentialDrive, scene_graph: SceneGraph
 ) -> CasterBase | MultibodyBase:
-    # Only who asks for wheels waits for what reads a model.
+    # Imported late: the reader of models takes a while, and is only needed for wheels.
     from drake_navbench.inputs.running_gear import running_gear_of
 
     gear = running_gear_of(robot, "robot")

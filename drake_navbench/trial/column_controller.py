@@ -63,7 +63,7 @@ def check_controller(preset: Preset, robot: Robot) -> None:
 
 
 def controller_setup(robot: Robot, wants_diagnostics: bool = False) -> ControllerSetup:
-    """Returns what a controller learns about the robot and its costmap when it is built."""
+    """Returns the facts about robot and costmap that a controller gets when it is built."""
     inscribed, circumscribed = robot.radii
     costmap = robot.navigation.local_costmap
     return ControllerSetup(

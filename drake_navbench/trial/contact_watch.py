@@ -1,4 +1,4 @@
-"""When the robot first touches something: the truth, at every instant of a simulation."""
+"""The first contact of the robot with a body: the truth, at every instant of a simulation."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ Array = NDArray[np.float64]
 
 # The search for the instant of contact needs some gap to end at.
 TOUCHING_M = 1e-5
-# What is farther away is not looked at; the robot needs seconds to get there.
+# Bodies beyond this distance, m, are not checked; the robot needs seconds to get there.
 REACH_M = 5.0
 # An integrator may stretch a step a little to meet an event.
 STEP_STRETCH = 1.1
@@ -34,7 +34,7 @@ class Contact:
     """The first contact of a trial; state: (6,) x m, y m, yaw rad, v m/s, w rad/s, vy m/s at
     time_s.
 
-    body: which of those that move was touched; None where it was something that stands.
+    body: which of those that move was touched; None for a standing obstacle.
     """
 
     time_s: float
@@ -52,20 +52,19 @@ class _Look:
 
 
 class ContactWatch:
-    """Finds the first contact between the robot and what is there, for a Simulator's monitor.
+    """Finds the first contact between the robot and a body, for a Simulator's monitor.
 
-    A look at the clearance tells until when the limits of the drive rule contact out; before that
-    nothing is looked at. A step in which contact is possible is searched by conservative
-    advancement along the dense output of the integrator, so that no contact of the simulated motion
-    is missed, however thin and however short. Less than TOUCHING_M apart is touching. What
-    moves is met in the same way, by the speed at which it and the robot can come together.
+    From the clearance and the limits of the drive follows a time before which contact is
+    impossible; until then nothing is computed. A step in which contact is possible is searched by
+    conservative advancement along the dense output of the integrator, so that no contact of the
+    simulated motion is missed, however thin and however short. Bodies less than TOUCHING_M apart
+    touch. For moving bodies the limit is the speed at which they and the robot can close the gap.
 
     drive: its limits bound the speed of the outline. footprint: (K, 2) true outline, base frame, m.
     max_step_s: the integrator's.
 
-    contact: the first one, None as long as there was none. moving: what it asks about what moves,
-    None where nothing does. idle_until_s: no look is needed at the
-    end of a step before this time.
+    contact: the first one, None before it. moving: the moving bodies, None without any.
+    idle_until_s: no contact is possible before this time.
     """
 
     def __init__(self, drive: Drive, world: World, *, footprint: Array, max_step_s: float) -> None:
@@ -162,7 +161,7 @@ class ContactWatch:
     def _free_of_moving_s(
         self, moving: MovingContact, time_s: float, gap_m: float, speed_mps: float
     ) -> float:
-        """Returns for how long nothing that moves can be met, s."""
+        """Returns the time for which no moving body can be met, s."""
         moving_mps = moving.top_speed_mps
         soonest_s = soonest_contact_s(
             min(gap_m, REACH_M) - TOUCHING_M,

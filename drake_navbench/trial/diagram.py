@@ -84,7 +84,7 @@ class TrialDiagram:
 
     @property
     def state_system(self) -> Base | FloorTransport:
-        """What tells the true state in the world: the base, or what carries it between floors."""
+        """The system that outputs the true state in the world: the base, or `transport`."""
         return self.base if self.transport is None else self.transport
 
     @property
@@ -123,13 +123,11 @@ def build_trial_diagram(
 ) -> TrialDiagram:
     """Wires one trial.
 
-    task: what the robot is to do, and so which navigator there is.
-    static_map, filter_masks: what the layers and filters of the local costmap know beforehand.
-    known_map: what AMCL knows; it needs one.
-    conditions: what holds for the robot's parts at which time; as in its file where not given.
-    compute_times_ms: of all cycles, in place of those that are measured.
-    watch: is called with what is to be seen whenever the recorder samples.
-    keeps_costmaps: whether the recorder keeps the local costmaps.
+    task: of the robot; it decides on the navigator. static_map, filter_masks: maps of the layers
+    and filters of the local costmap. known_map: the map of AMCL, which needs one. conditions: the
+    settings of the robot's parts at each time; those of its file where not given. compute_times_ms:
+    of all cycles, in place of those that are measured. watch: is called with the present moment
+    whenever the recorder samples. keeps_costmaps: whether the recorder keeps the local costmaps.
     """
     builder = DiagramBuilder()
     scene_graph = builder.AddNamedSystem("scene_graph", SceneGraph())
@@ -221,7 +219,10 @@ def _add_way_to_base(
     localization: LocalizationSystem,
     state: OutputPort,
 ) -> tuple[CommandLink | SlippingWheels, ...]:
-    """Adds what a command goes through on its way to the base; returns what draws with a seed."""
+    """Adds the systems between command and base.
+
+    Returns those of them that draw random numbers by the trial's seed.
+    """
     obeyed, seeded = add_way_to_wheels(builder, robot, conditions, command, state)
     builder.Connect(obeyed, base.get_command_input_port())
     for system in seeded:

@@ -1,4 +1,4 @@
-"""What a trial over several floors needs to know of each, and how its systems hear of a change."""
+"""The floors of a trial, and the clock by which its systems notice a change of floor."""
 
 from __future__ import annotations
 
@@ -26,8 +26,8 @@ from drake_navbench.trial.timing import FLOOR_OFFSET_S, NAVIGATOR_OFFSET_S
 class TrialFloors:
     """The floors of a trial, each at its index, and the legs of the mission.
 
-    sights: what sensors may see there. static_maps: what the static layer of the local costmap
-    shows. known_maps: what AMCL knows. masks: of the filters. layers: of the global costmap.
+    sights: the surroundings that sensors may see. static_maps: of the static layer of the local
+    costmap. known_maps: of AMCL. masks: of the filters. layers: of the global costmap.
     """
 
     legs: tuple[MissionLeg, ...]
@@ -40,7 +40,7 @@ class TrialFloors:
 
     @property
     def clock(self) -> FloorClock:
-        """When the floor may change."""
+        """The instants at which the floor may change."""
         return FloorClock(self.tick_s, FLOOR_OFFSET_S)
 
     def masks_named(self, filter_name: str) -> list[FilterMask | None]:
@@ -90,7 +90,7 @@ def tick_period_s(navigation: NavigationSettings) -> float:
 
 
 def mission_follower(floors: TrialFloors, navigation: NavigationSettings) -> MissionFollower:
-    """Returns what goes from leg to leg."""
+    """Returns the system that begins each leg after the one before."""
     return MissionFollower(
         floors.legs,
         navigation.waypoint_follower,

@@ -1,6 +1,6 @@
 """Draws tasks on a map: starts and goals that a robot can stand on, and get from one to the other.
 
-A cell is passable where the robot's centre is farther from all that is occupied or unknown than its
+A cell is passable where the robot's centre is farther from occupied or unknown cells than its
 inscribed radius, as costmaps inflate; starts and goals keep the circumscribed radius, so that any
 heading is free. Both of a pair lie in one connected region of passable cells.
 """
@@ -33,8 +33,10 @@ DECIMALS = 3
 
 
 class _Places(NamedTuple):
-    """Where a robot may be. regions: (rows, columns), 0 where its centre cannot be, else the number
-    of a connected region. roomy: (N,) flat indices of the cells where it may stand in any heading.
+    """The places where a robot may be.
+
+    regions: (rows, columns), 0 where its centre cannot be, else the number of a connected region.
+    roomy: (N,) flat indices of the cells where it may stand in any heading.
     """
 
     grid: OccupancyMap
@@ -133,7 +135,7 @@ def _places(grid: OccupancyMap, robots: Sequence[Robot]) -> _Places:
     inscribed, circumscribed = (
         max(radii) for radii in zip(*(r.radii for r in robots), strict=True)
     )
-    # What lies beyond the map is not known: its border counts as blocked.
+    # The floor beyond the map is not known: its border counts as blocked.
     blocked = np.pad(grid.occupancy != 0, 1, constant_values=True)
     clearance = ndimage.distance_transform_edt(~blocked)[1:-1, 1:-1] * grid.resolution
     regions, _ = ndimage.label(clearance > inscribed, structure=EIGHT_NEIGHBOURS)

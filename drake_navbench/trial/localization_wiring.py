@@ -1,4 +1,4 @@
-"""The wiring of the localization: what is between the base and all that asks where it is."""
+"""The wiring of the localization, between the base and all systems that read its pose."""
 
 from __future__ import annotations
 
@@ -26,10 +26,11 @@ FRAMES = ("odometry_from_world", "map_from_odometry")
 
 @dataclass(frozen=True)
 class LocalizationSystem:
-    """The system of the localization, and what makes its noise: the same where there are no frames.
+    """The systems of the localization.
 
-    scripted: None where map and odometry are one. amcl: what finds the pose in its place, if
-    anything does. late: what delays an output, by its name.
+    noise: adds noise to the base's state; without frames it is the whole localization. scripted:
+    None where map and odometry are one. amcl: finds the pose in place of `scripted`, if not None.
+    late: delays an output, by its name.
     """
 
     noise: Localization | HeldNoise
@@ -56,17 +57,17 @@ class LocalizationSystem:
         return Signals(state=state, scan=scan, **ports)
 
     def connect_scan(self, builder: DiagramBuilder, scan: OutputPort) -> None:
-        """Lets what looks at scans have them."""
+        """Connects the scan to AMCL, where the robot is localized by it."""
         if self.amcl is not None:
             connect_inputs(builder, self.amcl, scan=scan)
 
     def connect_wheels(self, builder: DiagramBuilder, gains: OutputPort) -> None:
-        """Lets an odometry that believes the wheels be misled by what they do."""
+        """Connects the wheels' gains to an odometry that counts the wheels' turns."""
         if self.scripted is not None and self.scripted.HasInputPort("wheel_gains"):
             connect_inputs(builder, self.scripted, wheel_gains=gains)
 
     def as_told(self, name: str, system: LeafSystem | Diagram) -> OutputPort:
-        """Returns an output of a system, or of what delays it."""
+        """Returns an output of a system, or of the system that delays it."""
         late = self.late.get(name)
         return system.GetOutputPort(name) if late is None else late.GetOutputPort("late_estimate")
 
@@ -149,7 +150,7 @@ def _late(
     names: Sequence[str],
     clock: FloorClock | None,
 ) -> dict[str, LateOdometry]:
-    """Adds what delays these outputs, by name, where the odometry is late."""
+    """Adds the systems that delay these outputs, by name, where the odometry is late."""
     late: dict[str, LateOdometry] = {}
     if not conditions.timing.any(lambda timing: timing.delays_odometry):
         return late

@@ -1,4 +1,4 @@
-"""What the log of a mission over several floors tells besides that of any other trial."""
+"""The fields of a log that only missions over several floors have."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ Event = tuple[float, Any]
 def mission_account(scenario: Scenario) -> dict[str, Any]:
     """Returns the header's `floors` and `mission`, and its `scenario` with goals in the world.
 
-    What was at (x, y) on a floor's map is at (x, y) + `offset_m` in the world, where all poses of a
-    log are.
+    A point (x, y) on a floor's map is (x, y) + `offset_m` in the world, the frame of all poses of a
+    log.
     """
     *waypoints, goal = (list(pose) for pose in scenario.goals)
     described = scenario.model_dump(mode="json") | {"waypoints": waypoints, "goal": goal}

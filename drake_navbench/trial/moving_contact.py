@@ -1,4 +1,4 @@
-"""How far the robot is from what moves, when it meets some of it, and which of the two drove."""
+"""The robot's distance from moving bodies, its contact with one, and which of the two drove."""
 
 from __future__ import annotations
 
@@ -27,10 +27,10 @@ VELOCITY_WINDOW_S = 1e-3
 
 
 class MovingContact:
-    """What a ContactWatch asks about the bodies that move.
+    """The moving bodies, for a ContactWatch.
 
     footprint: (K, 2) true outline, base frame, m. States are (6,) x m, y m, yaw rad, v m/s, w
-    rad/s, vy m/s. top_speed_mps: what no point of any body is faster than.
+    rad/s, vy m/s. top_speed_mps: an upper bound of the speed of any point of a body.
     """
 
     def __init__(self, world: World, footprint: Array) -> None:
@@ -62,7 +62,7 @@ class MovingContact:
         self._last = (time_s, people)
 
     def until_next_appears_s(self, time_s: float) -> float:
-        """Returns after how long somebody comes into the world of whom there was nothing, s."""
+        """Returns the time until the next person appears in the world, s; inf if none does."""
         later = np.searchsorted(self._appearances_s, time_s, side="right")
         return float(np.append(self._appearances_s, np.inf)[later] - time_s)
 
@@ -99,7 +99,7 @@ class MovingContact:
         return covers(*self._bodies.placed(self._tracks.poses_at(time_s)), *state[:2])
 
     def account(self, body: int, time_s: float, state: Array) -> dict[str, Any]:
-        """Returns who was met, and how fast each of the two went towards the other, as plain data.
+        """Returns the body that was met, and the closing speeds of robot and body, as plain data.
 
         `robot_closing_mps` is the velocity of the robot's point of contact towards the body,
         `other_closing_mps` that of the body's towards the robot; a negative one went away.
@@ -108,7 +108,7 @@ class MovingContact:
         now, before = tracks.poses_at(time_s)[body], tracks.poses_at(time_s - VELOCITY_WINDOW_S)
         rates = (now - before[body]) / VELOCITY_WINDOW_S
         if before[body, 0] >= FAR_AWAY_M:
-            # Who has just come into the world.
+            # A person who has just come into the world.
             rates = np.zeros(3)
         outline = shapely.Polygon(place_outline(self._footprint, state[:3]))
         shape = shapely.Polygon(place_outline(self._outline(body), now))

@@ -1,4 +1,4 @@
-"""The wiring of what a robot or a scenario may add to the plain way of a command to the wheels."""
+"""The wiring of optional parts between a command and the wheels, by a robot or a scenario."""
 
 from __future__ import annotations
 
@@ -35,12 +35,14 @@ from drake_navbench.trial.timing import (
 
 @dataclass(frozen=True)
 class Signals:
-    """What most systems look at: ports of the robot and its senses.
+    """The output ports of the robot and its sensors, to which most systems connect.
 
-    state: the truth. estimate: of it, in the map's frame. odometry, odometry_estimate: the same two
-    in the odometry's frame. odometry_from_world, map_from_odometry: where the world lies in that,
-    and where that lies in the map; None where all are one, and the former the same ports. clouds:
-    of the depth sensors; None where there are none. ranges: of the range sensors, likewise.
+    state: the true state in the world. estimate: the estimated one in the map's frame. odometry,
+    odometry_estimate: the same two in the odometry's frame. odometry_from_world: the pose of the
+    world in the odometry's frame. map_from_odometry: the pose of the odometry's frame in the map.
+    Where the odometry has no frame of its own, these two are None, and odometry and
+    odometry_estimate are state and estimate. clouds: of the depth sensors; None where there are
+    none. ranges: of the range sensors, likewise.
     """
 
     state: OutputPort
@@ -66,20 +68,20 @@ def connect_inputs(builder: DiagramBuilder, system: LeafSystem, **inputs: Output
 
 
 def connect_senses(builder: DiagramBuilder, signals: Signals, costmap: CostmapSystem) -> None:
-    """Gives a costmap all that the robot's sensors tell."""
+    """Connects all of the robot's sensors to a costmap."""
     senses = {"scan": signals.scan, "clouds": signals.clouds, "ranges": signals.ranges}
     there = {name: port for name, port in senses.items() if port is not None}
     connect_inputs(builder, costmap, **there)
 
 
 def connect_frame(builder: DiagramBuilder, signals: Signals, system: LeafSystem) -> None:
-    """Tells a system where the odometry's frame lies in the map, where it is not the map's own."""
+    """Connects the odometry frame's pose in the map to a system, where the two differ."""
     if signals.map_from_odometry is not None:
         connect_inputs(builder, system, map_from_odometry=signals.map_from_odometry)
 
 
 def connect_world(builder: DiagramBuilder, signals: Signals, system: LeafSystem) -> None:
-    """Tells a system where the world lies in the odometry's frame, where that is another one."""
+    """Connects the world's pose in the odometry's frame to a system, where the two differ."""
     if signals.odometry_from_world is not None:
         connect_inputs(builder, system, odometry_from_world=signals.odometry_from_world)
 
@@ -93,7 +95,7 @@ def add_navigation(
     local_costmap: LocalCostmap,
     server: ControllerServer,
 ) -> tuple[Navigator | TreeNavigator, OutputPort]:
-    """Adds the navigator of a task, and what belongs to it, around a controller server.
+    """Adds the navigator of a task, with its planner and servers, around a controller server.
 
     Returns the navigator and the port of the command.
     """
@@ -179,7 +181,7 @@ def _add_tree_navigation(
 def _add_global_costmap(
     builder: DiagramBuilder, robot: Robot, task: NavigateToPoses, signals: Signals
 ) -> GlobalCostmap:
-    """Adds the global costmap, all but what clears it."""
+    """Adds the global costmap, but not the systems that clear it."""
     floors = task.floors
     costmap = builder.AddNamedSystem(
         "global_costmap",
@@ -205,7 +207,8 @@ def add_command_chain(
 ) -> OutputPort:
     """Adds the velocity smoother and the collision monitor, where the robot has them.
 
-    Returns the port of the command for the wheels; `command_clock` tells when it changes.
+    Returns the port of the command for the wheels; `command_clock` returns the period
+    and the offset of its changes.
     """
     navigation = robot.navigation
     period_s = 1.0 / navigation.controller_server.controller_frequency

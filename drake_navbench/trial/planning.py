@@ -1,4 +1,4 @@
-"""The plan of a scenario: from the global planner on what it knows, or as the scenario gives it."""
+"""The plan of a scenario: by the global planner on its own map, or given by the scenario."""
 
 from __future__ import annotations
 
@@ -36,8 +36,8 @@ def make_plan(
     """Returns the global plan (N, 3) x m, y m, yaw rad from a start pose (3,).
 
     A given plan starts at the scenario's start, whatever the robot's deviation from it. goal: (3,),
-    the scenario's where not given. costmap: to plan on, what is known beforehand where not given.
-    Raises PlanningError where the planner finds nothing or a smoother fails.
+    the scenario's where not given. costmap: to plan on; by default that of the known map. Raises
+    PlanningError where the planner finds nothing or a smoother fails.
     """
     plan = scenario.plan
     if isinstance(plan, ElementsPlan):
@@ -59,7 +59,7 @@ def make_plan(
 def path_smoother_of(robot: Robot) -> SmoothPath:
     """Returns the smoother of the paths of a behaviour tree that asks for one.
 
-    Raises InputError where the smoother cannot be made; what it returns raises PlanningError.
+    Raises InputError where the smoother cannot be made; the smoother itself raises PlanningError.
     """
     settings = robot.navigation.smoother
     smoother = make_smoother(settings)
@@ -128,8 +128,8 @@ def _global_geometry(robot: Robot, known: OccupancyMap) -> GridGeometry:
 def known_map(scenario: Scenario, robot: Robot) -> OccupancyMap:
     """Returns the world as the robot knows it beforehand: the map and the known obstacles.
 
-    Without a map file nothing fixes the lattice, so it is laid such that the scenario's start is a
-    cell's centre; all that is not an obstacle is free.
+    Without a map file nothing fixes the lattice; the scenario's start is then a cell's centre, and
+    all cells without obstacles are free.
     """
     grid = scenario.map or _empty_map(scenario, robot)
     known = scenario.known_world

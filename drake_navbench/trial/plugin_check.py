@@ -18,7 +18,7 @@ from drake_navbench.trial.planning import global_layers, planner_of
 
 
 def check_plugins(scenario: Scenario, robot: Robot) -> None:
-    """Raises InputError where one that is not ours cannot be made; makes each once."""
+    """Makes each third-party plugin once; raises InputError where that fails."""
     if not has_foreign_plugins(scenario, robot):
         return
     navigation = robot.navigation

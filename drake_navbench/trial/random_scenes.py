@@ -1,4 +1,4 @@
-"""Random scenes: what a controller may see in one cycle, with obstacles near a winding plan."""
+"""Random scenes: inputs of a controller in one cycle, with obstacles near a winding plan."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ STREAM_OF_CONTROLLERS = 1
 
 
 def random_scenes(setup: ControllerSetup, count: int, *, seed: int = 0) -> Iterator[Observation]:
-    """Yields what a robot sees close to a plan that winds away from it, at any speed it can have.
+    """Yields observations of a robot close to a winding plan, at random speeds.
 
     The costmap is square and centred at the robot, snapped to cells as a rolling one is.
     """

@@ -1,4 +1,4 @@
-"""The wiring of what looks on: it measures, keeps and shows, and changes nothing."""
+"""The wiring of observers, which measure, record and show a trial, and do not change it."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def add_clearance(
     costmap: OutputPort,
     floor_clock: FloorClock | None,
 ) -> Clearance:
-    """Adds what measures the distance to the obstacles."""
+    """Adds the system that measures the robot's distance to the obstacles."""
     clearance = builder.AddNamedSystem(
         "clearance",
         Clearance(
@@ -65,7 +65,7 @@ def add_recorder(
 ) -> Recorder:
     """Adds the recorder, which listens to a behaviour tree and to people where there are any.
 
-    command: what the wheels are told, before anything in between. costmap: None is not kept.
+    command: the last one on its way to the wheels, before the link. costmap: None: not recorded.
     """
     person_count = 0 if moving_world is None else moving_world.person_count
     recorder = builder.AddNamedSystem(
@@ -101,7 +101,7 @@ def add_viewer(
     signals: Signals,
     costmap: OutputPort,
 ) -> Viewer:
-    """Adds what hands each sample to `watch`."""
+    """Adds the system that hands each sample to `watch`."""
     moving_count = 0 if moving_world is None else moving_world.body_count
     viewer = builder.AddNamedSystem(
         "viewer", Viewer(watch, period_s=RECORDER_PERIOD_S, moving_count=moving_count)

@@ -1,8 +1,8 @@
 """Rehearses a trial before it counts, so that no measured cycle waits for something to load.
 
-What a process does for the first time takes up to a quarter of a second longer: it reads compiled
-kernels, starts a solver, imports what was put off. Which of that a trial needs depends on the
-controller, its parameters, the robot and the scenario, and only driving finds all of it.
+The first use of code in a process takes up to a quarter of a second longer: it reads compiled
+kernels, starts a solver, imports modules late. Which code a trial needs depends on the controller,
+its parameters, the robot and the scenario, and only driving finds all of it.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from drake_navbench.trial.spec import TrialSpec
 
 # Long enough for a few control cycles of every robot.
 FIRST_CYCLES_S = 0.15
-# Until a robot is fast enough that all that looks ahead along the path has something to see.
+# The time until a robot is so fast that lookahead along the path finds something.
 UNDER_WAY_S = 0.75
 _UNDER_WAY = {
     "description": "Round a bend beside an obstacle",
@@ -44,9 +44,9 @@ _rehearsed: set[str] = set()
 
 
 def rehearse(spec: TrialSpec, simulate: Callable[[TrialSpec], object]) -> None:
-    """Drives what comes first in a trial, then what comes later, once in a process for each kind.
+    """Drives a trial's first cycles and scenes of later ones, once a process for each kind.
 
-    simulate: drives a specification. Whatever goes wrong is left for the trial itself to meet.
+    simulate: drives a specification. Errors are left for the trial itself to meet.
     """
     for scene in _scenes(spec):
         try:
@@ -73,7 +73,7 @@ def _later_scenes() -> tuple[Scenario, ...]:
 
 
 def _kind(spec: TrialSpec) -> str:
-    """Returns a digest of what decides which code a specification runs, but for its seed.
+    """Returns a digest of all settings that decide which code a specification runs; not the seed.
 
     No more than a digest is kept of a trial: a process may drive any number of them.
     """

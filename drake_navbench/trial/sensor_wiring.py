@@ -1,4 +1,4 @@
-"""The wiring of what moves in the world, and of the sensors that see it."""
+"""The wiring of the world's moving bodies, and of the sensors that see them."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def add_moving_world(
     scene_graph: SceneGraph,
     state: OutputPort,
 ) -> MovingWorld | None:
-    """Adds what moves in the world, if anything does, and shows it in SceneGraph."""
+    """Adds the world's moving bodies, if there are any, and shows them in SceneGraph."""
     if not world.moving_count:
         return None
     moving = builder.AddNamedSystem(
@@ -95,7 +95,7 @@ def add_sensors(
 
 
 def _on_floors(floors: TrialFloors | None) -> dict[str, Any]:
-    """Returns what a sensor is told of several floors, where there are several."""
+    """Returns a sensor's arguments for several floors; none where there is one."""
     return {} if floors is None else {"floors": floors.sights, "floor_clock": floors.clock}
 
 

@@ -1,4 +1,4 @@
-"""What a trial is a function of, and what its robot is to do."""
+"""The specification of a trial, which determines its result, and the task of its robot."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ class TrialSpec:
 
     @cached_property
     def _shared(self) -> dict[str, Any]:
-        """What the identity tells of everything but the number and the seed."""
+        """The identity's fields except for trial number and seed."""
         shared = {
             "drake_navbench": __version__,
             "scenario": self.scenario.model_dump(mode="json"),
@@ -71,24 +71,27 @@ class TrialSpec:
         return shared | ({"plugins": self.foreign_code} if self.foreign_code else {})
 
     def numbered(self, trial: int, seed: int) -> TrialSpec:
-        """Returns another trial of the same; what both share is described once for both."""
+        """Returns another trial of the same settings; `_shared` is computed once for both."""
         other = replace(self, trial=trial, seed=seed)
         other.__dict__["_shared"] = self._shared
         return other
 
     def __getstate__(self) -> dict[str, Any]:
-        """Leaves out what can be found again: it is as long as all the rest."""
+        """Leaves out `_shared`, which can be computed again and is as long as all the rest."""
         return {name: value for name, value in self.__dict__.items() if name != "_shared"}
 
     @cached_property
     def foreign_code(self) -> dict[str, str]:
-        """What of it is not ours: package and version by kind and name of each plugin."""
+        """The third-party plugins of the trial: package and version by kind and name."""
         origins = foreign_code(self.preset, self.scenario, self.robot)
         return {name: str(origin) for name, origin in sorted(origins.items())}
 
     @property
     def code_owner(self) -> str:
-        """Whose code it runs besides ours, '' for nobody's: trials of two owners are kept apart."""
+        """The owner of the third-party code that the trial runs, '' where there is none.
+
+        Trials of two owners are kept apart.
+        """
         if has_foreign_plugins(self.scenario, self.robot):
             return f"{self.preset.name} in {self.scenario.name}"
         return self.preset.name if self.foreign_code else ""

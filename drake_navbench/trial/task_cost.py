@@ -1,8 +1,8 @@
-"""What a trial needs at least, in memory and in time, by its task and robot alone.
+"""The least memory and time that a trial needs, by its task and robot alone.
 
-The figures behind each entry were measured on a server of 2024, to within a factor of 2. They are
-there to refuse what would only break later, hours into a run; a controller's own share is not
-known here, so its parameters have bounds of their own.
+The figures behind each entry were measured on a server of 2024, to within a factor of 2. They
+refuse a task that would only break later, hours into a run. A controller's own share is not known
+here, so its parameters have bounds of their own.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ BYTES_PER_PLAN_POSE = 100.0
 
 
 class Need(NamedTuple):
-    """What a part of a trial needs: bytes at its peak, and s of wall clock."""
+    """The resources that a part of a trial needs: bytes at its peak, and s of wall clock."""
 
     what: str
     memory_bytes: float = 0.0
@@ -47,7 +47,7 @@ class Need(NamedTuple):
 
 
 def wall_clock_limit_s(scenario: Scenario) -> float:
-    """Returns how long a trial may take before it counts as hanging, s of wall clock."""
+    """Returns the wall-clock time, s, after which a trial counts as hanging."""
     return max(MIN_WALL_CLOCK_S, WALL_CLOCK_PER_SIMULATED_SECOND * scenario.timeout_s)
 
 

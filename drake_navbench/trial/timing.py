@@ -1,8 +1,8 @@
-"""When in a cycle each stage of a trial runs.
+"""The offsets of a trial's stages within a cycle.
 
-Updates due at one instant all read the state from before it. With these offsets each stage sees
-what the one before it has just produced: first the scan, then the costmap, then the command, then
-what watches over the command or the task.
+Updates due at one instant all read the state from before it. With these offsets each stage reads
+the output of the one before it: first the scan, then the costmap, then the command, then the
+monitors of the command and the task.
 """
 
 COSTMAP_OFFSET_S = 0.01

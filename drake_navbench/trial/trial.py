@@ -119,9 +119,9 @@ def _simulated_apart(spec: TrialSpec) -> TrialLog:
 
 
 def drive(spec: TrialSpec) -> TrialLog:
-    """Runs a trial in a worker, where whatever its controller raises is an outcome.
+    """Runs a trial in a worker; an error of its controller is an outcome.
 
-    What the machine lacks (see `is_machine_fault`) is raised.
+    Errors of the machine, such as no memory, are raised (see `is_machine_fault`).
     """
     try:
         return simulate(spec)
@@ -150,9 +150,9 @@ def simulate(
 ) -> TrialLog:
     """Runs the trial of a checked specification; realtime_rate 0 runs as fast as possible.
 
-    watch: is called with what is to be seen whenever the recorder samples; it changes nothing.
+    watch: is called with the present moment whenever the recorder samples; it changes nothing.
 
-    It is rehearsed before, so that compute times do not hold what is done once in a process.
+    It is rehearsed before, so that compute times do not contain work that a process does once.
     """
     rehearse(spec, _simulate)
     return _simulate(spec, watch=watch, realtime_rate=realtime_rate)
@@ -217,7 +217,7 @@ def _driven(spec: TrialSpec, trial: TrialDiagram, realtime_rate: float) -> Trial
 
 
 def trial_task(spec: TrialSpec) -> FollowPlan | NavigateToPoses:
-    """Returns what the robot is to do, in the scenario's navigation mode."""
+    """Returns the robot's task in the scenario's navigation mode."""
     scenario, robot = spec.scenario, spec.robot
     if scenario.navigation_mode == "follow_path":
         return FollowPlan(partial(make_plan, scenario, robot))
@@ -235,7 +235,7 @@ def trial_task(spec: TrialSpec) -> FollowPlan | NavigateToPoses:
 
 
 def _static_map(spec: TrialSpec) -> OccupancyMap | None:
-    """Returns what a static layer of the local costmap shows, where there is one."""
+    """Returns the map for the static layer of the local costmap, None without such a layer."""
     settings = spec.robot.navigation.local_costmap
     return (
         known_map(spec.scenario.places[0], spec.robot)
@@ -245,7 +245,7 @@ def _static_map(spec: TrialSpec) -> OccupancyMap | None:
 
 
 def _known_map(spec: TrialSpec) -> OccupancyMap | None:
-    """Returns what AMCL knows of the world, where the robot is localized by it."""
+    """Returns AMCL's map, None where AMCL does not localize the robot."""
     if spec.robot.localization.amcl is None:
         return None
     return known_map(spec.scenario.places[0], spec.robot)
@@ -266,7 +266,7 @@ def _end_of_trial(
     def monitor(context: Context) -> EventStatus | None:
         time_s = context.get_time()
         status = status_port.Eval(navigator_context)
-        # A task that ended with the updates before this step was over before what happened in it.
+        # A task that ended in the updates before this step was over before the step's contact.
         is_over = status.state.is_final and status.time_s < time_s
         if transport is not None:
             contact_watch.come_to_floor(transport.floor_changes(state_context))
@@ -283,7 +283,7 @@ def _end_of_trial(
 
 
 def _put_back_to_contact(trial: TrialDiagram, context: Context, contact: Contact) -> None:
-    """Puts a Context at the end of a step, and what was recorded, back to the contact in it."""
+    """Puts a Context, and the recording in it, back from the end of a step to the contact in it."""
     context.SetTime(contact.time_s)
     state, transport = contact.state, trial.transport
     if transport is not None:

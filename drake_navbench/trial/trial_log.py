@@ -1,4 +1,4 @@
-"""The log of a trial: what its diagram has recorded, what it was asked and how it ended."""
+"""The log of a trial: its recording, its specification and its outcome."""
 
 from __future__ import annotations
 
@@ -88,7 +88,10 @@ def failed_log(spec: TrialSpec, reason: str, details: str = "") -> TrialLog:
 
 
 def _outcome(trial: TrialDiagram, context: Context, *, touched: str) -> tuple[Outcome, TaskStatus]:
-    """Returns how the trial ended, with the reason and the time; touched: what was, '' if none."""
+    """Returns the outcome of the trial, with the reason and the time.
+
+    touched: the name of the obstacle that the robot touched, '' for none.
+    """
     now_s = context.get_time()
     if touched:
         reason = f"the footprint touched {touched}"
@@ -102,7 +105,7 @@ def _outcome(trial: TrialDiagram, context: Context, *, touched: str) -> tuple[Ou
 
 
 def _contact_account(contact_watch: ContactWatch) -> dict[str, Any]:
-    """Returns what was touched and how, as plain data; empty where nothing was."""
+    """Returns the name and kind of the touched obstacle as plain data; empty without contact."""
     contact, moving = contact_watch.contact, contact_watch.moving
     if contact is None:
         return {}
@@ -112,7 +115,7 @@ def _contact_account(contact_watch: ContactWatch) -> dict[str, Any]:
 
 
 def _people(recording: Recording) -> LoggedPeople | None:
-    """Returns where the people were, None where there were none."""
+    """Returns the people's poses over time, None where there were no people."""
     if not recording.people:
         return None
     times, rows = zip(*recording.people, strict=True)
@@ -122,7 +125,7 @@ def _people(recording: Recording) -> LoggedPeople | None:
 
 
 def _filter_changes(trial: TrialDiagram, context: Context) -> dict[str, Any]:
-    """Returns what the filters of the scenario did: by name, every change with its time."""
+    """Returns the changes that the scenario's filters made, and their times, by filter name."""
     return {
         system.get_name(): system.GetOutputPort("filter_state")
         .Eval(system.GetMyContextFromRoot(context))
@@ -151,7 +154,7 @@ def _info(spec: TrialSpec, outcome: Outcome, status: TaskStatus) -> dict[str, An
         "reason": status.reason,
         "error_code": status.error_code,
         "details": json.loads(json.dumps(status.details or {}, default=str)),
-        # The end of it tells most; what recurs endlessly would fill it.
+        # The end of a traceback tells most; endless recursion would fill the log.
         "traceback": status.traceback[-MAX_TRACEBACK_LENGTH:],
         # A trial may end before its first control cycle.
         "start_time_s": min(CONTROLLER_OFFSET_S, status.time_s),

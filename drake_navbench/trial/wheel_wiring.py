@@ -1,4 +1,4 @@
-"""The wiring of what is between the last command and the wheels, where a robot has any of it."""
+"""The wiring of optional parts between the last command and the wheels."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def add_way_to_wheels(
 ) -> tuple[OutputPort, tuple[CommandLink | SlippingWheels, ...]]:
     """Adds the link, the motors and the wheels that a command goes through.
 
-    Returns the port of what the base then does, and those of them that draw with a seed.
+    Returns the port of the command that the base obeys, and the systems that draw with a seed.
     """
     seeded: list[CommandLink | SlippingWheels] = []
     if conditions.timing.any(lambda timing: timing.touches_commands):

@@ -1,1 +1,1 @@
-"""The critics of DWB, one small class each; base.py says what a critic is and how to add one."""
+"""The critics of DWB, one small class each; base.py defines critics and shows how to add one."""

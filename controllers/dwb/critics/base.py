@@ -1,4 +1,4 @@
-"""The interface of a critic: what a class must have to judge trajectories of DWB.
+"""The interface of a critic, a class that judges trajectories of DWB.
 
 Nav2's TrajectoryCritic, with its mutable state taken out into a memory. A critic of your own is a
 subclass of `Critic`, installed under the entry point group `drake_navbench.dwb_critics`:
@@ -36,7 +36,7 @@ Array = NDArray[np.float64]
 
 
 class CriticParameters(CriticBlock):
-    """What every critic has; a critic with more parameters subclasses it."""
+    """The parameters that every DWB critic has; a critic with more parameters subclasses it."""
 
     model_config = ConfigDict(
         validate_by_name=True, validate_by_alias=True, serialize_by_alias=True
@@ -49,7 +49,7 @@ class CriticParameters(CriticBlock):
 
 
 class Verdict(NamedTuple):
-    """What a critic says of the K trajectories of a window.
+    """A critic's judgement of the K trajectories of a window.
 
     scores: (K,) raw scores, lower is better; not read where a rule is broken.
     violations: (K,) integers: 0 where legal, else i for the critic's i-th reason, counted from 1;
@@ -66,7 +66,7 @@ class Verdict(NamedTuple):
 
 
 class Critic(ABC):
-    """Judges every trajectory of the window in one call; what evolves is in its memory.
+    """Judges every trajectory of the window in one call; its memory holds the state between calls.
 
     Called per cycle: `prepare`, `scale`, `score` (unless the scale is 0), `debrief`.
 

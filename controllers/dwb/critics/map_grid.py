@@ -29,7 +29,7 @@ CELLS_TO_SCALE = 0.5
 
 
 class Aggregation(IntEnum):
-    """How the values of a trajectory's poses make one score."""
+    """How the values at a trajectory's poses are combined to one score."""
 
     LAST = 0
     SUM = 1
@@ -214,7 +214,7 @@ class PathAlign(AlignCritic):
 
 
 class GoalAlign(AlignCritic):
-    """score = cells from the robot's nose to where it would be with the robot at the plan's end.
+    """score = cells from the robot's nose to the nose's place with the robot at the plan's end.
 
     That point is the local plan's end, moved on in the direction from the robot to the global goal.
     """

@@ -1,1 +1,1 @@
-"""MPPI's critics: formulas by what they look at, and the plugins that carry their parameters."""
+"""MPPI's critics: formulas grouped by their inputs, and the plugins with their parameters."""

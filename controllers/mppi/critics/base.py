@@ -1,4 +1,4 @@
-"""What a critic is: the context it is built in, and the two kinds that the sampler runs itself.
+"""The parts that critics are built of: their context, and the two kinds the sampler runs itself.
 
 `PointwiseCritic`s look at one trajectory at a time: the sampler hands them chunks of the batch
 while these are still in the processor's cache. `PathCritic`s compare the samples with the path
@@ -83,7 +83,10 @@ class MapView(NamedTuple):
 
 @dataclass(frozen=True)
 class CriticContext:
-    """What every critic may know of its controller. Limits are those without a speed limit."""
+    """The facts about its controller that every critic gets.
+
+    The limits are those without a speed limit.
+    """
 
     setup: ControllerSetup
     motion_model: MotionModel
@@ -95,7 +98,7 @@ class CriticContext:
 
     @property
     def release(self) -> Rules:
-        """What the controller does in that release."""
+        """The behaviour of the controller in `nav2_release`."""
         return RULES[self.nav2_release]
 
     @property
@@ -118,22 +121,22 @@ class CriticContext:
 
 
 class CriticParameters(CriticBlock):
-    """What every critic has; a critic with more parameters subclasses it."""
+    """The parameters that every MPPI critic has; a critic with more parameters subclasses it."""
 
     enabled: bool = Field(True, description="Whether the critic scores at all.")
 
 
 class TermParameters(CriticParameters):
-    """What the critics have whose cost is (weight term)^power; each has a weight of its own."""
+    """The parameters of critics whose cost is (weight term)^power; each adds its own weight."""
 
     cost_power: Count = Field(1, ge=1, description="Power of the weighted term.")
 
 
 class Critic(ABC):
-    """Scores a whole batch in one call; nothing that evolves is kept between calls.
+    """Scores a whole batch in one call; keeps no state between calls.
 
-    A subclass finds its own block in `self.parameters` and what it may know of its controller in
-    `self.context`. One whose block has `enabled: false` is not asked.
+    A subclass finds its own block in `self.parameters` and the facts about its controller in
+    `self.context`. A critic with `enabled: false` in its block is not called.
 
     Parameters: its parameter model.
     """
@@ -161,7 +164,7 @@ class PointwiseCritic(Critic):
     """
 
     def begin(self, scene: Scene, blocks: int) -> Any:
-        """Returns what `add` needs in this cycle for a batch of `blocks`; None where inactive."""
+        """Returns the data that `add` needs in this cycle for `blocks`; None where inactive."""
         raise NotImplementedError
 
     def add(self, cycle: Any, chunk: Trajectories, sums: Lanes, *, first_block: int) -> None:

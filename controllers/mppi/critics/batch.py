@@ -1,4 +1,4 @@
-"""What a critic is given: the scene of this cycle and a batch of sampled trajectories."""
+"""The inputs of a critic: the scene of this cycle and a batch of sampled trajectories."""
 
 from __future__ import annotations
 
@@ -20,12 +20,13 @@ Float32Array = NDArray[np.float32]
 
 @dataclass(frozen=True, eq=False)
 class Scene:
-    """What is fixed within a cycle.
+    """The facts that stay the same within a cycle.
 
     pose: (3,) x m, y m, yaw rad. path: (n, 3) float32, the local plan, same units.
     path_length: of the local plan, float32 m. goal_xy_tolerance_m: of the goal checker.
-    straight_goal: (3,) x m, y m, yaw rad, where the releases up to Kilted measure how far it is to
-    the goal; None: along the local plan. furthest: how its furthest reached point is looked for.
+    straight_goal: (3,) x m, y m, yaw rad, to which the releases up to Kilted measure the distance
+    to the goal; None: along the local plan. furthest: the rule of searching its furthest reached
+    point.
     """
 
     pose: NDArray[np.float64]
@@ -66,7 +67,7 @@ class Scene:
 
     @cached_property
     def way_left(self) -> np.float32:
-        """How far it is to the goal, m."""
+        """The distance to the goal, m."""
         if self.straight_goal is None:
             return self.path_length
         return np.float32(np.hypot(*(self.pose[:2] - self.straight_goal[:2])))
@@ -110,7 +111,7 @@ class Scene:
 
 
 class Reach(NamedTuple):
-    """Where each sample gets to; all that the path critics need of a trajectory.
+    """The end and the sparse columns of each sample's trajectory, for the path critics.
 
     end_x, end_y m, end_yaw rad, length m: (blocks, LANES); the length leaves out the first step.
     column_x, column_y, column_yaw: (blocks, K, LANES), every q-th column from column 0.

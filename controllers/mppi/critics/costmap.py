@@ -39,8 +39,8 @@ INFINITY = F32(np.inf)
 class CostCycle(NamedTuple):
     """CostCritic in one cycle.
 
-    score: (256,) what a column costs by the value of its cell, infinite for a collision.
-    outline_collides: (256,) which largest values under the outline mean collision.
+    score: (256,) the cost of a column by the value of its cell, infinite for a collision.
+    outline_collides: (256,) whether a largest value under the outline means collision.
     """
 
     view: MapView
@@ -152,7 +152,7 @@ def add_outline_collisions(
 ):
     """Makes the sum infinite where the outline of a step-th column collides.
 
-    The outline is looked at where the centre's value is at least `footprint_from` and not 0.
+    The outline is checked where the centre's value is at least `footprint_from` and not 0.
     """
     values = view.values
     cells, costs = np.empty(LANES, np.int32), np.empty(LANES, np.int64)
@@ -180,8 +180,8 @@ class ObstaclesCycle(NamedTuple):
     """ObstaclesCritic in one cycle.
 
     margin_shortfall, repulsion: (2, 256) m by value, [0] read at the centre, [1] at the outline:
-    what the distance to the obstacle lacks to the margin (infinite for a collision) and to the
-    inflation radius. repulsion_sums: (blocks, LANES), kept apart from the raw terms.
+    the margin less the distance to the obstacle (infinite for a collision), and the inflation
+    radius less that distance. repulsion_sums: (blocks, LANES), kept apart from the raw terms.
     """
 
     view: MapView
@@ -300,10 +300,11 @@ class ObstaclesCritic(PointwiseCritic):
 def add_distance_shortfalls(
     view, remembered, footprint_from, margin_shortfall, repulsion, x, y, yaw, sums, repulsion_sums
 ):
-    """Adds what every column's distance lacks, up to the sample's collision.
+    """Adds to each sample the shortfalls of its columns' distances, up to the sample's collision.
 
-    Cells are found in float64. The value under the outline takes the place of the centre's where
-    that is at least `footprint_from`, free cells included; but not off the map.
+    A shortfall depends on the costmap's value in the column's cell, which is found in float64.
+    Where the centre's value is at least `footprint_from`, free cells included, the value under the
+    outline takes its place; but not off the map.
     """
     values, outside = view.values, view.outside
     at_centre, at_outline = margin_shortfall
@@ -321,7 +322,7 @@ def add_distance_shortfalls(
                     wanted[count] = lane
                     count += 1
                     continue
-                # What is infinite stays so.
+                # Infinite sums stay infinite.
                 block_sums[lane] = before + at_centre[value]
                 if block_sums[lane] < INFINITY:
                     block_repulsion[lane] += repulsion_at_centre[value]

@@ -1,8 +1,8 @@
-"""The costs under the outline that samples ask for again and again, remembered edge by edge.
+"""The costs under the outline, remembered edge by edge, as samples need the same ones often.
 
-What the outline costs at a pose depends on the pose by the cells of its vertices alone, and what an
-edge of it costs by the cells of its two ends. Samples lie close to each other, and a costmap serves
-several cycles, so most edges were met before.
+The outline's cost at a pose only depends on the cells of its vertices, and the cost of an edge on
+the cells of its two ends. Samples lie close to each other, and a costmap serves several cycles, so
+most edges were met before.
 
 The cells are found for a row of lanes at a time with the sine and cosine of `float32_math`, which
 are not those of `math`. Where a vertex lies so close to the border of its cell that the difference
@@ -26,7 +26,7 @@ from drake_navbench.kernels.grid import LETHAL, Costmap, line_max_cost
 # A power of two: the upper bits of a product choose the place.
 _PLACE_BITS = 15
 PLACES = 1 << _PLACE_BITS
-# Above it a search for a place takes longer than it saves; what comes later is not remembered.
+# Above it a search for a place takes longer than it saves; later outlines are not remembered.
 MOST_REMEMBERED = PLACES * 3 // 4
 NOTHING = -1
 # Of the rounded sine and cosine, with a margin; the coordinates are float64.
@@ -44,7 +44,7 @@ class OutlineCosts(NamedTuple):
     """A hash table of one costmap, open addressing: the cells of an edge's ends to its cost.
 
     edges: (PLACES,) int64, the cell of the first end times the number of cells plus that of the
-    second, NOTHING at a free place. costs: (PLACES,) uint8. taken: (1,) how many are remembered.
+    second, NOTHING at a free place. costs: (PLACES,) uint8. taken: (1,) number of remembered edges.
     margin: how close to the border of its cell a vertex may be found, in cells. cells: (K, LANES)
     cell of each vertex, and is_doubtful: (LANES,) where they are not certain: scratch.
     """
@@ -72,7 +72,7 @@ class OutlineCosts(NamedTuple):
 
 
 class OutlineView:
-    """What a critic sees of the last costmap: its view, and what outlines on it cost.
+    """The last costmap as a critic sees it: its view, and the costs of outlines on it.
 
     Kept from cycle to cycle while the costmap is the same: a cache that no result depends on.
     footprint: (K, 2) m in the base frame.
@@ -101,7 +101,7 @@ def outline_cost_row(view, remembered, wanted, x, y, yaw, found):
     edges, costs, taken = remembered.edges, remembered.costs, remembered.taken
     cells, is_doubtful = remembered.cells, remembered.is_doubtful
     vertices, cell_count = cells.shape[0], np.int64(view.outside)
-    # One loop without calls: handing the arrays on takes longer than what is done with them.
+    # One loop without calls: passing the arrays takes longer than the work on them.
     for lane in wanted:
         if is_doubtful[lane]:
             found[lane] = footprint_cost(
@@ -131,7 +131,7 @@ def outline_cost_row(view, remembered, wanted, x, y, yaw, found):
                     edges[place], costs[place] = edge, cost
             largest = max(largest, cost)
             if largest == LETHAL:
-                # footprint_cost looks no further: what is unknown on a later edge is not seen.
+                # footprint_cost stops here: unknown cells on a later edge are not seen.
                 break
         found[lane] = largest
 

@@ -117,9 +117,8 @@ def path_align_costs(
     """PathAlignCritic: mean distance between a sample's columns and the path, by arc length.
 
     Path points 0 .. furthest - 1 count. A column is compared with the point whose arc length is
-    nearest to the distance driven since column 0; invalid points are left out. onward: how that
-    point is looked for, see `Rules.aligns_onward`.
-    costs: (blocks, LANES), written.
+    nearest to the distance driven since column 0; invalid points are left out. onward: the rule of
+    searching that point, see `Rules.aligns_onward`. costs: (blocks, LANES), written.
     """
     arcs = np.full(LANES, ZERO)
     for block in range(costs.shape[0]):
@@ -175,8 +174,8 @@ def _first_by_length_row(lengths, count, valid_count, arcs, indices):
     """The same up to Iron: the first point from each lane's index on that is as far, or before it.
 
     Where that is the one it begins with, it goes back to the path's begin. Beyond the last of
-    `count` points Nav2 reads what lies behind its list; it is taken for 0, so that the next point
-    is it, if the path has it.
+    `count` points Nav2 reads memory behind its list; that is taken for 0, so that the next point is
+    it, if the path has it.
     """
     for lane in range(LANES):
         driven = arcs[lane]

@@ -1,4 +1,4 @@
-"""The blackboard: what the leaves of a tree read and write.
+"""The blackboard: the values that the leaves of a tree read and write.
 
 py_trees' own blackboard is one dictionary for the whole process, shared by all trees and all
 Contexts; this one is a value.
@@ -31,13 +31,13 @@ SmoothPath = Callable[[NDArray[np.float64], Costmap], NDArray[np.float64]]
 
 @dataclass(frozen=True, eq=False)
 class Blackboard(Immutable):
-    """What evolves besides the nodes.
+    """The values of a tree that change from tick to tick, besides its nodes' own.
 
     goal_id, goal: the present goal, (3,) x m, y m, yaw rad. paths: (N, 3) each, by the names of the
     tree's variables; one that is missing is empty.
-    results: how each action ended last, by its key; what was never tried is missing.
-    follow_path, behavior, clear_local, clear_global: what the servers are asked for.
-    plan_count, task_count, recovery_count: how often something was begun.
+    results: the last result of each action, by its key; an action that was never tried is missing.
+    follow_path, behavior, clear_local, clear_global: the present requests to the servers.
+    plan_count, task_count, recovery_count: numbers of plans, tasks and recoveries begun.
     """
 
     goal_id: int = 0
@@ -60,7 +60,7 @@ class Blackboard(Immutable):
 
 @dataclass(frozen=True, eq=False)
 class TickInputs:
-    """What a tick sees.
+    """The inputs of one tick of the tree.
 
     now_s: time of the tick. pose: (3,) estimate. global_costmap: the latest one.
     controller_status, behavior_status: of the servers. twist: (2,) measured velocity forward and to
@@ -77,7 +77,7 @@ class TickInputs:
 
 @dataclass
 class Board:
-    """What the leaves of a tree share: inputs to read, and values to read and write.
+    """The data that the leaves of a tree share: inputs to read, and values to read and write.
 
     inputs: of the present tick; unset before the first.
     """

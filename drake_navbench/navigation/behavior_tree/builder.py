@@ -33,7 +33,7 @@ SELECTORS = (
 def build_tree(description: NodeDescription, board: Board) -> TreeNode:
     """Returns the root of a tree whose leaves read and write `board`.
 
-    Raises NotOurs where a node, a number of children or an attribute is not.
+    Raises NotOurs where a node, a number of children or an attribute is not supported.
     """
     variables = Variables()
     root = _built(description, board, variables)
@@ -66,7 +66,7 @@ def _built(description: NodeDescription, board: Board, variables: Variables) -> 
 
 
 def faults_of(description: NodeDescription) -> Iterator[NotOurs]:
-    """Yields what of a tree is not ours: nothing where it can be built."""
+    """Yields the nodes and attributes of a tree that are not supported; none if it can be built."""
 
     def plan_nothing(*_: object) -> None:
         raise AssertionError("a tree that is only looked at plans nothing")

@@ -56,9 +56,9 @@ class TimeExpired(Leaf):
 
 
 class PathExpiringTimer(Leaf):
-    """Success once a path is so old; another path begins the time anew.
+    """Success once a path is older than `period_s`; another path begins the time anew.
 
-    What it remembers survives its being idle, as in Nav2. source: the path's variable.
+    Its memory survives its being idle, as in Nav2. source: the path's variable.
     """
 
     MEMORY = ("is_first", "start_s", "path")

@@ -41,7 +41,7 @@ class TreeNode(Behaviour):
 
     @property
     def status(self) -> Status:
-        """How the node stands; INVALID is idle."""
+        """The status of the node; INVALID is idle."""
         return self._status
 
     @status.setter
@@ -59,7 +59,7 @@ class TreeNode(Behaviour):
         self._status = status
 
     def halt(self) -> None:
-        """Forgets what the node keeps beyond its own end; called when the whole tree has ended."""
+        """Clears the memory that outlives the node's end; called when the whole tree has ended."""
 
     @property
     def is_active(self) -> bool:
@@ -166,7 +166,7 @@ class ReactiveFallbackNode(ControlNode):
 
 
 def _halt_others(children: Sequence[Behaviour], running: Behaviour) -> None:
-    """Halts what else runs, but keeps the status of conditions: they compare with the last tick."""
+    """Halts the other running children; conditions keep their status, to compare with next time."""
     for child in children:
         if child is not running and child.status == Status.RUNNING:
             child.stop(Status.INVALID)

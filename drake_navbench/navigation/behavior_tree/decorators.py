@@ -1,4 +1,4 @@
-"""Nodes around one child: when it is ticked, how often, and what becomes of how it ends.
+"""Decorators, nodes with one child: they limit when and how often it is ticked, or map its result.
 
 Source: nav2_behavior_tree (DistanceController, SpeedController, SingleTrigger,
 PathLongerOnApproach), branches humble to lyrical, and BehaviorTree.CPP 4.
@@ -31,7 +31,7 @@ ODOMETRY_WINDOW_S = 0.3
 
 
 class DistanceController(ControlNode):
-    """Ticks its child at first, while it runs, and once the robot is a distance from where it was.
+    """Ticks its child at first, while it runs, and each time the robot has moved a distance.
 
     That is where the node began, and then where the child last succeeded. In between it reports
     that it runs.
@@ -65,7 +65,7 @@ class DistanceController(ControlNode):
 class SpeedController(ControlNode):
     """Ticks its child at first, while it runs, and at a rate that grows with the robot's speed.
 
-    The speed is the mean of what the ticks of the last `window_s` saw. A new goal begins anew.
+    The speed is the mean over the ticks of the last `window_s`. A new goal begins anew.
     """
 
     MEMORY = ("is_first", "goal_id", "period_s", "start_s", "speeds")
@@ -143,8 +143,7 @@ class PathLongerOnApproach(ControlNode):
     """Ticks its child where, near the goal, a new path to the same goal is much longer.
 
     Near is where the path before was shorter than `near_m`, much longer `factor` times as long.
-    Succeeds otherwise. What it remembers survives its being idle, as in Nav2. source: the path's
-    variable.
+    Succeeds otherwise. Its memory survives its being idle, as in Nav2. source: the path's variable.
     """
 
     MEMORY = ("path", "is_first")
@@ -201,7 +200,7 @@ class KeepRunningUntilFailure(ControlNode):
 
 
 class ForcedNode(ControlNode):
-    """Ends as it is told to, however its child ends."""
+    """Ends with `RESULT`, with whichever status its child ends."""
 
     RESULT: ClassVar[Status]
 
@@ -224,7 +223,7 @@ class ForceFailure(ForcedNode):
 
 
 class _Again(ControlNode):
-    """Ticks its child again after each end of one kind; ends with it after so many of them."""
+    """Ticks its child again after each end of one kind, up to `limit` times, and then ends so."""
 
     AGAIN_AFTER: ClassVar[Status]
     MEMORY = ("count",)
@@ -253,19 +252,19 @@ class _Again(ControlNode):
 
 
 class Repeat(_Again):
-    """Success after so many successes of its child, -1 for never; failure with its first one."""
+    """Success after `limit` successes of its child, -1: never; failure with its first failure."""
 
     AGAIN_AFTER = Status.SUCCESS
 
 
 class RetryUntilSuccessful(_Again):
-    """Failure after so many failures of its child, -1 for never; success with its first one."""
+    """Failure after `limit` failures of its child, -1: never; success with its first success."""
 
     AGAIN_AFTER = Status.FAILURE
 
 
 class PassedOn(ControlNode):
-    """Ends as its child does: Nav2's GoalUpdater while nobody sends another goal."""
+    """Returns its child's status: Nav2's GoalUpdater as long as no new goal arrives."""
 
     def _run(self) -> Run:
         (child,) = self.children

@@ -1,4 +1,4 @@
-"""A behaviour tree as data: what a robot file or a tree's XML file says of it."""
+"""A behaviour tree as data, read from a robot file or a tree's XML file."""
 
 from __future__ import annotations
 

@@ -77,9 +77,9 @@ class GoalUpdated(Leaf):
 
 
 class IsGoalNearby(Leaf):
-    """Success when what is left of the path is shorter than a threshold.
+    """Success when the rest of the path is shorter than a threshold.
 
-    The robot is looked for on the path from where it was last found, over a limited length.
+    The robot's place on the path is searched from the last one found, over a limited length.
     """
 
     MEMORY = ("path", "begin")
@@ -118,7 +118,7 @@ class IsGoalNearby(Leaf):
 class ValidatePath(Leaf):
     """Success when a path is free of collisions on the global costmap.
 
-    source: its variable. limits: what the validity service is asked for besides, as of
+    source: its variable. limits: further arguments of the validity service, those of
     `is_path_valid`.
     """
 
@@ -259,7 +259,7 @@ class FollowPath(Leaf):
 
 
 class CancelControl(Leaf):
-    """Cancels what the controller server does."""
+    """Cancels the task of the controller server."""
 
     def update(self) -> Status:
         """Asks it to come to rest."""
@@ -288,7 +288,10 @@ class WouldRecoveryHelp(Leaf):
 
 
 class ClearEntireCostmap(Leaf):
-    """Asks a costmap to forget what it has marked. field: of the blackboard, for the request."""
+    """Asks a costmap to forget its marks.
+
+    field: of the blackboard, for the request.
+    """
 
     def __init__(self, name: str, board: Board, *, field: str) -> None:
         super().__init__(name, board)

@@ -1,7 +1,7 @@
 """The attributes of one node of a tree's file, and the variables that they name.
 
-What only names plugins, servers or topics has no effect: there is one planner, one controller a
-column.
+Attributes that only name plugins, servers or topics have no effect: there is one planner, one
+controller a column.
 """
 
 from __future__ import annotations
@@ -51,14 +51,14 @@ class NotOurs(ValueError):
 
 @dataclass
 class Variables:
-    """The variables of a tree: those that its nodes write, and where the others are read."""
+    """The variables of a tree: those that its nodes write, and the reads of others."""
 
     written: set[str] = field(default_factory=lambda: {GOAL})
     read: list[tuple[str, NotOurs]] = field(default_factory=list)
 
 
 class Attributes:
-    """The attributes of one node; each is read once, what is left is refused."""
+    """The attributes of one node; each is read once, and those never read are refused."""
 
     def __init__(self, description: NodeDescription, variables: Variables) -> None:
         self._node = description.node

@@ -1,4 +1,4 @@
-"""How each node of a tree's file is made, by Nav2's name of it.
+"""The factories of a behaviour tree's nodes, by Nav2's names.
 
 Attributes have the names and defaults of Nav2's nodes. Source: nav2_behavior_tree, branches humble
 to lyrical.
@@ -73,7 +73,7 @@ COSTMAPS = ("local", "global")
 
 @dataclass(frozen=True)
 class NodeKind:
-    """How a node is made. children: how many it takes; None stands for any from one on."""
+    """The factory of a node, and the number of its children; None: one or more."""
 
     make: Callable[[str, Attributes, Sequence[TreeNode], Board], TreeNode]
     children: int | None = 0
@@ -138,7 +138,10 @@ def _goal_updater(name: str, a: Attributes, children: Sequence[TreeNode], board:
 
 
 def _again(node: Callable[..., TreeNode], attribute: str) -> NodeKind:
-    """Returns how a node that ticks its child again is made. attribute: with how often."""
+    """Returns the factory of a node that ticks its child again.
+
+    attribute: the one that limits how often.
+    """
 
     def make(name: str, a: Attributes, children: Sequence[TreeNode], _: Board) -> TreeNode:
         limit = a.count(attribute, 0)
@@ -254,7 +257,10 @@ def _would_help(key: str) -> NodeKind:
 
 
 def _behavior(behavior: str, names: Mapping[str, tuple[str, float]]) -> NodeKind:
-    """Returns how a behaviour is made. names: of its attributes -> our argument and the default."""
+    """Returns the factory of a node that runs a behaviour.
+
+    names: maps its attributes to (our argument, default).
+    """
 
     def make(name: str, a: Attributes, _: Sequence[TreeNode], board: Board) -> TreeNode:
         arguments = {ours: a.number(theirs, default) for theirs, (ours, default) in names.items()}

@@ -22,7 +22,7 @@ class TruncatePath(Leaf):
     """Cuts off the end of a path, up to the last pose that is a distance from the goal.
 
     That pose then looks at the goal. Two poses stay in any case. source, result: variables of the
-    path and of what is left.
+    path and of the shortened one.
     """
 
     def __init__(
@@ -34,7 +34,7 @@ class TruncatePath(Leaf):
         self._result = result
 
     def update(self) -> Status:
-        """Writes what is left; an empty path stays empty."""
+        """Writes the shortened path; an empty path stays empty."""
         path = self.board.values.paths.get(self._source)
         self.board.write_path(self._result, None if path is None else self._cut(path))
         return Status.SUCCESS
@@ -51,12 +51,12 @@ class TruncatePath(Leaf):
 
 
 class TruncatePathLocal(Leaf):
-    """Leaves of a path what lies around the robot: some way before and behind it.
+    """Cuts a path to the part around the robot: some way before and behind it.
 
-    forward_m: negative for all that lies before it. angle_weight_m: what a radian of difference in
-    heading counts for where the pose nearest to the robot is looked for. search_distance_m: how far
-    along the path, from where the robot was last found; infinity looks at all of it. source,
-    result: variables of the path and of what is left.
+    forward_m: length kept ahead of the robot; negative: all of it. angle_weight_m: m that a radian
+    of difference in heading counts for in the search for the pose nearest to the robot.
+    search_distance_m: length of the path that is searched, from the robot's last place on it;
+    infinity searches all of it. source, result: variables of the path and of the part.
     """
 
     MEMORY = ("path", "begin")
@@ -83,7 +83,7 @@ class TruncatePathLocal(Leaf):
         self.begin = 0
 
     def update(self) -> Status:
-        """Writes what is left; an empty path stays empty."""
+        """Writes the shortened path; an empty path stays empty."""
         path = self.board.values.paths.get(self._source)
         self.board.write_path(self._result, None if path is None else self._cut(path))
         return Status.SUCCESS
@@ -117,7 +117,7 @@ def _turns_between(headings: NDArray[np.float64], heading: float) -> NDArray[np.
 
 
 def _count_within(path: Path, distance_m: float) -> int:
-    """Returns how many poses a path begins with before one lies more than a distance along it."""
+    """Returns the number of first poses within a distance along the path, m; at least 1."""
     if math.isinf(distance_m):
         return len(path)
     steps_m = np.hypot(*np.diff(path[:, :2], axis=0).T)

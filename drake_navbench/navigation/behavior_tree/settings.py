@@ -1,4 +1,4 @@
-"""What of the behaviour tree a robot file may change: the attributes of Nav2's default tree."""
+"""The attributes of Nav2's default behaviour tree that a robot file may change."""
 
 from __future__ import annotations
 
@@ -91,7 +91,7 @@ class BehaviorTreeSettings(PluginBlocks):
     )
 
     def tick_period_s(self, *server_periods_s: float) -> float:
-        """Returns the time between two ticks, s; server_periods_s: of what the tree talks to."""
+        """Returns the time between two ticks, s; server_periods_s: of the servers it talks to."""
         if self.bt_loop_duration is None:
             return min(server_periods_s)
         return self.bt_loop_duration / MILLISECONDS_PER_SECOND

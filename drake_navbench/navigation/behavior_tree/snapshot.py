@@ -16,9 +16,9 @@ from drake_navbench.navigation.behavior_tree.control_nodes import TreeNode
 
 
 class Snapshot(NamedTuple):
-    """What the nodes of a tree remember.
+    """The memory of a tree's nodes between ticks.
 
-    statuses: of all nodes. memories: what the nodes that have a `MEMORY` keep there.
+    statuses: of all nodes. memories: of the nodes that have a `MEMORY`.
     """
 
     statuses: tuple[Status, ...]
