@@ -1,7 +1,7 @@
-"""What the charts of a page show, as plain numbers that fit into it.
+"""The numbers behind the charts of a page, thinned and rounded so that the page stays small.
 
-The static figures are drawn from the logs themselves; these are thinned and rounded: a millimetre
-and a thousandth of the shown range are less than a pixel.
+The static figures are drawn from the full logs. The numbers here are rounded to a millimetre or to
+a thousandth of the shown range, both less than a pixel.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""How the HTML pages of a results folder are rendered."""
+"""Renders the HTML pages of a results folder."""
 
 from __future__ import annotations
 

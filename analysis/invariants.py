@@ -1,7 +1,7 @@
-"""What must hold in the log of every trial, whatever the controller does.
+"""Invariants of a trial's log: conditions that hold in every trial, whatever the controller does.
 
-Where one of these does not hold, the robot did not do what its file says that it can, or the log
-is not what happened: a warning, never an error.
+A violated invariant means that the robot exceeded the limits in its file, or that the log does not
+show what happened. It is a warning, never an error.
 """
 
 from __future__ import annotations
@@ -43,10 +43,10 @@ class Violation(NamedTuple):
 
 
 def violations_of(log: TrialLog) -> list[Violation]:
-    """Returns what does not hold in a log, at most one entry an invariant, in fixed order.
+    """Returns the violated invariants of a log, at most one entry for each, in fixed order.
 
-    A value that is not a number breaks what is said of it. A trial without samples breaks nothing.
-    Of a recording only what does not rest on a simulation is asked: a real robot rolls on after
+    NaN violates the invariant of its column. A trial without samples violates none. A recording is
+    checked only for the invariants that do not presume a simulation: a real robot rolls on after
     its goal, and its velocities are measured.
     """
     time_s = _column(log, "time_s")
@@ -196,7 +196,7 @@ def _untold(log: TrialLog) -> set[str]:
 
 
 class _Limits(NamedTuple):
-    """What the drive of the robot can do, infinite where the log tells no limit."""
+    """Limits of the robot's drive in the base frame; infinite where the log tells no limit."""
 
     forward_mps: float
     backward_mps: float
@@ -247,7 +247,7 @@ def _speed(log: TrialLog) -> Array:
 
 
 def _from_second(flags: Flags) -> Flags:
-    """Returns what is said of every row but the first, as flags of all rows."""
+    """Returns flags of all rows from flags of all rows but the first, whose flag is False."""
     return np.concatenate([[False], flags])
 
 

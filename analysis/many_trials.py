@@ -72,10 +72,10 @@ def _by_path(folder: ResultsFolder, table: pd.DataFrame) -> dict[Path, Mapping[s
 def read_some_trials(
     paths: Sequence[Path], root: Path, rows: KnownValues
 ) -> tuple[list[TrialLog], list[TrialEntry], list[LeftOut]]:
-    """Returns what `read_trials` does, but only the logs that are drawn.
+    """Returns the same as `read_trials`, except that it returns only the logs that are drawn.
 
-    rows: as from `rows_of_table`. A log without a row is opened and measured; one at a time is in
-    memory.
+    rows: as from `rows_of_table`. A log without a row is opened and measured. Of the logs that are
+    not drawn, only one at a time is in memory.
     """
     by_controller: dict[Path, list[Path]] = {}
     for path in paths:

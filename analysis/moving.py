@@ -1,4 +1,4 @@
-"""What moved in a trial besides its robot, as its log tells it."""
+"""The moving obstacles and people of a trial, read from its log."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ class Movers(NamedTuple):
 
     @property
     def body_count(self) -> int:
-        """How many there are."""
+        """The number of moving obstacles and people."""
         return self.tracks.count
 
     @property
@@ -75,7 +75,7 @@ def is_there(poses: Array) -> NDArray[np.bool_]:
 # One log is measured at a time, by several metrics in turn; a log does not change.
 @lru_cache(maxsize=1)
 def movers_of(log: TrialLog) -> Movers:
-    """Returns what moved; nothing in logs in which nothing did."""
+    """Returns the moving obstacles and people of a trial; an empty record where there were none."""
     described = log.info["scenario"]["world"].get("moving_obstacles", [])
     things = MovingObstacles(tuple(TypeAdapter(list[MovingObstacle]).validate_python(described)))
     people = _people_of(log)
@@ -107,7 +107,7 @@ def _people_of(log: TrialLog) -> WalkingPeople | RecordedPeople:
 
 
 def _top_speed_mps(people: WalkingPeople | RecordedPeople, logged: LoggedPeople) -> float:
-    """Returns what nobody is faster than: of a recording what nobody was, m/s."""
+    """Returns an upper bound on the people's speed, m/s; of a recording the largest speed in it."""
     if isinstance(people, WalkingPeople):
         return people.top_speed_mps
     steps_m = np.hypot(*np.moveaxis(np.diff(logged.poses[..., :2], axis=0), -1, 0))

@@ -1,4 +1,4 @@
-"""How numbers are written for a reader: in the report and in the terminal's tables."""
+"""Formats numbers for the report and for the terminal's tables."""
 
 from __future__ import annotations
 

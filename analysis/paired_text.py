@@ -1,4 +1,4 @@
-"""What paired tests say, as sentences and rows of tables."""
+"""Writes the results of paired tests as sentences and as rows of tables."""
 
 from __future__ import annotations
 
@@ -74,7 +74,10 @@ def cells_text(cells: Iterable[tuple[str, str, str]]) -> str:
 
 
 def equal_text(judged: Judged) -> str:
-    """Returns how many pairs are equal, and which cells are in every trial."""
+    """Returns a sentence with the number of equal pairs and the cells whose trials are all equal.
+
+    Two trials are equal if their outcome and all their metrics are.
+    """
     text = f"{judged.equal} of {judged.pairs} pairs of trials are equal in outcome and all metrics"
     if judged.equal_cells:
         text += f"; equal in every trial: {cells_text(judged.equal_cells)}"

@@ -1,4 +1,4 @@
-"""All that is computed of one scenario of a results folder: rows, intervals, words, figures."""
+"""The analysis of one scenario of a results folder: rows, intervals, sentences, figures."""
 
 from __future__ import annotations
 
@@ -86,10 +86,10 @@ class Cell(NamedTuple):
 
 
 class Success(NamedTuple):
-    """How often a controller reached the goal, with Wilson's interval of the share.
+    """The number of a controller's trials that reached the goal; Wilson's interval of the share.
 
-    is_one_trial: whether all its trials are the same one, so that the interval says nothing.
-    touched: how many of the trials ended at a contact.
+    is_one_trial: whether all its trials are equal, so that the interval says nothing. touched: the
+    number of trials that ended at a contact.
     """
 
     controller: str

@@ -1,4 +1,4 @@
-"""What is said of one scenario: who arrives, who touches, who is best, with the weak points."""
+"""The summary of one scenario: arrivals, touches, the best controllers and their weak points."""
 
 from __future__ import annotations
 
@@ -111,7 +111,7 @@ def _impossible(scenario: ScenarioAnalysis) -> str:
 
 
 def best_ones(scenario: ScenarioAnalysis) -> dict[str, str]:
-    """Returns who is shown to be best in the metrics of which a word is said: metric -> name."""
+    """Returns for each metric of SUPERLATIVES the controller that is shown to be best in it."""
     found = {v.metric: v.best for v in scenario.verdicts if v.best}
     return {metric: str(found[metric]) for metric in SUPERLATIVES if metric in found}
 
@@ -127,7 +127,7 @@ def weak_points(name: str, scenario: ScenarioAnalysis) -> list[WeakPoint]:
 
 
 def in_words(points: Sequence[WeakPoint], *, tells_where: bool) -> str:
-    """Returns how a sentence that praises a controller ends: with its weak points."""
+    """Returns the clause that ends a sentence of praise with the controller's weak points."""
     if not points:
         return ", and is nowhere shown to be 10% behind another controller"
     return f", but has {listed(point.in_words(tells_where=tells_where) for point in points)}"

@@ -65,7 +65,7 @@ class Verdict(NamedTuple):
 
 
 def is_failed(trials: pd.DataFrame) -> pd.Series:
-    """Returns which trials did not reach their goal."""
+    """Returns for each trial whether it did not reach its goal."""
     return trials["outcome"] != Outcome.SUCCEEDED
 
 

@@ -81,8 +81,9 @@ class BoxPanel(NamedTuple):
 
 
 class ComputeTimes(NamedTuple):
-    """How long control cycles took, by controller: (times (Q,) ms, share at least as long (Q,)).
+    """Distribution of the durations of control cycles, one curve a controller.
 
+    curves: by controller (durations (Q,) ms, share of the cycles that took at least as long (Q,)).
     period_ms: the control period.
     """
 

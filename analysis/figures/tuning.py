@@ -1,4 +1,4 @@
-"""What a search of parameters found: the front, and each objective along each parameter."""
+"""Figures of a tuning study: the Pareto front, and each objective over each parameter."""
 
 from __future__ import annotations
 

@@ -38,10 +38,11 @@ QUANTITIES = 3
 
 
 class Standing(NamedTuple):
-    """Where a controller stands; interval: of the rank. success: a share, with Wilson's interval.
+    """The place of a controller on the leaderboard, with the numbers that it rests on.
 
-    touched: how many trials ended at a contact. time_s: to the goal, mean over the scenarios of the
-    trials that arrive.
+    interval: of the rank. success: the share of trials that arrived, with Wilson's interval.
+    touched: the number of trials that ended at a contact. time_s: the time to the goal of the
+    trials that arrived, as the mean over the scenarios.
     """
 
     controller: str

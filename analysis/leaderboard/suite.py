@@ -36,7 +36,7 @@ SECRET_MODE = 0o600
 
 
 class Sealed(FrozenModel):
-    """What is published of seeds that nobody shall know yet: their salted hash and number."""
+    """A published commitment to seeds that are still secret: their salted hash and their number."""
 
     sha256: str = Field(pattern=HEXADECIMAL)
     count: int = Field(ge=1, le=MAX_SEEDS)
@@ -50,10 +50,10 @@ class Secret(FrozenModel):
 
 
 class Suite(FrozenModel):
-    """What every entry drives: each scenario `trials` times with each seed of a run.
+    """The trials that every entry drives: each scenario `trials` times with each seed.
 
-    seeds: as for `run --seed`; where they are sealed there is `sealed` in place of them, and
-    `revealed` as soon as they are known.
+    seeds: as for `run --seed`. While the seeds are secret, `sealed` stands in their place; once
+    they are published, `revealed` holds them.
     """
 
     name: str = Field(min_length=1)

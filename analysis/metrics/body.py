@@ -16,7 +16,7 @@ ROLLING_RESISTANCE_RATIO = 0.015
 
 
 class Body(NamedTuple):
-    """What the energy of a motion depends on.
+    """The robot's physical quantities from which the energy of its motion is computed.
 
     mass_kg: with the load. gyration_squared_m2: yaw inertia per mass. drag_area_m2: frontal area
     times drag coefficient.

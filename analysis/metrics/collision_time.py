@@ -55,7 +55,9 @@ def times_to_collision(
 
 
 def _reach_m(twists: Array, footprint: Array, horizon_s: float) -> Array:
-    """Returns how far from the reference point the footprint can come to lie, (T,) m."""
+    """Returns the largest distance, within the horizon, of the footprint from where its reference
+    point is now, (T,) m.
+    """
     v, w = np.hypot(twists[:, 0], twists[:, 2]), np.abs(twists[:, 1])
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         diameter_m = np.where(w < STRAIGHT_BELOW_RADPS, np.inf, 2.0 * v / w)

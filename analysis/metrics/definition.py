@@ -1,4 +1,4 @@
-"""What a metric is: a documented function from a trial's log to one number."""
+"""Defines a metric: a documented function from a trial's log to one number."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How close the robot came to harm."""
+"""Safety of a trial: clearances, contacts, and time to collision."""
 
 from __future__ import annotations
 

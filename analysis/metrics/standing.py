@@ -1,4 +1,4 @@
-"""What stood in the world of a trial, as its log tells it."""
+"""The standing obstacles in the world of a trial, read from its log."""
 
 from __future__ import annotations
 

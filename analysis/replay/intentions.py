@@ -1,4 +1,7 @@
-"""What a controller had in mind: the trajectories in its diagnostics (see `Decision`)."""
+"""Draws the trajectories in a controller's diagnostics, such as its prediction and samples.
+
+`Decision.diagnostics` holds them.
+"""
 
 from __future__ import annotations
 
@@ -38,7 +41,7 @@ MAX_SAMPLE_TURNS = 60
 
 
 class _Ribbon(NamedTuple):
-    """How trajectories are drawn that the diagnostics hold under a key."""
+    """The style of the trajectories that a controller's diagnostics hold under `key`."""
 
     key: str
     rgba: Rgba

@@ -66,7 +66,10 @@ def add_people(stage: Stage, path: str, log: TrialLog, *, rgba: Rgba, trial_coun
 
 
 def leg_pose(side: float, ahead_m: float) -> RigidTransform:
-    """Returns where a leg hangs; side: 1 left, -1 right. ahead_m: of the left foot."""
+    """Returns the pose of a leg in the person's frame.
+
+    side: 1 for the left leg, -1 for the right. ahead_m: how far the left foot is before the hips.
+    """
     swing = -np.arcsin(np.clip(side * ahead_m / HIP_HEIGHT_M, -1.0, 1.0))
     rotation = RotationMatrix.MakeYRotation(swing)
     return RigidTransform(rotation, [0.0, side * HIP_HALF_WIDTH_M, HIP_HEIGHT_M])

@@ -1,4 +1,4 @@
-"""What stands still in a replay: floor, obstacles, the task, the camera."""
+"""Draws the fixed parts of a replay: floor, obstacles and task; places the camera."""
 
 from __future__ import annotations
 
@@ -87,7 +87,9 @@ def add_scene(stage: Stage, world: World, *, course: Bounds) -> None:
 
 
 def goal_tolerance_m(checker: Mapping[str, Any]) -> float | None:
-    """Returns how near to a goal is near enough; None where a goal checker has no such radius.
+    """Returns the radius around the goal within which it counts as reached, m.
+
+    None where the goal checker has no such radius.
 
     checker: the goal checker's settings.
     """

@@ -1,4 +1,4 @@
-"""What the strip of charts below a replay shows of a trial, as plain numbers."""
+"""The numbers of one trial behind the strip of charts below a replay."""
 
 from __future__ import annotations
 

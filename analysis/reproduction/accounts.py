@@ -1,4 +1,4 @@
-"""What the trials say of the publication, added up: verdicts, orderings, and relative errors."""
+"""Totals of the comparison with the publication: verdicts, orderings and relative errors."""
 
 from __future__ import annotations
 
@@ -62,9 +62,10 @@ Row = Ordering | Comparison
 
 
 class Share(NamedTuple):
-    """How many findings came to which verdict, and how many of them rest on one trial.
+    """Number of a scenario's findings with each verdict.
 
-    holds_from_one_trial: of those that hold.
+    from_one_trial: the findings that rest on a single trial. holds_from_one_trial: those of them
+    that hold.
     """
 
     scenario: str

@@ -18,10 +18,10 @@ GOAL_SCENARIOS = ("empty", "static_obstacles", "one_obstacle")
 
 @dataclass(frozen=True)
 class Lineup:
-    """What is compared with the publication.
+    """The presets and scenarios whose trials are compared with the publication.
 
-    presets: published controller -> preset. scenarios: published scenario -> the one that stands
-    for it, where that has another name.
+    presets: published controller -> our preset. scenarios: published scenario -> our scenario,
+    where ours has another name.
     """
 
     name: str

@@ -255,11 +255,11 @@ def energy(log: TrialLog) -> float:
 
 @metric(unit="s", better="lower", title="Time to give up")
 def abort_time(log: TrialLog) -> float:
-    """How long the controller took to give up once it was slowest.
+    """Time from the slowest sample of a failed trial to its end.
 
-    Formula: from the first sample at the trial's lowest v, where that is below v max, to the last
-    sample; 0 where v never drops. No value where the lowest v is that of the last sample: then
-    nothing tells when it began to give up.
+    Formula: time of the last sample - time of the first sample with the trial's lowest v; 0 where
+    that v is not below v max. No value where only the last sample has the lowest v: then the
+    samples do not show when the controller began to give up.
     """
     if log.outcome is Outcome.SUCCEEDED:
         raise Undefined("the trial reached its goal")
