@@ -7,7 +7,7 @@ from typing import Any
 
 
 def compute_note(manifest: Mapping[str, Any]) -> str:
-    """Returns the manifest's processor, workers and load as sentences; '' if it names no machine."""
+    """Returns processor, workers and load from a manifest in words; '' if it names no machine."""
     machines = [entry for entry in manifest.get("machines", []) if isinstance(entry, Mapping)]
     if not machines:
         return ""

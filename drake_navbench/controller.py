@@ -1,4 +1,4 @@
-"""All that a controller must know: what it sees, what it returns, how it fails, how it is found.
+"""The interface of a controller: its observation, its decision, its errors, its registration.
 
 A controller is a pure object. It is built once a trial from its typed parameters and a
 `ControllerSetup`; `initial_memory()` and `step(observation, memory)` do the rest. Everything that
@@ -300,7 +300,7 @@ class ControllerParameters(BaseModel):
         return {name: name for name in given if name in cls.PATH_HANDLER_NAMES}
 
     def asked_speeds(self) -> AskedSpeeds:
-        """Returns how fast, backward, about itself and sideways the base must be able to drive."""
+        """Returns the speeds, by direction, at which the base must be able to drive and turn."""
         return AskedSpeeds()
 
     def files_read(self) -> Mapping[str, Path]:

@@ -63,7 +63,8 @@ class Pace:
     ) -> Pace:
         """Returns the finest pace at which trials of these durations fit into a page.
 
-        max_turns: what comes and goes is a new object each time, of 1 to 3 kB.
+        turn_period_s: the shortest period of scans and predictions. max_turns: the largest number
+        of them in the page; each is an object of its own, of 1 to 3 kB.
         """
         total_s = sum(durations_s)
         keys_a_frame = 1 + len(model.moving_links) / FRAMES_PER_WHEEL_KEY

@@ -164,9 +164,9 @@ def _numbers(text: str) -> list[int]:
 
 
 def print_check(arguments: argparse.Namespace) -> None:
-    """Prints what becomes of each part of the Nav2 files and of the robot's model.
+    """Prints for each part of the Nav2 files and of the robot's model how it is used here.
 
-    Raises InputError where there is neither.
+    Raises InputError where there is neither a Nav2 file nor a model.
     """
     if not (arguments.nav2 or is_model(arguments.robot)):
         raise InputError("--check: expected a Nav2 file by --nav2, or a model by --robot")

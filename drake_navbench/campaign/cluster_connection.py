@@ -38,10 +38,11 @@ NOT_INSTALLED = "dask.distributed is not installed; pip install 'drake-navbench[
 
 
 class ClusterPlace(NamedTuple):
-    """Where a cluster is, and why it is trusted.
+    """The address of a cluster, and the reason to trust it.
 
-    address: `local:N`, or as dask's. certificates: folder with `ca.pem`, `cert.pem` and `key.pem`
-    for `tls://`. trusts_network: whether an address without encryption is taken.
+    address: `local:N`, or an address of dask's scheduler. certificates: the folder with `ca.pem`,
+    `cert.pem` and `key.pem` for `tls://`. trusts_network: whether an address without encryption is
+    accepted.
     """
 
     address: str
@@ -117,7 +118,10 @@ def connected(place: ClusterPlace) -> Iterator[Client]:
 
 
 def _security_of(place: ClusterPlace) -> Security:
-    """Returns who is let in and how we are known; raises InputError where a place is no place."""
+    """Returns dask's security settings: the certificates that both ends show and accept.
+
+    Raises InputError where the address is wrong or does not fit the options beside it.
+    """
     address, certificates = place.address, place.certificates
     if address.startswith(LOCAL):
         _local_count(address)

@@ -48,7 +48,7 @@ class CompileProgress:
 
 
 class _KernelCount(ProgressColumn):
-    """How many kernels were compiled since the bar began."""
+    """The column of a progress bar with the number of kernels compiled since the bar began."""
 
     # Files are not counted more often than this, s.
     max_refresh = 0.5

@@ -1,4 +1,4 @@
-"""What is printed: the console, the progress of the trials, the tables after them."""
+"""Prints to the terminal: the console, the progress of the trials, the tables after them."""
 
 from __future__ import annotations
 

@@ -29,7 +29,7 @@ KILLED_ONCE = "killed_once"
 
 @dataclass
 class Progress:
-    """How far a campaign is; `failed` counts the trials that ended in an error."""
+    """Number of a campaign's trials by state; `failed` counts those that ended in an error."""
 
     total: int
     done: int = 0
@@ -162,10 +162,11 @@ def _read_back(
 
 
 def _blamed(ending: Ending, spec: TrialSpec, folder: ResultsFolder) -> Ending:
-    """Returns how a trial ended; a second kill is the doing of the code of others that it runs.
+    """Returns the ending of a trial, in which a repeated kill is blamed on code that is not ours.
 
-    Nobody can tell who has killed a process. A trial that kills its own would be driven again by
-    every `--resume`, so that the first kill is noted in the manifest.
+    It cannot be known who killed a process. A controller that kills its own process would be driven
+    again by every `--resume`. So the first kill of such a trial is noted in the manifest, and a
+    second one counts as the fault of its controller.
     """
     is_kill = (
         ending.is_killed

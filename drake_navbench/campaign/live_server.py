@@ -89,7 +89,7 @@ class LiveServer:
 
     @property
     def address(self) -> str:
-        """Where a browser finds the page."""
+        """The URL of the page."""
         return f"http://{HOST}:{self._server.server_port}/"
 
     def show(self, page: str) -> None:

@@ -1,4 +1,4 @@
-"""What a results folder tells of its run: the manifest and the resolved inputs."""
+"""Writes and reads a results folder's record of its run: the manifest and the resolved inputs."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ PACKAGES_IN_MANIFEST = ("drake", "numba", "numpy", "pandas", "pyarrow", "scipy")
 
 
 class Begun(FrozenModel):
-    """What a manifest must tell of a run that is to be resumed."""
+    """The entries of a manifest that `--resume` needs."""
 
     model_config = ConfigDict(extra="ignore")
 

@@ -50,5 +50,5 @@ def drive_and_write(spec: TrialSpec, folder: ResultsFolder, campaign_identity: s
 
 
 def table_row(log: TrialLog) -> Row:
-    """Returns what the table of trials holds of a log."""
+    """Returns the row of the table of trials for a log."""
     return trial_row(log) | {"simulated_time_s": log.end_time_s}

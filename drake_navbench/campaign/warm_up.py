@@ -199,7 +199,10 @@ def drive_world_briefly(spec: TrialSpec) -> None:
 
 
 def _warm_up_tasks(cold: Cold) -> Iterator[Task]:
-    """Yields what has most to compile first, in an order in which few compile the same."""
+    """Yields the tasks of a warm-up: those that compile most come first.
+
+    The order lets few tasks that run at the same time compile the same kernels.
+    """
     for column in cold.columns[:1]:
         yield Task(drive_briefly, (column,))
     for column in sorted(cold.columns[1:], key=_size_of_code, reverse=True):

@@ -1,4 +1,4 @@
-"""What all commands share: exit statuses, types of arguments, and what a fault looks like.
+"""Code that all commands share: exit statuses, types of arguments, and the format of errors.
 
 Imports the standard library only, so that --help is quick.
 """

@@ -1,4 +1,4 @@
-"""What there is to be seen of a trial at a time, for those who watch it while it runs."""
+"""The state of a running trial at one time, for the live view."""
 
 from __future__ import annotations
 

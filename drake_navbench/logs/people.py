@@ -1,4 +1,4 @@
-"""Where the people of a trial were, and the column in which its log keeps them small."""
+"""Poses of a trial's people over time, and the compact column of the log that stores them."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class LoggedPeople(Immutable):
 
     @property
     def person_count(self) -> int:
-        """How many people there are."""
+        """The number of people."""
         return int(self.poses.shape[1])
 
 

@@ -131,12 +131,12 @@ class ResultsFolder:
         return self.path / "trials.parquet"
 
     def log_path(self, scenario: str, controller: str, trial: int) -> Path:
-        """Where the log of a trial is, or will be."""
+        """Returns the path of a trial's log, which need not exist yet."""
         folder = self.path / "trials" / file_name(scenario) / file_name(controller)
         return folder / f"trial_{trial:03d}.parquet"
 
     def table_path(self, scenario: str, suffix: str) -> Path:
-        """Where a scenario's table is; suffix '.csv' or '.md'."""
+        """Returns the path of a scenario's table; suffix '.csv' or '.md'."""
         return self.path / "tables" / f"{file_name(scenario)}{suffix}"
 
     @property
@@ -145,7 +145,7 @@ class ResultsFolder:
         return self.path / "replays"
 
     def replay_path(self, scenario: str, controller: str = "") -> Path:
-        """Where the replay of a scenario is, or of one controller in it."""
+        """Returns the path of a scenario's replay, or of the replay of one controller in it."""
         stem = file_name(scenario) + (f"--{file_name(controller)}" if controller else "")
         return self.replays_path / f"{stem}.html"
 

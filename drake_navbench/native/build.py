@@ -180,10 +180,11 @@ class _Plan:
     def compile(
         self, jobs: int, logs: Path, name: str, tell: Callable[[str], None]
     ) -> tuple[int, dict[str, str]]:
-        """Returns how many files were compiled, and the packages with one that cannot be.
+        """Compiles the files that have no object yet; `jobs` at a time.
 
-        It ends with the first such file. logs: where what the compiler says of it is kept, by the
-        name of the build. Raises InputError where it is none of a package.
+        Returns the number of compiled files, and the error by package of a file that failed.
+        Compiling ends with the first file that fails; its compiler's messages are written to
+        NAME.log in the folder `logs`. Raises InputError where that file belongs to no package.
         """
         objects, failed, count = Objects(), {}, 0
         missing = [unit for unit in self.units if objects.system_digest(unit) is None]

@@ -1,4 +1,4 @@
-"""What is in a checkout of Nav2: its packages, its release, and the controllers in them."""
+"""Reads a checkout of Nav2: its packages, its release, and the controllers in the packages."""
 
 from __future__ import annotations
 

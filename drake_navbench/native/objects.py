@@ -36,7 +36,7 @@ class Unit:
 
     @property
     def object(self) -> Path:
-        """Where it is kept when it is compiled."""
+        """The path of the compiled object, which need not exist yet."""
         return builds_folder() / "objects" / self.digest[:2] / f"{self.digest}.o"
 
 

@@ -88,7 +88,7 @@ class Package:
 
     @property
     def include_folder(self) -> Path:
-        """Where its public headers are."""
+        """The folder of the package's public headers."""
         return self.folder / "include"
 
     @cached_property

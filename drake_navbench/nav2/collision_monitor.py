@@ -105,7 +105,10 @@ def _has_corners(reader: NodeReader, name: str) -> bool:
 
 
 def _sources(reader: NodeReader, range_sensors: Collection[str]) -> Fields:
-    """Returns what is looked at, where that is more or other than the lidar; notes each source."""
+    """Returns the sources of a collision monitor that are not the robot's lidar alone.
+
+    Notes for each source in the file what stands for it here.
+    """
     sources: Fields = {}
     sees_range = scans = False
     for source in reader.names("observation_sources", []):

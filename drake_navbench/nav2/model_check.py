@@ -1,4 +1,4 @@
-"""Where a Nav2 file and the robot's model contradict each other: users find their errors there."""
+"""Checks a Nav2 file against the robot's model: contradictions point to users' errors."""
 
 from __future__ import annotations
 

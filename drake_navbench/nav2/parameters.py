@@ -44,10 +44,10 @@ class Parameter(NamedTuple):
 
 @dataclass(frozen=True)
 class Section:
-    """What a file gives to the nodes of a name.
+    """The parameters that a file gives to the nodes with one name.
 
-    name: as the file spells it, with the namespaces, '/robot1/controller_server'; with wildcards it
-        names many nodes, '/**'.
+    name: as the file spells it, with the namespaces, '/robot1/controller_server'. With wildcards
+        it stands for many nodes, '/**'.
     parameters: by dotted name, in the order of the file.
     """
 
@@ -80,10 +80,10 @@ class ParameterFile:
 
 @dataclass(frozen=True)
 class Node:
-    """All that a node is given.
+    """A node with all its parameters, merged from the sections of all files.
 
-    name: full, '/robot1/controller_server'.
-    file: the last one that has a section for it.
+    name: with the namespaces, '/robot1/controller_server'.
+    file: the last file that has a section for the node.
     parameters: by dotted name.
     """
 

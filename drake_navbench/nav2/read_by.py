@@ -52,10 +52,10 @@ REFINEMENTS_OF_HUMBLE = 4
 
 
 class ReadBy(NamedTuple):
-    """What the releases do with a parameter.
+    """The releases that read a parameter, and the defaults that differ from ours.
 
-    releases: those that read it. defaults: what counts in a release where nothing is read, if that
-    is not the default of ours.
+    releases: those that read the parameter. defaults: by release, the value that counts there if no
+    file gives one; only where it differs from the default of our model.
     """
 
     releases: frozenset[Release]
@@ -165,6 +165,6 @@ READ_BY: Mapping[type[BaseModel], Mapping[str, ReadBy]] = {
 
 
 def read_by(model: type[BaseModel], name: str) -> ReadBy:
-    """Returns what the releases do with a parameter of a model, or of one that it is made from."""
+    """Returns which releases read a model's parameter; READ_BY may list it under a base class."""
     known = (READ_BY.get(base, {}).get(name) for base in model.__mro__)
     return next((found for found in known if found is not None), ReadBy(EVERY))

@@ -90,11 +90,12 @@ OPTIONAL = ("velocity_smoother", "collision_monitor")
 
 @dataclass(frozen=True)
 class Nav2Setup:
-    """What Nav2 files make: columns, the robot that they drive, and what became of the files.
+    """The columns that Nav2 files define, the robot that they drive, and the check of the files.
 
-    places: node and block of each column's controller, by the column's name. given: the values of
-    all parameters, by node without the namespace and by name. asked, spin_radps: the speeds that
-    the controllers and the spin ask of the base. namespace: of the nodes that are read, 'robot1'.
+    places: by the column's name, the node and the block of its controller. given: the values of all
+    parameters, by node without the namespace and by name. asked: the speeds that each controller
+    needs of the base. spin_radps: the yaw rate that the spin needs. namespace: that of the nodes
+    that are read, 'robot1'.
     """
 
     presets: tuple[Preset, ...]
@@ -200,10 +201,9 @@ def setup_of(
     release: str | None = None,
     beside: Sequence[Nav2Setup] = (),
 ) -> Nav2Setup:
-    """Returns what files make.
+    """Returns the setup that Nav2 files define; raises InputError.
 
-    beside: setups whose controllers drive the same base, which then has speed for all of them.
-    Raises InputError.
+    beside: setups whose controllers drive the same base; its speed limits then suffice for all.
     """
     found = release_of(read.sections, release)
     files = _Files(list(read.sections), dict(read.remarks), base, base_name, found)

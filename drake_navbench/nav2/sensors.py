@@ -48,7 +48,7 @@ def range_sensor_of(topic: str, range_sensors: Collection[str]) -> str | None:
 
 
 class Sight(NamedTuple):
-    """What a source tells of its sensor: m and rad, None where it does not."""
+    """Range, m, and fields of view, rad, of an observation source's sensor; None if not given."""
 
     reach_m: float
     horizontal_fov_rad: float | None = None
@@ -153,7 +153,7 @@ def _is_around(sensor: DepthSensorSettings) -> bool:
 
 
 def _heading(names: str) -> float:
-    """Returns where a sensor of such names looks, rad from straight ahead."""
+    """Returns the yaw of a sensor's axis in the base frame, rad, guessed from its names."""
     side = next((yaw for word, yaw in DIRECTIONS.items() if word in names.lower()), 0.0)
     if REAR.search(names):
         return math.copysign(math.pi - 0.5 * abs(side), side) if side else math.pi

@@ -213,7 +213,7 @@ def read_behavior_server(reader: NodeReader) -> Fields:
 
 
 def straight_drive_of(release: Release) -> Fields:
-    """Returns how a release drives straight where no file says, if not as ours."""
+    """Returns a release's default limits of the STRAIGHT behaviours where they differ from ours."""
     fields = {name: read_by(DriveLimits, name).defaults for name in DriveLimits.model_fields}
     limits = {name: known[release] for name, known in fields.items() if release in known}
     return {behavior: limits for behavior in STRAIGHT} if limits else {}

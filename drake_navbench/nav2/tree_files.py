@@ -1,6 +1,6 @@
-"""Where the XML file of a behaviour tree lies that a Nav2 file names.
+"""Finds the XML file of a behaviour tree from its path in a Nav2 file.
 
-The path in the file is that of the robot, of which the machine that reads it may have a part only.
+The path is one on the robot. The machine that reads the file may have only a part of its folders.
 """
 
 from __future__ import annotations

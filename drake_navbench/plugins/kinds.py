@@ -38,7 +38,7 @@ LIKE_A_SLIP = 0.75
 
 
 class Origin(NamedTuple):
-    """Where a plugin comes from: the name of an installed package, and its version."""
+    """The installed package that brings a plugin: its name and version."""
 
     package: str
     version: str

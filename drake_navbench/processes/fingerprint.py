@@ -1,4 +1,4 @@
-"""What equal bytes of equal trials depend on: the code, its packages, and the processor."""
+"""Fingerprint of code, packages and processor: where it is equal, equal trials give equal bytes."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class Fingerprint(NamedTuple):
     features: str
 
     def differing(self, other: Fingerprint) -> str:
-        """Returns what of the software differs from another's, '' where nothing does."""
+        """Returns the packages whose version differs from the other fingerprint's, '' if none."""
         return ", ".join(
             f"{name} {self.software.get(name, 'none')} instead of {value}"
             for name, value in other.software.items()

@@ -112,7 +112,7 @@ def _with_importers(changed: Iterable[str], modules: Mapping[str, Path]) -> set[
 
 
 def _imports(path: Path) -> Iterator[str]:
-    """Yields what a module imports: the modules, and names that may be modules of a package."""
+    """Yields the dotted names that a module imports: modules, and names that may be modules."""
     for module, names in IMPORT.findall(path.read_text(encoding="utf-8", errors="replace")):
         yield module
         for name in NAME.findall(names):

@@ -36,10 +36,11 @@ def call_limited(
     memory_bytes: int = MEMORY_LIMIT_BYTES,
     time_s: int = TIME_LIMIT_S,
 ) -> Any:
-    """Returns what `package.module:function` returns for an argument, called in a new process.
+    """Calls `package.module:function` with an argument in a new process; returns its result.
 
-    source: the file that is read, for errors. folder: the process's working folder. Raises
-    InputError, one line, where the function raises, or memory or time do not suffice.
+    source: the name of the file that the function reads, for errors. folder: the working folder of
+    the process. Raises InputError, one line, where the function raises, or where it exceeds its
+    memory or time.
     """
     command = [sys.executable, "-m", __name__, function, str(memory_bytes), str(time_s)]
     # The child finds the package where this process did.
