@@ -116,7 +116,7 @@ def require_content(path: Path) -> None:
 
 
 def size_of(path: Path) -> int:
-    """Returns how many bytes a recording has on the disk."""
+    """Returns the size of a recording on the disk, bytes."""
     files: Sequence[Path] = [path]
     if path.is_dir():
         files = [file for file in path.iterdir() if file.is_file()]

@@ -68,7 +68,7 @@ class Cells(NamedTuple):
 
 
 class State(NamedTuple):
-    """What a goal's state was: its id and the number in the message."""
+    """The state of a goal: the goal's id, and the number of its status in the message."""
 
     goal: str
     status: int

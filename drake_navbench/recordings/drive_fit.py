@@ -56,7 +56,7 @@ class AxisFit:
 
 @dataclass(frozen=True)
 class DriveFit:
-    """What was found of a drive."""
+    """The fitted parameters of a drive."""
 
     response_time_constant_s: float
     dead_time_s: float
@@ -85,7 +85,10 @@ class _Axis:
 
 
 def fit_drive(data: DriveData) -> DriveFit:
-    """Returns what fits best; raises InputError where the recording does not move the robot."""
+    """Returns the parameters of the drive that fit a recording best.
+
+    Raises InputError where the recording is too short or its commands do not move the robot.
+    """
     axes = [_axis(data, index) for index in range(2)]
     if data.time_s[-1] - data.time_s[0] < SHORTEST_S or not any(axis.largest for axis in axes):
         raise InputError(

@@ -1,8 +1,8 @@
-"""What is taken from a recording: for each role a topic, decoded into plain arrays.
+"""The messages read from a recording: one topic for each role, decoded into plain arrays.
 
-Times are seconds from the first message of the recording, on the clock of the stamps: that of the
-computer, or of the simulator. What carries no stamp is brought to that clock by when it was
-received, as the odometry, which carries one, was stamped and received.
+Times are seconds from the first message of the recording, on the clock of the stamps, which is that
+of the computer or of the simulator. A message without a stamp has only the time at which it was
+received. That time is converted by the odometry, whose messages have both times.
 """
 
 from __future__ import annotations

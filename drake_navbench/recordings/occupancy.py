@@ -16,7 +16,10 @@ MAX_MAP_CELLS = 4_000_000
 
 
 def _occupancy_table() -> NDArray[np.int8]:
-    """Returns what Costmap2DPublisher makes of each cost: 1 + floor(97 (c - 1) / 251)."""
+    """Returns the occupancy, by cost c, that Costmap2DPublisher sends: 1 + floor(97 (c - 1) / 251).
+
+    Costs 0, INSCRIBED, LETHAL and NO_INFORMATION have values of their own.
+    """
     costs = np.arange(256)
     table = 1 + 97 * (costs - 1) // 251
     table[0] = 0

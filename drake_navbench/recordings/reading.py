@@ -1,7 +1,7 @@
-"""Reads what a recording holds in a process of its own, with limits of memory and of time.
+"""Reads the messages of a recording in a separate process that has limits of memory and time.
 
-A recording says itself how its messages are laid out and how far it unpacks: one of 300 bytes can
-ask for all memory there is.
+The recording itself defines the layout of its messages and their unpacked size: a file of 300 bytes
+can request all the memory of the machine.
 """
 
 from __future__ import annotations

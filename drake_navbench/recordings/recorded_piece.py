@@ -1,6 +1,6 @@
-"""What a recording tells of one task: samples, plans, scans and costmaps on the task's clock.
+"""One task cut out of a recording: samples, plans, scans and costmaps on the task's clock.
 
-What it does not tell is noted in the caller's `missing`, with the reason.
+Signals that the recording lacks are noted in the caller's `missing`, with the reason.
 """
 
 from __future__ import annotations

@@ -39,9 +39,9 @@ MAP_REACH_M = 6.0
 
 @dataclass(frozen=True)
 class Subject:
-    """Who is on a recording, and what is known of the place besides.
+    """The names, the robot and the map that a recording's user gives beside the recording.
 
-    controller: the name of the column. map: what stands there, None where nobody says.
+    controller: the name of the column. map: the map of the place, None where none is given.
     """
 
     scenario: str

@@ -121,7 +121,7 @@ class TrialMessages:
         yield from self._moving()
 
     def _standing(self) -> Iterator[Message]:
-        """Yields what is told once, at the start."""
+        """Yields the messages that are sent once, at the start: fixed frames, robot, map, goal."""
         make, start = self.maker, self.start_ns
         lidar = make.transform(
             start, BASE_FRAME, topics.LIDAR_FRAME, self.robot.lidar.pose, self.robot.lidar.height_m
@@ -151,7 +151,7 @@ class TrialMessages:
         )
 
     def _as_json(self) -> str:
-        """Returns what no message carries of the trial: who, with what, and how it ended."""
+        """Returns the parts of a log that no message carries, as JSON: header, events, legs."""
         events = [{"time_s": time_s} | dict(event) for time_s, event in self.log.events]
         legs = [plan.leg for plan in self.log.plans]
         return json.dumps(
@@ -186,7 +186,7 @@ class TrialMessages:
             yield topic, time_ns, self.maker.goal_status(self.start_ns, goal_id, status)
 
     def _samples(self) -> Iterator[Message]:
-        """Yields what is sampled on the recorder's clock."""
+        """Yields the messages of each sample: clock, transforms, odometry and commands."""
         make, settings = self.maker, self.robot.localization
         variances = (settings.xy_std_m**2, settings.yaw_std_rad**2)
         twist_variances = (

@@ -98,6 +98,9 @@ def area_of(rings: list[dict[str, Any]]) -> BaseGeometry:
 
 
 def cut(corners: Array, heights_m: list[float]) -> list[dict[str, Any]]:
-    """Returns what triangles (T, 3, 3) cover at any of some heights, as `rings_of` tells it."""
+    """Returns the union of the areas that triangles (T, 3, 3) cover at these heights, as rings.
+
+    `rings_of` defines the form of the result.
+    """
     areas = [cut_area(corners, height) for height in heights_m]
     return rings_of(shapely.union_all(areas)) if areas else []

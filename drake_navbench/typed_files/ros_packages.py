@@ -1,9 +1,8 @@
-"""Where the packages of ROS lie that a file names, and where the files of their URIs lie.
+"""Finds the folders of the ROS packages that a file names, and the files behind package URIs.
 
-A package is a folder with a package.xml of its name, a folder of its name with a model.config, or
-any folder of its name. It is looked for in the folders that the user named, in the repository
-around the file, beside and above the file, and below AMENT_PREFIX_PATH (share/name) and
-ROS_PACKAGE_PATH.
+A package is a folder whose package.xml has its name, a folder of its name with a model.config, or
+any folder of its name. The search covers the folders that the user named, the repository around the
+file, the folders beside and above the file, AMENT_PREFIX_PATH (share/name) and ROS_PACKAGE_PATH.
 """
 
 from __future__ import annotations

@@ -41,7 +41,7 @@ class PolicyGradientSettings:
 
 
 class Batch:
-    """What was lived through: (N, ...) inputs, actions, their log probabilities, and targets."""
+    """A batch of N steps, (N, ...) each: inputs, actions, their log probabilities, and targets."""
 
     def __init__(
         self,

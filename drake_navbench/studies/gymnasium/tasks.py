@@ -1,4 +1,4 @@
-"""What an episode is about: where the robot starts, where it is to go, what stands there."""
+"""The task of an episode: the start, the goal, and the obstacles."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class EpisodeTask(NamedTuple):
 
 
 class RandomTasks(FrozenModel):
-    """How tasks are drawn at random, in and around a scenario."""
+    """The ranges from which random tasks are drawn, in and around a scenario."""
 
     area_m: Size = Field(8.0, description="Side of the square that holds start and goal [m].")
     max_obstacles: Annotated[int, Within(0, 100)] = Field(

@@ -61,9 +61,10 @@ class TrainingSettings:
 
 
 class Progress(NamedTuple):
-    """How far training is, after an update that used `steps_in_update` of the steps.
+    """The progress of training after an update that used `steps_in_update` steps.
 
-    success, contact: shares of the episodes that ended lately. mean_return: of these.
+    steps: all steps so far. success, contact: shares of the episodes that ended lately.
+    mean_return: the mean over the same episodes.
     """
 
     steps: int
@@ -241,9 +242,9 @@ def train_into_file(
 
 
 def success_rate_of_file(settings: TrainingSettings, path: Path, episodes: int) -> float:
-    """Returns how often the weights in a file reach the goal of tasks that training has not seen.
+    """Returns the success rate of the weights in a file, over tasks that training has not seen.
 
-    Raises InputError where the file holds none.
+    Raises InputError where the file holds no weights.
     """
     seeds = range(FIRST_EVALUATION_SEED, FIRST_EVALUATION_SEED + episodes)
     return success_rate(load_network(path), training_environment(settings), seeds)

@@ -155,7 +155,10 @@ def _add_case(
 
 
 def _outcomes_seen(judged: Judged, trials: int) -> list[str]:
-    """Returns how many lost trials would turn the gate, and whether so few trials can at all."""
+    """Returns sentences on the number of lost trials that turns the gate.
+
+    They warn where that number is larger than the number of trials.
+    """
     own = [f for f in judged.findings if f.quantity.family is Family.OUTCOMES]
     tested = [f for f in own if not f.is_one_trial]
     if not tested:

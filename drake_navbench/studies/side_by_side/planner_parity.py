@@ -1,4 +1,4 @@
-"""How far a planner's port plans as the original of a build: over random maps."""
+"""Parity of a planner's port and the original in a build, over random maps."""
 
 from __future__ import annotations
 
@@ -78,7 +78,7 @@ def compare_planners(
     robot_name: str = "wheelchair",
     tell: Callable[[str], None] = lambda line: None,
 ) -> list[PlannerParity]:
-    """Returns how the ports of a build's planners differ from them, one entry a variant."""
+    """Returns the differences between a build's planners and our ports, one entry a variant."""
     robot = load_robot(robot_name)
     parities = []
     for plugin in build.planners:
@@ -101,7 +101,7 @@ def random_requests(robot: Robot, count: int, *, seed: int = 0) -> Iterator[Plan
 
 
 def compare_plans(port: Array | str, original: Array | str) -> PlanResult:
-    """Returns how two plans differ, (N, 3) each or the name of why there is none."""
+    """Returns the comparison of two plans; each is (N, 3), or the name of the error without one."""
     if isinstance(port, str) or isinstance(original, str):
         both_failed = isinstance(port, str) and isinstance(original, str)
         same = both_failed and original in (port, WITHOUT_CODE)
@@ -134,7 +134,7 @@ def port_of(plugin: str, values: Mapping[str, Any], robot: Robot) -> Planner:
 def request_message(
     plugin: str, values: Mapping[str, Any], robot: Robot, request: PlanRequest
 ) -> dict[str, Any]:
-    """Returns what the host is asked for a plan."""
+    """Returns the message that asks the host for a plan."""
     costmap = request.costmap
     about_robot = configure_message(controller_setup(robot), {})
     inflation = robot.navigation.global_costmap.inflation_layer

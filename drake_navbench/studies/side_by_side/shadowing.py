@@ -27,7 +27,7 @@ Decided = NDArray[np.float64] | ControllerError
 
 
 class _Memories(NamedTuple):
-    """What each of the two has kept."""
+    """The memories of the port and of the original."""
 
     port: Any
     original: Any
@@ -66,7 +66,7 @@ def shadowed(port: Preset, original: Preset, tell: Callable[[Decided, Decided], 
 
 
 def decided(controller: Controller, observation: Observation, memory: Any) -> tuple[Decided, Any]:
-    """Returns what a controller wants, and its memory after that."""
+    """Returns a controller's command (v m/s, w rad/s), or its error, and its new memory."""
     try:
         decision = controller.step(observation, memory)
     except ControllerError as error:

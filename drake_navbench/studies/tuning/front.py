@@ -1,4 +1,4 @@
-"""What is left of a front: on fresh seeds, in held-out scenarios, and where nobody may touch."""
+"""Validates a Pareto front on fresh seeds, in held-out scenarios, and in the guards' scenarios."""
 
 from __future__ import annotations
 

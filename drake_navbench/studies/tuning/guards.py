@@ -84,9 +84,9 @@ def told(touches: Mapping[str, int]) -> str:
 
 
 def rate_at_most(trials: int) -> float:
-    """Returns how often a touch may happen, as a share, where so many trials had none.
+    """Returns the upper bound (95%) of the rate of touches after `trials` trials without a touch.
 
-    The exact bound, 95%: with a larger share none in so many is less likely than 5%.
+    The bound is exact: at a higher rate, no touch in so many trials has a probability below 5%.
     """
     return 1.0 - (1.0 - CONFIDENCE) ** (1.0 / trials) if trials else 1.0
 

@@ -1,4 +1,4 @@
-"""What is left of a front on seeds, and in scenarios, that the search has not seen."""
+"""Drives the configurations of a front on seeds and in scenarios that the search has not seen."""
 
 from __future__ import annotations
 

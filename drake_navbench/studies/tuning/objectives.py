@@ -1,8 +1,8 @@
-"""What tuning lowers: relative differences to the baseline on the same seeds, failures censored.
+"""Objectives of a tuning study: relative differences to the baseline on the same seeds.
 
-The difference of a pair is (candidate - baseline) / scale, turned so that lower is better, where
-the scale of a scenario is the mean of the baseline's trials there. No pair counts for more than
-CENSORED either way; a trial that fails counts as much, so that giving up early never pays.
+The difference of a pair is (candidate - baseline) / scale, with its sign such that lower is better.
+The scale of a scenario is the mean of the baseline's trials there. A difference is clipped to
+[-CENSORED, CENSORED]. A failed trial counts as CENSORED, so giving up early never pays.
 """
 
 from __future__ import annotations

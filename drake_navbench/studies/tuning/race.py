@@ -35,9 +35,10 @@ def looks_until(most_pairs: int) -> list[int]:
 
 
 def evidence(wins: int, losses: int) -> float:
-    """Returns how many times more likely these are where losses prevail than where both are even.
+    """Returns the Bayes factor of "losses prevail" against "wins and losses are equally likely".
 
-    Each pair doubles it at most: 2^(n + 1) / (n + 1) for n losses alone, but for a 2^-(n + 1)th.
+    Each pair at most doubles it. After n losses and no win it is 2^(n + 1) / (n + 1), less a share
+    of 2^-(n + 1).
     """
     upper = special.betaincc(losses + 1.0, wins + 1.0, 0.5)
     logarithm = (wins + losses + 1.0) * np.log(2.0) + special.betaln(losses + 1.0, wins + 1.0)

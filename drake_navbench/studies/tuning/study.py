@@ -48,7 +48,7 @@ SOBOL_POINTS = 16
 
 
 class Ending(StrEnum):
-    """How a configuration's race ended: at its last look, or before by a rival or by a touch."""
+    """The end of a configuration's race: its last look, or earlier a better rival or a touch."""
 
     THROUGH = "through"
     DROPPED = "dropped"
@@ -137,7 +137,7 @@ def drive_baseline(trials: Trials, objectives: Sequence[Objective], *, jobs: int
 
 
 class Sampling(NamedTuple):
-    """How a study proposes configurations: a sampler after Sobol's first points, and a seed."""
+    """The source of a study's configurations: Sobol's first points, then a sampler; the seed."""
 
     sampler: Sampler
     seed: int
@@ -276,9 +276,10 @@ class Search:
 
 
 def importance_of(study: Study, objective: int) -> dict[str, float]:
-    """Returns how much each parameter matters for an objective, shares that sum to 1.
+    """Returns the importance of each parameter for an objective, as shares that sum to 1.
 
-    By PED-ANOVA, which asks what the best tenth has in common. Empty where too little was driven.
+    PED-ANOVA computes it from the distribution of the parameters among the best tenth of the
+    configurations. The result is empty where too few configurations were driven.
     """
     optuna = import_optuna()
     with warnings.catch_warnings():
