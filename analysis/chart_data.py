@@ -74,7 +74,7 @@ def chart_data(
 
 
 def _walls(log: TrialLog) -> list[list[list[float]]]:
-    """Returns the outlines; of a map with a wall a cell only so many."""
+    """Returns at most about MAX_WALL_COUNT outlines; a map's many cells are thinned out."""
     outlines = obstacle_outlines(log)
     every = max(1, -(-len(outlines) // MAX_WALL_COUNT))
     return [_xy(np.asarray(outline), len(outline)) for outline in outlines[::every]]

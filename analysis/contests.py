@@ -1,4 +1,4 @@
-"""Which trials are set against each other: columns of two tables or of one, tasks of a suite.
+"""Pairs of columns whose trials are compared: of two tables, of one table, or by tasks of a suite.
 
 The tasks of a suite, such as the goals that are drawn on a map, count as one scenario in which each
 task is one pair: trials of one task are not independent of each other.

@@ -122,7 +122,7 @@ def gap_to(
 
 
 def _interval(differences: Array, confidence: float) -> Interval:
-    """Returns Student's interval of a mean; of the one pair that there is the value itself."""
+    """Returns Student's interval of the mean; a single difference is its own interval."""
     mean = float(differences.mean())
     if len(differences) == 1:
         return Interval(mean, mean)

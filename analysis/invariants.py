@@ -63,9 +63,9 @@ def violations_of(log: TrialLog) -> list[Violation]:
 
 
 def warnings_of(trials: Iterable[tuple[str, Sequence[Violation]]]) -> list[str]:
-    """Returns a line for every invariant that some trial breaks: how often, and where first.
+    """Returns a line for each violated invariant: number of rows and trials, and the first one.
 
-    trials: the name of each and what does not hold in it.
+    trials: the name of each trial with its violations.
     """
     found: dict[str, list[tuple[str, Violation]]] = {}
     for name, violations in trials:
@@ -110,8 +110,8 @@ def _motion_after_the_end(log: TrialLog) -> Flags:
 def _clearance_jumps(log: TrialLog) -> Flags:
     """Flags rows whose clearance differs from the last sample's by more than the outline moved.
 
-    No distance changes faster than the fastest point of the outline, |v| + |w| times its radius,
-    and the fastest point of what moves.
+    A clearance changes at most as fast as the fastest point of the outline moves, |v| + |w| times
+    its radius, plus the fastest point of any moving obstacle or person.
     """
     time_s = _column(log, "time_s")
     radius_m = float(np.hypot(*outline_of(log).T).max())
@@ -129,7 +129,7 @@ def _clearance_jumps(log: TrialLog) -> Flags:
 
 
 def _somebody_came_or_went(log: TrialLog, time_s: Array) -> Flags:
-    """Flags rows at which somebody of a recording may just have appeared, or disappeared."""
+    """Flags rows at which a person in a recording may have appeared or disappeared."""
     flags: Flags = np.zeros(len(time_s), dtype=bool)
     if log.people is None:
         return flags

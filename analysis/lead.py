@@ -1,7 +1,7 @@
-"""The verdict first: who arrives, who touches, who is best at what, and what their weak points are.
+"""The summary at the top of a report: arrivals, touches, the best controllers, their weak points.
 
-Every word rests on a verdict (see `verdicts`) or on outcomes; nothing is said that these do not
-say. Whoever is praised has the weak points in the same sentence.
+Every statement rests on a verdict (see `verdicts`) or on outcomes. A sentence that praises a
+controller also names its weak points.
 """
 
 from __future__ import annotations
@@ -58,8 +58,8 @@ def lead_of(
 ) -> Lead:
     """Returns the verdict on these scenarios, each of which has trials.
 
-    totals: of suites with so many worlds that they are not looked at one by one. descriptions: of
-    the presets, told of those that touched something.
+    totals: those of suites whose worlds are too many to be described one by one. descriptions: the
+    presets' descriptions, of which the summary quotes those of controllers that touched something.
     """
     sentences = [_suite(suite, totals) for suite in dict.fromkeys(t.suite for t in totals)]
     if scenarios:

@@ -23,7 +23,7 @@ def typeset(unit: str) -> str:
 
 
 def number(value: float | None, digits: int = DIGITS) -> str:
-    """Returns a value with so many significant digits, a dash where it is undefined."""
+    """Returns a value with `digits` significant digits, a dash where it is undefined."""
     if value is None or not math.isfinite(value):
         return EMPTY
     if abs(value) < ROUNDING:

@@ -172,12 +172,12 @@ class Judged(NamedTuple):
 
     @property
     def new_failures(self) -> list[LostTrial]:
-        """The lost trials of controllers and scenarios in which none was lost before."""
+        """The lost trials of each controller and scenario that had no lost trial in the base."""
         return [trial for trial in self.lost if not trial.base_fails]
 
     @property
     def undecided_losses(self) -> list[Finding]:
-        """More touches or fewer arrivals than before, by too few trials to tell."""
+        """The findings of more touches or fewer arrivals whose trials are too few to decide."""
         return [
             finding
             for finding in self.of(Verdict.UNDECIDED)

@@ -36,7 +36,7 @@ def sentence(finding: Finding) -> str:
 
 
 def undecided_sentence(finding: Finding) -> str:
-    """Returns a finding that is not decided as one line, with what would decide it."""
+    """Returns one line on an undecided finding, with the number of trials that would decide it."""
     fewest, needed = finding.fewest_differing, finding.trials_needed
     text = f"{sentence(finding)}; a decision needs at least {fewest} pairs that differ one way"
     if needed is not None:

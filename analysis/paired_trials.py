@@ -24,8 +24,8 @@ IDENTITY = ["scenario", "controller", "seed"]
 class Contest(NamedTuple):
     """Two tables of trials, one row a trial: IDENTITY, `outcome` and the metrics.
 
-    before, after: the base and what is judged. label: tells several contests apart that are judged
-    together.
+    before: the base. after: the trials that are judged against it. label: distinguishes several
+    contests that are judged together.
     """
 
     before: pd.DataFrame

@@ -1,4 +1,4 @@
-"""Trials that are one trial several times: nothing random entered them, so they count once."""
+"""Trials without randomness: all trials of a controller are then equal and count as one."""
 
 from __future__ import annotations
 

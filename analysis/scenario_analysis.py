@@ -120,9 +120,9 @@ class ScenarioAnalysis:
     """The analysis of a scenario, in plain values.
 
     description: the scenario file's. is_impossible: whether its task is meant to be given up.
-    clean_scenario: the one of which it is a harsher one, '' where there is none.
-    is_told_by_totals: whether it is one of so many worlds that only their totals are told.
-    drawn: of how many trials the logs were kept to be drawn; the others are in the table alone.
+    clean_scenario: the scenario of which this is a harsher variant, '' where there is none.
+    is_told_by_totals: whether its suite has so many worlds that the report shows their totals only.
+    drawn: the number of trials whose logs are drawn; the others are in the table alone.
     """
 
     scenario: str

@@ -185,7 +185,7 @@ def signed_rank_p_value(differences: Array) -> float:
 
 
 def signed_ranks(differences: Array) -> Array:
-    """Returns the ranks of the sizes of what is not 0, with the signs, in rising order."""
+    """Returns the signed ranks of |differences| without zeros, in rising order."""
     differences = differences[differences != 0.0]
     if len(differences) == 0:
         return differences
@@ -218,8 +218,8 @@ def _p_value_of_ranks(own_ranks: tuple[float, ...]) -> float:
 def smallest_p_value(pairs: int, comparisons: int) -> float:
     """Returns the smallest p-value that Wilcoxon's two-sided test can give after Holm's correction.
 
-    pairs: none of which is equal; all differences of one sign have 2 of the 2^pairs signs.
-    comparisons: how many tests are corrected together.
+    pairs: the number of pairs with a difference. Of their 2^pairs combinations of signs, 2 have all
+    signs equal, so that p >= 2 / 2^pairs. comparisons: the number of tests corrected together.
     """
     return min(comparisons * 2.0 ** (1 - pairs), 1.0)
 

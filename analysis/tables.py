@@ -151,7 +151,7 @@ def best_of(trials: pd.DataFrame, scenario: str, names: Sequence[str]) -> dict[s
 
 
 def table_to_markdown(table: pd.DataFrame) -> str:
-    """Returns a Markdown table of a frame with (metric, unit) rows; what is undefined is a dash."""
+    """Returns a Markdown table of a frame with (metric, unit) rows; NaN becomes a dash."""
     header = ["metric", "unit", *map(str, table.columns)]
     lines = [_markdown_row(header), _markdown_row(["---", "---", *["---:"] * len(table.columns)])]
     for (name, unit), cells in table.iterrows():

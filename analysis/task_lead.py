@@ -39,7 +39,7 @@ QUANTITIES = {
 
 
 def task_sentence(scenario: ScenarioAnalysis) -> str:
-    """Returns a scenario's line: who arrives, who touches, who is best at what."""
+    """Returns a scenario's line: arrivals, touches, and the best controllers by metric."""
     if scenario.is_impossible:
         return _impossible(scenario)
     successes = scenario.successes

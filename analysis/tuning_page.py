@@ -1,4 +1,4 @@
-"""tuning.html: what a search of parameters found, and what is left of it on fresh seeds."""
+"""tuning.html: the results of a tuning study, and their validation on fresh seeds."""
 
 from __future__ import annotations
 

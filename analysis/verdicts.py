@@ -1,6 +1,6 @@
-"""Which controller is best at what, in words, and only where the intervals support it.
+"""Verdicts in words: the best controller in a metric, where the intervals support it.
 
-What counts as being behind, and as being level, stands in `gaps`.
+`gaps` defines when a controller is behind another, and when two are level.
 """
 
 from __future__ import annotations
@@ -70,7 +70,7 @@ def is_failed(trials: pd.DataFrame) -> pd.Series:
 
 
 def touch_counts(trials: pd.DataFrame) -> dict[str, int]:
-    """Returns in how many trials each controller touched something, those that did."""
+    """Returns the number of trials with a touch by controller; those without any are left out."""
     touched = trials.loc[trials["outcome"] == Outcome.COLLIDED, "controller"]
     return {str(name): int(count) for name, count in touched.value_counts(sort=False).items()}
 
@@ -103,7 +103,7 @@ def verdict(
     """Returns the verdict on a metric; None where there is nothing to compare.
 
     The metric needs a good direction and a value for at least two controllers. anyone_arrived:
-    whether a trial of the scenario reached its goal; else nobody is best, whatever the values.
+    whether a trial of the scenario reached its goal; else no controller is best.
     repeated: the controllers whose trials are all the same one. touches: as from `touch_counts`;
     who touched something is not best.
     """

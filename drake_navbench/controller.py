@@ -186,7 +186,7 @@ class CollisionAhead(NoValidControl):
 
 
 class AskedSpeeds(NamedTuple):
-    """The speeds that parameters ask of the base; None where they ask for none.
+    """The speeds that a controller's parameters need of the base; None where they need none.
 
     The accelerations are those that the controller counts on when it looks ahead.
     """
@@ -202,18 +202,18 @@ class AskedSpeeds(NamedTuple):
 class ControllerParameters(BaseModel):
     """Base of every parameter model: unknown names refused, values checked, frozen.
 
-    WITHOUT_EFFECT: dotted names, also of whole blocks, that are accepted and change nothing;
-        whoever gives one is told.
-    PATH_HANDLER_NAMES: names that the plugins of earlier releases of Nav2 read for what has become
-        the path handler's, with the same meaning as there.
+    WITHOUT_EFFECT: dotted names, also of whole blocks, that are accepted and change nothing. The
+        user gets a warning for each one in a file.
+    PATH_HANDLER_NAMES: parameters that the plugins read in earlier releases of Nav2, and that the
+        path handler reads now, with the same meaning.
     PLUGIN_NAMES: dotted names whose values are plugin types of further controllers.
-    READ_FROM, READ_UNTIL: the first and the last release of Nav2 that reads a parameter, by its
-        dotted name; those that are in neither every release reads. Only for models with a field
+    READ_FROM, READ_UNTIL: by dotted name, the first and the last release of Nav2 that reads a
+        parameter. Every release reads a parameter that is in neither. Only for models with a field
         `nav2_release`.
-    DONE_OTHERWISE: by the dotted names of parameters that Nav2 reads, and this model has not, what
-        the controller does instead.
-    STOOD_IN_FOR: by the dotted names of parameters with which Nav2 would do something else, what
-        stands in where one is given.
+    DONE_OTHERWISE: by dotted name of a parameter that Nav2 reads and this model lacks, a sentence
+        on what the controller does instead.
+    STOOD_IN_FOR: by dotted name of a parameter that makes Nav2 behave differently from this
+        controller, a sentence on what stands in for that behaviour.
     """
 
     WITHOUT_EFFECT: ClassVar[frozenset[str]] = frozenset()
@@ -228,9 +228,11 @@ class ControllerParameters(BaseModel):
 
     @classmethod
     def is_without_effect(cls, name: str, values: Mapping[str, Any] | None = None) -> bool:
-        """Tells whether a dotted name is in WITHOUT_EFFECT, or a block is that it is in.
+        """Returns whether a parameter, given by its dotted name, changes nothing.
 
-        values: all that is given, where a model has others inside, of which that decides.
+        That is so if the release in `values` does not read it, or if WITHOUT_EFFECT contains it or
+        a block that contains it. values: all given values; a model that contains others uses them
+        to choose the inner model.
         """
         if not cls.is_read(name, release_in(values)):
             return True
@@ -238,7 +240,7 @@ class ControllerParameters(BaseModel):
 
     @classmethod
     def is_read(cls, name: str, release: Release | None) -> bool:
-        """Tells whether a release of Nav2 reads a parameter, given by its dotted name.
+        """Returns whether a release of Nav2 reads a parameter, given by its dotted name.
 
         Without a release every parameter is read.
         """
@@ -256,7 +258,7 @@ class ControllerParameters(BaseModel):
     def what_is_done_instead(cls, name: str, values: Mapping[str, Any]) -> str | None:
         """Returns the entry of a dotted name in DONE_OTHERWISE, None without one.
 
-        values: all that is given, where a model has others inside.
+        values: all given values; a model that contains others uses them to choose the inner model.
         """
         return cls.DONE_OTHERWISE.get(name)
 
@@ -374,11 +376,11 @@ class PlanCuttingController(Protocol):
 
 @runtime_checkable
 class ClosableController(Protocol):
-    """A controller that holds what outlives it, such as a process of its own.
+    """A controller that owns a resource which must be released, such as a process.
 
-    One that is built is closed once, after its trial or after it was checked.
+    `close` is called once for each object, after its trial or after its check.
     """
 
     def close(self) -> None:
-        """Lets go of it."""
+        """Releases the resource."""
         ...

@@ -1,4 +1,4 @@
-"""Which figures there are, and where they are written."""
+"""The figures of a scenario: their kinds, their choice, and the files that are written."""
 
 from __future__ import annotations
 
@@ -57,8 +57,8 @@ class FigureChoice(StrEnum):
 class FigureEntry(NamedTuple):
     """A figure that was written.
 
-    controller: '' where it compares all of them. stem: its path in the figures folder, without
-    suffix, in POSIX form. size: width and height, points.
+    controller: '' where the figure compares all controllers. stem: its path in the figures folder,
+    without suffix, in POSIX form. size: width and height, points.
     """
 
     scenario: str
@@ -128,7 +128,7 @@ def _comparisons(
     verdicts: Sequence[Verdict],
     look: Look,
 ) -> Iterator[tuple[str, str, Figure]]:
-    """Yields kind, title and figure of what can be compared, one at a time."""
+    """Yields kind, title and figure of each comparison of the controllers, one at a time."""
     metrics = headline_metrics()
     yield "paths", "Driven paths", paths_figure(paths_map(logs), look)
     if figure := clearance_figure(clearance_curves(logs), look):
@@ -147,7 +147,7 @@ def _comparisons(
 def _motion_sheets(
     logs: Mapping[str, Sequence[TrialLog]], look: Look
 ) -> Iterator[tuple[str, Figure]]:
-    """Yields controllers and their sheets; each is to be written before the next is asked for."""
+    """Yields each controller with its sheet; write it at once, since the next one replaces it."""
     sheet = MotionSheet()
     for controller, own in logs.items():
         yield controller, sheet.draw(sheet_of(own, controller), look)

@@ -103,7 +103,7 @@ def outline_at(log: TrialLog, row: int) -> Array:
 
 
 def bounds(logs: Sequence[TrialLog]) -> tuple[Array, Array]:
-    """Returns the lower left and the upper right corner of what happened, with a margin, m."""
+    """Returns the lower left and the upper right corner around task and paths, with margin, m."""
     reach_m = np.hypot(*outline_of(logs[0]).T).max()
     points = np.vstack([part for log in logs for part in (positions(log), log.course[:, :2])])
     floors = [np.reshape(one["bounds_m"], (2, 2)) for one in logs[0].info.get("floors", [])]

@@ -1,4 +1,4 @@
-"""The robot of a log as a body: its outline, and what its energy depends on."""
+"""The robot of a log as a body: its outline, and the quantities that its energy depends on."""
 
 from __future__ import annotations
 

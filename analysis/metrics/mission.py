@@ -112,9 +112,10 @@ def first_plans_length_m(log: TrialLog) -> float:
 
 
 def leg_lengths_m(log: TrialLog) -> Array:
-    """Returns (G,) the length of each leg's first plan, or where it has none the straight way.
+    """Returns the length of each leg's first plan, (G,) m.
 
-    The straight way begins at the goal before, that of the first leg where the robot started.
+    A leg without a plan has the straight distance from the goal before (for the first leg, from the
+    start) to its own goal.
     """
     parts = straight_ways_to_goals(log)
     lengths = np.concatenate([np.hypot(*np.diff(part, axis=0).T) for part in parts])
@@ -136,5 +137,5 @@ def _mission_of(log: TrialLog) -> list[dict[str, Any]]:
 
 
 def _legs(log: TrialLog) -> list[dict[str, Any]]:
-    """Returns the legs that ended, none in the mode follow_path."""
+    """Returns the legs that ended; [] in the mode follow_path."""
     return log.info.get("legs", [])

@@ -251,7 +251,7 @@ def people_slowdown_ratio(log: TrialLog) -> float:
 
 
 def _contact(log: TrialLog) -> dict[str, float]:
-    """Returns the account of a contact with a person, empty where there was none."""
+    """Returns the log's entry on a contact with a person; {} where there was none."""
     if log.outcome is not Outcome.COLLIDED or log.info["contact"]["kind"] != "person":
         return {}
     return dict(log.info["contact"])
@@ -275,7 +275,7 @@ def _share(log: TrialLog, holds: NDArray[np.bool_]) -> float:
 
 
 def _has_arrived(log: TrialLog, people: PeopleLooks) -> NDArray[np.bool_]:
-    """Returns (T, P) whether somebody who does not turn back is at the end of the way."""
+    """Returns flags (T, P): the person has arrived at the end of the way and does not turn back."""
     arrived: NDArray[np.bool_] = np.zeros(people.gaps_m.shape, dtype=bool)
     for index, person in enumerate(movers_of(log).people.persons):
         if person.goals and (len(person.goals) == 1 or not person.repeats):

@@ -137,7 +137,7 @@ def _events(cycles: Cycles, key: str, period_s: float) -> list[tuple[float, Mapp
 def _fewer_events(
     cycles: Cycles, key: str, period_s: float
 ) -> list[tuple[float, Mapping[str, Any]]]:
-    """Returns the events of what takes much of the page: MAX_SAMPLE_TURNS at most."""
+    """Returns at most MAX_SAMPLE_TURNS events with `key`, whose arrays take much of the page."""
     span_s = cycles[-1][0] - cycles[0][0] if cycles else 0.0
     return _events(cycles, key, max(period_s, span_s / MAX_SAMPLE_TURNS))
 

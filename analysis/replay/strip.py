@@ -49,7 +49,7 @@ def strip_of(log: TrialLog) -> Mapping[str, Any]:
 def compute_top_ms(curves: Sequence[Sequence[float | None]]) -> float | None:
     """Returns the upper end of the axis of compute times, ms; None where there are none.
 
-    Peaks beyond it are cut off by the page, which tells the highest as a number.
+    The page cuts off higher peaks and shows the value of the highest as a number.
     """
     known = [value for curve in curves for value in curve if value is not None]
     if not known:

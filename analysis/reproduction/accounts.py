@@ -126,8 +126,8 @@ def shares_by_difficulty(judgements: Sequence[Judgement]) -> tuple[Share, Share]
 def errors_by_metric(own: Account) -> dict[str, RelativeError]:
     """Returns the relative error of all printed numbers, of those left out and of the others.
 
-    'compared' are the metrics whose orderings count; 'uncertain' those that four trials do not
-    tell; 'all' of them together.
+    'compared' are the metrics whose orderings count, 'uncertain' those for which four trials are
+    too few, 'all' all metrics together.
     """
     return {
         "compared": relative_error(own.compared_cells),

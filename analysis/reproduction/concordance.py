@@ -137,8 +137,8 @@ class Baseline(NamedTuple):
 def permutation_baseline(trials: pd.DataFrame, lineup: Lineup = PUBLISHED_SETTINGS) -> Baseline:
     """Returns the score without skill: our columns under every other order of the labels.
 
-    A permutation holds in all scenarios and metrics alike, and keeps the layouts and that the
-    controllers differ; what is lost is which of them does what.
+    A permutation renames the controllers in all scenarios and metrics alike. The scenarios and the
+    differences between columns stay; only the assignment of controllers to columns is lost.
     """
     published_signs, our_signs = [], []
     for scenario, metric, published, unit in _published_rows():

@@ -34,7 +34,7 @@ class TiedCell(NamedTuple):
 
 
 class TiedFinding(NamedTuple):
-    """A finding whose verdict is another one by the last sample."""
+    """A finding whose verdict changes if the last of the equally near samples counts."""
 
     number: int
     text: str

@@ -78,7 +78,7 @@ LINEUPS = (
 
 
 def present_lineups(trials: pd.DataFrame) -> list[Lineup]:
-    """Returns the published lineup and every other of which something of its own was driven."""
+    """Returns the published lineup and each other one with driven trials of its own."""
     driven = set(zip(trials["scenario"], trials["controller"], strict=True))
     scenarios = published_table()["scenario"].unique()
 

@@ -233,10 +233,10 @@ def avg_heading_error(log: TrialLog) -> float:
 
 @metric(unit="deg", better="neither", title="Average heading error, last of equally near samples")
 def avg_heading_error_last(log: TrialLog) -> float:
-    """`avg_heading_error` by the other rule for ties, to tell what hangs on it.
+    """`avg_heading_error` with the other rule for ties, to show the effect of the rule.
 
-    Formula: as there, but of several equally near samples the last counts. The publication does not
-    say which one it takes.
+    Formula: as `avg_heading_error`, but the last of several equally near samples counts. The
+    publication does not say which one it takes.
     """
     return _heading_error_deg(log, takes_last=True)
 

@@ -1,4 +1,4 @@
-"""Every published number beside ours, and how far apart the two are."""
+"""Comparison of every published number with ours."""
 
 from __future__ import annotations
 

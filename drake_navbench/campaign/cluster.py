@@ -139,7 +139,7 @@ def drive_on_cluster(
 
 
 def _ending_of(future: Future[Any]) -> ChunkEnding | Died:
-    """Returns the ending of a chunk; a failure of the cluster is none of its trials'."""
+    """Returns the ending of a chunk; Died where the cluster failed, which is no trial's fault."""
     try:
         found: ChunkEnding = future.result()
     except Exception as error:

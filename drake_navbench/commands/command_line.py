@@ -48,7 +48,7 @@ class CommandParser(argparse.ArgumentParser):
     def error(self, message: str) -> NoReturn:
         """Prints the line `drake_navbench COMMAND: what is wrong`, and exits.
 
-        What else seems wrong beside an option that is not known mostly follows from that.
+        If an option is unknown, only that is printed: other errors mostly follow from it.
         """
         unknown = self._unknown_options()
         if unknown:

@@ -329,7 +329,7 @@ class TrialLog:
 
     @classmethod
     def _of(cls, table: pa.Table, info: dict[str, Any]) -> TrialLog:
-        """Returns the log that a table and its header make; raises anything where they do not."""
+        """Returns the log from its table and header; raises any exception if they are invalid."""
         angles = np.array(info.pop("scan_angles_rad"), dtype=float)
         events = info.pop("events", [])
         notes = _read_notes(table["diagnostics"].drop_null().to_pylist())

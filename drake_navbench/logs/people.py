@@ -24,9 +24,10 @@ PEOPLE_COLUMNS: Mapping[str, str] = {
 
 @dataclass(frozen=True, eq=False)
 class LoggedPeople(Immutable):
-    """The ways of the people of a trial.
+    """The poses of a trial's P people over time, in the world frame.
 
-    time_s: (T,) rising. poses: (T, P, 3) x m, y m, yaw rad, not wrapped; NaN of who is not there.
+    time_s: (T,) rising. poses: (T, P, 3) x m, y m, yaw rad, not wrapped; NaN while a person is not
+    in the world.
     """
 
     time_s: NDArray[np.float64]

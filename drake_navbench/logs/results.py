@@ -1,4 +1,4 @@
-"""A results folder: what was asked, one log a trial, the table of trials.
+"""A results folder: the request of the run, one log a trial, the table of trials.
 
 manifest.json, inputs/, trials/<scenario>/<controller>/trial_000.parquet, trials.parquet, tables/,
 replays/. Every file appears whole or not at all.
@@ -203,11 +203,11 @@ class ResultsFolder:
 
 @contextmanager
 def only_run_in(path: Path) -> Iterator[None]:
-    """Keeps every other run out of a folder while the block runs; makes it where there is none.
+    """Locks a results folder against other runs while the block runs; makes it if it is missing.
 
-    The lock is the system's and on the folder itself: it ends with this process, however that
-    ends. Raises InputError where another run is in it or a folder inside is a link,
-    CannotBeWritten where it cannot be made.
+    The system holds the lock, on the folder itself, and releases it when this process ends, in
+    whatever way. Raises InputError where another run holds the lock or a folder inside is a link,
+    CannotBeWritten where the folder cannot be made.
     """
     try:
         path.mkdir(parents=True, exist_ok=True)

@@ -58,12 +58,12 @@ def build_checkout(
     """Builds the plugins of a checkout and keeps the result under a name.
 
     root: the checkout, or a folder in it whose packages alone are built. name: None for the name of
-    the release. wanted: packages with controllers or global planners, or folders of some; where
-    none is named, all that have controllers, without what cannot be built here, which is told.
-    noise: whose random numbers they sample with: their own, or those that the port
-    draws in the same cycle. flags: those that all machines share, or what each package asks for.
-    Raises InputError where there is nothing to build, the compiler or a library that is wanted is
-    missing, or something cannot be compiled.
+    the release. wanted: packages with controllers or global planners, or folders that hold such
+    packages. If it is empty, all packages with controllers are built; those that cannot be built
+    here are named by `tell` and left out. noise: the source of the controllers' random numbers:
+    their own, or those that the port draws in the same cycle. flags: the portable ones, or those
+    that each package asks for. Raises InputError where there is nothing to build, where the
+    compiler or a needed library is missing, or where a wanted package cannot be compiled.
     """
     start = time.monotonic()
     root, inside = checkout_around(root)

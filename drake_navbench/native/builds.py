@@ -28,7 +28,7 @@ class NoiseSource(StrEnum):
 
 
 class FlagSet(StrEnum):
-    """Which flags of the compiler: what all machines share, or what packages ask for."""
+    """The compiler's flags: portable ones, or those that each package asks for."""
 
     PORTABLE = "portable"
     PACKAGE = "package"

@@ -1,4 +1,4 @@
-"""Which packages of a checkout are built: those asked for, or all that can be built here."""
+"""Chooses the packages of a checkout to build: the wanted ones, or all that can be built here."""
 
 from __future__ import annotations
 
@@ -75,8 +75,8 @@ def choose(
 ) -> Choice:
     """Returns the packages to build: those asked for, or all with controllers that can be built.
 
-    asked: names of packages, or of folders with some. folders_of: see MissingHeaders. Raises
-    InputError where that is nothing, or something asked for cannot be built.
+    asked: names of packages, or of folders that hold packages. folders_of: see MissingHeaders.
+    Raises InputError where no package is chosen, or where an asked one cannot be built.
     """
     named = [name for each in asked for name in checkout.named(each)]
     chosen = dict.fromkeys(named or checkout.controller_packages)

@@ -1,4 +1,4 @@
-"""Calls the compiler, and says what is wrong in one line."""
+"""Calls the compiler, and reports its first error in one line."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ _LINK_ERROR = re.compile(r"^.*(undefined reference to .*|multiple definition of 
 
 @dataclass(frozen=True)
 class Compiler:
-    """A C++ compiler: its program with arguments, and what it says of itself."""
+    """A C++ compiler: its program with arguments, and its version line."""
 
     words: tuple[str, ...]
     version: str

@@ -40,8 +40,8 @@ FLAGS_VARIABLE = "CXXFLAGS"
 class Flags:
     """The flags of a build.
 
-    asked: what each package asks for, where it is taken, by the package's name. whole_program: for
-    the optimization of all at once. given: by the user.
+    asked: by package, the accepted flags that the package asks for. whole_program: the flags for
+    optimization across all files. given: the user's flags.
     """
 
     kind: FlagSet
@@ -56,9 +56,9 @@ class Flags:
 
     @property
     def instructions(self) -> tuple[str, ...]:
-        """The processor's instructions that are used.
+        """The flags for the processor's instructions, the same for all files of a program.
 
-        In one program all of it must agree on that: Eigen and xtensor lay out memory by it.
+        Eigen and xtensor lay out memory by them, so files with different ones do not fit together.
         """
         found = (word for words in self.asked.values() for word in words if word[:2] == "-m")
         return tuple(dict.fromkeys(found))

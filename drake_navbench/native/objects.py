@@ -24,9 +24,9 @@ _BETWEEN = re.compile(r"(?<!\\)\s+")
 
 @dataclass(frozen=True)
 class Unit:
-    """One file to compile: with which folders of headers and flags.
+    """One file to compile, with its folders of headers and its flags.
 
-    digest: of all of it but the system's headers.
+    digest: of the file, its headers and its flags, without the system's headers.
     """
 
     source: Path
@@ -42,7 +42,7 @@ class Unit:
 
 @dataclass(frozen=True)
 class Objects:
-    """The objects that there are, and the system's headers as they are now."""
+    """The compiled objects on the disk, and the digests of the system's headers as they are now."""
 
     _known: dict[str, str] = field(default_factory=dict)
 

@@ -1,4 +1,4 @@
-"""One package of ROS: what its folder holds, and what it says of itself."""
+"""Reads one ROS package: the files in its folder, and its package.xml."""
 
 from __future__ import annotations
 

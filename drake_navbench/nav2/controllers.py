@@ -44,7 +44,7 @@ OUR_CONTROLLERS: Mapping[str, str] = {
 
 
 class NoCounterpart(InputError):
-    """A controller plugin of a Nav2 file that is not there."""
+    """Raised for a controller plugin of a Nav2 file that has no counterpart here."""
 
 
 def controller_presets(

@@ -103,9 +103,9 @@ WITHOUT_MEANING = {
 def read_local_costmap(
     reader: NodeReader, sensors: Nav2Sensors, release: Release, *, is_override: bool = False
 ) -> dict[str, Any]:
-    """Returns the settings of the local costmap, checked, and notes all that is given.
+    """Returns the validated settings of the local costmap; notes each given parameter.
 
-    is_override: whether the files are there to be laid over others, which say what these do not.
+    is_override: whether the files change single parameters of a setup that comes from elsewhere.
     """
     settings = _CostmapReader(reader, sensors, release).settings(LocalCostmapSettings)
     if not reader.flag("rolling_window", False):
@@ -122,7 +122,7 @@ def read_local_costmap(
 def read_global_costmap(
     reader: NodeReader, sensors: Nav2Sensors, release: Release
 ) -> dict[str, Any]:
-    """Returns the settings of the global costmap, checked, and notes all that is given."""
+    """Returns the validated settings of the global costmap; notes each given parameter."""
     settings = _CostmapReader(reader, sensors, release).settings(GlobalCostmapSettings)
     # Nav2's default, which is not ours.
     grid: dict[str, Any] = {"resolution": 0.1}

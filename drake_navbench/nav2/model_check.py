@@ -16,7 +16,7 @@ SPEED_TOLERANCE = 0.01
 
 
 def contradictions(setup: Nav2Setup, described: DescribedRobot) -> list[CheckRow]:
-    """Returns a row for each thing that the files and the model tell differently."""
+    """Returns a row for each property in which the Nav2 files and the model differ."""
     node = f"Nav2 file and model {described.source.path.name}"
     told = [*_outline(setup, described), *_speeds(setup, described), *_ranges(setup, described)]
     return [CheckRow(Status.DOUBTFUL, node, name, remark) for name, remark in told]

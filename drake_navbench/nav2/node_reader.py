@@ -1,4 +1,4 @@
-"""Takes the parameters of one Nav2 node into our models and notes what becomes of each."""
+"""Reads the parameters of one Nav2 node into our models, and notes how each one is used."""
 
 from __future__ import annotations
 
@@ -79,7 +79,7 @@ class NodeReader:
         self._add(CheckRow(status, self._name, name, remark, parameter and parameter.line))
 
     def note_block(self, status: Status, block: str, remark: str) -> None:
-        """Adds one row about all of a block, none of which is looked at any more."""
+        """Adds one row about a whole block; its parameters get no rows of their own."""
         names = [name for name in self._node.parameters if name.startswith(f"{block}.")]
         self._seen.update(names)
         for name in names:
@@ -213,9 +213,9 @@ class NodeReader:
         *,
         is_partial: bool = False,
     ) -> dict[str, Any]:
-        """Returns values that a model takes; whole floats become integers where it wants those.
+        """Returns the values after validation by a model; whole floats become integers for it.
 
-        is_partial: further fields will come, so that none counts as missing.
+        is_partial: whether further fields will be added, so that missing ones are no error.
         """
         while True:
             try:
@@ -243,7 +243,7 @@ class NodeReader:
             raise self.fault(name, message[:1].lower() + message[1:] + shown)
 
     def finish(self, without_meaning: Collection[str] = ()) -> None:
-        """Notes what is left: as without meaning where it is listed, else as not read by Nav2.
+        """Notes all unused parameters: as without meaning if listed, else as not read by Nav2.
 
         without_meaning: names, or blocks, or '*.name' for a name in any block.
         """

@@ -89,7 +89,7 @@ WITHOUT_COSTMAP_TIMEOUT = (Release.HUMBLE, Release.IRON)
 
 
 class Found(NamedTuple):
-    """A release, and by what it was told."""
+    """A release, and the mark in the file that told it."""
 
     release: Release
     mark: str
@@ -111,10 +111,11 @@ class _Marks(NamedTuple):
 
 
 def release_of(sections: Iterable[Section], given: str | None) -> Found:
-    """Returns the release that was given, else the one that the files' own marks tell.
+    """Returns the given release, else the one that the marks in the files tell.
 
-    A path in the installation of a release counts most, then the names of plugins; then the newest
-    release that some parameter needs; where there is none, the oldest that another one allows.
+    A path in a release's installation counts most, then the names of plugins. Then counts the
+    newest release that first read some parameter of the file. If no parameter tells that, the
+    oldest release that was the last to read one counts.
     """
     if given is not None:
         return Found(Release(given), "--nav2-release")

@@ -1,8 +1,8 @@
-"""From whole Nav2 files to a robot, to columns and to a check of every parameter.
+"""Makes a robot, columns and a check of every parameter from whole Nav2 files.
 
-What a Nav2 file cannot tell (mass, response and accelerations of the drive, lidar, localization)
-stays that of a base robot. What it tells replaces the base robot's, whole server by whole server:
-a parameter that is missing there has Nav2's default, not the base robot's value.
+Properties that a Nav2 file cannot contain (mass, response and accelerations of the drive, lidar,
+localization) come from a base robot. A server in the file replaces the base robot's server as a
+whole: a parameter that is missing there has Nav2's default, not the base robot's value.
 """
 
 from __future__ import annotations
@@ -108,7 +108,7 @@ class Nav2Setup:
     namespace: str = ""
 
     def stand_ins_of(self, column: str) -> list[str]:
-        """Returns a line for all that stands in within a column's controller."""
+        """Returns a line for each stand-in within a column's controller."""
         node, block = self.places.get(column, ("", ""))
         return [
             row.text
@@ -117,7 +117,7 @@ class Nav2Setup:
         ]
 
     def stand_ins_of_all(self) -> list[str]:
-        """Returns a line for all that stands in whichever controller drives."""
+        """Returns a line for each stand-in outside of the controllers, common to all columns."""
         own = {line for column in self.places for line in self.stand_ins_of(column)}
         return [row.text for row in self.check.stand_ins if row.text not in own]
 
@@ -131,7 +131,7 @@ class Nav2Setup:
 
 
 def base_frame_of(paths: Sequence[Path]) -> str | None:
-    """Returns the link that Nav2 files take for the robot's base; None where they do not say."""
+    """Returns the link that Nav2 files name as the robot's base; None where they name none."""
     sections = [section for path in paths for section in read_parameter_file(path).sections]
     for name in (LOCAL_COSTMAP, GLOBAL_COSTMAP):
         for node in nodes_called(name, sections):
@@ -427,7 +427,7 @@ class _Files:
         self._note(Status.OTHER_FORM, name, "", remark)
 
     def _note_other_sections(self) -> None:
-        """Notes the nodes of which nothing is read."""
+        """Notes the nodes whose parameters are not read."""
         read = {f"{self._namespace}/{name}" for name in READ}
         read |= {node.name for node in self._servers}
         for section in self._sections:

@@ -86,10 +86,10 @@ class Nav2Sensors:
     def listen(
         self, reader: NodeReader, parameter: str, source: str, topic: str, sight: Sight
     ) -> str:
-        """Returns the name of the sensor that sends to a source.
+        """Returns the name of the sensor that sends to an observation source.
 
-        parameter: the source's topic, of which `note_added` tells what the sensor is, once all
-        that listen to it are known.
+        parameter: the source's parameter with the topic. `note_added` describes the sensor in the
+        check's row of that parameter, once all sources of the topic are known.
         """
         by_topic = re.sub(r"\W+", "_", topic).strip("_") or source
         for name in (source, by_topic):
@@ -109,7 +109,7 @@ class Nav2Sensors:
                 reader.note(Status.OTHER_FORM, parameter, remark)
 
     def _sensor(self, listeners: Sequence[_Listener]) -> DepthSensorSettings:
-        """Returns a sensor that has all that its sources tell, in whatever order they stand."""
+        """Returns the sensor that fits all its sources, whatever the order of the sources."""
         names = " ".join(sorted(listener.names for listener in listeners))
         sights = [listener.sight for listener in listeners]
         told = [sight.is_lidar for sight in sights if sight.is_lidar is not None]
@@ -130,7 +130,7 @@ class Nav2Sensors:
 
 
 class _Listener(NamedTuple):
-    """A source of points: where its topic stands, its names, and what it tells."""
+    """A source of points: the parameter with its topic, its names, and its sensor's ranges."""
 
     reader: NodeReader
     parameter: str

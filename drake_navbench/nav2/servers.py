@@ -82,7 +82,7 @@ DEFAULT_BEHAVIORS = {
 
 
 def read_planner_server(reader: NodeReader, release: Release, cell_m: float) -> Fields:
-    """Returns the planner that the default tree asks for, with what the release reads of it.
+    """Returns the planner that the default tree names, with the parameters that the release reads.
 
     cell_m: of the global costmap, m.
     """
@@ -167,7 +167,7 @@ def _classic(values: Fields) -> Fields:
 
 
 def read_behavior_server(reader: NodeReader) -> Fields:
-    """Returns the behaviours, and which of them the default tree finds for its recoveries."""
+    """Returns the behaviours, and those of them that the default tree uses as recoveries."""
     least = "min_rotational_vel"
     names = [field for field in BehaviorServerParameters.model_fields if field != least]
     values = reader.block(BehaviorServerParameters, names=names)
@@ -220,7 +220,7 @@ def straight_drive_of(release: Release) -> Fields:
 
 
 def _drive_limits(reader: NodeReader, given: Fields) -> Fields:
-    """Returns the limits of a behaviour that drives straight; in humble 0, its default, is none."""
+    """Returns the limits of a behaviour that drives straight; 0, Humble's default, is no limit."""
     limits = ("acceleration_limit", "deceleration_limit")
     if reader.release is Release.HUMBLE and not all(given.get(name) for name in limits):
         return {**given, **dict.fromkeys(limits)}

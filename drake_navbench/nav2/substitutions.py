@@ -35,7 +35,7 @@ def read_assignments(texts: Sequence[str]) -> dict[str, str]:
 
 
 class Substitutions:
-    """Replaces placeholders by given values and remembers which values were asked for."""
+    """Replaces placeholders by given values, and remembers the names that files asked for."""
 
     def __init__(self, values: Mapping[str, str]) -> None:
         self._values = values

@@ -23,7 +23,7 @@ def compiled_parts() -> set[str]:
 
 
 def note_compiled(parts: Iterable[str]) -> None:
-    """Keeps that the kernels of parts are compiled, beside what was known."""
+    """Adds parts to the list of those whose kernels are compiled."""
     known = sorted(compiled_parts().union(parts))
     # Where it cannot be kept, nor can kernels.
     with suppress(OSError):

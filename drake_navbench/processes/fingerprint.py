@@ -21,10 +21,11 @@ APART = ("analysis", "controllers", "models", "scenarios")
 
 
 class Fingerprint(NamedTuple):
-    """Of a process. software: what must be equal for a trial to be the same one.
+    """The fingerprint of a process.
 
-    processor, features: two that differ in these may round differently, since compiled kernels use
-    what the processor has (as fused multiply-adds); features is a digest of what it has.
+    software: versions that must be equal for equal results. processor: its name. features: a digest
+    of its instructions. Processes that differ in processor or features may round differently, since
+    compiled kernels use the processor's instructions, such as fused multiply-adds.
     """
 
     software: dict[str, str]

@@ -57,7 +57,7 @@ class TaskFailed(NavbenchError):
 
 
 def serve(connection: Connection) -> None:
-    """Does what comes through the pipe, in the worker, until it closes."""
+    """Runs the tasks that come through the pipe, in the worker, until the pipe closes."""
     # Ctrl-C reaches the whole process group; what it means is for the caller alone to decide.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     calls: queue.SimpleQueue[Any] = queue.SimpleQueue()
@@ -75,7 +75,7 @@ def serve(connection: Connection) -> None:
 
 
 def _receive(connection: Connection, calls: queue.SimpleQueue[Any]) -> None:
-    """Passes on what comes through the pipe; ends the process when the other end is gone."""
+    """Puts the calls from the pipe into the queue; ends the process when the caller is gone."""
     while True:
         try:
             calls.put(connection.recv())
@@ -109,7 +109,7 @@ def _pickled(ending: Returned | Raised) -> bytes:
 
 
 def _flush_output() -> None:
-    """Lets out what a task has printed: the process may end without closing anything."""
+    """Flushes the output of a task, since the process may end without closing its files."""
     for stream in (sys.stdout, sys.stderr):
         try:
             stream.flush()

@@ -72,9 +72,9 @@ def _write(path: Path, messages: Iterable[tuple[Topic, int, Any]]) -> None:
 
 
 def _latched() -> Qos:
-    """Returns the quality of service of which who joins later still gets the last message.
+    """Returns the quality of service with which a late subscriber still gets the last message.
 
-    The other topics name none: then a player offers its default.
+    The other topics name no quality of service: a player then offers its default.
     """
     from rosbags.interfaces import (
         Qos,

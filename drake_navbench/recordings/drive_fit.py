@@ -127,9 +127,10 @@ def fit_drive(data: DriveData) -> DriveFit:
 
 
 def as_yaml(fit: DriveFit, source: str) -> str:
-    """Returns a fit as a piece of a robot file; what the robot file has no field for, as remarks.
+    """Returns a fit as YAML for a robot file.
 
-    What the recording does not show is left out with a remark.
+    Values for which a robot file has no field become remarks. Values that the recording does not
+    show are left out with a remark.
     """
     lines = [
         f"# Fitted to {source}.",

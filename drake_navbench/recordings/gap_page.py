@@ -1,4 +1,4 @@
-"""simulation_gap.html: how far the robots' models are from the recordings in a results folder."""
+"""simulation_gap.html: differences between the robots' models and a results folder's recordings."""
 
 from __future__ import annotations
 

@@ -89,7 +89,7 @@ def rotation_of(x: float, y: float, z: float, w: float) -> Array:
 
 @dataclass(frozen=True)
 class TransformTree:
-    """All frames of a recording. moving, fixed: child -> (parent, where it lies there)."""
+    """All frames of a recording. moving, fixed: child frame -> (parent frame, pose X_PC)."""
 
     moving: Mapping[str, tuple[str, Track]] = field(default_factory=dict)
     fixed: Mapping[str, tuple[str, Mounting]] = field(default_factory=dict)
@@ -140,7 +140,7 @@ class TransformTree:
         return back.then(in_common)
 
     def _fixed_chain(self, frame: str) -> dict[str, Mounting]:
-        """Returns the frames that a frame is fixed to, itself first, with where it lies in each."""
+        """Returns frame -> fixed pose in it, for the frame itself and all that it is fixed to."""
         chain = {frame: IN_PLACE}
         place = IN_PLACE
         while frame in self.fixed and frame not in self.moving and len(chain) < MAX_DEPTH:

@@ -38,10 +38,10 @@ HOW_TO_CUT = "take another part of it with --start and --end"
 
 @dataclass(frozen=True, eq=False)
 class Clock:
-    """Brings messages without a stamp to the clock of those with one.
+    """Converts times of reception to the clock of the stamps, for messages without a stamp.
 
-    origin_ns: the stamp that is second 0. receive_ns, ahead_ns: (N,) when the odometry was
-    received, and how far its stamps were ahead of that.
+    origin_ns: the stamp that is second 0. receive_ns: (N,) when each odometry message was received.
+    ahead_ns: (N,) its stamp minus receive_ns.
     """
 
     origin_ns: int

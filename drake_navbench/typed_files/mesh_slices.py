@@ -92,7 +92,7 @@ def rings_of(area: BaseGeometry) -> list[dict[str, Any]]:
 
 
 def area_of(rings: list[dict[str, Any]]) -> BaseGeometry:
-    """Returns the area of such plain data."""
+    """Returns the area that rings, as plain data from `rings_of`, enclose."""
     polygons = [shapely.Polygon(part["shell"], part["holes"]) for part in rings]
     return shapely.union_all([shapely.make_valid(polygon) for polygon in polygons])
 

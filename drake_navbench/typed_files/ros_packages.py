@@ -74,10 +74,10 @@ class Packages:
         return self.folder(name)
 
     def place(self, uri: str, folder: Path | None = None) -> Path | None:
-        """Returns the file or folder of a URI or relative path; None where it is not there.
+        """Returns the file or folder of a URI or relative path; None where it is not found.
 
-        folder: that relative paths are relative to; None: the file's own. What lies outside of the
-        repository, of the named folders and of the packages is not there.
+        folder: the one that relative paths start from; None means the file's own. Files outside of
+        the repository, of the named folders and of the packages are never returned.
         """
         named = PACKAGE_URI.fullmatch(uri)
         if named is not None:

@@ -1,4 +1,4 @@
-"""The reward of a step, whose parts add up over an episode to what metrics of a trial measure."""
+"""The reward of a step. Over an episode its terms add up to quantities that metrics measure."""
 
 from __future__ import annotations
 

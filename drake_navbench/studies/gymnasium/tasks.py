@@ -138,7 +138,7 @@ def _draw_start(
 
 
 def _gap_m(world: World, geometry: shapely.Geometry) -> float:
-    """Returns the distance from a point or an area to what stands, m; 0 inside, inf without."""
+    """Returns the distance from a geometry to the obstacles, m; 0 inside one, inf without any."""
     return float(shapely.distance(world.regions, geometry).min(initial=math.inf))
 
 

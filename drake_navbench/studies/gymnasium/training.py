@@ -76,7 +76,7 @@ class Progress(NamedTuple):
 
 
 class PolicyView:
-    """Turns what an environment shows into what the network sees, and back into commands."""
+    """Turns observations into the network's inputs, and the network's outputs into commands."""
 
     def __init__(self, environment: NavigationEnvironment) -> None:
         robot = environment.robot
@@ -146,7 +146,7 @@ def train(
 
 
 class _Crew:
-    """The environments of a training, each with the features of what it shows now."""
+    """The environments of a training, each with the features of its present observation."""
 
     def __init__(self, settings: TrainingSettings) -> None:
         self._environments = [training_environment(settings) for _ in range(settings.environments)]
@@ -157,7 +157,7 @@ class _Crew:
         self._ended: list[tuple[float, float, float]] = []
 
     def collect(self, learner: Learner, horizon: int) -> Batch:
-        """Drives every environment for some steps; returns what was lived through."""
+        """Drives every environment for `horizon` steps; returns these steps as a batch."""
         count = len(self._environments)
         shape = (horizon, count)
         inputs, actions = np.empty((*shape, FEATURE_COUNT)), np.empty((*shape, ACTION_COUNT))

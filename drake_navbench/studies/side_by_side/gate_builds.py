@@ -28,11 +28,12 @@ def build_of(
     noise: NoiseSource | None = None,
     tell: Callable[[str], None],
 ) -> Build:
-    """Returns the build that a text names: by its name, or made of a checkout's folder.
+    """Returns the build with the name `text`, or makes one from the checkout in the folder `text`.
 
-    name: of the build that is made. controllers: presets; only what has their originals is built.
-    flags, noise: asked for; None for a gate's own of a checkout, and for any of a build by name.
-    Raises InputError where there is none, or it was built otherwise.
+    name: that of a new build. controllers: presets; only packages with their originals are built.
+    flags, noise: the wanted ones; None means the gate's default for a checkout, and any for a named
+    build. Raises InputError where there is no such build or folder, or where a named build has
+    other flags or noise.
     """
     if not Path(text).is_dir():
         build = find_build(text)

@@ -32,7 +32,7 @@ from drake_navbench.studies.side_by_side.gate import GateResult, Side, column_of
 
 
 def to_markdown(result: GateResult) -> str:
-    """Returns the result: the verdict, what changed, and what so few trials could have shown."""
+    """Returns the result: the verdict, the changes, and the smallest change that could be seen."""
     lines = [
         f"# Nav2 gate: {result.light}",
         "",

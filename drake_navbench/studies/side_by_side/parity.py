@@ -48,8 +48,8 @@ START_PATIENCE_S = 30.0
 class DecisionResult(NamedTuple):
     """Two decisions of equal observations: of a random scene, or of a trial's cycle.
 
-    difference: the largest of v m/s and w rad/s; NaN where one has failed. told: what each of the
-    two said, where they differ.
+    difference: the larger one of |dv| m/s and |dw| rad/s; NaN where one has failed. told: both
+    decisions in words, where they differ.
     """
 
     likeness: Likeness
@@ -74,7 +74,7 @@ class TrialResult(NamedTuple):
 
 
 class OtherDefault(NamedTuple):
-    """A parameter that nobody gave, and whose defaults differ."""
+    """A parameter that is not given and has different defaults in port and original."""
 
     name: str
     of_port: Any
@@ -148,7 +148,7 @@ def compare_in_scenes(
 
 
 def _decided_in(scene: Observation, controller: Controller) -> Decided:
-    """Returns the first decision, or why there is none; to crash or to hang is one reason."""
+    """Returns the first decision, or the reason why there is none, such as a crash or a hang."""
     try:
         return decided(controller, scene, controller.initial_memory())[0]
     except ExternalControllerFailed as error:
@@ -215,7 +215,7 @@ def _kind(decision: Decided) -> int | None:
 def _told_by(
     original: Preset, port: Preset, robot: Robot
 ) -> tuple[tuple[OtherDefault, ...], tuple[str, ...]]:
-    """Returns the defaults that differ, and what the original was given and does not read."""
+    """Returns the differing defaults, and the given parameters that the original does not read."""
     for_robot, port = original.for_robot(robot), port.for_robot(robot)
     parameters = for_robot.parameters
     words, client = getattr(parameters, "words"), getattr(parameters, "client")  # noqa: B009

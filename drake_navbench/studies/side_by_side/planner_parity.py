@@ -51,10 +51,11 @@ class PlanRequest(NamedTuple):
 
 
 class PlanResult(NamedTuple):
-    """One request of both. difference: the largest of x m, y m and yaw rad over all poses.
+    """Both planners' answers to one request.
 
-    It is NaN where one of them finds no plan, or their plans have not equally many poses. told:
-    what each said, where they differ. has_plan: whether both have found one.
+    difference: the largest one of |dx| m, |dy| m and |dyaw| rad over all poses; NaN where one finds
+    no plan, or the plans have different numbers of poses. told: both answers in words, where they
+    differ. has_plan: whether both found a plan.
     """
 
     likeness: Likeness

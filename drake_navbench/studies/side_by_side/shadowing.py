@@ -35,7 +35,7 @@ class _Memories(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class ShadowedPreset(Preset):
-    """The column of a port, whose original is asked in every cycle as well.
+    """The column of a port, in which the original decides in every cycle beside the port.
 
     original: its column, for the same robot. tell: called with both decisions of each cycle.
     """
@@ -75,7 +75,7 @@ def decided(controller: Controller, observation: Observation, memory: Any) -> tu
 
 
 class _Shadowed:
-    """Two controllers, of which the first one drives."""
+    """A controller that asks port and original in every cycle, and drives by the port's command."""
 
     def __init__(
         self, port: Controller, original: Controller, tell: Callable[[Decided, Decided], None]

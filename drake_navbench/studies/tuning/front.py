@@ -40,9 +40,9 @@ def judge_front(
     result: dict[str, Any],
     tell: Tell,
 ) -> None:
-    """Drives the points of a front, and adds to the result what is left of them.
+    """Drives the points of a front in further trials, and adds the judged points to the result.
 
-    A point that touches anything in any of these trials is no part of the front.
+    A point that touches anything in any of these trials is dropped from the front.
     """
     names = [f"{request.preset}_tuned_{index}" for index in range(1, len(front) + 1)]
     columns = [
@@ -187,7 +187,7 @@ def _gap_line(point: dict[str, Any], objectives: Sequence[Objective]) -> str:
 
 
 def _untouched(point: dict[str, Any]) -> str:
-    """Returns in how many trials a point touched nothing, and what that shows."""
+    """Returns the number of a point's trials without a touch, and the bound that follows."""
     trials = sum(
         point[part]["trials"]
         for part in (FRESH, HELD_OUT, CLOSED_WAY, RANDOM_WORLDS)

@@ -142,6 +142,6 @@ def pair_difference(
 
 
 def excess_failures(candidate: Sequence[Row], baseline: Sequence[Row]) -> float:
-    """Returns the share of trials failed more than the baseline does, less what is allowed."""
+    """Returns the candidate's share of failures minus the baseline's, less the allowed excess."""
     shares = [sum(map(has_failed, rows)) / len(rows) for rows in (candidate, baseline)]
     return shares[0] - shares[1] - SUCCESS_MARGIN

@@ -30,7 +30,7 @@ SHARE_OF_BASELINE = 0.5
 
 
 def looks_until(most_pairs: int) -> list[int]:
-    """Returns after how many pairs the race is looked at: 8, 16, 24, ... and at the end."""
+    """Returns the numbers of pairs after which a race is judged: 8, 16, 24, ... and the last."""
     return [*range(LOOK_EVERY, most_pairs, LOOK_EVERY), most_pairs]
 
 

@@ -77,7 +77,7 @@ class Configuration(NamedTuple):
 
     @property
     def as_rival(self) -> Array:
-        """The differences that others race against: none of one that touches."""
+        """The differences against which other configurations race; none if this one touches."""
         return self.differences[:0] if self.ending == Ending.TOUCHED else self.differences
 
 
@@ -169,7 +169,7 @@ class Search:
         self._scales = scales_of(baseline, objectives)
 
     def run(self, configurations: int, on_driven: Callable[[Configuration], None]) -> None:
-        """Drives until the study has so many; on_driven is told of each of ours.
+        """Drives until the study has `configurations`; calls on_driven for each driven here.
 
         Raises CannotBeWritten where the journal takes no more, as on a full disk.
         """
@@ -253,8 +253,9 @@ class Search:
     def _keep(self, trial: Trial, driven: Configuration) -> None:
         """Writes into the journal what a configuration did.
 
-        What is dropped is told, too: a sampler learns from it where not to look. A touch is told as
-        the worst there is, whatever the trials without one were like.
+        Dropped configurations are written, too: the sampler learns from them which parameters are
+        bad. A configuration that touches gets the worst value in every objective, whatever its
+        other trials were like.
         """
         has_touched = driven.ending == Ending.TOUCHED
         means = np.full(len(self._objectives), CENSORED) if has_touched else driven.means

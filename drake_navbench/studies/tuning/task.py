@@ -50,8 +50,8 @@ def tuning_task(
 ) -> TuningTask:
     """Returns the task of a preset.
 
-    of_file: what else tells its parameters, of a Nav2 file. asked: the other fields. Raises
-    InputError.
+    of_file: for a column of a Nav2 file, further values that define its parameters. asked: the
+    other fields. Raises InputError.
     """
     own = {
         "drake_navbench": __version__,
