@@ -117,7 +117,7 @@ def contest_of(
             table[table["controller"] == match[side]].assign(controller=match.name)
             for match in matches
         ]
-        # What nobody is set against is told as not compared.
+        # Controllers without a partner are reported as not compared.
         other = set((after, before)[side]["controller"])
         taken = {match[side] for match in matches}
         parts += [

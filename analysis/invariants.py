@@ -25,7 +25,7 @@ Flags = NDArray[np.bool_]
 END_GRACE_S = 0.05
 # Slower than this is at rest.
 REST_MPS, REST_RADPS = 0.01, 0.02
-# What is farther away is not measured, and logged as infinite.
+# Larger clearances are not measured, and logged as infinite.
 CLEARANCE_REACH_M = 5.0
 CLEARANCE_PERIOD_S = 0.05
 # Between two rows the robot may be a little faster than in both.

@@ -25,7 +25,7 @@ from drake_navbench.analysis.paired_tests import (
     judge_pairs,
 )
 
-# What a quantity is called where it became better or worse.
+# The words for a quantity that became better or worse.
 WORDS = {
     SUCCESS: "arrivals",
     TOUCH: "touches",

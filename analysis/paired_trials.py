@@ -17,7 +17,7 @@ from drake_navbench.logs.log import Outcome
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
-# What a trial of one table shares with its partner in the other.
+# The columns in which a trial and its partner in the other table are equal.
 IDENTITY = ["scenario", "controller", "seed"]
 
 

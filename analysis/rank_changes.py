@@ -226,7 +226,7 @@ def _ranks(
     count = known.sum(axis=2)
     total = np.where(known, times[:, drawn], 0.0).sum(axis=2)
     mean = np.divide(total, count, out=np.full(total.shape, np.inf), where=count > 0)
-    # Axes: scenario, draw, who may be beaten, by whom.
+    # Axes: scenario, draw, the controller that may be beaten, the one that may beat it.
     own_share, other_share = share[..., :, None], share[..., None, :]
     own_time, other_time = mean[..., :, None], mean[..., None, :]
     is_quicker = other_time < own_time * (1.0 - RELEVANT_RATIO)

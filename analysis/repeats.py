@@ -9,7 +9,7 @@ import pandas as pd
 
 from drake_navbench.analysis.metrics.registry import unrepeatable_names
 
-# What tells two trials apart that are otherwise one.
+# The columns in which two trials differ even if they are equal in everything else.
 NUMBERING = ("trial", "seed")
 
 

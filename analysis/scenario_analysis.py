@@ -37,7 +37,7 @@ from drake_navbench.analysis.verdicts import (
 from drake_navbench.errors import InputError
 from drake_navbench.logs.log import Outcome, TrialLog
 
-# What a first look needs; the tables hold the rest.
+# The metrics for a first look; the tables hold the others.
 HEADLINE_METRICS = (
     "time_to_goal_s",
     "driven_length_m",
@@ -51,7 +51,7 @@ HEADLINE_METRICS = (
 )
 
 
-# What was measured already: path of a log -> metric -> value.
+# Values measured before: path of a log -> metric -> value.
 KnownValues = Mapping[Path, Mapping[str, Any]]
 
 

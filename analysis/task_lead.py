@@ -19,7 +19,8 @@ from drake_navbench.analysis.verdicts import comparable_trials
 from drake_navbench.analysis.weak_points import DIGITS, WeakPoint, weak_point, worst_of
 from drake_navbench.logs.log import Outcome
 
-# What the best one in a metric is; the other headline metrics say much the same as one of these.
+# By metric the word for its best controller; the other headline metrics say much the same as one of
+# these.
 SUPERLATIVES = {
     "time_to_goal_s": "quickest",
     "min_clearance_m": "farthest from obstacles",
@@ -28,7 +29,7 @@ SUPERLATIVES = {
 }
 # Compared over the trials of all scenarios: what a cycle costs is no matter of the task.
 COMPUTE = "compute_cpu_time_p95_ms"
-# What a controller with a weak point has more of, or less of, than the best.
+# By metric the quantity of which a controller with a weak point has more, or less, than the best.
 QUANTITIES = {
     "time_to_goal_s": "time",
     "min_clearance_m": "smallest clearance",

@@ -25,12 +25,12 @@ from drake_navbench.analysis.statistics import (
 from drake_navbench.csv_text import csv_text
 from drake_navbench.logs.log import Outcome
 
-# Suites of more worlds than these are told by their totals alone: nobody reads 300 tables.
+# The report shows a suite with more worlds by its totals alone: nobody reads 300 tables.
 MAX_WORLDS_ONE_BY_ONE = 8
 SCORE = "barn_score"
 BEST_SCORE = 0.5
 ALL_DENSITIES = ""
-# What is compared between two controllers, by its name in the tables.
+# The quantities that are compared between two controllers, by their names in the tables.
 COMPARED = ("success", "collision", "score")
 
 

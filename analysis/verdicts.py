@@ -188,7 +188,7 @@ def _undecided(
     if gaps[nearest].is_ahead:
         text += f", which may be less than {_number(bar, entry.unit)}"
         text += f" ({RELEVANT_RATIO:.0%})" if bar > entry.relevant else ""
-    # What has to be shown is the part of the difference beyond the bar.
+    # The part of the difference beyond the bar must be shown.
     sign = 1.0 if entry.better is Better.LOWER else -1.0
     excess = sign * found.difference - bar
     if found.pairs > 1 and excess > 0.0:

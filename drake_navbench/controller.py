@@ -247,7 +247,7 @@ class ControllerParameters(BaseModel):
         if release is None:
             return True
         parts = name.split(".")
-        # What holds for a block holds for all in it.
+        # An entry about a block holds for all parameters in it.
         places = [".".join(parts[:count]) for count in range(1, len(parts) + 1)]
         return all(
             cls.READ_FROM.get(place, release) <= release <= cls.READ_UNTIL.get(place, release)

@@ -42,7 +42,7 @@ class EndedFromOutside(NavbenchError):
     """Somebody, or the system, ended a process that a trial needs; that is the machine's fault."""
 
 
-# What the machine lacked: memory, space, open files; or a disk that fails.
+# Errors of the machine: too little memory, space or open files; or a disk that fails.
 MACHINE_FAULTS = frozenset(
     {
         errno.EDQUOT,

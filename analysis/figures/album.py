@@ -135,7 +135,7 @@ def _comparisons(
         yield "clearance", "Clearance along the path", figure
     if figure := box_figure(box_panels(trials, scenario, metrics), look):
         yield "metrics", "Metrics, every trial", figure
-    # Where nobody arrived there is no best.
+    # If no trial arrived, no controller is best.
     if not is_failed(trials).all() and (figure := rank_figure(rank_rows(verdicts, metrics), look)):
         yield "ranks", "Places", figure
     if figure := pareto_figure(pareto_points(trials, scenario), look):

@@ -179,7 +179,7 @@ def _duel(
 def _is_shown_in_time(times: pd.DataFrame, confidence: float) -> bool:
     """Whether the whole interval of the difference lies beyond 1% of the longer mean."""
     slower, quicker = times.mean().sort_values(ascending=False, kind="stable").index
-    # What the slower one needs beyond 1% of its own time.
+    # The time that the slower one needs beyond 1% of its own mean.
     excess = paired_comparison(
         times[quicker], (1.0 - RELEVANT_RATIO) * times[slower], confidence=confidence
     )

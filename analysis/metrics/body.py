@@ -11,7 +11,7 @@ from drake_navbench.analysis.metrics.signals import Array
 from drake_navbench.kernels.footprint import circle_footprint
 from drake_navbench.logs.log import TrialLog
 
-# Wheels with tyres on a hard floor, for logs whose robot does not tell.
+# Wheels with tyres on a hard floor, for logs without the robot's own value.
 ROLLING_RESISTANCE_RATIO = 0.015
 
 

@@ -18,7 +18,7 @@ Array = NDArray[np.float64]
 # Slower turning bends the path by less than 1e-5 m over 10 m.
 STRAIGHT_BELOW_RADPS = 1e-6
 TWO_PI = 2.0 * np.pi
-# What rounding may add to a distance, with plenty to spare.
+# Upper bound, with plenty to spare, of the relative rounding error of a distance.
 ROUNDING_RATIO = 1e-9
 # Pairs of a corner and an edge handled at once, which bounds the memory to some 20 MB.
 BATCH_PAIRS = 200_000

@@ -18,7 +18,7 @@ from drake_navbench.logs.log import Outcome, TrialLog
 LOOK_PERIOD_S = 0.1
 # Of the velocity of a body: the way that it goes until the next look.
 COLLISION_TIME_HORIZON_S = 10.0
-# What is farther away is not looked at, as in a trial.
+# Bodies that are farther away are not measured, as in a trial.
 MAX_CLEARANCE_M = 5.0
 
 

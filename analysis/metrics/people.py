@@ -24,7 +24,7 @@ from drake_navbench.kernels.moving_bodies import clearances_of_bodies
 from drake_navbench.kernels.poses import place_outline
 from drake_navbench.logs.log import TrialLog
 
-# Who are farther from their middle are not together at the time.
+# Members of a group that are farther from its middle are not together at the time.
 TOGETHER_M = 3.6
 
 

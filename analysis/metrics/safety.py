@@ -32,7 +32,7 @@ COLLISION_TIME_STEP_S = 0.1
 # A course that meets an obstacle later than this is not counted as one that meets it.
 COLLISION_TIME_HORIZON_S = 10.0
 COLLISION_TIME_PARTS = 16
-# What is farther away is not looked at, as in a trial.
+# Obstacles that are farther away are not measured, as in a trial.
 MAX_CLEARANCE_M = 5.0
 
 

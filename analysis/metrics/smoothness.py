@@ -21,7 +21,7 @@ SPECTRUM_CUT_HZ = 10.0
 SPECTRUM_THRESHOLD_RATIO = 0.05
 # Powers of two by which the signal is padded with zeros: a finer grid of frequencies.
 SPECTRUM_PADDING_LEVELS = 4
-# What rounding leaves of a constant speed; the smoothest possible movement has 204.8.
+# Rounding error of a constant speed; the smoothest possible movement has 204.8.
 NEGLIGIBLE_JERK = 1e-6
 DIRECTION_DEAD_BAND_MPS = 0.01
 TURN_DEAD_BAND_RADPS = 0.05

@@ -36,7 +36,7 @@ SOCIAL_FACTOR = 2.1
 # Hall's zones, by the gap between outline and body.
 INTIMATE_M, PERSONAL_M, SOCIAL_M = 0.45, 1.2, 3.6
 COMPLIANT_M = 0.5
-# Whose way led past the robot within this was near it.
+# A person with a smaller gap to the robot is near it.
 NEAR_M = 3.6
 # Slower than this a person does not walk, and cannot be held up.
 WANTS_TO_WALK_MPS = 0.1

@@ -37,7 +37,7 @@ HIT_SIZE_M = 0.16
 HIT_HEIGHT_M = 0.2
 PATH_WIDTH_M = 0.06
 OUTLINE_WIDTH_M = 0.03
-# Keeps what belongs to different controllers from flickering where it lies in one plane.
+# Keeps objects of different controllers in one plane from flickering.
 LAYER_STEP_M = 0.001
 
 

@@ -30,7 +30,7 @@ SAMPLE_COLORS = (
 REFUSED_COLOR = Rgba(0.90, 0.60, 0.58, 1.0)
 STOP_COLOR = Rgba(0.45, 0.10, 0.55, 1.0)
 GROUP_COLOR = Rgba(0.10, 0.55, 0.45, 1.0)
-# The samples just above all that lies on the floor; see _Ribbon for what is above them.
+# Height of the samples, just above everything that lies on the floor; see _Ribbon for the others.
 SAMPLES_HEIGHT_M = 0.03
 SINGLE_TRAJECTORY_AXES = 2
 CARROT_RADIUS_M = 0.06

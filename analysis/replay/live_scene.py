@@ -43,10 +43,10 @@ from drake_navbench.kernels.poses import inverse
 from drake_navbench.logs.moment import Moment
 
 COSTMAP_PATH, PREDICTION_PATH = "/local_costmap", "/prediction"
-# What is drawn anew as a whole is so less often than the robot moves.
+# Objects that must be drawn anew as a whole are updated less often than the robot's pose.
 SLOW_PERIOD_S = 0.25
 MARGIN_M = 2.0
-# All that a scene draws, to be gone before the next one.
+# The paths of all objects of a scene, which are deleted before the next scene.
 DRAWN = (
     "/controllers",
     "/floor",

@@ -26,7 +26,7 @@ MARKER_COLOR = Rgba(0.15, 0.16, 0.20, 1.0)
 # Meshcat's lamps hang over the origin and leave a course of 15 m dark at its end.
 NEARBY_LIGHTS = ("SpotLight", "PointLightNegativeX", "PointLightPositiveX")
 AMBIENT_INTENSITY, SUN_INTENSITY = 1.1, 2.0
-# Where the light comes from in three.js's frame: x right, y up, z towards the viewer.
+# Direction to the light in three.js's frame: x right, y up, z towards the viewer.
 SUN_DIRECTION_YUP = [-3.0, 8.0, 4.0]
 BACKGROUND_TOP = [0.80, 0.85, 0.92]
 BACKGROUND_BOTTOM = [0.96, 0.97, 0.98]

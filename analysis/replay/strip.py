@@ -15,8 +15,8 @@ from drake_navbench.logs.log import Outcome, TrialLog
 # A line of the strip is some 1000 pixels long; a race has several of them.
 MAX_POINTS = 400
 DECIMALS = 3
-# A single slow cycle would flatten the curves of all others: the axis of compute times ends at so
-# many times what all but a fiftieth stay below.
+# A single slow cycle would flatten the curves of all others. So the axis of compute times ends at
+# ROOM_ABOVE_MOST times the MOST_PERCENT-th percentile.
 MOST_PERCENT, ROOM_ABOVE_MOST = 98.0, 3.0
 
 

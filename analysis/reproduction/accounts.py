@@ -33,7 +33,7 @@ from drake_navbench.analysis.reproduction.published_cells import (
 )
 from drake_navbench.analysis.tables import STD_HEADING_ERROR
 
-# What hardly any run could miss: 100 or 0% by the task, and a setting.
+# Metrics that hardly any run could miss: success is 100 or 0% by the task, top speed is a setting.
 NEAR_TRIVIAL_METRICS = ("success_rate", "max_velocity")
 # Near zero, and a spread that four trials do not tell.
 UNCERTAIN_METRICS = ("min_path_error", STD_HEADING_ERROR)

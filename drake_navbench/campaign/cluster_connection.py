@@ -24,7 +24,8 @@ if TYPE_CHECKING:
     from distributed.security import Security
 
 LOCAL = "local:"
-# As of dask, with a port always; what is none would leave a client behind that it cannot close.
+# Addresses of dask, always with a port. For any other text, dask would leave a client behind that
+# cannot be closed.
 ADDRESS = re.compile(r"((tcp|tls|ws|wss|ucx)://)?([^\s/:]+|\[[0-9a-fA-F:]+\]):([0-9]{1,5})")
 ENCRYPTED = ("tls", "wss")
 LAST_PORT = 65535
@@ -32,7 +33,7 @@ MOST_LOCAL_WORKERS = 256
 CONNECT_TIMEOUT_S = 5.0
 # How often the process that has a chunk may be gone before the chunk is given up.
 ALLOWED_FAILURES = 10
-# In the folder of --cluster-tls: who is trusted, who we are, and the proof of it.
+# Files in the folder of --cluster-tls: the trusted authority, our certificate, and its private key.
 AUTHORITY, CERTIFICATE, KEY = "ca.pem", "cert.pem", "key.pem"
 NOT_INSTALLED = "dask.distributed is not installed; pip install 'drake-navbench[cluster]'"
 

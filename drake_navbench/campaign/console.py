@@ -40,7 +40,7 @@ MAX_WIDTH = 100_000
 
 def terminal(*, quiet: bool = False, stderr: bool = False) -> Console:
     """Returns the console that everything is printed to; stderr: the one for errors."""
-    # Names may be anybody's: what looks like markup in them is none.
+    # Names may contain any text, which must not be read as rich's markup.
     console = Console(quiet=quiet, stderr=stderr, highlight=False, markup=False, emoji=False)
     if not console.is_terminal and not _columns_asked():
         console.width = PIPE_WIDTH

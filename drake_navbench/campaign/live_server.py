@@ -18,7 +18,7 @@ OWN_NAMES = (HOST, "127.0.0.1", "::1")
 NUMBER_PATH = "/number"
 PAGE_PATH = "/"
 ICON_PATH = "/favicon.ico"
-# Where Meshcat has what its scene is made of.
+# The paths under which Meshcat keeps the assets of its scene.
 ASSET_PATH = re.compile(r"/cas-v1/[A-Za-z0-9._-]{1,200}")
 # For a browser to say what it wants, and for Meshcat to answer.
 PATIENCE_S = 10.0

@@ -18,12 +18,12 @@ from drake_navbench.errors import InputError, NavbenchError, as_line, nearest_na
 EXIT_DONE = 0
 EXIT_FAILED = 1
 EXIT_WRONG_INPUT = 2
-# What a shell reports of a program that was ended by Ctrl-C: 128 + SIGINT.
+# The status that a shell reports of a program ended by Ctrl-C: 128 + SIGINT.
 EXIT_INTERRUPTED = 130
 
 PERCENT = 100.0
 
-# What `prog` begins with, where it is to be copied into a shell.
+# Begins `prog` where users shall be able to copy it into a shell.
 INTERPRETER = "python -m "
 
 
@@ -104,7 +104,8 @@ def exit_status_of(
     """
     try:
         status = work()
-        # What is still buffered may meet a reader that has gone; later it would be a traceback.
+        # The reader of buffered output may have gone; found out later, that would print a
+        # traceback.
         print(end="", flush=True)
     except NavbenchError as error:
         print(error, file=sys.stderr)

@@ -39,9 +39,10 @@ from drake_navbench.native.package import Package
 MAKER = NATIVE / "headers.py"
 BENCHMARK_NOISE = NATIVE / "benchmark_noise"
 PLUGIN_NAMES = "made/plugin_names.hpp"
-# Where the compiler looks for headers besides.
+# The environment's variables with further folders of headers.
 HEADER_SEARCH = ("CPATH", "CPLUS_INCLUDE_PATH")
-# What makes a package's random numbers. A file of ours, named as the package, can stand in for it.
+# By package the source that makes its random numbers. A file of ours, named as the package, can
+# stand in for it.
 NOISE_SOURCES: Mapping[str, str] = {"nav2_mppi_controller": "src/noise_generator.cpp"}
 
 
@@ -152,8 +153,8 @@ class _Plan:
         made = made_headers(seen)
         made[PLUGIN_NAMES] = plugin_names_header(self.packages.values())
         root = _written(made)
-        # What is made for a package follows from its files and from this; so packages that are
-        # built with others have the same objects.
+        # The headers generated for a package follow from its files and from this code alone; so
+        # builds with other packages beside it share its objects.
         ours = _digest_of_files([MAKER], NATIVE) + _digest_of_headers(STAND_INS, REPLACEMENTS)
         hosts = ours + _digest_of_headers(HOST)
         mains = hosts + _digest_of_texts({"": made[PLUGIN_NAMES]})

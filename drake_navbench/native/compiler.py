@@ -27,12 +27,12 @@ SYSTEM_LIBRARIES: Mapping[str, tuple[str, str]] = {
         "https://github.com/RainerKuemmerle/g2o, with CSparse",
     ),
 }
-# What is linked for a dependency that is more than headers.
+# The libraries that are linked for a dependency that is more than headers.
 LINKED: Mapping[str, tuple[str, ...]] = {
     "ompl": ("-lompl",),
     "libg2o": ("-lg2o_csparse_extension", "-lg2o_core", "-lg2o_stuff", "-lcxsparse"),
 }
-# Where Debian has headers apart.
+# Debian keeps headers of some libraries in folders below this one.
 SYSTEM_HEADERS = Path("/usr/include")
 INCLUDE_FOLDERS = ("eigen3", "ompl-*", "suitesparse")
 # A controller may be large: MPPI's takes a minute for one file on a slow machine.

@@ -28,11 +28,11 @@ STRICT = ("-fno-fast-math", "-ffp-contract=off", "-fno-math-errno", "-fno-trappi
 # costmap, of another file, for the cost of each cell.
 WHOLE_PROGRAM = (("-flto=auto",), ("-flto",))
 STANDARD = "-std=c++20"
-# What computes with xtensor is compiled as the releases that use it do: up to 0.24 it takes other
-# types for its temporaries in later standards, and throws.
+# Packages with xtensor are compiled with the standard of the releases that use it: up to 0.24,
+# xtensor chooses other types for its temporaries in later standards, and throws.
 OLDER_STANDARD = "-std=c++17"
 NEEDS_OLDER_STANDARD = frozenset({"xtensor"})
-# Of a user: after all others, for what is compiled and for what is linked.
+# The variable with the user's flags, which come last in compiling and in linking.
 FLAGS_VARIABLE = "CXXFLAGS"
 
 

@@ -35,7 +35,7 @@ APART = {"type", "points", "velocity_polygons"}
 # Which Nav2 reads for a holonomic velocity polygon only.
 DIRECTIONS = ("direction_start_angle", "direction_end_angle")
 ACTIONS_SINCE_IRON = ("limit", "none")
-# What the lidar is called among the sources of a robot file.
+# The name of the lidar among the sources of a robot file.
 LIDAR = "lidar"
 OTHER_SENSORS = ("pointcloud", "range", "polygon", "costmap")
 

@@ -19,7 +19,7 @@ from drake_navbench.plugins.kinds import PluginKind
 Fields = dict[str, Any]
 
 PATH_HANDLER = "nav2_controller::FeasiblePathHandler"
-# What Nav2's default behaviour tree asks for by name, where there are several.
+# The name that Nav2's default behaviour tree asks for if there are several goal checkers.
 DEFAULT_GOAL_CHECKER = "general_goal_checker"
 PATH_HANDLERS = "path_handler_plugins"
 

@@ -23,7 +23,7 @@ from drake_navbench.typed_files.typed_yaml import unknown_fields
 
 SERVER = "controller_server"
 PLUGINS = "controller_plugins"
-# What Nav2 loads where the file names nothing else.
+# The plugins that Nav2 loads if the file names none.
 DEFAULT_PLUGINS = ["FollowPath"]
 DEFAULT_TYPE = "dwb_core::DWBLocalPlanner"
 # Only releases whose controller server cuts the plan have this parameter (from Lyrical on).

@@ -44,7 +44,7 @@ LAYERS: dict[str, tuple[str, type]] = {
 PACKAGE = "nav2_costmap_2d::"
 # Of a map, where the file names no other.
 UNKNOWN_BYTE = CostmapSettings.model_fields["unknown_cost_value"].default
-# What the topic of the map that a scenario knows is called, whatever its namespace.
+# The last part of the name of the map's topic, in any namespace.
 MAP = "map"
 SENSING = ("obstacle_layer", "voxel_layer")
 ONLY_AS_FILTERS = ("speed_filter", "binary_filter")
@@ -52,7 +52,7 @@ ONLY_AS_FILTERS = ("speed_filter", "binary_filter")
 SENSING_ELSEWHERE = re.compile("voxel|obstacle|pointcloud|nvblox|stvl", re.IGNORECASE)
 # Of sonars and infrared sensors: where the robot has none, nothing stands in.
 RANGE_LAYER = "nav2_costmap_2d::RangeSensorLayer"
-# What Nav2's costmaps load where the file lists no plugins.
+# The layers that Nav2's costmaps load if the file lists no plugins.
 DEFAULT_LAYERS = {
     "static_layer": "nav2_costmap_2d::StaticLayer",
     "obstacle_layer": "nav2_costmap_2d::ObstacleLayer",

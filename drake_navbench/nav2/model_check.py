@@ -9,7 +9,7 @@ from drake_navbench.inputs.check import CheckRow, Status
 from drake_navbench.inputs.described_robot import DescribedRobot
 from drake_navbench.nav2.robot import Nav2Setup
 
-# What an outline may leave out of the body, and how much larger it may be, m.
+# How far the body may reach beyond the outline, and the outline beyond the body, m.
 UNCOVERED_M, TOO_LARGE_M = 0.02, 0.15
 # A speed above the limit by less is a matter of rounding, m/s and rad/s.
 SPEED_TOLERANCE = 0.01

@@ -16,7 +16,7 @@ from drake_navbench.nav2.read_by import read_by
 from drake_navbench.nav2.substitutions import missing_value
 from drake_navbench.releases import NEWEST_RELEASE, Release
 
-# What nodes of every kind have, and which is about processes, frames and topics alone.
+# Parameters that nodes of every kind have, and that concern processes, frames and topics alone.
 OF_EVERY_NODE = frozenset(
     {
         "action_server_result_timeout",
@@ -229,7 +229,7 @@ class NodeReader:
                 return values
             fault = faults[0]
             location = [str(part) for part in fault["loc"] if part != fault["input"]]
-            # What is wrong with several together is told of the first.
+            # A fault of several fields together is reported on the first of them.
             field = location[0] if location else next(iter(values), "")
             name = prefix + ".".join([(renamed or {}).get(field, field), *location[1:]])
             whole = fault["input"]

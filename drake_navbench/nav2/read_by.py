@@ -93,7 +93,8 @@ _REFINEMENT: Mapping[str, ReadBy] = {
 
 READ_BY: Mapping[type[BaseModel], Mapping[str, ReadBy]] = {
     ControllerServerSettings: {
-        # What counts before is in nav2_release, as it counts without a controller server, too.
+        # The value in earlier releases is in nav2_release, since it also counts without a
+        # controller server.
         "costmap_update_timeout": _since(JAZZY),
         "path_handler_plugins": _since(LYRICAL),
         "progress_checker_plugin": _until(IRON),

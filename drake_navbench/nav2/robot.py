@@ -84,7 +84,7 @@ READ = (
 )
 # Of controllers: the slowest that they drive ahead.
 LEAST_SPEEDS = ("min_vel_x", "vx_min")
-# What a robot has only where its file says so.
+# Servers that a robot has only if its file has them.
 OPTIONAL = ("velocity_smoother", "collision_monitor")
 
 

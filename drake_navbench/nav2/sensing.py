@@ -28,7 +28,7 @@ from drake_navbench.nav2.sensors import Nav2Sensors, Sight
 from drake_navbench.releases import Release
 from drake_navbench.typed_files.typed_yaml import FrozenModel
 
-# What Nav2 files do not give of a source, and what says which of the robot's sensors it is.
+# Fields of a source that Nav2 files do not give: they name the robot's sensor that sends to it.
 OURS = ("sensor", "scanner")
 SCAN, CLOUD = "LaserScan", "PointCloud2"
 # Nav2's obstacle layer looks at points up to this height where the file says nothing, m.

@@ -32,7 +32,7 @@ LIDAR_SIGHT: Mapping[str, Any] = {
     "height_m": 0.5,
     "range_max_m": 12.0,
 }
-# Where a sensor looks, by a word in its name; of two words half way.
+# Yaw of a sensor's axis by a word in its name; with two words, the yaw halfway between theirs.
 DIRECTIONS = {"left": 0.5 * math.pi, "right": -0.5 * math.pi}
 FRONT, REAR = re.compile("front", re.I), re.compile("back|rear", re.I)
 

@@ -52,7 +52,7 @@ SMOOTHER_OF: Mapping[str, str] = {
     "nav2_smoother::SavitzkyGolaySmoother": "savitzky_golay",
 }
 WAIT_AT_WAYPOINT = "nav2_waypoint_follower::WaitAtWaypoint"
-# What Nav2's default behaviour tree asks for by name, where there are several.
+# The name that Nav2's default behaviour tree asks for if there are several planners.
 DEFAULT_PLANNER = "GridBased"
 # The parameter that names the tree's file, and what it was called up to foxy.
 TREE_FILE = "default_nav_to_pose_bt_xml"

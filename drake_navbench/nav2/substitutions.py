@@ -16,7 +16,7 @@ NAME = r"[A-Za-z_]\w*"
 PLACEHOLDER = re.compile(
     rf"\$\(var\s+({NAME})\s*\)|<({NAME})>|\b(KEEPOUT_ZONE_ENABLED|SPEED_ZONE_ENABLED)\b"
 )
-# What nav2_bringup's launch files put there where nothing else is asked for.
+# The values that nav2_bringup's launch files set by default.
 DEFAULTS = {"KEEPOUT_ZONE_ENABLED": "true", "SPEED_ZONE_ENABLED": "true"}
 BROKEN = re.compile(rf"\$\(var(?!\s+{NAME}\s*\))")
 

@@ -11,9 +11,9 @@ from pathlib import Path
 
 from drake_navbench.releases import Release
 
-# Where a tree is looked for by its name, from the folder of the Nav2 file on.
+# Folders, relative to that of the Nav2 file, in which a tree is looked for by its name.
 FOLDERS = (".", "behavior_trees", "behavior_tree", "bt", "../behavior_trees", "../bt")
-# Where it is looked for by the end of its path: the package lies around the Nav2 file.
+# Folders in which it is looked for by the end of its path: the package lies around the Nav2 file.
 PACKAGE_FOLDERS = (".", "..", "../..")
 NAV2_TREES = Path("share", "nav2_bt_navigator", "behavior_trees")
 # Folders of installed packages, as ROS sets it.

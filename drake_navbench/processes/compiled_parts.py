@@ -25,7 +25,7 @@ def compiled_parts() -> set[str]:
 def note_compiled(parts: Iterable[str]) -> None:
     """Adds parts to the list of those whose kernels are compiled."""
     known = sorted(compiled_parts().union(parts))
-    # Where it cannot be kept, nor can kernels.
+    # If this file cannot be written, neither can compiled kernels.
     with suppress(OSError):
         file = _file()
         file.parent.mkdir(parents=True, exist_ok=True)

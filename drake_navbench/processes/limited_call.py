@@ -21,7 +21,7 @@ from drake_navbench.errors import InputError, NavbenchError, as_line, one_line
 GIGABYTE = 2**30
 MEMORY_LIMIT_BYTES = GIGABYTE
 TIME_LIMIT_S = 30
-# What a child says on its last line where memory was short.
+# The last line of a child whose memory did not suffice.
 OUT_OF_MEMORY = "out of memory"
 # One thread: each thread of a numerical library reserves memory that counts against the limit.
 ONE_THREAD = {name: "1" for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")}

@@ -24,7 +24,7 @@ from drake_navbench.errors import (
 
 # A task that holds the interpreter's lock keeps a worker from noticing that its caller has died.
 ALARM_MARGIN_S = 60.0
-# What is said of every call before it is made.
+# The message that a worker sends before each call.
 BEGUN: Final = "begun"
 
 
@@ -82,7 +82,7 @@ def _receive(connection: Connection, calls: queue.SimpleQueue[Any]) -> None:
         except (EOFError, OSError):
             os._exit(1)
         except Exception as error:
-            # What was sent cannot be read, as where a module cannot be imported.
+            # The message cannot be unpickled, as where a module cannot be imported.
             calls.put((_raise, (error,), math.inf))
 
 

@@ -42,7 +42,7 @@ OUTSIDE_SIGNALS = frozenset(
         signal.SIGXCPU,
     }
 )
-# multiprocessing's exit code where the fork server died and nobody can tell the real one.
+# multiprocessing's exit code if the fork server died, so that the real one is unknown.
 UNKNOWN_EXIT_CODE = 255
 EXIT_PATIENCE_S = 1.0
 LONGEST_WAIT_S = 3600.0

@@ -16,7 +16,8 @@ from drake_navbench.recordings.topics import Topic
 if TYPE_CHECKING:
     from rosbags.interfaces import Qos
 
-# Of rosbag2's metadata: what Jazzy and later write, and what older ones read after a reindex.
+# The version of rosbag2's metadata that Jazzy and later write, and older releases read after a
+# reindex.
 METADATA_VERSION: Final = 9
 
 

@@ -17,7 +17,7 @@ from drake_navbench.recordings.rosbags_extra import open_zstd
 
 MCAP_MAGIC = b"\x89MCAP0\r\n"
 RECORD_HEADER = struct.Struct("<BQ")
-# What ends the data of an MCAP file: DataEnd without a checksum, Footer without a summary.
+# The records that end an MCAP file: DataEnd without a checksum, Footer without a summary.
 MCAP_END = RECORD_HEADER.pack(0x0F, 4) + bytes(4) + RECORD_HEADER.pack(0x02, 20) + bytes(20)
 LFS_POINTER = b"version https://git-lfs"
 DATA_END, FOOTER = 0x0F, 0x02

@@ -97,7 +97,7 @@ def fit_drive(data: DriveData) -> DriveFit:
             f"{SHORTEST_S:g} s with changing commands at least"
         )
     moved = [axis for axis in axes if axis.largest]
-    # What the robot does in a minute of turning must not outweigh an hour of driving.
+    # Errors are scaled by the variance, so that fast turning does not outweigh slow driving.
     scales = [float(np.var(axis.samples)) or 1.0 for axis in moved]
 
     def cost(parameters: Array) -> float:

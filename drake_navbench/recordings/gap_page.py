@@ -76,7 +76,7 @@ def _rows(path: Path) -> Iterator[dict[str, Any]]:
             info = json.loads((pq.read_metadata(file).metadata or {})[METADATA_KEY])
             gap = info["recording"]["simulation_gap"]
         except (OSError, KeyError, TypeError, ValueError, pa.ArrowException):
-            # Simulated, or without commands, or not readable: the report tells of those.
+            # Simulated, without commands, or unreadable: the report lists those.
             continue
         figure = curves_path(file)
         yield {

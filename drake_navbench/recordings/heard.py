@@ -21,11 +21,11 @@ Array = NDArray[np.float64]
 
 TF_TYPES = ("tf2_msgs/msg/TFMessage", "tf/msg/tfMessage")
 STATUS_TYPES = ("action_msgs/msg/GoalStatusArray", "actionlib_msgs/msg/GoalStatusArray")
-# These were told before the part that is taken; who looks later still has them.
+# Messages of these roles hold until the next one: those from before the chosen part count, too.
 LATCHED_ROLES = frozenset({"tf_static", "map", "trial", "status", "goal", "plan"})
 
 
-# Roles of which topics are offered that have the right type: what is measured hangs on them.
+# Roles for which a hint lists the topics of a fitting type, since metrics depend on them.
 HINTED_ROLES = ("command", "scan", "plan")
 MAX_HINTED_TOPICS = 5
 

@@ -31,7 +31,7 @@ from drake_navbench.recordings.simulation_gap import SimulationGap, simulation_g
 NANOSECONDS = 1e9
 # In the name of a column, behind that of the controller that a bag of ours tells.
 RECORDED = "recording"
-# What is slower stands, m/s and rad/s.
+# A robot that is slower stands still, m/s and rad/s.
 STANDING_MPS, STANDING_RADPS = 0.01, 0.02
 
 

@@ -24,8 +24,8 @@ STL = ".stl"
 # A binary STL file: a text of 80 bytes, the number of triangles, then each of them.
 STL_HEAD_BYTES, STL_TRIANGLE_BYTES = 84, 50
 SUFFIXES = (STL, ".obj", COLLADA, ".glb", ".gltf", ".ply")
-# What stands at the beginning of a COLLADA file: its unit in metres. Which axis it says is up,
-# neither Gazebo (gazebo-classic #1305) nor ROS heeds, and files of robots and worlds rely on that.
+# The unit in the head of a COLLADA file, in metres. Its up axis is ignored, as Gazebo
+# (gazebo-classic #1305) and ROS ignore it: files of robots and worlds rely on that.
 UNIT = re.compile(r"<unit\b[^>]*\bmeter\s*=\s*[\"']([^\"']+)")
 ASSET_BYTES = 20_000
 

@@ -29,8 +29,8 @@ XACRO_VALUE = re.compile(r"\$[{(].*")
 # Meshes that Drake does not read, and the function that writes them as OBJ.
 CONVERTED = (".stl", ".dae", ".glb", ".ply")
 WRITE_OBJS = "drake_navbench.typed_files.mesh_child:write_objs"
-# Of SDF, what is nothing that touches, is seen or weighs. Gazebo takes elements in them that SDF
-# does not define, at which Drake stops; Drake itself passes over the rest.
+# Elements of SDF without shape or mass. Gazebo accepts elements in them that SDF does not define,
+# at which Drake stops; Drake itself ignores these two.
 WITHOUT_BODY = ("sensor", "plugin")
 MAX_FILE_BYTES = 16 * MEGABYTE
 MAX_SHAPES = 500

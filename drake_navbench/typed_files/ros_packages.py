@@ -25,7 +25,7 @@ PACKAGE_NAME = re.compile(r"<name>\s*([^<\s]+)\s*</name>")
 MAX_DEPTH = 8
 # Folders of a repository that are looked through: a hundred times those of a large one.
 MAX_FOLDERS = 50_000
-# What is made, not written: a second copy of the packages may stand there.
+# Folders of generated files, in which a second copy of the packages may lie.
 NO_SOURCES = frozenset({"build", "install", "log", "node_modules", "__pycache__"})
 
 

@@ -96,7 +96,7 @@ def require_limits(text: str) -> None:
         if isinstance(event, yaml.AliasEvent):
             if any(anchor == event.anchor for anchor, _ in open_anchors):
                 raise _fault("a value that contains itself", event)
-            # What is not known is for the loader to refuse.
+            # An alias without an anchor is refused by the loader.
             count += sizes.get(event.anchor, 0)
         else:
             count += 1

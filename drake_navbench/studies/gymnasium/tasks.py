@@ -22,7 +22,7 @@ Array = NDArray[np.float64]
 
 # So many draws without success mean that there is no room.
 MAX_DRAWS = 1000
-# Around what a scenario holds, where its extent is more than the area asked for.
+# Margin around the scenario's start, goal and obstacles, where they extend beyond the given area.
 AREA_MARGIN_M = 1.0
 
 

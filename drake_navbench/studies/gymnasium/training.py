@@ -91,7 +91,7 @@ class PolicyView:
     def inputs(self, seen: Seen) -> Array:
         """Returns (F,) the features of an observation."""
         ranges = seen["lidar"].astype(np.float64)
-        # What is too near to be measured lies in the direction of its beam all the same.
+        # A hit nearer than the least range still lies in the direction of its beam.
         distances = np.maximum(ranges, self._range_min_m)
         points = (distances[:, None] * self._directions)[ranges < self._range_max_m]
         x, y, yaw = self._sensor_pose
@@ -192,7 +192,8 @@ class _Crew:
         self._returns[k] += reward
         self._inputs[k] = self._view.inputs(seen)
         if truncated:
-            # What would have followed is cut off, and worth what the learner thinks of it.
+            # The episode is cut off here; the learner's value stands for the rewards that would
+            # have followed.
             reward += discount * float(learner.value(self._inputs[k]).item())
         if terminated or truncated:
             has_collided = info["outcome"] == "collided"

@@ -13,8 +13,8 @@ from drake_navbench.native.checkout import read_checkout
 from drake_navbench.native.package import Package
 from drake_navbench.studies.side_by_side.gate import split_column
 
-# What a gate builds with where nobody says: what users run, and other noise in each trial. With an
-# original's own each trial would meet the same.
+# A gate's default for a checkout: the flags that users run with, and the benchmark's noise. With
+# its own noise, an original would draw the same numbers in every trial.
 FLAGS = FlagSet.PACKAGE
 NOISE = NoiseSource.BENCHMARK
 
@@ -42,7 +42,7 @@ def build_of(
             _require_built(build, "noise", build.noise, noise)
         return build
     packages = _packages(Path(text), controllers)
-    # What has no generator of noise has nothing to replace.
+    # Without a generator of noise in its packages, there is nothing to replace.
     samples = any(package.name in NOISE_SOURCES for package in packages)
     return build_checkout(
         Path(text),

@@ -23,7 +23,7 @@ from drake_navbench.navigation.smac_planner_2d_parameters import SmacPlanner2DPa
 from drake_navbench.studies.side_by_side.likeness import Likeness, likeness_of
 from drake_navbench.trial.column_controller import controller_setup
 
-# What each is asked with, besides its defaults.
+# By planner the parameters, besides its defaults, with which both are compared.
 VARIANTS: Mapping[str, tuple[Mapping[str, Any], ...]] = {
     NavfnPlanner.nav2_plugin: ({}, {"use_astar": True}, {"allow_unknown": False}),
     SmacPlanner2D.nav2_plugin: (
@@ -32,7 +32,7 @@ VARIANTS: Mapping[str, tuple[Mapping[str, Any], ...]] = {
         {"downsample_costmap": True, "downsampling_factor": 2},
     ),
 }
-# What a release without codes throws, whatever the reason.
+# The exception that a release without error codes throws, whatever the reason.
 WITHOUT_CODE = "PlannerException"
 PATIENCE_S = 60.0
 RESOLUTION_M = 0.05

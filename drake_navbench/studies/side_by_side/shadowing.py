@@ -22,7 +22,7 @@ from drake_navbench.controller import (
 )
 from drake_navbench.inputs.presets import Preset
 
-# What a controller wants: (2,) v m/s, w rad/s; or why it wants nothing.
+# A controller's command, (2,) v m/s, w rad/s; or the error that it raised instead.
 Decided = NDArray[np.float64] | ControllerError
 
 

@@ -55,7 +55,7 @@ def judge_front(
     ]
     guarded = _guarded(request, [space.baseline, *columns], tell)
     judged = _judged(request, [space.baseline, *columns], objectives, tell)
-    # What is there is of an earlier front, whose points had these names, too.
+    # Files of an earlier front are removed, since its points had the same names.
     for suffix in ("yaml", "patch"):
         for path in (request.out / FRONT).glob(f"*_tuned_*.{suffix}"):
             path.unlink()
