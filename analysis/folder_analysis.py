@@ -75,7 +75,7 @@ class _ScenarioTask(NamedTuple):
 
     @property
     def name(self) -> str:
-        """Of the folder of the scenario's logs."""
+        """The name of the folder with the scenario's logs."""
         return self.paths[0].parent.parent.name
 
 

@@ -89,7 +89,7 @@ def swept_fields(sweep: Mapping[str, Mapping[str, Any]]) -> list[str]:
 
 
 def is_numeric(table: pd.DataFrame, field: str) -> bool:
-    """Tells whether all values of a field are numbers, so that there is a slope along it."""
+    """Returns whether all values of a field are numbers, so that there is a slope along it."""
     known = table[field].dropna()
     return all(isinstance(v, (int, float)) and not isinstance(v, bool) for v in known)
 

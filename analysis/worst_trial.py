@@ -1,4 +1,4 @@
-"""Which trial of a results folder went worst: the one to look at first."""
+"""Finds the worst trial of a results folder, the one to look at first."""
 
 from __future__ import annotations
 

@@ -98,14 +98,15 @@ class Observation:
     time_s: start of the cycle, s.
     pose: (3,) estimated x m, y m, yaw rad.
     twist: (2,) measured v m/s, w rad/s, small values set to zero by the controller server.
-    vy_mps: measured velocity to the left, likewise; 0 where the base cannot move sideways.
+    vy_mps: measured velocity to the left, m/s, small values set to zero; 0 where the base cannot
+        move sideways.
     plan: (M, 3) x m, y m, yaw rad: the global plan as Nav2's path handler cut it for this cycle
         (passed poses dropped, ends after the prune distance or where it leaves the costmap).
     plan_id: changes when the navigator hands out a new global plan.
     costmap: the local costmap.
     goal: (3,) last pose of the whole global plan.
     goal_xy_tolerance_m, goal_yaw_tolerance_rad: of the goal checker.
-    goal_xy_reached: what the goal checker's isGoalXYReached says for this pose.
+    goal_xy_reached: the result of the goal checker's isGoalXYReached for this pose.
     speed_limit: None where there is no limit.
     noise_key: names this cycle's random numbers.
     cancel_requested: the navigator wants the controller to come to rest.
@@ -147,7 +148,7 @@ class Decision(NamedTuple):
 
 
 class ControllerError(NavbenchError):
-    """Base of what a controller may raise; `code` is Nav2's FollowPath error code.
+    """Base of the errors that a controller may raise; `code` is Nav2's FollowPath error code.
 
     details: numbers that tell why, kept in the trial's log (such as rejections per critic).
     memory: what the next `step` gets, where the failed cycle changed it; None keeps the old one.
@@ -359,7 +360,7 @@ class GracefulController(Protocol):
     """
 
     def is_at_rest(self, memory: Any) -> bool:
-        """Tells whether a cancelled controller is done, by its memory; it is stepped until then."""
+        """Returns whether a cancelled controller has come to rest; it is stepped until then."""
         ...
 
 

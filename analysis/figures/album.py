@@ -43,7 +43,7 @@ from drake_navbench.logs.results import file_name
 
 
 class FigureChoice(StrEnum):
-    """Which figures are drawn.
+    """The choice of figures to draw.
 
     KEY: those that compare the controllers of a scenario, as SVG. ALL: also the motion of each
     controller, and each figure as PNG too, which takes three times as long.

@@ -14,7 +14,7 @@ from drake_navbench.logs.log import TrialLog
 
 
 class Better(StrEnum):
-    """Which direction of a metric is the good one."""
+    """The direction in which a metric's values are better."""
 
     LOWER = "lower"
     HIGHER = "higher"
@@ -104,8 +104,8 @@ def metric(
 
     unit: as shown in tables, '' for a pure number. better: 'lower', 'higher' or 'neither'.
     name: column name; that of the function if not given. is_repeatable: False for what depends on
-    the machine, such as compute times. title: what people call it. relevant: the largest
-    difference, in the unit, that matters to nobody.
+    the machine, such as compute times. title: its common name. relevant: the largest difference, in
+    the unit, that does not matter.
     """
 
     def decorate(function: Callable[[TrialLog], float]) -> Metric:

@@ -29,7 +29,7 @@ TOGETHER_M = 3.6
 
 
 class PeopleLooks(NamedTuple):
-    """The P people at T looks.
+    """The P people of a trial at T sampled times.
 
     time_s: (T,). gaps_m: (T, P) between footprint and body, inf beyond 5 m. positions_m,
     velocities_mps: (T, P, 2). is_there: (T, P) whether they are in the world. wanted_mps: (P,) how

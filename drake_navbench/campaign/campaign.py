@@ -1,4 +1,4 @@
-"""The table of trials: which there are, who runs them, what comes of them."""
+"""The campaign: the table of all trials of a benchmark, made from a request."""
 
 from __future__ import annotations
 

@@ -194,7 +194,7 @@ def _driven(
 
 
 def _is_folder_of(folder: Path, identity: str) -> bool:
-    """Tells whether this machine has the results folder of the campaign."""
+    """Returns whether this machine has the results folder of the campaign."""
     try:
         return ResultsFolder(folder).read_manifest().get("identity") == identity
     except InputError:

@@ -48,7 +48,7 @@ def terminal(*, quiet: bool = False, stderr: bool = False) -> Console:
 
 
 def _columns_asked() -> bool:
-    """Tells whether COLUMNS gives a width, which rich then takes."""
+    """Returns whether COLUMNS gives a width, which rich then takes."""
     columns = os.environ.get("COLUMNS", "")
     return columns.isdecimal() and int(columns) > 0
 
@@ -144,7 +144,7 @@ def name_lines(name: str) -> str:
 
 
 def fits(console: Console, table: Table) -> bool:
-    """Tells whether a table can be printed with nothing in it wrapped."""
+    """Returns whether a table can be printed with nothing in it wrapped."""
     unlimited = console.options.update(max_width=MAX_WIDTH)
     return Measurement.get(console, unlimited, table).maximum <= console.width
 

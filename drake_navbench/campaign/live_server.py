@@ -98,7 +98,7 @@ class LiveServer:
         self._number += 1
 
     def _answer(self, path: str) -> tuple[str, bytes] | None:
-        """Returns the kind and the content of what is asked for, None where there is no such."""
+        """Returns the media type and the content for a path, None where there is no such file."""
         if path == PAGE_PATH:
             return "text/html; charset=utf-8", self._page
         if path == ICON_PATH:

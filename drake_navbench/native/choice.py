@@ -43,9 +43,10 @@ class Choice:
         }
 
     def without(self, failed: Mapping[str, str]) -> Choice:
-        """Returns the choice without some packages that cannot be built, and what needs them.
+        """Returns the choice without the failed packages and without the packages that need them.
 
-        Raises InputError with the reason where one is needed that was asked for, or none is left.
+        Raises InputError with the reason where an asked package needs one of them, or where no
+        package is left.
         """
         reasons, kept = dict(self.reasons), []
         needed = {name: self.checkout.needed_for([name, *HOST_NEEDS]) for name in self.chosen}

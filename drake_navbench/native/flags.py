@@ -1,8 +1,8 @@
-"""With which flags a checkout is compiled: so that machines agree, or as its packages ask.
+"""The flags with which a checkout is compiled: portable ones, or those that its packages ask for.
 
-Portable flags leave out what only some processors have and contract no products and sums, so that
-every machine computes the same. A package's own flags are what its users run: those of CMake's
-Release, which Nav2's packages are built as, and what its CMakeLists.txt adds.
+Portable flags use no instructions that only some processors have, and fuse no multiplications with
+additions, so that every machine computes the same. A package's own flags are those that its users
+run with: CMake's flags for Release, and the options in its CMakeLists.txt.
 """
 
 from __future__ import annotations
@@ -108,9 +108,9 @@ def flags_of(
     *,
     tell: Callable[[str], None] = lambda line: None,
 ) -> Flags:
-    """Returns the flags of a build of some packages; says which of those asked for are not taken.
+    """Returns the flags of a build of some packages; `tell` names the flags that are not taken.
 
-    Raises InputError where the compiler does not know what the user gives.
+    Raises InputError where the compiler does not know a flag of the user.
     """
     given = tuple(shlex.split(os.environ.get(FLAGS_VARIABLE, "")))
     if given and not compiler.knows(given):

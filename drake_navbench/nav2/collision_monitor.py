@@ -1,4 +1,4 @@
-"""From the collision monitor of a Nav2 file to ours.
+"""Reads the collision monitor of a Nav2 file into our settings.
 
 Source: nav2_collision_monitor, branches humble to lyrical.
 """
@@ -94,12 +94,15 @@ def _fault(reader: NodeReader, name: str) -> str:
 
 
 def _takes_text(release: Release) -> bool:
-    """Tells whether corners are a text, '[[x, y], ...]', and not a list of numbers."""
+    """Returns whether corners are a text, '[[x, y], ...]', and not a list of numbers."""
     return release >= Release.JAZZY
 
 
 def _has_corners(reader: NodeReader, name: str) -> bool:
-    """Tells whether the release reads the corners of a polygon: humble approaches as the robot."""
+    """Returns whether the release reads a polygon's corners.
+
+    For the action 'approach', Humble uses the robot's footprint instead.
+    """
     approaches = reader.node.get(f"{name}.action_type") == "approach"
     return not (approaches and reader.release is Release.HUMBLE)
 

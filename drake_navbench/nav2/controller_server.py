@@ -1,4 +1,4 @@
-"""From the controller server of a Nav2 file to a robot's settings: all but the controllers.
+"""Reads the controller server of a Nav2 file, without its controllers, into a robot's settings.
 
 Missing parameters have Nav2's defaults. Source: nav2_controller.
 """

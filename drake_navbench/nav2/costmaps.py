@@ -1,4 +1,4 @@
-"""From the costmaps of a Nav2 file to ours: grid, layers and filters.
+"""Reads the costmaps of a Nav2 file into our settings: grid, layers and filters.
 
 A parameter that is missing has Nav2's default. Nav2 names layers freely and has any number of each
 type; here a costmap has one layer of a type, but for those that see obstacles. What differs is

@@ -69,7 +69,7 @@ class NodeReader:
 
     @property
     def release(self) -> Release:
-        """Of Nav2."""
+        """The release of Nav2."""
         return self._release
 
     def note(self, status: Status, name: str, remark: str = "") -> None:
@@ -96,12 +96,12 @@ class NodeReader:
         self._rows[row.node, row.parameter] = row
 
     def given(self, name: str) -> bool:
-        """Tells whether the file gives a parameter."""
+        """Returns whether the file gives a parameter."""
         self._known.add(name)
         return name in self._node.parameters
 
     def gives(self, model: type[BaseModel], field: str, name: str) -> bool:
-        """Tells whether the file gives a field of a model that the release reads.
+        """Returns whether the file gives a field of a model that the release reads.
 
         name: of the field in the file. Notes it where the release does not read it.
         """

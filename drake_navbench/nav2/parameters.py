@@ -61,7 +61,7 @@ class Section:
         return "*" in self.name
 
     def is_for(self, node: str) -> bool:
-        """Tells whether the node of this full name gets these parameters."""
+        """Returns whether the node of this full name gets these parameters."""
         parts = re.split(r"(/\*\*|/\*)", self.name)
         pattern = "".join(WILDCARDS.get(part, re.escape(part)) for part in parts)
         return re.fullmatch(pattern, node) is not None

@@ -1,8 +1,8 @@
-"""Which releases of Nav2 read a parameter, and what counts in those that have another default.
+"""The releases of Nav2 that read a parameter, and the releases whose default differs from ours.
 
-Parameters that are not here every release reads, with one default. Held against the parameters
-that the branches humble, iron, jazzy, kilted and lyrical of navigation2 declare. Controllers say
-the same of theirs as READ_FROM and READ_UNTIL.
+Every release reads a parameter that is not listed here, with one default. The lists follow the
+parameters that the branches humble, iron, jazzy, kilted and lyrical of navigation2 declare.
+Controllers have such lists of their own, READ_FROM and READ_UNTIL.
 """
 
 from __future__ import annotations

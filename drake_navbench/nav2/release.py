@@ -210,7 +210,7 @@ def tree_of(release: Release, tree: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def has_node(tree: Mapping[str, Any], node: str) -> bool:
-    """Tells whether a tree, as plain values, has a node of a kind."""
+    """Returns whether a tree, as plain values, has a node of a kind."""
     return tree["node"] == node or any(has_node(child, node) for child in tree.get("children", ()))
 
 

@@ -151,7 +151,7 @@ def read_nav2_files(
     release: str | None = None,
     other_names: Collection[str] = (),
 ) -> Nav2Setup:
-    """Reads Nav2 files and merges them; of two that give a parameter the later one counts.
+    """Reads Nav2 files and merges them; the last file that gives a parameter counts.
 
     base, base_name: the robot for what they do not say. values: for their substitutions. release:
     of Nav2, told by the files' own marks where not given. other_names: values that the files need

@@ -1,4 +1,4 @@
-"""From the layers of a Nav2 file that see obstacles to ours, and what their sensors become.
+"""Reads the layers of a Nav2 file that see obstacles into our settings, with their sensors.
 
 A layer with one scan that marks and clears is the costmap's own obstacle or voxel layer; any other,
 and the second one of a type, a block that names its plugin. What differs is noted. Source:

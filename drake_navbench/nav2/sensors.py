@@ -1,8 +1,8 @@
-"""The sensors that a Nav2 file listens to, and the robot's that they are.
+"""Matches the topics that a Nav2 file listens to with the robot's sensors.
 
-A Nav2 file names topics and says nothing of what sends to them. The robot's scanners are there;
-a depth camera or a lidar of many layers that the robot does not have is put where its lidar is,
-with what its sources tell of its sight and its reach, and looks where their names say.
+A Nav2 file names topics, but not the sensors that send to them. Scans come from the robot's own
+scanners. A depth camera or a lidar of many layers that the robot lacks is added at the position of
+its lidar. The parameters of its sources tell its fields of view and range, their names its yaw.
 """
 
 from __future__ import annotations

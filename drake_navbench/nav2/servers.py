@@ -1,4 +1,4 @@
-"""From the servers of a Nav2 file, but for controllers and costmaps, to a robot's settings.
+"""Reads the servers of a Nav2 file, without controllers and costmaps, into a robot's settings.
 
 Each function takes a node and returns fields of `NavigationSettings`, checked. A parameter that is
 missing has Nav2's default. Sources: nav2_planner, nav2_behaviors, nav2_bt_navigator,

@@ -1,7 +1,7 @@
-"""Finds plugins among the installed entry points: one look-up and one way to fail for every kind.
+"""Finds plugins among the installed entry points, with the same look-up and errors for all kinds.
 
-A plugin is somebody's code, and anything may happen in it. One that is broken is named, with its
-package and what is wrong, and leaves the others alone. Built-in plugins are registered as a user's
+A plugin is code that is not ours and may fail in any way. An error names the broken plugin, its
+package and the fault; the other plugins stay usable. Built-in plugins are registered as a user's
 are, in pyproject.toml, or stand in a table of their kind where nothing else would import them later
 than the kind itself.
 """
@@ -117,7 +117,7 @@ class PluginKind:
     def require_contract(self, loaded: Any, who: str, where: str) -> None:
         """Raises InputError unless what was loaded is a class of this kind.
 
-        who, where: what errors call the plugin, and the class.
+        who, where: the names of the plugin and of the class in errors.
         """
         base = self.base() if self.base is not None else object
         missing = [name for name in self.members if not _has_own(loaded, name, base)]
@@ -218,7 +218,7 @@ def forget_installed() -> None:
 
 
 def _has_own(loaded: Any, member: str, base: type) -> bool:
-    """Tells whether something has a member, and not only that of a base."""
+    """Returns whether something has a member, and not only that of a base."""
     found = getattr(loaded, member, None)
     return hasattr(loaded, member) and (found is None or found is not getattr(base, member, None))
 
@@ -240,7 +240,7 @@ def foreign_plugins() -> Iterator[tuple[str, str, Origin]]:
 
 
 def is_ours(module: str) -> bool:
-    """Tells whether a module belongs to this package, and not to a plugin of others."""
+    """Returns whether a module belongs to this package, and not to a plugin of others."""
     return module.partition(".")[0] == OUR_PACKAGE
 
 

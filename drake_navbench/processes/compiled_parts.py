@@ -1,4 +1,4 @@
-"""Which parts of trials have their kernels compiled, so that no run sees to it again."""
+"""The list of trials' parts whose kernels are compiled, so that no run compiles them again."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
-"""A function called in a process of its own, with bounds on memory and time.
+"""Calls a function in a process of its own, with bounds on memory and time.
 
-For files of strangers whose readers may be led to take both without end. The function takes and
-returns what JSON can hold, and is named `package.module:function`, so that nothing but its own
-module is imported beside it.
+It is for reading files that are not ours: a malicious file may make its reader use both without
+end. Argument and result must be representable in JSON. The function is named
+`package.module:function`, so that the process imports its module alone.
 """
 
 from __future__ import annotations

@@ -15,7 +15,7 @@ CPU_INFO = Path("/proc/cpuinfo")
 def processor_name(cpu_info: Path = CPU_INFO) -> str:
     """Returns the model of the processor, as far as the system tells.
 
-    cpu_info: where Linux tells it.
+    cpu_info: the file in which Linux tells it.
     """
     with suppress(OSError):
         found = re.search(r"^model name\s*: (.+)$", cpu_info.read_text(), re.M)

@@ -35,7 +35,10 @@ class Returned(NamedTuple):
 
 
 class Raised(NamedTuple):
-    """The task's function raised: what a caller tells apart as it was, else a TaskFailed."""
+    """The ending of a task whose function raised.
+
+    error: the exception, if it is of a class that callers distinguish; else a TaskFailed.
+    """
 
     error: NavbenchError
 

@@ -254,9 +254,9 @@ class _Crew:
 class _Worker:
     """A process and the pipe to it, as the caller sees them.
 
-    task: what it was given last. is_idle: whether that has ended. has_begun: whether it has taken
-    it up; what it has not begun another may do. last_task_s: how long its last result took. owner:
-    of all its tasks.
+    task: its latest task. is_idle: whether that task has ended. has_begun: whether the worker has
+    begun it; another worker may do a task that was not begun. last_task_s: the duration of the last
+    task that ended. owner: of all its tasks.
     """
 
     def __init__(self, task: Task) -> None:

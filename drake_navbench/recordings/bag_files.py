@@ -100,7 +100,7 @@ def files_in(folder: Path) -> list[Path]:
 
 
 def is_packed(file: Path) -> bool:
-    """Tells whether a whole file is packed, as rosbag2 does with compression_mode file."""
+    """Returns whether a whole file is packed, as rosbag2 does with compression_mode file."""
     return file.suffix in PACKED
 
 

@@ -78,9 +78,9 @@ class RecordedMotion:
     """The motion of a robot.
 
     time_s: (N,) of the samples, the stamps of `source`. world: the frame of the poses.
-    pose: (N, 3) where the robot was, x m, y m, yaw rad unwrapped; estimated_pose: as its
-    controller was told. twist, measured_twist: (N, 3) v m/s, w rad/s, vy m/s
-    likewise. source: in words.
+    pose: (N, 3) of the base, x m, y m, yaw rad unwrapped. estimated_pose: the same, as its
+    controller got it. twist: (N, 3) v m/s, w rad/s, vy m/s. measured_twist: the same, as its
+    controller got it. source: the source of the poses in words.
     has_truth: whether pose and twist come from a simulator or a tracking system.
     """
 

@@ -67,7 +67,7 @@ def cut_area(corners: Array, height_m: float) -> BaseGeometry:
 
 
 def _is_inside(face: shapely.Polygon, segments: Array) -> bool:
-    """Tells whether a beam along x from within a face crosses an odd number of segments."""
+    """Returns whether a beam along x from within a face crosses an odd number of segments."""
     x, y = shapely.get_coordinates(shapely.point_on_surface(face))[0]
     first, second = segments[:, 0], segments[:, 1]
     spans = (first[:, 1] > y) != (second[:, 1] > y)

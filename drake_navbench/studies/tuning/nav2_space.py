@@ -32,7 +32,7 @@ from drake_navbench.typed_files.typed_yaml import read_text
 class FileSpace(SearchSpace):
     """The searched parameters of a Nav2 file; all others, comments and order stay.
 
-    path, text: of the file. plugin: the controller that drives. robot: for what no file tells.
+    path, text: of the file. plugin: the controller that drives. robot: the name of the base robot.
     """
 
     path: Path

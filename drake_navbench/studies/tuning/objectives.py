@@ -61,7 +61,7 @@ def chosen_objectives(names: Sequence[str]) -> tuple[Objective, ...]:
 
 
 def has_failed(row: Row) -> bool:
-    """Tells whether a trial did not reach its goal."""
+    """Returns whether a trial did not reach its goal."""
     return row["outcome"] != Outcome.SUCCEEDED
 
 

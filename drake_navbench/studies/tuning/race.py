@@ -58,10 +58,10 @@ def evidence_against(own: Array, rival: Array) -> float:
 
 
 def is_dropped(own: Array, rivals: Sequence[Array]) -> bool:
-    """Tells whether a configuration with the differences (N, K) to the baseline is behind.
+    """Returns whether a configuration with the differences (N, K) to the baseline is behind.
 
-    rivals: the differences of every configuration that was driven before, those that were dropped
-    included, as far as they drove: to leave any of them out would be to choose the lucky ones.
+    rivals: the differences of every configuration that was driven before, as far as it drove, also
+    of dropped ones: without these, only the lucky configurations would be left as rivals.
     """
     against_baseline = evidence_against(own, np.zeros_like(own))
     if not rivals:

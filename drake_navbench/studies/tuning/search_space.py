@@ -1,4 +1,4 @@
-"""Which parameters of a controller are searched, between which values."""
+"""The search space of a tuning study: the searched parameters and their ranges."""
 
 from __future__ import annotations
 
@@ -121,7 +121,7 @@ def _require_taken(space: SearchSpace, name: str, value: Any) -> None:
 
 
 def _is_fault_of(error: BaseException | None, name: str) -> bool:
-    """Tells whether a parameter was refused for its own value, not for how it goes with others."""
+    """Returns whether a parameter was refused for its own value, not for a conflict with others."""
     if not isinstance(error, ValidationError):
         return False
     last = name.rpartition(".")[2]

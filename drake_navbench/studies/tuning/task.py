@@ -40,7 +40,7 @@ class TuningTask(FrozenModel):
 
     @property
     def digest(self) -> str:
-        """Tells it from every other task."""
+        """A digest of the task, different for every other task."""
         text = json.dumps(self.model_dump(mode="json"), sort_keys=True)
         return hashlib.sha256(text.encode()).hexdigest()
 
