@@ -1,7 +1,7 @@
-"""What the charts of a page show, as plain numbers that fit into it.
+"""The numbers behind the charts of a page, thinned and rounded so that the page stays small.
 
-The static figures are drawn from the logs themselves; these are thinned and rounded: a millimetre
-and a thousandth of the shown range are less than a pixel.
+The static figures are drawn from the full logs. The numbers here are rounded to a millimetre or to
+a thousandth of the shown range, both less than a pixel.
 """
 
 from __future__ import annotations
@@ -74,7 +74,7 @@ def chart_data(
 
 
 def _walls(log: TrialLog) -> list[list[list[float]]]:
-    """Returns the outlines; of a map with a wall a cell only so many."""
+    """Returns at most about MAX_WALL_COUNT outlines; a map's many cells are thinned out."""
     outlines = obstacle_outlines(log)
     every = max(1, -(-len(outlines) // MAX_WALL_COUNT))
     return [_xy(np.asarray(outline), len(outline)) for outline in outlines[::every]]

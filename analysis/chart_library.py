@@ -25,5 +25,5 @@ def chart_library() -> str:
         texts = [(folder / name).read_text(encoding="utf-8") for name in FILES]
     except OSError:
         return ""
-    # What ends a script within a page must not stand in one.
+    # A script element of a page must not contain the text that ends it.
     return "\n".join(texts).replace("</script", "<\\/script")

@@ -1,4 +1,4 @@
-"""What must be known of the machine to read compute times, in words."""
+"""The sentences of a report about the machine on which compute times were measured."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Any
 
 
 def compute_note(manifest: Mapping[str, Any]) -> str:
-    """Returns what a manifest tells of processor, workers and load; '' where it tells nothing."""
+    """Returns processor, workers and load from a manifest in words; '' if it names no machine."""
     machines = [entry for entry in manifest.get("machines", []) if isinstance(entry, Mapping)]
     if not machines:
         return ""

@@ -35,8 +35,8 @@ OTHER_COLORS = (
 def controller_color(name: str, beside: Iterable[str] = ()) -> str:
     """Returns the colour '#rrggbb' of a column.
 
-    beside: all columns of the results that it belongs to, none of which has the same colour, as
-    long as there are no more than OTHER_COLORS of those that the table does not know.
+    beside: all columns of the results. Each of them has a colour of its own, as long as at most
+    OTHER_COLORS of them are missing in the table of known colours.
     """
     return _colors(frozenset({name, *beside}))[name]
 

@@ -1,4 +1,4 @@
-"""Which trials are set against each other: columns of two tables or of one, tasks of a suite.
+"""Pairs of columns whose trials are compared: of two tables, of one table, or by tasks of a suite.
 
 The tasks of a suite, such as the goals that are drawn on a map, count as one scenario in which each
 task is one pair: trials of one task are not independent of each other.
@@ -36,10 +36,11 @@ class Match(NamedTuple):
 def matches_between(
     before: Sequence[str], after: Sequence[str], asked: Sequence[Match] = ()
 ) -> list[Match]:
-    """Returns which columns of two folders are compared.
+    """Returns the pairs of columns, one of each folder, that are compared.
 
-    Those of equal names; where then each folder has one column left, these two. asked: before all
-    others. Raises InputError where an asked column is not there or is asked for twice.
+    First come the pairs in `asked`, then the columns with equal names. If one column is left in
+    each folder after that, these two are a pair. Raises InputError where a column in `asked` does
+    not exist or occurs twice.
     """
     _require_known([match.old for match in asked], before)
     _require_known([match.new for match in asked], after)
@@ -54,11 +55,15 @@ def matches_between(
 def matches_within(
     columns: Sequence[str], files: Mapping[str, Mapping[str, str]], asked: Sequence[Match] = ()
 ) -> list[Match]:
-    """Returns which columns of one folder are compared.
+    """Returns the pairs of columns of one folder that are compared.
 
-    Those asked for; else, of whole Nav2 files, those of the first file with those of each other one
-    that are the same plugin, or the only ones; else the first column with every other one. files:
-    by alias the columns by plugin. Raises InputError.
+    The first of these rules that gives a pair counts:
+    - `asked` has pairs: these.
+    - The columns come from several whole Nav2 files: a column of the first file with the column of
+      the same plugin in each other file. Two files with one column each need not share the plugin.
+    - Else the first column with every other one.
+    files: for each file's alias its columns by plugin. Raises InputError where a column in `asked`
+    does not exist.
     """
     if asked:
         _require_known([name for match in asked for name in match], columns)
@@ -116,7 +121,7 @@ def contest_of(
             table[table["controller"] == match[side]].assign(controller=match.name)
             for match in matches
         ]
-        # What nobody is set against is told as not compared.
+        # Controllers without a partner are reported as not compared.
         other = set((after, before)[side]["controller"])
         taken = {match[side] for match in matches}
         parts += [

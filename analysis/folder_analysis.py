@@ -42,8 +42,8 @@ DEFAULT_JOBS = 2
 class FolderAnalysis:
     """The analysis of a results folder.
 
-    scenarios: in the order in which they were asked for. figures: what was written. charts: what
-    those of each scenario show that can be touched, see `chart_data`.
+    scenarios: in the order in which the run named them. figures: the figures that were written.
+    charts: the numbers of each scenario's interactive charts, see `chart_data`.
     """
 
     path: Path
@@ -75,7 +75,7 @@ class _ScenarioTask(NamedTuple):
 
     @property
     def name(self) -> str:
-        """Of the folder of the scenario's logs."""
+        """The name of the folder with the scenario's logs."""
         return self.paths[0].parent.parent.name
 
 
@@ -147,10 +147,10 @@ def find_logs(path: Path) -> tuple[Mapping[str, Any], dict[Path, list[Path]]]:
 
 
 def _analyse_apart(tasks: Sequence[_ScenarioTask], jobs: int) -> list[_ScenarioResult]:
-    """Returns the results of `_analyse_scenario`, each from a worker; raises what one raised.
+    """Runs `_analyse_scenario` for each task in workers; returns the results.
 
-    A scenario whose worker was ended is analysed again, then without figures, then left out. What
-    is missing is told as left out.
+    Raises the error that a worker raised. A scenario whose worker was killed is analysed once more,
+    then without figures, then left out. The results list the parts that were left out.
     """
     start_server([__name__])
     first, ended = _analyse_once(tasks, jobs)
@@ -168,7 +168,7 @@ def _analyse_apart(tasks: Sequence[_ScenarioTask], jobs: int) -> list[_ScenarioR
 def _analyse_once(
     tasks: Sequence[_ScenarioTask], jobs: int
 ) -> tuple[list[tuple[_ScenarioTask, _ScenarioResult]], list[tuple[_ScenarioTask, str]]]:
-    """Returns the tasks that have a result, and those whose worker was ended, with how."""
+    """Returns the tasks with their results, and those whose worker was killed, with the reason."""
     results, ended = [], []
     own = {Task(_analyse_scenario, task): task for task in tasks}
     with closing(run_tasks(list(own), jobs=jobs)) as endings:

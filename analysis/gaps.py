@@ -1,8 +1,9 @@
-"""How far one controller is behind another in a metric, over the trials that both share.
+"""Gap between two controllers in one metric, over the trials that both drove.
 
-One is shown to be behind where the whole interval of the paired differences lies beyond what
-matters: beyond 1% of the larger mean and beyond `Metric.relevant`. Two are level where the whole
-interval lies within one of the two. Everything else is not decided.
+Two thresholds say how large a difference matters: 1% of the larger mean, and `Metric.relevant`.
+A controller is shown to be behind if the whole interval of the paired differences lies beyond both
+thresholds. Two controllers are level if the whole interval lies within one of them. Everything else
+is undecided.
 """
 
 from __future__ import annotations
@@ -32,10 +33,10 @@ RELEVANT_RATIO = 0.01
 
 
 class Gap(NamedTuple):
-    """How far one controller is behind the leader.
+    """The gap between one controller and the leader.
 
-    is_shown: by more than matters. is_level: by less than matters. is_ahead: whether the interval
-    of the difference leaves out 0, so that the leader is ahead by however little.
+    is_shown: the gap is larger than both thresholds. is_level: it is smaller than one of them.
+    is_ahead: the interval of the difference leaves out 0, so the leader is ahead by some amount.
     """
 
     comparison: PairedComparison
@@ -76,9 +77,9 @@ def compare_columns(
     repeated: frozenset[str] = frozenset(),
     confidence: float = CONFIDENCE,
 ) -> PairedComparison:
-    """Returns how the second column differs from the first over the seeds (rows).
+    """Returns the paired comparison of column `second` with column `first`; a row is a seed.
 
-    repeated: the controllers whose trials are all the same one; of two such only one pair counts.
+    repeated: the controllers whose trials are all equal. If both are in it, only one pair counts.
     """
     if repeated >= {first, second}:
         values = values.iloc[:1]
@@ -94,7 +95,7 @@ def gap_to(
     once: frozenset[str],
     confidence: float,
 ) -> Gap:
-    """Returns how far a controller is behind the first one of `means`, the leader."""
+    """Returns the gap of controller `other` to the leader, the first one in `means`."""
     leader = means.index[0]
     is_once = once >= {leader, other}
     comparison = compare_columns(values, leader, other, repeated=once, confidence=confidence)
@@ -121,7 +122,7 @@ def gap_to(
 
 
 def _interval(differences: Array, confidence: float) -> Interval:
-    """Returns Student's interval of a mean; of the one pair that there is the value itself."""
+    """Returns Student's interval of the mean; a single difference is its own interval."""
     mean = float(differences.mean())
     if len(differences) == 1:
         return Interval(mean, mean)

@@ -1,4 +1,4 @@
-"""How the HTML pages of a results folder are rendered."""
+"""Renders the HTML pages of a results folder."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def relative_change(ratio: float) -> str:
 
 
 def inline_svg(path: Path) -> str:
-    """Returns a figure as an address that holds all of it, so that a page needs no other file."""
+    """Returns a figure as a data URL, so that the page needs no other file."""
     svg = LONG_DECIMALS.sub(r"\1", path.read_text(encoding="utf-8"))
     # Of what SVG is made of, only these mean something else in an address; base64 is a third more.
     for special in "%#\n":

@@ -1,7 +1,7 @@
-"""What must hold in the log of every trial, whatever the controller does.
+"""Invariants of a trial's log: conditions that hold in every trial, whatever the controller does.
 
-Where one of these does not hold, the robot did not do what its file says that it can, or the log
-is not what happened: a warning, never an error.
+A violated invariant means that the robot exceeded the limits in its file, or that the log does not
+show what happened. It is a warning, never an error.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ Flags = NDArray[np.bool_]
 END_GRACE_S = 0.05
 # Slower than this is at rest.
 REST_MPS, REST_RADPS = 0.01, 0.02
-# What is farther away is not measured, and logged as infinite.
+# Larger clearances are not measured, and logged as infinite.
 CLEARANCE_REACH_M = 5.0
 CLEARANCE_PERIOD_S = 0.05
 # Between two rows the robot may be a little faster than in both.
@@ -43,10 +43,10 @@ class Violation(NamedTuple):
 
 
 def violations_of(log: TrialLog) -> list[Violation]:
-    """Returns what does not hold in a log, at most one entry an invariant, in fixed order.
+    """Returns the violated invariants of a log, at most one entry for each, in fixed order.
 
-    A value that is not a number breaks what is said of it. A trial without samples breaks nothing.
-    Of a recording only what does not rest on a simulation is asked: a real robot rolls on after
+    NaN violates the invariant of its column. A trial without samples violates none. A recording is
+    checked only for the invariants that do not presume a simulation: a real robot rolls on after
     its goal, and its velocities are measured.
     """
     time_s = _column(log, "time_s")
@@ -63,9 +63,9 @@ def violations_of(log: TrialLog) -> list[Violation]:
 
 
 def warnings_of(trials: Iterable[tuple[str, Sequence[Violation]]]) -> list[str]:
-    """Returns a line for every invariant that some trial breaks: how often, and where first.
+    """Returns a line for each violated invariant: number of rows and trials, and the first one.
 
-    trials: the name of each and what does not hold in it.
+    trials: the name of each trial with its violations.
     """
     found: dict[str, list[tuple[str, Violation]]] = {}
     for name, violations in trials:
@@ -110,8 +110,8 @@ def _motion_after_the_end(log: TrialLog) -> Flags:
 def _clearance_jumps(log: TrialLog) -> Flags:
     """Flags rows whose clearance differs from the last sample's by more than the outline moved.
 
-    No distance changes faster than the fastest point of the outline, |v| + |w| times its radius,
-    and the fastest point of what moves.
+    A clearance changes at most as fast as the fastest point of the outline moves, |v| + |w| times
+    its radius, plus the fastest point of any moving obstacle or person.
     """
     time_s = _column(log, "time_s")
     radius_m = float(np.hypot(*outline_of(log).T).max())
@@ -129,7 +129,7 @@ def _clearance_jumps(log: TrialLog) -> Flags:
 
 
 def _somebody_came_or_went(log: TrialLog, time_s: Array) -> Flags:
-    """Flags rows at which somebody of a recording may just have appeared, or disappeared."""
+    """Flags rows at which a person in a recording may have appeared or disappeared."""
     flags: Flags = np.zeros(len(time_s), dtype=bool)
     if log.people is None:
         return flags
@@ -196,7 +196,7 @@ def _untold(log: TrialLog) -> set[str]:
 
 
 class _Limits(NamedTuple):
-    """What the drive of the robot can do, infinite where the log tells no limit."""
+    """Limits of the robot's drive in the base frame; infinite where the log tells no limit."""
 
     forward_mps: float
     backward_mps: float
@@ -247,7 +247,7 @@ def _speed(log: TrialLog) -> Array:
 
 
 def _from_second(flags: Flags) -> Flags:
-    """Returns what is said of every row but the first, as flags of all rows."""
+    """Returns flags of all rows from flags of all rows but the first, whose flag is False."""
     return np.concatenate([[False], flags])
 
 

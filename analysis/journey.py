@@ -1,4 +1,4 @@
-"""How a trial went leg by leg, and what the navigator did when: for trials with a navigator."""
+"""The legs of a trial and the navigator's actions over time; for trials with a navigator."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ class Leg(NamedTuple):
 
 
 class Deed(NamedTuple):
-    """What the navigator did, `count` times in a row from first_s to last_s."""
+    """An action of the navigator, done `count` times in a row from first_s to last_s, s."""
 
     first_s: float
     last_s: float
@@ -84,7 +84,7 @@ def legs_of(log: TrialLog) -> list[Leg]:
 
 
 def deeds_of(log: TrialLog) -> list[Deed]:
-    """Returns what the navigator's actions did, equal deeds in a row as one."""
+    """Returns the navigator's actions in order; equal ones in a row are one entry with a count."""
     told = [(time_s, text) for time_s, event in log.events if (text := _text(event))]
     deeds = []
     for text, group in groupby(told, key=lambda pair: pair[1]):

@@ -1,7 +1,7 @@
-"""The verdict first: who arrives, who touches, who is best at what, and what their weak points are.
+"""The summary at the top of a report: arrivals, touches, the best controllers, their weak points.
 
-Every word rests on a verdict (see `verdicts`) or on outcomes; nothing is said that these do not
-say. Whoever is praised has the weak points in the same sentence.
+Every statement rests on a verdict (see `verdicts`) or on outcomes. A sentence that praises a
+controller also names its weak points.
 """
 
 from __future__ import annotations
@@ -58,8 +58,8 @@ def lead_of(
 ) -> Lead:
     """Returns the verdict on these scenarios, each of which has trials.
 
-    totals: of suites with so many worlds that they are not looked at one by one. descriptions: of
-    the presets, told of those that touched something.
+    totals: those of suites whose worlds are too many to be described one by one. descriptions: the
+    presets' descriptions, of which the summary quotes those of controllers that touched something.
     """
     sentences = [_suite(suite, totals) for suite in dict.fromkeys(t.suite for t in totals)]
     if scenarios:
@@ -77,9 +77,9 @@ def lead_of(
 
 
 def compute_verdict(scenarios: Sequence[ScenarioAnalysis]) -> tuple[Verdict, pd.DataFrame] | None:
-    """Returns who needs the least processor time over the trials of all scenarios, and the means.
+    """Returns the verdict on processor time over all scenarios, and each controller's mean, ms.
 
-    Trials pair by scenario and seed. None where there is nothing to compare.
+    Trials pair by scenario and seed. Returns None where there is nothing to compare.
     """
     trials = _compute_times(scenarios)
     entry = metric_named(COMPUTE)
@@ -98,7 +98,7 @@ def _compute_times(scenarios: Sequence[ScenarioAnalysis]) -> pd.DataFrame:
 
 
 def _suite(suite: str, totals: Sequence[Total]) -> str:
-    """Returns how often each controller arrived and touched something in a suite."""
+    """Returns a sentence on each controller's rate of arrivals and of touches in a suite."""
     own = [t for t in totals if t.suite == suite and t.density == ALL_DENSITIES]
     own.sort(key=lambda total: -total.success.value)
     rates = []
@@ -116,7 +116,7 @@ def _suite(suite: str, totals: Sequence[Total]) -> str:
 
 
 def _arrivals(scenarios: Sequence[ScenarioAnalysis]) -> str:
-    """Returns who reached the goals that can be reached."""
+    """Returns a sentence on the controllers' arrivals, counted where the goal can be reached."""
     possible = [scenario for scenario in scenarios if not scenario.is_impossible]
     if not possible:
         return "Every task here is impossible on purpose: nobody can arrive, and nobody is best."
@@ -156,7 +156,7 @@ def _missed(name: str, missed: int, asked: int) -> str:
 
 
 def _touches(scenarios: Sequence[ScenarioAnalysis], descriptions: Mapping[str, str]) -> list[str]:
-    """Returns who touched something and where, and what their presets say of themselves."""
+    """Returns sentences on each controller that touched something: where, and its description."""
     places: dict[str, list[str]] = {}
     for scenario in scenarios:
         for success in scenario.successes:
@@ -178,7 +178,10 @@ def _touches(scenarios: Sequence[ScenarioAnalysis], descriptions: Mapping[str, s
 def _first_places(
     scenarios: Sequence[ScenarioAnalysis], compute: tuple[Verdict, pd.DataFrame] | None
 ) -> list[str]:
-    """Returns who is best at what and where, each with the weak points, and how sure that is."""
+    """Returns a sentence on each controller that is best in a metric, and one on the certainty.
+
+    A controller's sentence names the metrics, the scenarios and its weak points.
+    """
     contested = [scenario for scenario in scenarios if scenario.anyone_arrived]
     firsts: dict[str, dict[str, list[str]]] = {}
     for scenario in contested:

@@ -1,4 +1,4 @@
-"""The legs of a scenario's trials as a table, where they lead over several floors."""
+"""The table of legs of a scenario whose missions lead over several floors."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from drake_navbench.analysis.scenario_analysis import TrialEntry
 
 
 def legs_table(trials: Sequence[TrialEntry]) -> pd.DataFrame:
-    """Returns a row for each leg that ended, of missions alone: controller, trial, leg from 1 on.
+    """Returns a row for each finished leg of a mission: controller, trial, leg counted from 1.
 
     Then come the fields of `journey.Leg` but for the goal; `lift_s` is the time at the lift.
     """

@@ -1,7 +1,8 @@
-"""A scenario of very many trials: told from the table of trials, few of its logs opened.
+"""Reads a scenario of very many trials from the table of trials, and opens few of its logs.
 
-Its rows come from trials.parquet; logs are opened for what the table does not hold: the paths and
-curves of the first trials of each controller, why a metric has no value, what broke an invariant.
+The rows come from trials.parquet. Logs are opened only for data that the table lacks: the paths and
+curves of each controller's first trials, the reason why a metric has no value, and violations of
+invariants.
 """
 
 from __future__ import annotations
@@ -34,7 +35,7 @@ IDENTITY = ("suite", "density", "scenario", "controller", "trial", "seed", "outc
 
 
 def has_many(paths: Sequence[Path]) -> bool:
-    """Tells whether a scenario of these logs is told from the table of trials."""
+    """Returns whether a scenario has so many logs that it is read from the table of trials."""
     return len(paths) > MOST_LOGS_OPENED
 
 
@@ -72,10 +73,10 @@ def _by_path(folder: ResultsFolder, table: pd.DataFrame) -> dict[Path, Mapping[s
 def read_some_trials(
     paths: Sequence[Path], root: Path, rows: KnownValues
 ) -> tuple[list[TrialLog], list[TrialEntry], list[LeftOut]]:
-    """Returns what `read_trials` does, but only the logs that are drawn.
+    """Returns the same as `read_trials`, except that it returns only the logs that are drawn.
 
-    rows: as from `rows_of_table`. A log without a row is opened and measured; one at a time is in
-    memory.
+    rows: as from `rows_of_table`. A log without a row is opened and measured. Of the logs that are
+    not drawn, only one at a time is in memory.
     """
     by_controller: dict[Path, list[Path]] = {}
     for path in paths:

@@ -1,4 +1,4 @@
-"""What moved in a trial besides its robot, as its log tells it."""
+"""The moving obstacles and people of a trial, read from its log."""
 
 from __future__ import annotations
 
@@ -29,12 +29,12 @@ MOMENT_S = 1e-3
 
 
 class Movers(NamedTuple):
-    """All B bodies that moved.
+    """The B moving bodies of a trial: first the moving obstacles, then the people.
 
-    things: those that move on given ways. people: those who walk. names: of each, things, then
-    people. outlines: (K, 2) corners of each in its own frame, m. bodies: the same as edges and
-    discs. tracks: their ways; who is not in the world is at FAR_AWAY_M. top_speed_mps: what no
-    point of any is faster than.
+    things: the obstacles that move on given ways. people: the people, who walk. names: (B,).
+    outlines: the corners (K, 2) of each body in its own frame, m. bodies: the same shapes as edges
+    and discs. tracks: the poses of each body over time; a body that is not in the world is at
+    FAR_AWAY_M. top_speed_mps: an upper bound on the speed of every point of every body.
     """
 
     things: MovingObstacles
@@ -47,12 +47,12 @@ class Movers(NamedTuple):
 
     @property
     def body_count(self) -> int:
-        """How many there are."""
+        """The number of moving obstacles and people."""
         return self.tracks.count
 
     @property
     def reaches_m(self) -> Array:
-        """(B,) how far each outline reaches from its origin, m."""
+        """(B,) the largest distance of each outline from the origin of its frame, m."""
         return np.array([np.hypot(*outline.T).max() for outline in self.outlines])
 
     def poses_at(self, time_s: Array) -> Array:
@@ -61,7 +61,7 @@ class Movers(NamedTuple):
         return np.array(poses).reshape(len(time_s), self.body_count, 3)
 
     def rates_between(self, poses: Array, later: Array, duration_s: float) -> Array:
-        """Returns (T, B, 3) the rates between poses (T, B, 3), 0 of who was not there all along."""
+        """Returns the mean rates (T, B, 3) between poses (T, B, 3); 0 for a body that is absent."""
         rates = (later - poses) / duration_s
         rates[~(is_there(poses) & is_there(later))] = 0.0
         return rates
@@ -75,7 +75,7 @@ def is_there(poses: Array) -> NDArray[np.bool_]:
 # One log is measured at a time, by several metrics in turn; a log does not change.
 @lru_cache(maxsize=1)
 def movers_of(log: TrialLog) -> Movers:
-    """Returns what moved; nothing in logs in which nothing did."""
+    """Returns the moving obstacles and people of a trial; an empty record where there were none."""
     described = log.info["scenario"]["world"].get("moving_obstacles", [])
     things = MovingObstacles(tuple(TypeAdapter(list[MovingObstacle]).validate_python(described)))
     people = _people_of(log)
@@ -107,7 +107,7 @@ def _people_of(log: TrialLog) -> WalkingPeople | RecordedPeople:
 
 
 def _top_speed_mps(people: WalkingPeople | RecordedPeople, logged: LoggedPeople) -> float:
-    """Returns what nobody is faster than: of a recording what nobody was, m/s."""
+    """Returns an upper bound on the people's speed, m/s; of a recording the largest speed in it."""
     if isinstance(people, WalkingPeople):
         return people.top_speed_mps
     steps_m = np.hypot(*np.moveaxis(np.diff(logged.poses[..., :2], axis=0), -1, 0))
@@ -118,7 +118,8 @@ def _top_speed_mps(people: WalkingPeople | RecordedPeople, logged: LoggedPeople)
 def _rows(people: LoggedPeople) -> list[Array]:
     """Returns (T, 4) time s, x m, y m, yaw rad of each person.
 
-    Who is not there is far away, and gets there in no time, a moment beside the sample.
+    A person who is not in the world is far away. The jump from there to the first pose takes place
+    within a moment beside the sample.
     """
     tracks = []
     for index in range(people.person_count):

@@ -1,4 +1,4 @@
-"""How numbers are written for a reader: in the report and in the terminal's tables."""
+"""Formats numbers for the report and for the terminal's tables."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def typeset(unit: str) -> str:
 
 
 def number(value: float | None, digits: int = DIGITS) -> str:
-    """Returns a value with so many significant digits, a dash where it is undefined."""
+    """Returns a value with `digits` significant digits, a dash where it is undefined."""
     if value is None or not math.isfinite(value):
         return EMPTY
     if abs(value) < ROUNDING:

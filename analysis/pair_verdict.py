@@ -1,7 +1,7 @@
-"""What a comparison of two columns comes to, in words: better, worse, both, or not shown.
+"""The verdict on two compared columns in words: better, worse, both, or not shown.
 
-It is said by the findings of `paired_tests` alone: by those that are decided, among the outcomes
-and the listed metrics.
+It rests on the decided findings of `paired_tests` alone, and of these on the outcomes and the
+listed metrics.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from drake_navbench.analysis.paired_tests import (
     judge_pairs,
 )
 
-# What a quantity is called where it became better or worse.
+# The words for a quantity that became better or worse.
 WORDS = {
     SUCCESS: "arrivals",
     TOUCH: "touches",
@@ -116,7 +116,7 @@ def _named(findings: Sequence[Finding]) -> str:
 
 
 def _needed(findings: Sequence[Finding]) -> str:
-    """Returns what the trials came to, and how many would decide the largest loss or gain."""
+    """Returns the largest undecided difference, and the number of pairs that would decide it."""
     open_ones = in_order(f for f in findings if f.verdict is Verdict.UNDECIDED)
     if not open_ones:
         return ": what differs is too small to matter"

@@ -1,9 +1,9 @@
-"""What became better or worse between two tables of trials: by pairs, exactly, and corrected.
+"""Paired tests of two tables of trials, corrected for the number of tests.
 
-Three families of tests are corrected for their number, each for itself: outcomes (arrivals and
-touches, by the exact sign test), the metrics that are listed, and all others (by Wilcoxon's test).
-If two programs drive alike but for noise, any change at all is reported with at most the
-probability `ALARM_RATE`, the sum of the families' own.
+There are three families of tests: outcomes (arrivals and touches, by the exact sign test), the
+listed metrics, and all other metrics (both by Wilcoxon's test). Each family is corrected for the
+number of its own tests. If two programs differ by noise only, the probability that any change is
+reported is at most `ALARM_RATE`, the sum of the rates of the three families.
 """
 
 from __future__ import annotations
@@ -130,12 +130,12 @@ class Finding(NamedTuple):
 
     @property
     def fewest_differing(self) -> int:
-        """How many pairs must differ, all in one direction, before this test can be decided."""
+        """The least number of pairs, all differing in one direction, that can decide this test."""
         return fewest_differing(self.level)
 
     @property
     def trials_needed(self) -> int | None:
-        """How many trials would decide a difference of this size; None where nobody can say."""
+        """The number of trials that would decide a difference of this size; None if unknown."""
         found = self.comparison
         if not found.difference or self.is_one_trial:
             return None
@@ -172,12 +172,12 @@ class Judged(NamedTuple):
 
     @property
     def new_failures(self) -> list[LostTrial]:
-        """The lost trials of controllers and scenarios in which none was lost before."""
+        """The lost trials of each controller and scenario that had no lost trial in the base."""
         return [trial for trial in self.lost if not trial.base_fails]
 
     @property
     def undecided_losses(self) -> list[Finding]:
-        """More touches or fewer arrivals than before, by too few trials to tell."""
+        """The findings of more touches or fewer arrivals whose trials are too few to decide."""
         return [
             finding
             for finding in self.of(Verdict.UNDECIDED)
@@ -185,7 +185,7 @@ class Judged(NamedTuple):
         ]
 
     def tests(self, family: Family) -> int:
-        """Returns how many tests of a family have a p-value."""
+        """Returns the number of tests of a family that have a p-value."""
         own = (f for f in self.findings if f.quantity.family is family)
         return sum(math.isfinite(finding.p_value) for finding in own)
 
@@ -240,7 +240,7 @@ def in_order(findings: Iterable[Finding]) -> list[Finding]:
 
 
 def fewest_differing(level: float) -> int:
-    """Returns how many pairs, all with one sign, have a p-value of at most this level."""
+    """Returns the least number of pairs, all with one sign, whose p-value is at most `level`."""
     count = max(math.ceil(1.0 - math.log2(level)), 1)
     return count if smallest_p_value(count, 1) <= level else count + 1
 

@@ -1,4 +1,4 @@
-"""What paired tests say, as sentences and rows of tables."""
+"""Writes the results of paired tests as sentences and as rows of tables."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def sentence(finding: Finding) -> str:
 
 
 def undecided_sentence(finding: Finding) -> str:
-    """Returns a finding that is not decided as one line, with what would decide it."""
+    """Returns one line on an undecided finding, with the number of trials that would decide it."""
     fewest, needed = finding.fewest_differing, finding.trials_needed
     text = f"{sentence(finding)}; a decision needs at least {fewest} pairs that differ one way"
     if needed is not None:
@@ -74,7 +74,10 @@ def cells_text(cells: Iterable[tuple[str, str, str]]) -> str:
 
 
 def equal_text(judged: Judged) -> str:
-    """Returns how many pairs are equal, and which cells are in every trial."""
+    """Returns a sentence with the number of equal pairs and the cells whose trials are all equal.
+
+    Two trials are equal if their outcome and all their metrics are.
+    """
     text = f"{judged.equal} of {judged.pairs} pairs of trials are equal in outcome and all metrics"
     if judged.equal_cells:
         text += f"; equal in every trial: {cells_text(judged.equal_cells)}"

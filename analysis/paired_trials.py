@@ -17,15 +17,15 @@ from drake_navbench.logs.log import Outcome
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
-# What a trial of one table shares with its partner in the other.
+# The columns in which a trial and its partner in the other table are equal.
 IDENTITY = ["scenario", "controller", "seed"]
 
 
 class Contest(NamedTuple):
     """Two tables of trials, one row a trial: IDENTITY, `outcome` and the metrics.
 
-    before, after: the base and what is judged. label: tells several contests apart that are judged
-    together.
+    before: the base. after: the trials that are judged against it. label: distinguishes several
+    contests that are judged together.
     """
 
     before: pd.DataFrame

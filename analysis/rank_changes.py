@@ -1,9 +1,9 @@
-"""How the order of the controllers changes from a clean scenario to a harsher one of it.
+"""Changes of the controllers' ranks from a scenario to a harsher variant of it.
 
-A controller's rank in a scenario is one more than the number of controllers that beat it there:
-that reach the goal in more trials, or in as many and are quicker by more than RELEVANT_RATIO in the
-mean over the trials that arrive. Intervals are of a bootstrap over the seeds, the same seeds drawn
-in both scenarios: that keeps the trials paired.
+A controller's rank in a scenario is 1 + the number of controllers that beat it there. One beats
+another if it reaches the goal in more trials, or in as many trials and faster: its mean time over
+the trials that arrive is shorter by more than RELEVANT_RATIO. The intervals come from a bootstrap
+over the seeds. Each resample draws the same seeds in both scenarios, so that trials stay paired.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ MIN_SEEDS = 2
 
 
 class Placing(NamedTuple):
-    """Where a controller stands in a scenario; interval: of the rank, 95%."""
+    """The rank of a controller in a scenario, with its 95% interval."""
 
     arrived: int
     trials: int
@@ -83,11 +83,11 @@ class MeanRankChange(NamedTuple):
 def mean_rank_changes(
     trials: pd.DataFrame, scenarios: Sequence[str], others: Sequence[str]
 ) -> list[MeanRankChange]:
-    """Returns how each controller's mean rank changes from some scenarios to others.
+    """Returns the change of each controller's mean rank from `scenarios` to `others`.
 
-    trials: rows as in trials.parquet. Counted are the controllers that drove in all of them. Each
-    scenario has seeds of its own, so the interval is of a bootstrap over those of each. Empty where
-    there are no such controllers, or a scenario has no seed that all of them drove.
+    trials: rows as in trials.parquet. Only controllers that drove in all these scenarios count.
+    Each scenario has its own seeds, so the bootstrap draws seeds in each scenario separately. The
+    result is empty if no controller counts, or if a scenario has no seed that all of them drove.
     """
     names = [*scenarios, *others]
     driven = trials[trials["scenario"].isin(names)]
@@ -198,7 +198,10 @@ def _changes(trials: pd.DataFrame, clean: str, scenario: str) -> list[RankChange
 
 
 def _by_seed(rows: pd.DataFrame, controllers: list[str]) -> tuple[pd.DataFrame, pd.DataFrame]:
-    """Returns who arrived, 0 or 1, and the times of those that did: a row a seed."""
+    """Returns two tables, a row a seed and a column a controller: arrivals (0 or 1) and times, s.
+
+    The time of a trial that did not arrive is NaN.
+    """
     rows = rows.assign(arrived=(~is_failed(rows)).astype(float))
     rows["time"] = rows["time_to_goal_s"].where(rows["arrived"] > 0.0)
     tables = [
@@ -223,7 +226,7 @@ def _ranks(
     count = known.sum(axis=2)
     total = np.where(known, times[:, drawn], 0.0).sum(axis=2)
     mean = np.divide(total, count, out=np.full(total.shape, np.inf), where=count > 0)
-    # Axes: scenario, draw, who may be beaten, by whom.
+    # Axes: scenario, draw, the controller that may be beaten, the one that may beat it.
     own_share, other_share = share[..., :, None], share[..., None, :]
     own_time, other_time = mean[..., :, None], mean[..., None, :]
     is_quicker = other_time < own_time * (1.0 - RELEVANT_RATIO)

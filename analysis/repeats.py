@@ -1,4 +1,4 @@
-"""Trials that are one trial several times: nothing random entered them, so they count once."""
+"""Trials without randomness: all trials of a controller are then equal and count as one."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import pandas as pd
 
 from drake_navbench.analysis.metrics.registry import unrepeatable_names
 
-# What tells two trials apart that are otherwise one.
+# The columns in which two trials differ even if they are equal in everything else.
 NUMBERING = ("trial", "seed")
 
 

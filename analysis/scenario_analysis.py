@@ -1,4 +1,4 @@
-"""All that is computed of one scenario of a results folder: rows, intervals, words, figures."""
+"""The analysis of one scenario of a results folder: rows, intervals, sentences, figures."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ from drake_navbench.analysis.verdicts import (
 from drake_navbench.errors import InputError
 from drake_navbench.logs.log import Outcome, TrialLog
 
-# What a first look needs; the tables hold the rest.
+# The metrics for a first look; the tables hold the others.
 HEADLINE_METRICS = (
     "time_to_goal_s",
     "driven_length_m",
@@ -51,7 +51,7 @@ HEADLINE_METRICS = (
 )
 
 
-# What was measured already: path of a log -> metric -> value.
+# Values measured before: path of a log -> metric -> value.
 KnownValues = Mapping[Path, Mapping[str, Any]]
 
 
@@ -86,10 +86,10 @@ class Cell(NamedTuple):
 
 
 class Success(NamedTuple):
-    """How often a controller reached the goal, with Wilson's interval of the share.
+    """The number of a controller's trials that reached the goal; Wilson's interval of the share.
 
-    is_one_trial: whether all its trials are the same one, so that the interval says nothing.
-    touched: how many of the trials ended at a contact.
+    is_one_trial: whether all its trials are equal, so that the interval says nothing. touched: the
+    number of trials that ended at a contact.
     """
 
     controller: str
@@ -120,9 +120,9 @@ class ScenarioAnalysis:
     """The analysis of a scenario, in plain values.
 
     description: the scenario file's. is_impossible: whether its task is meant to be given up.
-    clean_scenario: the one of which it is a harsher one, '' where there is none.
-    is_told_by_totals: whether it is one of so many worlds that only their totals are told.
-    drawn: of how many trials the logs were kept to be drawn; the others are in the table alone.
+    clean_scenario: the scenario of which this is a harsher variant, '' where there is none.
+    is_told_by_totals: whether its suite has so many worlds that the report shows their totals only.
+    drawn: the number of trials whose logs are drawn; the others are in the table alone.
     """
 
     scenario: str

@@ -131,10 +131,11 @@ def share_interval(share: float, count: int) -> Interval:
 def paired_comparison(
     first: pd.Series, second: pd.Series, *, confidence: float = CONFIDENCE
 ) -> PairedComparison:
-    """Returns how `second` differs from `first`, both indexed by what pairs them.
+    """Returns the paired comparison of `second` with `first`; equal index values make a pair.
 
-    The interval is Student's: honest for few pairs, where a bootstrap is too narrow. Differences
-    up to ROUNDING count as 0: repeated exactly, rounding would be the surest of all results.
+    The interval is Student's, since a bootstrap is too narrow for few pairs. Differences up to
+    ROUNDING count as 0: a rounding error that repeats exactly would have an interval of width 0 and
+    so seem certain.
     """
     return compare_differences((second - first).to_numpy(dtype=float), confidence=confidence)
 
@@ -184,7 +185,7 @@ def signed_rank_p_value(differences: Array) -> float:
 
 
 def signed_ranks(differences: Array) -> Array:
-    """Returns the ranks of the sizes of what is not 0, with the signs, in rising order."""
+    """Returns the signed ranks of |differences| without zeros, in rising order."""
     differences = differences[differences != 0.0]
     if len(differences) == 0:
         return differences
@@ -217,8 +218,8 @@ def _p_value_of_ranks(own_ranks: tuple[float, ...]) -> float:
 def smallest_p_value(pairs: int, comparisons: int) -> float:
     """Returns the smallest p-value that Wilcoxon's two-sided test can give after Holm's correction.
 
-    pairs: none of which is equal; all differences of one sign have 2 of the 2^pairs signs.
-    comparisons: how many tests are corrected together.
+    pairs: the number of pairs with a difference. Of their 2^pairs combinations of signs, 2 have all
+    signs equal, so that p >= 2 / 2^pairs. comparisons: the number of tests corrected together.
     """
     return min(comparisons * 2.0 ** (1 - pairs), 1.0)
 
@@ -268,10 +269,10 @@ def holm(p_values: ArrayLike, smallest: ArrayLike | None = None) -> Array:
 
 
 def trials_needed(sd: float, difference: float, *, confidence: float = CONFIDENCE) -> int:
-    """Returns how many pairs show a mean difference with 80% power (two-sided paired t-test).
+    """Returns the number of pairs that show a mean difference with 80% power.
 
-    sd: of the paired differences. confidence: of the interval that shall exclude zero. At least 2,
-    at most MAX_TRIALS_NEEDED.
+    The test is a two-sided paired t-test. sd: of the paired differences. confidence: of the
+    interval that shall exclude zero. The number is at least 2, at most MAX_TRIALS_NEEDED.
     """
     if not (sd >= 0.0 and difference > 0.0):
         raise ValueError(f"expected sd >= 0 and difference > 0, got {sd} and {difference}")
@@ -302,9 +303,10 @@ def detectable_difference(sd: float, pairs: int, level: float) -> float:
 
 
 def pareto_front(costs: Array) -> NDArray[np.bool_]:
-    """Returns which rows of (N, K) costs, lower is better, no other row beats in all columns.
+    """Returns flags (N,) of the rows on the Pareto front of costs (N, K); lower is better.
 
-    A row with NaN is not on the front and beats none.
+    A row is on the front unless another row is no worse in any column and better in one. A row with
+    NaN is not on the front and keeps no other row off it.
     """
     known = np.all(np.isfinite(costs), axis=1)
     no_worse = np.all(costs[:, None, :] <= costs[None, :, :], axis=2)

@@ -46,7 +46,7 @@ MOST_CELLS_PER_POINT = 4
 
 
 class Steepness(NamedTuple):
-    """A metric along a field: the slope of each controller, and which of them differ."""
+    """The slopes of a metric over a field, one a controller, and the slopes that differ."""
 
     metric: str
     unit: str

@@ -1,4 +1,4 @@
-"""How the metrics answer to the fields of a sweep: one long table, responses, slopes."""
+"""Effect of a sweep's fields on the metrics: the long table, the responses, the slopes."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class Response(NamedTuple):
 
 
 class Slope(NamedTuple):
-    """How much a metric changes for one unit of a field: mean over the seeds, 95% interval."""
+    """Change of a metric for one unit of a field: mean over the seeds and its 95% interval."""
 
     controller: str
     mean: float
@@ -45,9 +45,10 @@ class Slope(NamedTuple):
 
 
 class SlopeDifference(NamedTuple):
-    """How much steeper `second` is than `first`, paired by seed; p_value: Wilcoxon's, after Holm.
+    """The slope of `second` minus that of `first`, paired by seed.
 
-    is_apart: whether the 95% interval leaves out 0.
+    p_value: of Wilcoxon's test, corrected after Holm. is_apart: whether the 95% interval leaves
+    out 0.
     """
 
     first: str
@@ -88,7 +89,7 @@ def swept_fields(sweep: Mapping[str, Mapping[str, Any]]) -> list[str]:
 
 
 def is_numeric(table: pd.DataFrame, field: str) -> bool:
-    """Tells whether all values of a field are numbers, so that there is a slope along it."""
+    """Returns whether all values of a field are numbers, so that there is a slope along it."""
     known = table[field].dropna()
     return all(isinstance(v, (int, float)) and not isinstance(v, bool) for v in known)
 
@@ -171,9 +172,10 @@ def slopes(table: pd.DataFrame, field: str, metric: str) -> list[Slope]:
 
 
 def slope_differences(table: pd.DataFrame, field: str, metric: str) -> list[SlopeDifference]:
-    """Returns how the slopes of each two controllers differ, paired by seed, in one scenario.
+    """Returns the difference of slopes of each two controllers in one scenario, paired by seed.
 
-    The intervals hold together: each is at 1 - 0.05 / (number of pairs), after Bonferroni.
+    The intervals hold together with 95% confidence. Each of them has the confidence
+    1 - 0.05 / (number of pairs of controllers), after Bonferroni.
     """
     each = {name: seed_slopes(rows, field, metric) for name, rows in _by_controller(table, field)}
     pairs = list(combinations((name for name, found in each.items() if len(found) > 1), 2))

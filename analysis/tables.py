@@ -34,10 +34,10 @@ PRINTED = (
 
 
 def trial_row(log: TrialLog) -> dict[str, Any]:
-    """Returns what trials.parquet holds of a trial: who and how it ended, then every metric.
+    """Returns the row of trials.parquet for a trial: its identity, its outcome, then every metric.
 
-    A metric without a value for this trial is NaN. Last comes at how many rows of the log something
-    did not hold that must hold in every trial (see analysis.invariants).
+    A metric without a value for this trial is NaN. The last entry is the number of violations of
+    `analysis.invariants`, summed over the rows of the log.
     """
     row = trial_identity(log)
     row.update({name: measured.value for name, measured in measure_all(log).items()})
@@ -126,7 +126,10 @@ def metrics_table(trials: pd.DataFrame, scenario: str, names: Sequence[str]) -> 
 
 
 def best_of(trials: pd.DataFrame, scenario: str, names: Sequence[str]) -> dict[str, str]:
-    """Returns who is shown to be best in these metrics, by metric; nobody where it is not shown."""
+    """Returns for each of these metrics the controller that is shown to be best.
+
+    A metric in which no controller is shown to be best is left out.
+    """
     own = trials[trials["scenario"] == scenario]
     counted = comparable_trials(own, [name for name in names if name in own])
     has_arrival = bool((own["outcome"] == Outcome.SUCCEEDED).any())
@@ -148,7 +151,7 @@ def best_of(trials: pd.DataFrame, scenario: str, names: Sequence[str]) -> dict[s
 
 
 def table_to_markdown(table: pd.DataFrame) -> str:
-    """Returns a Markdown table of a frame with (metric, unit) rows; what is undefined is a dash."""
+    """Returns a Markdown table of a frame with (metric, unit) rows; NaN becomes a dash."""
     header = ["metric", "unit", *map(str, table.columns)]
     lines = [_markdown_row(header), _markdown_row(["---", "---", *["---:"] * len(table.columns)])]
     for (name, unit), cells in table.iterrows():

@@ -1,4 +1,4 @@
-"""What is said of one scenario: who arrives, who touches, who is best, with the weak points."""
+"""The summary of one scenario: arrivals, touches, the best controllers and their weak points."""
 
 from __future__ import annotations
 
@@ -19,7 +19,8 @@ from drake_navbench.analysis.verdicts import comparable_trials
 from drake_navbench.analysis.weak_points import DIGITS, WeakPoint, weak_point, worst_of
 from drake_navbench.logs.log import Outcome
 
-# What the best one in a metric is; the other headline metrics say much the same as one of these.
+# By metric the word for its best controller; the other headline metrics say much the same as one of
+# these.
 SUPERLATIVES = {
     "time_to_goal_s": "quickest",
     "min_clearance_m": "farthest from obstacles",
@@ -28,7 +29,7 @@ SUPERLATIVES = {
 }
 # Compared over the trials of all scenarios: what a cycle costs is no matter of the task.
 COMPUTE = "compute_cpu_time_p95_ms"
-# What a controller with a weak point has more of, or less of, than the best.
+# By metric the quantity of which a controller with a weak point has more, or less, than the best.
 QUANTITIES = {
     "time_to_goal_s": "time",
     "min_clearance_m": "smallest clearance",
@@ -39,7 +40,7 @@ QUANTITIES = {
 
 
 def task_sentence(scenario: ScenarioAnalysis) -> str:
-    """Returns a scenario's line: who arrives, who touches, who is best at what."""
+    """Returns a scenario's line: arrivals, touches, and the best controllers by metric."""
     if scenario.is_impossible:
         return _impossible(scenario)
     successes = scenario.successes
@@ -111,7 +112,7 @@ def _impossible(scenario: ScenarioAnalysis) -> str:
 
 
 def best_ones(scenario: ScenarioAnalysis) -> dict[str, str]:
-    """Returns who is shown to be best in the metrics of which a word is said: metric -> name."""
+    """Returns for each metric of SUPERLATIVES the controller that is shown to be best in it."""
     found = {v.metric: v.best for v in scenario.verdicts if v.best}
     return {metric: str(found[metric]) for metric in SUPERLATIVES if metric in found}
 
@@ -127,7 +128,7 @@ def weak_points(name: str, scenario: ScenarioAnalysis) -> list[WeakPoint]:
 
 
 def in_words(points: Sequence[WeakPoint], *, tells_where: bool) -> str:
-    """Returns how a sentence that praises a controller ends: with its weak points."""
+    """Returns the clause that ends a sentence of praise with the controller's weak points."""
     if not points:
         return ", and is nowhere shown to be 10% behind another controller"
     return f", but has {listed(point.in_words(tells_where=tells_where) for point in points)}"

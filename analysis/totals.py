@@ -1,8 +1,8 @@
 """Totals over the many worlds of a suite: success, collisions and score, with intervals.
 
-A world counts once, however many trials it has: trials of one world are not independent of each
-other, and where nothing is random they are the same one. What is told of a suite is the mean over
-its worlds of each world's own mean.
+Each world counts once, however many trials it has: trials in one world are not independent, and
+without randomness they are equal. The value of a suite is the mean over its worlds of each world's
+own mean.
 """
 
 from __future__ import annotations
@@ -25,12 +25,12 @@ from drake_navbench.analysis.statistics import (
 from drake_navbench.csv_text import csv_text
 from drake_navbench.logs.log import Outcome
 
-# Suites of more worlds than these are told by their totals alone: nobody reads 300 tables.
+# The report shows a suite with more worlds by its totals alone: nobody reads 300 tables.
 MAX_WORLDS_ONE_BY_ONE = 8
 SCORE = "barn_score"
 BEST_SCORE = 0.5
 ALL_DENSITIES = ""
-# What is compared between two controllers, by its name in the tables.
+# The quantities that are compared between two controllers, by their names in the tables.
 COMPARED = ("success", "collision", "score")
 
 
@@ -75,12 +75,12 @@ class Difference(NamedTuple):
 
     @property
     def is_shown(self) -> bool:
-        """Whether the interval leaves out that there is no difference."""
+        """Whether the interval of the difference leaves out 0."""
         return self.comparison.interval.excludes(0.0)
 
 
 def told_by_totals(suites: Mapping[str, str]) -> frozenset[str]:
-    """Returns the scenarios of suites that are too large to be told one by one.
+    """Returns the scenarios of suites that are too large for the report to show one by one.
 
     suites: of each scenario, '' where it is in none.
     """

@@ -1,4 +1,4 @@
-"""tuning.html: what a search of parameters found, and what is left of it on fresh seeds."""
+"""tuning.html: the results of a tuning study, and their validation on fresh seeds."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ FIGURES = Path("figures") / "tuning"
 PERCENT = 100.0
 # Parts of a front point's judgement, with what they are called on the page.
 PARTS = {"fresh": "fresh seeds", "held_out": "held-out scenarios"}
-# Where nothing but touches is looked at.
+# The scenarios in which only touches count, in words.
 GUARDS = {"closed_way": "a closed way", "random_worlds": "random worlds"}
 
 

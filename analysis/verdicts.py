@@ -1,6 +1,6 @@
-"""Which controller is best at what, in words, and only where the intervals support it.
+"""Verdicts in words: the best controller in a metric, where the intervals support it.
 
-What counts as being behind, and as being level, stands in `gaps`.
+`gaps` defines when a controller is behind another, and when two are level.
 """
 
 from __future__ import annotations
@@ -65,12 +65,12 @@ class Verdict(NamedTuple):
 
 
 def is_failed(trials: pd.DataFrame) -> pd.Series:
-    """Returns which trials did not reach their goal."""
+    """Returns for each trial whether it did not reach its goal."""
     return trials["outcome"] != Outcome.SUCCEEDED
 
 
 def touch_counts(trials: pd.DataFrame) -> dict[str, int]:
-    """Returns in how many trials each controller touched something, those that did."""
+    """Returns the number of trials with a touch by controller; those without any are left out."""
     touched = trials.loc[trials["outcome"] == Outcome.COLLIDED, "controller"]
     return {str(name): int(count) for name, count in touched.value_counts(sort=False).items()}
 
@@ -103,7 +103,7 @@ def verdict(
     """Returns the verdict on a metric; None where there is nothing to compare.
 
     The metric needs a good direction and a value for at least two controllers. anyone_arrived:
-    whether a trial of the scenario reached its goal; else nobody is best, whatever the values.
+    whether a trial of the scenario reached its goal; else no controller is best.
     repeated: the controllers whose trials are all the same one. touches: as from `touch_counts`;
     who touched something is not best.
     """
@@ -188,7 +188,7 @@ def _undecided(
     if gaps[nearest].is_ahead:
         text += f", which may be less than {_number(bar, entry.unit)}"
         text += f" ({RELEVANT_RATIO:.0%})" if bar > entry.relevant else ""
-    # What has to be shown is the part of the difference beyond the bar.
+    # The part of the difference beyond the bar must be shown.
     sign = 1.0 if entry.better is Better.LOWER else -1.0
     excess = sign * found.difference - bar
     if found.pairs > 1 and excess > 0.0:

@@ -1,4 +1,4 @@
-"""In what a controller is shown to be behind the best one, and by how much, in words."""
+"""A controller's weak points: the metrics in which it is shown to be behind the best, in words."""
 
 from __future__ import annotations
 
@@ -21,8 +21,9 @@ MOST_TOLD = 2
 class WeakPoint(NamedTuple):
     """One metric of one scenario in which a controller is shown to be behind the best one.
 
-    what: the metric in words. where: the scenario. ratio: how many times worse; infinite beside 0.
-    own, first: both means. best: who has the second.
+    what: the metric in words. where: the scenario. ratio: by which factor it is worse; infinite if
+    the best mean is 0. own: the controller's mean. first: the best mean. best: the controller that
+    has it.
     """
 
     metric: Metric

@@ -1,4 +1,4 @@
-"""Which trial of a results folder went worst: the one to look at first."""
+"""Finds the worst trial of a results folder, the one to look at first."""
 
 from __future__ import annotations
 
@@ -41,7 +41,11 @@ def worst_trial(folder: Path) -> Path:
 
 
 def _rank(log: TrialLog) -> tuple[int, float, float]:
-    """Returns what is the smaller, the worse the trial went."""
+    """Returns a sorting key of a trial: the worse the trial, the smaller its key.
+
+    First counts the outcome, then the smallest clearance, then the duration: longer is worse. The
+    scenario's expected outcome counts as success.
+    """
     outcome = log.outcome
     if outcome == log.info["scenario"].get("expected_outcome"):
         outcome = Outcome.SUCCEEDED

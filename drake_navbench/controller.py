@@ -1,4 +1,4 @@
-"""All that a controller must know: what it sees, what it returns, how it fails, how it is found.
+"""The interface of a controller: its observation, its decision, its errors, its registration.
 
 A controller is a pure object. It is built once a trial from its typed parameters and a
 `ControllerSetup`; `initial_memory()` and `step(observation, memory)` do the rest. Everything that
@@ -98,14 +98,15 @@ class Observation:
     time_s: start of the cycle, s.
     pose: (3,) estimated x m, y m, yaw rad.
     twist: (2,) measured v m/s, w rad/s, small values set to zero by the controller server.
-    vy_mps: measured velocity to the left, likewise; 0 where the base cannot move sideways.
+    vy_mps: measured velocity to the left, m/s, small values set to zero; 0 where the base cannot
+        move sideways.
     plan: (M, 3) x m, y m, yaw rad: the global plan as Nav2's path handler cut it for this cycle
         (passed poses dropped, ends after the prune distance or where it leaves the costmap).
     plan_id: changes when the navigator hands out a new global plan.
     costmap: the local costmap.
     goal: (3,) last pose of the whole global plan.
     goal_xy_tolerance_m, goal_yaw_tolerance_rad: of the goal checker.
-    goal_xy_reached: what the goal checker's isGoalXYReached says for this pose.
+    goal_xy_reached: the result of the goal checker's isGoalXYReached for this pose.
     speed_limit: None where there is no limit.
     noise_key: names this cycle's random numbers.
     cancel_requested: the navigator wants the controller to come to rest.
@@ -147,7 +148,7 @@ class Decision(NamedTuple):
 
 
 class ControllerError(NavbenchError):
-    """Base of what a controller may raise; `code` is Nav2's FollowPath error code.
+    """Base of the errors that a controller may raise; `code` is Nav2's FollowPath error code.
 
     details: numbers that tell why, kept in the trial's log (such as rejections per critic).
     memory: what the next `step` gets, where the failed cycle changed it; None keeps the old one.
@@ -186,7 +187,7 @@ class CollisionAhead(NoValidControl):
 
 
 class AskedSpeeds(NamedTuple):
-    """The speeds that parameters ask of the base; None where they ask for none.
+    """The speeds that a controller's parameters need of the base; None where they need none.
 
     The accelerations are those that the controller counts on when it looks ahead.
     """
@@ -202,18 +203,18 @@ class AskedSpeeds(NamedTuple):
 class ControllerParameters(BaseModel):
     """Base of every parameter model: unknown names refused, values checked, frozen.
 
-    WITHOUT_EFFECT: dotted names, also of whole blocks, that are accepted and change nothing;
-        whoever gives one is told.
-    PATH_HANDLER_NAMES: names that the plugins of earlier releases of Nav2 read for what has become
-        the path handler's, with the same meaning as there.
+    WITHOUT_EFFECT: dotted names, also of whole blocks, that are accepted and change nothing. The
+        user gets a warning for each one in a file.
+    PATH_HANDLER_NAMES: parameters that the plugins read in earlier releases of Nav2, and that the
+        path handler reads now, with the same meaning.
     PLUGIN_NAMES: dotted names whose values are plugin types of further controllers.
-    READ_FROM, READ_UNTIL: the first and the last release of Nav2 that reads a parameter, by its
-        dotted name; those that are in neither every release reads. Only for models with a field
+    READ_FROM, READ_UNTIL: by dotted name, the first and the last release of Nav2 that reads a
+        parameter. Every release reads a parameter that is in neither. Only for models with a field
         `nav2_release`.
-    DONE_OTHERWISE: by the dotted names of parameters that Nav2 reads, and this model has not, what
-        the controller does instead.
-    STOOD_IN_FOR: by the dotted names of parameters with which Nav2 would do something else, what
-        stands in where one is given.
+    DONE_OTHERWISE: by dotted name of a parameter that Nav2 reads and this model lacks, a sentence
+        on what the controller does instead.
+    STOOD_IN_FOR: by dotted name of a parameter that makes Nav2 behave differently from this
+        controller, a sentence on what stands in for that behaviour.
     """
 
     WITHOUT_EFFECT: ClassVar[frozenset[str]] = frozenset()
@@ -228,9 +229,11 @@ class ControllerParameters(BaseModel):
 
     @classmethod
     def is_without_effect(cls, name: str, values: Mapping[str, Any] | None = None) -> bool:
-        """Tells whether a dotted name is in WITHOUT_EFFECT, or a block is that it is in.
+        """Returns whether a parameter, given by its dotted name, changes nothing.
 
-        values: all that is given, where a model has others inside, of which that decides.
+        That is so if the release in `values` does not read it, or if WITHOUT_EFFECT contains it or
+        a block that contains it. values: all given values; a model that contains others uses them
+        to choose the inner model.
         """
         if not cls.is_read(name, release_in(values)):
             return True
@@ -238,14 +241,14 @@ class ControllerParameters(BaseModel):
 
     @classmethod
     def is_read(cls, name: str, release: Release | None) -> bool:
-        """Tells whether a release of Nav2 reads a parameter, given by its dotted name.
+        """Returns whether a release of Nav2 reads a parameter, given by its dotted name.
 
         Without a release every parameter is read.
         """
         if release is None:
             return True
         parts = name.split(".")
-        # What holds for a block holds for all in it.
+        # An entry about a block holds for all parameters in it.
         places = [".".join(parts[:count]) for count in range(1, len(parts) + 1)]
         return all(
             cls.READ_FROM.get(place, release) <= release <= cls.READ_UNTIL.get(place, release)
@@ -256,7 +259,7 @@ class ControllerParameters(BaseModel):
     def what_is_done_instead(cls, name: str, values: Mapping[str, Any]) -> str | None:
         """Returns the entry of a dotted name in DONE_OTHERWISE, None without one.
 
-        values: all that is given, where a model has others inside.
+        values: all given values; a model that contains others uses them to choose the inner model.
         """
         return cls.DONE_OTHERWISE.get(name)
 
@@ -300,7 +303,7 @@ class ControllerParameters(BaseModel):
         return {name: name for name in given if name in cls.PATH_HANDLER_NAMES}
 
     def asked_speeds(self) -> AskedSpeeds:
-        """Returns how fast, backward, about itself and sideways the base must be able to drive."""
+        """Returns the speeds, by direction, at which the base must be able to drive and turn."""
         return AskedSpeeds()
 
     def files_read(self) -> Mapping[str, Path]:
@@ -357,7 +360,7 @@ class GracefulController(Protocol):
     """
 
     def is_at_rest(self, memory: Any) -> bool:
-        """Tells whether a cancelled controller is done, by its memory; it is stepped until then."""
+        """Returns whether a cancelled controller has come to rest; it is stepped until then."""
         ...
 
 
@@ -374,11 +377,11 @@ class PlanCuttingController(Protocol):
 
 @runtime_checkable
 class ClosableController(Protocol):
-    """A controller that holds what outlives it, such as a process of its own.
+    """A controller that owns a resource which must be released, such as a process.
 
-    One that is built is closed once, after its trial or after it was checked.
+    `close` is called once for each object, after its trial or after its check.
     """
 
     def close(self) -> None:
-        """Lets go of it."""
+        """Releases the resource."""
         ...

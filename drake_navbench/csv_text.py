@@ -6,7 +6,7 @@ import re
 
 import pandas as pd
 
-# What a spreadsheet takes for the begin of a formula; leading blanks do not help.
+# The beginning of a text that a spreadsheet takes for a formula; leading blanks do not help.
 FORMULA = re.compile(r"\s*[=+\-@]")
 AS_TEXT = "'"
 

@@ -31,7 +31,7 @@ class InputError(NavbenchError):
 
 
 class InputWarning(UserWarning):
-    """Something the user gave is taken, but probably not what was meant; its text is one line."""
+    """A warning about input that is accepted but probably a mistake; its text is one line."""
 
 
 class CannotBeWritten(InputError):
@@ -42,7 +42,7 @@ class EndedFromOutside(NavbenchError):
     """Somebody, or the system, ended a process that a trial needs; that is the machine's fault."""
 
 
-# What the machine lacked: memory, space, open files; or a disk that fails.
+# Errors of the machine: too little memory, space or open files; or a disk that fails.
 MACHINE_FAULTS = frozenset(
     {
         errno.EDQUOT,
@@ -56,7 +56,7 @@ MACHINE_FAULTS = frozenset(
 
 
 def is_machine_fault(error: BaseException) -> bool:
-    """Returns whether an exception tells of the machine, not of the code that met it."""
+    """Returns whether the machine caused an exception, not the code that raised it."""
     if isinstance(error, OSError):
         return error.errno in MACHINE_FAULTS
     return isinstance(error, MemoryError | EndedFromOutside)

@@ -20,7 +20,7 @@ Array = NDArray[np.float64]
 def cost_function(
     value_and_gradient: Callable[[Array], tuple[float, Array]],
 ) -> Callable[[np.ndarray], float | AutoDiffXd]:
-    """Returns what `AddCost` takes, from a function of (N,) that returns value and (N,) gradient.
+    """Makes a cost for `AddCost` from a function of (N,) that returns its value and gradient (N,).
 
     Pass the variables to `AddCost` as well, `vars=...`.
     """
@@ -37,7 +37,9 @@ def cost_function(
 def constraint_function(
     values_and_jacobian: Callable[[Array], tuple[Array, Array]],
 ) -> Callable[[np.ndarray], np.ndarray]:
-    """Returns what `AddConstraint` takes, from a function that returns (M,) and (M, N)."""
+    """Makes a constraint for `AddConstraint` from a function that returns (M,) values and their
+    Jacobian (M, N).
+    """
 
     def constraint(variables: np.ndarray) -> np.ndarray:
         if variables.dtype != object:

@@ -15,7 +15,8 @@ from drake_navbench.errors import InputError, is_machine_fault, one_line
 def module_of(path: Path, content: bytes, sha256: str, kind: str, who: str) -> ModuleType:
     """Returns the module of a file, run once for each of its contents.
 
-    kind: begins the name of the module. who: begins an error. Raises InputError where it raises.
+    kind: begins the name of the module. who: begins an error. Raises InputError where the module
+    raises.
     """
     name = f"{kind}_{path.stem}_{sha256[:16]}"
     if name in sys.modules:

@@ -24,19 +24,19 @@ class Release(StrEnum):
         return 1, 1 + list(Release).index(self)
 
     def __lt__(self, other: str) -> bool:
-        """Tells whether this release is older than the other."""
+        """Returns whether this release is older than the other."""
         return self.version < Release(other).version
 
     def __le__(self, other: str) -> bool:
-        """Tells whether this release is older than the other, or the same."""
+        """Returns whether this release is older than the other, or the same."""
         return self.version <= Release(other).version
 
     def __gt__(self, other: str) -> bool:
-        """Tells whether this release is newer than the other."""
+        """Returns whether this release is newer than the other."""
         return self.version > Release(other).version
 
     def __ge__(self, other: str) -> bool:
-        """Tells whether this release is newer than the other, or the same."""
+        """Returns whether this release is newer than the other, or the same."""
         return self.version >= Release(other).version
 
 

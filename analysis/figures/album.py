@@ -1,4 +1,4 @@
-"""Which figures there are, and where they are written."""
+"""The figures of a scenario: their kinds, their choice, and the files that are written."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ from drake_navbench.logs.results import file_name
 
 
 class FigureChoice(StrEnum):
-    """Which figures are drawn.
+    """The choice of figures to draw.
 
     KEY: those that compare the controllers of a scenario, as SVG. ALL: also the motion of each
     controller, and each figure as PNG too, which takes three times as long.
@@ -57,8 +57,8 @@ class FigureChoice(StrEnum):
 class FigureEntry(NamedTuple):
     """A figure that was written.
 
-    controller: '' where it compares all of them. stem: its path in the figures folder, without
-    suffix, in POSIX form. size: width and height, points.
+    controller: '' where the figure compares all controllers. stem: its path in the figures folder,
+    without suffix, in POSIX form. size: width and height, points.
     """
 
     scenario: str
@@ -128,14 +128,14 @@ def _comparisons(
     verdicts: Sequence[Verdict],
     look: Look,
 ) -> Iterator[tuple[str, str, Figure]]:
-    """Yields kind, title and figure of what can be compared, one at a time."""
+    """Yields kind, title and figure of each comparison of the controllers, one at a time."""
     metrics = headline_metrics()
     yield "paths", "Driven paths", paths_figure(paths_map(logs), look)
     if figure := clearance_figure(clearance_curves(logs), look):
         yield "clearance", "Clearance along the path", figure
     if figure := box_figure(box_panels(trials, scenario, metrics), look):
         yield "metrics", "Metrics, every trial", figure
-    # Where nobody arrived there is no best.
+    # If no trial arrived, no controller is best.
     if not is_failed(trials).all() and (figure := rank_figure(rank_rows(verdicts, metrics), look)):
         yield "ranks", "Places", figure
     if figure := pareto_figure(pareto_points(trials, scenario), look):
@@ -147,7 +147,7 @@ def _comparisons(
 def _motion_sheets(
     logs: Mapping[str, Sequence[TrialLog]], look: Look
 ) -> Iterator[tuple[str, Figure]]:
-    """Yields controllers and their sheets; each is to be written before the next is asked for."""
+    """Yields each controller with its sheet; write it at once, since the next one replaces it."""
     sheet = MotionSheet()
     for controller, own in logs.items():
         yield controller, sheet.draw(sheet_of(own, controller), look)

@@ -81,8 +81,9 @@ class BoxPanel(NamedTuple):
 
 
 class ComputeTimes(NamedTuple):
-    """How long control cycles took, by controller: (times (Q,) ms, share at least as long (Q,)).
+    """Distribution of the durations of control cycles, one curve a controller.
 
+    curves: by controller (durations (Q,) ms, share of the cycles that took at least as long (Q,)).
     period_ms: the control period.
     """
 
@@ -91,7 +92,7 @@ class ComputeTimes(NamedTuple):
 
 
 def clearance_curves(logs: Logs) -> list[ClearanceCurve]:
-    """Returns a curve a trial that tells it; none at all where no obstacle was ever in reach."""
+    """Returns one curve for each trial with clearances; [] where no obstacle was ever in reach."""
     curves = []
     for controller, own in logs.items():
         for log in own:
@@ -149,7 +150,7 @@ def _box(controller: str, by_seed: pd.Series, failed: pd.Series) -> Box:
 
 
 def evenly_chosen(count: int, most: int) -> NDArray[np.intp]:
-    """Returns at most so many of `count` places, evenly spread, the first and last among them."""
+    """Returns at most `most` indices below `count`, evenly spread, with the first and the last."""
     return np.unique(np.linspace(0, count - 1, min(count, most)).round().astype(np.intp))
 
 

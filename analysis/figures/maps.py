@@ -34,12 +34,12 @@ MAX_HEIGHT_IN, MIN_HEIGHT_IN, WIDTH_IN = 6.0, 1.8, 7.2
 
 
 class Course(NamedTuple):
-    """What stood in the world and what was to be done in it; lengths in m, world frame.
+    """The obstacles and the task that a map shows; lengths in m, in the world frame.
 
-    obstacles: corners (K, 2) of each. plans: (N, 2) the first plan of each leg. is_replanned:
-    whether there were others. waypoints: (W, 2). goal: (2,). ways: (N, 2) that of each thing that
-    moved. movers: corners (K, 2) of each where it began. floors: name and upper left corner (2,) of
-    each, of missions over several.
+    obstacles: the corners (K, 2) of each. plans: the first plan (N, 2) of each leg. is_replanned:
+    whether later plans followed. waypoints: (W, 2). goal: (2,). ways: the path (N, 2) of each
+    moving thing. movers: the corners (K, 2) of each moving thing at its start. floors: name and
+    upper left corner (2,) of each floor; empty unless the mission leads over several floors.
     """
 
     obstacles: list[Array]
@@ -53,7 +53,7 @@ class Course(NamedTuple):
 
 
 class DrivenPaths(NamedTuple):
-    """What one controller drove: (N, 2) m a trial, and outlines (K, 2) m on the way."""
+    """The driven path (N, 2) of each trial of a controller, and outlines (K, 2) along them, m."""
 
     controller: str
     paths: list[Array]
@@ -61,7 +61,7 @@ class DrivenPaths(NamedTuple):
 
 
 class PathsMap(NamedTuple):
-    """All that the map of a scenario shows. low, high: corners of the part shown, (2,) m."""
+    """The content of a scenario's map. low, high: the lower left and upper right corner, (2,) m."""
 
     course: Course
     driven: list[DrivenPaths]
@@ -103,7 +103,7 @@ def outline_at(log: TrialLog, row: int) -> Array:
 
 
 def bounds(logs: Sequence[TrialLog]) -> tuple[Array, Array]:
-    """Returns the lower left and the upper right corner of what happened, with a margin, m."""
+    """Returns the lower left and the upper right corner around task and paths, with margin, m."""
     reach_m = np.hypot(*outline_of(logs[0]).T).max()
     points = np.vstack([part for log in logs for part in (positions(log), log.course[:, :2])])
     floors = [np.reshape(one["bounds_m"], (2, 2)) for one in logs[0].info.get("floors", [])]

@@ -48,7 +48,7 @@ SECOND_LINE: Line = {"color": MUTED, "lw": 1.0}
 
 
 class FittedCurves(NamedTuple):
-    """What follows from derivatives of the velocities; all (M,), on an even grid of times."""
+    """The curves that need derivatives of the velocities; all (M,), at evenly spaced times."""
 
     time_s: Array
     v_mps: Array
@@ -58,9 +58,9 @@ class FittedCurves(NamedTuple):
 
 
 class MotionCurves(NamedTuple):
-    """What a sheet shows over the time of a trial; all (N,) but for those fitted.
+    """The curves of a sheet over the time of a trial; all (N,) except `fitted`.
 
-    fitted: or why there is none.
+    fitted: the curves from derivatives, or the reason why there are none.
     """
 
     time_s: Array
@@ -73,7 +73,7 @@ class MotionCurves(NamedTuple):
 
 
 class Sheet(NamedTuple):
-    """All that a sheet shows; the curves are those of one trial, the map shows all of them."""
+    """The content of a controller's sheet: the map of all its trials, the curves of one of them."""
 
     title: str
     controller: str
@@ -87,7 +87,7 @@ def shown_trial(logs: Sequence[TrialLog]) -> TrialLog:
 
 
 def sheet_of(logs: Sequence[TrialLog], controller: str) -> Sheet:
-    """Returns what the sheet of a controller shows; logs: its trials that have samples."""
+    """Returns the content of a controller's sheet; logs: its trials that have samples."""
     shown = shown_trial(logs)
     ends = [outline_at(shown, row) for row in (0, -1)]
     driven = DrivenPaths(controller, [drawn_path(log) for log in logs], ends)

@@ -1,4 +1,4 @@
-"""How figures look: sizes, colours, line styles, and how they are written."""
+"""Style of the figures: sizes, colours, line styles, and the files that are written."""
 
 from __future__ import annotations
 

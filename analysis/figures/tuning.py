@@ -1,4 +1,4 @@
-"""What a search of parameters found: the front, and each objective along each parameter."""
+"""Figures of a tuning study: the Pareto front, and each objective over each parameter."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ DROPPED: dict[str, Any] = {"marker": ".", "color": MUTED, "ms": 4, "alpha": 0.5,
 TOUCHED: dict[str, Any] = {"marker": "x", "color": "#b91c1c", "ms": 4, "ls": "none"}
 THROUGH: dict[str, Any] = {"marker": "o", "color": "#3b78b4", "ms": 4.5, "ls": "none"}
 ON_FRONT: dict[str, Any] = {"marker": "D", "color": "#c2410c", "ms": 5.5, "ls": "none"}
-# How a race ended, as tuning.json says it: what it is called, and what it looks like.
+# By the ending of a race in tuning.json: its name in the legend, and its marker.
 ENDINGS = {
     "dropped": ("dropped in the race", DROPPED),
     "touched": ("touched something", TOUCHED),
@@ -34,7 +34,7 @@ ENDINGS = {
 
 # Its difference to the baseline does not fit the axis: a failed trial counts 100% worse.
 BEYOND: dict[str, Any] = {"marker": "^", "color": "#a3261b", "ms": 5, "ls": "none"}
-# As a box plot has it: the axis ends so many spreads above what most configurations stay below.
+# As in a box plot, the axis ends SPREADS_ABOVE spreads above the MOST-th percentile.
 MOST, SPREADS_ABOVE = 75.0, 2.0
 
 Point = Mapping[str, Any]

@@ -115,7 +115,7 @@ class Entry:
         return hashlib.sha256("".join(parts).encode()).hexdigest() if parts[1] else str(parts[0])
 
     def preset(self, controller: str) -> CardPreset:
-        """Returns the resolved preset; raises InputError where the file is none."""
+        """Returns the resolved preset; raises InputError where its file is not a valid preset."""
         path = self.folder.path / "inputs/controllers" / f"{file_name(controller)}.yaml"
         return validate(CardPreset, read_yaml(path), str(path))
 

@@ -37,7 +37,10 @@ class Failure(NamedTuple):
 
 
 class Card(NamedTuple):
-    """What there is to know of a controller; replays: a link a scenario, '' where none can be."""
+    """The content of a controller's card.
+
+    replays: by scenario the link to its replay, '' where the scenario cannot have one.
+    """
 
     standing: Standing
     intended_use: str

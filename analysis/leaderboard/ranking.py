@@ -1,13 +1,15 @@
-"""Ranks over all scenarios of a suite, which are shared where nothing shows who is better.
+"""Ranks of controllers over all scenarios of a suite; undecided controllers share a rank.
 
-One controller beats another that it is shown to be better than: in arrivals, or, where these are
-not shown to differ, in touches, or, where these are not either, in the time to the goal where both
-arrive. Who touches something more often than the other beats it in nothing: an honest stop may be
-expected, a touch never is; and who stands still touches nothing, so that touches do not come before
-arrivals. What is compared is the mean over the scenarios, paired by the trials: trial 3 of one seed
-in all scenarios is one pair. All intervals hold together with 95% confidence (Bonferroni), and with
-them those of the ranks: from one more than the number of controllers that beat it to how many it
-does not beat.
+A controller beats another if it is shown to be better. Three quantities are compared in turn, each
+only where the one before is not shown to differ: arrivals, touches, and the time to the goal where
+both arrive. A controller that touches something more often than another cannot beat it: an honest
+stop may be expected, a touch never is. Arrivals come before touches, since a robot that stands
+still touches nothing.
+
+The compared value is the mean over the scenarios, paired by trial: trial 3 of one seed in all
+scenarios is one pair. All intervals hold together with 95% confidence (Bonferroni). A controller's
+interval of ranks follows from them: its lower end is 1 + the number of controllers that beat it,
+its upper end the number of controllers that it does not beat, itself included.
 """
 
 from __future__ import annotations
@@ -38,10 +40,11 @@ QUANTITIES = 3
 
 
 class Standing(NamedTuple):
-    """Where a controller stands; interval: of the rank. success: a share, with Wilson's interval.
+    """The place of a controller on the leaderboard, with the numbers that it rests on.
 
-    touched: how many trials ended at a contact. time_s: to the goal, mean over the scenarios of the
-    trials that arrive.
+    interval: of the rank. success: the share of trials that arrived, with Wilson's interval.
+    touched: the number of trials that ended at a contact. time_s: the time to the goal of the
+    trials that arrived, as the mean over the scenarios.
     """
 
     controller: str
@@ -56,10 +59,10 @@ class Standing(NamedTuple):
 
 
 class Duel(NamedTuple):
-    """Two controllers compared, second minus first; winner: '' where none is shown.
+    """The comparison of two controllers, second minus first; winner: '' where undecided.
 
-    decided_by: 'arrivals', 'touches', 'time', or '' without a winner. denied: who would win, had it
-    not touched something more often.
+    decided_by: 'arrivals', 'touches', 'time', or '' without a winner. denied: the controller that
+    would have won, had it not touched something more often than the other.
     """
 
     first: str
@@ -176,7 +179,7 @@ def _duel(
 def _is_shown_in_time(times: pd.DataFrame, confidence: float) -> bool:
     """Whether the whole interval of the difference lies beyond 1% of the longer mean."""
     slower, quicker = times.mean().sort_values(ascending=False, kind="stable").index
-    # What the slower one needs beyond 1% of its own time.
+    # The time that the slower one needs beyond 1% of its own mean.
     excess = paired_comparison(
         times[quicker], (1.0 - RELEVANT_RATIO) * times[slower], confidence=confidence
     )

@@ -1,7 +1,8 @@
-"""The suite of a leaderboard: what every entry drives, with seeds that can be sealed.
+"""The suite of a leaderboard: the trials that every entry drives, with seeds that can be sealed.
 
-Who seals publishes a salted hash of the seeds before anybody hands in a controller, and salt and
-seeds after that. So nobody can tune for the seeds, and nobody can choose them afterwards.
+The organizer publishes a salted hash of the seeds before the first controller is entered, and salt
+and seeds after the last one. So nobody can tune a controller to the seeds, and the organizer cannot
+choose the seeds afterwards.
 """
 
 from __future__ import annotations
@@ -36,7 +37,7 @@ SECRET_MODE = 0o600
 
 
 class Sealed(FrozenModel):
-    """What is published of seeds that nobody shall know yet: their salted hash and number."""
+    """A published commitment to seeds that are still secret: their salted hash and their number."""
 
     sha256: str = Field(pattern=HEXADECIMAL)
     count: int = Field(ge=1, le=MAX_SEEDS)
@@ -50,10 +51,10 @@ class Secret(FrozenModel):
 
 
 class Suite(FrozenModel):
-    """What every entry drives: each scenario `trials` times with each seed of a run.
+    """The trials that every entry drives: each scenario `trials` times with each seed.
 
-    seeds: as for `run --seed`; where they are sealed there is `sealed` in place of them, and
-    `revealed` as soon as they are known.
+    seeds: as for `run --seed`. While the seeds are secret, `sealed` stands in their place; once
+    they are published, `revealed` holds them.
     """
 
     name: str = Field(min_length=1)
@@ -180,7 +181,7 @@ def _require_sealed(suite: Suite, secret: Secret, source: str) -> None:
 
 
 def _with_section(path: Path, name: str, values: Mapping[str, Any]) -> str:
-    """Returns the text of a suite's file with a section more, everything else left as it is."""
+    """Returns the text of a suite's file with one more section; the rest stays unchanged."""
     section = yaml.safe_dump({name: values}, sort_keys=False)
     text = f"{read_text(path).rstrip()}\n{section}"
     try:

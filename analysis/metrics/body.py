@@ -1,4 +1,4 @@
-"""The robot of a log as a body: its outline, and what its energy depends on."""
+"""The robot of a log as a body: its outline, and the quantities that its energy depends on."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from drake_navbench.analysis.metrics.signals import Array
 from drake_navbench.kernels.footprint import circle_footprint
 from drake_navbench.logs.log import TrialLog
 
-# Wheels with tyres on a hard floor, for logs whose robot does not tell.
+# Wheels with tyres on a hard floor, for logs without the robot's own value.
 ROLLING_RESISTANCE_RATIO = 0.015
 
 
 class Body(NamedTuple):
-    """What the energy of a motion depends on.
+    """The robot's physical quantities from which the energy of its motion is computed.
 
     mass_kg: with the load. gyration_squared_m2: yaw inertia per mass. drag_area_m2: frontal area
     times drag coefficient.

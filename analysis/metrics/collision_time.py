@@ -18,7 +18,7 @@ Array = NDArray[np.float64]
 # Slower turning bends the path by less than 1e-5 m over 10 m.
 STRAIGHT_BELOW_RADPS = 1e-6
 TWO_PI = 2.0 * np.pi
-# What rounding may add to a distance, with plenty to spare.
+# Upper bound, with plenty to spare, of the relative rounding error of a distance.
 ROUNDING_RATIO = 1e-9
 # Pairs of a corner and an edge handled at once, which bounds the memory to some 20 MB.
 BATCH_PAIRS = 200_000
@@ -55,7 +55,9 @@ def times_to_collision(
 
 
 def _reach_m(twists: Array, footprint: Array, horizon_s: float) -> Array:
-    """Returns how far from the reference point the footprint can come to lie, (T,) m."""
+    """Returns the largest distance, within the horizon, of the footprint from where its reference
+    point is now, (T,) m.
+    """
     v, w = np.hypot(twists[:, 0], twists[:, 2]), np.abs(twists[:, 1])
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         diameter_m = np.where(w < STRAIGHT_BELOW_RADPS, np.inf, 2.0 * v / w)

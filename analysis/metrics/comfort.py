@@ -1,6 +1,6 @@
-"""What somebody who sits in the chair would feel.
+"""Comfort of a person in the chair: accelerations and jerk.
 
-The simulator's floor is flat: none of this speaks of road vibration, so a frequency-weighted
+The simulator's floor is flat, so these metrics contain no road vibration. A frequency-weighted
 acceleration from here is not the ride comfort of a chair on a real floor. Slow braking and
 turning lie below the band of ISO 2631-1; read peaks and jerk beside it.
 """

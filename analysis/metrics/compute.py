@@ -1,4 +1,4 @@
-"""What the controller costs; wall-clock times, so they differ from run to run."""
+"""Computing time of the controller, measured on a clock, so that it differs from run to run."""
 
 from __future__ import annotations
 

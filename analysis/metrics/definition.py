@@ -1,4 +1,4 @@
-"""What a metric is: a documented function from a trial's log to one number."""
+"""Defines a metric: a documented function from a trial's log to one number."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from drake_navbench.logs.log import TrialLog
 
 
 class Better(StrEnum):
-    """Which direction of a metric is the good one."""
+    """The direction in which a metric's values are better."""
 
     LOWER = "lower"
     HIGHER = "higher"
@@ -26,7 +26,7 @@ class Undefined(ValueError):
 
 
 class Measurement(NamedTuple):
-    """A metric's value for one trial, NaN where it has none, and then the reason."""
+    """A metric's value for one trial; NaN with a reason where it has no value."""
 
     value: float
     reason: str = ""
@@ -39,8 +39,8 @@ class Metric:
     name: column name, with the unit where the publication does not prescribe the name.
     unit: as shown in tables. better: the good direction. function: the computation; raises
     Undefined where a trial has no value. is_repeatable: False where it depends on the machine.
-    title: what people call it; the name in words where it has none. relevant: differences up to
-    this size, in the unit, matter to nobody, however certain.
+    title: its common name; the column name in words where it has none. relevant: differences up to
+    this size, in the metric's unit, do not matter, even where they are certain.
     """
 
     name: str
@@ -66,7 +66,7 @@ class Metric:
     def measure(self, log: TrialLog, known: float | None = None) -> Measurement:
         """Returns the value, or NaN with the reason; never raises.
 
-        known: the value, where it was measured already; NaN does not tell the reason.
+        known: the value, if it was measured before; NaN is measured again, to find the reason.
         """
         if known is not None and math.isfinite(known):
             return Measurement(known)
@@ -104,8 +104,8 @@ def metric(
 
     unit: as shown in tables, '' for a pure number. better: 'lower', 'higher' or 'neither'.
     name: column name; that of the function if not given. is_repeatable: False for what depends on
-    the machine, such as compute times. title: what people call it. relevant: the largest
-    difference, in the unit, that matters to nobody.
+    the machine, such as compute times. title: its common name. relevant: the largest difference, in
+    the unit, that does not matter.
     """
 
     def decorate(function: Callable[[TrialLog], float]) -> Metric:

@@ -1,4 +1,4 @@
-"""How well the task was done: time, length, energy, scores."""
+"""Efficiency of a trial: time, driven length, energy, and scores of published benchmarks."""
 
 from __future__ import annotations
 
@@ -73,10 +73,10 @@ def driven_length_m(log: TrialLog) -> float:
 
 @metric(unit="", better="higher", title="Straightness")
 def path_efficiency_ratio(log: TrialLog) -> float:
-    """How straight the robot drove: 1 on a straight line, 2/pi on half a circle.
+    """Straightness of the driven path: 1 on a straight line, 2/pi on half a circle.
 
-    Formula: |p(end) - p(start)| / driven length; with waypoints the sum of the straight distances
-    from where each leg began to where it ended / driven length.
+    Formula: |p(end) - p(start)| / driven length. With waypoints, the numerator is the sum of these
+    straight distances over the legs.
     """
     length_m = driven_length(log)
     if length_m == 0.0:
@@ -103,10 +103,10 @@ def goal_traversal_ratio(log: TrialLog) -> float:
 def spl(log: TrialLog) -> float:
     """Success weighted by path length; 0 for a trial that failed.
 
-    Formula: success L*/max(L, L*), L the driven length, L* that of the first plan, whatever was
-    planned later; with waypoints the sum over the legs of the length of each one's first plan, and
-    a missed waypoint is no success. The goal tolerance lets a good trial drive less than L*; it
-    still scores 1.
+    Formula: success L*/max(L, L*). L is the driven length. L* is the length of the first plan,
+    whatever was planned later; with waypoints it is the sum over the first plan of each leg, and a
+    missed waypoint is no success. The goal tolerance lets a good trial drive less than L*; it still
+    scores 1.
     Source: Anderson et al., "On Evaluation of Embodied Navigation Agents", 2018.
     """
     if not reached_every_goal(log):
@@ -141,12 +141,15 @@ def barn_score(log: TrialLog) -> float:
 
 
 def _suite(log: TrialLog) -> dict[str, Any]:
-    """Returns what the scenario says of its suite, nothing where it is in none."""
+    """Returns the `suite` block of the trial's scenario, {} where it belongs to no suite."""
     return log.info["scenario"].get("suite") or {}
 
 
 def _arrival_time_s(log: TrialLog) -> float | None:
-    """Returns when the robot arrived by the suite's rule, else by the trial's outcome; or None."""
+    """Returns the time of arrival, s, or None where the robot did not arrive.
+
+    A suite with an arrival radius counts the first sample within it; else the outcome decides.
+    """
     radius_m = _suite(log).get("arrival_radius_m")
     if radius_m is None:
         return log.end_time_s if reached_every_goal(log) else None

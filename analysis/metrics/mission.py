@@ -1,4 +1,4 @@
-"""What a trial was to do: its goals one after another, and how far the first plan to each was."""
+"""The legs of a trial: their goals in order, and the length of the first plan to each."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def present_leg(log: TrialLog) -> int:
 
 
 def straight_way_m(log: TrialLog) -> float:
-    """Returns how far it was straight from where each leg began to where it ended, m."""
+    """Returns the sum over the legs of the straight distance from a leg's start to its end, m."""
     whole_m, ends = 0.0, [leg["end_time_s"] for leg in _legs(log)[: present_leg(log)]]
     parts = stretches(log)
     changes = times(log)[1:][is_carried(log)]
@@ -71,7 +71,7 @@ def straight_ways_to_goals(log: TrialLog) -> list[Array]:
 
 
 def straight_way_left_m(log: TrialLog) -> float:
-    """Returns how far it was at the end straight through all goals that were left, m."""
+    """Returns the straight distance from the trial's last position through all open goals, m."""
     present, legs = present_leg(log), _mission_of(log)
     corners, left_m = [positions(log)[-1]], 0.0
     if "floor" in legs[present] and legs[present]["floor"] != floor_at_end(log):
@@ -112,9 +112,10 @@ def first_plans_length_m(log: TrialLog) -> float:
 
 
 def leg_lengths_m(log: TrialLog) -> Array:
-    """Returns (G,) the length of each leg's first plan, or where it has none the straight way.
+    """Returns the length of each leg's first plan, (G,) m.
 
-    The straight way begins at the goal before, that of the first leg where the robot started.
+    A leg without a plan has the straight distance from the goal before (for the first leg, from the
+    start) to its own goal.
     """
     parts = straight_ways_to_goals(log)
     lengths = np.concatenate([np.hypot(*np.diff(part, axis=0).T) for part in parts])
@@ -124,17 +125,17 @@ def leg_lengths_m(log: TrialLog) -> Array:
 
 
 def ride_s(log: TrialLog, leg: Mapping[str, Any]) -> float:
-    """Returns how long the robot was at the lift after a leg that ended, 0 where none was, s."""
+    """Returns the time at and in the lift after a finished leg, s; 0 where no ride followed."""
     end_s = leg.get("ride_end_s")
     return 0.0 if end_s is None else min(end_s, log.end_time_s) - leg["end_time_s"]
 
 
 def _mission_of(log: TrialLog) -> list[dict[str, Any]]:
-    """Returns what the header tells of each leg of a mission; of other tasks nothing, per goal."""
+    """Returns the log header's entry of each leg of a mission; {} for each goal of other tasks."""
     nothing: list[dict[str, Any]] = [{} for _ in goals(log)]
     return log.info.get("mission", nothing)
 
 
 def _legs(log: TrialLog) -> list[dict[str, Any]]:
-    """Returns the legs that ended, none in the mode follow_path."""
+    """Returns the legs that ended; [] in the mode follow_path."""
     return log.info.get("legs", [])

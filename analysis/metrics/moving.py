@@ -1,4 +1,4 @@
-"""What moved in the world: how near, how soon, and who ran into whom."""
+"""Metrics of moving obstacles and people: clearance, time to collision, and cause of a contact."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from drake_navbench.logs.log import Outcome, TrialLog
 LOOK_PERIOD_S = 0.1
 # Of the velocity of a body: the way that it goes until the next look.
 COLLISION_TIME_HORIZON_S = 10.0
-# What is farther away is not looked at, as in a trial.
+# Bodies that are farther away are not measured, as in a trial.
 MAX_CLEARANCE_M = 5.0
 
 
@@ -152,7 +152,7 @@ def collision_times_s(log: TrialLog, first_body: int = 0) -> Array:
 
 
 def _require_movers(log: TrialLog) -> Movers:
-    """Returns what moved; raises Undefined where nothing did."""
+    """Returns the moving obstacles and people of a trial; raises Undefined where there are none."""
     movers = movers_of(log)
     if movers.body_count == 0:
         raise Undefined("nothing moved but the robot")
@@ -160,7 +160,11 @@ def _require_movers(log: TrialLog) -> Movers:
 
 
 def _contact_kind(log: TrialLog) -> str:
-    """Returns who caused a contact: 'robot', 'other', 'obstacle' for what stands, '' for none."""
+    """Returns the cause of a trial's contact.
+
+    'obstacle' for contact with a standing obstacle; else 'robot' or 'other', the one that closed in
+    faster; '' where there was no contact.
+    """
     if log.outcome is not Outcome.COLLIDED:
         return ""
     contact = log.info["contact"]

@@ -1,4 +1,4 @@
-"""Where people and groups were beside a robot, as the social metrics look at them."""
+"""Positions of people and groups relative to the robot, sampled for the social metrics."""
 
 from __future__ import annotations
 
@@ -24,12 +24,12 @@ from drake_navbench.kernels.moving_bodies import clearances_of_bodies
 from drake_navbench.kernels.poses import place_outline
 from drake_navbench.logs.log import TrialLog
 
-# Who are farther from their middle are not together at the time.
+# Members of a group that are farther from its middle are not together at the time.
 TOGETHER_M = 3.6
 
 
 class PeopleLooks(NamedTuple):
-    """The P people at T looks.
+    """The P people of a trial at T sampled times.
 
     time_s: (T,). gaps_m: (T, P) between footprint and body, inf beyond 5 m. positions_m,
     velocities_mps: (T, P, 2). is_there: (T, P) whether they are in the world. wanted_mps: (P,) how
@@ -45,16 +45,17 @@ class PeopleLooks(NamedTuple):
 
 
 class Approaches(NamedTuple):
-    """How often a distance to somebody was fallen below, by whose way most of it."""
+    """Number of approaches to within a distance, by who contributed more to the approach."""
 
     by_robot: int
     by_person: int
 
 
 class GroupGaps(NamedTuple):
-    """(T, G) from the footprint to each group's hull, and to its middle, m; inf if none is there.
+    """Distances (T, G) from the footprint to each group's hull and to its middle, m.
 
-    None is there where less than two of it are, or where they are not together.
+    A distance is inf while fewer than two members of the group are present, or while its members
+    are not together.
     """
 
     to_hulls: Array
@@ -85,7 +86,10 @@ def people_of(log: TrialLog) -> PeopleLooks:
 
 
 def approaches_within(log: TrialLog, distance_m: float) -> Approaches:
-    """Returns how often somebody and the robot came within a distance; raises Undefined."""
+    """Returns the number of approaches of robot and person to within `distance_m`.
+
+    Raises Undefined where there were no people.
+    """
     people, movers = people_of(log), movers_of(log)
     near = people.gaps_m < distance_m
     comes = near[1:] & ~near[:-1] & people.is_there[1:] & people.is_there[:-1]
@@ -109,7 +113,7 @@ def approaches_within(log: TrialLog, distance_m: float) -> Approaches:
 
 @lru_cache(maxsize=1)
 def gaps_to_groups_m(log: TrialLog) -> GroupGaps:
-    """Returns how far the robot was from the groups; raises Undefined where there are none."""
+    """Returns the robot's distances to the groups; raises Undefined where there are none."""
     people = people_of(log)
     groups = np.array(movers_of(log).people.groups)
     members = [np.flatnonzero(groups == group) for group in np.unique(groups[groups >= 0])]

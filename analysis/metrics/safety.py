@@ -1,4 +1,4 @@
-"""How close the robot came to harm."""
+"""Safety of a trial: clearances, contacts, and time to collision."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ COLLISION_TIME_STEP_S = 0.1
 # A course that meets an obstacle later than this is not counted as one that meets it.
 COLLISION_TIME_HORIZON_S = 10.0
 COLLISION_TIME_PARTS = 16
-# What is farther away is not looked at, as in a trial.
+# Obstacles that are farther away are not measured, as in a trial.
 MAX_CLEARANCE_M = 5.0
 
 
@@ -153,7 +153,7 @@ def danger_share(
 
 
 def shortest_collision_time_s(log: TrialLog, edges: Array) -> float:
-    """Returns the shortest time to collision, looked at every 0.1 s; inf if none within 10 s."""
+    """Returns the shortest time to collision over samples every 0.1 s; inf if all exceed 10 s."""
     time_s = times(log)
     grid = np.arange(time_s[0], time_s[-1] + 1e-9, COLLISION_TIME_STEP_S)
     rows = np.searchsorted(time_s, grid + 1e-9, side="right") - 1
@@ -203,7 +203,7 @@ def obstacle_outlines(log: TrialLog) -> list[Array]:
 def obstacle_edges(log: TrialLog) -> Array:
     """Returns the edges of all obstacles, (E, 4) x0, y0, x1, y1 m.
 
-    Raises Undefined of a recording, which does not tell where all of them were.
+    Raises Undefined for a recording, which does not contain the positions of all obstacles.
     """
     require(log, "obstacles")
     edges = [np.hstack([o, np.roll(o, -1, axis=0)]) for o in obstacle_outlines(log)]

@@ -189,6 +189,6 @@ def rms(values: Array) -> float:
 
 
 def sign_changes(values: Array, *, dead_band: float) -> int:
-    """Returns how often a signal changes sign; values within the dead band have none."""
+    """Returns the number of sign changes of a signal, values with |value| <= dead_band left out."""
     signs = np.sign(values[np.abs(values) > dead_band])
     return int(np.count_nonzero(np.diff(signs)))

@@ -1,4 +1,4 @@
-"""How smooth the motion and the commands were."""
+"""Smoothness of the motion and of the commands."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ SPECTRUM_CUT_HZ = 10.0
 SPECTRUM_THRESHOLD_RATIO = 0.05
 # Powers of two by which the signal is padded with zeros: a finer grid of frequencies.
 SPECTRUM_PADDING_LEVELS = 4
-# What rounding leaves of a constant speed; the smoothest possible movement has 204.8.
+# Rounding error of a constant speed; the smoothest possible movement has 204.8.
 NEGLIGIBLE_JERK = 1e-6
 DIRECTION_DEAD_BAND_MPS = 0.01
 TURN_DEAD_BAND_RADPS = 0.05
@@ -113,7 +113,7 @@ def command_w_variation_radps(log: TrialLog) -> float:
 
 @metric(unit="rad", better="lower", title="Turning in all")
 def heading_change_rad(log: TrialLog) -> float:
-    """How far the robot turned in all, to either side.
+    """Total angle through which the robot turned, left and right turns both counted as positive.
 
     Formula: sum |dyaw|.
     """
@@ -122,7 +122,7 @@ def heading_change_rad(log: TrialLog) -> float:
 
 @metric(unit="rad/m", better="lower", title="Turning per metre")
 def heading_change_per_metre_radpm(log: TrialLog) -> float:
-    """How far the robot turned in all, for each metre it drove.
+    """Total angle through which the robot turned, for each metre it drove.
 
     Formula: sum |dyaw| / driven length.
     """
@@ -134,7 +134,7 @@ def heading_change_per_metre_radpm(log: TrialLog) -> float:
 
 @metric(unit="", better="lower", title="Changes between left and right")
 def heading_reversal_count(log: TrialLog) -> float:
-    """How often turning changed between left and right.
+    """Number of changes between turning left and turning right.
 
     Formula: sign changes of the true yaw rate, |w| <= 0.05 rad/s ignored.
     """
@@ -143,7 +143,7 @@ def heading_reversal_count(log: TrialLog) -> float:
 
 @metric(unit="", better="lower", title="Changes between forwards and backwards")
 def direction_reversal_count(log: TrialLog) -> float:
-    """How often the robot changed between driving forwards and backwards.
+    """Number of changes between driving forwards and driving backwards.
 
     Formula: sign changes of the true velocity, |v| <= 0.01 m/s ignored.
     """

@@ -1,6 +1,6 @@
-"""How a robot was among people: distances, time to collision, forces, what it cost them.
+"""Social metrics: distances to people, time to collision, social forces, delay of the people.
 
-None of it is what people feel. docs/living_world.md says what such numbers cannot tell.
+None of these numbers is what people feel. docs/living_world.md names the limits of such metrics.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ SOCIAL_FACTOR = 2.1
 # Hall's zones, by the gap between outline and body.
 INTIMATE_M, PERSONAL_M, SOCIAL_M = 0.45, 1.2, 3.6
 COMPLIANT_M = 0.5
-# Whose way led past the robot within this was near it.
+# A person with a smaller gap to the robot is near it.
 NEAR_M = 3.6
 # Slower than this a person does not walk, and cannot be held up.
 WANTS_TO_WALK_MPS = 0.1
@@ -137,22 +137,24 @@ def public_space_ratio(log: TrialLog) -> float:
 
 @metric(unit="", better="lower", title="Times that the robot came too near to somebody")
 def robot_intimate_approach_count(log: TrialLog) -> float:
-    """How often the robot came within 0.45 m of somebody.
+    """Number of times that the robot approached a person to less than 0.45 m.
 
-    Formula: number of looks, every 0.1 s, at which a gap falls below 0.45 m and more of that, since
-    the look before, by the way of the robot than by that of the person; each alone shortens the gap
-    by its own motion between where both were before.
+    Formula: the gaps are sampled every 0.1 s. An approach is a sample whose gap is below 0.45 m
+    after one whose gap was not. It counts as the robot's if the robot's motion since the sample
+    before, with the person held still, leaves a gap no larger than the person's motion, with the
+    robot held still.
     Source: "robot on person intimate distance violation" of SEAN 2.0 (Tsoi et al. 2022), which
-    tells the two apart by bearing.
+    tells the two cases apart by bearing.
     """
     return float(approaches_within(log, INTIMATE_M).by_robot)
 
 
 @metric(unit="", better="lower", title="Times that somebody came too near to the robot")
 def person_intimate_approach_count(log: TrialLog) -> float:
-    """How often somebody came within 0.45 m of the robot.
+    """Number of times that a person approached the robot to less than 0.45 m.
 
-    Formula: as `robot_intimate_approach_count`, where the person did most of it.
+    Formula: as `robot_intimate_approach_count`; counted are the approaches to which the person's
+    motion contributed more than the robot's.
     Source: "person on robot intimate distance violation" of SEAN 2.0 (Tsoi et al. 2022).
     """
     return float(approaches_within(log, INTIMATE_M).by_person)
@@ -172,9 +174,10 @@ def group_crossing_ratio(log: TrialLog) -> float:
 
 @metric(unit="", better="lower", title="Groups that the robot drove into")
 def groups_entered_count(log: TrialLog) -> float:
-    """How many groups the footprint was among at some time.
+    """Number of groups that the robot entered.
 
-    Formula: number of groups whose hull it overlapped, as in `group_crossing_ratio`.
+    Formula: number of groups whose hull the footprint overlapped at some time, as in
+    `group_crossing_ratio`.
     Source: after Roy and Rahman, "TAGA", arXiv 2503.21168.
     """
     return float((gaps_to_groups_m(log).to_hulls <= 0.0).any(axis=0).sum())
@@ -230,11 +233,11 @@ def social_force_on_people_mps2(log: TrialLog) -> float:
 
 @metric(unit="", better="lower", title="How much slower people went near the robot")
 def people_slowdown_ratio(log: TrialLog) -> float:
-    """How much slower than they wanted people walked while they were within 3.6 m of the robot.
+    """Share of their wanted speed that people lost while they were within 3.6 m of the robot.
 
-    Formula: 1 - mean of speed / wanted speed over people and looks with a gap below 3.6 m, of those
-    who have a way to go; at their goal at the end of it they are left out. Some of it is the
-    people's and the walls' doing: compare controllers, not worlds.
+    Formula: 1 - mean(min(speed / wanted speed, 1)) over people and samples with a gap below 3.6 m.
+    People who do not want to walk, or who have arrived at their goal, are left out. Other people
+    and walls slow people down, too: compare controllers in one world, not worlds.
     Source: after "average pedestrian velocity" of SEAN 2.0 (Tsoi et al. 2022).
     """
     people = people_of(log)
@@ -248,7 +251,7 @@ def people_slowdown_ratio(log: TrialLog) -> float:
 
 
 def _contact(log: TrialLog) -> dict[str, float]:
-    """Returns the account of a contact with a person, empty where there was none."""
+    """Returns the log's entry on a contact with a person; {} where there was none."""
     if log.outcome is not Outcome.COLLIDED or log.info["contact"]["kind"] != "person":
         return {}
     return dict(log.info["contact"])
@@ -272,7 +275,7 @@ def _share(log: TrialLog, holds: NDArray[np.bool_]) -> float:
 
 
 def _has_arrived(log: TrialLog, people: PeopleLooks) -> NDArray[np.bool_]:
-    """Returns (T, P) whether somebody who does not turn back is at the end of the way."""
+    """Returns flags (T, P): the person has arrived at the end of the way and does not turn back."""
     arrived: NDArray[np.bool_] = np.zeros(people.gaps_m.shape, dtype=bool)
     for index, person in enumerate(movers_of(log).people.persons):
         if person.goals and (len(person.goals) == 1 or not person.repeats):

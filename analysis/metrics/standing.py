@@ -1,4 +1,4 @@
-"""What stood in the world of a trial, as its log tells it."""
+"""The standing obstacles in the world of a trial, read from its log."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ def shapes_of(log: TrialLog) -> list[Obstacle]:
 
 
 def edges_within(edges: Array, low: Array, high: Array) -> Array:
-    """Returns the edges (N, 4) that reach into a rectangle, as far as their ends tell."""
+    """Returns the edges (N, 4) whose bounding box overlaps a rectangle."""
     x, y = edges[:, [0, 2]], edges[:, [1, 3]]
     reaches = (x.max(axis=1) >= low[0]) & (x.min(axis=1) <= high[0])
     reaches &= (y.max(axis=1) >= low[1]) & (y.min(axis=1) <= high[1])

@@ -1,7 +1,7 @@
-"""How closely the robot followed the plan.
+"""Distance and heading of the robot relative to the plan.
 
-The plan at a time is the one in force then: the latest that the controller server was given. Times
-before the first one, and those of a plan without length, are left out.
+At each time the plan is the latest one that the controller server was given. Times before the first
+plan, and times whose plan has no length, are left out.
 """
 
 from __future__ import annotations
@@ -138,12 +138,13 @@ def plan_progress_ratio(log: TrialLog) -> float:
 
 @metric(unit="s", better="lower", title="Time without progress")
 def stall_time_s(log: TrialLog) -> float:
-    """How long a trial that failed went on without getting farther along the plan.
+    """Time that a failed trial went on without getting farther along the plan.
 
-    Formula: end - the first time at which the nearest point of the first plan (of the present leg,
-    with waypoints) lay within 0.05 m (a cell of a map) of the farthest one that was reached. The
-    published abort_time starts at the very lowest command, which the noise of two commands near a
-    standstill decides.
+    Formula: the robot's progress at a time is the arc length of the point of the first plan (with
+    waypoints, of the last leg's first plan) that is nearest to the robot. The value is the end time
+    minus the first time at which the progress was within 0.05 m (one map cell) of its maximum. The
+    published abort_time starts at the very lowest command instead; near a standstill, noise decides
+    which command is the lowest.
     """
     if log.outcome is Outcome.SUCCEEDED:
         raise Undefined("the trial reached its goal")

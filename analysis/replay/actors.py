@@ -1,4 +1,4 @@
-"""What a trial adds to the stage: its robot, the driven path and the lidar hits."""
+"""Draws the objects of one trial: its robot, the driven path and the lidar hits."""
 
 from __future__ import annotations
 
@@ -37,16 +37,16 @@ HIT_SIZE_M = 0.16
 HIT_HEIGHT_M = 0.2
 PATH_WIDTH_M = 0.06
 OUTLINE_WIDTH_M = 0.03
-# Keeps what belongs to different controllers from flickering where it lies in one plane.
+# Keeps objects of different controllers in one plane from flickering.
 LAYER_STEP_M = 0.001
 
 
 @dataclass(frozen=True)
 class Pace:
-    """How often things are keyed, so that long trials do not make the page large.
+    """The spacing of key frames, chosen so that long trials do not make the page large.
 
-    pose_stride: frames from one pose of a base to the next. turn_period_s: time for which a scan
-    or a prediction is shown.
+    pose_stride: number of frames from one pose of a base to the next. turn_period_s: time for which
+    a scan or a prediction is shown.
     """
 
     pose_stride: int
@@ -61,9 +61,10 @@ class Pace:
         turn_period_s: float,
         max_turns: int,
     ) -> Pace:
-        """Returns the finest pace, up to `turn_period_s`, at which such trials fit into a page.
+        """Returns the finest pace at which trials of these durations fit into a page.
 
-        max_turns: what comes and goes is a new object each time, of 1 to 3 kB.
+        turn_period_s: the shortest period of scans and predictions. max_turns: the largest number
+        of them in the page; each is an object of its own, of 1 to 3 kB.
         """
         total_s = sum(durations_s)
         keys_a_frame = 1 + len(model.moving_links) / FRAMES_PER_WHEEL_KEY
@@ -120,9 +121,9 @@ def draw_robot(stage: Stage, path: str, model: RobotModel, *, outline: Array, rg
 def add_driven_path(
     stage: Stage, path: str, stretches: Sequence[Array], *, rgba: Rgba, layer: int = 0
 ) -> None:
-    """Draws where the base drove; higher layers lie above lower ones.
+    """Draws the driven path of the base; higher layers lie above lower ones.
 
-    stretches: (N, 2) m on each floor in turn.
+    stretches: the positions (N, 2) m on each floor in turn.
     """
     height_m = PATH_HEIGHT_M + (1 + layer) * LAYER_STEP_M
     parts = [thinned(stretch, POINT_SPACING_M) for stretch in stretches]

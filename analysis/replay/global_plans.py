@@ -29,7 +29,7 @@ def add_course(stage: Stage, plans: Sequence[Plan]) -> None:
 
 
 def add_plans_in_force(stage: Stage, plans: Sequence[Plan], period_s: float) -> None:
-    """Shows each plan until the next one; of those within a period only the first."""
+    """Shows each plan until the next one; only the first plan of each period is shown."""
     in_turn = spaced_in_time(((plan.time_s, plan) for plan in plans), period_s)
     length_m = sum(path_length(plan.poses) for _, plan in in_turn)
     dash_m = max(PLAN_DASH_M, 0.5 * length_m / MAX_DASHES)
@@ -41,7 +41,7 @@ def add_plans_in_force(stage: Stage, plans: Sequence[Plan], period_s: float) -> 
 
 
 def draw_plan(stage: Stage, path: str, poses: NDArray[np.float64]) -> bool:
-    """Draws the poses (N, 3) of a plan as a dashed line, in the place of what was there."""
+    """Draws the poses (N, 3) of a plan as a dashed line, which replaces the one drawn before."""
     return _draw(stage, path, Plan(0.0, poses), PLAN_DASH_M)
 
 

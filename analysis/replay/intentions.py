@@ -1,4 +1,7 @@
-"""What a controller had in mind: the trajectories in its diagnostics (see `Decision`)."""
+"""Draws the trajectories in a controller's diagnostics, such as its prediction and samples.
+
+`Decision.diagnostics` holds them.
+"""
 
 from __future__ import annotations
 
@@ -27,7 +30,7 @@ SAMPLE_COLORS = (
 REFUSED_COLOR = Rgba(0.90, 0.60, 0.58, 1.0)
 STOP_COLOR = Rgba(0.45, 0.10, 0.55, 1.0)
 GROUP_COLOR = Rgba(0.10, 0.55, 0.45, 1.0)
-# The samples just above all that lies on the floor; see _Ribbon for what is above them.
+# Height of the samples, just above everything that lies on the floor; see _Ribbon for the others.
 SAMPLES_HEIGHT_M = 0.03
 SINGLE_TRAJECTORY_AXES = 2
 CARROT_RADIUS_M = 0.06
@@ -38,7 +41,7 @@ MAX_SAMPLE_TURNS = 60
 
 
 class _Ribbon(NamedTuple):
-    """How trajectories are drawn that the diagnostics hold under a key."""
+    """The style of the trajectories that a controller's diagnostics hold under `key`."""
 
     key: str
     rgba: Rgba
@@ -134,7 +137,7 @@ def _events(cycles: Cycles, key: str, period_s: float) -> list[tuple[float, Mapp
 def _fewer_events(
     cycles: Cycles, key: str, period_s: float
 ) -> list[tuple[float, Mapping[str, Any]]]:
-    """Returns the events of what takes much of the page: MAX_SAMPLE_TURNS at most."""
+    """Returns at most MAX_SAMPLE_TURNS events with `key`, whose arrays take much of the page."""
     span_s = cycles[-1][0] - cycles[0][0] if cycles else 0.0
     return _events(cycles, key, max(period_s, span_s / MAX_SAMPLE_TURNS))
 

@@ -43,10 +43,10 @@ from drake_navbench.kernels.poses import inverse
 from drake_navbench.logs.moment import Moment
 
 COSTMAP_PATH, PREDICTION_PATH = "/local_costmap", "/prediction"
-# What is drawn anew as a whole is so less often than the robot moves.
+# Objects that must be drawn anew as a whole are updated less often than the robot's pose.
 SLOW_PERIOD_S = 0.25
 MARGIN_M = 2.0
-# All that a scene draws, to be gone before the next one.
+# The paths of all objects of a scene, which are deleted before the next scene.
 DRAWN = (
     "/controllers",
     "/floor",
@@ -62,10 +62,11 @@ DRAWN = (
 
 
 class Course(NamedTuple):
-    """What stands still in a trial, and what its robot looks like.
+    """The fixed parts of a live scene: the world, the task, and the robot's shape.
 
-    start: (3,), goals: (G, 3), x m, y m, yaw rad. goal_tolerance_m: None where the checker has no
-    such radius. outline: (K, 2) m. model: the robot's SDF file, None for a prism.
+    start: (3,) and goals: (G, 3), each x m, y m, yaw rad, world frame. goal_tolerance_m: None where
+    the goal checker has no radius. outline: (K, 2) m, base frame. model: the robot's SDF file; None
+    draws the robot as a prism over its outline.
     """
 
     scenario: str
@@ -108,7 +109,7 @@ class LiveScene:
         self._slow_s = -np.inf
 
     def show(self, moment: Moment) -> None:
-        """Draws what is to be seen at a time."""
+        """Draws the scene as it is at the time of `moment`."""
         x, y, yaw = moment.state[:3]
         self._stage.pose(
             self._paths.robot, RigidTransform(RotationMatrix.MakeZRotation(yaw), [x, y, 0.0])

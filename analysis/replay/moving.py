@@ -1,4 +1,4 @@
-"""What moves in a replay besides the robots."""
+"""Draws the moving obstacles of a replay."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ Array = NDArray[np.float64]
 
 
 def draw_moving(stage: Stage, moving: MovingObstacles) -> list[str]:
-    """Draws what moves along given ways where it begins; returns the path of each."""
+    """Draws each moving obstacle at its pose at time 0; returns the Meshcat path of each."""
     paths = []
     for index, (thing, pose) in enumerate(
         zip(moving.things, moving.tracks.poses_at(0.0), strict=True)
@@ -34,7 +34,10 @@ def draw_moving(stage: Stage, moving: MovingObstacles) -> list[str]:
 
 
 def add_moving(stage: Stage, movers: Movers, *, end_time_s: float, pose_stride: int) -> bool:
-    """Draws what moves and lets it move until a time; returns whether anything does."""
+    """Draws the moving obstacles and animates them until `end_time_s`.
+
+    Returns whether there are any.
+    """
     if not len(movers.things):
         # To ask where nothing is would load a kernel first, which takes longer than the replay.
         return False

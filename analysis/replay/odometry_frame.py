@@ -1,6 +1,7 @@
-"""From the odometry's frame, where it has one of its own, to the world's that replays show.
+"""Transforms a controller's data from the odometry's frame into the world frame of replays.
 
-The robot is drawn where it truly is, so what it had around it is drawn around it there.
+Odometry that drifts has a frame of its own. The robot is drawn at its true pose, so the data that
+it had relative to itself are drawn relative to that pose.
 """
 
 from __future__ import annotations
@@ -42,7 +43,7 @@ def world_from_odometry(log: TrialLog, time_s: float) -> Array | None:
 
 
 def cycles_in_world(log: TrialLog) -> tuple[Cycle, ...]:
-    """Returns the log's diagnostics with all that lies somewhere in the world's frame."""
+    """Returns the log's diagnostics with all positions and poses in the world frame."""
     return tuple((time_s, _placed(cycle, log, time_s)) for time_s, cycle in log.diagnostics)
 
 

@@ -82,7 +82,7 @@ def assemble(
     notes: sentences below the legend, such as how to get layers that are lacking.
     """
     blocks = ["\n".join(row.markup() for row in section) for section in sections if section]
-    # What ends a script must not stand in one.
+    # A script element must not contain the text that ends it.
     plain = json.dumps(data, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
     overlay = Template(_text(".html")).substitute(
         style=_text(".css"),

@@ -183,7 +183,7 @@ def _add_surroundings(
     logs: Sequence[TrialLog],
     plans: Sequence[Plan],
 ) -> Bounds:
-    """Draws what stands still; returns the course."""
+    """Draws the world, the start and the goals; returns the bounds around task and driven paths."""
     start = np.array(logs[0].info["scenario"]["start"], dtype=float)
     driven = [log.samples[["x_m", "y_m"]].to_numpy() for log in logs]
     ends = np.vstack([start, goals(logs[0])])[:, :2]
@@ -251,7 +251,10 @@ def _add_trial(
 
 
 def _moving_rows(stage: Stage, logs: Sequence[TrialLog], pace: Pace) -> list[LegendRow]:
-    """Draws what moves along given ways, the same in all trials; returns its row and people's."""
+    """Draws the moving obstacles, which move alike in all trials.
+
+    Returns the legend's rows of the moving obstacles and of the people, each if there are any.
+    """
     end_time_s = max(log.samples["time_s"].iloc[-1] for log in logs)
     movers = movers_of(logs[0])
     is_drawn = add_moving(stage, movers, end_time_s=end_time_s, pose_stride=pace.pose_stride)
@@ -294,7 +297,7 @@ def _costmap_rows(
 
 
 def _intention_rows(stage: Stage, log: TrialLog, pace: Pace) -> list[LegendRow]:
-    """Draws what the diagnostics hold; returns a row for each kind that there is."""
+    """Draws the trajectories in a log's diagnostics; returns a legend row for each kind in it."""
     kinds: list[tuple[str, Any, Rgba]] = [
         ("prediction", intentions.add_prediction, intentions.PREDICTED_COLOR),
         ("stop plan", intentions.add_stop, intentions.STOP_COLOR),
@@ -311,7 +314,7 @@ def _intention_rows(stage: Stage, log: TrialLog, pace: Pace) -> list[LegendRow]:
 
 
 def _notes(logs: Sequence[TrialLog], layers: Sequence[LegendRow], *, is_race: bool) -> list[str]:
-    """Returns how to get the layers that the page lacks."""
+    """Returns notes that say which option adds each layer that the page lacks."""
     paths = {path for row in layers for path in row.paths}
     notes = []
     if not any(RobotPaths(log.info["controller"]).costmap in paths for log in logs):

@@ -1,4 +1,4 @@
-"""Where in Meshcat's tree things are, and in which colours."""
+"""Paths and colours of the drawn objects in Meshcat's tree."""
 
 from __future__ import annotations
 

@@ -24,7 +24,7 @@ MAX_KEYS, FRAMES_PER_KEY = 10_000, 3
 
 
 def draw_person(stage: Stage, path: str, rgba: Rgba) -> None:
-    """Draws somebody who stands, below a path that is to be placed."""
+    """Draws a standing person below `path`, whose pose the caller sets."""
     trunk = RigidTransform([0.0, 0.0, TRUNK_HEIGHT_M])
     head = RigidTransform([0.0, 0.0, HEAD_HEIGHT_M])
     _draw(stage, f"{path}/trunk", Ellipsoid(*TRUNK_SEMI_AXES_M), trunk, rgba)
@@ -66,14 +66,17 @@ def add_people(stage: Stage, path: str, log: TrialLog, *, rgba: Rgba, trial_coun
 
 
 def leg_pose(side: float, ahead_m: float) -> RigidTransform:
-    """Returns where a leg hangs; side: 1 left, -1 right. ahead_m: of the left foot."""
+    """Returns the pose of a leg in the person's frame.
+
+    side: 1 for the left leg, -1 for the right. ahead_m: how far the left foot is before the hips.
+    """
     swing = -np.arcsin(np.clip(side * ahead_m / HIP_HEIGHT_M, -1.0, 1.0))
     rotation = RotationMatrix.MakeYRotation(swing)
     return RigidTransform(rotation, [0.0, side * HIP_HALF_WIDTH_M, HIP_HEIGHT_M])
 
 
 def _motion(log: TrialLog, index: int, times: Array) -> tuple[Array, Array]:
-    """Returns somebody's poses (T, 3), and how far the left foot is ahead, (T,) m."""
+    """Returns a person's poses (T, 3), and the left foot's distance ahead of the hips, (T,) m."""
     assert log.people is not None
     own_s, own = log.people.time_s, log.people.poses[:, index]
     steps_m = np.nan_to_num(np.hypot(*np.diff(own[:, :2], axis=0).T))

@@ -1,4 +1,4 @@
-"""What a replay draws of a robot: the visuals of its SDF file, or a prism over its outline."""
+"""Draws a robot in a replay: the visuals of its SDF file, or a prism over its outline."""
 
 from __future__ import annotations
 

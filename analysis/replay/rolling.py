@@ -1,7 +1,7 @@
-"""How wheels and casters turn under a base that moves in the plane.
+"""Rolling angles of wheels and swivel angles of casters under a base that moves in the plane.
 
-Velocities are in the base frame; the base moves with v forward and vy to the left and turns with w,
-so the point (x, y) of the base moves with (v - w y, vy + w x).
+Velocities are in the base frame. The base moves forward with v and to the left with vy, and turns
+with w. The point (x, y) of the base then has the velocity (v - w y, vy + w x).
 """
 
 from __future__ import annotations

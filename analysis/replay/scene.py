@@ -1,4 +1,4 @@
-"""What stands still in a replay: floor, obstacles, the task, the camera."""
+"""Draws the fixed parts of a replay: floor, obstacles and task; places the camera."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ MARKER_COLOR = Rgba(0.15, 0.16, 0.20, 1.0)
 # Meshcat's lamps hang over the origin and leave a course of 15 m dark at its end.
 NEARBY_LIGHTS = ("SpotLight", "PointLightNegativeX", "PointLightPositiveX")
 AMBIENT_INTENSITY, SUN_INTENSITY = 1.1, 2.0
-# Where the light comes from in three.js's frame: x right, y up, z towards the viewer.
+# Direction to the light in three.js's frame: x right, y up, z towards the viewer.
 SUN_DIRECTION_YUP = [-3.0, 8.0, 4.0]
 BACKGROUND_TOP = [0.80, 0.85, 0.92]
 BACKGROUND_BOTTOM = [0.96, 0.97, 0.98]
@@ -87,7 +87,9 @@ def add_scene(stage: Stage, world: World, *, course: Bounds) -> None:
 
 
 def goal_tolerance_m(checker: Mapping[str, Any]) -> float | None:
-    """Returns how near to a goal is near enough; None where a goal checker has no such radius.
+    """Returns the radius around the goal within which it counts as reached, m.
+
+    None where the goal checker has no such radius.
 
     checker: the goal checker's settings.
     """

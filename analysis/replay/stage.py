@@ -52,14 +52,16 @@ class Stage:
         return len(points) > 0
 
     def pose(self, path: str, pose: RigidTransform, frame: int | None = None) -> None:
-        """Places what is at a path: for good, or at a frame with a smooth motion between frames."""
+        """Sets the pose of the object at a path, for all times or at one frame.
+
+        Between frames the object moves smoothly."""
         if frame is None:
             self.meshcat.SetTransform(path, pose)
         else:
             self.animation.SetTransform(frame, path, pose)
 
     def show_from(self, path: str, frame: int, *, is_shown: bool) -> None:
-        """Shows or hides what is at a path from a frame on."""
+        """Shows or hides the object at a path from a frame on."""
         self.animation.SetProperty(frame, path, "visible", is_shown)
 
     def take_turns(self, shown: Sequence[tuple[float, str | None]]) -> None:
@@ -81,9 +83,10 @@ class Stage:
 
 
 def make_meshcat() -> Meshcat:
-    """Returns a Meshcat whose server listens on this machine alone, and about which nobody is told.
+    """Returns a Meshcat whose server accepts connections from this machine alone.
 
-    A page that is written to a file needs no server; one that is live tells its own address.
+    Drake's message with the server's address is suppressed: a page in a file needs no server, and
+    the live page prints its own address.
     """
     with _without_drake_notices():
         return Meshcat(MeshcatParams(host="localhost", show_stats_plot=False))

@@ -1,4 +1,4 @@
-"""What the strip of charts below a replay shows of a trial, as plain numbers."""
+"""The numbers of one trial behind the strip of charts below a replay."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ from drake_navbench.logs.log import Outcome, TrialLog
 # A line of the strip is some 1000 pixels long; a race has several of them.
 MAX_POINTS = 400
 DECIMALS = 3
-# A single slow cycle would flatten the curves of all others: the axis of compute times ends at so
-# many times what all but a fiftieth stay below.
+# A single slow cycle would flatten the curves of all others. So the axis of compute times ends at
+# ROOM_ABOVE_MOST times the MOST_PERCENT-th percentile.
 MOST_PERCENT, ROOM_ABOVE_MOST = 98.0, 3.0
 
 
@@ -49,7 +49,7 @@ def strip_of(log: TrialLog) -> Mapping[str, Any]:
 def compute_top_ms(curves: Sequence[Sequence[float | None]]) -> float | None:
     """Returns the upper end of the axis of compute times, ms; None where there are none.
 
-    Peaks beyond it are cut off by the page, which tells the highest as a number.
+    The page cuts off higher peaks and shows the value of the highest as a number.
     """
     known = [value for curve in curves for value in curve if value is not None]
     if not known:

@@ -1,4 +1,4 @@
-"""What the trials say of the publication, added up: verdicts, orderings, and relative errors."""
+"""Totals of the comparison with the publication: verdicts, orderings and relative errors."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ from drake_navbench.analysis.reproduction.published_cells import (
 )
 from drake_navbench.analysis.tables import STD_HEADING_ERROR
 
-# What hardly any run could miss: 100 or 0% by the task, and a setting.
+# Metrics that hardly any run could miss: success is 100 or 0% by the task, top speed is a setting.
 NEAR_TRIVIAL_METRICS = ("success_rate", "max_velocity")
 # Near zero, and a spread that four trials do not tell.
 UNCERTAIN_METRICS = ("min_path_error", STD_HEADING_ERROR)
@@ -62,9 +62,10 @@ Row = Ordering | Comparison
 
 
 class Share(NamedTuple):
-    """How many findings came to which verdict, and how many of them rest on one trial.
+    """Number of a scenario's findings with each verdict.
 
-    holds_from_one_trial: of those that hold.
+    from_one_trial: the findings that rest on a single trial. holds_from_one_trial: those of them
+    that hold.
     """
 
     scenario: str
@@ -125,8 +126,8 @@ def shares_by_difficulty(judgements: Sequence[Judgement]) -> tuple[Share, Share]
 def errors_by_metric(own: Account) -> dict[str, RelativeError]:
     """Returns the relative error of all printed numbers, of those left out and of the others.
 
-    'compared' are the metrics whose orderings count; 'uncertain' those that four trials do not
-    tell; 'all' of them together.
+    'compared' are the metrics whose orderings count, 'uncertain' those for which four trials are
+    too few, 'all' all metrics together.
     """
     return {
         "compared": relative_error(own.compared_cells),

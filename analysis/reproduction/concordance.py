@@ -1,8 +1,8 @@
-"""How many of the orderings of two controllers that the published tables imply are found again.
+"""Share of the published orderings of two controllers that our trials reproduce.
 
-The findings are claims that somebody chose to make; this is about all pairs of all numbers. Beside
-it stands the ceiling: how well two runs of our own system, as small as the published one, agree
-with each other.
+The findings are claims that the authors chose to make. This share is over all pairs of controllers
+in all numbers of the published tables. The ceiling beside it is the agreement of two runs of our
+own system that are as small as the published one.
 """
 
 from __future__ import annotations
@@ -65,10 +65,12 @@ class Ordering(NamedTuple):
 
 
 class Concordance(NamedTuple):
-    """How many orderings agree.
+    """Number of published orderings that our trials reproduce.
 
-    orderings: with a value here. agreeing: of these; an exact tie here counts one half. level:
-    those that differ here by less than 1%, whichever way. without_value: left out.
+    orderings: the published orderings for which our trials have values. agreeing: those in which
+    our values are in the same order; an exact tie counts one half. level: those in which our values
+    differ by less than 1%, in either direction. without_value: the orderings left out because our
+    trials have no value.
     """
 
     orderings: int
@@ -83,10 +85,10 @@ class Concordance(NamedTuple):
 
 
 class Ceiling(NamedTuple):
-    """How many orderings of one half of our own trials the other half has, over all splits.
+    """Agreement between the orderings in two halves of our own trials, over all splits.
 
-    orderings: mean count in a split. ratio, low, high: mean share that agrees, and the middle 95%
-    of the splits.
+    orderings: mean number of orderings in a split. ratio: mean share of them that agree. low, high:
+    the middle 95% of the splits.
     """
 
     orderings: float
@@ -121,9 +123,10 @@ def published_orderings(
 
 
 class Baseline(NamedTuple):
-    """How many orderings are found again where the controllers' labels are permuted.
+    """Agreement with the published orderings after the controllers' labels are permuted.
 
-    permutations: how many, the right one not among them. median, best: share that agrees.
+    permutations: the number of permutations, without the identity. median, best: over them, the
+    median and the largest share of orderings that agree.
     """
 
     permutations: int
@@ -134,8 +137,8 @@ class Baseline(NamedTuple):
 def permutation_baseline(trials: pd.DataFrame, lineup: Lineup = PUBLISHED_SETTINGS) -> Baseline:
     """Returns the score without skill: our columns under every other order of the labels.
 
-    A permutation holds in all scenarios and metrics alike, and keeps the layouts and that the
-    controllers differ; what is lost is which of them does what.
+    A permutation renames the controllers in all scenarios and metrics alike. The scenarios and the
+    differences between columns stay; only the assignment of controllers to columns is lost.
     """
     published_signs, our_signs = [], []
     for scenario, metric, published, unit in _published_rows():

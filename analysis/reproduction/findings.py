@@ -1,4 +1,4 @@
-"""What the publication claims, and what its own tables are precise enough to say."""
+"""The publication's claims, each checked against the precision of the published tables."""
 
 from __future__ import annotations
 

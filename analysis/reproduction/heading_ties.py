@@ -1,7 +1,7 @@
-"""What hangs on the publication's heading error taking the first of several equally near samples.
+"""Effect of a choice in the published heading error: which of several equally near samples counts.
 
-A robot that turns on the spot before a wall has many samples at one place; the publication does not
-say which of them it takes. Here the first one counts, and this tells what the last one would say.
+A robot that turns on the spot before a wall has many samples at one place. The publication does not
+say which of them it takes. We take the first; this module computes the values for the last one.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ class TiedCell(NamedTuple):
 
 
 class TiedFinding(NamedTuple):
-    """A finding whose verdict is another one by the last sample."""
+    """A finding whose verdict changes if the last of the equally near samples counts."""
 
     number: int
     text: str

@@ -282,7 +282,10 @@ def _by_intervals(
 
 
 def _room(part: Part) -> float:
-    """Returns how little a part has to spare, for comparing parts of one finding."""
+    """Returns the margin by which a part holds; the part with the smallest one is the tightest.
+
+    Only margins of one finding's parts can be compared. A part without a size has the margin inf.
+    """
     if math.isnan(part.size):
         return math.inf
     return part.size if part.is_ordering else -part.size

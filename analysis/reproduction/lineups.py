@@ -18,10 +18,10 @@ GOAL_SCENARIOS = ("empty", "static_obstacles", "one_obstacle")
 
 @dataclass(frozen=True)
 class Lineup:
-    """What is compared with the publication.
+    """The presets and scenarios whose trials are compared with the publication.
 
-    presets: published controller -> preset. scenarios: published scenario -> the one that stands
-    for it, where that has another name.
+    presets: published controller -> our preset. scenarios: published scenario -> our scenario,
+    where ours has another name.
     """
 
     name: str
@@ -78,7 +78,7 @@ LINEUPS = (
 
 
 def present_lineups(trials: pd.DataFrame) -> list[Lineup]:
-    """Returns the published lineup and every other of which something of its own was driven."""
+    """Returns the published lineup and each other one with driven trials of its own."""
     driven = set(zip(trials["scenario"], trials["controller"], strict=True))
     scenarios = published_table()["scenario"].unique()
 

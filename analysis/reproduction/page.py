@@ -151,7 +151,10 @@ def render(
 
 
 def _share_rows(accounts: Sequence[Account]) -> list[tuple[str, list[Share | None]]]:
-    """Returns a scenario and its share a lineup; None where a lineup has the published one's."""
+    """Returns for each scenario its name and one share a lineup.
+
+    The share is None where a lineup has the same scenario and presets as the published lineup.
+    """
     main, *others = accounts
     rows: list[tuple[str, list[Share | None]]] = [
         (share.scenario, [share]) for share in shares(main.judgements)

@@ -38,7 +38,7 @@ def published_units() -> dict[tuple[str, str], float]:
 
 @lru_cache(maxsize=1)
 def published_findings() -> pd.DataFrame:
-    """Returns what the publication claims: id, scenario, metric, relation, controllers, where."""
+    """Returns the publication's claims: id, scenario, metric, relation, controllers, where."""
     return _packaged_csv("findings.csv")
 
 

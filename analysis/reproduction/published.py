@@ -233,10 +233,10 @@ def avg_heading_error(log: TrialLog) -> float:
 
 @metric(unit="deg", better="neither", title="Average heading error, last of equally near samples")
 def avg_heading_error_last(log: TrialLog) -> float:
-    """`avg_heading_error` by the other rule for ties, to tell what hangs on it.
+    """`avg_heading_error` with the other rule for ties, to show the effect of the rule.
 
-    Formula: as there, but of several equally near samples the last counts. The publication does not
-    say which one it takes.
+    Formula: as `avg_heading_error`, but the last of several equally near samples counts. The
+    publication does not say which one it takes.
     """
     return _heading_error_deg(log, takes_last=True)
 
@@ -255,11 +255,11 @@ def energy(log: TrialLog) -> float:
 
 @metric(unit="s", better="lower", title="Time to give up")
 def abort_time(log: TrialLog) -> float:
-    """How long the controller took to give up once it was slowest.
+    """Time from the slowest sample of a failed trial to its end.
 
-    Formula: from the first sample at the trial's lowest v, where that is below v max, to the last
-    sample; 0 where v never drops. No value where the lowest v is that of the last sample: then
-    nothing tells when it began to give up.
+    Formula: time of the last sample - time of the first sample with the trial's lowest v; 0 where
+    that v is not below v max. No value where only the last sample has the lowest v: then the
+    samples do not show when the controller began to give up.
     """
     if log.outcome is Outcome.SUCCEEDED:
         raise Undefined("the trial reached its goal")

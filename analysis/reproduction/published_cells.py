@@ -1,4 +1,4 @@
-"""Every published number beside ours, and how far apart the two are."""
+"""Comparison of every published number with ours."""
 
 from __future__ import annotations
 
@@ -79,7 +79,7 @@ def compare_numbers(
 
 
 def relative_error(cells: Iterable[Comparison]) -> RelativeError:
-    """Returns how large the relative differences of some cells are, whichever way they go."""
+    """Returns median and upper quartile of the cells' relative differences, without their signs."""
     errors = np.abs([cell.relative_difference for cell in cells])
     errors = errors[np.isfinite(errors)]
     if len(errors) == 0:

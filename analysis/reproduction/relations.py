@@ -46,14 +46,14 @@ class Inequality:
         return f"{self.lower} < {self.factor:g} {self.higher}"
 
     def difference(self, lower: Array, higher: Array) -> Array:
-        """Returns what is left until the inequality breaks, in the unit of the metric."""
+        """Returns the inequality's margin, factor * higher - lower, in the unit of the metric."""
         return self.factor * higher - lower
 
     def size(self, lower: float, higher: float) -> float:
-        """Returns how large the effect is, a ratio.
+        """Returns the size of the effect, a ratio of the two means.
 
-        Of an ordering the difference as a share of the larger mean, positive where it holds, 0
-        where both are 0; otherwise the share `lower / higher` that the claim limits.
+        For an ordering it is (higher - lower) / the larger mean: positive where the ordering holds,
+        0 where both means are 0. Otherwise it is lower / higher, the ratio that the claim limits.
         """
         if not self.is_ordering:
             return lower / higher if higher != 0.0 else np.nan
@@ -68,7 +68,7 @@ class Equals:
     value: float
 
     def holds(self, values: Array) -> NDArray[np.bool_]:
-        """Returns of which values the printed one is the rounded form."""
+        """Returns for each value whether it rounds to the printed one."""
         return np.abs(values - self.value) <= HALF_PRINTED_UNIT
 
 

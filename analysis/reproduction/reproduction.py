@@ -33,7 +33,7 @@ def has_published_scenarios(scenarios: Iterable[str]) -> bool:
 
 
 class Reproduction(NamedTuple):
-    """Where the page is, and what it comes to in a sentence."""
+    """The path of the written page, and its result in a sentence."""
 
     path: Path
     sentence: str

@@ -1,1 +1,1 @@
-"""The table of trials: what is asked, who runs it, what is printed and written."""
+"""Campaigns: the request, the table of trials, the workers that drive them, and the output."""

@@ -1,4 +1,4 @@
-"""From the arguments of the command line to a request, and what is told of Nav2 files."""
+"""Makes a request from the arguments of the command line; prints the check of Nav2 files."""
 
 from __future__ import annotations
 
@@ -164,9 +164,9 @@ def _numbers(text: str) -> list[int]:
 
 
 def print_check(arguments: argparse.Namespace) -> None:
-    """Prints what becomes of each part of the Nav2 files and of the robot's model.
+    """Prints for each part of the Nav2 files and of the robot's model how it is used here.
 
-    Raises InputError where there is neither.
+    Raises InputError where there is neither a Nav2 file nor a model.
     """
     if not (arguments.nav2 or is_model(arguments.robot)):
         raise InputError("--check: expected a Nav2 file by --nav2, or a model by --robot")
@@ -212,7 +212,7 @@ def told_of_files(request: Request, nav2: Sequence[FileColumns]) -> list[str]:
 
 
 def _not_taken(path: Path) -> str:
-    """Returns a line on the nodes of a Nav2 file of which --params takes nothing, '' for none."""
+    """Returns a line on the nodes of a Nav2 file that --params ignores; '' if it ignores none."""
     names = dict.fromkeys(s.name.lstrip("/") for s in read_parameter_file(path).sections)
     others = [n for n in names if (n in READ and n != SERVER) or n.partition("/")[2] in READ]
     if not others:

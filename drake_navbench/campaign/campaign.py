@@ -1,4 +1,4 @@
-"""The table of trials: which there are, who runs them, what comes of them."""
+"""The campaign: the table of all trials of a benchmark, made from a request."""
 
 from __future__ import annotations
 
@@ -31,10 +31,10 @@ DEFAULT_TRIALS = 4
 class Campaign:
     """Every trial of a benchmark, in the order of its table, all input checked.
 
-    nav2: what each whole Nav2 file made of it, where there were any. model: what became of each
-    part of the robot's model, where the robot is given by that alone.
-    sweep: what was swept, empty where nothing was: under `scenarios` and `controllers`, by the name
-    of each scenario and column, the name `of` which it is made and its `values` by field.
+    nav2: the setups of the whole Nav2 files, if any. model: the check of each part of the robot's
+    model, if the robot is given by a model alone. sweep: {} without a sweep; else it holds, under
+    `scenarios` and `controllers` and by the name of each variant, the name `of` the original and
+    the swept `values` by field.
     """
 
     specs: tuple[TrialSpec, ...]
@@ -82,7 +82,7 @@ class Campaign:
 
     @property
     def identity(self) -> str:
-        """A digest of all its trials; what belongs to another campaign differs in it."""
+        """A digest of all its trials; campaigns with different trials have different digests."""
         return sha256("".join(spec.identity for spec in self.specs).encode()).hexdigest()
 
 

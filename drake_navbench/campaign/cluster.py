@@ -37,9 +37,10 @@ Row = dict[str, object]
 
 
 class ChunkEnding(NamedTuple):
-    """How the trials of a chunk ended, in order; refusal: why none was driven.
+    """The endings of a chunk's trials, in order, as a cluster's worker returns them.
 
-    logs: their bytes, where the results folder is not there. worker: dask's address of it.
+    logs: the bytes of each log, None where the worker itself can write to the results folder.
+    worker: its address in dask. refusal: why the worker drove no trial, '' if it drove them.
     """
 
     endings: list[Ending]
@@ -50,10 +51,10 @@ class ChunkEnding(NamedTuple):
 
 
 class TrialEnding(NamedTuple):
-    """How the trial at one place of the campaign ended.
+    """The ending of one trial of the campaign; place: its index.
 
-    made_by: the machine of a cluster that drove it, None here or where it was lost. workers: how
-    many there are.
+    made_by: the machine of the cluster that drove it; None if this machine did, or if the trial was
+    lost. workers: the number of the cluster's workers.
     """
 
     place: int
@@ -138,7 +139,7 @@ def drive_on_cluster(
 
 
 def _ending_of(future: Future[Any]) -> ChunkEnding | Died:
-    """Returns the ending of a chunk; a failure of the cluster is none of its trials'."""
+    """Returns the ending of a chunk; Died where the cluster failed, which is no trial's fault."""
     try:
         found: ChunkEnding = future.result()
     except Exception as error:
@@ -193,7 +194,7 @@ def _driven(
 
 
 def _is_folder_of(folder: Path, identity: str) -> bool:
-    """Tells whether this machine has the results folder of the campaign."""
+    """Returns whether this machine has the results folder of the campaign."""
     try:
         return ResultsFolder(folder).read_manifest().get("identity") == identity
     except InputError:

@@ -24,7 +24,8 @@ if TYPE_CHECKING:
     from distributed.security import Security
 
 LOCAL = "local:"
-# As of dask, with a port always; what is none would leave a client behind that it cannot close.
+# Addresses of dask, always with a port. For any other text, dask would leave a client behind that
+# cannot be closed.
 ADDRESS = re.compile(r"((tcp|tls|ws|wss|ucx)://)?([^\s/:]+|\[[0-9a-fA-F:]+\]):([0-9]{1,5})")
 ENCRYPTED = ("tls", "wss")
 LAST_PORT = 65535
@@ -32,16 +33,17 @@ MOST_LOCAL_WORKERS = 256
 CONNECT_TIMEOUT_S = 5.0
 # How often the process that has a chunk may be gone before the chunk is given up.
 ALLOWED_FAILURES = 10
-# In the folder of --cluster-tls: who is trusted, who we are, and the proof of it.
+# Files in the folder of --cluster-tls: the trusted authority, our certificate, and its private key.
 AUTHORITY, CERTIFICATE, KEY = "ca.pem", "cert.pem", "key.pem"
 NOT_INSTALLED = "dask.distributed is not installed; pip install 'drake-navbench[cluster]'"
 
 
 class ClusterPlace(NamedTuple):
-    """Where a cluster is, and why it is trusted.
+    """The address of a cluster, and the reason to trust it.
 
-    address: `local:N`, or as dask's. certificates: folder with `ca.pem`, `cert.pem` and `key.pem`
-    for `tls://`. trusts_network: whether an address without encryption is taken.
+    address: `local:N`, or an address of dask's scheduler. certificates: the folder with `ca.pem`,
+    `cert.pem` and `key.pem` for `tls://`. trusts_network: whether an address without encryption is
+    accepted.
     """
 
     address: str
@@ -117,7 +119,10 @@ def connected(place: ClusterPlace) -> Iterator[Client]:
 
 
 def _security_of(place: ClusterPlace) -> Security:
-    """Returns who is let in and how we are known; raises InputError where a place is no place."""
+    """Returns dask's security settings: the certificates that both ends show and accept.
+
+    Raises InputError where the address is wrong or does not fit the options beside it.
+    """
     address, certificates = place.address, place.certificates
     if address.startswith(LOCAL):
         _local_count(address)

@@ -1,4 +1,4 @@
-"""The bar that is shown while kernels are compiled: steps, kernels so far, time."""
+"""The progress bar for compiling kernels: steps, number of compiled kernels, time."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ KERNEL_FILES = "*/*.nbc"
 class CompileProgress:
     """A progress bar over the steps of compiling; one step may take a minute.
 
-    So it also tells how many kernels there are so far, by the files in their folder, and the time.
+    So it also shows the number of compiled kernels, counted as files in their folder, and the time.
     """
 
     def __init__(self, console: Console, kernel_folder: Path) -> None:
@@ -48,7 +48,7 @@ class CompileProgress:
 
 
 class _KernelCount(ProgressColumn):
-    """How many kernels were compiled since the bar began."""
+    """The column of a progress bar with the number of kernels compiled since the bar began."""
 
     # Files are not counted more often than this, s.
     max_refresh = 0.5

@@ -1,4 +1,4 @@
-"""What is printed: the console, the progress of the trials, the tables after them."""
+"""Prints to the terminal: the console, the progress of the trials, the tables after them."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ MAX_WIDTH = 100_000
 
 def terminal(*, quiet: bool = False, stderr: bool = False) -> Console:
     """Returns the console that everything is printed to; stderr: the one for errors."""
-    # Names may be anybody's: what looks like markup in them is none.
+    # Names may contain any text, which must not be read as rich's markup.
     console = Console(quiet=quiet, stderr=stderr, highlight=False, markup=False, emoji=False)
     if not console.is_terminal and not _columns_asked():
         console.width = PIPE_WIDTH
@@ -48,7 +48,7 @@ def terminal(*, quiet: bool = False, stderr: bool = False) -> Console:
 
 
 def _columns_asked() -> bool:
-    """Tells whether COLUMNS gives a width, which rich then takes."""
+    """Returns whether COLUMNS gives a width, which rich then takes."""
     columns = os.environ.get("COLUMNS", "")
     return columns.isdecimal() and int(columns) > 0
 
@@ -144,7 +144,7 @@ def name_lines(name: str) -> str:
 
 
 def fits(console: Console, table: Table) -> bool:
-    """Tells whether a table can be printed with nothing in it wrapped."""
+    """Returns whether a table can be printed with nothing in it wrapped."""
     unlimited = console.options.update(max_width=MAX_WIDTH)
     return Measurement.get(console, unlimited, table).maximum <= console.width
 

@@ -29,7 +29,7 @@ KILLED_ONCE = "killed_once"
 
 @dataclass
 class Progress:
-    """How far a campaign is; `failed` counts the trials that ended in an error."""
+    """Number of a campaign's trials by state; `failed` counts those that ended in an error."""
 
     total: int
     done: int = 0
@@ -47,7 +47,7 @@ class Undriven(NamedTuple):
 class Driven(NamedTuple):
     """The outcome of a campaign: the table of the trials that ended, and the others.
 
-    machines: of a cluster, with how many of these trials each drove.
+    machines: the machines of a cluster, each with the number of trials that it drove.
     """
 
     trials: pd.DataFrame
@@ -67,10 +67,11 @@ def run_campaign(
 ) -> Driven:
     """Drives every trial that has no log of its own in the folder yet; writes the table of trials.
 
-    A trial that breaks, hangs or ends its worker becomes a row with the outcome `error`. One that
-    is ended from outside, or for which the machine has too little, is left to be driven again;
-    where code of others drives and its worker is killed for the second time, that code did it.
-    Ctrl-C stops the workers and leaves the finished logs behind, from which a resumed run goes on.
+    A trial that raises, hangs or ends its worker becomes a row with the outcome `error`. A trial
+    whose worker is killed from outside, or for which the machine lacks memory or the like, has no
+    row and is driven again by `--resume`. If the trial runs code that is not ours and its worker is
+    killed a second time, that code is blamed, and the outcome is `error`.
+    Ctrl-C stops the workers and keeps the finished logs; a resumed run drives the other trials.
     on_refused_log: is told of every log that is not the one of its trial, which is driven again.
     cluster: where to drive in place of `jobs` workers here.
     on_refused_worker: is told of every worker of it that has other software.
@@ -162,10 +163,11 @@ def _read_back(
 
 
 def _blamed(ending: Ending, spec: TrialSpec, folder: ResultsFolder) -> Ending:
-    """Returns how a trial ended; a second kill is the doing of the code of others that it runs.
+    """Returns the ending of a trial, in which a repeated kill is blamed on code that is not ours.
 
-    Nobody can tell who has killed a process. A trial that kills its own would be driven again by
-    every `--resume`, so that the first kill is noted in the manifest.
+    It cannot be known who killed a process. A controller that kills its own process would be driven
+    again by every `--resume`. So the first kill of such a trial is noted in the manifest, and a
+    second one counts as the fault of its controller.
     """
     is_kill = (
         ending.is_killed

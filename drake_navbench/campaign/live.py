@@ -37,7 +37,8 @@ def show_live(campaign: Campaign, console: Console, *, realtime_rate: float = RE
             )
             server.show(scene.page)
             console.print(f"{spec.scenario.name}, {spec.preset.name}, trial {spec.trial} ...")
-            # What the controller has in mind is a layer, too; it moves nothing.
+            # The controller's diagnostics are a layer of the scene, too; they do not change the
+            # motion.
             watched = replace(spec, wants_diagnostics=True)
             log = simulate(watched, watch=scene.show, realtime_rate=realtime_rate)
             console.print(f"  {log.outcome} after {log.end_time_s:.1f} s: {log.info['reason']}")

@@ -18,7 +18,7 @@ OWN_NAMES = (HOST, "127.0.0.1", "::1")
 NUMBER_PATH = "/number"
 PAGE_PATH = "/"
 ICON_PATH = "/favicon.ico"
-# Where Meshcat has what its scene is made of.
+# The paths under which Meshcat keeps the assets of its scene.
 ASSET_PATH = re.compile(r"/cas-v1/[A-Za-z0-9._-]{1,200}")
 # For a browser to say what it wants, and for Meshcat to answer.
 PATIENCE_S = 10.0
@@ -89,7 +89,7 @@ class LiveServer:
 
     @property
     def address(self) -> str:
-        """Where a browser finds the page."""
+        """The URL of the page."""
         return f"http://{HOST}:{self._server.server_port}/"
 
     def show(self, page: str) -> None:
@@ -98,7 +98,7 @@ class LiveServer:
         self._number += 1
 
     def _answer(self, path: str) -> tuple[str, bytes] | None:
-        """Returns the kind and the content of what is asked for, None where there is no such."""
+        """Returns the media type and the content for a path, None where there is no such file."""
         if path == PAGE_PATH:
             return "text/html; charset=utf-8", self._page
         if path == ICON_PATH:

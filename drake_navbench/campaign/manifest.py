@@ -1,4 +1,4 @@
-"""What a results folder tells of its run: the manifest and the resolved inputs."""
+"""Writes and reads a results folder's record of its run: the manifest and the resolved inputs."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ PACKAGES_IN_MANIFEST = ("drake", "numba", "numpy", "pandas", "pyarrow", "scipy")
 
 
 class Begun(FrozenModel):
-    """What a manifest must tell of a run that is to be resumed."""
+    """The entries of a manifest that `--resume` needs."""
 
     model_config = ConfigDict(extra="ignore")
 
@@ -49,9 +49,9 @@ def begin(folder: ResultsFolder, campaign: Campaign, request: Request | None, jo
 
 
 def complete(folder: ResultsFolder, campaign: Campaign, jobs: int) -> None:
-    """Makes up for what the end of a run, at any moment, may have kept it from writing.
+    """Writes the files of a results folder that an interrupted run could not write.
 
-    The manifest tells of every machine, or number of workers, with which the run went on.
+    It also adds an entry on this machine and its number of workers to the manifest.
     """
     remove_unfinished(folder.path)
     manifest = folder.read_manifest()
@@ -89,9 +89,10 @@ def add_verdict(folder: ResultsFolder, text: str) -> None:
 
 
 def add_cluster(folder: ResultsFolder, machines: Sequence[tuple[Fingerprint, int]]) -> str:
-    """Adds to the manifest who drove how many trials; returns a warning where processors differ.
+    """Adds to the manifest the number of trials that each machine of a cluster drove.
 
-    Compiled kernels round as the processor does: only trials of equal ones are equal to the bit.
+    Returns a warning where processors differ: compiled kernels round as the processor does, so only
+    trials on equal processors are equal to the last bit.
     """
     manifest = folder.read_manifest()
     driven = [{"trials": count, **found._asdict()} for found, count in machines]

@@ -1,4 +1,4 @@
-"""What `run_benchmark` returns: the table of trials, and all that can be made of their logs."""
+"""The result of `run_benchmark`: the table of trials, their logs, and the pages made from them."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ class Results:
         return f"Results({len(self.trials)} trials: {told}; {place})"
 
     def _repr_html_(self) -> str:
-        """Returns how often each controller reached its goal, as a table for notebooks."""
+        """Returns the success rates by scenario and controller as an HTML table, for notebooks."""
         succeeded = self.trials.assign(succeeded=self.trials["outcome"] == "succeeded")
         shares = succeeded.pivot_table(
             index="scenario", columns="controller", values="succeeded", sort=False
@@ -103,9 +103,10 @@ class Results:
         return None if judged is None else judged.best
 
     def compare(self, other: Results | str | Path, *, jobs: int = 1) -> FolderComparison:
-        """Returns what became better or worse in another results folder; print it.
+        """Returns the comparison of another results folder with this one; `print` shows it.
 
-        Columns of equal names are compared, and where each has one column left, these two.
+        Columns with equal names are compared. If one column is left in each folder after that,
+        these two are compared.
         """
         path = other.path if isinstance(other, Results) else Path(other)
         return compare_folders([self.path, path], jobs=jobs)

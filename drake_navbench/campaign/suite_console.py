@@ -1,4 +1,4 @@
-"""What is printed of several scenarios together: totals of suites, and changes of ranks."""
+"""Prints the tables over several scenarios: totals of suites, and changes of ranks."""
 
 from __future__ import annotations
 

@@ -22,7 +22,7 @@ from drake_navbench.typed_files.typed_yaml import parse_yaml, validate
 # Of all axes together; each is driven by every controller in every scenario.
 MAX_POINTS = 10_000
 RANGE = re.compile(r"([^:,]+):([^:,]+)(?::([^:,]+)(:log)?)?")
-# Enough to tell values apart; more would make names that nobody reads.
+# Enough to tell values apart; more digits would make names too long to read.
 SHOWN_DIGITS = 6
 
 

@@ -14,8 +14,8 @@ from drake_navbench.trial.task_cost import wall_clock_limit_s
 from drake_navbench.trial.trial import drive
 from drake_navbench.trial.trial_log import failed_log
 
-# Trials are freed when they are over, but what others' code leaves behind is not. A new worker has
-# to load the kernels again, and to rehearse what it drives.
+# Trials are freed when they are over, but plugins' code may leak memory, so workers are replaced. A
+# new worker has to load the kernels again, and to rehearse its controllers.
 TRIALS_PER_WORKER = 500
 
 Row = dict[str, object]
@@ -50,5 +50,5 @@ def drive_and_write(spec: TrialSpec, folder: ResultsFolder, campaign_identity: s
 
 
 def table_row(log: TrialLog) -> Row:
-    """Returns what the table of trials holds of a log."""
+    """Returns the row of the table of trials for a log."""
     return trial_row(log) | {"simulated_time_s": log.end_time_s}

@@ -1,7 +1,7 @@
-"""Compiles the kernels that trials need and nobody has needed before; starts the workers' server.
+"""Compiles the kernels that trials need and that are not compiled yet; starts the workers' server.
 
-What has kernels of its own is a part of a trial: its controller, its people, its planner and so on.
-The parts whose kernels are compiled are kept in a list, see `compiled_parts`.
+A part of a trial, such as its controller, its people or its planner, has kernels of its own.
+`compiled_parts` keeps the list of parts whose kernels are compiled.
 """
 
 from __future__ import annotations
@@ -45,8 +45,8 @@ def start_worker_server() -> None:
 class Cold:
     """Trials with parts that are not compiled yet.
 
-    columns: one for each such controller. worlds: one for each other such part. names: of the
-    parts, as a user is told of them.
+    columns: one trial for each controller without compiled kernels. worlds: one trial for each
+    other such part. names: the names of all these parts, for messages.
     """
 
     columns: tuple[TrialSpec, ...]
@@ -199,7 +199,10 @@ def drive_world_briefly(spec: TrialSpec) -> None:
 
 
 def _warm_up_tasks(cold: Cold) -> Iterator[Task]:
-    """Yields what has most to compile first, in an order in which few compile the same."""
+    """Yields the tasks of a warm-up: those that compile most come first.
+
+    The order lets few tasks that run at the same time compile the same kernels.
+    """
     for column in cold.columns[:1]:
         yield Task(drive_briefly, (column,))
     for column in sorted(cold.columns[1:], key=_size_of_code, reverse=True):

@@ -1,4 +1,4 @@
-"""What all commands share: exit statuses, types of arguments, and what a fault looks like.
+"""Code that all commands share: exit statuses, types of arguments, and the format of errors.
 
 Imports the standard library only, so that --help is quick.
 """
@@ -18,12 +18,12 @@ from drake_navbench.errors import InputError, NavbenchError, as_line, nearest_na
 EXIT_DONE = 0
 EXIT_FAILED = 1
 EXIT_WRONG_INPUT = 2
-# What a shell reports of a program that was ended by Ctrl-C: 128 + SIGINT.
+# The status that a shell reports of a program ended by Ctrl-C: 128 + SIGINT.
 EXIT_INTERRUPTED = 130
 
 PERCENT = 100.0
 
-# What `prog` begins with, where it is to be copied into a shell.
+# Begins `prog` where users shall be able to copy it into a shell.
 INTERPRETER = "python -m "
 
 
@@ -48,7 +48,7 @@ class CommandParser(argparse.ArgumentParser):
     def error(self, message: str) -> NoReturn:
         """Prints the line `drake_navbench COMMAND: what is wrong`, and exits.
 
-        What else seems wrong beside an option that is not known mostly follows from that.
+        If an option is unknown, only that is printed: other errors mostly follow from it.
         """
         unknown = self._unknown_options()
         if unknown:
@@ -104,7 +104,8 @@ def exit_status_of(
     """
     try:
         status = work()
-        # What is still buffered may meet a reader that has gone; later it would be a traceback.
+        # The reader of buffered output may have gone; found out later, that would print a
+        # traceback.
         print(end="", flush=True)
     except NavbenchError as error:
         print(error, file=sys.stderr)

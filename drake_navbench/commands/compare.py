@@ -24,7 +24,8 @@ from drake_navbench.commands.command_line import (
 from drake_navbench.errors import InputError
 
 EXIT_REGRESSION = 1
-# Lines on regressions, on open losses and on what is not compared, unless all are asked for.
+# The most lines printed on regressions, on undecided losses and on columns not compared, each;
+# there is an option for all.
 MOST_OF_A_KIND = 4
 
 EPILOG = """\

@@ -1,6 +1,6 @@
-"""Prints what makes a shell complete the commands: `drake-navbench completion bash`.
+"""Prints a shell's completion script for the commands: `drake-navbench completion bash`.
 
-Put into the place that the shell reads, such as
+Write it to the file from which the shell reads such scripts:
 `drake-navbench completion bash > ~/.local/share/bash-completion/completions/drake-navbench`.
 """
 

@@ -1,4 +1,4 @@
-"""From a Nav2 file and a symptom to a change: `python -m drake_navbench doctor FILE`.
+"""Suggests a change of a Nav2 file for a symptom: `python -m drake_navbench doctor FILE`.
 
 Only the standard library is imported before the arguments are read, so that --help is quick.
 """

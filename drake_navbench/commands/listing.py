@@ -19,7 +19,7 @@ from drake_navbench.typed_files.typed_yaml import read_yaml
 
 
 def print_listing(console: Console) -> None:
-    """Prints scenarios, controllers, robots and what others have installed, one line each."""
+    """Prints scenarios, controllers, robots and other packages' plugins, one line each."""
     others = [name for name in SCENARIO_FILES.names if name not in PUBLISHED_SCENARIOS]
     scenarios = {n: load_scenario(n).description for n in (*PUBLISHED_SCENARIOS, *others)}
     presets = {n: _description(n) for n in preset_files()}

@@ -63,7 +63,7 @@ class ShippedPlugins(FrozenModel):
 
 
 def read_plugins(path: Path) -> ShippedPlugins:
-    """Returns what the data file says; raises InputError."""
+    """Returns the content of the data file; raises InputError where it is not valid."""
     return validate(ShippedPlugins, read_yaml(path), str(path))
 
 

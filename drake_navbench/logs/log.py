@@ -100,7 +100,7 @@ MAX_LOG_BYTES = 1_000_000_000
 
 
 class Outcome(StrEnum):
-    """How a trial ended."""
+    """The outcome of a trial."""
 
     SUCCEEDED = "succeeded"
     ABORTED = "aborted"
@@ -159,7 +159,7 @@ class TrialLog:
     people: LoggedPeople | None = None
 
     def __repr__(self) -> str:
-        """Returns who drove what, how it ended and how much there is, as one short line."""
+        """Returns one line: controller, scenario and seed, the outcome, and the size of the log."""
         told = ", ".join(f"{name}={value}" for name, value in self._in_short().items())
         return f"TrialLog({told})"
 
@@ -201,7 +201,7 @@ class TrialLog:
 
     @property
     def outcome(self) -> Outcome:
-        """How the trial ended."""
+        """The outcome of the trial."""
         return Outcome(self.info["outcome"])
 
     @property
@@ -329,7 +329,7 @@ class TrialLog:
 
     @classmethod
     def _of(cls, table: pa.Table, info: dict[str, Any]) -> TrialLog:
-        """Returns the log that a table and its header make; raises anything where they do not."""
+        """Returns the log from its table and header; raises any exception if they are invalid."""
         angles = np.array(info.pop("scan_angles_rad"), dtype=float)
         events = info.pop("events", [])
         notes = _read_notes(table["diagnostics"].drop_null().to_pylist())

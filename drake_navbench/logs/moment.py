@@ -1,4 +1,4 @@
-"""What there is to be seen of a trial at a time, for those who watch it while it runs."""
+"""The state of a running trial at one time, for the live view."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from drake_navbench.logs.scans import Scan
 
 
 class Moment(NamedTuple):
-    """One look at a trial.
+    """The state of a trial at one time, as the live view draws it.
 
     state: (6,) x m, y m, yaw rad, v m/s, w rad/s, vy m/s. scan, costmap: the latest, None before
     there was any. plan: (N, 3) poses of the plan in force, x m, y m, yaw rad; None before there is
-    one. diagnostics: what the controller left in its last cycle. moving_poses: (B, 3) x m, y m, yaw
-    rad of what moves. odometry_from_world: (3,) where the world lies in the odometry's frame, that
-    of costmap and diagnostics; None where the two are one.
+    one. diagnostics: those of the controller's last cycle. moving_poses: (B, 3) x m, y m, yaw rad
+    of the moving obstacles and people. odometry_from_world: (3,) the pose X_OW of the world frame W
+    in the odometry frame O, in which costmap and diagnostics are; None where both frames are one.
     """
 
     time_s: float

@@ -1,4 +1,4 @@
-"""Where the people of a trial were, and the column in which its log keeps them small."""
+"""Poses of a trial's people over time, and the compact column of the log that stores them."""
 
 from __future__ import annotations
 
@@ -24,9 +24,10 @@ PEOPLE_COLUMNS: Mapping[str, str] = {
 
 @dataclass(frozen=True, eq=False)
 class LoggedPeople(Immutable):
-    """The ways of the people of a trial.
+    """The poses of a trial's P people over time, in the world frame.
 
-    time_s: (T,) rising. poses: (T, P, 3) x m, y m, yaw rad, not wrapped; NaN of who is not there.
+    time_s: (T,) rising. poses: (T, P, 3) x m, y m, yaw rad, not wrapped; NaN while a person is not
+    in the world.
     """
 
     time_s: NDArray[np.float64]
@@ -34,7 +35,7 @@ class LoggedPeople(Immutable):
 
     @property
     def person_count(self) -> int:
-        """How many people there are."""
+        """The number of people."""
         return int(self.poses.shape[1])
 
 

@@ -1,9 +1,9 @@
 """The global plans of a trial, and the columns in which its log keeps many of them small.
 
-A navigator that plans anew once a second leaves hundreds of plans, each as long as what is left of
-the course. The first plan of a leg, from which lengths and scores are computed, is kept as it is.
-The others say where the robot should be at a time: a micrometre is enough for that. As whole
-numbers they differ little from pose to pose and take a tenth of the space.
+A navigator that plans anew once a second leaves hundreds of plans, each as long as the rest of the
+course. The first plan of a leg is kept exactly, since lengths and scores are computed from it. The
+other plans are rounded to a micrometre and kept as integers: these differ little from pose to pose,
+and take a tenth of the space.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""A results folder: what was asked, one log a trial, the table of trials.
+"""A results folder: the request of the run, one log a trial, the table of trials.
 
 manifest.json, inputs/, trials/<scenario>/<controller>/trial_000.parquet, trials.parquet, tables/,
 replays/. Every file appears whole or not at all.
@@ -131,12 +131,12 @@ class ResultsFolder:
         return self.path / "trials.parquet"
 
     def log_path(self, scenario: str, controller: str, trial: int) -> Path:
-        """Where the log of a trial is, or will be."""
+        """Returns the path of a trial's log, which need not exist yet."""
         folder = self.path / "trials" / file_name(scenario) / file_name(controller)
         return folder / f"trial_{trial:03d}.parquet"
 
     def table_path(self, scenario: str, suffix: str) -> Path:
-        """Where a scenario's table is; suffix '.csv' or '.md'."""
+        """Returns the path of a scenario's table; suffix '.csv' or '.md'."""
         return self.path / "tables" / f"{file_name(scenario)}{suffix}"
 
     @property
@@ -145,7 +145,7 @@ class ResultsFolder:
         return self.path / "replays"
 
     def replay_path(self, scenario: str, controller: str = "") -> Path:
-        """Where the replay of a scenario is, or of one controller in it."""
+        """Returns the path of a scenario's replay, or of the replay of one controller in it."""
         stem = file_name(scenario) + (f"--{file_name(controller)}" if controller else "")
         return self.replays_path / f"{stem}.html"
 
@@ -203,11 +203,11 @@ class ResultsFolder:
 
 @contextmanager
 def only_run_in(path: Path) -> Iterator[None]:
-    """Keeps every other run out of a folder while the block runs; makes it where there is none.
+    """Locks a results folder against other runs while the block runs; makes it if it is missing.
 
-    The lock is the system's and on the folder itself: it ends with this process, however that
-    ends. Raises InputError where another run is in it or a folder inside is a link,
-    CannotBeWritten where it cannot be made.
+    The system holds the lock, on the folder itself, and releases it when this process ends, in
+    whatever way. Raises InputError where another run holds the lock or a folder inside is a link,
+    CannotBeWritten where the folder cannot be made.
     """
     try:
         path.mkdir(parents=True, exist_ok=True)

@@ -33,9 +33,9 @@ class Scan(Immutable):
 
     time_s: when it was taken. sensor_pose: (3,) x m, y m, yaw rad in the world frame.
     angles_rad: (B,) beam angles in the sensor frame. ranges_m: (B,) inf where nothing was hit.
-    further: what the robot's other scanners saw at the same time; a log does not keep them.
-    odometry_pose: (3,) the sensor's in the frame of the odometry then; None where that is the
-        world's. A log does not keep it.
+    further: the scans of the robot's other scanners at the same time; a log does not keep them.
+    odometry_pose: (3,) pose of the sensor in the odometry frame; None where that is the world
+        frame. A log does not keep it.
     """
 
     time_s: float

@@ -39,9 +39,10 @@ from drake_navbench.native.package import Package
 MAKER = NATIVE / "headers.py"
 BENCHMARK_NOISE = NATIVE / "benchmark_noise"
 PLUGIN_NAMES = "made/plugin_names.hpp"
-# Where the compiler looks for headers besides.
+# The environment's variables with further folders of headers.
 HEADER_SEARCH = ("CPATH", "CPLUS_INCLUDE_PATH")
-# What makes a package's random numbers. A file of ours, named as the package, can stand in for it.
+# By package the source that makes its random numbers. A file of ours, named as the package, can
+# stand in for it.
 NOISE_SOURCES: Mapping[str, str] = {"nav2_mppi_controller": "src/noise_generator.cpp"}
 
 
@@ -58,12 +59,12 @@ def build_checkout(
     """Builds the plugins of a checkout and keeps the result under a name.
 
     root: the checkout, or a folder in it whose packages alone are built. name: None for the name of
-    the release. wanted: packages with controllers or global planners, or folders of some; where
-    none is named, all that have controllers, without what cannot be built here, which is told.
-    noise: whose random numbers they sample with: their own, or those that the port
-    draws in the same cycle. flags: those that all machines share, or what each package asks for.
-    Raises InputError where there is nothing to build, the compiler or a library that is wanted is
-    missing, or something cannot be compiled.
+    the release. wanted: packages with controllers or global planners, or folders that hold such
+    packages. If it is empty, all packages with controllers are built; those that cannot be built
+    here are named by `tell` and left out. noise: the source of the controllers' random numbers:
+    their own, or those that the port draws in the same cycle. flags: the portable ones, or those
+    that each package asks for. Raises InputError where there is nothing to build, where the
+    compiler or a needed library is missing, or where a wanted package cannot be compiled.
     """
     start = time.monotonic()
     root, inside = checkout_around(root)
@@ -152,8 +153,8 @@ class _Plan:
         made = made_headers(seen)
         made[PLUGIN_NAMES] = plugin_names_header(self.packages.values())
         root = _written(made)
-        # What is made for a package follows from its files and from this; so packages that are
-        # built with others have the same objects.
+        # The headers generated for a package follow from its files and from this code alone; so
+        # builds with other packages beside it share its objects.
         ours = _digest_of_files([MAKER], NATIVE) + _digest_of_headers(STAND_INS, REPLACEMENTS)
         hosts = ours + _digest_of_headers(HOST)
         mains = hosts + _digest_of_texts({"": made[PLUGIN_NAMES]})
@@ -180,10 +181,11 @@ class _Plan:
     def compile(
         self, jobs: int, logs: Path, name: str, tell: Callable[[str], None]
     ) -> tuple[int, dict[str, str]]:
-        """Returns how many files were compiled, and the packages with one that cannot be.
+        """Compiles the files that have no object yet; `jobs` at a time.
 
-        It ends with the first such file. logs: where what the compiler says of it is kept, by the
-        name of the build. Raises InputError where it is none of a package.
+        Returns the number of compiled files, and the error by package of a file that failed.
+        Compiling ends with the first file that fails; its compiler's messages are written to
+        NAME.log in the folder `logs`. Raises InputError where that file belongs to no package.
         """
         objects, failed, count = Objects(), {}, 0
         missing = [unit for unit in self.units if objects.system_digest(unit) is None]

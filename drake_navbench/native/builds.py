@@ -1,4 +1,4 @@
-"""Where builds are kept: objects and hosts by their content, and the names that people gave."""
+"""Storage of builds: objects and hosts by digest of their content, and builds by their name."""
 
 from __future__ import annotations
 
@@ -21,21 +21,21 @@ _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,63}")
 
 
 class NoiseSource(StrEnum):
-    """Whose random numbers a controller samples with."""
+    """The source of the random numbers with which a controller samples: Nav2's own, or ours."""
 
     OWN = "own"
     BENCHMARK = "benchmark"
 
 
 class FlagSet(StrEnum):
-    """Which flags of the compiler: what all machines share, or what packages ask for."""
+    """The compiler's flags: portable ones, or those that each package asks for."""
 
     PORTABLE = "portable"
     PACKAGE = "package"
 
 
 class Build(FrozenModel):
-    """What was built under a name."""
+    """The record of a named build."""
 
     name: str = Field(description="By which controllers ask for it: rpp@NAME.")
     host: Path = Field(description="The program that drives the controllers.")
@@ -54,7 +54,7 @@ class Build(FrozenModel):
 
     @property
     def where_from(self) -> str:
-        """The release, the commit, and what is not the checkout's own, in a few words."""
+        """The release, the commit, and how the build differs from the checkout, in a few words."""
         commit = f" at {self.commit}" if self.commit else ""
         noise = ", with the benchmark's noise" if self.noise is NoiseSource.BENCHMARK else ""
         flags = ", with its packages' flags" if self.flags is FlagSet.PACKAGE else ""
@@ -62,7 +62,7 @@ class Build(FrozenModel):
 
 
 def builds_folder() -> Path:
-    """Returns where builds are kept: in the user's cache, or among the temporary files."""
+    """Returns the folder of all builds, in the user's cache or else among the temporary files."""
     return user_cache_folder() / "native"
 
 

@@ -1,4 +1,4 @@
-"""What is in a checkout of Nav2: its packages, its release, and the controllers in them."""
+"""Reads a checkout of Nav2: its packages, its release, and the controllers in the packages."""
 
 from __future__ import annotations
 
@@ -49,7 +49,10 @@ class Checkout:
         return {name: package for name, package in self.packages.items() if package.planners}
 
     def seen_from(self, names: Iterable[str]) -> dict[str, Package]:
-        """Returns packages with all that their package.xml name, and so on: whose headers count."""
+        """Returns the packages and all their dependencies, whose headers the compiler must find.
+
+        package.xml names a package's direct dependencies.
+        """
         return self._closure(names, lambda package: package.dependencies)
 
     def compiled_for(

@@ -1,4 +1,4 @@
-"""Which packages of a checkout are built: those asked for, or all that can be built here."""
+"""Chooses the packages of a checkout to build: the wanted ones, or all that can be built here."""
 
 from __future__ import annotations
 
@@ -43,9 +43,10 @@ class Choice:
         }
 
     def without(self, failed: Mapping[str, str]) -> Choice:
-        """Returns the choice without some packages that cannot be built, and what needs them.
+        """Returns the choice without the failed packages and without the packages that need them.
 
-        Raises InputError with the reason where one is needed that was asked for, or none is left.
+        Raises InputError with the reason where an asked package needs one of them, or where no
+        package is left.
         """
         reasons, kept = dict(self.reasons), []
         needed = {name: self.checkout.needed_for([name, *HOST_NEEDS]) for name in self.chosen}
@@ -75,8 +76,8 @@ def choose(
 ) -> Choice:
     """Returns the packages to build: those asked for, or all with controllers that can be built.
 
-    asked: names of packages, or of folders with some. folders_of: see MissingHeaders. Raises
-    InputError where that is nothing, or something asked for cannot be built.
+    asked: names of packages, or of folders that hold packages. folders_of: see MissingHeaders.
+    Raises InputError where no package is chosen, or where an asked one cannot be built.
     """
     named = [name for each in asked for name in checkout.named(each)]
     chosen = dict.fromkeys(named or checkout.controller_packages)

@@ -13,7 +13,7 @@ import tempfile
 from pathlib import Path
 
 PATIENCE_S = 10.0
-# What decides which commit is checked out, and in what its files differ from it.
+# The entries of .git that decide which commit is checked out, and how its files differ from it.
 OF_REPOSITORY = ("objects", "refs", "packed-refs")
 # Names of commits are longer where the repository says so, in its own settings.
 SETTINGS = "[core]\n\trepositoryformatversion = 0\n\tbare = false\n"

@@ -1,4 +1,4 @@
-"""Calls the compiler, and says what is wrong in one line."""
+"""Calls the compiler, and reports its first error in one line."""
 
 from __future__ import annotations
 
@@ -27,12 +27,12 @@ SYSTEM_LIBRARIES: Mapping[str, tuple[str, str]] = {
         "https://github.com/RainerKuemmerle/g2o, with CSparse",
     ),
 }
-# What is linked for a dependency that is more than headers.
+# The libraries that are linked for a dependency that is more than headers.
 LINKED: Mapping[str, tuple[str, ...]] = {
     "ompl": ("-lompl",),
     "libg2o": ("-lg2o_csparse_extension", "-lg2o_core", "-lg2o_stuff", "-lcxsparse"),
 }
-# Where Debian has headers apart.
+# Debian keeps headers of some libraries in folders below this one.
 SYSTEM_HEADERS = Path("/usr/include")
 INCLUDE_FOLDERS = ("eigen3", "ompl-*", "suitesparse")
 # A controller may be large: MPPI's takes a minute for one file on a slow machine.
@@ -50,7 +50,7 @@ _LINK_ERROR = re.compile(r"^.*(undefined reference to .*|multiple definition of 
 
 @dataclass(frozen=True)
 class Compiler:
-    """A C++ compiler: its program with arguments, and what it says of itself."""
+    """A C++ compiler: its program with arguments, and its version line."""
 
     words: tuple[str, ...]
     version: str

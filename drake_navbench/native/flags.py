@@ -1,8 +1,8 @@
-"""With which flags a checkout is compiled: so that machines agree, or as its packages ask.
+"""The flags with which a checkout is compiled: portable ones, or those that its packages ask for.
 
-Portable flags leave out what only some processors have and contract no products and sums, so that
-every machine computes the same. A package's own flags are what its users run: those of CMake's
-Release, which Nav2's packages are built as, and what its CMakeLists.txt adds.
+Portable flags use no instructions that only some processors have, and fuse no multiplications with
+additions, so that every machine computes the same. A package's own flags are those that its users
+run with: CMake's flags for Release, and the options in its CMakeLists.txt.
 """
 
 from __future__ import annotations
@@ -28,11 +28,11 @@ STRICT = ("-fno-fast-math", "-ffp-contract=off", "-fno-math-errno", "-fno-trappi
 # costmap, of another file, for the cost of each cell.
 WHOLE_PROGRAM = (("-flto=auto",), ("-flto",))
 STANDARD = "-std=c++20"
-# What computes with xtensor is compiled as the releases that use it do: up to 0.24 it takes other
-# types for its temporaries in later standards, and throws.
+# Packages with xtensor are compiled with the standard of the releases that use it: up to 0.24,
+# xtensor chooses other types for its temporaries in later standards, and throws.
 OLDER_STANDARD = "-std=c++17"
 NEEDS_OLDER_STANDARD = frozenset({"xtensor"})
-# Of a user: after all others, for what is compiled and for what is linked.
+# The variable with the user's flags, which come last in compiling and in linking.
 FLAGS_VARIABLE = "CXXFLAGS"
 
 
@@ -40,8 +40,8 @@ FLAGS_VARIABLE = "CXXFLAGS"
 class Flags:
     """The flags of a build.
 
-    asked: what each package asks for, where it is taken, by the package's name. whole_program: for
-    the optimization of all at once. given: by the user.
+    asked: by package, the accepted flags that the package asks for. whole_program: the flags for
+    optimization across all files. given: the user's flags.
     """
 
     kind: FlagSet
@@ -56,9 +56,9 @@ class Flags:
 
     @property
     def instructions(self) -> tuple[str, ...]:
-        """The processor's instructions that are used.
+        """The flags for the processor's instructions, the same for all files of a program.
 
-        In one program all of it must agree on that: Eigen and xtensor lay out memory by it.
+        Eigen and xtensor lay out memory by them, so files with different ones do not fit together.
         """
         found = (word for words in self.asked.values() for word in words if word[:2] == "-m")
         return tuple(dict.fromkeys(found))
@@ -108,9 +108,9 @@ def flags_of(
     *,
     tell: Callable[[str], None] = lambda line: None,
 ) -> Flags:
-    """Returns the flags of a build of some packages; says which of those asked for are not taken.
+    """Returns the flags of a build of some packages; `tell` names the flags that are not taken.
 
-    Raises InputError where the compiler does not know what the user gives.
+    Raises InputError where the compiler does not know a flag of the user.
     """
     given = tuple(shlex.split(os.environ.get(FLAGS_VARIABLE, "")))
     if given and not compiler.knows(given):

@@ -1,4 +1,4 @@
-"""Makes the headers that a checkout includes and nobody has written: names and messages of ROS."""
+"""Generates headers that a checkout includes but does not contain: ROS messages and other names."""
 
 from __future__ import annotations
 

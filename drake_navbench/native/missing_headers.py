@@ -1,7 +1,8 @@
-"""Which packages of a checkout include what neither it, nor the system, nor a stand-in has.
+"""Finds the packages of a checkout that include a header which exists nowhere.
 
-Found before anything is compiled, so that a checkout is built without what cannot be built here,
-such as Nav2's own system tests.
+A header may be in the checkout, in the system, or among our stand-ins. The search runs before
+anything is compiled, so that packages that cannot be built here, such as Nav2's own system tests,
+are left out.
 """
 
 from __future__ import annotations
@@ -20,10 +21,10 @@ OURS = (REPLACEMENTS, NATIVE, HOST)
 
 @dataclass
 class MissingHeaders:
-    """The headers that packages miss; each package is looked at once.
+    """The missing headers of each package; each package is searched once.
 
-    folders_of: a package's folders of headers, with which the compiler has the last word: an
-    include may stand behind a condition.
+    folders_of: returns a package's folders of headers. The compiler decides with them whether a
+    header is really missing, since an include may stand behind a condition.
     """
 
     checkout: Checkout

@@ -24,9 +24,9 @@ _BETWEEN = re.compile(r"(?<!\\)\s+")
 
 @dataclass(frozen=True)
 class Unit:
-    """One file to compile: with which folders of headers and flags.
+    """One file to compile, with its folders of headers and its flags.
 
-    digest: of all of it but the system's headers.
+    digest: of the file, its headers and its flags, without the system's headers.
     """
 
     source: Path
@@ -36,13 +36,13 @@ class Unit:
 
     @property
     def object(self) -> Path:
-        """Where it is kept when it is compiled."""
+        """The path of the compiled object, which need not exist yet."""
         return builds_folder() / "objects" / self.digest[:2] / f"{self.digest}.o"
 
 
 @dataclass(frozen=True)
 class Objects:
-    """The objects that there are, and the system's headers as they are now."""
+    """The compiled objects on the disk, and the digests of the system's headers as they are now."""
 
     _known: dict[str, str] = field(default_factory=dict)
 

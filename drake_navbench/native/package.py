@@ -1,4 +1,4 @@
-"""One package of ROS: what its folder holds, and what it says of itself."""
+"""Reads one ROS package: the files in its folder, and its package.xml."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ CORE = "nav2_core"
 PACKAGE_FILE = "package.xml"
 CONTROLLER_BASE = f"{CORE}::Controller"
 PLANNER_BASE = f"{CORE}::GlobalPlanner"
-# What is compiled of packages that hold much besides; of all others it is the whole `src`.
+# The files that are compiled of packages with much else in them; of all others, the whole `src`.
 PARTS: Mapping[str, tuple[str, ...]] = {
     "nav2_costmap_2d": (
         "src/array_parser.cpp",
@@ -64,8 +64,8 @@ PARTS: Mapping[str, tuple[str, ...]] = {
     "nav2_voxel_grid": (),
 }
 NOT_OF_A_PACKAGE = {"test", "tests", "benchmark", "build", "install", "log"}
-# What it is compiled with. What it only runs beside (exec_depend) is no part of its program: such
-# are the launch files, which name all of Nav2.
+# The tags of dependencies needed for compiling. Those of exec_depend are no part of the program:
+# launch files, for instance, name all of Nav2.
 DEPENDENCY_TAGS = ("depend", "build_depend", "build_export_depend")
 MAX_SOURCE_BYTES = 2**24
 
@@ -88,7 +88,7 @@ class Package:
 
     @property
     def include_folder(self) -> Path:
-        """Where its public headers are."""
+        """The folder of the package's public headers."""
         return self.folder / "include"
 
     @cached_property

@@ -1,10 +1,10 @@
-"""Which options of the compiler a package asks for in its CMakeLists.txt.
+"""Reads the compiler's options that a package asks for in its CMakeLists.txt.
 
-Only those count that decide what is computed and how fast: of optimization (`-O3`), of what a
-processor has (`-mfma`) and of code (`-ffast-math`). Those that make a compiler write other files,
-load programs or print (`-fdump-tree-all`, `-fplugin=...`) are none of them. Conditions are not
-weighed but for those named below: an option that stands behind one is taken where the compiler and
-the processor have it, which is what such conditions ask.
+Only options that change results or speed are taken: optimization (`-O3`), instructions of the
+processor (`-mfma`) and code generation (`-ffast-math`). Options that make the compiler write other
+files, load programs or print (`-fdump-tree-all`, `-fplugin=...`) are ignored. Conditions other than
+those named below are not evaluated: an option behind a condition is taken if the compiler and the
+processor support it, since that is what such conditions test.
 """
 
 from __future__ import annotations
@@ -73,7 +73,7 @@ def options_of(package: Package) -> Options:
 
 
 def options_in(text: str) -> Options:
-    """Returns the options that a CMakeLists.txt asks for, each once, where it stands last."""
+    """Returns the options in a CMakeLists.txt in order; a repeated one keeps its last place."""
     found: list[str] = []
     # Of each condition that is open: whether its branch is one of another build.
     others: list[bool] = []

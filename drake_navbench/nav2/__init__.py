@@ -1,1 +1,1 @@
-"""Nav2's parameter files: the nodes of a file, its release, and what each server is told."""
+"""Nav2's parameter files: the nodes of a file, its release, and the parameters of each server."""

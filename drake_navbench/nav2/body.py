@@ -1,7 +1,7 @@
-"""The body of the robot that a Nav2 file drives: the file's outline, and what truly touches.
+"""The body of the robot that a Nav2 file drives: the costmaps' outline, and the true one.
 
-A file's outline is what Nav2's costmaps take for the robot. Where the user has a robot file or a
-model, its outline stays what touches obstacles.
+The outline in a Nav2 file is the one that its costmaps use. If the user gives a robot file or a
+model, its outline stays the true one, which decides about contacts.
 """
 
 from __future__ import annotations
@@ -68,7 +68,10 @@ def with_body(
 
 
 def note_body(outlines: Outlines, robot: Robot, base_name: str) -> None:
-    """Notes where a robot's body is not the outline of its costmaps, and how far it is outside."""
+    """Notes a difference between the robot's true outline and that of its costmaps.
+
+    The note says how far the true outline reaches beyond the other.
+    """
     if robot.collision_outline is None:
         return
     reader, outline = next(entry for entry in outlines if entry[1].is_given)

@@ -1,4 +1,4 @@
-"""From the collision monitor of a Nav2 file to ours.
+"""Reads the collision monitor of a Nav2 file into our settings.
 
 Source: nav2_collision_monitor, branches humble to lyrical.
 """
@@ -35,7 +35,7 @@ APART = {"type", "points", "velocity_polygons"}
 # Which Nav2 reads for a holonomic velocity polygon only.
 DIRECTIONS = ("direction_start_angle", "direction_end_angle")
 ACTIONS_SINCE_IRON = ("limit", "none")
-# What the lidar is called among the sources of a robot file.
+# The name of the lidar among the sources of a robot file.
 LIDAR = "lidar"
 OTHER_SENSORS = ("pointcloud", "range", "polygon", "costmap")
 
@@ -94,18 +94,24 @@ def _fault(reader: NodeReader, name: str) -> str:
 
 
 def _takes_text(release: Release) -> bool:
-    """Tells whether corners are a text, '[[x, y], ...]', and not a list of numbers."""
+    """Returns whether corners are a text, '[[x, y], ...]', and not a list of numbers."""
     return release >= Release.JAZZY
 
 
 def _has_corners(reader: NodeReader, name: str) -> bool:
-    """Tells whether the release reads the corners of a polygon: humble approaches as the robot."""
+    """Returns whether the release reads a polygon's corners.
+
+    For the action 'approach', Humble uses the robot's footprint instead.
+    """
     approaches = reader.node.get(f"{name}.action_type") == "approach"
     return not (approaches and reader.release is Release.HUMBLE)
 
 
 def _sources(reader: NodeReader, range_sensors: Collection[str]) -> Fields:
-    """Returns what is looked at, where that is more or other than the lidar; notes each source."""
+    """Returns the sources of a collision monitor that are not the robot's lidar alone.
+
+    Notes for each source in the file what stands for it here.
+    """
     sources: Fields = {}
     sees_range = scans = False
     for source in reader.names("observation_sources", []):

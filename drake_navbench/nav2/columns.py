@@ -1,4 +1,4 @@
-"""The columns that a whole Nav2 file makes, and what became of each controller's parameters."""
+"""Makes the columns of a whole Nav2 file, and the check of each controller's parameters."""
 
 from __future__ import annotations
 
@@ -25,10 +25,10 @@ PRIMARY = "primary_controller."
 
 
 def read_columns(server: Node, release: str) -> tuple[list[Preset], list[CheckRow]]:
-    """Returns a column for each controller that there is a counterpart of, and rows for all.
+    """Returns a column for each controller with a counterpart here, and the check's rows for all.
 
-    release: of Nav2, for controllers that follow it. Raises InputError where there is none at all,
-    or a value is wrong.
+    release: of Nav2, for controllers that follow it. Raises InputError where no controller has a
+    counterpart, or where a value is wrong.
     """
     _require_values(server)
     plugins = listed_plugins(server)

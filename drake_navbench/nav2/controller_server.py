@@ -1,4 +1,4 @@
-"""From the controller server of a Nav2 file to a robot's settings: all but the controllers.
+"""Reads the controller server of a Nav2 file, without its controllers, into a robot's settings.
 
 Missing parameters have Nav2's defaults. Source: nav2_controller.
 """
@@ -19,7 +19,7 @@ from drake_navbench.plugins.kinds import PluginKind
 Fields = dict[str, Any]
 
 PATH_HANDLER = "nav2_controller::FeasiblePathHandler"
-# What Nav2's default behaviour tree asks for by name, where there are several.
+# The name that Nav2's default behaviour tree asks for if there are several goal checkers.
 DEFAULT_GOAL_CHECKER = "general_goal_checker"
 PATH_HANDLERS = "path_handler_plugins"
 

@@ -1,7 +1,7 @@
-"""From a Nav2 parameter file's controller_server to presets, one for each controller plugin.
+"""Makes presets from the controller_server of a Nav2 file, one for each controller plugin.
 
-A parameter that the controller does not know is left out and told: Nav2, too, takes no notice of
-parameters that nothing declares. Everything else reaches the controller or is refused.
+A parameter that the controller does not know is left out, and the user is told: Nav2, too, ignores
+parameters that no plugin declares. Every other parameter reaches the controller or is refused.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from drake_navbench.typed_files.typed_yaml import unknown_fields
 
 SERVER = "controller_server"
 PLUGINS = "controller_plugins"
-# What Nav2 loads where the file names nothing else.
+# The plugins that Nav2 loads if the file names none.
 DEFAULT_PLUGINS = ["FollowPath"]
 DEFAULT_TYPE = "dwb_core::DWBLocalPlanner"
 # Only releases whose controller server cuts the plan have this parameter (from Lyrical on).
@@ -44,7 +44,7 @@ OUR_CONTROLLERS: Mapping[str, str] = {
 
 
 class NoCounterpart(InputError):
-    """A controller plugin of a Nav2 file that is not there."""
+    """Raised for a controller plugin of a Nav2 file that has no counterpart here."""
 
 
 def controller_presets(
@@ -83,7 +83,7 @@ def _with_release_told(preset: Preset, mark: str) -> Preset:
 
 
 def has_controllers(node: Node) -> bool:
-    """Tells whether a controller server is given any controllers."""
+    """Returns whether a controller server is given any controllers."""
     return PLUGINS in node.parameters or any(node.below(plugin) for plugin in DEFAULT_PLUGINS)
 
 
@@ -99,16 +99,16 @@ def listed_plugins(server: Node) -> list[str]:
 
 
 def takes_release(model: type[ControllerParameters]) -> bool:
-    """Tells whether a controller follows the release of Nav2 that it is given."""
+    """Returns whether a controller follows the release of Nav2 that it is given."""
     return RELEASE_FIELD in model.model_fields
 
 
 def plugin_preset(
     server: Node, plugin: str, plugin_type: str, release: str | None = None
 ) -> Preset:
-    """Returns the preset of a plugin; its name tells file, namespace and plugin.
+    """Returns the preset of a plugin; its name is made from file, namespace and plugin.
 
-    release: of Nav2, for a controller that follows it and is not told by the file. Raises
+    release: of Nav2, for a controller that follows it where the file does not set it. Raises
     NoCounterpart where there is no controller of the type.
     """
     controller, model = _counterpart(plugin_type, server.where(f"{plugin}.plugin"))

@@ -1,4 +1,4 @@
-"""From the costmaps of a Nav2 file to ours: grid, layers and filters.
+"""Reads the costmaps of a Nav2 file into our settings: grid, layers and filters.
 
 A parameter that is missing has Nav2's default. Nav2 names layers freely and has any number of each
 type; here a costmap has one layer of a type, but for those that see obstacles. What differs is
@@ -44,7 +44,7 @@ LAYERS: dict[str, tuple[str, type]] = {
 PACKAGE = "nav2_costmap_2d::"
 # Of a map, where the file names no other.
 UNKNOWN_BYTE = CostmapSettings.model_fields["unknown_cost_value"].default
-# What the topic of the map that a scenario knows is called, whatever its namespace.
+# The last part of the name of the map's topic, in any namespace.
 MAP = "map"
 SENSING = ("obstacle_layer", "voxel_layer")
 ONLY_AS_FILTERS = ("speed_filter", "binary_filter")
@@ -52,7 +52,7 @@ ONLY_AS_FILTERS = ("speed_filter", "binary_filter")
 SENSING_ELSEWHERE = re.compile("voxel|obstacle|pointcloud|nvblox|stvl", re.IGNORECASE)
 # Of sonars and infrared sensors: where the robot has none, nothing stands in.
 RANGE_LAYER = "nav2_costmap_2d::RangeSensorLayer"
-# What Nav2's costmaps load where the file lists no plugins.
+# The layers that Nav2's costmaps load if the file lists no plugins.
 DEFAULT_LAYERS = {
     "static_layer": "nav2_costmap_2d::StaticLayer",
     "obstacle_layer": "nav2_costmap_2d::ObstacleLayer",
@@ -103,9 +103,9 @@ WITHOUT_MEANING = {
 def read_local_costmap(
     reader: NodeReader, sensors: Nav2Sensors, release: Release, *, is_override: bool = False
 ) -> dict[str, Any]:
-    """Returns the settings of the local costmap, checked, and notes all that is given.
+    """Returns the validated settings of the local costmap; notes each given parameter.
 
-    is_override: whether the files are there to be laid over others, which say what these do not.
+    is_override: whether the files change single parameters of a setup that comes from elsewhere.
     """
     settings = _CostmapReader(reader, sensors, release).settings(LocalCostmapSettings)
     if not reader.flag("rolling_window", False):
@@ -122,7 +122,7 @@ def read_local_costmap(
 def read_global_costmap(
     reader: NodeReader, sensors: Nav2Sensors, release: Release
 ) -> dict[str, Any]:
-    """Returns the settings of the global costmap, checked, and notes all that is given."""
+    """Returns the validated settings of the global costmap; notes each given parameter."""
     settings = _CostmapReader(reader, sensors, release).settings(GlobalCostmapSettings)
     # Nav2's default, which is not ours.
     grid: dict[str, Any] = {"resolution": 0.1}

@@ -1,4 +1,4 @@
-"""The base that drives what the controllers of a Nav2 file ask of it."""
+"""Sets the limits of the base so that it can drive as the controllers of a Nav2 file command."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ def drive_for(
     *,
     spin_radps: float = 0.0,
 ) -> tuple[Fields, dict[str, str]]:
-    """Returns the fields of a base robot's drive with the speeds asked for, and what differs.
+    """Returns the fields of a drive with the needed speeds, and a remark for each changed field.
 
-    data: the base robot's fields. asked: by each controller. spin_radps: by the spin. It becomes
-    omnidirectional where a controller moves sideways. What differs is a remark by the name of the
-    field.
+    data: the fields of the base robot. asked: the speeds that each controller needs. spin_radps:
+    the yaw rate that the spin needs. The drive becomes omnidirectional where a controller moves
+    sideways. The remarks are by the name of the field.
     """
     drive = base.drive
     remarks = {}
@@ -45,7 +45,10 @@ def drive_for(
 
 
 def _speeds(asked: Sequence[AskedSpeeds], spin_radps: float, base: Robot) -> dict[str, float]:
-    """Returns the largest limits by the drive's names; by who asks for none, the base's."""
+    """Returns the largest needed limits by the drive's names.
+
+    For a controller that needs no limit, that of the base counts.
+    """
     drive = base.drive
     asked = asked or [AskedSpeeds()]
     forward = [s.max_linear_mps or drive.max_linear_velocity_mps for s in asked]

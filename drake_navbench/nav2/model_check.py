@@ -1,4 +1,4 @@
-"""Where a Nav2 file and the robot's model contradict each other: users find their errors there."""
+"""Checks a Nav2 file against the robot's model: contradictions point to users' errors."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ from drake_navbench.inputs.check import CheckRow, Status
 from drake_navbench.inputs.described_robot import DescribedRobot
 from drake_navbench.nav2.robot import Nav2Setup
 
-# What an outline may leave out of the body, and how much larger it may be, m.
+# How far the body may reach beyond the outline, and the outline beyond the body, m.
 UNCOVERED_M, TOO_LARGE_M = 0.02, 0.15
 # A speed above the limit by less is a matter of rounding, m/s and rad/s.
 SPEED_TOLERANCE = 0.01
 
 
 def contradictions(setup: Nav2Setup, described: DescribedRobot) -> list[CheckRow]:
-    """Returns a row for each thing that the files and the model tell differently."""
+    """Returns a row for each property in which the Nav2 files and the model differ."""
     node = f"Nav2 file and model {described.source.path.name}"
     told = [*_outline(setup, described), *_speeds(setup, described), *_ranges(setup, described)]
     return [CheckRow(Status.DOUBTFUL, node, name, remark) for name, remark in told]

@@ -1,4 +1,4 @@
-"""Takes the parameters of one Nav2 node into our models and notes what becomes of each."""
+"""Reads the parameters of one Nav2 node into our models, and notes how each one is used."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from drake_navbench.nav2.read_by import read_by
 from drake_navbench.nav2.substitutions import missing_value
 from drake_navbench.releases import NEWEST_RELEASE, Release
 
-# What nodes of every kind have, and which is about processes, frames and topics alone.
+# Parameters that nodes of every kind have, and that concern processes, frames and topics alone.
 OF_EVERY_NODE = frozenset(
     {
         "action_server_result_timeout",
@@ -69,7 +69,7 @@ class NodeReader:
 
     @property
     def release(self) -> Release:
-        """Of Nav2."""
+        """The release of Nav2."""
         return self._release
 
     def note(self, status: Status, name: str, remark: str = "") -> None:
@@ -79,7 +79,7 @@ class NodeReader:
         self._add(CheckRow(status, self._name, name, remark, parameter and parameter.line))
 
     def note_block(self, status: Status, block: str, remark: str) -> None:
-        """Adds one row about all of a block, none of which is looked at any more."""
+        """Adds one row about a whole block; its parameters get no rows of their own."""
         names = [name for name in self._node.parameters if name.startswith(f"{block}.")]
         self._seen.update(names)
         for name in names:
@@ -96,12 +96,12 @@ class NodeReader:
         self._rows[row.node, row.parameter] = row
 
     def given(self, name: str) -> bool:
-        """Tells whether the file gives a parameter."""
+        """Returns whether the file gives a parameter."""
         self._known.add(name)
         return name in self._node.parameters
 
     def gives(self, model: type[BaseModel], field: str, name: str) -> bool:
-        """Tells whether the file gives a field of a model that the release reads.
+        """Returns whether the file gives a field of a model that the release reads.
 
         name: of the field in the file. Notes it where the release does not read it.
         """
@@ -213,9 +213,9 @@ class NodeReader:
         *,
         is_partial: bool = False,
     ) -> dict[str, Any]:
-        """Returns values that a model takes; whole floats become integers where it wants those.
+        """Returns the values after validation by a model; whole floats become integers for it.
 
-        is_partial: further fields will come, so that none counts as missing.
+        is_partial: whether further fields will be added, so that missing ones are no error.
         """
         while True:
             try:
@@ -229,7 +229,7 @@ class NodeReader:
                 return values
             fault = faults[0]
             location = [str(part) for part in fault["loc"] if part != fault["input"]]
-            # What is wrong with several together is told of the first.
+            # A fault of several fields together is reported on the first of them.
             field = location[0] if location else next(iter(values), "")
             name = prefix + ".".join([(renamed or {}).get(field, field), *location[1:]])
             whole = fault["input"]
@@ -243,7 +243,7 @@ class NodeReader:
             raise self.fault(name, message[:1].lower() + message[1:] + shown)
 
     def finish(self, without_meaning: Collection[str] = ()) -> None:
-        """Notes what is left: as without meaning where it is listed, else as not read by Nav2.
+        """Notes all unused parameters: as without meaning if listed, else as not read by Nav2.
 
         without_meaning: names, or blocks, or '*.name' for a name in any block.
         """

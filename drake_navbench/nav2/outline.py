@@ -30,7 +30,7 @@ class Outline(NamedTuple):
 def note_small_inflation(
     reader: NodeReader, costmap: CostmapSettings, inscribed_radius_m: float
 ) -> None:
-    """Notes where a costmap's costs do not reach as far as the robot; Nav2 warns of it, too."""
+    """Notes an inflation radius below the robot's inscribed radius, as Nav2 warns of it."""
     radius_m = costmap.inflation_layer.inflation_radius
     if not costmap.is_active("inflation_layer") or radius_m >= inscribed_radius_m:
         return

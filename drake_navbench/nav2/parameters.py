@@ -1,6 +1,6 @@
-"""Reads Nav2's parameter files as ROS does: which node gets which parameters, and from which line.
+"""Reads Nav2's parameter files as ROS does: the parameters of each node, with their lines.
 
-What the parameters mean is no concern here; see `nav2_controllers`.
+The meaning of the parameters is read elsewhere, see `nav2.controllers`.
 
 A file is loaded as nav2_bringup's launch files load it, by PyYAML: with anchors and merge keys, the
 last of two equal keys replacing the first with all that is below it. Scalars and names then follow
@@ -44,10 +44,10 @@ class Parameter(NamedTuple):
 
 @dataclass(frozen=True)
 class Section:
-    """What a file gives to the nodes of a name.
+    """The parameters that a file gives to the nodes with one name.
 
-    name: as the file spells it, with the namespaces, '/robot1/controller_server'; with wildcards it
-        names many nodes, '/**'.
+    name: as the file spells it, with the namespaces, '/robot1/controller_server'. With wildcards
+        it stands for many nodes, '/**'.
     parameters: by dotted name, in the order of the file.
     """
 
@@ -61,7 +61,7 @@ class Section:
         return "*" in self.name
 
     def is_for(self, node: str) -> bool:
-        """Tells whether the node of this full name gets these parameters."""
+        """Returns whether the node of this full name gets these parameters."""
         parts = re.split(r"(/\*\*|/\*)", self.name)
         pattern = "".join(WILDCARDS.get(part, re.escape(part)) for part in parts)
         return re.fullmatch(pattern, node) is not None
@@ -71,7 +71,7 @@ class Section:
 class ParameterFile:
     """All sections of a file; none where it is no file of ROS parameters.
 
-    remarks: a line each on what was taken although it is probably a mistake.
+    remarks: a line on each entry that is accepted although it is probably a mistake.
     """
 
     sections: tuple[Section, ...]
@@ -80,10 +80,10 @@ class ParameterFile:
 
 @dataclass(frozen=True)
 class Node:
-    """All that a node is given.
+    """A node with all its parameters, merged from the sections of all files.
 
-    name: full, '/robot1/controller_server'.
-    file: the last one that has a section for it.
+    name: with the namespaces, '/robot1/controller_server'.
+    file: the last file that has a section for the node.
     parameters: by dotted name.
     """
 
@@ -138,7 +138,7 @@ def read_parameter_file(path: Path, prepare: Callable[[str], str] | None = None)
 def read_parameter_text(text: str, path: Path) -> ParameterFile:
     """Returns the sections of a file's text; raises InputError where it is no YAML.
 
-    path: what errors and parameters name as their file.
+    path: the file that errors and parameters name.
     """
     try:
         require_limits(text)
@@ -244,7 +244,7 @@ class _Reader:
                 yield place + key, value
 
     def _entries(self, node: yaml.MappingNode, place: str) -> list[tuple[str, yaml.Node]]:
-        """Returns keys and values of a mapping; what it merges from others comes first."""
+        """Returns keys and values of a mapping; entries merged from other mappings come first."""
         if id(node) not in self._entries_of:
             self._remark_equal_keys(node, place)
             self._loader.flatten_mapping(node)

@@ -277,7 +277,7 @@ def _number(value: float) -> str:
 
 
 def _changes_only(before: str, after: str, place: Place, value: Any, path: Path) -> bool:
-    """Tells whether a text gives the parameter this value and differs in nothing else."""
+    """Returns whether a text gives the parameter this value and differs in nothing else."""
     try:
         sections = read_parameter_text(after, path).sections
         found = _resolved(sections, place, path).get(place.name)

@@ -1,8 +1,8 @@
-"""Which releases of Nav2 read a parameter, and what counts in those that have another default.
+"""The releases of Nav2 that read a parameter, and the releases whose default differs from ours.
 
-Parameters that are not here every release reads, with one default. Held against the parameters
-that the branches humble, iron, jazzy, kilted and lyrical of navigation2 declare. Controllers say
-the same of theirs as READ_FROM and READ_UNTIL.
+Every release reads a parameter that is not listed here, with one default. The lists follow the
+parameters that the branches humble, iron, jazzy, kilted and lyrical of navigation2 declare.
+Controllers have such lists of their own, READ_FROM and READ_UNTIL.
 """
 
 from __future__ import annotations
@@ -52,10 +52,10 @@ REFINEMENTS_OF_HUMBLE = 4
 
 
 class ReadBy(NamedTuple):
-    """What the releases do with a parameter.
+    """The releases that read a parameter, and the defaults that differ from ours.
 
-    releases: those that read it. defaults: what counts in a release where nothing is read, if that
-    is not the default of ours.
+    releases: those that read the parameter. defaults: by release, the value that counts there if no
+    file gives one; only where it differs from the default of our model.
     """
 
     releases: frozenset[Release]
@@ -93,7 +93,8 @@ _REFINEMENT: Mapping[str, ReadBy] = {
 
 READ_BY: Mapping[type[BaseModel], Mapping[str, ReadBy]] = {
     ControllerServerSettings: {
-        # What counts before is in nav2_release, as it counts without a controller server, too.
+        # The value in earlier releases is in nav2_release, since it also counts without a
+        # controller server.
         "costmap_update_timeout": _since(JAZZY),
         "path_handler_plugins": _since(LYRICAL),
         "progress_checker_plugin": _until(IRON),
@@ -165,6 +166,6 @@ READ_BY: Mapping[type[BaseModel], Mapping[str, ReadBy]] = {
 
 
 def read_by(model: type[BaseModel], name: str) -> ReadBy:
-    """Returns what the releases do with a parameter of a model, or of one that it is made from."""
+    """Returns which releases read a model's parameter; READ_BY may list it under a base class."""
     known = (READ_BY.get(base, {}).get(name) for base in model.__mro__)
     return next((found for found in known if found is not None), ReadBy(EVERY))

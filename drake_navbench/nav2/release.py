@@ -89,17 +89,19 @@ WITHOUT_COSTMAP_TIMEOUT = (Release.HUMBLE, Release.IRON)
 
 
 class Found(NamedTuple):
-    """A release, and by what it was told."""
+    """A release, and the mark in the file that told it."""
 
     release: Release
     mark: str
 
 
 class _Marks(NamedTuple):
-    """What a file's names tell, in the file's order.
+    """The names and values in a file that tell its release, each list in the file's order.
 
-    paths: by INSTALLATION. plugins: LAST_OF_OLD_NAMES or FIRST_OF_NEW_NAMES for each. since, until:
-    by SINCE, UNTIL and OLD_NODE.
+    paths: values with a path in a release's installation, found by INSTALLATION. plugins: names of
+    plugins; LAST_OF_OLD_NAMES or FIRST_OF_NEW_NAMES for each. since: parameters that a release was
+    the first to read, by SINCE. until: those that a release was the last to read, by UNTIL and
+    OLD_NODE.
     """
 
     paths: list[Found]
@@ -109,10 +111,11 @@ class _Marks(NamedTuple):
 
 
 def release_of(sections: Iterable[Section], given: str | None) -> Found:
-    """Returns the release that was given, else the one that the files' own marks tell.
+    """Returns the given release, else the one that the marks in the files tell.
 
-    A path in the installation of a release counts most, then the names of plugins; then the newest
-    release that some parameter needs; where there is none, the oldest that another one allows.
+    A path in a release's installation counts most, then the names of plugins. Then counts the
+    newest release that first read some parameter of the file. If no parameter tells that, the
+    oldest release that was the last to read one counts.
     """
     if given is not None:
         return Found(Release(given), "--nav2-release")
@@ -136,7 +139,10 @@ def _release(found: Found) -> Release:
 
 
 def _humble_or_iron(marks: _Marks) -> Found:
-    """Returns which of the two a file is for that names plugins as both do."""
+    """Returns the release, Humble or Iron, of a file whose plugins are named as in both of them.
+
+    A parameter of Humble decides for Humble; parameters of Iron alone decide for Iron; else Humble.
+    """
     of_humble = [found for found in marks.until if found.release is Release.HUMBLE]
     if of_humble:
         return of_humble[0]
@@ -163,13 +169,13 @@ def _marks(sections: Iterable[Section]) -> _Marks:
 
 
 def _by_path(value: Any) -> Found | None:
-    """Returns what a value tells that has a path in the installation of a release, else None."""
+    """Returns the release in whose installation a value's path lies; None for other values."""
     path = INSTALLATION.search(value) if isinstance(value, str) else None
     return None if path is None else Found(Release(path[1]), path[0])
 
 
 def _by_plugin(value: Any) -> Found | None:
-    """Returns what a value tells that is the name of a plugin or library, None of any other."""
+    """Returns the release to which a plugin's or library's name points; None for other values."""
     if not isinstance(value, str):
         return None
     if value in LISTED_LIBRARIES:
@@ -181,7 +187,7 @@ def _by_plugin(value: Any) -> Found | None:
 
 
 def navigation_of(release: Release) -> dict[str, Any]:
-    """Returns what of `NavigationSettings` has another default in a release."""
+    """Returns the values of `NavigationSettings` whose default in a release differs from ours."""
     fields: dict[str, Any] = {"behavior_tree": dict(TREES[release])}
     if release in WITHOUT_COSTMAP_TIMEOUT:
         fields["controller_server"] = {"costmap_update_timeout": 0.0}
@@ -204,10 +210,10 @@ def tree_of(release: Release, tree: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def has_node(tree: Mapping[str, Any], node: str) -> bool:
-    """Tells whether a tree, as plain values, has a node of a kind."""
+    """Returns whether a tree, as plain values, has a node of a kind."""
     return tree["node"] == node or any(has_node(child, node) for child in tree.get("children", ()))
 
 
 def release_row(found: Found) -> CheckRow:
-    """Returns what the release is, and by what it was told."""
+    """Returns the row of the check that names the release and the mark that told it."""
     return CheckRow(Status.OTHER_FORM, "nav2_release", found.release, f"told by {found.mark}")

@@ -1,8 +1,8 @@
-"""From whole Nav2 files to a robot, to columns and to a check of every parameter.
+"""Makes a robot, columns and a check of every parameter from whole Nav2 files.
 
-What a Nav2 file cannot tell (mass, response and accelerations of the drive, lidar, localization)
-stays that of a base robot. What it tells replaces the base robot's, whole server by whole server:
-a parameter that is missing there has Nav2's default, not the base robot's value.
+Properties that a Nav2 file cannot contain (mass, response and accelerations of the drive, lidar,
+localization) come from a base robot. A server in the file replaces the base robot's server as a
+whole: a parameter that is missing there has Nav2's default, not the base robot's value.
 """
 
 from __future__ import annotations
@@ -84,17 +84,18 @@ READ = (
 )
 # Of controllers: the slowest that they drive ahead.
 LEAST_SPEEDS = ("min_vel_x", "vx_min")
-# What a robot has only where its file says so.
+# Servers that a robot has only if its file has them.
 OPTIONAL = ("velocity_smoother", "collision_monitor")
 
 
 @dataclass(frozen=True)
 class Nav2Setup:
-    """What Nav2 files make: columns, the robot that they drive, and what became of the files.
+    """The columns that Nav2 files define, the robot that they drive, and the check of the files.
 
-    places: node and block of each column's controller, by the column's name. given: the values of
-    all parameters, by node without the namespace and by name. asked, spin_radps: the speeds that
-    the controllers and the spin ask of the base. namespace: of the nodes that are read, 'robot1'.
+    places: by the column's name, the node and the block of its controller. given: the values of all
+    parameters, by node without the namespace and by name. asked: the speeds that each controller
+    needs of the base. spin_radps: the yaw rate that the spin needs. namespace: that of the nodes
+    that are read, 'robot1'.
     """
 
     presets: tuple[Preset, ...]
@@ -107,7 +108,7 @@ class Nav2Setup:
     namespace: str = ""
 
     def stand_ins_of(self, column: str) -> list[str]:
-        """Returns a line for all that stands in within a column's controller."""
+        """Returns a line for each stand-in within a column's controller."""
         node, block = self.places.get(column, ("", ""))
         return [
             row.text
@@ -116,7 +117,7 @@ class Nav2Setup:
         ]
 
     def stand_ins_of_all(self) -> list[str]:
-        """Returns a line for all that stands in whichever controller drives."""
+        """Returns a line for each stand-in outside of the controllers, common to all columns."""
         own = {line for column in self.places for line in self.stand_ins_of(column)}
         return [row.text for row in self.check.stand_ins if row.text not in own]
 
@@ -130,7 +131,7 @@ class Nav2Setup:
 
 
 def base_frame_of(paths: Sequence[Path]) -> str | None:
-    """Returns the link that Nav2 files take for the robot's base; None where they do not say."""
+    """Returns the link that Nav2 files name as the robot's base; None where they name none."""
     sections = [section for path in paths for section in read_parameter_file(path).sections]
     for name in (LOCAL_COSTMAP, GLOBAL_COSTMAP):
         for node in nodes_called(name, sections):
@@ -150,7 +151,7 @@ def read_nav2_files(
     release: str | None = None,
     other_names: Collection[str] = (),
 ) -> Nav2Setup:
-    """Reads Nav2 files and merges them; of two that give a parameter the later one counts.
+    """Reads Nav2 files and merges them; the last file that gives a parameter counts.
 
     base, base_name: the robot for what they do not say. values: for their substitutions. release:
     of Nav2, told by the files' own marks where not given. other_names: values that the files need
@@ -200,10 +201,9 @@ def setup_of(
     release: str | None = None,
     beside: Sequence[Nav2Setup] = (),
 ) -> Nav2Setup:
-    """Returns what files make.
+    """Returns the setup that Nav2 files define; raises InputError.
 
-    beside: setups whose controllers drive the same base, which then has speed for all of them.
-    Raises InputError.
+    beside: setups whose controllers drive the same base; its speed limits then suffice for all.
     """
     found = release_of(read.sections, release)
     files = _Files(list(read.sections), dict(read.remarks), base, base_name, found)
@@ -427,7 +427,7 @@ class _Files:
         self._note(Status.OTHER_FORM, name, "", remark)
 
     def _note_other_sections(self) -> None:
-        """Notes the nodes of which nothing is read."""
+        """Notes the nodes whose parameters are not read."""
         read = {f"{self._namespace}/{name}" for name in READ}
         read |= {node.name for node in self._servers}
         for section in self._sections:

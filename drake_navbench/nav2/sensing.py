@@ -1,4 +1,4 @@
-"""From the layers of a Nav2 file that see obstacles to ours, and what their sensors become.
+"""Reads the layers of a Nav2 file that see obstacles into our settings, with their sensors.
 
 A layer with one scan that marks and clears is the costmap's own obstacle or voxel layer; any other,
 and the second one of a type, a block that names its plugin. What differs is noted. Source:
@@ -28,7 +28,7 @@ from drake_navbench.nav2.sensors import Nav2Sensors, Sight
 from drake_navbench.releases import Release
 from drake_navbench.typed_files.typed_yaml import FrozenModel
 
-# What Nav2 files do not give of a source, and what says which of the robot's sensors it is.
+# Fields of a source that Nav2 files do not give: they name the robot's sensor that sends to it.
 OURS = ("sensor", "scanner")
 SCAN, CLOUD = "LaserScan", "PointCloud2"
 # Nav2's obstacle layer looks at points up to this height where the file says nothing, m.
@@ -141,14 +141,15 @@ class SensingLayers:
         return list(dict.fromkeys(listed))
 
     def _source(self, place: str, model: type[FrozenModel]) -> dict[str, Any]:
-        """Returns what is given of an observation source; place: its name with a dot."""
+        """Returns the given parameters of an observation source; place: its name with a dot."""
         names = [field for field in model.model_fields if field not in OURS]
         return self._reader.block(model, place, names=names)
 
     def _combination(self, name: str) -> dict[str, Any] | None:
-        """Returns what counts where Nav2 does not know a layer's way to write; {} where it does.
+        """Returns the setting for a `combination_method` that Nav2 does not know; {} if it does.
 
-        None where the layer then writes nothing, as up to iron, where 2 was not known either.
+        None means that the layer then writes nothing, as in Humble and Iron, which do not know 2
+        either.
         """
         place = f"{name}.combination_method"
         found = self._reader.node.get(place)
@@ -167,7 +168,11 @@ class SensingLayers:
         return {"combination_method": MAXIMUM}
 
     def _scanners(self, prefix: str, scans: list[str]) -> dict[str, dict[str, Any]]:
-        """Returns which scanner each source is; all for all where their numbers differ."""
+        """Returns by source the index, from 1, of the robot's scanner that stands for it.
+
+        If the robot's number of scanners differs from the number of topics, or is 1, every source
+        reads all scanners, and no index is given.
+        """
         topics = {s: self._reader.node.get(f"{prefix}{s}.topic", s) for s in scans}
         different = list(dict.fromkeys(topics.values()))
         if len(different) == self._scanner_count and self._scanner_count > 1:
@@ -203,10 +208,11 @@ class SensingLayers:
         return self._sensors.listen(self._reader, f"{place}topic", source, str(topic), sight)
 
     def _levels(self, prefix: str) -> dict[str, Any]:
-        """Returns what counts of a voxel layer with more levels than Nav2's grid has; {} else.
+        """Returns the settings of a voxel layer with more levels than Nav2's grid has; else {}.
 
-        Nav2 clamps the grid's levels, but takes the surplus off the unknown voxels that a free
-        column may have; below 0, as that is unsigned, it may have any number.
+        Nav2 clamps the number of levels, but subtracts the surplus from `unknown_threshold`, the
+        number of unknown voxels that a free column may have. That number is unsigned: if it falls
+        below 0, a free column may have any number of unknown voxels.
         """
         place = f"{prefix}z_voxels"
         found = self._reader.node.get(place)

@@ -1,8 +1,8 @@
-"""The sensors that a Nav2 file listens to, and the robot's that they are.
+"""Matches the topics that a Nav2 file listens to with the robot's sensors.
 
-A Nav2 file names topics and says nothing of what sends to them. The robot's scanners are there;
-a depth camera or a lidar of many layers that the robot does not have is put where its lidar is,
-with what its sources tell of its sight and its reach, and looks where their names say.
+A Nav2 file names topics, but not the sensors that send to them. Scans come from the robot's own
+scanners. A depth camera or a lidar of many layers that the robot lacks is added at the position of
+its lidar. The parameters of its sources tell its fields of view and range, their names its yaw.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ LIDAR_SIGHT: Mapping[str, Any] = {
     "height_m": 0.5,
     "range_max_m": 12.0,
 }
-# Where a sensor looks, by a word in its name; of two words half way.
+# Yaw of a sensor's axis by a word in its name; with two words, the yaw halfway between theirs.
 DIRECTIONS = {"left": 0.5 * math.pi, "right": -0.5 * math.pi}
 FRONT, REAR = re.compile("front", re.I), re.compile("back|rear", re.I)
 
@@ -48,7 +48,7 @@ def range_sensor_of(topic: str, range_sensors: Collection[str]) -> str | None:
 
 
 class Sight(NamedTuple):
-    """What a source tells of its sensor: m and rad, None where it does not."""
+    """Range, m, and fields of view, rad, of an observation source's sensor; None if not given."""
 
     reach_m: float
     horizontal_fov_rad: float | None = None
@@ -86,10 +86,10 @@ class Nav2Sensors:
     def listen(
         self, reader: NodeReader, parameter: str, source: str, topic: str, sight: Sight
     ) -> str:
-        """Returns the name of the sensor that sends to a source.
+        """Returns the name of the sensor that sends to an observation source.
 
-        parameter: the source's topic, of which `note_added` tells what the sensor is, once all
-        that listen to it are known.
+        parameter: the source's parameter with the topic. `note_added` describes the sensor in the
+        check's row of that parameter, once all sources of the topic are known.
         """
         by_topic = re.sub(r"\W+", "_", topic).strip("_") or source
         for name in (source, by_topic):
@@ -109,7 +109,7 @@ class Nav2Sensors:
                 reader.note(Status.OTHER_FORM, parameter, remark)
 
     def _sensor(self, listeners: Sequence[_Listener]) -> DepthSensorSettings:
-        """Returns a sensor that has all that its sources tell, in whatever order they stand."""
+        """Returns the sensor that fits all its sources, whatever the order of the sources."""
         names = " ".join(sorted(listener.names for listener in listeners))
         sights = [listener.sight for listener in listeners]
         told = [sight.is_lidar for sight in sights if sight.is_lidar is not None]
@@ -130,7 +130,7 @@ class Nav2Sensors:
 
 
 class _Listener(NamedTuple):
-    """A source of points: where its topic stands, its names, and what it tells."""
+    """A source of points: the parameter with its topic, its names, and its sensor's ranges."""
 
     reader: NodeReader
     parameter: str
@@ -153,7 +153,7 @@ def _is_around(sensor: DepthSensorSettings) -> bool:
 
 
 def _heading(names: str) -> float:
-    """Returns where a sensor of such names looks, rad from straight ahead."""
+    """Returns the yaw of a sensor's axis in the base frame, rad, guessed from its names."""
     side = next((yaw for word, yaw in DIRECTIONS.items() if word in names.lower()), 0.0)
     if REAR.search(names):
         return math.copysign(math.pi - 0.5 * abs(side), side) if side else math.pi

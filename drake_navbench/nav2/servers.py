@@ -1,4 +1,4 @@
-"""From the servers of a Nav2 file, but for controllers and costmaps, to a robot's settings.
+"""Reads the servers of a Nav2 file, without controllers and costmaps, into a robot's settings.
 
 Each function takes a node and returns fields of `NavigationSettings`, checked. A parameter that is
 missing has Nav2's default. Sources: nav2_planner, nav2_behaviors, nav2_bt_navigator,
@@ -52,7 +52,7 @@ SMOOTHER_OF: Mapping[str, str] = {
     "nav2_smoother::SavitzkyGolaySmoother": "savitzky_golay",
 }
 WAIT_AT_WAYPOINT = "nav2_waypoint_follower::WaitAtWaypoint"
-# What Nav2's default behaviour tree asks for by name, where there are several.
+# The name that Nav2's default behaviour tree asks for if there are several planners.
 DEFAULT_PLANNER = "GridBased"
 # The parameter that names the tree's file, and what it was called up to foxy.
 TREE_FILE = "default_nav_to_pose_bt_xml"
@@ -82,7 +82,7 @@ DEFAULT_BEHAVIORS = {
 
 
 def read_planner_server(reader: NodeReader, release: Release, cell_m: float) -> Fields:
-    """Returns the planner that the default tree asks for, with what the release reads of it.
+    """Returns the planner that the default tree names, with the parameters that the release reads.
 
     cell_m: of the global costmap, m.
     """
@@ -167,7 +167,7 @@ def _classic(values: Fields) -> Fields:
 
 
 def read_behavior_server(reader: NodeReader) -> Fields:
-    """Returns the behaviours, and which of them the default tree finds for its recoveries."""
+    """Returns the behaviours, and those of them that the default tree uses as recoveries."""
     least = "min_rotational_vel"
     names = [field for field in BehaviorServerParameters.model_fields if field != least]
     values = reader.block(BehaviorServerParameters, names=names)
@@ -213,14 +213,14 @@ def read_behavior_server(reader: NodeReader) -> Fields:
 
 
 def straight_drive_of(release: Release) -> Fields:
-    """Returns how a release drives straight where no file says, if not as ours."""
+    """Returns a release's default limits of the STRAIGHT behaviours where they differ from ours."""
     fields = {name: read_by(DriveLimits, name).defaults for name in DriveLimits.model_fields}
     limits = {name: known[release] for name, known in fields.items() if release in known}
     return {behavior: limits for behavior in STRAIGHT} if limits else {}
 
 
 def _drive_limits(reader: NodeReader, given: Fields) -> Fields:
-    """Returns the limits of a behaviour that drives straight; in humble 0, its default, is none."""
+    """Returns the limits of a behaviour that drives straight; 0, Humble's default, is no limit."""
     limits = ("acceleration_limit", "deceleration_limit")
     if reader.release is Release.HUMBLE and not all(given.get(name) for name in limits):
         return {**given, **dict.fromkeys(limits)}

@@ -16,7 +16,7 @@ NAME = r"[A-Za-z_]\w*"
 PLACEHOLDER = re.compile(
     rf"\$\(var\s+({NAME})\s*\)|<({NAME})>|\b(KEEPOUT_ZONE_ENABLED|SPEED_ZONE_ENABLED)\b"
 )
-# What nav2_bringup's launch files put there where nothing else is asked for.
+# The values that nav2_bringup's launch files set by default.
 DEFAULTS = {"KEEPOUT_ZONE_ENABLED": "true", "SPEED_ZONE_ENABLED": "true"}
 BROKEN = re.compile(rf"\$\(var(?!\s+{NAME}\s*\))")
 
@@ -35,7 +35,7 @@ def read_assignments(texts: Sequence[str]) -> dict[str, str]:
 
 
 class Substitutions:
-    """Replaces placeholders by given values and remembers which values were asked for."""
+    """Replaces placeholders by given values, and remembers the names that files asked for."""
 
     def __init__(self, values: Mapping[str, str]) -> None:
         self._values = values

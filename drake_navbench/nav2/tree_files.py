@@ -1,6 +1,6 @@
-"""Where the XML file of a behaviour tree lies that a Nav2 file names.
+"""Finds the XML file of a behaviour tree from its path in a Nav2 file.
 
-The path in the file is that of the robot, of which the machine that reads it may have a part only.
+The path is one on the robot. The machine that reads the file may have only a part of its folders.
 """
 
 from __future__ import annotations
@@ -11,9 +11,9 @@ from pathlib import Path
 
 from drake_navbench.releases import Release
 
-# Where a tree is looked for by its name, from the folder of the Nav2 file on.
+# Folders, relative to that of the Nav2 file, in which a tree is looked for by its name.
 FOLDERS = (".", "behavior_trees", "behavior_tree", "bt", "../behavior_trees", "../bt")
-# Where it is looked for by the end of its path: the package lies around the Nav2 file.
+# Folders in which it is looked for by the end of its path: the package lies around the Nav2 file.
 PACKAGE_FOLDERS = (".", "..", "../..")
 NAV2_TREES = Path("share", "nav2_bt_navigator", "behavior_trees")
 # Folders of installed packages, as ROS sets it.
@@ -22,9 +22,9 @@ ROS_FOLDER = Path("/opt/ros")
 
 
 def tree_beside(folder: Path, named: str) -> Path | None:
-    """Returns the file near a Nav2 file that a path names; None where there is none.
+    """Returns the first file near a Nav2 file that fits a tree's path in it; None without one.
 
-    folder: of the Nav2 file. named: what it says, such as '$(find-pkg-share mine)/trees/a.xml'.
+    folder: of the Nav2 file. named: the path in it, as '$(find-pkg-share mine)/trees/a.xml'.
     """
     parts = re.sub(r"\$\([^)]*\)", "", named).strip("/").split("/")
     places = [folder / place / parts[-1] for place in FOLDERS]

@@ -50,8 +50,9 @@ class _AnyOfThem:
 def plugin_choice(kind: PluginKind, default: str | None = None, *, key: str = "plugin") -> Any:
     """Returns the type of a field that holds one plugin's parameters, told apart by `key`.
 
-    default: the plugin of a block that names none; None where it must. Nav2's releases up to jazzy
-    write some types with a slash, as in nav2_navfn_planner/NavfnPlanner; both are understood.
+    default: the plugin of a block that names none; None where a block must name one. Nav2's
+    releases up to Jazzy write some types with a slash, as in nav2_navfn_planner/NavfnPlanner; both
+    forms are accepted.
     """
 
     def plugin_of(data: Any) -> Any:

@@ -1,7 +1,7 @@
-"""Finds plugins among the installed entry points: one look-up and one way to fail for every kind.
+"""Finds plugins among the installed entry points, with the same look-up and errors for all kinds.
 
-A plugin is somebody's code, and anything may happen in it. One that is broken is named, with its
-package and what is wrong, and leaves the others alone. Built-in plugins are registered as a user's
+A plugin is code that is not ours and may fail in any way. An error names the broken plugin, its
+package and the fault; the other plugins stay usable. Built-in plugins are registered as a user's
 are, in pyproject.toml, or stand in a table of their kind where nothing else would import them later
 than the kind itself.
 """
@@ -38,7 +38,7 @@ LIKE_A_SLIP = 0.75
 
 
 class Origin(NamedTuple):
-    """Where a plugin comes from: the name of an installed package, and its version."""
+    """The installed package that brings a plugin: its name and version."""
 
     package: str
     version: str
@@ -54,13 +54,13 @@ UNKNOWN_ORIGIN = Origin("an unknown package", "")
 class PluginKind:
     """One kind of plugin.
 
-    noun: what it is called in errors. group: of its entry points. members: what a class must have
-    to be one; empty where an entry point may name something else than a class. base: returns what
-    the class must derive from, with members of its own; None where anything with them will do.
-    parameters: what its `Parameters` must derive from, None where they are checked elsewhere.
-    built_in: those of ours that are no entry points, by name; an EntryPoint is loaded when it is
-    asked for. has_own_blocks: whether a block may name one of ours. guide: the page that
-    describes them.
+    noun: its name in errors. group: the name of its group of entry points. members: attributes that
+    a class of this kind must have; empty where an entry point may name an object that is no class.
+    base: returns the class that it must derive from; None where any class with `members` will do.
+    parameters: the class that its `Parameters` must derive from; None where they are checked
+    elsewhere. built_in: by name, our plugins that are no entry points; an EntryPoint among them is
+    loaded when it is first used. has_own_blocks: whether a block may name one of ours. guide: the
+    page of the documentation on this kind.
     """
 
     noun: str
@@ -83,8 +83,8 @@ class PluginKind:
     def load(self, name: str) -> Any:
         """Returns the plugin that is registered as `name`.
 
-        Raises InputError where there is none or more than one, where it breaks when imported, or
-        where it is no class with the members that it needs.
+        Raises InputError where no plugin or several have this name, where its import fails, or
+        where it is not a class with the members that this kind needs.
         """
         points = _installed(self.group).get(name, ())
         if len(points) + (name in self.built_in) > 1:
@@ -117,7 +117,7 @@ class PluginKind:
     def require_contract(self, loaded: Any, who: str, where: str) -> None:
         """Raises InputError unless what was loaded is a class of this kind.
 
-        who, where: what errors call the plugin, and the class.
+        who, where: the names of the plugin and of the class in errors.
         """
         base = self.base() if self.base is not None else object
         missing = [name for name in self.members if not _has_own(loaded, name, base)]
@@ -165,8 +165,8 @@ class PluginKind:
     def folder(self, name: str) -> Path | None:
         """Returns the folder of the plugin `name`, None where it is not found.
 
-        The module is not imported, nor are the packages that it is in: what others have installed
-        runs only where it is asked for.
+        Neither the module nor the packages that contain it are imported: code that is not ours runs
+        only when a user names its plugin.
         """
         parts = _installed(self.group)[name][0].module.split(".")
         path, spec = None, None
@@ -182,8 +182,8 @@ class PluginKind:
     ) -> dict[str, Any]:
         """Returns the plugins that can be loaded, by name; warns of the others.
 
-        check: makes what is kept of a plugin from its name and what was loaded; raises InputError
-        where that is none of this kind.
+        check: returns the value that is kept of a plugin, from its name and the loaded object;
+        raises InputError where the object is not of this kind.
         """
         kept: dict[str, Any] = {}
         for name in self.names:
@@ -218,7 +218,7 @@ def forget_installed() -> None:
 
 
 def _has_own(loaded: Any, member: str, base: type) -> bool:
-    """Tells whether something has a member, and not only that of a base."""
+    """Returns whether something has a member, and not only that of a base."""
     found = getattr(loaded, member, None)
     return hasattr(loaded, member) and (found is None or found is not getattr(base, member, None))
 
@@ -240,7 +240,7 @@ def foreign_plugins() -> Iterator[tuple[str, str, Origin]]:
 
 
 def is_ours(module: str) -> bool:
-    """Tells whether a module belongs to this package, and not to a plugin of others."""
+    """Returns whether a module belongs to this package, and not to a plugin of others."""
     return module.partition(".")[0] == OUR_PACKAGE
 
 

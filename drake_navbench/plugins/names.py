@@ -11,7 +11,7 @@ SEPARATOR = "."
 
 
 def flattened(values: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
-    """Yields dotted names with their values, in order; what is given twice comes twice."""
+    """Yields dotted names with their values, in order; a name that is given twice comes twice."""
     for key, value in values.items():
         name = f"{prefix}{key}"
         if isinstance(value, Mapping):

@@ -1,7 +1,7 @@
-"""How the settings of a file name plugins, and hold the parameters of each as its own typed model.
+"""Fields of settings that name plugins and hold each plugin's parameters as its own typed model.
 
-Two forms, both Nav2's: one plugin chosen by its name within its block (`chosen_plugin`), and blocks
-under names of the file's choice, each of which names its plugin (`PluginBlocks`).
+There are two forms, both Nav2's. `chosen_plugin`: a block names its one plugin. `PluginBlocks`:
+several blocks, under names that the file chooses, each name their plugin.
 """
 
 from __future__ import annotations

@@ -1,1 +1,1 @@
-"""Worker processes, how they are told what to do and where they keep compiled kernels."""
+"""Worker processes, the protocol to them, and their cache of compiled kernels."""

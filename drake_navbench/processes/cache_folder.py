@@ -24,10 +24,10 @@ DIGEST_LENGTH = 12
 
 
 def provide_cache_folder() -> None:
-    """Tells numba, and where it must matplotlib, where to keep what they compile.
+    """Sets numba's cache folder; also matplotlib's, if the user's cache cannot be written.
 
-    The folder is named in the environment, so that every process of a run finds it. One that the
-    user has named stays.
+    The folder is set in the environment, so that every process of a run finds it. A folder that the
+    user has set there stays.
     """
     if not _can_be_written(_user_cache()):
         os.environ.setdefault(MATPLOTLIB_VARIABLE, _own_temporary_folder())
@@ -53,7 +53,7 @@ def installation_digest() -> str:
 
 
 def notice() -> str:
-    """Returns the line that tells of a folder among the temporary ones, '' where there is none."""
+    """Returns a line on kernels in a temporary folder, '' where they are in the user's cache."""
     folder = os.environ.get(NUMBA_VARIABLE, "")
     if not folder.startswith(f"{_name_of_temporary_folder()}{os.sep}"):
         return ""
@@ -86,7 +86,7 @@ def _name_of_temporary_folder() -> str:
 def _own_temporary_folder() -> str:
     """Returns a temporary folder that lasts and that nobody else can write into.
 
-    What lies there is executed: a folder of that name that is somebody else's is not used.
+    Files in it are executed, so a folder of that name that belongs to another user is not used.
     """
     folder = _name_of_temporary_folder()
     try:

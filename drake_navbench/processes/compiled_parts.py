@@ -1,4 +1,4 @@
-"""Which parts of trials have their kernels compiled, so that no run sees to it again."""
+"""The list of trials' parts whose kernels are compiled, so that no run compiles them again."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ def compiled_parts() -> set[str]:
 
 
 def note_compiled(parts: Iterable[str]) -> None:
-    """Keeps that the kernels of parts are compiled, beside what was known."""
+    """Adds parts to the list of those whose kernels are compiled."""
     known = sorted(compiled_parts().union(parts))
-    # Where it cannot be kept, nor can kernels.
+    # If this file cannot be written, neither can compiled kernels.
     with suppress(OSError):
         file = _file()
         file.parent.mkdir(parents=True, exist_ok=True)

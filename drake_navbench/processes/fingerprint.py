@@ -1,4 +1,4 @@
-"""What equal bytes of equal trials depend on: the code, its packages, and the processor."""
+"""Fingerprint of code, packages and processor: where it is equal, equal trials give equal bytes."""
 
 from __future__ import annotations
 
@@ -21,10 +21,11 @@ APART = ("analysis", "controllers", "models", "scenarios")
 
 
 class Fingerprint(NamedTuple):
-    """Of a process. software: what must be equal for a trial to be the same one.
+    """The fingerprint of a process.
 
-    processor, features: two that differ in these may round differently, since compiled kernels use
-    what the processor has (as fused multiply-adds); features is a digest of what it has.
+    software: versions that must be equal for equal results. processor: its name. features: a digest
+    of its instructions. Processes that differ in processor or features may round differently, since
+    compiled kernels use the processor's instructions, such as fused multiply-adds.
     """
 
     software: dict[str, str]
@@ -32,7 +33,7 @@ class Fingerprint(NamedTuple):
     features: str
 
     def differing(self, other: Fingerprint) -> str:
-        """Returns what of the software differs from another's, '' where nothing does."""
+        """Returns the packages whose version differs from the other fingerprint's, '' if none."""
         return ", ".join(
             f"{name} {self.software.get(name, 'none')} instead of {value}"
             for name, value in other.software.items()

@@ -96,7 +96,7 @@ def _stamp(path: Path) -> Stamp:
 
 
 def _with_importers(changed: Iterable[str], modules: Mapping[str, Path]) -> set[str]:
-    """Returns modules with all that import one of them, directly or not."""
+    """Returns the changed modules and all modules that import one of them, directly or not."""
     importers: dict[str, set[str]] = {}
     for name, path in modules.items():
         for imported in _imports(path):
@@ -112,7 +112,7 @@ def _with_importers(changed: Iterable[str], modules: Mapping[str, Path]) -> set[
 
 
 def _imports(path: Path) -> Iterator[str]:
-    """Yields what a module imports: the modules, and names that may be modules of a package."""
+    """Yields the dotted names that a module imports: modules, and names that may be modules."""
     for module, names in IMPORT.findall(path.read_text(encoding="utf-8", errors="replace")):
         yield module
         for name in NAME.findall(names):
@@ -122,8 +122,9 @@ def _imports(path: Path) -> Iterator[str]:
 def _forget(sources: Iterable[Path], cache: Path) -> int:
     """Removes the compiled kernels of modules; returns how many files there were.
 
-    numba keeps those of FOLDER/module.py as FOLDER_<digest of the path>/module.<kernel>.nbi. Those
-    of somebody else's module of the same name and folder are removed too, and compiled again.
+    numba keeps the kernels of FOLDER/module.py in FOLDER_<digest of the path>/module.<kernel>.nbi.
+    Kernels of another program's module with the same name and folder are removed, too, and will be
+    compiled again.
     """
     names = {(source.parent.name, source.stem) for source in sources}
     found = [

@@ -1,8 +1,8 @@
-"""A function called in a process of its own, with bounds on memory and time.
+"""Calls a function in a process of its own, with bounds on memory and time.
 
-For files of strangers whose readers may be led to take both without end. The function takes and
-returns what JSON can hold, and is named `package.module:function`, so that nothing but its own
-module is imported beside it.
+It is for reading files that are not ours: a malicious file may make its reader use both without
+end. Argument and result must be representable in JSON. The function is named
+`package.module:function`, so that the process imports its module alone.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from drake_navbench.errors import InputError, NavbenchError, as_line, one_line
 GIGABYTE = 2**30
 MEMORY_LIMIT_BYTES = GIGABYTE
 TIME_LIMIT_S = 30
-# What a child says on its last line where memory was short.
+# The last line of a child whose memory did not suffice.
 OUT_OF_MEMORY = "out of memory"
 # One thread: each thread of a numerical library reserves memory that counts against the limit.
 ONE_THREAD = {name: "1" for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")}
@@ -36,10 +36,11 @@ def call_limited(
     memory_bytes: int = MEMORY_LIMIT_BYTES,
     time_s: int = TIME_LIMIT_S,
 ) -> Any:
-    """Returns what `package.module:function` returns for an argument, called in a new process.
+    """Calls `package.module:function` with an argument in a new process; returns its result.
 
-    source: the file that is read, for errors. folder: the process's working folder. Raises
-    InputError, one line, where the function raises, or memory or time do not suffice.
+    source: the name of the file that the function reads, for errors. folder: the working folder of
+    the process. Raises InputError, one line, where the function raises, or where it exceeds its
+    memory or time.
     """
     command = [sys.executable, "-m", __name__, function, str(memory_bytes), str(time_s)]
     # The child finds the package where this process did.

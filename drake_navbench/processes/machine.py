@@ -1,4 +1,4 @@
-"""What compute times depend on besides the code: the processor, and who else uses it."""
+"""The machine on which compute times are measured: its processor, and the load on it."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ CPU_INFO = Path("/proc/cpuinfo")
 def processor_name(cpu_info: Path = CPU_INFO) -> str:
     """Returns the model of the processor, as far as the system tells.
 
-    cpu_info: where Linux tells it.
+    cpu_info: the file in which Linux tells it.
     """
     with suppress(OSError):
         found = re.search(r"^model name\s*: (.+)$", cpu_info.read_text(), re.M)
@@ -30,16 +30,17 @@ def available_cores() -> int:
 
 
 def load_average() -> float | None:
-    """Returns how many processes wanted a processor in the last minute; None where not told."""
+    """Returns the mean number of runnable processes in the last minute; None where unknown."""
     with suppress(AttributeError, OSError):
         return round(os.getloadavg()[0], 2)
     return None
 
 
 def circumstances(jobs: int) -> dict[str, Any]:
-    """Returns what a reader of compute times must know of the machine, for a manifest.
+    """Returns the manifest's entry on the machine, for readers of compute times.
 
-    jobs: parallel workers. load: of others, as it is when this is called: before the work.
+    jobs: number of parallel workers. The load is measured when this is called, so call it before
+    the work begins: it is then the load of other programs.
     """
     return {
         "processor": processor_name(),

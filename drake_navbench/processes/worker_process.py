@@ -24,7 +24,7 @@ from drake_navbench.errors import (
 
 # A task that holds the interpreter's lock keeps a worker from noticing that its caller has died.
 ALARM_MARGIN_S = 60.0
-# What is said of every call before it is made.
+# The message that a worker sends before each call.
 BEGUN: Final = "begun"
 
 
@@ -35,7 +35,10 @@ class Returned(NamedTuple):
 
 
 class Raised(NamedTuple):
-    """The task's function raised: what a caller tells apart as it was, else a TaskFailed."""
+    """The ending of a task whose function raised.
+
+    error: the exception, if it is of a class that callers distinguish; else a TaskFailed.
+    """
 
     error: NavbenchError
 
@@ -57,7 +60,7 @@ class TaskFailed(NavbenchError):
 
 
 def serve(connection: Connection) -> None:
-    """Does what comes through the pipe, in the worker, until it closes."""
+    """Runs the tasks that come through the pipe, in the worker, until the pipe closes."""
     # Ctrl-C reaches the whole process group; what it means is for the caller alone to decide.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     calls: queue.SimpleQueue[Any] = queue.SimpleQueue()
@@ -75,14 +78,14 @@ def serve(connection: Connection) -> None:
 
 
 def _receive(connection: Connection, calls: queue.SimpleQueue[Any]) -> None:
-    """Passes on what comes through the pipe; ends the process when the other end is gone."""
+    """Puts the calls from the pipe into the queue; ends the process when the caller is gone."""
     while True:
         try:
             calls.put(connection.recv())
         except (EOFError, OSError):
             os._exit(1)
         except Exception as error:
-            # What was sent cannot be read, as where a module cannot be imported.
+            # The message cannot be unpickled, as where a module cannot be imported.
             calls.put((_raise, (error,), math.inf))
 
 
@@ -109,7 +112,7 @@ def _pickled(ending: Returned | Raised) -> bytes:
 
 
 def _flush_output() -> None:
-    """Lets out what a task has printed: the process may end without closing anything."""
+    """Flushes the output of a task, since the process may end without closing its files."""
     for stream in (sys.stdout, sys.stderr):
         try:
             stream.flush()

@@ -1,8 +1,9 @@
 """Runs tasks in processes of their own: whatever a task does, the caller learns how it ended.
 
-Every worker is forked from multiprocessing's fork server and has one pipe to the caller that nobody
-else holds. What comes through it is a result; when it closes, the other end is gone. So a worker
-that dies in any way takes no other with it, and one whose caller has died ends at once.
+Every worker is forked from multiprocessing's fork server and has one pipe to the caller, which no
+other process holds. Results come through the pipe. When the pipe closes, the process at its other
+end has died. So a worker that dies in any way takes no other with it, and a worker whose caller has
+died ends at once.
 """
 
 from __future__ import annotations
@@ -41,7 +42,7 @@ OUTSIDE_SIGNALS = frozenset(
         signal.SIGXCPU,
     }
 )
-# multiprocessing's exit code where the fork server died and nobody can tell the real one.
+# multiprocessing's exit code if the fork server died, so that the real one is unknown.
 UNKNOWN_EXIT_CODE = 255
 EXIT_PATIENCE_S = 1.0
 LONGEST_WAIT_S = 3600.0
@@ -52,10 +53,10 @@ BLAS_THREAD_VARIABLES = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS")
 class Task:
     """A call to be made in a worker.
 
-    function: importable by name. arguments: what it takes, picklable, as is what it returns.
-    time_limit_s: wall clock after which its worker is killed. owner: whose code it runs besides
-    ours, '' for none; a worker never serves two owners, so that none can spoil another's tasks.
-    kind: tasks of one kind take about as long as each other, '' where nobody knows.
+    function: importable by name. arguments: picklable, as its result is. time_limit_s: wall-clock
+    time after which its worker is killed. owner: the package whose code it runs besides ours, ''
+    for none; a worker never serves two owners, so that no package can spoil another's tasks. kind:
+    tasks of one kind take about equally long; '' where their duration is unknown.
     """
 
     function: Callable[..., Any]
@@ -148,7 +149,8 @@ class _Waiting:
     def take(self, owner: str | None = None) -> Task | None:
         """Removes and returns the task that is to be begun first, None where there is none.
 
-        What was never timed may be the longest. owner: whose it must be, None for anybody's.
+        A task of a kind that was never timed comes first: it may be the longest. owner: takes only
+        tasks of this owner; None takes those of any.
         """
         queues = [
             queue for (own, _), queue in self._queues.items() if queue and owner in (None, own)
@@ -161,7 +163,7 @@ class _Waiting:
         self._queue_of(task).appendleft(task)
 
     def learn(self, task: Task, time_s: float) -> None:
-        """Keeps how long a task took, for those of its kind."""
+        """Records the duration of a task, as an estimate for tasks of its kind."""
         self._times_s[task.kind] = time_s
 
     def _queue_of(self, task: Task) -> deque[Task]:
@@ -186,7 +188,7 @@ class _Crew:
         return bool(self._waiting or self._workers)
 
     def hand_out(self) -> None:
-        """Gives every worker a task; those for which there is none go."""
+        """Gives every idle worker a task, ends those without one, and starts missing workers."""
         for worker in [worker for worker in self._workers if worker.is_idle]:
             is_due = worker.tasks_done >= self._tasks_per_worker
             task = None if is_due else self._waiting.take(worker.owner)
@@ -252,9 +254,9 @@ class _Crew:
 class _Worker:
     """A process and the pipe to it, as the caller sees them.
 
-    task: what it was given last. is_idle: whether that has ended. has_begun: whether it has taken
-    it up; what it has not begun another may do. last_task_s: how long its last result took. owner:
-    of all its tasks.
+    task: its latest task. is_idle: whether that task has ended. has_begun: whether the worker has
+    begun it; another worker may do a task that was not begun. last_task_s: the duration of the last
+    task that ended. owner: of all its tasks.
     """
 
     def __init__(self, task: Task) -> None:

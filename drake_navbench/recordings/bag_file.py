@@ -16,7 +16,8 @@ from drake_navbench.recordings.topics import Topic
 if TYPE_CHECKING:
     from rosbags.interfaces import Qos
 
-# Of rosbag2's metadata: what Jazzy and later write, and what older ones read after a reindex.
+# The version of rosbag2's metadata that Jazzy and later write, and older releases read after a
+# reindex.
 METADATA_VERSION: Final = 9
 
 
@@ -72,9 +73,9 @@ def _write(path: Path, messages: Iterable[tuple[Topic, int, Any]]) -> None:
 
 
 def _latched() -> Qos:
-    """Returns the quality of service of which who joins later still gets the last message.
+    """Returns the quality of service with which a late subscriber still gets the last message.
 
-    The other topics name none: then a player offers its default.
+    The other topics name no quality of service: a player then offers its default.
     """
     from rosbags.interfaces import (
         Qos,

@@ -1,6 +1,6 @@
-"""The files of a recording, made ready for the library: found, unpacked, named, mended.
+"""Prepares the files of a recording for the library: finds, unpacks, renames and mends them.
 
-What a file is its first bytes say, where they do; else its name.
+The first bytes of a file tell its format; where they do not, its name does.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from drake_navbench.recordings.rosbags_extra import open_zstd
 
 MCAP_MAGIC = b"\x89MCAP0\r\n"
 RECORD_HEADER = struct.Struct("<BQ")
-# What ends the data of an MCAP file: DataEnd without a checksum, Footer without a summary.
+# The records that end an MCAP file: DataEnd without a checksum, Footer without a summary.
 MCAP_END = RECORD_HEADER.pack(0x0F, 4) + bytes(4) + RECORD_HEADER.pack(0x02, 20) + bytes(20)
 LFS_POINTER = b"version https://git-lfs"
 DATA_END, FOOTER = 0x0F, 0x02
@@ -34,8 +34,8 @@ METADATA = "metadata.yaml"
 class BagFiles:
     """The files of a recording.
 
-    scratch: a folder for files that must be changed. most_bytes: how much may be written there of
-    what is packed, in all. losses: a line for each file of which something is not read.
+    scratch: a folder for files that must be changed. most_bytes: limit of the total size of the
+    files that are unpacked there. losses: a line for each file that is not read as a whole.
     """
 
     scratch: Path
@@ -45,7 +45,10 @@ class BagFiles:
     _count: int = 0
 
     def ready(self, file: Path) -> Path:
-        """Returns a file with the ending of what it is, unpacked and whole; InputError."""
+        """Returns the file, unpacked and mended, with the suffix of its format.
+
+        Raises InputError where that cannot be done.
+        """
         require_content(file)
         ready = self._unpacked(file) if _starts_with(file, ZSTD_MAGIC) else file
         ready = self._named(ready)
@@ -79,7 +82,7 @@ class BagFiles:
         return place
 
     def _named(self, file: Path) -> Path:
-        """Returns a file that ends as what it is, by which the library tells the storages."""
+        """Returns the file under a name with the suffix by which the library tells its format."""
         suffix = next((s for magic, s in MAGICS.items() if _starts_with(file, magic)), None)
         if suffix is None or file.suffix == suffix:
             return file
@@ -97,7 +100,7 @@ def files_in(folder: Path) -> list[Path]:
 
 
 def is_packed(file: Path) -> bool:
-    """Tells whether a whole file is packed, as rosbag2 does with compression_mode file."""
+    """Returns whether a whole file is packed, as rosbag2 does with compression_mode file."""
     return file.suffix in PACKED
 
 
@@ -116,7 +119,7 @@ def require_content(path: Path) -> None:
 
 
 def size_of(path: Path) -> int:
-    """Returns how many bytes a recording has on the disk."""
+    """Returns the size of a recording on the disk, bytes."""
     files: Sequence[Path] = [path]
     if path.is_dir():
         files = [file for file in path.iterdir() if file.is_file()]
@@ -124,7 +127,7 @@ def size_of(path: Path) -> int:
 
 
 def is_cut(path: Path) -> bool:
-    """Returns whether a file is MCAP that was not finished: its end is not as it should be."""
+    """Returns whether a file is an unfinished MCAP file: its end is missing or wrong."""
     if path.suffix != ".mcap" or not _starts_with(path, MCAP_MAGIC):
         return False
     with path.open("rb") as file:
@@ -145,7 +148,7 @@ def _starts_with(path: Path, *beginnings: bytes) -> bool:
 
 
 def _mend(path: Path, whole: Path, named: Path) -> str:
-    """Copies the whole records of an MCAP file and ends the copy; returns what was lost."""
+    """Copies the complete records of an MCAP file and ends the copy; returns a line on the loss."""
     size, kept = path.stat().st_size, len(MCAP_MAGIC)
     with path.open("rb") as source:
         while kept + RECORD_HEADER.size <= size:

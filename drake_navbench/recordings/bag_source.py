@@ -1,7 +1,7 @@
 """Opens recordings: MCAP and rosbag2 (sqlite3), files or folders, and ROS 1 bags.
 
-Only the topics that are asked for are decoded, by the definitions in the recording where it has
-them. An MCAP file whose end is missing is read as far as it goes.
+Only the requested topics are decoded, by the definitions in the recording if it has any. An MCAP
+file whose end is missing is read up to its last complete record.
 """
 
 from __future__ import annotations
@@ -70,7 +70,7 @@ class BagSource:
                     yield Received(connection.topic, receive_ns, message)
 
     def _types_of(self, connections: list[Any]) -> Any:
-        """Returns the types of these connections alone: what others are is no matter here."""
+        """Returns the types of these connections alone; faulty types of others do no harm then."""
         from rosbags.interfaces import MessageDefinitionFormat
         from rosbags.typesys import Stores, get_types_from_idl, get_types_from_msg, get_typestore
 
@@ -110,9 +110,9 @@ def _require_whole(path: Path, types: Any, connection: Any) -> None:
 
 @contextmanager
 def open_bag(path: Path, files: BagFiles) -> Iterator[BagSource]:
-    """Opens a recording; raises InputError where it is none, or holds no message.
+    """Opens a recording; raises InputError where the path is no recording, or has no message.
 
-    files: where what must be changed of it is put.
+    files: prepares the recording's files for the library.
     """
     with ExitStack() as stack:
         with _errors_as_lines(path):

@@ -1,4 +1,4 @@
-"""Messages of a recording as plain values: what a topic of each role is decoded into."""
+"""Plain values into which messages of a recording are decoded, one type for each role."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class Motion(NamedTuple):
 
 
 class Beams(NamedTuple):
-    """A scan. ranges_m: (B,) float32; what the sensor calls out of range is inf or -inf."""
+    """A scan. ranges_m: (B,) float32; inf or -inf where the sensor reports out of range."""
 
     frame: str
     angle_min: float
@@ -68,7 +68,7 @@ class Cells(NamedTuple):
 
 
 class State(NamedTuple):
-    """What a goal's state was: its id and the number in the message."""
+    """The state of a goal: the goal's id, and the number of its status in the message."""
 
     goal: str
     status: int

@@ -45,7 +45,7 @@ def _values_of(
     above: tuple[str, ...],
     place: str,
 ) -> int:
-    """Returns how many values a type holds; types that are not there hold one."""
+    """Returns the number of values in a message of a type; a type without definition counts one."""
     from rosbags.interfaces import Nodetype
 
     if name in counts or name not in fielddefs:

@@ -1,4 +1,4 @@
-"""What a recording tells of a robot's drive: when it was commanded what, and what it did."""
+"""The commands and the measured motion in a recording, from which a robot's drive is fitted."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ class DriveData:
 
 
 def drive_data(columns: Mapping[str, Column], motion: RecordedMotion) -> DriveData | None:
-    """Returns what a recording tells of the drive; None where it has no commands."""
+    """Returns commands and motion from a recording; None where it has no commands."""
     column = columns.get("command")
     if column is None or not column.values:
         return None

@@ -56,7 +56,7 @@ class AxisFit:
 
 @dataclass(frozen=True)
 class DriveFit:
-    """What was found of a drive."""
+    """The fitted parameters of a drive."""
 
     response_time_constant_s: float
     dead_time_s: float
@@ -85,7 +85,10 @@ class _Axis:
 
 
 def fit_drive(data: DriveData) -> DriveFit:
-    """Returns what fits best; raises InputError where the recording does not move the robot."""
+    """Returns the parameters of the drive that fit a recording best.
+
+    Raises InputError where the recording is too short or its commands do not move the robot.
+    """
     axes = [_axis(data, index) for index in range(2)]
     if data.time_s[-1] - data.time_s[0] < SHORTEST_S or not any(axis.largest for axis in axes):
         raise InputError(
@@ -94,7 +97,7 @@ def fit_drive(data: DriveData) -> DriveFit:
             f"{SHORTEST_S:g} s with changing commands at least"
         )
     moved = [axis for axis in axes if axis.largest]
-    # What the robot does in a minute of turning must not outweigh an hour of driving.
+    # Errors are scaled by the variance, so that fast turning does not outweigh slow driving.
     scales = [float(np.var(axis.samples)) or 1.0 for axis in moved]
 
     def cost(parameters: Array) -> float:
@@ -124,9 +127,10 @@ def fit_drive(data: DriveData) -> DriveFit:
 
 
 def as_yaml(fit: DriveFit, source: str) -> str:
-    """Returns a fit as a piece of a robot file; what the robot file has no field for, as remarks.
+    """Returns a fit as YAML for a robot file.
 
-    What the recording does not show is left out with a remark.
+    Values for which a robot file has no field become remarks. Values that the recording does not
+    show are left out with a remark.
     """
     lines = [
         f"# Fitted to {source}.",

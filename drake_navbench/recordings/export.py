@@ -26,7 +26,10 @@ LAYOUTS = ("foxglove_layout.json", "plotjuggler_layout.xml")
 
 @dataclass(frozen=True)
 class Formats:
-    """What to write of each trial. mcap: a bag of ROS 2. csv: the samples. tum: trajectories."""
+    """The files to write for each trial.
+
+    mcap: a bag of ROS 2. csv: the samples. tum: the trajectories.
+    """
 
     mcap: bool = False
     csv: bool = False
@@ -55,7 +58,10 @@ def export(source: Path, formats: Formats, out: Path | None, *, jobs: int) -> li
 
 
 def export_trial(log_path: Path, stem: Path, formats: Formats) -> list[Path]:
-    """Writes what is asked for of one log; stem: path of the files without suffix."""
+    """Writes a log in the chosen formats; returns the paths of the files.
+
+    stem: the path of the files without suffix.
+    """
     log = TrialLog.read(log_path)
     if log.samples.empty:
         raise InputError(f"{log_path}: the trial ended before its first sample; nothing to export")
@@ -94,7 +100,10 @@ def _one_by_one(tasks: Sequence[tuple[Path, Path, Formats]]) -> Iterator[list[Pa
 
 
 def _apart(tasks: Sequence[tuple[Path, Path, Formats]], jobs: int) -> Iterator[list[Path]]:
-    """Yields what workers have written; raises what one of them raised."""
+    """Exports trials in `jobs` worker processes; yields the paths that each has written.
+
+    Raises the error that a worker raised.
+    """
     start_server([__name__])
     with closing(run_tasks([Task(export_trial, task) for task in tasks], jobs=jobs)) as endings:
         for task, ending in endings:

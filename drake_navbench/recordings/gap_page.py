@@ -1,4 +1,4 @@
-"""simulation_gap.html: how far the robots' models are from the recordings in a results folder."""
+"""simulation_gap.html: differences between the robots' models and a results folder's recordings."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ def write_curves(gap: SimulationGap, log_path: Path) -> None:
 
 
 def curves_path(log_path: Path) -> Path:
-    """Returns where the curves of a recorded trial are."""
+    """Returns the path of the figure with a recorded trial's curves."""
     return log_path.with_name(f"{log_path.stem}_gap.svg")
 
 
@@ -70,13 +70,13 @@ def write_gap_page(folder: ResultsFolder) -> Path | None:
 
 
 def _rows(path: Path) -> Iterator[dict[str, Any]]:
-    """Yields what the page shows of each recorded trial, by the headers of the logs alone."""
+    """Yields the page's entry for each recorded trial, read from the header of its log alone."""
     for file in sorted((path / "trials").glob("*/*/trial_*.parquet")):
         try:
             info = json.loads((pq.read_metadata(file).metadata or {})[METADATA_KEY])
             gap = info["recording"]["simulation_gap"]
         except (OSError, KeyError, TypeError, ValueError, pa.ArrowException):
-            # Simulated, or without commands, or not readable: the report tells of those.
+            # Simulated, without commands, or unreadable: the report lists those.
             continue
         figure = curves_path(file)
         yield {

@@ -1,8 +1,8 @@
-"""What is taken from a recording: for each role a topic, decoded into plain arrays.
+"""The messages read from a recording: one topic for each role, decoded into plain arrays.
 
-Times are seconds from the first message of the recording, on the clock of the stamps: that of the
-computer, or of the simulator. What carries no stamp is brought to that clock by when it was
-received, as the odometry, which carries one, was stamped and received.
+Times are seconds from the first message of the recording, on the clock of the stamps, which is that
+of the computer or of the simulator. A message without a stamp has only the time at which it was
+received. That time is converted by the odometry, whose messages have both times.
 """
 
 from __future__ import annotations
@@ -21,11 +21,11 @@ Array = NDArray[np.float64]
 
 TF_TYPES = ("tf2_msgs/msg/TFMessage", "tf/msg/tfMessage")
 STATUS_TYPES = ("action_msgs/msg/GoalStatusArray", "actionlib_msgs/msg/GoalStatusArray")
-# These were told before the part that is taken; who looks later still has them.
+# Messages of these roles hold until the next one: those from before the chosen part count, too.
 LATCHED_ROLES = frozenset({"tf_static", "map", "trial", "status", "goal", "plan"})
 
 
-# Roles of which topics are offered that have the right type: what is measured hangs on them.
+# Roles for which a hint lists the topics of a fitting type, since metrics depend on them.
 HINTED_ROLES = ("command", "scan", "plan")
 MAX_HINTED_TOPICS = 5
 
@@ -103,11 +103,11 @@ ROLES: Mapping[str, Role] = {
 def choose_topics(
     source: BagSource, given: Mapping[str, str], namespace: str | None
 ) -> tuple[dict[str, str], list[str]]:
-    """Returns role -> topic of what there is in a recording, and a line for what is left out.
+    """Returns role -> topic for the roles in a recording, and a line on each topic left out.
 
-    given: what the user says of single roles; '' for none. namespace: of the robot, where its
-    topics have one; found where there is only one. Raises InputError where a topic that is named is
-    not there, has another type, or the topics are those of several robots.
+    given: the user's topics by role; '' leaves a role out. namespace: of the robot; None finds it
+    where the recording has only one. Raises InputError where a given topic is missing or has
+    another type, or where the recording has topics of several robots.
     """
     for role in given:
         if role not in ROLES:
@@ -198,8 +198,9 @@ def _prefix(source: BagSource, namespace: str | None) -> str:
 class Column(NamedTuple):
     """The messages of one topic.
 
-    receive_ns: (N,) int64. stamp_ns: (N,) int64, -1 where a message carries none. values: decoded.
-    unusable: how many messages held what is no number, or cells of no size, and were left out.
+    receive_ns: (N,) int64, when the recorder received each. stamp_ns: (N,) int64, -1 for a message
+    without a stamp. values: decoded. unusable: the number of messages that were left out because
+    they contain NaN or cells of no size.
     """
 
     receive_ns: NDArray[np.int64]
@@ -211,7 +212,7 @@ class Column(NamedTuple):
 def read_columns(
     source: BagSource, topics: Mapping[str, str], start_ns: int | None, end_ns: int | None
 ) -> dict[str, Column]:
-    """Returns role -> what was received in [start, end) ns; latched roles from the beginning on."""
+    """Returns role -> messages received in [start, end) ns; latched roles from the beginning on."""
     role_of = {topic: role for role, topic in topics.items()}
     kept: dict[str, list[tuple[int, int, Any]]] = {role: [] for role in topics}
     unusable = dict.fromkeys(topics, 0)

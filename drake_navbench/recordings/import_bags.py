@@ -31,7 +31,7 @@ from drake_navbench.recordings.simulation_gap import SimulationGap, simulation_g
 NANOSECONDS = 1e9
 # In the name of a column, behind that of the controller that a bag of ours tells.
 RECORDED = "recording"
-# What is slower stands, m/s and rad/s.
+# A robot that is slower stands still, m/s and rad/s.
 STANDING_MPS, STANDING_RADPS = 0.01, 0.02
 
 
@@ -60,8 +60,8 @@ class ImportRequest:
 class Imported:
     """The trial made of one recording. losses: the parts that could not be read.
 
-    gaps: of each log, how far the robot's model is from it; None where there are no commands.
-    fit: what was found of the drive, where that was asked for.
+    gaps: the simulation gap of each log; None where it has no commands. fit: the fitted parameters
+    of the drive, where the user asked for them.
     """
 
     path: Path
@@ -133,10 +133,10 @@ def _gap(robot: Robot, drive: DriveData | None, task: RecordedTask) -> Simulatio
 def import_recordings(
     paths: Sequence[Path], request: ImportRequest, folder: ResultsFolder
 ) -> list[Imported]:
-    """Adds the trials in recordings to a results folder, which is made where there is none.
+    """Adds the trials in recordings to a results folder, which is made if it is missing.
 
-    All recordings are read before anything is written. Raises InputError where one is wrong, or
-    the folder is something else.
+    All recordings are read before anything is written. Raises InputError where a recording is
+    invalid, or where the path is not a results folder.
     """
     is_new = not folder.path.exists() or not any(folder.path.iterdir())
     manifest = _new_manifest() if is_new else folder.read_manifest()

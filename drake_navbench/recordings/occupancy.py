@@ -1,4 +1,4 @@
-"""Costs and occupancy: a costmap as the message that Nav2 publishes of it, and back."""
+"""Converts the costs of a costmap to the occupancy that Nav2 publishes, and back."""
 
 from __future__ import annotations
 
@@ -16,7 +16,10 @@ MAX_MAP_CELLS = 4_000_000
 
 
 def _occupancy_table() -> NDArray[np.int8]:
-    """Returns what Costmap2DPublisher makes of each cost: 1 + floor(97 (c - 1) / 251)."""
+    """Returns the occupancy, by cost c, that Costmap2DPublisher sends: 1 + floor(97 (c - 1) / 251).
+
+    Costs 0, INSCRIBED, LETHAL and NO_INFORMATION have values of their own.
+    """
     costs = np.arange(256)
     table = 1 + 97 * (costs - 1) // 251
     table[0] = 0
@@ -33,7 +36,7 @@ COST_OF_OCCUPANCY = np.array(
 
 
 def occupancy_from_costs(costs: NDArray[np.uint8]) -> NDArray[np.int8]:
-    """Returns costs as Nav2 publishes them, -1 to 100; what is lethal or inscribed stays known."""
+    """Returns costs as the occupancy that Nav2 publishes, -1 (unknown) to 100 (lethal)."""
     return OCCUPANCY_OF_COST[costs]
 
 
@@ -44,7 +47,7 @@ def costs_from_occupancy(occupancy: NDArray[np.int8]) -> NDArray[np.uint8]:
 
 
 def map_of_world(world: World, points: NDArray[np.float64], margin_m: float) -> Grid:
-    """Returns the occupancy of what stands in a world, 0 or 100, around it and (N, 2) points, m."""
+    """Returns a grid, 0 or 100, of the standing obstacles, around them and points (N, 2), m."""
     outlines = [shape.outline for shape in world.shapes]
     corners = np.vstack([points, *outlines])
     low, high = corners.min(axis=0) - margin_m, corners.max(axis=0) + margin_m

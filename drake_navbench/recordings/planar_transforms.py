@@ -25,7 +25,7 @@ def yaw_of(x: float | Array, y: float | Array, z: float | Array, w: float | Arra
 
 
 def composed(first: Array, second: Array) -> Array:
-    """Returns where C lies in A, from where B lies in A and C in B; (N, 3) or (3,) each."""
+    """Returns X_AC = X_AB X_BC; first: X_AB, second: X_BC, each (N, 3) or (3,): m, m, rad."""
     cos_yaw, sin_yaw = np.cos(first[..., 2]), np.sin(first[..., 2])
     x = first[..., 0] + (second[..., 0] * cos_yaw - second[..., 1] * sin_yaw)
     y = first[..., 1] + (second[..., 0] * sin_yaw + second[..., 1] * cos_yaw)
@@ -33,7 +33,7 @@ def composed(first: Array, second: Array) -> Array:
 
 
 def inverted(pose: Array) -> Array:
-    """Returns where A lies in B, from where B lies in A."""
+    """Returns X_BA, the inverse of pose X_AB."""
     cos_yaw, sin_yaw = np.cos(pose[..., 2]), np.sin(pose[..., 2])
     x, y = -pose[..., 0], -pose[..., 1]
     return np.stack([x * cos_yaw + y * sin_yaw, y * cos_yaw - x * sin_yaw, -pose[..., 2]], axis=-1)
@@ -51,13 +51,13 @@ class Track(NamedTuple):
 
 
 class Mounting(NamedTuple):
-    """Where a fixed frame lies in its parent. rotation: (3, 3). translation: (3,) m."""
+    """The fixed pose X_PF of a frame F in its parent P. rotation: (3, 3). translation: (3,) m."""
 
     rotation: Array
     translation: Array
 
     def then(self, other: Mounting) -> Mounting:
-        """Returns where a frame lies in this one's parent that lies in this one as `other` says."""
+        """Returns X_AC = X_AB X_BC, where this mounting is X_AB and `other` is X_BC."""
         return Mounting(
             self.rotation @ other.rotation, self.translation + self.rotation @ other.translation
         )
@@ -89,7 +89,7 @@ def rotation_of(x: float, y: float, z: float, w: float) -> Array:
 
 @dataclass(frozen=True)
 class TransformTree:
-    """All frames of a recording. moving, fixed: child -> (parent, where it lies there)."""
+    """All frames of a recording. moving, fixed: child frame -> (parent frame, pose X_PC)."""
 
     moving: Mapping[str, tuple[str, Track]] = field(default_factory=dict)
     fixed: Mapping[str, tuple[str, Mounting]] = field(default_factory=dict)
@@ -108,7 +108,10 @@ class TransformTree:
         return chain
 
     def poses(self, ancestor: str, frame: str, time_s: Array) -> Array | None:
-        """Returns where a frame lies in one of its ancestors, (N, 3); None where it is none."""
+        """Returns the poses of `frame` in `ancestor` at these times, (N, 3): m, m, rad.
+
+        None where `ancestor` is not one of the frame's ancestors.
+        """
         chain = self.ancestors(frame)
         if ancestor not in chain:
             return None
@@ -122,9 +125,10 @@ class TransformTree:
         return pose
 
     def mounting(self, ancestor: str, frame: str) -> Mounting | None:
-        """Returns where a frame is fixed to one of its ancestors, or to a frame fixed to that.
+        """Returns the fixed pose of `frame` in `ancestor`.
 
-        None where something between them moves, or nothing joins them.
+        Both may also be fixed to a common ancestor. None where a joint between them moves, or where
+        they have no common ancestor.
         """
         up, base = self._fixed_chain(frame), self._fixed_chain(ancestor)
         common = next((name for name in up if name in base), None)
@@ -136,7 +140,7 @@ class TransformTree:
         return back.then(in_common)
 
     def _fixed_chain(self, frame: str) -> dict[str, Mounting]:
-        """Returns the frames that a frame is fixed to, itself first, with where it lies in each."""
+        """Returns frame -> fixed pose in it, for the frame itself and all that it is fixed to."""
         chain = {frame: IN_PLACE}
         place = IN_PLACE
         while frame in self.fixed and frame not in self.moving and len(chain) < MAX_DEPTH:

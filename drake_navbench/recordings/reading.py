@@ -1,7 +1,7 @@
-"""Reads what a recording holds in a process of its own, with limits of memory and of time.
+"""Reads the messages of a recording in a separate process that has limits of memory and time.
 
-A recording says itself how its messages are laid out and how far it unpacks: one of 300 bytes can
-ask for all memory there is.
+The recording itself defines the layout of its messages and their unpacked size: a file of 300 bytes
+can request all the memory of the machine.
 """
 
 from __future__ import annotations
@@ -103,7 +103,7 @@ def _read_whole(path: Path, piece: Piece, files: BagFiles) -> Recording:
 def _left_out(
     path: Path, topics: Mapping[str, str], columns: Mapping[str, Column]
 ) -> Iterator[str]:
-    """Yields a line for each topic of which messages could not be used."""
+    """Yields a line for each topic with unusable messages."""
     for role, column in columns.items():
         if column.unusable:
             count = len(column.values) + column.unusable
@@ -132,7 +132,7 @@ def _bounds(source: BagSource, piece: Piece) -> tuple[int | None, int | None]:
 
 @contextmanager
 def _memory_limit(more_bytes: int) -> Iterator[None]:
-    """Lets this process take so much more memory than it has, where the system can tell that."""
+    """Limits this process to `more_bytes` beyond the memory that it has, where that is possible."""
     try:
         has_bytes = int(PAGES_FILE.read_text().split()[0]) * resource.getpagesize()
     except OSError:

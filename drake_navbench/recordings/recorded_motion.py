@@ -1,4 +1,4 @@
-"""How the robot of a recording moved: its poses and velocities on one clock."""
+"""Motion of the robot in a recording: its poses and velocities on one clock."""
 
 from __future__ import annotations
 
@@ -38,10 +38,10 @@ HOW_TO_CUT = "take another part of it with --start and --end"
 
 @dataclass(frozen=True, eq=False)
 class Clock:
-    """Brings messages without a stamp to the clock of those with one.
+    """Converts times of reception to the clock of the stamps, for messages without a stamp.
 
-    origin_ns: the stamp that is second 0. receive_ns, ahead_ns: (N,) when the odometry was
-    received, and how far its stamps were ahead of that.
+    origin_ns: the stamp that is second 0. receive_ns: (N,) when each odometry message was received.
+    ahead_ns: (N,) its stamp minus receive_ns.
     """
 
     origin_ns: int
@@ -78,9 +78,9 @@ class RecordedMotion:
     """The motion of a robot.
 
     time_s: (N,) of the samples, the stamps of `source`. world: the frame of the poses.
-    pose: (N, 3) where the robot was, x m, y m, yaw rad unwrapped; estimated_pose: as its
-    controller was told. twist, measured_twist: (N, 3) v m/s, w rad/s, vy m/s
-    likewise. source: in words.
+    pose: (N, 3) of the base, x m, y m, yaw rad unwrapped. estimated_pose: the same, as its
+    controller got it. twist: (N, 3) v m/s, w rad/s, vy m/s. measured_twist: the same, as its
+    controller got it. source: the source of the poses in words.
     has_truth: whether pose and twist come from a simulator or a tracking system.
     """
 
@@ -104,10 +104,11 @@ class RecordedMotion:
         return Track(self.time_s, self.pose)
 
     def in_world(self, frame: str, time_s: Array) -> Array | None:
-        """Returns where a frame lies in the world at some times, (M, 3); None if nothing tells.
+        """Returns the poses of a frame in the world at some times, (M, 3); None where unknown.
 
-        A truth stands for the map, whatever the localisation said; the odometry's frame then lies
-        where the robot, which is in both, joins it to the truth.
+        If the recording has a ground truth, its frame is the map, and the localisation is ignored.
+        The pose of the odometry's frame then follows from the robot's poses in both: X_WO = X_WB
+        X_BO.
         """
         if frame == self.world or (self.has_truth and frame == MAP_FRAME):
             return np.zeros((len(time_s), 3))
@@ -119,13 +120,13 @@ class RecordedMotion:
         return None if seen is None else composed(self.track.at(time_s), inverted(seen))
 
     def base_in(self, frame: str, time_s: Array) -> Array | None:
-        """Returns where the robot is in a frame, (M, 3); None where nothing tells."""
+        """Returns the poses of the robot's base in a frame, (M, 3); None where unknown."""
         if frame == self.odom_frame:
             return self.odometry.at(time_s)
         return self.tree.poses(frame, self.base, time_s)
 
     def mounting(self, frame: str) -> Mounting | None:
-        """Returns where a sensor's frame is fixed to the robot; None where nothing tells."""
+        """Returns the fixed pose of a sensor's frame in the base frame; None where unknown."""
         return self.tree.mounting(self.base, frame)
 
 
@@ -178,7 +179,7 @@ def recorded_motion(path: Path, columns: Mapping[str, Column]) -> RecordedMotion
 
 
 def _localised(tree: TransformTree, odometry: Motion, time_s: Array) -> Array | None:
-    """Returns where the transforms place the robot in the map, None where they do not."""
+    """Returns the robot's poses in the map by the transforms; None where they do not join both."""
     pose = tree.poses(MAP_FRAME, odometry.child, time_s)
     if pose is not None:
         pose[:, 2] = np.unwrap(pose[:, 2])

@@ -1,6 +1,6 @@
-"""What a recording tells of one task: samples, plans, scans and costmaps on the task's clock.
+"""One task cut out of a recording: samples, plans, scans and costmaps on the task's clock.
 
-What it does not tell is noted in the caller's `missing`, with the reason.
+Signals that the recording lacks are noted in the caller's `missing`, with the reason.
 """
 
 from __future__ import annotations
@@ -59,7 +59,7 @@ class RecordedPiece:
     def samples(
         self, distances: Mapping[str, Array], missing: dict[str, str], *, moves_sideways: bool
     ) -> pd.DataFrame:
-        """Returns the rows of the log; what is not known is NaN."""
+        """Returns the rows of the log; unknown values are NaN."""
         motion, rows = self._motion, self._rows
         values: dict[str, Any] = {"time_s": self.time_s}
         values |= zip(POSE_COLUMNS, motion.pose[rows].T, strict=True)
@@ -114,7 +114,7 @@ class RecordedPiece:
         return plans
 
     def goal(self, plans: Sequence[Plan], missing: dict[str, str]) -> Array:
-        """Returns (3,) the goal: the end of the last plan, else what was asked for."""
+        """Returns the goal (3,): the end of the last plan, else the goal that was requested."""
         if plans:
             return plans[-1].poses[-1]
         column = self._columns.get("goal")
@@ -130,7 +130,7 @@ class RecordedPiece:
         return self._motion.pose[self._rows][-1]
 
     def scans(self, missing: dict[str, str]) -> tuple[Scan, ...]:
-        """Returns the scans with the sensor where it was; all on the angles of the first."""
+        """Returns the scans with the pose of the sensor at each; all on the angles of the first."""
         column = self._columns.get("scan")
         rows = self._rows_within("scan")
         if column is None or not len(rows):
@@ -211,9 +211,9 @@ class RecordedPiece:
         return np.flatnonzero((times >= self.task.begin_s) & (times <= self._stamps[-1]))
 
     def _held(self, role: str, before: Array) -> Array | None:
-        """Returns (N, K) the last value of a role at each sample; None where it has none.
+        """Returns the last value of a role at each sample, (N, K); None where it has no values.
 
-        before: (K,) what holds until the first.
+        before: (K,) the value until the first message.
         """
         column = self._columns.get(role)
         if column is None or not column.values:

@@ -39,9 +39,9 @@ MAP_REACH_M = 6.0
 
 @dataclass(frozen=True)
 class Subject:
-    """Who is on a recording, and what is known of the place besides.
+    """The names, the robot and the map that a recording's user gives beside the recording.
 
-    controller: the name of the column. map: what stands there, None where nobody says.
+    controller: the name of the column. map: the map of the place, None where none is given.
     """
 
     scenario: str
@@ -64,7 +64,7 @@ def recorded_trial(
 ) -> TrialLog:
     """Returns the log of one task; raises InputError where it has no pose.
 
-    told: what a bag of ours tells of the trial that it was made of. notes: to be kept in the log.
+    told: the header of the original trial, if the bag is an export of ours. notes: kept in the log.
     """
     piece = RecordedPiece(columns, motion, task)
     if len(piece.time_s) < 2:
@@ -122,7 +122,7 @@ def _info(
     missing: dict[str, str],
     samples: pd.DataFrame,
 ) -> dict[str, Any]:
-    """Returns the header of a log of which nobody tells more than the messages do."""
+    """Returns the header of a log from the messages alone."""
     path = samples[list(POSE_COLUMNS)].to_numpy()
     goal = piece.goal(plans, missing)
     end_s = float(samples["time_s"].iloc[-1])
@@ -162,7 +162,7 @@ def _info(
 def _told_info(
     told: Mapping[str, Any], subject: Subject, missing: dict[str, str]
 ) -> dict[str, Any]:
-    """Returns the header as the trial had it from which the recording was made."""
+    """Returns the header of the trial from which the recording was exported."""
     info = dict(told["info"])
     info["scenario"] = dict(info["scenario"]) | {"name": subject.scenario}
     missing.pop("costmap", None)

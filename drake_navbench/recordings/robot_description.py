@@ -1,4 +1,4 @@
-"""A robot as URDF, made from what its trial's log tells: outline, lidar, mass."""
+"""Makes a robot's URDF from the outline, the lidar and the mass in its trial's log."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ BODY_RGBA, LIDAR_RGBA = "0 0.45 0.7 0.8", "0.15 0.16 0.2 1"
 
 
 def urdf_of(robot: Robot, name: str) -> str:
-    """Returns the URDF text. The outline is exact; what the robot looks like else is not known."""
+    """Returns the URDF text. The outline is exact; the robot's other looks are unknown."""
     root = ET.Element("robot", name=name)
     for material, rgba in (("body", BODY_RGBA), ("lidar", LIDAR_RGBA)):
         ET.SubElement(ET.SubElement(root, "material", name=material), "color", rgba=rgba)

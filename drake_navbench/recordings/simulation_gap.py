@@ -1,8 +1,8 @@
-"""How far the simulation is from a recording: the recorded commands through the robot's model.
+"""Gap between simulation and recording: the robot's model driven by the recorded commands.
 
-The model starts where the recorded robot was, as fast as it was, and is given the same commands.
-How far it is from the robot some seconds later is what no controller can be blamed for. It begins
-anew every few seconds, since errors add up.
+The model starts with the pose and the velocity of the recorded robot and gets the same commands.
+Its distance from the robot some seconds later is the simulation's error, not a controller's. The
+model starts anew every few seconds, since errors add up.
 """
 
 from __future__ import annotations
@@ -40,10 +40,11 @@ class PoseGap(NamedTuple):
 
 
 class SimulationGap(NamedTuple):
-    """How far the model is from a recording.
+    """The differences between the robot's model and a recording.
 
-    v_rms_mps, w_rms_radps: root mean square of the errors of speed over all starts. time_s: (N,)
-    of the samples; recorded, simulated: (N, 3) v m/s, w rad/s, vy m/s of each.
+    poses: errors of the pose, one entry a horizon. v_rms_mps, w_rms_radps: root mean square of the
+    errors of linear and angular velocity over all starts. time_s: (N,) of the samples. recorded,
+    simulated: the velocities (N, 3) of robot and model: v m/s, w rad/s, vy m/s.
     """
 
     poses: tuple[PoseGap, ...]
@@ -55,7 +56,7 @@ class SimulationGap(NamedTuple):
 
 
 def simulation_gap(robot: Robot, data: DriveData) -> SimulationGap:
-    """Returns how far a robot's model is from what it did; data: with two samples at least."""
+    """Returns the gap between a robot's model and its recording; data: two samples or more."""
     found: dict[float, list[tuple[float, float]]] = {horizon: [] for horizon in HORIZONS_S}
     errors, shown = [], np.full(data.twist.shape, np.nan)
     for first in _starts(data.time_s):

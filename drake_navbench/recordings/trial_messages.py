@@ -1,8 +1,8 @@
-"""The messages of a trial, from its log: what a recorder of a real robot would have heard.
+"""Makes the messages of a trial from its log, as a recorder of a real robot would receive them.
 
-The frame `odom` is the simulation's world, whose odometry does not drift; from `map` to `odom` is
-what the localisation is wrong by, so that `map` to `base_link` is the pose that the controller was
-told. The truth stands apart in /ground_truth/odom.
+Without drift of the odometry, the frame `odom` is the simulation's world. The transform from `map`
+to `odom` is the error of the localisation, so that the transform from `map` to `base_link` is the
+estimated pose that the controller got. The true pose is in /ground_truth/odom.
 """
 
 from __future__ import annotations
@@ -90,12 +90,12 @@ class TrialMessages:
 
     @property
     def world_frame(self) -> str:
-        """The frame in which the truth is told."""
+        """The frame of the true poses."""
         return MAP_FRAME if self.has_frames else ODOM_FRAME
 
     @property
     def intention_frame(self) -> str:
-        """The frame in which the controller was told where it is."""
+        """The frame of the pose that the controller got."""
         return ODOM_FRAME if self.has_frames else MAP_FRAME
 
     @property
@@ -121,7 +121,7 @@ class TrialMessages:
         yield from self._moving()
 
     def _standing(self) -> Iterator[Message]:
-        """Yields what is told once, at the start."""
+        """Yields the messages that are sent once, at the start: fixed frames, robot, map, goal."""
         make, start = self.maker, self.start_ns
         lidar = make.transform(
             start, BASE_FRAME, topics.LIDAR_FRAME, self.robot.lidar.pose, self.robot.lidar.height_m
@@ -151,7 +151,7 @@ class TrialMessages:
         )
 
     def _as_json(self) -> str:
-        """Returns what no message carries of the trial: who, with what, and how it ended."""
+        """Returns the parts of a log that no message carries, as JSON: header, events, legs."""
         events = [{"time_s": time_s} | dict(event) for time_s, event in self.log.events]
         legs = [plan.leg for plan in self.log.plans]
         return json.dumps(
@@ -186,7 +186,7 @@ class TrialMessages:
             yield topic, time_ns, self.maker.goal_status(self.start_ns, goal_id, status)
 
     def _samples(self) -> Iterator[Message]:
-        """Yields what is sampled on the recorder's clock."""
+        """Yields the messages of each sample: clock, transforms, odometry and commands."""
         make, settings = self.maker, self.robot.localization
         variances = (settings.xy_std_m**2, settings.yaw_std_rad**2)
         twist_variances = (
@@ -222,7 +222,7 @@ class TrialMessages:
             sent, cycle = command, row.cycle_count
 
     def _scalars(self) -> Iterator[Message]:
-        """Yields the columns that are numbers of ours, where they change."""
+        """Yields the log's numeric columns without a ROS message, each where its value changes."""
         times = self.log.samples["time_s"].to_numpy()
         cycles = self.log.samples["cycle_count"].to_numpy()
         for column, topic in topics.SCALARS.items():
@@ -289,7 +289,7 @@ class TrialMessages:
             yield topics.DIAGNOSTICS, now, message
 
     def _moving(self) -> Iterator[Message]:
-        """Yields the outlines of what moves, ten times a second."""
+        """Yields the outlines of the moving obstacles and people, ten times a second."""
         movers = movers_of(self.log)
         if not movers.body_count:
             return

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from drake_navbench.errors import as_line
 
-# What Drake calls a text that it parses; its lines are not those of the file.
+# The name that Drake gives to a parsed text; the line numbers in it are not those of the file.
 TEXT_NAME = re.compile(r"<literal-string>\.\w+(:\d+)?")
 MAX_WARNINGS = 3
 

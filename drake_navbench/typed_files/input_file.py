@@ -1,4 +1,4 @@
-"""Reads a file that somebody gave: only a regular one, and only up to a limit."""
+"""Reads a user's file: only a regular file, and only up to a limit of its size."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ MEGABYTE = 2**20
 def read_input(path: Path, *, max_bytes: int) -> bytes:
     """Returns the content of a regular file of at most `max_bytes`.
 
-    Raises InputError, one line, where there is none, it cannot be read, it is something else (a
-    folder, a device, a pipe, from which one could read for ever), or it is larger.
+    Raises InputError, one line, where the file is missing, cannot be read, is larger, or is not a
+    regular file: a folder, a device or a pipe, from which one could read for ever.
     """
     try:
         # Without O_NONBLOCK the opening of a pipe waits for somebody to write into it.

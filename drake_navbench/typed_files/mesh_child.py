@@ -24,8 +24,8 @@ STL = ".stl"
 # A binary STL file: a text of 80 bytes, the number of triangles, then each of them.
 STL_HEAD_BYTES, STL_TRIANGLE_BYTES = 84, 50
 SUFFIXES = (STL, ".obj", COLLADA, ".glb", ".gltf", ".ply")
-# What stands at the beginning of a COLLADA file: its unit in metres. Which axis it says is up,
-# neither Gazebo (gazebo-classic #1305) nor ROS heeds, and files of robots and worlds rely on that.
+# The unit in the head of a COLLADA file, in metres. Its up axis is ignored, as Gazebo
+# (gazebo-classic #1305) and ROS ignore it: files of robots and worlds rely on that.
 UNIT = re.compile(r"<unit\b[^>]*\bmeter\s*=\s*[\"']([^\"']+)")
 ASSET_BYTES = 20_000
 
@@ -47,9 +47,10 @@ def sections(asked: list[dict[str, Any]]) -> list[dict[str, Any]]:
 
 
 def write_objs(asked: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """Writes each mesh as OBJ, in metres, into the file `obj`; else tells the `fault`.
+    """Writes each mesh as OBJ, in metres, into the file `obj`; returns the `fault` where it fails.
 
-    asked: file and obj each. One of more than MAX_DRAWN triangles is drawn as its convex hull.
+    asked: `file` and `obj` of each mesh. A mesh of more than MAX_DRAWN triangles is written as its
+    convex hull.
     """
     return [_answer({**mesh, "transform": np.eye(4)}, _written) for mesh in asked]
 
@@ -142,7 +143,7 @@ def read_corners(path: Path, submesh: str = "", is_centred: bool = False) -> Arr
 
 
 def _require_few_in_stl(path: Path) -> None:
-    """Raises ValueError where the head of a binary STL file tells of too many triangles."""
+    """Raises ValueError where the header of a binary STL file announces too many triangles."""
     if path.suffix.lower() != STL:
         return
     with path.open("rb") as file:

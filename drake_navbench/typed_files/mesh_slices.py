@@ -67,7 +67,7 @@ def cut_area(corners: Array, height_m: float) -> BaseGeometry:
 
 
 def _is_inside(face: shapely.Polygon, segments: Array) -> bool:
-    """Tells whether a beam along x from within a face crosses an odd number of segments."""
+    """Returns whether a beam along x from within a face crosses an odd number of segments."""
     x, y = shapely.get_coordinates(shapely.point_on_surface(face))[0]
     first, second = segments[:, 0], segments[:, 1]
     spans = (first[:, 1] > y) != (second[:, 1] > y)
@@ -92,12 +92,15 @@ def rings_of(area: BaseGeometry) -> list[dict[str, Any]]:
 
 
 def area_of(rings: list[dict[str, Any]]) -> BaseGeometry:
-    """Returns the area of such plain data."""
+    """Returns the area that rings, as plain data from `rings_of`, enclose."""
     polygons = [shapely.Polygon(part["shell"], part["holes"]) for part in rings]
     return shapely.union_all([shapely.make_valid(polygon) for polygon in polygons])
 
 
 def cut(corners: Array, heights_m: list[float]) -> list[dict[str, Any]]:
-    """Returns what triangles (T, 3, 3) cover at any of some heights, as `rings_of` tells it."""
+    """Returns the union of the areas that triangles (T, 3, 3) cover at these heights, as rings.
+
+    `rings_of` defines the form of the result.
+    """
     areas = [cut_area(corners, height) for height in heights_m]
     return rings_of(shapely.union_all(areas)) if areas else []

@@ -29,8 +29,8 @@ XACRO_VALUE = re.compile(r"\$[{(].*")
 # Meshes that Drake does not read, and the function that writes them as OBJ.
 CONVERTED = (".stl", ".dae", ".glb", ".ply")
 WRITE_OBJS = "drake_navbench.typed_files.mesh_child:write_objs"
-# Of SDF, what is nothing that touches, is seen or weighs. Gazebo takes elements in them that SDF
-# does not define, at which Drake stops; Drake itself passes over the rest.
+# Elements of SDF without shape or mass. Gazebo accepts elements in them that SDF does not define,
+# at which Drake stops; Drake itself ignores these two.
 WITHOUT_BODY = ("sensor", "plugin")
 MAX_FILE_BYTES = 16 * MEGABYTE
 MAX_SHAPES = 500
@@ -39,8 +39,8 @@ MAX_SHAPES = 500
 class ModelText(NamedTuple):
     """A model's file.
 
-    text: in which something was changed; None where nothing was. packages: their folders, by name.
-    left_out: the meshes, only seen, that are not there.
+    text: the changed text; None where nothing was changed. packages: the folders of the ROS
+    packages by name. left_out: the missing meshes; they are visual ones only.
     """
 
     text: str | None
@@ -60,10 +60,10 @@ def add_models(
 ) -> AddedModels:
     """Adds the models of a file to a plant.
 
-    scratch: a folder for meshes in another format, there as long as the plant. is_drawn: whether
-    the converted meshes of what is only seen are to be had, too, where they can be read. Raises
-    InputError where it is a xacro file, or a collision mesh is not there or no mesh, and what Drake
-    raises where it cannot be parsed.
+    scratch: a folder for converted meshes; it must exist as long as the plant. is_drawn: whether
+    visual meshes are converted, too, where they can be read. Raises InputError where the file is
+    xacro, or where a collision mesh is missing or invalid. Raises Drake's own exception where Drake
+    cannot parse the file.
     """
     file = read_model_text(path, scratch, is_drawn=is_drawn)
     parser = Parser(plant)
@@ -78,9 +78,9 @@ def add_models(
 
 
 def read_model_text(path: Path, scratch: Path, *, is_drawn: bool = False) -> ModelText:
-    """Returns the text of a file that is parsed; scratch, is_drawn: as for `add_models`.
+    """Returns the text of a model's file for the parser; scratch, is_drawn: as for `add_models`.
 
-    Raises InputError where it is a xacro file, or a collision mesh is not there or no mesh.
+    Raises InputError where the file is xacro, or where a collision mesh is missing or invalid.
     """
     content = read_input(path, max_bytes=MAX_FILE_BYTES)
     try:
@@ -108,7 +108,7 @@ def read_model_text(path: Path, scratch: Path, *, is_drawn: bool = False) -> Mod
 
 
 def _require_few_shapes(root: ElementTree.Element, path: Path) -> None:
-    """Raises InputError where there are so many shapes that Drake takes long: with their square."""
+    """Raises InputError where the shapes are too many: Drake's time grows with their square."""
     count = sum(element.tag in ("visual", "collision") for element in root.iter())
     if count > MAX_SHAPES:
         raise InputError(
@@ -156,7 +156,7 @@ def _remove_empty_names(root: ElementTree.Element) -> bool:
 
 
 def _remove_without_body(root: ElementTree.Element) -> bool:
-    """Removes sensors and plugins; tells whether there were any."""
+    """Removes sensors and plugins; returns whether there were any."""
     pairs = [(parent, e) for parent in root.iter() for e in parent if e.tag in WITHOUT_BODY]
     for parent, element in pairs:
         parent.remove(element)
@@ -164,7 +164,7 @@ def _remove_without_body(root: ElementTree.Element) -> bool:
 
 
 def _remove_missing(link: ElementTree.Element, finder: _Meshes) -> list[str]:
-    """Removes the visuals right below an element whose meshes are not there; returns those."""
+    """Removes an element's own visuals whose mesh is missing; returns the URIs of these meshes."""
     removed = []
     for visual in link.findall("visual"):
         missing = [uri for _, _, uri in _uris(visual) if not finder.has(uri)]
@@ -177,10 +177,10 @@ def _remove_missing(link: ElementTree.Element, finder: _Meshes) -> list[str]:
 def _rewrite_meshes(
     root: ElementTree.Element, finder: _Meshes, scratch: Path, path: Path, *, is_drawn: bool
 ) -> bool:
-    """Has OBJ meshes in place of those that Drake does not read; tells whether there were any.
+    """Replaces meshes in formats that Drake does not read by OBJ; returns whether there were any.
 
-    Those that touch must be readable, of visual ones where there are no others. The others are only
-    wanted where they are drawn.
+    Collision meshes must be readable; so must visual ones where there are no collision meshes.
+    Other visual meshes are converted only where they are drawn.
     """
     collisions, visuals = list(root.iter("collision")), list(root.iter("visual"))
     needed = collisions or visuals
@@ -226,7 +226,7 @@ def _set(element: ElementTree.Element, attribute: str, value: str) -> None:
 
 
 class _Meshes:
-    """Looks for the files of URIs; packages: the folders of those that were named and found."""
+    """Finds the files of URIs; packages: the folders of the packages that URIs named."""
 
     def __init__(self, path: Path) -> None:
         self._drakes = PackageMap()
@@ -238,11 +238,11 @@ class _Meshes:
         return self._around.found
 
     def has(self, uri: str) -> bool:
-        """Tells whether the file of a URI is there; those in Drake's own packages are."""
+        """Returns whether the file of a URI exists; True for Drake's own packages."""
         return self._is_drakes(uri) or self.place(uri) is not None
 
     def place(self, uri: str) -> Path | None:
-        """Returns the file of a URI; None where it is not there, or in Drake's own packages."""
+        """Returns the file of a URI; None where it is missing, or in Drake's own packages."""
         if self._is_drakes(uri):
             return None
         file = self._around.place(uri)

@@ -50,7 +50,7 @@ MIN_SIZE_M = 1e-4
 
 Length = Annotated[float, Within(-MAX_LENGTH_M, MAX_LENGTH_M)]
 Size = Annotated[float, Within(MIN_SIZE_M, MAX_LENGTH_M)]
-# What grids and paths are made of: from 1 mm.
+# The size of a cell in grids and paths: 1 mm and up.
 CellSize = Annotated[float, Within(1e-3, 1e2)]
 # 159 turns, either way.
 Angle = Annotated[float, Within(-1e3, 1e3)]

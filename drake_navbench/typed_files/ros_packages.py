@@ -1,9 +1,8 @@
-"""Where the packages of ROS lie that a file names, and where the files of their URIs lie.
+"""Finds the folders of the ROS packages that a file names, and the files behind package URIs.
 
-A package is a folder with a package.xml of its name, a folder of its name with a model.config, or
-any folder of its name. It is looked for in the folders that the user named, in the repository
-around the file, beside and above the file, and below AMENT_PREFIX_PATH (share/name) and
-ROS_PACKAGE_PATH.
+A package is a folder whose package.xml has its name, a folder of its name with a model.config, or
+any folder of its name. The search covers the folders that the user named, the repository around the
+file, the folders beside and above the file, AMENT_PREFIX_PATH (share/name) and ROS_PACKAGE_PATH.
 """
 
 from __future__ import annotations
@@ -26,7 +25,7 @@ PACKAGE_NAME = re.compile(r"<name>\s*([^<\s]+)\s*</name>")
 MAX_DEPTH = 8
 # Folders of a repository that are looked through: a hundred times those of a large one.
 MAX_FOLDERS = 50_000
-# What is made, not written: a second copy of the packages may stand there.
+# Folders of generated files, in which a second copy of the packages may lie.
 NO_SOURCES = frozenset({"build", "install", "log", "node_modules", "__pycache__"})
 
 
@@ -75,10 +74,10 @@ class Packages:
         return self.folder(name)
 
     def place(self, uri: str, folder: Path | None = None) -> Path | None:
-        """Returns the file or folder of a URI or relative path; None where it is not there.
+        """Returns the file or folder of a URI or relative path; None where it is not found.
 
-        folder: that relative paths are relative to; None: the file's own. What lies outside of the
-        repository, of the named folders and of the packages is not there.
+        folder: the one that relative paths start from; None means the file's own. Files outside of
+        the repository, of the named folders and of the packages are never returned.
         """
         named = PACKAGE_URI.fullmatch(uri)
         if named is not None:

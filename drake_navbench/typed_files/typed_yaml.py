@@ -43,9 +43,9 @@ class FrozenModel(BaseModel):
 
 
 class QuietModel(FrozenModel):
-    """A model that tells fields of later releases only where they differ from their defaults.
+    """A model whose dump contains fields of later versions only where they differ from the default.
 
-    What was saved before there were such fields, and its digests, stay as they are.
+    So files that were saved before such fields existed keep their content and their digests.
     """
 
     quiet: ClassVar[frozenset[str]] = frozenset()
@@ -63,7 +63,7 @@ class QuietModel(FrozenModel):
 def read_text(path: Path) -> str:
     """Returns the text of a YAML file; raises InputError where it cannot be read or is no YAML.
 
-    XML and Python are told by name, as YAML's own complaints about them help nobody.
+    The error names XML and Python files as such, since YAML's own messages about them do not help.
     """
     text = read_input_text(path, max_bytes=MAX_FILE_BYTES)
     if path.suffix == ".py" or XML_START.match(text):

@@ -1,7 +1,8 @@
-"""Turns YAML text into plain values, within limits: nobody's file takes long or much memory.
+"""Turns YAML text into plain values, within limits of time and memory.
 
-YAML's aliases repeat what they name, so that a few lines can stand for more than any memory holds;
-what counts here is the size after that. Tags other than those of plain values are refused.
+An alias in YAML repeats the node that it names, so that a few lines can stand for more values than
+memory holds. The limit counts the values after this expansion. Tags other than those of plain
+values are refused.
 """
 
 from __future__ import annotations
@@ -37,10 +38,10 @@ def load_yaml(text: str) -> Any:
 
 
 def made(construct: Callable[[], Any], node: yaml.Node) -> Any:
-    """Returns the value that a loader makes of a node.
+    """Returns the value that a loader constructs from a node.
 
-    Raises yaml.YAMLError where it looks like a date or a number, but is none, or is tagged as what
-    it is not: PyYAML raises of that what it comes upon.
+    Raises yaml.YAMLError where the node looks like a date or a number but is none, or where its tag
+    does not fit its text. PyYAML itself raises various exceptions in these cases.
     """
     try:
         return construct()
@@ -95,7 +96,7 @@ def require_limits(text: str) -> None:
         if isinstance(event, yaml.AliasEvent):
             if any(anchor == event.anchor for anchor, _ in open_anchors):
                 raise _fault("a value that contains itself", event)
-            # What is not known is for the loader to refuse.
+            # An alias without an anchor is refused by the loader.
             count += sizes.get(event.anchor, 0)
         else:
             count += 1

@@ -132,7 +132,7 @@ class NavigationEnvironment(gymnasium.Env[Seen, NDArray[np.float32]]):
         return self._observation(), {"seed": drawn}
 
     def step(self, action: NDArray[np.float32]) -> tuple[Seen, float, bool, bool, dict[str, Any]]:
-        """Drives one period; raises ValueError for what is no command."""
+        """Drives one period; raises ValueError where the action is not a valid command."""
         command = np.asarray(action, dtype=np.float64)
         if command.shape != self._command_shape or not np.isfinite(command).all():
             expected = " and ".join(VELOCITIES[: self._command_shape[0]])
@@ -165,7 +165,7 @@ class NavigationEnvironment(gymnasium.Env[Seen, NDArray[np.float32]]):
         return self._observation(), reward, terminated, truncated, info
 
     def close(self) -> None:
-        """Lets what was simulated be freed."""
+        """Frees the simulation."""
         if self._is_open:
             self._is_open, self._task = False, None
             self._simulation.close()

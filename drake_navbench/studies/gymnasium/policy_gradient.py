@@ -25,7 +25,7 @@ VARIANCE_GUARD = 1e-8
 
 @dataclass(frozen=True)
 class PolicyGradientSettings:
-    """Of the optimization, under the names of the paper where it has one."""
+    """Settings of the optimization; their names are those of the paper where it has one."""
 
     discount: float = 0.99
     gae_lambda: float = 0.95
@@ -41,7 +41,7 @@ class PolicyGradientSettings:
 
 
 class Batch:
-    """What was lived through: (N, ...) inputs, actions, their log probabilities, and targets."""
+    """A batch of N steps, (N, ...) each: inputs, actions, their log probabilities, and targets."""
 
     def __init__(
         self,
@@ -80,7 +80,7 @@ def advantages_and_returns(
 
 
 class Learner:
-    """Policy, value and spread of the actions, with what Adam remembers of them.
+    """Policy, value and spread of the actions, with Adam's moments of their gradients.
 
     The policy's mean is its network's output; the spread is one number an action.
     """
@@ -179,7 +179,7 @@ def _arrays(network: Network) -> list[Array]:
 
 
 def _forward(network: Network, inputs: Array) -> tuple[Array, tuple[Array, Array]]:
-    """Returns the outputs and what the hidden layers gave."""
+    """Returns the outputs, and the activations of the hidden layers."""
     first = np.tanh(inputs @ network.weight_1 + network.bias_1)
     second = np.tanh(first @ network.weight_2 + network.bias_2)
     return second @ network.weight_3 + network.bias_3, (first, second)

@@ -1,4 +1,4 @@
-"""The reward of a step, whose parts add up over an episode to what metrics of a trial measure."""
+"""The reward of a step. Over an episode its terms add up to quantities that metrics measure."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from drake_navbench.typed_files.typed_yaml import FrozenModel
 
 
 class RewardWeights(FrozenModel):
-    """What counts how much."""
+    """The weights of the reward's terms."""
 
     progress: Number = Field(
         1.0, description="Each metre that the goal comes nearer (goal_traversal_ratio)."
@@ -39,7 +39,7 @@ class RewardWeights(FrozenModel):
 
 
 class Moment(NamedTuple):
-    """What a reward is made from: at the end of a step, or at the start of an episode.
+    """The state from which a reward is computed: at a step's end, or at an episode's start.
 
     distance_m, heading_error_rad: from the true pose to the goal. clearance_m: of the true outline.
     """

@@ -1,4 +1,4 @@
-"""The robot in its world without a navigation stack: what an environment steps from outside."""
+"""The robot in its world without a navigation stack; an environment steps it from outside."""
 
 from __future__ import annotations
 
@@ -140,7 +140,7 @@ class RobotSimulation:
 
     @property
     def estimate(self) -> Array:
-        """(6,) what a controller is told of the state."""
+        """(6,) the estimated state that a controller gets."""
         return self._estimate_port.Eval(self._localization_context)
 
     @property
@@ -149,7 +149,7 @@ class RobotSimulation:
         return self._scan_port.Eval(self._lidar_context)
 
     def clearance_m(self, limit_m: float) -> float:
-        """Returns the distance of the true outline to what stands, m; `limit_m` where beyond."""
+        """Returns the distance of the true outline to standing obstacles, m; at most `limit_m`."""
         if self.has_collided:
             return 0.0
         x, y, yaw = self.state[:3]

@@ -1,4 +1,4 @@
-"""What an episode is about: where the robot starts, where it is to go, what stands there."""
+"""The task of an episode: the start, the goal, and the obstacles."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ Array = NDArray[np.float64]
 
 # So many draws without success mean that there is no room.
 MAX_DRAWS = 1000
-# Around what a scenario holds, where its extent is more than the area asked for.
+# Margin around the scenario's start, goal and obstacles, where they extend beyond the given area.
 AREA_MARGIN_M = 1.0
 
 
@@ -39,7 +39,7 @@ class EpisodeTask(NamedTuple):
 
 
 class RandomTasks(FrozenModel):
-    """How tasks are drawn at random, in and around a scenario."""
+    """The ranges from which random tasks are drawn, in and around a scenario."""
 
     area_m: Size = Field(8.0, description="Side of the square that holds start and goal [m].")
     max_obstacles: Annotated[int, Within(0, 100)] = Field(
@@ -138,7 +138,7 @@ def _draw_start(
 
 
 def _gap_m(world: World, geometry: shapely.Geometry) -> float:
-    """Returns the distance from a point or an area to what stands, m; 0 inside, inf without."""
+    """Returns the distance from a geometry to the obstacles, m; 0 inside one, inf without any."""
     return float(shapely.distance(world.regions, geometry).min(initial=math.inf))
 
 

@@ -61,9 +61,10 @@ class TrainingSettings:
 
 
 class Progress(NamedTuple):
-    """How far training is, after an update that used `steps_in_update` of the steps.
+    """The progress of training after an update that used `steps_in_update` steps.
 
-    success, contact: shares of the episodes that ended lately. mean_return: of these.
+    steps: all steps so far. success, contact: shares of the episodes that ended lately.
+    mean_return: the mean over the same episodes.
     """
 
     steps: int
@@ -75,7 +76,7 @@ class Progress(NamedTuple):
 
 
 class PolicyView:
-    """Turns what an environment shows into what the network sees, and back into commands."""
+    """Turns observations into the network's inputs, and the network's outputs into commands."""
 
     def __init__(self, environment: NavigationEnvironment) -> None:
         robot = environment.robot
@@ -90,7 +91,7 @@ class PolicyView:
     def inputs(self, seen: Seen) -> Array:
         """Returns (F,) the features of an observation."""
         ranges = seen["lidar"].astype(np.float64)
-        # What is too near to be measured lies in the direction of its beam all the same.
+        # A hit nearer than the least range still lies in the direction of its beam.
         distances = np.maximum(ranges, self._range_min_m)
         points = (distances[:, None] * self._directions)[ranges < self._range_max_m]
         x, y, yaw = self._sensor_pose
@@ -145,7 +146,7 @@ def train(
 
 
 class _Crew:
-    """The environments of a training, each with the features of what it shows now."""
+    """The environments of a training, each with the features of its present observation."""
 
     def __init__(self, settings: TrainingSettings) -> None:
         self._environments = [training_environment(settings) for _ in range(settings.environments)]
@@ -156,7 +157,7 @@ class _Crew:
         self._ended: list[tuple[float, float, float]] = []
 
     def collect(self, learner: Learner, horizon: int) -> Batch:
-        """Drives every environment for some steps; returns what was lived through."""
+        """Drives every environment for `horizon` steps; returns these steps as a batch."""
         count = len(self._environments)
         shape = (horizon, count)
         inputs, actions = np.empty((*shape, FEATURE_COUNT)), np.empty((*shape, ACTION_COUNT))
@@ -191,7 +192,8 @@ class _Crew:
         self._returns[k] += reward
         self._inputs[k] = self._view.inputs(seen)
         if truncated:
-            # What would have followed is cut off, and worth what the learner thinks of it.
+            # The episode is cut off here; the learner's value stands for the rewards that would
+            # have followed.
             reward += discount * float(learner.value(self._inputs[k]).item())
         if terminated or truncated:
             has_collided = info["outcome"] == "collided"
@@ -241,9 +243,9 @@ def train_into_file(
 
 
 def success_rate_of_file(settings: TrainingSettings, path: Path, episodes: int) -> float:
-    """Returns how often the weights in a file reach the goal of tasks that training has not seen.
+    """Returns the success rate of the weights in a file, over tasks that training has not seen.
 
-    Raises InputError where the file holds none.
+    Raises InputError where the file holds no weights.
     """
     seeds = range(FIRST_EVALUATION_SEED, FIRST_EVALUATION_SEED + episodes)
     return success_rate(load_network(path), training_environment(settings), seeds)

@@ -45,7 +45,7 @@ class Light(StrEnum):
 
 
 class Side(NamedTuple):
-    """One of the two programs. name: as in its columns, `rpp@name`. about: what it was built of."""
+    """One of the two programs. name: as in its columns, `rpp@name`. about: its source, in words."""
 
     name: str
     about: str = ""
@@ -55,9 +55,9 @@ class Side(NamedTuple):
 class GateResult(NamedTuple):
     """The result of two builds in equal trials.
 
-    base, head: what was driven. trials: a scenario and controller. judged: None where both are the
-    same program, so that nothing was driven. folder: where the logs are; None where there are none.
-    table: one row a trial.
+    base, head: the two programs. trials: the number in each scenario and with each controller.
+    judged: None where both are the same program, so that nothing was driven. folder: that of the
+    logs; None where there are none. table: one row a trial.
     """
 
     base: Side

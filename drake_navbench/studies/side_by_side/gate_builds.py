@@ -13,8 +13,8 @@ from drake_navbench.native.checkout import read_checkout
 from drake_navbench.native.package import Package
 from drake_navbench.studies.side_by_side.gate import split_column
 
-# What a gate builds with where nobody says: what users run, and other noise in each trial. With an
-# original's own each trial would meet the same.
+# A gate's default for a checkout: the flags that users run with, and the benchmark's noise. With
+# its own noise, an original would draw the same numbers in every trial.
 FLAGS = FlagSet.PACKAGE
 NOISE = NoiseSource.BENCHMARK
 
@@ -28,11 +28,12 @@ def build_of(
     noise: NoiseSource | None = None,
     tell: Callable[[str], None],
 ) -> Build:
-    """Returns the build that a text names: by its name, or made of a checkout's folder.
+    """Returns the build with the name `text`, or makes one from the checkout in the folder `text`.
 
-    name: of the build that is made. controllers: presets; only what has their originals is built.
-    flags, noise: asked for; None for a gate's own of a checkout, and for any of a build by name.
-    Raises InputError where there is none, or it was built otherwise.
+    name: that of a new build. controllers: presets; only packages with their originals are built.
+    flags, noise: the wanted ones; None means the gate's default for a checkout, and any for a named
+    build. Raises InputError where there is no such build or folder, or where a named build has
+    other flags or noise.
     """
     if not Path(text).is_dir():
         build = find_build(text)
@@ -41,7 +42,7 @@ def build_of(
             _require_built(build, "noise", build.noise, noise)
         return build
     packages = _packages(Path(text), controllers)
-    # What has no generator of noise has nothing to replace.
+    # Without a generator of noise in its packages, there is nothing to replace.
     samples = any(package.name in NOISE_SOURCES for package in packages)
     return build_checkout(
         Path(text),

@@ -32,7 +32,7 @@ from drake_navbench.studies.side_by_side.gate import GateResult, Side, column_of
 
 
 def to_markdown(result: GateResult) -> str:
-    """Returns the result: the verdict, what changed, and what so few trials could have shown."""
+    """Returns the result: the verdict, the changes, and the smallest change that could be seen."""
     lines = [
         f"# Nav2 gate: {result.light}",
         "",
@@ -155,7 +155,10 @@ def _add_case(
 
 
 def _outcomes_seen(judged: Judged, trials: int) -> list[str]:
-    """Returns how many lost trials would turn the gate, and whether so few trials can at all."""
+    """Returns sentences on the number of lost trials that turns the gate.
+
+    They warn where that number is larger than the number of trials.
+    """
     own = [f for f in judged.findings if f.quantity.family is Family.OUTCOMES]
     tested = [f for f in own if not f.is_one_trial]
     if not tested:

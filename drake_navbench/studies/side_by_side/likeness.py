@@ -1,4 +1,4 @@
-"""How alike a port and its original are, in three words."""
+"""Three grades of likeness between a port and its original."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ CLOSE = 1e-5
 
 
 class Likeness(StrEnum):
-    """How alike two decisions or plans, or all decisions of two trials, are."""
+    """The likeness of two decisions, of two plans, or of all decisions of two trials."""
 
     EQUAL = "equal to the last bit"
     CLOSE = "to 1e-5"
@@ -16,7 +16,7 @@ class Likeness(StrEnum):
 
 
 def likeness_of(difference: float) -> Likeness:
-    """Returns what the largest difference of two results makes them."""
+    """Returns the likeness of two results from their largest difference."""
     if difference == 0.0:
         return Likeness.EQUAL
     return Likeness.CLOSE if difference <= CLOSE else Likeness.DIFFERENT

@@ -1,8 +1,8 @@
-"""How far a port drives as the original of a build: over random scenes, and over whole trials.
+"""Parity of a port and the original controller in a build: in random scenes and in whole trials.
 
-A trial is driven twice. In the first one the port drives, and the original is asked in every cycle
-what it would do: both see the same. In the second the original drives, so that the smallest
-difference changes what is seen next, and can grow.
+A trial is driven twice. In the first run the port drives, and the original decides in every cycle
+beside it, from the same observations. In the second run the original drives: a small difference
+changes the next observations and can grow.
 """
 
 from __future__ import annotations
@@ -48,8 +48,8 @@ START_PATIENCE_S = 30.0
 class DecisionResult(NamedTuple):
     """Two decisions of equal observations: of a random scene, or of a trial's cycle.
 
-    difference: the largest of v m/s and w rad/s; NaN where one has failed. told: what each of the
-    two said, where they differ.
+    difference: the larger one of |dv| m/s and |dw| rad/s; NaN where one has failed. told: both
+    decisions in words, where they differ.
     """
 
     likeness: Likeness
@@ -74,7 +74,7 @@ class TrialResult(NamedTuple):
 
 
 class OtherDefault(NamedTuple):
-    """A parameter that nobody gave, and whose defaults differ."""
+    """A parameter that is not given and has different defaults in port and original."""
 
     name: str
     of_port: Any
@@ -107,7 +107,7 @@ def compare_port(
     robot_name: str = "wheelchair",
     tell: Callable[[str], None] = lambda line: None,
 ) -> Parity:
-    """Returns how a preset's port and its original in a build differ; raises InputError."""
+    """Returns the differences of a preset's port and its original in a build; raises InputError."""
     port, original = port_of_release(name, build), load_preset(column_of(name, build))
     robot = load_robot(robot_name)
     plugin = original_plugin(split_column(name)[0])
@@ -135,7 +135,7 @@ def port_of_release(name: str, build: Build) -> Preset:
 def compare_in_scenes(
     port: Preset, original: Preset, robot: Robot, count: int, *, seed: int = 0
 ) -> list[DecisionResult]:
-    """Returns how two columns decide in the first cycle of random scenes."""
+    """Returns the compared decisions of two columns in the first cycle of random scenes."""
     results = []
     for scene in random_scenes(controller_setup(robot), count, seed=seed):
         decisions = []
@@ -148,7 +148,7 @@ def compare_in_scenes(
 
 
 def _decided_in(scene: Observation, controller: Controller) -> Decided:
-    """Returns the first decision, or why there is none; to crash or to hang is one reason."""
+    """Returns the first decision, or the reason why there is none, such as a crash or a hang."""
     try:
         return decided(controller, scene, controller.initial_memory())[0]
     except ExternalControllerFailed as error:
@@ -158,7 +158,10 @@ def _decided_in(scene: Observation, controller: Controller) -> Decided:
 def compare_in_trial(
     port: Preset, original: Preset, scenario: str | Scenario, seed: int, robot_name: str
 ) -> TrialResult:
-    """Returns how two columns decide in a trial of the first, and how a trial of each differs."""
+    """Returns the compared decisions of two columns in a trial that `port` drives.
+
+    The result also compares this trial with one that `original` drives.
+    """
     scenario = scenario if isinstance(scenario, Scenario) else load_scenario(scenario)
     robot = scenario.load_robot(robot_name)
     port, original = port.for_robot(robot), original.for_robot(robot)
@@ -177,7 +180,7 @@ def compare_trials(
     seed: int,
     cycles: tuple[DecisionResult, ...] = (),
 ) -> TrialResult:
-    """Returns how the commands of two trials differ, over the cycles that both have.
+    """Returns the differences of two trials' commands, over the cycles that both have.
 
     cycles: see TrialResult.
     """
@@ -212,7 +215,7 @@ def _kind(decision: Decided) -> int | None:
 def _told_by(
     original: Preset, port: Preset, robot: Robot
 ) -> tuple[tuple[OtherDefault, ...], tuple[str, ...]]:
-    """Returns the defaults that differ, and what the original was given and does not read."""
+    """Returns the differing defaults, and the given parameters that the original does not read."""
     for_robot, port = original.for_robot(robot), port.for_robot(robot)
     parameters = for_robot.parameters
     words, client = getattr(parameters, "words"), getattr(parameters, "client")  # noqa: B009

@@ -1,4 +1,4 @@
-"""How far a planner's port plans as the original of a build: over random maps."""
+"""Parity of a planner's port and the original in a build, over random maps."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from drake_navbench.navigation.smac_planner_2d_parameters import SmacPlanner2DPa
 from drake_navbench.studies.side_by_side.likeness import Likeness, likeness_of
 from drake_navbench.trial.column_controller import controller_setup
 
-# What each is asked with, besides its defaults.
+# By planner the parameters, besides its defaults, with which both are compared.
 VARIANTS: Mapping[str, tuple[Mapping[str, Any], ...]] = {
     NavfnPlanner.nav2_plugin: ({}, {"use_astar": True}, {"allow_unknown": False}),
     SmacPlanner2D.nav2_plugin: (
@@ -32,7 +32,7 @@ VARIANTS: Mapping[str, tuple[Mapping[str, Any], ...]] = {
         {"downsample_costmap": True, "downsampling_factor": 2},
     ),
 }
-# What a release without codes throws, whatever the reason.
+# The exception that a release without error codes throws, whatever the reason.
 WITHOUT_CODE = "PlannerException"
 PATIENCE_S = 60.0
 RESOLUTION_M = 0.05
@@ -51,10 +51,11 @@ class PlanRequest(NamedTuple):
 
 
 class PlanResult(NamedTuple):
-    """One request of both. difference: the largest of x m, y m and yaw rad over all poses.
+    """Both planners' answers to one request.
 
-    It is NaN where one of them finds no plan, or their plans have not equally many poses. told:
-    what each said, where they differ. has_plan: whether both have found one.
+    difference: the largest one of |dx| m, |dy| m and |dyaw| rad over all poses; NaN where one finds
+    no plan, or the plans have different numbers of poses. told: both answers in words, where they
+    differ. has_plan: whether both found a plan.
     """
 
     likeness: Likeness
@@ -78,7 +79,7 @@ def compare_planners(
     robot_name: str = "wheelchair",
     tell: Callable[[str], None] = lambda line: None,
 ) -> list[PlannerParity]:
-    """Returns how the ports of a build's planners differ from them, one entry a variant."""
+    """Returns the differences between a build's planners and our ports, one entry a variant."""
     robot = load_robot(robot_name)
     parities = []
     for plugin in build.planners:
@@ -101,7 +102,7 @@ def random_requests(robot: Robot, count: int, *, seed: int = 0) -> Iterator[Plan
 
 
 def compare_plans(port: Array | str, original: Array | str) -> PlanResult:
-    """Returns how two plans differ, (N, 3) each or the name of why there is none."""
+    """Returns the comparison of two plans; each is (N, 3), or the name of the error without one."""
     if isinstance(port, str) or isinstance(original, str):
         both_failed = isinstance(port, str) and isinstance(original, str)
         same = both_failed and original in (port, WITHOUT_CODE)
@@ -134,7 +135,7 @@ def port_of(plugin: str, values: Mapping[str, Any], robot: Robot) -> Planner:
 def request_message(
     plugin: str, values: Mapping[str, Any], robot: Robot, request: PlanRequest
 ) -> dict[str, Any]:
-    """Returns what the host is asked for a plan."""
+    """Returns the message that asks the host for a plan."""
     costmap = request.costmap
     about_robot = configure_message(controller_setup(robot), {})
     inflation = robot.navigation.global_costmap.inflation_layer

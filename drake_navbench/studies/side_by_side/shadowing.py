@@ -22,12 +22,12 @@ from drake_navbench.controller import (
 )
 from drake_navbench.inputs.presets import Preset
 
-# What a controller wants: (2,) v m/s, w rad/s; or why it wants nothing.
+# A controller's command, (2,) v m/s, w rad/s; or the error that it raised instead.
 Decided = NDArray[np.float64] | ControllerError
 
 
 class _Memories(NamedTuple):
-    """What each of the two has kept."""
+    """The memories of the port and of the original."""
 
     port: Any
     original: Any
@@ -35,7 +35,7 @@ class _Memories(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class ShadowedPreset(Preset):
-    """The column of a port, whose original is asked in every cycle as well.
+    """The column of a port, in which the original decides in every cycle beside the port.
 
     original: its column, for the same robot. tell: called with both decisions of each cycle.
     """
@@ -66,7 +66,7 @@ def shadowed(port: Preset, original: Preset, tell: Callable[[Decided, Decided], 
 
 
 def decided(controller: Controller, observation: Observation, memory: Any) -> tuple[Decided, Any]:
-    """Returns what a controller wants, and its memory after that."""
+    """Returns a controller's command (v m/s, w rad/s), or its error, and its new memory."""
     try:
         decision = controller.step(observation, memory)
     except ControllerError as error:
@@ -75,7 +75,7 @@ def decided(controller: Controller, observation: Observation, memory: Any) -> tu
 
 
 class _Shadowed:
-    """Two controllers, of which the first one drives."""
+    """A controller that asks port and original in every cycle, and drives by the port's command."""
 
     def __init__(
         self, port: Controller, original: Controller, tell: Callable[[Decided, Decided], None]

@@ -1,1 +1,1 @@
-"""Searches parameters that beat a preset, and says what is left of it on fresh seeds."""
+"""Searches for parameters that beat a preset, and validates them on fresh seeds."""

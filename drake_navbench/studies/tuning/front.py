@@ -1,4 +1,4 @@
-"""What is left of a front: on fresh seeds, in held-out scenarios, and where nobody may touch."""
+"""Validates a Pareto front on fresh seeds, in held-out scenarios, and in the guards' scenarios."""
 
 from __future__ import annotations
 
@@ -40,9 +40,9 @@ def judge_front(
     result: dict[str, Any],
     tell: Tell,
 ) -> None:
-    """Drives the points of a front, and adds to the result what is left of them.
+    """Drives the points of a front in further trials, and adds the judged points to the result.
 
-    A point that touches anything in any of these trials is no part of the front.
+    A point that touches anything in any of these trials is dropped from the front.
     """
     names = [f"{request.preset}_tuned_{index}" for index in range(1, len(front) + 1)]
     columns = [
@@ -55,7 +55,7 @@ def judge_front(
     ]
     guarded = _guarded(request, [space.baseline, *columns], tell)
     judged = _judged(request, [space.baseline, *columns], objectives, tell)
-    # What is there is of an earlier front, whose points had these names, too.
+    # Files of an earlier front are removed, since its points had the same names.
     for suffix in ("yaml", "patch"):
         for path in (request.out / FRONT).glob(f"*_tuned_*.{suffix}"):
             path.unlink()
@@ -187,7 +187,7 @@ def _gap_line(point: dict[str, Any], objectives: Sequence[Objective]) -> str:
 
 
 def _untouched(point: dict[str, Any]) -> str:
-    """Returns in how many trials a point touched nothing, and what that shows."""
+    """Returns the number of a point's trials without a touch, and the bound that follows."""
     trials = sum(
         point[part]["trials"]
         for part in (FRESH, HELD_OUT, CLOSED_WAY, RANDOM_WORLDS)

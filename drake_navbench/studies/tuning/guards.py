@@ -29,9 +29,9 @@ WORLDS_OF_A_SEED = 10**6
 
 
 class Guards(NamedTuple):
-    """Scenarios in which nobody may touch anything.
+    """Scenarios in which a configuration may not touch anything.
 
-    closed: the closed way. worlds: random ones. left_out: why there is none of a kind, by kind.
+    closed: the closed way. worlds: random ones. left_out: by kind, why there is no scenario of it.
     """
 
     closed: tuple[Scenario, ...]
@@ -45,9 +45,9 @@ class Guards(NamedTuple):
 
 
 def guards_for(baseline: Preset, robot: str, *, seed: int, first: int, worlds: int) -> Guards:
-    """Returns the closed way and so many random worlds of a seed, from the one numbered `first` on.
+    """Returns the closed way, and `worlds` random worlds of a seed from number `first` on.
 
-    What a robot has no room in at its start is left out.
+    Scenarios in which the robot has no room at its start are left out.
     """
     ways = [load_scenario(name) for name in CLOSED_WAYS]
     begin = seed * WORLDS_OF_A_SEED + first
@@ -72,7 +72,7 @@ def guard_specs(
 
 
 def touches_of(rows: Sequence[Mapping[str, Any]]) -> Counter[str]:
-    """Returns in how many of these trials something was touched, by scenario."""
+    """Returns the number of trials with a touch, by scenario."""
     return Counter(str(row["scenario"]) for row in rows if row["outcome"] == Outcome.COLLIDED)
 
 
@@ -84,9 +84,9 @@ def told(touches: Mapping[str, int]) -> str:
 
 
 def rate_at_most(trials: int) -> float:
-    """Returns how often a touch may happen, as a share, where so many trials had none.
+    """Returns the upper bound (95%) of the rate of touches after `trials` trials without a touch.
 
-    The exact bound, 95%: with a larger share none in so many is less likely than 5%.
+    The bound is exact: at a higher rate, no touch in so many trials has a probability below 5%.
     """
     return 1.0 - (1.0 - CONFIDENCE) ** (1.0 / trials) if trials else 1.0
 
@@ -98,7 +98,7 @@ def _with_room(
     robot: str,
     left_out: dict[str, str],
 ) -> tuple[Scenario, ...]:
-    """Returns the scenarios that can be planned; where there is none, left_out says why not."""
+    """Returns the scenarios that can be planned; if there is none, adds the reason to left_out."""
     found, reasons = [], []
     for scenario in scenarios:
         try:

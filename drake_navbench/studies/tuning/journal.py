@@ -31,8 +31,8 @@ BROKEN = (AssertionError, AttributeError, LookupError, TypeError, ValueError)
 def open_study(folder: Path, task: TuningTask, tell: Callable[[str], None]) -> Study:
     """Returns the study in a folder, a new one where there is none.
 
-    tell: is given the line for the user where a torn last line was dropped. Raises InputError where
-    there is a study of another version or task, or it cannot be read or written.
+    tell: prints the line for the user if an incomplete last line was dropped. Raises InputError
+    where the folder has a study of another version or task, or cannot be read or written.
     """
     optuna = import_optuna()
     from optuna.storages import JournalStorage
@@ -83,7 +83,7 @@ def appending(path: Path) -> Iterator[None]:
 
 
 def _mend(path: Path, lock: Any, tell: Callable[[str], None]) -> None:
-    """Drops what stands behind the last line end of a journal, and tells so."""
+    """Drops an incomplete last line of a journal, and tells the user."""
     with path.open("rb") as file:
         if _is_whole(file):
             return

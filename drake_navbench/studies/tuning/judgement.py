@@ -1,4 +1,4 @@
-"""What is left of a front on seeds, and in scenarios, that the search has not seen."""
+"""Drives the configurations of a front on seeds and in scenarios that the search has not seen."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ class Judged(NamedTuple):
 
     @property
     def beats_baseline(self) -> bool:
-        """Whether it is shown to be better in an objective, in none worse, and touches nothing."""
+        """Whether it is shown to be better in an objective, worse in none, and never touches."""
         is_better = any(interval.high < 0.0 for interval in self.intervals)
         is_worse = any(interval.low > 0.0 for interval in self.intervals)
         return is_better and not is_worse and self.excess <= 0.0 and not self.touches
@@ -79,10 +79,10 @@ def driven_in(
     robot: str,
     jobs: int,
 ) -> pd.DataFrame:
-    """Returns the trials of a results folder, which is made where it is not there yet.
+    """Returns the trials of a results folder, and drives them first where they are missing.
 
-    What an interrupted run, or one of other trials, has left is made anew: a column of the same
-    name has other parameters where the front has changed.
+    The folder of an interrupted run, or of other trials, is made anew: if the front has changed,
+    a column of the same name has other parameters.
     """
     campaign = plan_campaign(scenarios, columns, trials=trials, seed=seed, robot=robot)
     results_folder = ResultsFolder(folder)

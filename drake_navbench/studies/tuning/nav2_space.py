@@ -32,7 +32,7 @@ from drake_navbench.typed_files.typed_yaml import read_text
 class FileSpace(SearchSpace):
     """The searched parameters of a Nav2 file; all others, comments and order stay.
 
-    path, text: of the file. plugin: the controller that drives. robot: for what no file tells.
+    path, text: of the file. plugin: the controller that drives. robot: the name of the base robot.
     """
 
     path: Path
@@ -72,11 +72,12 @@ class FileSpace(SearchSpace):
 
 
 def file_space(path: Path, plugin: str | None, robot: str, asked: Sequence[str]) -> FileSpace:
-    """Returns what is searched of a Nav2 file.
+    """Returns the search space of a Nav2 file; raises InputError.
 
-    plugin: of its controllers; the only one where not given. asked: NAME=VALUES as of
-    `search_space`, where NAME is a parameter of the controller or `local_costmap.PARAMETER` and the
-    like; without any, what the controller's own tuning.yaml lists. Raises InputError.
+    plugin: the name of one of the file's controllers; may be left out if there is only one. asked:
+    NAME=VALUES as in `search_space`, where NAME is a parameter of the controller or of another
+    node, such as `local_costmap.PARAMETER`. If it is empty, the space is the one in the
+    controller's own tuning.yaml.
     """
     text = read_text(path)
     (columns,) = columns_of_files([WholeFile(path.stem, (path,), text)], robot)

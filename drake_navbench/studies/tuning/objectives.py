@@ -1,8 +1,8 @@
-"""What tuning lowers: relative differences to the baseline on the same seeds, failures censored.
+"""Objectives of a tuning study: relative differences to the baseline on the same seeds.
 
-The difference of a pair is (candidate - baseline) / scale, turned so that lower is better, where
-the scale of a scenario is the mean of the baseline's trials there. No pair counts for more than
-CENSORED either way; a trial that fails counts as much, so that giving up early never pays.
+The difference of a pair is (candidate - baseline) / scale, with its sign such that lower is better.
+The scale of a scenario is the mean of the baseline's trials there. A difference is clipped to
+[-CENSORED, CENSORED]. A failed trial counts as CENSORED, so giving up early never pays.
 """
 
 from __future__ import annotations
@@ -61,7 +61,7 @@ def chosen_objectives(names: Sequence[str]) -> tuple[Objective, ...]:
 
 
 def has_failed(row: Row) -> bool:
-    """Tells whether a trial did not reach its goal."""
+    """Returns whether a trial did not reach its goal."""
     return row["outcome"] != Outcome.SUCCEEDED
 
 
@@ -142,6 +142,6 @@ def pair_difference(
 
 
 def excess_failures(candidate: Sequence[Row], baseline: Sequence[Row]) -> float:
-    """Returns the share of trials failed more than the baseline does, less what is allowed."""
+    """Returns the candidate's share of failures minus the baseline's, less the allowed excess."""
     shares = [sum(map(has_failed, rows)) / len(rows) for rows in (candidate, baseline)]
     return shares[0] - shares[1] - SUCCESS_MARGIN

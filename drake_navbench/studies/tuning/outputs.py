@@ -18,8 +18,8 @@ PLUGIN = "FollowPath"
 def write_nav2_file(preset: Preset, path: Path, remarks: Sequence[str]) -> None:
     """Writes the controller server's part of a Nav2 parameter file; remarks: its first lines.
 
-    It has what the preset sets; what it leaves at Nav2's defaults is not written. A controller that
-    follows a release has the one that it was tuned as, which the rest of the file may not tell.
+    It contains the parameters that the preset sets, not those at Nav2's defaults. A controller that
+    follows a release gets its release written, too: the rest of the file may not tell it.
     """
     plugin = preset.controller_class.nav2_plugin
     values = nested(flattened(preset.values), preset.source)

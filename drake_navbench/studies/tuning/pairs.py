@@ -1,4 +1,4 @@
-"""Drives the trials that configurations are compared by; only what is measured of them is kept."""
+"""Drives the trials by which configurations are compared; keeps their metrics, not their logs."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def planned_pairs(
 
 
 def with_column(specs: Sequence[TrialSpec], preset: Preset) -> list[TrialSpec]:
-    """Returns the same trials driven by another column; raises InputError where it cannot be."""
+    """Returns the same trials with another column; raises InputError where it cannot drive them."""
     columns: dict[int, tuple[Preset, Robot]] = {}
     for spec in specs:
         if id(spec.robot) not in columns:

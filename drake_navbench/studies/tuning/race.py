@@ -30,14 +30,15 @@ SHARE_OF_BASELINE = 0.5
 
 
 def looks_until(most_pairs: int) -> list[int]:
-    """Returns after how many pairs the race is looked at: 8, 16, 24, ... and at the end."""
+    """Returns the numbers of pairs after which a race is judged: 8, 16, 24, ... and the last."""
     return [*range(LOOK_EVERY, most_pairs, LOOK_EVERY), most_pairs]
 
 
 def evidence(wins: int, losses: int) -> float:
-    """Returns how many times more likely these are where losses prevail than where both are even.
+    """Returns the Bayes factor of "losses prevail" against "wins and losses are equally likely".
 
-    Each pair doubles it at most: 2^(n + 1) / (n + 1) for n losses alone, but for a 2^-(n + 1)th.
+    Each pair at most doubles it. After n losses and no win it is 2^(n + 1) / (n + 1), less a share
+    of 2^-(n + 1).
     """
     upper = special.betaincc(losses + 1.0, wins + 1.0, 0.5)
     logarithm = (wins + losses + 1.0) * np.log(2.0) + special.betaln(losses + 1.0, wins + 1.0)
@@ -57,10 +58,10 @@ def evidence_against(own: Array, rival: Array) -> float:
 
 
 def is_dropped(own: Array, rivals: Sequence[Array]) -> bool:
-    """Tells whether a configuration with the differences (N, K) to the baseline is behind.
+    """Returns whether a configuration with the differences (N, K) to the baseline is behind.
 
-    rivals: the differences of every configuration that was driven before, those that were dropped
-    included, as far as they drove: to leave any of them out would be to choose the lucky ones.
+    rivals: the differences of every configuration that was driven before, as far as it drove, also
+    of dropped ones: without these, only the lucky configurations would be left as rivals.
     """
     against_baseline = evidence_against(own, np.zeros_like(own))
     if not rivals:

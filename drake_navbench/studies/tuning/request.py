@@ -1,4 +1,4 @@
-"""What is asked of a tuning, and how much of it may be asked for."""
+"""The request for a tuning study, and the limits of its size."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ class TuningRequest:
 
     @property
     def place(self) -> str:
-        """Where is searched, for messages."""
+        """The scenarios, or the map, in which the study drives, for messages."""
         if self.map_file is not None:
             return f"{self.goals} tasks on {self.map_file.name}"
         return ", ".join(names_of(self.scenarios))

@@ -1,4 +1,4 @@
-"""Which parameters of a controller are searched, between which values."""
+"""The search space of a tuning study: the searched parameters and their ranges."""
 
 from __future__ import annotations
 
@@ -90,10 +90,10 @@ def plain_values(values: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def search_space(baseline: Preset, asked: Sequence[str] = ()) -> SearchSpace:
-    """Returns what is searched around a preset.
+    """Returns the search space around a preset; raises InputError.
 
-    asked: NAME=LOW:HIGH, NAME=LOW:HIGH:log or NAME=A,B,C; without any, what the controller's own
-    tuning.yaml lists. Raises InputError, also where there is none.
+    asked: NAME=LOW:HIGH, NAME=LOW:HIGH:log or NAME=A,B,C. If it is empty, the space is the one in
+    the controller's own tuning.yaml, which must then exist.
     """
     texts = list(asked) or own_texts(baseline)
     resolved = dict(flattened(baseline.parameters.model_dump(mode="json")))
@@ -121,7 +121,7 @@ def _require_taken(space: SearchSpace, name: str, value: Any) -> None:
 
 
 def _is_fault_of(error: BaseException | None, name: str) -> bool:
-    """Tells whether a parameter was refused for its own value, not for how it goes with others."""
+    """Returns whether a parameter was refused for its own value, not for a conflict with others."""
     if not isinstance(error, ValidationError):
         return False
     last = name.rpartition(".")[2]
@@ -129,7 +129,10 @@ def _is_fault_of(error: BaseException | None, name: str) -> bool:
 
 
 def own_texts(baseline: Preset) -> list[str]:
-    """Returns what the tuning.yaml of a preset's controller searches; raises InputError."""
+    """Returns the dimensions, as texts, in the tuning.yaml of a preset's controller.
+
+    Raises InputError where there is no such file.
+    """
     folder = None if baseline.file is not None else CONTROLLERS.folder(baseline.controller)
     path = None if folder is None else folder / FILE_NAME
     if path is None or not path.is_file():
@@ -142,9 +145,10 @@ def own_texts(baseline: Preset) -> list[str]:
 
 
 def parse_dimension(text: str, resolved: Mapping[str, Any]) -> Dimension:
-    """Returns what NAME=LOW:HIGH, NAME=LOW:HIGH:log or NAME=A,B,C searches; raises InputError.
+    """Returns the dimension NAME=LOW:HIGH, NAME=LOW:HIGH:log or NAME=A,B,C; raises InputError.
 
-    resolved: values as they are now, by name; of a whole number only whole ones are searched.
+    resolved: the present values by name. If the present value is an integer, only integers are
+    searched.
     """
     is_logarithmic = text.endswith(LOGARITHMIC)
     axis: Axis = parse_axis(text.removesuffix(LOGARITHMIC), option="--parameter")

@@ -48,7 +48,7 @@ SOBOL_POINTS = 16
 
 
 class Ending(StrEnum):
-    """How a configuration's race ended: at its last look, or before by a rival or by a touch."""
+    """The end of a configuration's race: its last look, or earlier a better rival or a touch."""
 
     THROUGH = "through"
     DROPPED = "dropped"
@@ -77,7 +77,7 @@ class Configuration(NamedTuple):
 
     @property
     def as_rival(self) -> Array:
-        """The differences that others race against: none of one that touches."""
+        """The differences against which other configurations race; none if this one touches."""
         return self.differences[:0] if self.ending == Ending.TOUCHED else self.differences
 
 
@@ -148,7 +148,7 @@ def drive_baseline(trials: Trials, objectives: Sequence[Objective], *, jobs: int
 
 
 class Sampling(NamedTuple):
-    """How a study proposes configurations: a sampler after Sobol's first points, and a seed."""
+    """The source of a study's configurations: Sobol's first points, then a sampler; the seed."""
 
     sampler: Sampler
     seed: int
@@ -180,7 +180,7 @@ class Search:
         self._scales = scales_of(baseline, objectives)
 
     def run(self, configurations: int, on_driven: Callable[[Configuration], None]) -> None:
-        """Drives until the study has so many; on_driven is told of each of ours.
+        """Drives until the study has `configurations`; calls on_driven for each driven here.
 
         Raises CannotBeWritten where the journal takes no more, as on a full disk.
         """
@@ -264,8 +264,9 @@ class Search:
     def _keep(self, trial: Trial, driven: Configuration) -> None:
         """Writes into the journal what a configuration did.
 
-        What is dropped is told, too: a sampler learns from it where not to look. A touch is told as
-        the worst there is, whatever the trials without one were like.
+        Dropped configurations are written, too: the sampler learns from them which parameters are
+        bad. A configuration that touches gets the worst value in every objective, whatever its
+        other trials were like.
         """
         has_touched = driven.ending == Ending.TOUCHED
         means = np.full(len(self._objectives), CENSORED) if has_touched else driven.means
@@ -287,9 +288,10 @@ class Search:
 
 
 def importance_of(study: Study, objective: int) -> dict[str, float]:
-    """Returns how much each parameter matters for an objective, shares that sum to 1.
+    """Returns the importance of each parameter for an objective, as shares that sum to 1.
 
-    By PED-ANOVA, which asks what the best tenth has in common. Empty where too little was driven.
+    PED-ANOVA computes it from the distribution of the parameters among the best tenth of the
+    configurations. The result is empty where too few configurations were driven.
     """
     optuna = import_optuna()
     with warnings.catch_warnings():

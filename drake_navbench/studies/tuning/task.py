@@ -1,4 +1,4 @@
-"""What a study searches: everything that must be equal for others to join it."""
+"""The task of a tuning study. A process can join a study only if its task is equal."""
 
 from __future__ import annotations
 
@@ -17,11 +17,12 @@ from drake_navbench.typed_files.typed_yaml import FrozenModel, validate
 
 
 class TuningTask(FrozenModel):
-    """What is searched, where and by which rules.
+    """The search space, the scenarios and the rules of a tuning study.
 
-    baseline: the preset, with all its parameters in `parameters`. searched: texts of the search
-    space. guards: scenarios that are driven for touches alone. most_pairs: that a configuration
-    drives, each a scenario with a seed. seed: of them all.
+    baseline: the name of the preset; `parameters` holds all its parameters. searched: the
+    dimensions of the search space as texts. guards: scenarios in which only touches count.
+    most_pairs: the largest number of pairs that a configuration drives; a pair is a scenario with a
+    seed. seed: the one from which the seeds of all pairs are drawn.
     """
 
     model_config = ConfigDict(extra="forbid")
@@ -39,7 +40,7 @@ class TuningTask(FrozenModel):
 
     @property
     def digest(self) -> str:
-        """Tells it from every other task."""
+        """A digest of the task, different for every other task."""
         text = json.dumps(self.model_dump(mode="json"), sort_keys=True)
         return hashlib.sha256(text.encode()).hexdigest()
 
@@ -49,8 +50,8 @@ def tuning_task(
 ) -> TuningTask:
     """Returns the task of a preset.
 
-    of_file: what else tells its parameters, of a Nav2 file. asked: the other fields. Raises
-    InputError.
+    of_file: for a column of a Nav2 file, further values that define its parameters. asked: the
+    other fields. Raises InputError.
     """
     own = {
         "drake_navbench": __version__,
