@@ -35,7 +35,7 @@ CHUNK_BYTES = 2**16
 KEPT_OUTPUT_BYTES = 4096
 # For a client to leave by itself, after `shutdown` or when it has closed its pipe.
 EXIT_PATIENCE_S = 1.0
-# While its pipe is full a client may wait for us to take what it prints.
+# While its pipe is full a client may wait for us to read its output.
 ROOM_PATIENCE_S = 0.01
 PR_SET_PDEATHSIG = 1
 IS_LINUX = sys.platform == "linux"

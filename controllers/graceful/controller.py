@@ -108,7 +108,7 @@ class Graceful:
         if cycle.branch == BLOCKED:
             raise NoValidControl("collision on the way to every target", memory=memory)
         if not (math.isfinite(cycle.v) and math.isfinite(cycle.w)):
-            # Nav2 divides by the distance to the target and sends what comes of it.
+            # Nav2 divides by the distance to the target and sends the result.
             raise NoValidControl("the only free target is where the robot stands", memory=memory)
         command = np.array([cycle.v, cycle.w])
         command.flags.writeable = False

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
-# A count is one of -1, 0 and 1; so many digits fill a whole number.
+# A count is one of -1, 0 and 1; an integer holds this many of them as digits.
 MOST_ANCHORS = 24
 BASE = 3
 

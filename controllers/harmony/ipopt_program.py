@@ -123,7 +123,7 @@ class IpoptProgram:
             self._jerks,
         )
         self._solver = IpoptSolver()
-        # What the functions read in the solve under way; set at its start.
+        # The inputs of the functions in the present solve; set at its start.
         self._scene: Scene | None = None
         self._plan = np.zeros((step_count + 1, STAGE_SIZE))
         self._evaluations = 0

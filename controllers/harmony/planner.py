@@ -92,7 +92,7 @@ class Planner:
     def __init__(self, parameters: HarmonyParameters, discs: Array) -> None:
         self._parameters = parameters
         self._discs = discs
-        # Corners lie on the rims of the discs: what they are to keep, the discs must.
+        # Corners lie on the rims of the discs, so that the discs must keep the corners' distance.
         self.clearance = parameters.error_bound_m + ROOM_TO_SPARE_M + parameters.min_obstacle_dist
         self._weights = read_only(parameters.weights.as_array())
         self._shape = Shape(
@@ -208,7 +208,7 @@ class Planner:
             group = int(groups[index])
             candidate = self._improved(scene, way, guess, group, is_driven, is_warm, window)
             if is_driven and not candidate.solved and not is_warm and rest is not None:
-                # A sample knows no jerk; what was driven so far can at least be driven on.
+                # A sample ignores the jerk; the driven plan can at least be driven on.
                 candidate = self._improved(scene, way, rest, group, is_driven, True, window)
             found.append(candidate)
         return self._ranked(found), Samples(motions, costs)

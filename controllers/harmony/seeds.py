@@ -132,7 +132,7 @@ def along_wall(field, side, keep, start, target, limits, dt, count, ahead):
         distance, by_x, by_y = sample_distance(field, nose_x, nose_y)
         heading = math.atan2(target[1] - pose[1], target[0] - pose[0])
         if distance < 2.0 * keep and (by_x != 0.0 or by_y != 0.0):
-            # Along the wall, and away from it by what is missing.
+            # Along the wall, and away from it by the missing room.
             off = min(max((keep - distance) / keep, -0.5), 1.0)
             heading = math.atan2(by_y, by_x) - side * 0.5 * math.pi * (1.0 - off)
         error = wrap(heading - pose[2])

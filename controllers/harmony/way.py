@@ -124,7 +124,7 @@ def around(way: Way) -> Way:
     """
     if way.behind is None or way.nears_goal or way.blocked_m > way.length_m:
         return way
-    # As writable as the target of other ways: what is compiled is compiled once for all of them.
+    # As writable as the targets of other ways, so that kernels are compiled once for all of them.
     return way._replace(target=np.array([*way.behind, way.target[2]]), beyond=np.array(way.behind))
 
 

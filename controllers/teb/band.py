@@ -20,7 +20,7 @@ Array = NDArray[np.float64]
 
 # A first guess turns on the spot before it sets off where the path leaves farther to the side.
 TURN_FIRST_ABOVE_RAD = math.pi / 4.0
-# The offset between the measured pose and the old band fades out over so many poses.
+# The offset between the measured pose and the old band fades out over this many poses.
 BLEND_POSE_COUNT = 3
 # Points closer than this are one point of a path, m.
 SAME_POINT_M = 1e-6

@@ -256,7 +256,7 @@ class BandChooser:
     ) -> Decision:
         """Returns the decision to drive a candidate's band, the others remembered."""
         memory, time_s = attempt.memory, attempt.observation.time_s
-        # What obeyed no limit is remembered by its guess: where a solver left it is no band.
+        # A candidate that failed is remembered by its guess: the solver's result is no band.
         others = [
             Alternative(other.band if other.accepted else kept.guess, time_s, other.accepted)
             for kept, other in tried

@@ -98,10 +98,10 @@ class TimedElasticBand:
                 decision = None
             if decision is not None:
                 return decision
-        # Nothing moves, or there is no way among what does: then it is taken as it stands.
+        # Nothing moves, or no way leads through moving obstacles: then they count as standing.
         decision = self._cycle(observation, memory, around)
         if decision is None:
-            # Before it gives up, what was put off is tried as well.
+            # Before it gives up, postponed candidates are tried as well.
             decision = self._cycle(observation, memory.afresh(), around, is_last=True)
         assert decision is not None
         return decision

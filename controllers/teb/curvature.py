@@ -20,7 +20,7 @@ from drake_navbench.kernels.distance_field import sample_curvature, sample_dista
 
 # Unknowns that belong to an interval: its time step and the pose at its end.
 STRIDE = 4
-# What an interval's rows are functions of.
+# The quantities that an interval's rows are functions of.
 LENGTH, TURN, TIME = range(3)
 # Distances that the Lagrangian depends on by less have no curvature worth the look-up.
 LEAST_PULL = 1e-6

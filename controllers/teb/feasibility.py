@@ -16,7 +16,7 @@ from drake_navbench.kernels.grid import LETHAL, Costmap
 
 Array = NDArray[np.float64]
 
-# The outline is checked with so much to spare: the error of a pose estimate within a cycle, m.
+# The margin of the outline check: the error of a pose estimate within a cycle, m.
 OUTLINE_MARGIN_M = 0.02
 
 

@@ -246,7 +246,7 @@ def _newton_direction(state, problem, values, jacobian, gradient, steps, targets
     for r in range(rows):
         targets[r] = push[count + r] + stiffness[count + r] * steps[count + r]
         if is_equality[r]:
-            # What the compliance leaves is for the next iteration.
+            # The next iteration reduces the residual that the compliance leaves.
             steps[count + r] = 0.0
     return True
 

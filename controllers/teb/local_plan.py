@@ -19,7 +19,7 @@ Array = NDArray[np.float64]
 
 # A band gives up the rest of the clearance it shall keep, at a price, but not this share.
 LEAST_CLEARANCE_RATIO = 0.5
-# The local goal moves back so far at most to a pose with more clearance, m.
+# The local goal moves back at most this far to a pose with more clearance, m.
 LONGEST_RETREAT_M = 0.5
 # Plan points nearer to the robot say nothing about the direction to take, m.
 IGNORED_NEAR_ROBOT_M = 0.15
@@ -98,7 +98,7 @@ def cut_local_plan(
         beyond = np.searchsorted(lengths, parameters.max_global_plan_lookahead_dist)
         poses = poses[: int(beyond) + 2]
     clearances = path_clearance(field, discs, np.ascontiguousarray(poses))
-    # The outline check decides what is too narrow: the plan is blocked where it would fail.
+    # The plan is blocked at the first pose where the outline check would fail.
     passable = clearances >= min(
         OUTLINE_MARGIN_M, LEAST_CLEARANCE_RATIO * parameters.min_obstacle_dist
     )

@@ -19,7 +19,7 @@ from drake_navbench.kernels.distance_field import DistanceField, pose_clearance
 
 Array = NDArray[np.float64]
 
-# The poses of a band slide along the plan by so much at most while it is optimised, m.
+# The largest slide of a band's pose along the plan while the band is optimised, m.
 SLIDE_M = 0.15
 
 

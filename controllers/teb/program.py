@@ -33,7 +33,7 @@ from drake_navbench.controllers.teb.objective import Weights, band_objective
 
 Array = NDArray[np.float64]
 
-# Newton's method leaves so much of what IPOPT takes for zero.
+# The tolerance of Newton's method, as a share of IPOPT's.
 NEWTON_TOLERANCE_RATIO = 0.1
 
 

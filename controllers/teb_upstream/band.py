@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
-# Warm starts drop at most so many passed poses.
+# Warm starts drop at most this many passed poses.
 MOST_PASSED_POSES = 10
 # Sweeps of the resizing that repeats until nothing changes.
 MOST_SWEEPS = 100

@@ -19,7 +19,7 @@ Array = NDArray[np.float64]
 REGION_RATIO = 0.85
 # Squared distance at which the robot counts as on the plan, m^2.
 ON_PLAN_M2 = 0.05
-# The heading of a local goal is the mean of so many pieces of the plan behind it.
+# The heading of a local goal is the mean over this many pieces of the plan behind it.
 HEADING_PIECES = 3
 
 

@@ -24,7 +24,7 @@ from drake_navbench.controllers.teb_upstream.normal_equations import (
 
 # Steepness of the sign of the speed, 1/m.
 SIGN_STEEPNESS = 100.0
-# The preferred direction of turning holds for so many intervals.
+# The number of first intervals for which the preferred direction of turning holds.
 PREFERRED_TURNS = 3
 
 

@@ -15,7 +15,7 @@ from drake_navbench.python_file import module_of
 from drake_navbench.typed_files.input_file import read_input
 
 MAX_FILE_BYTES = 2**20
-# What follows a colon or an equals sign belongs to another controller's parameters.
+# The text after a colon or an equals sign belongs to another controller's parameters.
 _REFERENCE = re.compile(r"(?P<path>[^:=]+\.py)(?::(?P<rest>.*))?", re.DOTALL)
 
 

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 from drake_navbench.errors import InputError
 from drake_navbench.native.builds import Build, find_build
 
-# What follows an equals sign belongs to a parameter, and may have anything in it.
+# The text after an equals sign belongs to a parameter, and may contain anything.
 _REFERENCE = re.compile(r"(?P<name>[^@=]+)@(?P<build>[^:=]*)(?::(?P<rest>.*))?", re.DOTALL)
 
 

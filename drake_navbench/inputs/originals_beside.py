@@ -27,7 +27,7 @@ def with_originals(columns: Sequence[str | Preset], build_name: str) -> list[str
         if isinstance(column, str):
             if names_original(column) or _reference(column, build) in columns:
                 continue
-            # What is wrong with the column itself is no want of an original.
+            # An error of the column itself is no sign of a missing original.
             load_preset(column)
         try:
             beside.append(_original_of(column, build))

@@ -10,7 +10,7 @@ from typing import Generic, TypeVar
 from drake_navbench.typed_files.immutable import Immutable
 
 Settings = TypeVar("Settings")
-# Event times are sums of floating-point numbers: what is due at 0.3 s is looked at a little before.
+# Event times are sums of floating-point numbers: an update due at 0.3 s may run a little before.
 SLACK_S = 1e-9
 
 

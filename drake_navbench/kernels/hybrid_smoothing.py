@@ -22,7 +22,7 @@ from drake_navbench.kernels.path_smoothing import (
     relax_point,
 )
 
-# Curves to the ends of a part are tried up to so far from them, in turning radii.
+# The distance from the ends of a part up to which curves are tried, in turning radii.
 REACHES = np.array([1.0, 2.0, math.pi, 2.0 * math.pi])
 # A curve that is this much longer than the part that it replaces is a loop.
 LOOP_RATIO = 2.0

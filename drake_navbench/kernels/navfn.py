@@ -37,7 +37,7 @@ IS_WAITING = np.uint16(1 << 8)
 COST_BITS = np.uint16(0xFF)
 UINT_0, UINT_1 = np.uint64(0), np.uint64(1)
 
-# What a neighbour's potential must lie above, to be looked at again: less than a step to it.
+# A neighbour is visited again if its potential is higher by this: less than a step to it.
 REACH_OF_COST = (INVERSE_SQRT_2 * np.arange(256)).astype(np.float32)
 
 

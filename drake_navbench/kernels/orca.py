@@ -155,7 +155,7 @@ def _add_others(planes, count, index, people, traits, discs, robot, settings, pe
         away = (ox - x) ** 2 + (oy - y) ** 2
         if away >= settings[REACH] ** 2:
             continue
-        # By distance, the nearest first; of many only so many.
+        # By distance, the nearest first; at most MOST of them.
         place = found
         while place > 0 and squared[place - 1] > away:
             place -= 1

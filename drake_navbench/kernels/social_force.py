@@ -151,7 +151,7 @@ def _group_force(index, people, traits, goal_x, goal_y):
     soft = 0.5 * COHERENCE_FACTOR * (math.tanh(distance - 0.5 * (count - 1)) + 1.0)
     force_x += soft * to_x
     force_y += soft * to_y
-    # The others' centre is behind: who cannot see them slows down.
+    # The others' centre is behind: a person who cannot see them slows down.
     others_x = (sum_x - x) / (count - 1) - x
     others_y = (sum_y - y) / (count - 1) - y
     behind = goal_x * others_x + goal_y * others_y

@@ -39,7 +39,7 @@ MAX_VOXELS = 16
 UNKNOWN_COLUMN = np.uint32((1 << MAX_VOXELS) - 1)
 LOW_BITS = (1 << MAX_VOXELS) - 1
 VOXEL_MASK = (1 << MAX_VOXELS) | 1
-# A ray ends so far before the point that was hit, cells.
+# The distance of a ray's end before the point that was hit, cells.
 RAY_GAP_CELLS = 2
 # A ray through the top of the grid ends this far below it, m.
 TOP_MARGIN = 0.01

@@ -25,7 +25,7 @@ from drake_navbench.typed_files.immutable import Immutable
 
 Array = NDArray[np.float64]
 
-# Of the waypoint follower's and beyond what Nav2 uses there.
+# In the range of the waypoint follower's error codes, beyond those that Nav2 uses.
 LIFT_FAILED = 690
 
 

@@ -42,7 +42,7 @@ from drake_navbench.navigation.smac_planner_hybrid_parameters import SmacPlanner
 Array = NDArray[np.float64]
 
 F32 = np.float32
-# A number for each takes 2 GB of addresses, of which the search touches what it visits.
+# A number for each takes 2 GB of addresses; the search touches only those it visits.
 MAX_STATES = 500_000_000
 UNLIMITED = 2**31 - 1
 NO_POSSIBLE_COST = -1.0

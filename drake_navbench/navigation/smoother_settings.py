@@ -62,7 +62,7 @@ class ConstrainedSmoother:
 
     def smooth(self, path: Array, costmap: Costmap) -> Array:
         """Returns the smoothed path (M, 3) x m, y m, yaw rad; raises SmoothingError."""
-        # Imported late: Drake's solvers take a while, and who lists scenarios solves nothing.
+        # Imported late: Drake's solvers take a while, and a list of scenarios solves nothing.
         from drake_navbench.navigation import constrained_smoother
 
         try:

@@ -303,7 +303,7 @@ def likelihood_field(
     It is the cube of z_hit exp(-d^2 / (2 sigma^2)) + z_rand / range_max, d m the distance of the
     cell's centre from the nearest occupied one's, at most laser_likelihood_max_dist.
     """
-    # It takes a while to import, and only who localizes this way needs it.
+    # Imported late: it takes a while, and only AMCL needs it.
     from scipy.ndimage import distance_transform_edt
 
     farthest = amcl.laser_likelihood_max_dist

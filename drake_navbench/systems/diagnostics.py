@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-# Replays show what a controller had in mind this often.
+# Replays show a controller's arrays, such as its samples, this often.
 ARRAY_PERIOD_S = 0.2
 MAX_TRAJECTORY_POSES = 12
 # Tenths of millimetres, as far as these arrays are lengths.

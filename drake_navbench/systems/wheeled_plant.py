@@ -90,7 +90,7 @@ def _new_plant(step_s: float) -> MultibodyPlant:
         contact_model="point",
         discrete_contact_approximation=CONTACT_APPROXIMATION,
         stiction_tolerance=STICTION_TOLERANCE_MPS,
-        # Nobody asks for forces of the step before; to keep them would copy the state of the whole
+        # The last step's forces are never read; to keep them would copy the state of the whole
         # trial at every step.
         use_sampled_output_ports=False,
     )

@@ -29,7 +29,7 @@ CELLS_TO_SCALE = 0.5
 
 
 class Aggregation(IntEnum):
-    """How the values at a trajectory's poses are combined to one score."""
+    """The combination of the values at a trajectory's poses to one score."""
 
     LAST = 0
     SUM = 1

@@ -31,7 +31,7 @@ MOST_REMEMBERED = PLACES * 3 // 4
 NOTHING = -1
 # Of the rounded sine and cosine, with a margin; the coordinates are float64.
 _TRIGONOMETRIC_ERROR = 1e-6
-# What else float64 rounds differently, in cells.
+# The bound of the other rounding differences to float64, in cells.
 _ROUNDING = 1e-8
 # The sine and cosine are good below it, rad.
 _LARGEST_YAW = np.float32(8000.0)

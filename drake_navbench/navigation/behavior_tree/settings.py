@@ -19,7 +19,7 @@ MILLISECONDS_PER_SECOND = 1e3
 
 
 def _leaf() -> type:
-    # Imported late: py_trees takes a while, and who lists robots ticks nothing.
+    # Imported late: py_trees takes a while, and a list of robots ticks no tree.
     from drake_navbench.navigation.behavior_tree.leaves import Leaf
 
     return Leaf
