@@ -37,8 +37,9 @@ def cost_function(
 def constraint_function(
     values_and_jacobian: Callable[[Array], tuple[Array, Array]],
 ) -> Callable[[np.ndarray], np.ndarray]:
-    """Makes a constraint for `AddConstraint` from a function that returns (M,) values and their
-    Jacobian (M, N).
+    """Makes a constraint for `AddConstraint` from a function that returns (M,) and (M, N).
+
+    (M,) are the values, (M, N) is their Jacobian.
     """
 
     def constraint(variables: np.ndarray) -> np.ndarray:

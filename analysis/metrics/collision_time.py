@@ -55,8 +55,9 @@ def times_to_collision(
 
 
 def _reach_m(twists: Array, footprint: Array, horizon_s: float) -> Array:
-    """Returns the largest distance, within the horizon, of the footprint from where its reference
-    point is now, (T,) m.
+    """Returns the radius of a disc that holds the footprint's motion within the horizon, (T,) m.
+
+    The disc is centred at the present reference point.
     """
     v, w = np.hypot(twists[:, 0], twists[:, 2]), np.abs(twists[:, 1])
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
