@@ -1,7 +1,7 @@
 """Metrics in files of their own, `--metric my.py:name`, that no package has to carry.
 
-Workers find them by an environment variable, which they inherit: every process that measures a
-trial measures them, too.
+Workers find them by an environment variable that they are given when they start: every process
+that measures a trial measures them, too.
 """
 
 from __future__ import annotations

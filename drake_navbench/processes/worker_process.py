@@ -10,7 +10,7 @@ import signal
 import sys
 import threading
 import traceback
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from multiprocessing.connection import Connection
 from typing import Any, Final, NamedTuple
 
@@ -59,8 +59,13 @@ class TaskFailed(NavbenchError):
         return printable(self.args[0])
 
 
-def serve(connection: Connection) -> None:
-    """Runs the tasks that come through the pipe, in the worker, until the pipe closes."""
+def serve(connection: Connection, variables: Mapping[str, str]) -> None:
+    """Runs the tasks that come through the pipe, in the worker, until the pipe closes.
+
+    variables: the project's environment variables as they are now in the caller; the server that
+    the worker is forked from may have started before they were set.
+    """
+    os.environ.update(variables)
     # Ctrl-C reaches the whole process group; what it means is for the caller alone to decide.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     calls: queue.SimpleQueue[Any] = queue.SimpleQueue()

@@ -47,6 +47,8 @@ UNKNOWN_EXIT_CODE = 255
 EXIT_PATIENCE_S = 1.0
 LONGEST_WAIT_S = 3600.0
 BLAS_THREAD_VARIABLES = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS")
+# Environment variables that begin so are given to every worker as they are when it starts.
+OWN_VARIABLES = "DRAKE_NAVBENCH_"
 
 
 @dataclass(frozen=True, eq=False)
@@ -251,6 +253,11 @@ class _Crew:
         self._workers.remove(worker)
 
 
+def _own_variables() -> dict[str, str]:
+    """Returns the environment variables of this project, by name."""
+    return {name: value for name, value in os.environ.items() if name.startswith(OWN_VARIABLES)}
+
+
 class _Worker:
     """A process and the pipe to it, as the caller sees them.
 
@@ -262,7 +269,7 @@ class _Worker:
     def __init__(self, task: Task) -> None:
         context = multiprocessing.get_context("forkserver")
         self._connection, theirs = context.Pipe()
-        self._process = context.Process(target=serve, args=(theirs,), daemon=True)
+        self._process = context.Process(target=serve, args=(theirs, _own_variables()), daemon=True)
         try:
             with _without_main_module():
                 self._process.start()

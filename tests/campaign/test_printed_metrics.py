@@ -8,6 +8,7 @@ import pytest
 from drake_navbench.analysis.metrics.registry import all_metrics, use_metric_files
 from drake_navbench.analysis.tables import best_of, metrics_table
 from drake_navbench.commands.run import main
+from drake_navbench.processes.workers import start_server
 
 METRIC = '''
 from drake_navbench.analysis.metrics import metric
@@ -30,6 +31,8 @@ def mine(tmp_path, monkeypatch):
 
 
 def test_a_metric_of_a_file_is_in_terminal_table_and_report(mine, tmp_path, capsys):
+    # A server of workers that started before the metric was asked for.
+    start_server([])
     arguments = ["restricted_small", "--controllers", "rpp", "--trials", "1", "--jobs", "1"]
     assert main([*arguments, "--metric", mine, "--replay", "none", "--out", "out"]) == 0
     assert "last_x_m" in capsys.readouterr().out
