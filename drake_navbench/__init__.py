@@ -1,6 +1,6 @@
 """A benchmark for mobile-robot controllers on Drake's systems framework.
 
-`run_trial` and `run_benchmark` do in Python what `python -m drake_navbench.run` does in a shell.
+`run_trial` and `run_benchmark` do in Python what `drake-navbench run` does in a shell.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The command line: `python -m drake_navbench COMMAND`.
+"""The command line: `drake-navbench COMMAND`.
 
 Only the standard library is imported before the command is known, so that --help is quick.
 """
@@ -72,12 +72,12 @@ def usage() -> str:
     lines = [f"  {name:<{width}}  {about}" for name, (_, about) in COMMANDS.items()]
     return "\n".join(
         [
-            "usage: python -m drake_navbench COMMAND [ARGUMENTS]",
+            "usage: drake-navbench COMMAND [ARGUMENTS]",
             "",
             "commands:",
             *lines,
             "",
-            "python -m drake_navbench COMMAND --help tells more of each, --version which",
+            "drake-navbench COMMAND --help tells more of each, --version which",
             "version this is; drake-navbench COMMAND is the same.",
             "",
         ]

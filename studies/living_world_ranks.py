@@ -5,7 +5,7 @@
 How the order of the controllers changes from the published five scenarios to those in which
 something moves. The folder is that of a campaign through all of them:
 
-    python -m drake_navbench.run $(python studies/living_world_ranks.py --scenarios) --out DIR
+    drake-navbench run $(python studies/living_world_ranks.py --scenarios) --out DIR
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""`python -m drake_navbench COMMAND`: every command is found, and a wrong one is one line."""
+"""`drake-navbench COMMAND`: every command is found, and a wrong one is one line."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def test_every_command_tells_how_it_is_called(command, capsys):
     with pytest.raises(SystemExit) as left:
         main([command, "--help"])
     assert left.value.code == 0
-    assert capsys.readouterr().out.startswith("usage: python -m drake_navbench")
+    assert capsys.readouterr().out.startswith("usage: drake-navbench")
 
 
 def test_help_names_every_command(capsys):
@@ -87,10 +87,10 @@ def test_an_unknown_option_of_any_command_is_one_line(command, capsys):
     line = said_of_wrong_arguments([command, "--hlep"], capsys)
     if command == "leaderboard":
         # Options are those of its steps.
-        assert line == "drake_navbench leaderboard: the following arguments are required: STEP"
+        assert line == "drake-navbench leaderboard: the following arguments are required: STEP"
     else:
         assert line == (
-            f"drake_navbench {command}: option '--hlep' is not known; did you mean '--help'?"
+            f"drake-navbench {command}: option '--hlep' is not known; did you mean '--help'?"
         )
 
 
@@ -118,16 +118,16 @@ def test_an_unknown_option_of_any_command_is_one_line(command, capsys):
 )
 def test_wrong_arguments_are_one_line_that_names_the_command(arguments, told, capsys):
     line = said_of_wrong_arguments(arguments, capsys)
-    assert line.startswith(f"drake_navbench {arguments[0]}: {told}")
+    assert line.startswith(f"drake-navbench {arguments[0]}: {told}")
 
 
 def test_a_step_of_a_command_knows_its_own_options(capsys):
     line = said_of_wrong_arguments(["leaderboard", "seal", "suite.yaml", "--scret", "x"], capsys)
     assert line == (
-        "drake_navbench leaderboard seal: option '--scret' is not known; did you mean '--secret'?"
+        "drake-navbench leaderboard seal: option '--scret' is not known; did you mean '--secret'?"
     )
     line = said_of_wrong_arguments(["leaderboard", "bild", "--suite", "x"], capsys)
-    assert line.startswith("drake_navbench leaderboard: argument STEP: invalid choice: 'bild'")
+    assert line.startswith("drake-navbench leaderboard: argument STEP: invalid choice: 'bild'")
 
 
 def test_the_package_can_be_run():

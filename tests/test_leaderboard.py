@@ -1,4 +1,4 @@
-"""`python -m drake_navbench leaderboard`: from driven folders to a page, and what is refused."""
+"""`drake-navbench leaderboard`: from driven folders to a page, and what is refused."""
 
 from __future__ import annotations
 

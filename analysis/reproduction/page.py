@@ -40,7 +40,7 @@ from drake_navbench.logs.results import file_name
 from drake_navbench.plugins.names import flattened
 from drake_navbench.typed_files.typed_yaml import read_yaml
 
-COMMAND = "python -m drake_navbench.run"
+COMMAND = "drake-navbench run"
 SECONDS_PER_MINUTE = 60.0
 # An ordering that holds with less of the published difference is told apart on the page.
 SMALL_SHARE = 0.25

@@ -95,7 +95,7 @@ def run_benchmark(
 
     The arguments are those of the command line; several controllers may be one string with commas,
     as there. files: see `NavigationFiles`. `out` keeps the logs in a new folder, of which
-    `python -m drake_navbench report` makes a report; `--resume` goes on with it unless a
+    `drake-navbench report` makes a report; `--resume` goes on with it unless a
     Preset or Scenario was given, which a manifest cannot name. Raises InputError where one is
     wrong, NavbenchError where trials came to no end by something that they did not do.
     """
@@ -232,9 +232,7 @@ def run_from_command_line(arguments: argparse.Namespace, *, began_s: float) -> b
                 cluster=cluster,
             )
     except KeyboardInterrupt:
-        console.print(
-            f"Go on with: python -m drake_navbench.run --resume {folder.path}", soft_wrap=True
-        )
+        console.print(f"Go on with: drake-navbench run --resume {folder.path}", soft_wrap=True)
         raise
 
 

@@ -1,1 +1,1 @@
-"""The commands of `python -m drake_navbench COMMAND`, one file each."""
+"""The commands of `drake-navbench COMMAND`, one file each."""

@@ -23,9 +23,6 @@ EXIT_INTERRUPTED = 130
 
 PERCENT = 100.0
 
-# Begins `prog` where users shall be able to copy it into a shell.
-INTERPRETER = "python -m "
-
 
 class CommandParser(argparse.ArgumentParser):
     """Reads the arguments of a command; a wrong one is one line on stderr and EXIT_WRONG_INPUT."""
@@ -46,15 +43,14 @@ class CommandParser(argparse.ArgumentParser):
         return known, rest
 
     def error(self, message: str) -> NoReturn:
-        """Prints the line `drake_navbench COMMAND: what is wrong`, and exits.
+        """Prints the line `drake-navbench COMMAND: message`, and exits.
 
         If an option is unknown, only that is printed: other errors mostly follow from it.
         """
         unknown = self._unknown_options()
         if unknown:
             message = self._unknown_option(unknown[0])
-        command = self.prog.removeprefix(INTERPRETER).replace(".", " ")
-        self.exit(EXIT_WRONG_INPUT, f"{as_line(f'{command}: {message}')}\n")
+        self.exit(EXIT_WRONG_INPUT, f"{as_line(f'{self.prog}: {message}')}\n")
 
     def _unknown_options(self) -> list[str]:
         """Returns the unknown options among the arguments."""

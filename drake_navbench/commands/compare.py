@@ -1,4 +1,4 @@
-"""The command line: `python -m drake_navbench compare BASELINE OTHER...`.
+"""The command line: `drake-navbench compare BASELINE OTHER...`.
 
 Only the standard library is imported before the arguments are read, so that --help is quick.
 """
@@ -46,7 +46,7 @@ compared, 2 wrong input, or nothing could be compared
 def build_parser() -> argparse.ArgumentParser:
     """Returns the parser of the command line."""
     parser = CommandParser(
-        prog="python -m drake_navbench compare",
+        prog="drake-navbench compare",
         description="Says what became better or worse between results folders.",
         epilog=EPILOG,
         formatter_class=argparse.RawDescriptionHelpFormatter,

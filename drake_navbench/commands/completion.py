@@ -19,7 +19,7 @@ SHELLS = ("bash", "zsh", "tcsh")
 def build_parser() -> argparse.ArgumentParser:
     """Returns the parser of the command line."""
     parser = CommandParser(
-        prog="python -m drake_navbench completion",
+        prog="drake-navbench completion",
         description=f"Prints what makes a shell complete the arguments of {PROGRAM}.",
     )
     parser.add_argument("shell", choices=SHELLS)

@@ -1,4 +1,4 @@
-"""Suggests a change of a Nav2 file for a symptom: `python -m drake_navbench doctor FILE`.
+"""Suggests a change of a Nav2 file for a symptom: `drake-navbench doctor FILE`.
 
 Only the standard library is imported before the arguments are read, so that --help is quick.
 """
@@ -41,11 +41,11 @@ known is written; the same command goes on)
 def build_parser() -> argparse.ArgumentParser:
     """Returns the parser of the command line."""
     parser = CommandParser(
-        prog="python -m drake_navbench doctor",
-        usage="python -m drake_navbench doctor FILE [FILE ...] --out DIR [options]\n"
-        "       python -m drake_navbench doctor FILE [FILE ...] --read-only [options]\n"
-        "       python -m drake_navbench doctor --log LOG\n"
-        "       python -m drake_navbench doctor --score CASES [--files DIR] [--page FILE]",
+        prog="drake-navbench doctor",
+        usage="drake-navbench doctor FILE [FILE ...] --out DIR [options]\n"
+        "       drake-navbench doctor FILE [FILE ...] --read-only [options]\n"
+        "       drake-navbench doctor --log LOG\n"
+        "       drake-navbench doctor --score CASES [--files DIR] [--page FILE]",
         description="Reads a Nav2 file with rules over the parameters of its release, drives\n"
         "short probes made for the robot, tries what may cause a symptom one by one,\n"
         "and writes the smallest change that takes it away and makes nothing else worse.",

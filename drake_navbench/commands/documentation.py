@@ -1,4 +1,4 @@
-"""Makes the generated parts of docs/: `python -m drake_navbench docs [DIR]`.
+"""Makes the generated parts of docs/: `drake-navbench docs [DIR]`.
 
 The wiring of a trial as Drake draws it, the JSON schemas for editors, the columns of a log, the
 catalogue of metrics, the fields of a robot file, the tables of presets and scenarios. The same tree
@@ -219,7 +219,7 @@ def _with_table(page: Path, what: str, table: str) -> str:
 def main(argv: Sequence[str] | None = None) -> int:
     """Writes everything that is generated; returns the exit status."""
     parser = CommandParser(
-        prog="python -m drake_navbench docs", description="Makes the generated parts of docs/."
+        prog="drake-navbench docs", description="Makes the generated parts of docs/."
     )
     parser.add_argument("folder", nargs="?", type=Path, default=Path("docs"), metavar="DIR")
     folder = parser.parse_args(argv).folder

@@ -1,4 +1,4 @@
-"""Exports trials to other tools: `python -m drake_navbench export LOG|DIR --mcap`.
+"""Exports trials to other tools: `drake-navbench export LOG|DIR --mcap`.
 
 Only the standard library is imported before the arguments are read, so that --help is quick.
 """
@@ -16,7 +16,7 @@ from drake_navbench.commands.command_line import CommandParser, exit_status_of, 
 def build_parser() -> argparse.ArgumentParser:
     """Returns the parser of the command line."""
     parser = CommandParser(
-        prog="python -m drake_navbench export",
+        prog="drake-navbench export",
         description="Writes trials as bags for Foxglove, Lichtblick, PlotJuggler, RViz and "
         "`ros2 bag play`, as tables, or as trajectories for evo.",
         epilog="exit status: 0 done, 1 a worker was ended from outside, 2 wrong input",

@@ -1,4 +1,4 @@
-"""Imports recordings of real robots: `python -m drake_navbench import-bag BAG... --robot FILE`.
+"""Imports recordings of real robots: `drake-navbench import-bag BAG... --robot FILE`.
 
 Only the standard library is imported before the arguments are read, so that --help is quick.
 """
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 def build_parser() -> argparse.ArgumentParser:
     """Returns the parser of the command line."""
     parser = CommandParser(
-        prog="python -m drake_navbench import-bag",
+        prog="drake-navbench import-bag",
         usage="%(prog)s BAG [BAG ...] --out DIR [OPTIONS]",
         description="Makes trials of recordings (MCAP, rosbag2, ROS 1) of a real or simulated "
         "robot, one for each goal that it was given, and measures them like any others.",

@@ -34,7 +34,7 @@ SEEN, BELOW, ABOVE, ROBOT = "#444444", "#4a90c2", "#d06a5a", "#2e8b57"
 def build_parser() -> argparse.ArgumentParser:
     """Returns the parser of the command line."""
     parser = CommandParser(
-        prog="python -m drake_navbench import-world",
+        prog="drake-navbench import-world",
         description="Writes a scenario file of a world of Gazebo, and a picture of it beside that.",
         epilog=EPILOG,
         formatter_class=argparse.RawDescriptionHelpFormatter,

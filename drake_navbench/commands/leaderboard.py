@@ -1,4 +1,4 @@
-"""A leaderboard: `python -m drake_navbench leaderboard seal|reveal|enter|build`.
+"""A leaderboard: `drake-navbench leaderboard seal|reveal|enter|build`.
 
 Only the standard library is imported before the arguments are read, so that --help is quick.
 """
@@ -32,7 +32,7 @@ exit status: 0 done, 2 wrong input, such as an entry that is refused,
 def build_parser() -> argparse.ArgumentParser:
     """Returns the parser of the command line."""
     parser = CommandParser(
-        prog="python -m drake_navbench leaderboard",
+        prog="drake-navbench leaderboard",
         description="Ranks the controllers of many results folders, which all drive one suite.",
         epilog=EPILOG,
         formatter_class=argparse.RawDescriptionHelpFormatter,

@@ -1,4 +1,4 @@
-"""Lists scenarios, controllers and robots: `python -m drake_navbench list`, `run --list`."""
+"""Lists scenarios, controllers and robots: `drake-navbench list`, `run --list`."""
 
 from __future__ import annotations
 
@@ -75,7 +75,7 @@ def _description(preset: str) -> str:
 def main(argv: Sequence[str] | None = None) -> int:
     """Runs the command; returns the exit status."""
     CommandParser(
-        prog="python -m drake_navbench list",
+        prog="drake-navbench list",
         description="Lists scenarios, controllers, robots, and installed plugins of others.",
     ).parse_args(argv)
     return exit_status_of(lambda: print_listing(terminal()))

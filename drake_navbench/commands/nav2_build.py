@@ -1,4 +1,4 @@
-"""Compiles a checkout's controllers: `python -m drake_navbench nav2-build CHECKOUT`.
+"""Compiles a checkout's controllers: `drake-navbench nav2-build CHECKOUT`.
 
 Only the standard library is imported before the arguments are read, so that --help is quick.
 """
@@ -21,8 +21,8 @@ from drake_navbench.errors import printable
 
 EPILOG = """\
 example:
-  python -m drake_navbench nav2-build ~/nav2_ws/src/navigation2 --as mine
-  python -m drake_navbench run one_obstacle --controllers rpp,rpp@mine
+  drake-navbench nav2-build ~/nav2_ws/src/navigation2 --as mine
+  drake-navbench run one_obstacle --controllers rpp,rpp@mine
 
 exit status: 0 done, 2 wrong input: no checkout, an unknown release, a missing
 compiler or library, nothing that can be compiled, or a package of --packages
@@ -33,7 +33,7 @@ that cannot be compiled
 def build_parser() -> argparse.ArgumentParser:
     """Returns the parser of the command line."""
     parser = CommandParser(
-        prog="python -m drake_navbench nav2-build",
+        prog="drake-navbench nav2-build",
         description="Compiles the controllers of a checkout of Nav2, without ROS, into a\n"
         "program that drives trials: the column rpp@NAME is the original of rpp.",
         epilog=EPILOG,

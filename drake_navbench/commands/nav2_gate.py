@@ -1,4 +1,4 @@
-"""Drives two builds of Nav2 and tests what changed: `python -m drake_navbench nav2-gate BASE HEAD`.
+"""Drives two builds of Nav2 and tests what changed: `drake-navbench nav2-gate BASE HEAD`.
 
 Only the standard library is imported before the arguments are read, so that --help is quick.
 """
@@ -39,7 +39,7 @@ is named; it is red where all trials of the base came to an end. Arrivals,
 touches and every metric are tested, corrected for their number: a change that
 changes nothing turns the gate red at most 5 times in 100. In CI:
 
-  python -m drake_navbench nav2-gate main_checkout branch_checkout \\
+  drake-navbench nav2-gate main_checkout branch_checkout \\
       --controllers rpp,mppi_nav2 --markdown gate.md --junit gate.xml
 
 What a gate has driven is judged anew, with nothing built or driven, by
@@ -54,7 +54,7 @@ in both builds
 def build_parser() -> argparse.ArgumentParser:
     """Returns the parser of the command line."""
     parser = CommandParser(
-        prog="python -m drake_navbench nav2-gate",
+        prog="drake-navbench nav2-gate",
         description="Says whether a change to Nav2's controllers makes them drive worse.",
         epilog=EPILOG,
         formatter_class=argparse.RawDescriptionHelpFormatter,
@@ -204,7 +204,7 @@ def _show_worst(result: GateResult, folder: Path | None, say: partial[None]) -> 
         return
     for side, log in zip(("base", "head"), logs, strict=True):
         if folder is None:
-            say(f"worst seed, {side}: python -m drake_navbench replay {log}")
+            say(f"worst seed, {side}: drake-navbench replay {log}")
         else:
             render(log, folder / f"worst_{side}.html", None)
             say(f"worst seed, {side}: {folder / f'worst_{side}.html'}")

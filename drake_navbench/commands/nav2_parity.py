@@ -1,4 +1,4 @@
-"""Holds ports against a build's originals: `python -m drake_navbench nav2-parity NAME`.
+"""Holds ports against a build's originals: `drake-navbench nav2-parity NAME`.
 
 Only the standard library is imported before the arguments are read, so that --help is quick.
 """
@@ -24,7 +24,7 @@ from drake_navbench.errors import printable
 def build_parser() -> argparse.ArgumentParser:
     """Returns the parser of the command line."""
     parser = CommandParser(
-        prog="python -m drake_navbench nav2-parity",
+        prog="drake-navbench nav2-parity",
         description="Drives the ports beside the originals of a build of Nav2, over random scenes "
         "and whole trials, and plans over random maps, and writes how far they are equal.",
     )

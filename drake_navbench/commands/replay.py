@@ -1,4 +1,4 @@
-"""Renders one trial: `python -m drake_navbench replay LOG`.
+"""Renders one trial: `drake-navbench replay LOG`.
 
 Only the standard library is imported before the arguments are read, so that --help is quick.
 """
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 def build_parser() -> argparse.ArgumentParser:
     """Returns the parser of the command line."""
     parser = CommandParser(
-        prog="python -m drake_navbench replay",
+        prog="drake-navbench replay",
         description="Renders the replay of one trial from its log, a page that plays offline.",
         epilog="exit status: 0 done, 2 wrong input",
     )

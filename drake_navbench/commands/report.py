@@ -1,4 +1,4 @@
-"""The command line: `python -m drake_navbench report DIR`.
+"""The command line: `drake-navbench report DIR`.
 
 Only the standard library is imported before the arguments are read, so that --help is quick.
 """
@@ -22,7 +22,7 @@ from drake_navbench.errors import as_line
 def build_parser() -> argparse.ArgumentParser:
     """Returns the parser of the command line."""
     parser = CommandParser(
-        prog="python -m drake_navbench report",
+        prog="drake-navbench report",
         description="Makes tables, figures and report.html of a results folder again, from its "
         "logs, without simulating.",
         epilog="exit status: 0 done, 1 a worker was ended from outside, 2 wrong input",

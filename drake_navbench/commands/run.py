@@ -1,4 +1,4 @@
-"""The command line: `python -m drake_navbench.run`.
+"""The command line: `drake-navbench run`.
 
 Only the standard library is imported before the arguments are read, so that --help is quick.
 """
@@ -30,7 +30,7 @@ from drake_navbench.releases import Release
 ALLOWED_WITH_RESUME = {"cluster", "cluster_tls", "trust_network", "resume", "jobs", "quiet"}
 
 EPILOG = """\
-examples (drake-navbench run is the same as python -m drake_navbench.run):
+examples (python -m drake_navbench.run is the same):
   drake-navbench run                            the published benchmark
   drake-navbench run empty --controllers rpp    one scenario, one controller
   drake-navbench run mine.yaml --controllers rpp,rpp:lookahead_dist=0.9
@@ -49,7 +49,7 @@ error, 2 wrong input, 130 interrupted
 def build_parser() -> argparse.ArgumentParser:
     """Returns the parser of the command line."""
     parser = CommandParser(
-        prog="python -m drake_navbench.run",
+        prog="drake-navbench run",
         usage="%(prog)s [SCENARIO ...] [OPTIONS]",
         description="Drives mobile-robot controllers through scenarios in Drake and compares them.",
         epilog=EPILOG,

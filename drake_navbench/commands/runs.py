@@ -1,4 +1,4 @@
-"""The results folders as a list: `python -m drake_navbench runs`; rename, tag and delete them.
+"""The results folders as a list: `drake-navbench runs`; rename, tag and delete them.
 
 Only the standard library is imported before the arguments are read, so that --help is quick.
 """
@@ -44,7 +44,7 @@ class Run(NamedTuple):
 def build_parser() -> argparse.ArgumentParser:
     """Returns the parser of the command line."""
     parser = CommandParser(
-        prog="python -m drake_navbench runs",
+        prog="drake-navbench runs",
         usage="%(prog)s [FOLDER] [OPTIONS]",
         description="Lists the results folders below a folder, or renames, tags or deletes one.",
         epilog=EPILOG,

@@ -1,4 +1,4 @@
-"""Trains a policy: `python -m drake_navbench train WEIGHTS.npz`."""
+"""Trains a policy: `drake-navbench train WEIGHTS.npz`."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ STEPS_BETWEEN_LINES = 20_000
 def build_parser() -> argparse.ArgumentParser:
     """Returns the parser of the command line."""
     parser = CommandParser(
-        prog="python -m drake_navbench train",
+        prog="drake-navbench train",
         description="Trains the policy of the controller `learned` in the Gymnasium environment, "
         "then tells how often it reaches the goal in tasks that it has not seen.",
     )

@@ -1,4 +1,4 @@
-"""Tunes a preset: `python -m drake_navbench tune PRESET`.
+"""Tunes a preset: `drake-navbench tune PRESET`.
 
 Only the standard library is imported before the arguments are read, so that --help is quick.
 """
@@ -37,7 +37,7 @@ interrupted (the same command goes on after a full disk or an interruption)
 def build_parser() -> argparse.ArgumentParser:
     """Returns the parser of the command line."""
     parser = CommandParser(
-        prog="python -m drake_navbench tune",
+        prog="drake-navbench tune",
         description="Searches parameters of a preset that beat it in several objectives at\n"
         "once, then tells what is left of them on fresh seeds and in scenarios that the\n"
         "search has not seen. A set that touches anything is out: every search also\n"

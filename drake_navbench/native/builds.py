@@ -88,7 +88,7 @@ def find_build(name: str) -> Build:
         hint = nearest_name_hint(name, build_names())
         raise InputError(
             f"build {name!r} is not known{hint}; "
-            "python -m drake_navbench nav2-build CHECKOUT --as NAME makes one"
+            "drake-navbench nav2-build CHECKOUT --as NAME makes one"
         )
     try:
         data: Any = json.loads(read_input(path, max_bytes=MAX_MANIFEST_BYTES))

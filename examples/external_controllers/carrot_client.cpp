@@ -1,7 +1,7 @@
 // A controller in a process of its own, without dependencies: the same as carrot_client.py.
 //
 //     c++ -std=c++17 -O2 -ffp-contract=off -o carrot_client carrot_client.cpp
-//     python -m drake_navbench.run empty --controllers external:command=./carrot_client
+//     drake-navbench run empty --controllers external:command=./carrot_client
 //
 // docs/external_controllers.md describes the protocol. To write one of your own, replace the class
 // `CarrotController`.

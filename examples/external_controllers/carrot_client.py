@@ -1,6 +1,6 @@
 """A controller in a process of its own: drives towards a point ahead on the plan.
 
-    python -m drake_navbench.run empty --controllers "external:command=python carrot_client.py"
+    drake-navbench run empty --controllers "external:command=python carrot_client.py"
 
 It needs the package `msgpack` alone. docs/external_controllers.md describes the protocol.
 """

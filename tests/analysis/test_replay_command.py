@@ -1,4 +1,4 @@
-"""`python -m drake_navbench replay LOG`: any trial on demand, anything else one line."""
+"""`drake-navbench replay LOG`: any trial on demand, anything else one line."""
 
 from __future__ import annotations
 

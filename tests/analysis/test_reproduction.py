@@ -150,7 +150,7 @@ REQUEST = {
 
 def test_the_command_can_be_typed_again():
     assert command_line(REQUEST) == (
-        "python -m drake_navbench.run empty 'my bend.yaml' --controllers rpp,dwb "
+        "drake-navbench run empty 'my bend.yaml' --controllers rpp,dwb "
         "--trials 32 --seed 1 --robot wheelchair"
     )
 

@@ -80,9 +80,9 @@ def test_files_and_page_say_what_was_found(planted_trials, tmp_path, capsys):
     preset = load_preset_file(out / "front" / "rpp_tuned_1.preset.yaml")
     wanted = load_preset(f"rpp:lookahead_dist={point['parameters']['lookahead_dist']}")
     assert from_nav2.parameters == preset.parameters == wanted.parameters
-    assert "python -m drake_navbench tune rpp" in (
-        out / "front" / "rpp_tuned_1.nav2.yaml"
-    ).read_text(encoding="utf-8")
+    assert "drake-navbench tune rpp" in (out / "front" / "rpp_tuned_1.nav2.yaml").read_text(
+        encoding="utf-8"
+    )
     page = (out / "tuning.html").read_text(encoding="utf-8")
     assert "rpp_tuned_1 beats rpp in the held-out scenarios" in page
     assert page.count("<svg") == 2

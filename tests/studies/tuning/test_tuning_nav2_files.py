@@ -122,7 +122,7 @@ def test_the_result_is_a_patch_of_the_file_with_comments_and_order_kept(
         f"+      lookahead_dist: {found}   # found by hand",
     ]
     patch = (out / "front" / "mine_tuned_1.patch").read_text()
-    assert patch.startswith("# made by: python -m drake_navbench tune --nav2")
+    assert patch.startswith("# made by: drake-navbench tune --nav2")
     assert changed[1] in patch
     assert (out / "tuning.html").is_file()
     # The same command finds everything done.
