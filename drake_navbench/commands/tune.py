@@ -160,7 +160,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Runs the command; returns the exit status."""
     given = list(sys.argv[2:] if argv is None else argv)
     arguments = build_parser().parse_args(given)
-    command = shlex.join(["python", "-m", "drake_navbench", "tune", *given])
+    command = shlex.join(["drake-navbench", "tune", *given])
     return exit_status_of(
         lambda: _tune(arguments, command), interrupted="interrupted; the same command goes on"
     )

@@ -11,7 +11,7 @@ from drake_navbench.campaign.run_results import Results
 from drake_navbench.errors import InputError
 
 REPOSITORY = Path(__file__).parents[2]
-JAZZY = REPOSITORY / "tests" / "inputs" / "nav2_files" / "jazzy.yaml"
+JAZZY = REPOSITORY / "tests" / "nav2" / "nav2_files" / "jazzy.yaml"
 WARD = REPOSITORY / "scenarios" / "maps" / "ward.yaml"
 
 

@@ -16,7 +16,7 @@ from drake_navbench.nav2.patch import patched
 from drake_navbench.nav2.whole_files import WholeFile, columns_of_files, names_of
 
 REPOSITORY = Path(__file__).parents[2]
-JAZZY = REPOSITORY / "tests" / "inputs" / "nav2_files" / "jazzy.yaml"
+JAZZY = REPOSITORY / "tests" / "nav2" / "nav2_files" / "jazzy.yaml"
 WARD = str(REPOSITORY / "scenarios" / "maps" / "ward.yaml")
 RADIUS = "local_costmap.inflation_layer.inflation_radius"
 

@@ -13,8 +13,8 @@ from drake_navbench.commands import tune as command
 from drake_navbench.errors import InputError
 from drake_navbench.studies.tuning.nav2_space import current_values, file_space
 
-REPOSITORY = Path(__file__).parents[2]
-JAZZY = REPOSITORY / "tests" / "inputs" / "nav2_files" / "jazzy.yaml"
+REPOSITORY = Path(__file__).parents[3]
+JAZZY = REPOSITORY / "tests" / "nav2" / "nav2_files" / "jazzy.yaml"
 WARD = str(REPOSITORY / "scenarios" / "maps" / "ward.yaml")
 RADIUS = "local_costmap.inflation_layer.inflation_radius"
 FILE = """\
