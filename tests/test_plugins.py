@@ -10,7 +10,12 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-from drake_navbench.analysis.metrics.registry import BUILTIN_THEMES, METRICS, installed_metrics
+from drake_navbench.analysis.metrics.registry import (
+    BUILTIN_THEMES,
+    METRICS,
+    installed_metrics,
+    packaged_metrics,
+)
 from drake_navbench.commands.listing import print_listing
 from drake_navbench.controller import CONTROLLERS
 from drake_navbench.controllers.dwb.critics.registry import CRITICS as DWB_CRITICS
@@ -52,10 +57,10 @@ def install(install_package) -> Iterator[Callable[..., None]]:
 
     def install_plugin(package: str, group: str, name: str, code: str) -> None:
         install_package(package, code, {group: {name: f"{package}.{package}:plugin"}})
-        installed_metrics.cache_clear()
+        packaged_metrics.cache_clear()
 
     yield install_plugin
-    installed_metrics.cache_clear()
+    packaged_metrics.cache_clear()
 
 
 @pytest.mark.parametrize("kind", KINDS.values(), ids=KINDS)

@@ -9,6 +9,7 @@ from __future__ import annotations
 import hashlib
 import os
 from collections.abc import Sequence
+from functools import cache
 from pathlib import Path
 
 from drake_navbench.analysis.metrics.definition import Metric
@@ -42,8 +43,12 @@ def metric_in_file(reference: str) -> Metric:
 
 def asked_metrics() -> tuple[Metric, ...]:
     """Returns the metrics of the files that this process was asked to measure."""
-    references = filter(None, os.environ.get(VARIABLE, "").split(SEPARATOR))
-    return tuple(map(metric_in_file, references))
+    return _metrics_of(os.environ.get(VARIABLE, ""))
+
+
+@cache
+def _metrics_of(references: str) -> tuple[Metric, ...]:
+    return tuple(map(metric_in_file, filter(None, references.split(SEPARATOR))))
 
 
 def remember(references: Sequence[str]) -> None:

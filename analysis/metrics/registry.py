@@ -30,9 +30,18 @@ BUILTIN_THEMES = (
 )
 
 
-@cache
 def installed_metrics() -> Mapping[str, tuple[Metric, ...]]:
     """Returns the metrics by theme (the entry point's name), the built-in themes first.
+
+    Those of the files that this process was asked to measure come last.
+    """
+    own = asked_metrics()
+    return packaged_metrics() | ({OWN_THEME: own} if own else {})
+
+
+@cache
+def packaged_metrics() -> dict[str, tuple[Metric, ...]]:
+    """Returns the metrics of packages by theme, the built-in themes first.
 
     A theme that is broken, or that has a metric whose name another theme has, is left out with a
     warning.
@@ -55,8 +64,6 @@ def installed_metrics() -> Mapping[str, tuple[Metric, ...]]:
             continue
         by_theme[theme] = loaded[theme]
         owner |= dict.fromkeys((entry.name for entry in loaded[theme]), theme)
-    if own := asked_metrics():
-        by_theme[OWN_THEME] = own
     return by_theme
 
 
@@ -67,14 +74,12 @@ def use_metric_files(references: Sequence[str]) -> None:
     """
     found = [metric_in_file(reference) for reference in references]
     remember([])
-    installed_metrics.cache_clear()
     taken = [entry.name for entry in all_metrics()]
     for entry, reference in zip(found, references, strict=True):
         if entry.name in taken:
             raise InputError(f"--metric {reference}: a metric {entry.name!r} exists already")
         taken.append(entry.name)
     remember(references)
-    installed_metrics.cache_clear()
 
 
 def metrics_in(loaded: ModuleType | Metric, theme: str) -> tuple[Metric, ...]:

@@ -69,7 +69,7 @@ def race_page(tmp_path_factory):
 def test_race_names_every_controller_with_its_colour_and_outcome(race_page):
     assert '<span class="name">dwb</span> <span class="detail">succeeded, 4.0 s' in race_page
     assert "aborted, 2.0 s: no trajectory &lt;left&gt;" in race_page
-    assert '<span class="name">mine:a/b=1 &amp; more</span>' in race_page
+    assert '<span class="name">mine:<wbr>a/<wbr>b=<wbr>1 &amp; more</span>' in race_page
     for name in ("dwb", "teb"):
         assert f"background: {controller_color(name)}" in race_page
 

@@ -82,7 +82,10 @@ def test_check_prints_the_same_table_in_every_process_and_writes_nothing(tmp_pat
     ("arguments", "told"),
     [
         (["--check"], "--check: expected a Nav2 file by --nav2"),
-        (["--set", "a=1"], "--set 'a=1': expected a Nav2 file by --nav2 as well"),
+        (
+            ["--set", "a=1"],
+            "--set 'a=1': expected a Nav2 file by --nav2 or a xacro file by --robot as well",
+        ),
         (["--nav2", "FILE", "--set", "a"], "--set 'a': expected name=value"),
         (
             ["--map", "map.yaml"],

@@ -70,17 +70,15 @@ def test_a_launch_file_is_no_parameter_file(in_folder, name):
 
 def test_a_model_without_mass_is_a_robot_of_unknown_mass(in_folder):
     Path("cart.urdf").write_text(URDF.format(mass="", shapes=BOX.format(name="")))
-    with pytest.warns(InputWarning, match="cart.urdf: its links have no mass; give mass_kg"):
-        robot = load_robot("cart.urdf")
+    robot = load_robot("cart.urdf")
     assert robot.mass_kg is None
     assert np.ptp(robot.outline, axis=0).tolist() == [0.4, 0.6]
 
 
-def test_a_model_of_more_shapes_than_drake_takes_in_seconds_is_refused(in_folder):
+def test_a_model_of_more_shapes_than_drake_takes_in_seconds_is_read(in_folder):
     shapes = 501 * BOX.format(name="")
     Path("cart.urdf").write_text(URDF.format(mass=f"{MASS}</inertial>", shapes=shapes))
-    with pytest.raises(InputError, match="501 visual and collision shapes, expected at most 500"):
-        load_robot("cart.urdf")
+    assert np.ptp(load_robot("cart.urdf").outline, axis=0).tolist() == [0.4, 0.6]
 
 
 def test_of_drakes_warnings_the_first_are_told_under_the_files_name(in_folder, caplog):
@@ -117,21 +115,20 @@ def test_a_template_that_begins_with_a_placeholder_is_yaml(in_folder):
     assert len(read_parameter_file(Path("nav2.yaml")).sections) == 1
 
 
-def test_a_xacro_file_is_told_how_it_becomes_a_robot(in_folder):
+def test_a_xacro_file_without_links_is_told_so(in_folder):
     Path("cart.urdf.xacro").write_text("<robot xmlns:xacro='http://ros.org/wiki/xacro'/>")
-    with pytest.raises(InputError, match=r"is xacro, .*: xacro cart\.urdf\.xacro > robot\.urdf"):
+    with pytest.raises(InputError, match=r"cart\.urdf\.xacro: .*expected links, found none"):
         load_robot("cart.urdf.xacro")
 
 
-def test_a_model_without_base_link_is_told_its_links(in_folder):
+def test_a_model_without_base_link_is_read_from_its_root(in_folder):
     links = "".join(f"<link name='l{i}'>{BOX.format(name='')}</link>" for i in range(7))
     joints = "".join(
         f"<joint name='j{i}' type='fixed'><parent link='l0'/><child link='l{i}'/></joint>"
         for i in range(1, 7)
     )
     Path("cart.urdf").write_text(f"<robot name='a'>{links}{joints}</robot>")
-    with pytest.raises(InputError, match="link base_link, found l0, l1, l2, l3, l4 and 2 more"):
-        load_robot("cart.urdf")
+    assert np.ptp(load_robot("cart.urdf").outline, axis=0).tolist() == [0.4, 0.6]
 
 
 def test_a_list_of_tree_nodes_is_no_tree(in_folder):

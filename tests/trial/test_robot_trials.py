@@ -39,10 +39,9 @@ def campaign_of(robot: str) -> Campaign:
 @pytest.mark.parametrize("robot", sorted(NAV2_FILES))
 def test_every_nav2_file_belongs_to_a_robot_and_is_taken_whole(robot):
     assert robot in ROBOT_FILES.names
-    nav2 = campaign_of(robot).nav2
-    assert nav2 is not None
-    assert nav2.check.is_whole
-    assert nav2.robot.mass_kg == campaign_of(robot).specs[0].robot.mass_kg
+    (columns,) = campaign_of(robot).nav2
+    assert columns.setup.check.is_whole
+    assert columns.setup.robot.mass_kg == campaign_of(robot).specs[0].robot.mass_kg
 
 
 @pytest.mark.parametrize("robot", sorted(SPEEDS))

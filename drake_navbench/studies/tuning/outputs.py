@@ -25,7 +25,7 @@ def write_nav2_file(preset: Preset, path: Path, remarks: Sequence[str]) -> None:
     values = nested(flattened(preset.values), preset.source)
     release = getattr(preset.parameters, RELEASE_FIELD, None)
     if release is not None:
-        values = {RELEASE_FIELD: release} | values
+        values = {RELEASE_FIELD: str(release)} | values
     server = {"controller_plugins": [PLUGIN], PLUGIN: {"plugin": plugin} | values}
     text = yaml.safe_dump({"controller_server": {"ros__parameters": server}}, sort_keys=False)
     write_text(path, _commented(remarks) + text)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from doctor.nav2_texts import DWB, DWB_BLOCK, MPPI, MPPI_BLOCK, RPP, RPP_BLOCK, nav2_text
+from doctor_texts import DWB, DWB_BLOCK, MPPI, MPPI_BLOCK, RPP, RPP_BLOCK, nav2_text
 
 from drake_navbench.errors import InputError
 from drake_navbench.nav2.patch import Place

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 import yaml
-from doctor.nav2_texts import MPPI, MPPI_BLOCK, nav2_text
+from doctor_texts import MPPI, MPPI_BLOCK, nav2_text
 
 from drake_navbench.commands.doctor import main
 from drake_navbench.studies.doctor.causes import Cause, Direction

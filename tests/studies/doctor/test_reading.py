@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from doctor.nav2_texts import (
+from doctor_texts import (
     DWB,
     DWB_BLOCK,
     MPPI,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 
 import pytest
-from doctor.nav2_texts import MPPI, MPPI_BLOCK, nav2_text
+from doctor_texts import MPPI, MPPI_BLOCK, nav2_text
 
 from drake_navbench.commands.doctor import main
 from drake_navbench.inputs.robot import load_robot
