@@ -143,7 +143,7 @@ def test_a_worker_is_replaced_after_its_share_of_tasks():
     assert pids[0] == pids[1] != pids[2] == pids[3]
 
 
-def die_before_the_first_task(connection) -> None:
+def die_before_the_first_task(connection, variables) -> None:
     os._exit(7)
 
 
