@@ -150,7 +150,7 @@ def parameters_that_differ(
 
 
 def _resolved(folder: FolderAnalysis, column: str) -> dict[str, Any]:
-    """Returns what a results folder keeps of a column's inputs, by dotted names."""
+    """Returns the parameters of a column and its robot in a results folder, by dotted name."""
     inputs = folder.path / "inputs"
     own = _read(inputs / "controllers" / f"{file_name(column)}.yaml")
     scenario = file_name(str(folder.trials["scenario"].iloc[0]))
@@ -228,7 +228,7 @@ def _commands(
     match: Match,
     folders: tuple[FolderAnalysis, FolderAnalysis],
 ) -> tuple[str, ...]:
-    """Returns what makes the replay of a pair: one page where the columns have two names."""
+    """Returns the shell commands that draw a pair's replay: one where the columns' names differ."""
     logs = [
         str(ResultsFolder(folder.path).log_path(scenario, column, trial))
         for folder, column in zip(folders, match, strict=True)

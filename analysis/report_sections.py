@@ -35,7 +35,7 @@ class Column(NamedTuple):
 
 
 def scenario_section(analysis: FolderAnalysis, scenario: ScenarioAnalysis) -> dict[str, Any]:
-    """Returns what the page says of a scenario by itself."""
+    """Returns the template's values for the section of one scenario."""
     figures = [f for f in analysis.figures if f.scenario == scenario.scenario]
     metrics = {entry.name: entry for entry in all_metrics()}
     results = ResultsFolder(analysis.path)

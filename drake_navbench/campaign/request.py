@@ -66,7 +66,7 @@ class BarnTask(FrozenModel):
 
 
 class Request(FrozenModel):
-    """What was asked for; it is kept in the manifest, so that a run can be resumed.
+    """The arguments of a run; the manifest keeps them, so that the run can be resumed.
 
     controllers: presets and variants by name. parameter_files: more columns, from files.
     nav2_files: whole Nav2 files, merged, which give columns and the robot. against: more whole
@@ -105,7 +105,7 @@ class Request(FrozenModel):
     columns: tuple[str, ...] = ()
 
     def nav2_columns(self) -> tuple[FileColumns, ...]:
-        """Returns what each whole Nav2 file makes, none without any; raises InputError."""
+        """Returns the columns of each whole Nav2 file, () without a file; raises InputError."""
         if not self.nav2_files:
             if self.against:
                 raise InputError(f"--against {self.against[0]}: expected --nav2 FILE beside it")
@@ -140,7 +140,7 @@ class Request(FrozenModel):
         return tuple(entry.with_rows(contradictions(entry.setup, described)) for entry in columns)
 
     def described_robot(self) -> DescribedRobot | None:
-        """Returns what the robot's model tells, None where it is no model; raises InputError."""
+        """Returns the robot read from its model; None for a robot file; raises InputError."""
         if not is_model(self.robot):
             return None
         from drake_navbench.descriptions.xacro_file import require_declared

@@ -24,7 +24,7 @@ LEVEL_AXIS = math.sqrt(0.5)
 
 
 class Body(NamedTuple):
-    """What a robot is made of, in the frame of its base link.
+    """A robot's shapes, mass and wheels in the frame of its base link.
 
     outline: (K, 2) m, counter-clockwise; None where no shape tells it. low_m, high_m: the lowest
     and the highest point. left_out: remarks on shapes that could not be read.

@@ -51,7 +51,7 @@ class FoundDrive(NamedTuple):
 
 
 def drive_of(model: Model, wheels: Sequence[Wheel], packages: Packages) -> FoundDrive:
-    """Returns how a model drives: by its plugin, else its ros2_control file, else its wheels."""
+    """Returns a model's drive: that of its plugin, else of its ros2_control file, else of its wheels."""
     radius_m = next((w.radius_m for w in wheels if w.radius_m is not None), None)
     found = _by_plugin(model) or _by_controllers(model, packages)
     if found is None:
@@ -118,7 +118,7 @@ def _plugin_values(plugin: ElementTree.Element, kind: str) -> dict[str, float]:
 
 
 def _by_controllers(model: Model, packages: Packages) -> FoundDrive | None:
-    """Returns what the parameter files of ros2_control's plugin say."""
+    """Returns the drive in the parameter files of ros2_control's plugin, None without one."""
     for plugin in model.plugins:
         if not any(word in plugin.name for word in CONTROL):
             continue

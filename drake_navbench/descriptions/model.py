@@ -75,7 +75,7 @@ class Plugin:
 
 @dataclass
 class Model:
-    """What one model consists of, its joints at zero.
+    """The links, shapes and plugins of one model, its joints at zero.
 
     remarks: what was left out, and why. frames: (4, 4) of further frames by name.
     """

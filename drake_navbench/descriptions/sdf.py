@@ -277,7 +277,7 @@ def _model_file(folder: Path) -> Path | None:
 
 
 def placement(element: ElementTree.Element, pose: Array) -> Array:
-    """Returns where a model's frame is whose `placement_frame`, if it names one, is at a pose."""
+    """Returns the pose of a model's frame, given that of its `placement_frame`, or its own."""
     name = element.get("placement_frame", "")
     return pose @ inverse(Frames(element).of(name)) if name else pose
 

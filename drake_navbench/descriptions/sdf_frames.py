@@ -17,7 +17,7 @@ PLACED = ("link", "frame", "model", "joint")
 
 
 class Frames:
-    """Where the named parts of a model lie in the frame of the model.
+    """The poses of a model's named parts in the model's frame.
 
     unknown: names that poses are relative to and that the model does not have; these poses count
     as relative to the model.

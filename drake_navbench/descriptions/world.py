@@ -41,7 +41,7 @@ class Actor:
 
 @dataclass
 class WorldSource:
-    """What is in a world; remarks: what was left out, and why."""
+    """The content of a world; remarks: each part that was left out, with the reason."""
 
     path: Path
     models: list[Model] = field(default_factory=list)
@@ -66,7 +66,7 @@ def is_world(path: Path) -> bool:
 def read_world(
     path: Path, folders: Sequence[Path] = (), arguments: Mapping[str, str] | None = None
 ) -> WorldSource:
-    """Returns what is in a world's file, with all that it includes; raises InputError.
+    """Returns the models of a world's file and of its includes; raises InputError.
 
     folders: where models and packages are looked for besides the repository around the file.
     """
@@ -104,7 +104,7 @@ def read_world(
 
 
 def _state_poses(world: ElementTree.Element) -> dict[str, Array]:
-    """Returns where models stand that a saved <state> moves, by name."""
+    """Returns the poses of models in a saved <state>, by the model's name."""
     return {
         model.get("name", ""): pose_element(pose)
         for model in world.findall("state/model")

@@ -84,7 +84,7 @@ class PackageFiles:
 
 
 def find_package_files(roots: Sequence[Path]) -> PackageFiles:
-    """Returns what lies below folders; raises InputError where one is no folder."""
+    """Returns models, Nav2 files, maps and worlds below folders; raises InputError for no folder."""
     for root in roots:
         if not root.is_dir():
             raise InputError(f"--package {root}: expected the folder of a robot's packages")
@@ -131,7 +131,7 @@ def _is_robot(file: Path) -> bool:
 
 
 def _robot_rank(file: Path, words: set[str]) -> tuple[bool, bool, int, int]:
-    """Returns how unlikely a file is the robot.
+    """Returns a sorting key of a model file: the likelier it is the robot, the smaller.
 
     Parts come last; first those called as the folder, and those that include many others.
     """

@@ -83,7 +83,7 @@ def require_different(columns: Sequence[FileColumns], found: Sequence[Difference
 def difference_lines(
     columns: Sequence[FileColumns], found: Sequence[Difference], width: int = WIDTH
 ) -> list[str]:
-    """Returns what differs as lines for a terminal: what has an effect, then what has none."""
+    """Returns the differences as terminal lines: those with an effect, then those without."""
     names = [column.name for column in columns]
     files = ", ".join(f"{column.name} = {column.file.told}" for column in columns)
     effective = [entry for entry in found if not entry.reason]

@@ -38,7 +38,7 @@ class WholeFile(NamedTuple):
 
 @dataclass(frozen=True)
 class FileColumns:
-    """What a whole file makes.
+    """The columns of a whole Nav2 file.
 
     setup: its columns, by their final names, its robot and the check of every parameter.
     """
@@ -63,7 +63,7 @@ class FileColumns:
 
     @property
     def drives_as(self) -> dict[str, Any]:
-        """All that its trials depend on; files with equal ones drive alike to the last bit."""
+        """The resolved inputs of its trials; files whose inputs are equal drive alike to the last bit."""
         controllers = {
             plugin: [
                 preset.controller,

@@ -25,7 +25,7 @@ OUTSIDE_TOLD = {
 
 
 class Direction(StrEnum):
-    """Where a parameter is to go."""
+    """The direction in which a parameter is to change."""
 
     UP = "up"
     DOWN = "down"

@@ -79,7 +79,7 @@ def trials_of(cause: Cause, facts: Facts, setup: Nav2Setup) -> list[Trial]:
 
 
 def file_places(place: str, facts: Facts, setup: Nav2Setup) -> Iterator[Place]:
-    """Yields where a parameter stands in the file, or where it would stand."""
+    """Yields the places of a parameter in the file, present or to be added."""
     first, _, name = place.partition(".")
     nodes = {**COSTMAPS, **OWN_NODES}
     if first == CONTROLLER:

@@ -20,7 +20,7 @@ Array = NDArray[np.float64]
 
 
 class Drive(NamedTuple):
-    """What detectors look at, of a log on an even clock: arrays over time, and how it ended."""
+    """A log on an even clock, for detectors: arrays over time, and the outcome."""
 
     time_s: Array
     xy_m: Array
@@ -170,7 +170,7 @@ def _beyond_goal(d: Drive) -> float:
 
 
 def _hunting(d: Drive) -> float:
-    """How often forward becomes backward, or left right, near the goal."""
+    """Number of reversals near the goal, of driving or of turning."""
     near = d.to_goal_m < max(NEAR_GOAL_M, 2.0 * d.tolerance_m)
     count = 0
     for signal, least in ((d.v_mps, 2 * STANDS_MPS), (d.w_radps, 2 * STANDS_RADPS)):
@@ -330,7 +330,7 @@ OF_THE_MACHINE = frozenset({Symptom.LATE_CYCLES})
 
 
 def drive_of(log: TrialLog) -> Drive:
-    """Returns what detectors look at of a log."""
+    """Returns the detectors' arrays of a log, on an even clock."""
     samples, info = log.samples, log.info
     navigation = info.get("robot", {}).get("navigation", {})
     scenario = info["scenario"]
@@ -383,7 +383,7 @@ def severities(log: TrialLog) -> dict[str, float]:
 
 
 def doctor_row(log: TrialLog) -> dict[str, Any]:
-    """Returns what the doctor keeps of a trial: who, how it ended, and each symptom's severity."""
+    """Returns a trial's row: scenario, controller, seed, outcome, and each symptom's severity."""
     return {
         "scenario": log.info["scenario"]["name"],
         "controller": log.info["controller"],

@@ -42,12 +42,12 @@ class Driver:
 
     @property
     def left_s(self) -> float:
-        """What is left of the budget, s."""
+        """The rest of the budget, s."""
         return self._budget_s - (time.monotonic() - self._began_s)
 
     @property
     def trial_s(self) -> float:
-        """What a trial has taken on average, s."""
+        """The mean duration of a trial so far, s; 4 s before the first."""
         return self._driving_s / self.driven if self.driven else 4.0
 
     def drive(

@@ -37,7 +37,7 @@ PAIRED_BEST = 3
 
 
 class Verdict(StrEnum):
-    """What the experiment says of a cause."""
+    """The experiment's verdict on a cause."""
 
     SHOWN = "shown"
     NOT_SHOWN = "not shown"
@@ -144,7 +144,7 @@ class Experiment:
         return found
 
     def _try(self, suspicion: Suspicion, trial: Trial) -> Tried | None:
-        """Returns what a change does; None where the budget does not suffice."""
+        """Returns the effect of a change on the symptom; None where the budget does not suffice."""
         try:
             before, after = self._patient.before_and_after(trial.changes)
         except InputError as error:

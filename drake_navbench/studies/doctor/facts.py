@@ -36,7 +36,7 @@ NODES = {
 
 @dataclass(frozen=True)
 class Facts:
-    """What is known of a file, a controller in it, and the robot.
+    """The resolved parameters of a file, of a controller in it, and of the robot.
 
     kinds: of the controller: 'mppi', or 'shim' and 'rpp' of a shim before RPP. values: by place.
     given: places whose values are in the file. defaults: of the controller's model, by place.
@@ -221,7 +221,7 @@ def shortened(place: str) -> str:
 
 @dataclass(frozen=True)
 class Names:
-    """How a file calls its controller, and its checkers by place."""
+    """The file's names of its controller and its checkers."""
 
     plugin: str
     checkers: Mapping[str, str]

@@ -64,7 +64,7 @@ class Case(BaseModel):
 
     @property
     def words(self) -> str:
-        """What the user tells in words."""
+        """The complaint and the robot in the user's words."""
         return f"{self.symptom}; {self.robot}"
 
     @property
@@ -196,7 +196,7 @@ def _number(text: str) -> float | None:
 
 
 class Score(NamedTuple):
-    """How many of some cases have a hit first, and among three."""
+    """The number of cases with a hit as the first cause, and among the first three."""
 
     name: str
     cases: int
@@ -221,7 +221,7 @@ def score_of(name: str, scored: Sequence[Scored]) -> Score:
 
 
 def scores_without_skill(cases: Sequence[Case]) -> list[Score]:
-    """Returns what methods score on the same cases that do not look at the file.
+    """Returns the scores, on the same cases, of methods that do not read the file.
 
     Three: the culprits that most other cases of the symptom have; a value that the case names,
     with a coin for its direction; and the doctor's table of suspects, by its weights alone.
@@ -237,7 +237,7 @@ def scores_without_skill(cases: Sequence[Case]) -> list[Score]:
 
 
 def _rank_of_frequent(case: Case, cases: Sequence[Case]) -> int | None:
-    """Returns where the first of a case's culprits stands among those of the others."""
+    """Returns the rank of a case's first culprit among the commonest culprits of other cases."""
     counts: Counter[tuple[str, str]] = Counter()
     for other in cases:
         if other.id != case.id and other.symptom_class == case.symptom_class:

@@ -1,4 +1,4 @@
-"""What a visit leaves behind: the page, the patched file and the patch."""
+"""The files of a visit: the page, the patched file and the patch."""
 
 from __future__ import annotations
 

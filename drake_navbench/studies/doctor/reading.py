@@ -62,7 +62,7 @@ def findings_of(facts: Facts, symptom: Symptom | None = None) -> list[Finding]:
 
 
 def suspicions_of(facts: Facts, symptom: Symptom, words: str = "") -> list[Suspicion]:
-    """Returns what may cause a symptom, the likeliest first.
+    """Returns the possible causes of a symptom, the likeliest first.
 
     words: of the user, about symptom and robot.
     """
@@ -138,7 +138,7 @@ def _has(facts: Facts, cause: Cause) -> bool:
 
 
 def value_factor(facts: Facts, suspect: Suspect) -> float:
-    """Returns how much a parameter's value speaks for a suspect."""
+    """Returns the factor by which a parameter's value raises or lowers a suspect's weight."""
     cause = suspect.cause
     factor = _named_factor(facts, cause)
     if cause.is_outside or cause.direction in (Direction.ADD, Direction.SET):

@@ -1,4 +1,4 @@
-"""What the doctor prints of its first look, in lines of 80 columns."""
+"""The doctor's first look as printed lines of 80 columns."""
 
 from __future__ import annotations
 

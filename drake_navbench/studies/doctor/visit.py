@@ -46,7 +46,7 @@ BY_WEIGHT = (
 
 @dataclass
 class Visit:
-    """All that is known after a visit, or after as much of it as there was time for.
+    """The findings of a visit, or of the part of it that the budget allowed.
 
     seen: by symptom, the probes that show it in at least half of their seeds. treated: the symptom
     whose causes were tried; None where none was seen.
@@ -79,7 +79,7 @@ class Visit:
 def visit(
     patient: Patient, asked: Symptom | None, words: str, driver: Driver, *, seed: int
 ) -> Visit:
-    """Returns what a visit finds; what is known counts where it ends early."""
+    """Returns the findings of a visit; where it ends early, those up to then."""
     facts = patient.facts()
     found = Visit(facts, asked=asked)
     found.findings = findings_of(facts)

@@ -13,7 +13,7 @@ MOST_NAMED = 3
 
 
 def verdict(visit: Visit) -> str:
-    """Returns what a visit comes to, in a few sentences."""
+    """Returns the verdict of a visit in a few sentences."""
     if visit.treated is None:
         return _nothing_seen(visit)
     what = f"In {_probes(visit, visit.treated)} the robot {LOOKS_LIKE[visit.treated]}."
@@ -111,7 +111,7 @@ def evidence(entry: Tried) -> str:
 
 
 def assumed(visit: Visit, robot: str) -> list[str]:
-    """Returns what was assumed, a sentence each."""
+    """Returns the assumptions of a visit, a sentence each."""
     cause: list[Cause] = [e.suspicion.cause for e in visit.tried if e.suspicion.cause.is_outside]
     lines = [
         f"Mass, lag, accelerations, lidar and localization are those of {robot}; no Nav2 file "

@@ -21,7 +21,7 @@ COARSE_M = 0.1
 
 
 def _spacing_m(f: Facts) -> float:
-    """Returns how far apart the poses of a fast sample are, m."""
+    """Returns the spacing of the poses of a fast sample, m."""
     if f.controller("discretize_by_time"):
         return f.speed_mps * f.number("controller.time_granularity", 0.5)
     return f.number("controller.linear_granularity", 0.5)

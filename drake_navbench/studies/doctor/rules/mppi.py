@@ -26,7 +26,7 @@ def horizon_s(f: Facts) -> float:
 
 
 def horizon_m(f: Facts) -> float:
-    """Returns how far the horizon reaches at full speed, m."""
+    """Returns the length of the horizon at full speed, m."""
     return horizon_s(f) * f.number("controller.vx_max", 0.5)
 
 
