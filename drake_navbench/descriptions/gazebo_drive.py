@@ -51,7 +51,7 @@ class FoundDrive(NamedTuple):
 
 
 def drive_of(model: Model, wheels: Sequence[Wheel], packages: Packages) -> FoundDrive:
-    """Returns a model's drive: that of its plugin, else of its ros2_control file, else of its wheels."""
+    """Returns a model's drive, by its plugin, else its ros2_control file, else its wheels."""
     radius_m = next((w.radius_m for w in wheels if w.radius_m is not None), None)
     found = _by_plugin(model) or _by_controllers(model, packages)
     if found is None:

@@ -27,14 +27,14 @@ CHILD = "drake_navbench.typed_files.mesh_child"
 
 
 def mesh_outlines(shapes: Sequence[Shape], to_base: Array) -> list[dict[str, Any]]:
-    """Calls `mesh_child.outlines` in a limited process; to_base (4, 4): pose of the shapes' frame."""
+    """Calls `mesh_child.outlines` in a limited process; to_base: (4, 4) of the shapes' frame."""
     return _read("outlines", [_asked(shape, to_base) for shape in shapes])
 
 
 def mesh_sections(
     shapes: Sequence[Shape], bands: Sequence[Sequence[float]]
 ) -> list[dict[str, Any]]:
-    """Calls `mesh_child.sections` in a limited process; bands: heights of each shape's cuts, m."""
+    """Calls `mesh_child.sections` in a limited process; bands: heights of cuts, m."""
     plain = [list(map(float, heights)) for heights in bands]
     return _read("sections", [_asked(shape, np.eye(4)) | {"bands": plain} for shape in shapes])
 

@@ -84,7 +84,7 @@ class PackageFiles:
 
 
 def find_package_files(roots: Sequence[Path]) -> PackageFiles:
-    """Returns models, Nav2 files, maps and worlds below folders; raises InputError for no folder."""
+    """Returns the models, Nav2 files, maps and worlds below folders; raises InputError."""
     for root in roots:
         if not root.is_dir():
             raise InputError(f"--package {root}: expected the folder of a robot's packages")

@@ -63,7 +63,7 @@ class FileColumns:
 
     @property
     def drives_as(self) -> dict[str, Any]:
-        """The resolved inputs of its trials; files whose inputs are equal drive alike to the last bit."""
+        """The resolved inputs of its trials; files with equal ones drive alike to the last bit."""
         controllers = {
             plugin: [
                 preset.controller,
