@@ -23,6 +23,7 @@ from drake_navbench.systems.ports import (
     STATE_SIZE,
     declare_object_input,
     declare_state_part_output,
+    read_object,
 )
 from drake_navbench.typed_files.immutable import Immutable
 
@@ -90,7 +91,7 @@ class BehaviorServer(LeafSystem):
         output.SetFromVector(self._command_port.Eval(context) if own is None else own)
 
     def _on_cycle(self, context: Context, state: State) -> None:
-        goal: BehaviorGoal | None = self._goal_port.Eval(context)
+        goal: BehaviorGoal | None = read_object(self._goal_port, context)
         activity: _Activity = context.get_abstract_state(self._activity).get_value()
         is_new = goal is not None and goal.task_id != activity.status.task_id
         if goal is None or (not is_new and activity.status.state.is_final):
@@ -99,7 +100,7 @@ class BehaviorServer(LeafSystem):
             goal,
             activity,
             pose=self._estimate_port.Eval(context)[:3],
-            surroundings=Surroundings(self._costmap_port.Eval(context), self._footprint),
+            surroundings=Surroundings(read_object(self._costmap_port, context), self._footprint),
             now_s=context.get_time(),
         )
         state.get_mutable_abstract_state(self._activity).set_value(new)

@@ -15,7 +15,13 @@ from drake_navbench.kernels.swept_contact import clearance_at
 from drake_navbench.navigation.mission import FloorSwitch
 from drake_navbench.systems.floor_aware import FloorAware, FloorClock
 from drake_navbench.systems.lifetime import weakly_bound
-from drake_navbench.systems.ports import POSE_SIZE, STATE_SIZE, declare_object_input, value_or_none
+from drake_navbench.systems.ports import (
+    POSE_SIZE,
+    STATE_SIZE,
+    declare_object_input,
+    read_object,
+    value_or_none,
+)
 
 # The clearance beyond this distance, m, reads +inf.
 MAX_DISTANCE_M = 5.0
@@ -84,7 +90,7 @@ class Clearance(FloorAware):
             edges, circles = moving
             to_moving = clearance_at(self._footprint, x, y, yaw, edges, circles, MAX_DISTANCE_M)
             clearance = min(clearance, to_moving)
-        costmap = self._costmap_port.Eval(context)
+        costmap = read_object(self._costmap_port, context)
         to_centre = to_corner = math.inf
         if costmap is not None and len(costmap.lethal_centres):
             frame = value_or_none(self._frame_port, context)

@@ -19,6 +19,7 @@ from drake_navbench.systems.ports import (
     COMMAND_SIZE,
     STATE_SIZE,
     declare_object_input,
+    read_object,
     value_or_none,
 )
 
@@ -70,7 +71,7 @@ class CollisionMonitorSystem(LeafSystem):
     def _points(self, context: Context) -> NDArray[np.float64] | None:
         """Returns (N, 2) all sources' points, base frame, m; None where one stops the robot."""
         parameters = self._parameters
-        scan: Scan | None = self._scan_port.Eval(context)
+        scan: Scan | None = read_object(self._scan_port, context)
         ranges = value_or_none(self._ranges_port, context) or {}
         now = self._state_port.Eval(context)[:3] if parameters.base_shift_correction else None
         sensed = Sensed(

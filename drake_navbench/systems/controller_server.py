@@ -49,6 +49,7 @@ from drake_navbench.systems.ports import (
     STATE_SIZE,
     declare_object_input,
     declare_state_part_output,
+    read_object,
     value_or_none,
 )
 
@@ -176,7 +177,7 @@ class ControllerServer(LeafSystem):
         server: ServerState = context.get_abstract_state(self._state).get_value()
         if self._takes_time and context.get_time() < server.next_cycle_s - SLACK_S:
             return
-        plan = self._plan_port.Eval(context)
+        plan = read_object(self._plan_port, context)
         is_new_task = plan is not None and plan.task_id != server.status.task_id
         if plan is None or (server.status.state.is_final and not is_new_task):
             return
@@ -230,7 +231,7 @@ class ControllerServer(LeafSystem):
     ) -> ServerState:
         """Returns the state after a cycle, or after a period of waiting for the costmap."""
         now_s = context.get_time()
-        costmap = self._costmap_port.Eval(context)
+        costmap = read_object(self._costmap_port, context)
         request: ClearRequest | None = value_or_none(self._clear_port, context)
         is_old = request is not None and costmap is not None and costmap.stamp_s <= request.time_s
         if costmap is None or is_old or not costmap.is_current:

@@ -18,6 +18,7 @@ from drake_navbench.systems.ports import (
     STATE_SIZE,
     declare_object_input,
     declare_state_part_output,
+    read_object,
     value_or_none,
 )
 from drake_navbench.typed_files.immutable import Immutable
@@ -82,7 +83,7 @@ class CostmapSystem(FloorAware):
         )
 
     def _on_update(self, context: Context, state: State) -> None:
-        scan = self._scan_port.Eval(context)
+        scan = read_object(self._scan_port, context)
         if scan is None:
             return
         before = context.get_abstract_state(self._layers_state).get_value()

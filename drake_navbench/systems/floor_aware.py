@@ -10,7 +10,7 @@ from pydrake.systems.framework import Context, LeafSystem, State
 from drake_navbench.inputs.timeline import SLACK_S
 from drake_navbench.navigation.mission import FloorSwitch
 from drake_navbench.systems.lifetime import weakly_bound
-from drake_navbench.systems.ports import declare_object_input
+from drake_navbench.systems.ports import declare_object_input, read_object
 
 
 class FloorClock(NamedTuple):
@@ -39,7 +39,7 @@ class FloorAware(LeafSystem):
         )
 
     def _on_floor_clock(self, context: Context, state: State) -> None:
-        switch: FloorSwitch | None = self._switch_port.Eval(context)
+        switch: FloorSwitch | None = read_object(self._switch_port, context)
         if switch is None or context.get_time() < switch.time_s - SLACK_S:
             return
         before = self._switch_met(context)

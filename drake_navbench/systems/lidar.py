@@ -27,6 +27,7 @@ from drake_navbench.systems.floor_aware import FloorAware, FloorClock
 from drake_navbench.systems.lifetime import weakly_bound
 from drake_navbench.systems.mailbox import Mailbox
 from drake_navbench.systems.ports import (
+    NOTHING,
     STATE_SIZE,
     declare_object_input,
     declare_object_output,
@@ -34,7 +35,7 @@ from drake_navbench.systems.ports import (
 )
 
 # The nominal first scan has no pose yet; consumers see None until then.
-NO_SCAN = None
+NO_SCAN = NOTHING
 
 
 class Lidar(FloorAware):

@@ -18,6 +18,7 @@ from drake_navbench.systems.ports import (
     declare_object_input,
     declare_object_output,
     declare_state_part_output,
+    read_object,
 )
 from drake_navbench.typed_files.immutable import Immutable
 
@@ -69,4 +70,4 @@ class Navigator(LeafSystem):
 
     def _calc_task_status(self, context: Context) -> TaskStatus:
         failure = context.get_abstract_state(self._state).get_value().planning_failure
-        return failure or self._status_port.Eval(context)
+        return failure or read_object(self._status_port, context)

@@ -1,7 +1,8 @@
 """The sizes of vector ports, and ports that carry Python objects, None where there is none yet.
 
 The objects, payloads such as a Costmap, all travel as `Value[object]`, so Drake does not tell a
-Costmap from a plan: systems are wired by the names of their ports.
+Costmap from a plan: systems are wired by the names of their ports. No Value of a newer Drake holds
+None: a port and an abstract state hold NOTHING in its place, which `read_object` returns as None.
 """
 
 from __future__ import annotations
@@ -28,8 +29,27 @@ STATE_SIZE = 6
 POSE_SIZE = 3
 # v m/s, w rad/s, vy m/s.
 COMMAND_SIZE = 3
-# x m, y m, yaw rad.
-POSE_SIZE = 3
+
+
+class _Nothing:
+    """The value of a port or an abstract state that holds no object; there is only one."""
+
+    __slots__ = ()
+
+    def __copy__(self) -> _Nothing:
+        return self
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> _Nothing:
+        return self
+
+    def __reduce__(self) -> str:
+        return "NOTHING"
+
+    def __repr__(self) -> str:
+        return "NOTHING"
+
+
+NOTHING = _Nothing()
 
 
 def declare_object_input(system: LeafSystem, name: str) -> InputPort:
@@ -45,13 +65,13 @@ def declare_object_output(
 ) -> OutputPort:
     """Declares an output port for a Python object.
 
-    value_of: returns the port's value in a context; it may read only the `prerequisites`.
+    value_of: returns the port's value in a context, or None; it may read only the `prerequisites`.
     """
 
     value = weakly_bound(value_of)
 
     def calc(context: Context, output: AbstractValue) -> None:
-        output.set_value(value(context))
+        output.set_value(value_to_store(value(context)))
 
     return system.DeclareAbstractOutputPort(
         name,
@@ -73,6 +93,21 @@ def declare_state_part_output(
     )
 
 
+def value_to_store(value: Any) -> Any:
+    """Returns what an abstract value holds for an object: NOTHING for None."""
+    return NOTHING if value is None else value
+
+
+def read_object(port: InputPort | OutputPort, context: Context) -> Any:
+    """Returns the object of a port; None where it holds NOTHING.
+
+    Raises:
+        RuntimeError: it is an input port to which nothing is connected.
+    """
+    value = port.Eval(context)
+    return None if value is NOTHING else value
+
+
 def value_or_none(port: InputPort, context: Context) -> Any:
-    """Returns the value of an input port; None where nothing is connected."""
-    return port.Eval(context) if port.HasValue(context) else None
+    """Returns the value of an input port; None where nothing is connected or it holds NOTHING."""
+    return read_object(port, context) if port.HasValue(context) else None

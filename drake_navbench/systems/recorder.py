@@ -28,6 +28,7 @@ from drake_navbench.systems.ports import (
     POSE_SIZE,
     STATE_SIZE,
     declare_object_input,
+    read_object,
     value_or_none,
 )
 
@@ -160,7 +161,7 @@ class Recorder(LeafSystem):
         """Takes one sample; a time already sampled is replaced."""
         recording = self._recording.Eval(context)
         time_s = context.get_time()
-        server = self._server_port.Eval(context)
+        server = read_object(self._server_port, context)
         row: tuple[float | np.ndarray, ...] = (
             time_s,
             self._state_port.Eval(context),
@@ -180,7 +181,7 @@ class Recorder(LeafSystem):
         if self._people_port is not None and recording.wants_people(time_s):
             poses = self._people_port.Eval(context).reshape(-1, POSE_SIZE)
             recording.people.append((time_s, poses))
-        scan = self._scan_port.Eval(context)
+        scan = read_object(self._scan_port, context)
         if scan is not None and (not recording.scans or recording.scans[-1] is not scan):
             recording.scans.append(scan)
         recording.note(time_s, server.cycle_count, server.diagnostics)

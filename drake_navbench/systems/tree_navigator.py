@@ -35,7 +35,12 @@ from drake_navbench.navigation.mission import MissionFollower
 from drake_navbench.navigation.task import GlobalPlan, TaskState, TaskStatus
 from drake_navbench.navigation.waypoint_follower import Progress, WaypointFollower
 from drake_navbench.systems.lifetime import weakly_bound
-from drake_navbench.systems.ports import STATE_SIZE, declare_object_input, declare_state_part_output
+from drake_navbench.systems.ports import (
+    STATE_SIZE,
+    declare_object_input,
+    declare_state_part_output,
+    read_object,
+)
 from drake_navbench.typed_files.immutable import Immutable
 
 UNKNOWN = 9000
@@ -142,9 +147,9 @@ class TreeNavigator(LeafSystem):
             inputs = TickInputs(
                 now_s=now_s,
                 pose=np.array([x, y, yaw]),
-                global_costmap=self._costmap_port.Eval(context),
-                controller_status=self._controller_port.Eval(context),
-                behavior_status=self._behavior_port.Eval(context),
+                global_costmap=read_object(self._costmap_port, context),
+                controller_status=read_object(self._controller_port, context),
+                behavior_status=read_object(self._behavior_port, context),
                 twist=(forward, left),
             )
             after = self._navigate(before, inputs)

@@ -13,6 +13,7 @@ from drake_navbench.systems.ports import (
     POSE_SIZE,
     STATE_SIZE,
     declare_object_input,
+    read_object,
     value_or_none,
 )
 
@@ -45,16 +46,16 @@ class Viewer(LeafSystem):
         self.DeclarePeriodicPublishEvent(period_s, 0.0, weakly_bound(self._on_period))
 
     def _on_period(self, context: Context) -> None:
-        plan = self._plan_port.Eval(context)
+        plan = read_object(self._plan_port, context)
         moving = () if self._moving_port is None else self._moving_port.Eval(context)
         self._show(
             Moment(
                 context.get_time(),
                 self._state_port.Eval(context),
-                self._scan_port.Eval(context),
-                self._costmap_port.Eval(context),
+                read_object(self._scan_port, context),
+                read_object(self._costmap_port, context),
                 None if plan is None else plan.poses,
-                self._server_port.Eval(context).diagnostics,
+                read_object(self._server_port, context).diagnostics,
                 np.reshape(moving, (-1, POSE_SIZE)),
                 value_or_none(self._frame_port, context),
             )

@@ -19,6 +19,7 @@ from drake_navbench.logs.people import DECIMALS, LoggedPeople
 from drake_navbench.logs.plans import Plan, as_logged
 from drake_navbench.navigation.mission import MissionProgress
 from drake_navbench.navigation.task import TaskState, TaskStatus
+from drake_navbench.systems.ports import read_object
 from drake_navbench.systems.recorder import Recording
 from drake_navbench.systems.tree_navigator import TreeNavigator
 from drake_navbench.trial.contact_watch import ContactWatch
@@ -59,7 +60,7 @@ def make_log(
         if isinstance(navigator.progress, MissionProgress):
             mission = navigator.progress
     else:
-        given = trial.navigator.GetOutputPort("plan").Eval(navigator_context)
+        given = read_object(trial.navigator.GetOutputPort("plan"), navigator_context)
         plans = (Plan(0.0, given.poses),) if given is not None else ()
     return TrialLog(
         samples=_samples(recording, spec.robot, mission),

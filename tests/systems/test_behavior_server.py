@@ -8,6 +8,7 @@ from drake_navbench.kernels.grid import Costmap
 from drake_navbench.navigation.behaviors import BehaviorServerParameters
 from drake_navbench.navigation.task import BehaviorGoal, TaskState
 from drake_navbench.systems.behavior_server import BehaviorServer
+from drake_navbench.systems.ports import value_to_store
 
 FOOTPRINT = np.array([[0.5, 0.2], [0.5, -0.2], [-0.5, -0.2], [-0.5, 0.2]])
 BACK = {"target_x": 0.3, "speed": 0.15, "time_allowance": 10.0}
@@ -26,7 +27,7 @@ class Rig:
 
     def give(self, **inputs):
         for name, value in inputs.items():
-            self.server.GetInputPort(name).FixValue(self.context, value)
+            self.server.GetInputPort(name).FixValue(self.context, value_to_store(value))
 
     def run(self, duration_s):
         """Runs for a while; returns command and status."""

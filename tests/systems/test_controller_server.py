@@ -18,6 +18,7 @@ from drake_navbench.navigation.progress_checkers import (
 )
 from drake_navbench.navigation.task import ClearRequest, GlobalPlan, TaskState
 from drake_navbench.systems.controller_server import ControllerServer
+from drake_navbench.systems.ports import value_to_store
 
 PERIOD_S = 0.05
 
@@ -77,7 +78,7 @@ class Rig:
     def give(self, **inputs):
         for name, value in inputs.items():
             port = self.server.GetInputPort(name)
-            port.FixValue(self.context, value)
+            port.FixValue(self.context, value_to_store(value))
 
     def run(self, cycles):
         """Runs some cycles and returns the state after them."""

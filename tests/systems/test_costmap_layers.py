@@ -22,6 +22,7 @@ from drake_navbench.systems.costmap_system import CostmapSystem
 from drake_navbench.systems.global_costmap import GlobalCostmap
 from drake_navbench.systems.lidar import Lidar
 from drake_navbench.systems.local_costmap import LocalCostmap
+from drake_navbench.systems.ports import NOTHING
 
 # A square of 0.2 m: it covers the cells of 0.1 m within 0.1 m of the robot.
 FOOTPRINT = np.array([[0.1, 0.1], [-0.1, 0.1], [-0.1, -0.1], [0.1, -0.1]])
@@ -52,7 +53,7 @@ class Rig:
         self.simulator = Simulator(builder.Build())
         self.context = costmap.GetMyMutableContextFromRoot(self.simulator.get_mutable_context())
         self.request = costmap.GetInputPort("clear_request").FixValue(
-            self.context, AbstractValue.Make(None)
+            self.context, AbstractValue.Make(NOTHING)
         )
 
     def after(self, time_s: float):

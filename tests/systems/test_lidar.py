@@ -10,6 +10,7 @@ from drake_navbench.inputs.timing import TimingSettings
 from drake_navbench.inputs.world import Box, Cylinder, World
 from drake_navbench.logs.scans import Scan
 from drake_navbench.systems.lidar import Lidar
+from drake_navbench.systems.ports import read_object
 
 WALL_AHEAD = World((Box(type="box", min=(3.0, -5.0), max=(3.2, 5.0)),))
 
@@ -23,7 +24,7 @@ def scan_from(base_pose, world=WALL_AHEAD, seed=0, **settings) -> Scan:
     simulator = Simulator(lidar, context)
     simulator.Initialize()
     simulator.AdvancePendingEvents()
-    return lidar.GetOutputPort("scan").Eval(simulator.get_context())
+    return read_object(lidar.GetOutputPort("scan"), simulator.get_context())
 
 
 def beam(scan: Scan, angle: float) -> float:
@@ -155,7 +156,7 @@ def scans_of(times_s, *, seed=0, timing=None, **settings):
     shown = []
     for time_s in times_s:
         simulator.AdvanceTo(time_s)
-        shown.append(lidar.GetOutputPort("scan").Eval(context))
+        shown.append(read_object(lidar.GetOutputPort("scan"), context))
     return shown
 
 

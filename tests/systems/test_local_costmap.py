@@ -13,6 +13,7 @@ from drake_navbench.inputs.world import Box, World
 from drake_navbench.kernels.grid import FREE, INSCRIBED, LETHAL
 from drake_navbench.systems.lidar import Lidar
 from drake_navbench.systems.local_costmap import LocalCostmap
+from drake_navbench.systems.ports import read_object
 
 FOOTPRINT = np.array([[0.3, 0.3], [-0.3, 0.3], [-0.3, -0.3], [0.3, -0.3]])
 BACKDROP = Box(type="box", min=(2.5, -3.0), max=(2.6, 3.0))
@@ -45,7 +46,7 @@ class Rig:
         """Returns the costmap at a time."""
         self.simulator.AdvanceTo(time_s)
         context = self.costmap.GetMyContextFromRoot(self.simulator.get_context())
-        return self.costmap.GetOutputPort("costmap").Eval(context)
+        return read_object(self.costmap.GetOutputPort("costmap"), context)
 
     def change_world(self, world: World) -> None:
         context = self.lidar.GetMyMutableContextFromRoot(self.simulator.get_mutable_context())

@@ -17,6 +17,7 @@ from drake_navbench.systems.clearance import Clearance
 from drake_navbench.systems.depth_sensors import DepthSensors
 from drake_navbench.systems.lidar import Lidar
 from drake_navbench.systems.moving_world import MovingWorld
+from drake_navbench.systems.ports import NOTHING
 
 # From x = 6 m towards the robot at 0.5 m/s, from 1 s on.
 COMES = MovingCylinder(
@@ -64,7 +65,7 @@ def simulation():
     diagram = builder.Build()
     simulator = Simulator(diagram)
     diagram.GetInputPort("costmap").FixValue(
-        simulator.get_mutable_context(), AbstractValue.Make(None)
+        simulator.get_mutable_context(), AbstractValue.Make(NOTHING)
     )
     simulator.Initialize()
     return diagram, simulator, scene_graph

@@ -11,6 +11,7 @@ from drake_navbench.inputs.presets import load_preset
 from drake_navbench.inputs.scenario import Scenario
 from drake_navbench.logs.log import Outcome, TrialLog
 from drake_navbench.systems.lifetime import release
+from drake_navbench.systems.ports import read_object
 from drake_navbench.trial.column_controller import built_controller
 from drake_navbench.trial.diagram import TrialDiagram, build_trial_diagram
 from drake_navbench.trial.floors import drawn_legs
@@ -127,7 +128,7 @@ def test_costmaps_are_empty_after_the_change_of_floor(without_travel):
             names = ("local_costmap", "global_costmap")
             systems = [trial.diagram.GetSubsystemByName(name) for name in names]
             return [
-                system.GetOutputPort("costmap").Eval(system.GetMyContextFromRoot(context))
+                read_object(system.GetOutputPort("costmap"), system.GetMyContextFromRoot(context))
                 for system in systems
             ]
 
