@@ -8,6 +8,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from drake_navbench.processes.cache_folder import provide_cache_folder
+from drake_navbench.processes.instruction_set import hold_to_baseline
 from drake_navbench.processes.kernel_cache import forget_stale_kernels, packages_with_kernels
 
 if TYPE_CHECKING:
@@ -17,7 +18,8 @@ if TYPE_CHECKING:
 
 __version__ = "0.1.0"
 
-# numba looks for both when the first module with a kernel is imported.
+# numba and numpy look for these when they, or the first module with a kernel, are imported.
+hold_to_baseline()
 provide_cache_folder()
 forget_stale_kernels(packages_with_kernels())
 

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from drake_navbench import __version__
+from drake_navbench.processes.instruction_set import BASELINE, instruction_set
 from drake_navbench.processes.machine import processor_name
 
 PACKAGE = Path(__file__).parents[1]
@@ -23,9 +24,10 @@ APART = ("analysis", "controllers", "models", "scenarios")
 class Fingerprint(NamedTuple):
     """The fingerprint of a process.
 
-    software: versions that must be equal for equal results. processor: its name. features: a digest
-    of its instructions. Processes that differ in processor or features may round differently, since
-    compiled kernels use the processor's instructions, such as fused multiply-adds.
+    software: versions that must be equal for equal results. processor: its name. features: the
+    instructions that this process uses, the name of the baseline or a digest of all that the
+    processor has. Processes that differ in features may round differently, since compiled kernels
+    use the processor's instructions, such as fused multiply-adds.
     """
 
     software: dict[str, str]
@@ -44,17 +46,23 @@ class Fingerprint(NamedTuple):
 @cache
 def fingerprint() -> Fingerprint:
     """Returns that of this process."""
-    import llvmlite.binding as llvm
-
     software = {
         "drake_navbench": __version__,
         "code": _code_digest(),
         "python": ".".join(platform.python_version_tuple()[:2]),
         **{name: version(name) for name in COMPUTING_PACKAGES},
     }
-    features = llvm.get_host_cpu_features().flatten()
-    digest = hashlib.sha256(f"{llvm.get_host_cpu_name()} {features}".encode()).hexdigest()[:12]
-    return Fingerprint(software, processor_name(), digest)
+    return Fingerprint(software, processor_name(), _features())
+
+
+def _features() -> str:
+    """Returns the baseline's name, or a digest of the instructions that the processor has."""
+    if instruction_set() == BASELINE:
+        return BASELINE
+    import llvmlite.binding as llvm
+
+    text = f"{llvm.get_host_cpu_name()} {llvm.get_host_cpu_features().flatten()}"
+    return hashlib.sha256(f"{instruction_set()} {text}".encode()).hexdigest()[:12]
 
 
 def _code_digest() -> str:

@@ -1,0 +1,70 @@
+"""One instruction set for all processors of an architecture: equal trials give equal bytes on each.
+
+Kernels, numpy and OpenBLAS would each use the best instructions that the processor has. They round
+differently: a fused product and sum once, vectorised sines in another last bit. So all three are
+held to a baseline that nearly every processor has, x86-64-v3 (Intel since 2013, AMD since 2015).
+Drake brings its own LAPACK, which knows no processors. Sines and exponentials of kernels are those
+of the C library, whose fused versions every processor of the baseline takes.
+"""
+
+from __future__ import annotations
+
+import os
+import platform
+import re
+import sys
+from collections.abc import Mapping
+from functools import cache
+
+from drake_navbench.processes.machine import CPU_INFO
+
+BASELINE = "x86-64-v3"
+HOST = "host"
+# What Linux calls those instructions of the baseline that not all x86-64 processors have.
+NEEDED_FLAGS = frozenset({"abm", "avx2", "bmi1", "bmi2", "f16c", "fma", "movbe"})
+NUMBA_VARIABLE = "NUMBA_CPU_NAME"
+# Read when numba, numpy and OpenBLAS are imported. numpy has had two sets of names for what lies
+# above the baseline, and ignores those that it does not know.
+VARIABLES: Mapping[str, str] = {
+    NUMBA_VARIABLE: BASELINE,
+    "NUMBA_CPU_FEATURES": "",
+    "NPY_DISABLE_CPU_FEATURES": "X86_V4 AVX512_ICL AVX512_SPR AVX512F AVX512CD AVX512_SKX "
+    "AVX512_CLX AVX512_CNL",
+    "OPENBLAS_CORETYPE": "Haswell",
+}
+
+
+def hold_to_baseline() -> None:
+    """Sets the baseline in the environment, for this process and those that it starts.
+
+    Where the processor lacks the baseline, or the user has named a processor for numba, nothing is
+    set. A variable that the user has set stays.
+    """
+    if not has_baseline() or os.environ.get(NUMBA_VARIABLE, BASELINE) != BASELINE:
+        return
+    for name, value in VARIABLES.items():
+        os.environ.setdefault(name, value)
+    if "numba.core.config" in sys.modules:
+        # It has read the environment already.
+        sys.modules["numba.core.config"].reload_config()
+
+
+def instruction_set() -> str:
+    """Returns BASELINE where this process is held to it, else the processor named by the user or
+    HOST: what the host has."""
+    name = os.environ.get(NUMBA_VARIABLE, HOST)
+    if name != BASELINE:
+        return name
+    return BASELINE if all(os.environ.get(key) == VARIABLES[key] for key in VARIABLES) else HOST
+
+
+@cache
+def has_baseline() -> bool:
+    """Returns whether this processor has the baseline's instructions, as far as Linux tells."""
+    if platform.machine() != "x86_64":
+        return False
+    try:
+        flags = re.search(r"^flags\s*: (.+)$", CPU_INFO.read_text(), re.MULTILINE)
+    except OSError:
+        return False
+    return flags is not None and set(flags[1].split()) >= NEEDED_FLAGS
