@@ -11,7 +11,6 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-from drake_navbench.inputs.behavior_tree_file import MissingTree, read_tree_file
 from drake_navbench.inputs.check import Status
 from drake_navbench.nav2.controller_server import plugin_block
 from drake_navbench.nav2.node_reader import NodeReader
@@ -21,6 +20,7 @@ from drake_navbench.navigation.behavior_tree.settings import (
     RECOVERY_ACTIONS,
     BehaviorTreeSettings,
 )
+from drake_navbench.navigation.behavior_tree.tree_file import MissingTree, read_tree_file
 from drake_navbench.navigation.behaviors import (
     BEHAVIORS,
     BehaviorServerParameters,

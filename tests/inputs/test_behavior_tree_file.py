@@ -7,11 +7,11 @@ from pathlib import Path
 import pytest
 
 from drake_navbench.errors import InputError
-from drake_navbench.inputs.behavior_tree_file import read_tree_file
 from drake_navbench.inputs.check import Status
 from drake_navbench.inputs.robot import load_robot
 from drake_navbench.nav2.robot import Nav2Setup, read_nav2_files
 from drake_navbench.navigation.behavior_tree.builder import faults_of
+from drake_navbench.navigation.behavior_tree.tree_file import read_tree_file
 
 JAZZY = Path(__file__).parents[1] / "nav2" / "nav2_files" / "jazzy.yaml"
 PLAIN = """<root main_tree_to_execute="Main">
