@@ -28,8 +28,6 @@ STATE_SIZE = 6
 POSE_SIZE = 3
 # v m/s, w rad/s, vy m/s.
 COMMAND_SIZE = 3
-# x m, y m, yaw rad.
-POSE_SIZE = 3
 
 
 def declare_object_input(system: LeafSystem, name: str) -> InputPort:
