@@ -9,6 +9,7 @@ from collections.abc import Callable
 from drake_navbench.analysis.invariants import INVARIANTS
 from drake_navbench.analysis.metrics.definition import Metric
 from drake_navbench.analysis.metrics.registry import installed_metrics
+from drake_navbench.markdown_text import markdown_table
 
 INTRODUCTION = """\
 # Metrics
@@ -30,9 +31,7 @@ CHECKS = """
 
 Not metrics, but what must hold in every log, whatever the controller does. The report warns, a line
 a check, and `violations` in trials.parquet counts the rows of a log.
-
-| check | what |
-|---|---|"""
+"""
 PUBLICATION = "Schena 2024"
 REPLACED_BY = {
     "abort_time": "stall_time_s",
@@ -53,12 +52,13 @@ def catalogue() -> str:
     parts = [INTRODUCTION]
     for theme, metrics in installed_metrics().items():
         parts.append(f"\n## {theme.capitalize()}\n")
-        parts.append("| metric | unit | better | what | formula | source |")
-        parts.append("|---|---|---|---|---|---|")
         default_source = PUBLICATION if theme == "published" else "–"
-        parts += [_row(entry, default_source) for entry in metrics]
+        rows = [_row(entry, default_source) for entry in metrics]
+        titles = ("metric", "unit", "better", "what", "formula", "source")
+        parts += markdown_table(titles, rows)
     parts.append(CHECKS)
-    parts += [f"| {kind} | {_first_line(check)} |" for kind, check in INVARIANTS.items()]
+    checks = ((kind, _first_line(check)) for kind, check in INVARIANTS.items())
+    parts += markdown_table(("check", "what"), checks)
     return "\n".join(parts) + "\n"
 
 
@@ -72,7 +72,7 @@ def _first_line(check: Callable[..., object]) -> str:
     return (inspect.getdoc(check) or "").partition("\n")[0].removeprefix("Flags ")
 
 
-def _row(entry: Metric, default_source: str) -> str:
+def _row(entry: Metric, default_source: str) -> list[str]:
     what = entry.summary
     if entry.name in REPLACED_BY:
         what += f" Corrected form: `{REPLACED_BY[entry.name]}`."
@@ -82,5 +82,4 @@ def _row(entry: Metric, default_source: str) -> str:
         what += f" Differences up to {entry.relevant:g} {entry.unit} count as none in verdicts."
     source = section(entry, "Source") or default_source
     cells = [f"`{entry.name}`", entry.unit or "–", str(entry.better), what]
-    cells += [section(entry, "Formula"), source]
-    return "| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |"
+    return [*cells, section(entry, "Formula"), source]

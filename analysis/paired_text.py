@@ -15,6 +15,7 @@ from drake_navbench.analysis.paired_tests import (
     Verdict,
 )
 from drake_navbench.analysis.paired_trials import LostTrial
+from drake_navbench.markdown_text import markdown_table
 
 # Seeds that a line names; a results folder has them all.
 MOST_SEEDS = 20
@@ -89,8 +90,7 @@ def table(findings: Sequence[Finding]) -> list[str]:
     has_labels = any(finding.label for finding in findings)
     titles = ["folder"] * has_labels + ["scenario", "controller", "metric", "base", "head"]
     titles += ["change", "95% interval", "pairs", "differing", "p (corrected)"]
-    places = ["---"] * (has_labels + 3) + ["---:"] * 3 + ["---"] + ["---:"] * 3
-    lines = [markdown_row(titles), markdown_row(places)]
+    rows = []
     for finding in findings:
         quantity, found = finding.quantity, finding.comparison
         low, high = found.interval
@@ -104,13 +104,8 @@ def table(findings: Sequence[Finding]) -> list[str]:
         cells += [f"[{low:+.3g}, {high:+.3g}]" if math.isfinite(low) else "–"]
         cells += [str(found.pairs), str(finding.differing)]
         cells += ["one trial" if finding.is_one_trial else f"{finding.p_value:.2g}"]
-        lines.append(markdown_row(cells))
-    return lines
-
-
-def markdown_row(cells: Iterable[str]) -> str:
-    """Returns a row of a table in Markdown."""
-    return "| " + " | ".join(cell.strip().replace("|", "\\|") for cell in cells) + " |"
+        rows.append(cells)
+    return markdown_table(titles, rows, "l" * (has_labels + 3) + "rrrlrrr")
 
 
 def _interval(finding: Finding) -> str:

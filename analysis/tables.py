@@ -17,6 +17,7 @@ from drake_navbench.analysis.reproduction.publication import (
 from drake_navbench.analysis.reproduction.published import PUBLISHED_METRICS
 from drake_navbench.analysis.verdicts import comparable_trials, touch_counts, verdict
 from drake_navbench.logs.log import Outcome, TrialLog
+from drake_navbench.markdown_text import markdown_table
 
 STD_HEADING_ERROR = "std_heading_error"
 TABLE_DECIMALS = 3
@@ -153,10 +154,11 @@ def best_of(trials: pd.DataFrame, scenario: str, names: Sequence[str]) -> dict[s
 def table_to_markdown(table: pd.DataFrame) -> str:
     """Returns a Markdown table of a frame with (metric, unit) rows; NaN becomes a dash."""
     header = ["metric", "unit", *map(str, table.columns)]
-    lines = [_markdown_row(header), _markdown_row(["---", "---", *["---:"] * len(table.columns)])]
-    for (name, unit), cells in table.iterrows():
-        lines.append(_markdown_row([name, unit, *(_cell(value, unit) for value in cells)]))
-    return "\n".join(lines) + "\n"
+    rows = (
+        [name, unit, *(_cell(value, unit) for value in cells)]
+        for (name, unit), cells in table.iterrows()
+    )
+    return "\n".join(markdown_table(header, rows, "ll" + "r" * len(table.columns))) + "\n"
 
 
 def _controller_column(trials: pd.DataFrame, scenario: str) -> dict[tuple[str, str], float]:
@@ -193,7 +195,3 @@ def _cell(value: float, unit: str) -> str:
     if math.isnan(value):
         return "–"
     return f"{value:.0f}" if unit == "trials" else f"{value:.{TABLE_DECIMALS}f}"
-
-
-def _markdown_row(cells: Sequence[str]) -> str:
-    return "| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |"

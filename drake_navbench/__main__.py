@@ -31,7 +31,6 @@ COMMANDS = {
         "drake_navbench.commands.doctor",
         "find what in a Nav2 file causes a symptom",
     ),
-    "train": ("drake_navbench.commands.train", "train a policy in the Gymnasium environment"),
     "leaderboard": (
         "drake_navbench.commands.leaderboard",
         "rank the controllers of many folders that drive one suite",

@@ -17,6 +17,7 @@ CONTRACTS = {
     "csv_text",
     "errors",
     "logs",
+    "markdown_text",
     "noise",
     "plugins",
     "processes",

@@ -14,7 +14,6 @@ from drake_navbench.navigation.behavior_tree.leaves import Leaf
 from drake_navbench.navigation.behaviors import Step
 from drake_navbench.navigation.goal_check import GoalCheck
 from drake_navbench.navigation.progress_checkers import ProgressCheck
-from drake_navbench.navigation.smoother import SmootherParameters
 from drake_navbench.plugins.parameters import PluginParameters
 
 
@@ -43,7 +42,7 @@ class Detour:
         return np.column_stack([points, yaws])
 
 
-class ThinParameters(SmootherParameters):
+class ThinParameters(PluginParameters):
     every: int = Field(2, ge=1, description="Each so manieth pose stays [poses].")
 
 

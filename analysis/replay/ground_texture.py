@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import base64
+import io
 import json
-import struct
-import zlib
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from PIL import Image
 from pydrake.common import MemoryFile
 from pydrake.geometry import InMemoryMesh, Mesh
 
@@ -71,25 +71,11 @@ def palette_rows() -> NDArray[np.uint8]:
 
 def png(rows: NDArray[np.uint8], colors: NDArray[np.uint8]) -> bytes:
     """Returns a PNG image of rows of `colors` (C, 4) RGBA, the first row of pixels on top."""
-
-    def chunk(kind: bytes, data: bytes) -> bytes:
-        check = zlib.crc32(kind + data)
-        return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", check)
-
-    height, width = rows.shape
-    bit_depth, indexed_color = 8, 3
-    header = struct.pack(">IIBBBBB", width, height, bit_depth, indexed_color, 0, 0, 0)
-    no_filter = np.zeros((height, 1), dtype=np.uint8)
-    return b"".join(
-        [
-            b"\x89PNG\r\n\x1a\n",
-            chunk(b"IHDR", header),
-            chunk(b"PLTE", colors[:, :3].tobytes()),
-            chunk(b"tRNS", colors[:, 3].tobytes()),
-            chunk(b"IDAT", zlib.compress(np.hstack([no_filter, rows]).tobytes(), level=9)),
-            chunk(b"IEND", b""),
-        ]
-    )
+    image = Image.fromarray(rows, "P")
+    image.putpalette(colors[:, :3].tobytes())
+    written = io.BytesIO()
+    image.save(written, "PNG", transparency=colors[:, 3].tobytes(), compress_level=9)
+    return written.getvalue()
 
 
 def _gltf(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Literal, Self
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -117,9 +117,6 @@ class HarmonyParameters(ControllerParameters):
 
     # Program
     use_program: bool = Field(True, description="Improve the samples by the program.")
-    solver: Literal["interior_point", "ipopt"] = Field(
-        "interior_point", description="Of the program: our own in numba, or IPOPT."
-    )
     warm_iterations: Count = Field(
         12, ge=1, le=1000, description="Most steps for the plan driven so far."
     )

@@ -101,11 +101,6 @@ class Planner:
             parameters.curve_speed,
             parameters.approach_dist,
         )
-        self._program = None
-        if parameters.solver == "ipopt":
-            from drake_navbench.controllers.harmony.ipopt_program import IpoptProgram
-
-            self._program = IpoptProgram(parameters.step_count, len(discs))
 
     @property
     def stage_count(self) -> int:
@@ -287,10 +282,7 @@ class Planner:
             LAST_BARRIER,
             TOLERANCE,
         )
-        if self._program is not None:
-            solution = self._program.solve(scene, guess, settings)
-        else:
-            solution = solve(scene, guess, settings)
+        solution = solve(scene, guess, settings)
         plan = solution.plan if solution.solved else guess
         cost = solution.cost if solution.solved else plan_cost(scene, guess)
         return Candidate(

@@ -98,7 +98,7 @@ def world_parts(spec: TrialSpec) -> set[str]:
         f"drive {getattr(robot.drive, 'physics', 'ideal')}",
         "a round body" if robot.is_circle else "an outline",
         f"planner {navigation.planner.plugin.rpartition('::')[2]}",
-        f"smoother {navigation.smoother.type}",
+        f"smoother {navigation.smoother.plugin}",
         *(f"layer {name}" for costmap in costmaps for name in costmap.plugins),
         *(
             "recorded people" if people.recording else f"people ({people.model})"

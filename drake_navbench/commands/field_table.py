@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from drake_navbench.inputs.robot import ROBOT_FILES, Robot, load_robot
+from drake_navbench.markdown_text import markdown_table
 
 INTRODUCTION = """\
 # Fields of a robot file
@@ -25,13 +26,12 @@ def robots_page() -> str:
     lines = [
         *INTRODUCTION.splitlines(),
         "",
-        "| robot | what it is |",
-        "|---|---|",
-        *(f"| `{name}` | {load_robot(name).description} |" for name in ROBOT_FILES.names),
+        *markdown_table(
+            ("robot", "what it is"),
+            ((f"`{name}`", load_robot(name).description) for name in ROBOT_FILES.names),
+        ),
         "",
-        "| field | default | meaning |",
-        "|---|---|---|",
-        *_rows(schema, schema, "", ()),
+        *markdown_table(("field", "default", "meaning"), _rows(schema, schema, "", ())),
         "",
     ]
     return "\n".join(lines)
@@ -39,7 +39,7 @@ def robots_page() -> str:
 
 def _rows(
     part: Mapping[str, Any], schema: Mapping[str, Any], prefix: str, above: tuple[str, ...]
-) -> Iterator[str]:
+) -> Iterator[tuple[str, str, str]]:
     """Yields a row a field, those of a block below it, of alternatives one after the other.
 
     above: references of the blocks that it is in; a block within itself is not told again.
@@ -49,7 +49,7 @@ def _rows(
             continue
         place = f"{prefix}{name}"
         needed = name in part.get("required", ())
-        meaning = " ".join(str(field.get("description", "")).split()).replace("|", "\\|")
+        meaning = " ".join(str(field.get("description", "")).split())
         references = [
             reference
             for reference in _references(field)
@@ -58,14 +58,14 @@ def _rows(
         blocks = [_resolved(reference, schema) for reference in references]
         if not blocks:
             default = "needed" if needed else f"`{_shown(field.get('default'))}`"
-            yield f"| `{place}` | {default} | {meaning} |"
+            yield f"`{place}`", default, meaning
             continue
         summary = meaning or " ".join(blocks[0].get("description", "").split("\n")[0].split())
-        yield f"| `{place}` | {_block_default(field, blocks)} | {summary} |"
+        yield f"`{place}`", _block_default(field, blocks), summary
         for reference, block in zip(references, blocks, strict=True):
             choice = block.get("properties", {}).get("plugin", {}).get("const")
             if len(blocks) > 1 and choice:
-                yield f"| `{place}` | with | `{choice}` |"
+                yield f"`{place}`", "with", f"`{choice}`"
             yield from _rows(block, schema, f"{place}.", (*above, reference))
 
 

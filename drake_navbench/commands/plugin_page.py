@@ -7,6 +7,7 @@ from pathlib import Path
 
 from pydantic import Field
 
+from drake_navbench.markdown_text import markdown_table
 from drake_navbench.releases import NEWEST_RELEASE, Release
 from drake_navbench.typed_files.typed_yaml import FrozenModel, read_yaml, validate
 
@@ -75,20 +76,17 @@ def plugin_page(shipped: ShippedPlugins) -> str:
     for sort in shipped.kinds:
         lines += [f"## {sort.kind}", ""]
         lines += [sort.note, ""] if sort.note else []
-        lines += [
-            "| in Nav2 | releases | here | rules of | equality, or remark |",
-            "|---|---|---|---|---|",
-        ]
-        lines += [*_rows(sort), ""]
+        titles = ("in Nav2", "releases", "here", "rules of", "equality, or remark")
+        lines += [*markdown_table(titles, _rows(sort)), ""]
     return "\n".join(lines)
 
 
-def _rows(sort: PluginSort) -> Iterator[str]:
+def _rows(sort: PluginSort) -> Iterator[tuple[str, ...]]:
     for plugin in sort.plugins:
         here = ", ".join(f"`{name}`" for name in (plugin.ours, plugin.beside) if name) or "–"
         shipped = _span(plugin.releases)
         equal = plugin.equal or plugin.remark or ""
-        yield f"| `{plugin.type}` | {shipped} | {here} | {plugin.release or ''} | {equal} |"
+        yield f"`{plugin.type}`", shipped, here, plugin.release or "", equal
 
 
 def _span(releases: list[Release]) -> str:

@@ -71,7 +71,7 @@ def plugins_of(scenario: Scenario, robot: Robot) -> Iterator[tuple[PluginKind, s
         for block in settings.plugin_blocks.values():
             yield settings.PLUGINS, block.plugin
     if isinstance(scenario.plan, GridPlan) and scenario.plan.smoother is not None:
-        yield SMOOTHERS, scenario.plan.smoother.type
+        yield SMOOTHERS, scenario.plan.smoother.plugin
 
 
 def _origins_of_column(preset: Preset) -> dict[str, Origin]:

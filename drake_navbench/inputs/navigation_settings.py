@@ -32,7 +32,8 @@ from drake_navbench.navigation.path_handler import PathHandlerParameters
 from drake_navbench.navigation.planner_settings import PlannerSettings
 from drake_navbench.navigation.progress_checkers import SimpleProgressCheckerParameters
 from drake_navbench.navigation.smac_planner_2d_parameters import SmacPlanner2DParameters
-from drake_navbench.navigation.smoother_settings import SimpleSmoothing, SmootherSettings
+from drake_navbench.navigation.smoother_parameters import SimpleSmootherParameters
+from drake_navbench.navigation.smoother_settings import SmootherSettings
 from drake_navbench.navigation.velocity_smoother import VelocitySmootherParameters
 from drake_navbench.navigation.waypoint_follower import WaypointFollowerParameters
 from drake_navbench.typed_files.quantities import (
@@ -96,7 +97,7 @@ class NavigationSettings(FrozenModel):
     global_costmap: GlobalCostmapSettings = Field(default_factory=GlobalCostmapSettings)
     planner: PlannerSettings = Field(default_factory=SmacPlanner2DParameters)
     smoother: SmootherSettings = Field(
-        default_factory=lambda: SimpleSmoothing(type="simple"),
+        default_factory=SimpleSmootherParameters,
         description="What a behaviour tree's SmoothPath asks; the default tree has none.",
     )
     behavior_tree: BehaviorTreeSettings = Field(default_factory=BehaviorTreeSettings)

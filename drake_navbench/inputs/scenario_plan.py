@@ -36,10 +36,10 @@ class GridPlan(FrozenModel):
     @field_validator("smoother", mode="before")
     @classmethod
     def _accept_name(cls, value: Any) -> Any:
-        """Takes a smoother's name alone, or 'none'."""
+        """Takes a smoother's plugin type alone, or 'none'."""
         if value == "none":
             return None
-        return {"type": value} if isinstance(value, str) else value
+        return {"plugin": value} if isinstance(value, str) else value
 
 
 class ElementsPlan(FrozenModel):

@@ -37,7 +37,10 @@ from drake_navbench.navigation.smac_planner_2d_parameters import (
     SmacPlanner2DParameters,
 )
 from drake_navbench.navigation.smac_planner_hybrid_parameters import SmacPlannerHybridParameters
-from drake_navbench.navigation.smoother_settings import SavitzkyGolaySmoothing, SimpleSmoothing
+from drake_navbench.navigation.smoother_parameters import (
+    SavitzkyGolaySmootherParameters,
+    SimpleSmootherParameters,
+)
 from drake_navbench.navigation.theta_star_planner import ThetaStarPlannerParameters
 from drake_navbench.releases import Release
 
@@ -141,11 +144,11 @@ READ_BY: Mapping[type[BaseModel], Mapping[str, ReadBy]] = {
     ThetaStarPlannerParameters: {
         "terminal_checking_interval": _since(JAZZY),
     },
-    SimpleSmoothing: {
+    SimpleSmootherParameters: {
         **_REFINEMENT,
         "enforce_path_inversion": _since(KILTED),
     },
-    SavitzkyGolaySmoothing: {
+    SavitzkyGolaySmootherParameters: {
         "enforce_path_inversion": _since(KILTED),
         "poly_order": _since(LYRICAL),
         "window_size": _since(LYRICAL),

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 from drake_navbench.inputs.check import CheckRow, Status
 from drake_navbench.kernels.grid import INSCRIBED
 from drake_navbench.nav2.parameters import Section
-from drake_navbench.releases import NEWEST_RELEASE, Release
+from drake_navbench.releases import NEWEST_RELEASE, RELEASE_FIELD, Release
 
 # What tells a release, the most decisive first:
 #
@@ -76,12 +76,11 @@ LISTED_LIBRARIES = frozenset(
 LAST_OF_OLD_NAMES, FIRST_OF_NEW_NAMES = Release.IRON, Release.JAZZY
 
 # Nav2's default tree and its nodes in a release, as settings of `BehaviorTreeSettings`.
-_UP_TO_KILTED = {"keeps_valid_path": False, "wrap_around": True}
 TREES: Mapping[Release, Mapping[str, Any]] = {
-    Release.HUMBLE: {**_UP_TO_KILTED, "heeds_error_codes": False, "backup_speed": 0.05},
-    Release.IRON: {**_UP_TO_KILTED, "backup_speed": 0.05},
-    Release.JAZZY: _UP_TO_KILTED,
-    Release.KILTED: _UP_TO_KILTED,
+    Release.HUMBLE: {"wrap_around": True, "backup_speed": 0.05},
+    Release.IRON: {"wrap_around": True, "backup_speed": 0.05},
+    Release.JAZZY: {"wrap_around": True},
+    Release.KILTED: {"wrap_around": True},
     Release.LYRICAL: {},
 }
 # The controller server of these waits for ever for a costmap that is current.
@@ -188,7 +187,7 @@ def _by_plugin(value: Any) -> Found | None:
 
 def navigation_of(release: Release) -> dict[str, Any]:
     """Returns the values of `NavigationSettings` whose default in a release differs from ours."""
-    fields: dict[str, Any] = {"behavior_tree": dict(TREES[release])}
+    fields: dict[str, Any] = {"behavior_tree": {RELEASE_FIELD: release, **TREES[release]}}
     if release in WITHOUT_COSTMAP_TIMEOUT:
         fields["controller_server"] = {"costmap_update_timeout": 0.0}
     return fields

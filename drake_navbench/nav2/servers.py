@@ -11,7 +11,6 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-from drake_navbench.inputs.behavior_tree_file import MissingTree, read_tree_file
 from drake_navbench.inputs.check import Status
 from drake_navbench.nav2.controller_server import plugin_block
 from drake_navbench.nav2.node_reader import NodeReader
@@ -21,6 +20,7 @@ from drake_navbench.navigation.behavior_tree.settings import (
     RECOVERY_ACTIONS,
     BehaviorTreeSettings,
 )
+from drake_navbench.navigation.behavior_tree.tree_file import MissingTree, read_tree_file
 from drake_navbench.navigation.behaviors import (
     BEHAVIORS,
     BehaviorServerParameters,
@@ -29,7 +29,7 @@ from drake_navbench.navigation.behaviors import (
 from drake_navbench.navigation.planner_settings import PLANNERS
 from drake_navbench.navigation.smac_planner_2d_parameters import SmacPlanner2DParameters
 from drake_navbench.navigation.smac_planner_hybrid_parameters import SmacPlannerHybridParameters
-from drake_navbench.navigation.smoother_settings import SMOOTHERS
+from drake_navbench.navigation.smoother_settings import SMOOTHERS, SimpleSmoother
 from drake_navbench.navigation.velocity_smoother import VelocitySmootherParameters
 from drake_navbench.navigation.waypoint_follower import (
     WaitAtWaypointParameters,
@@ -43,14 +43,8 @@ NAVFN = "nav2_navfn_planner::NavfnPlanner"
 # Fields of a planner that no Nav2 file has.
 NOT_NAV2S = {"plugin", "expansions_per_second"}
 TURNING_RADIUS = "minimum_turning_radius"
-SIMPLE_SMOOTHER = "nav2_smoother::SimpleSmoother"
+SIMPLE_SMOOTHER = SimpleSmoother.nav2_plugin
 DEFAULT_SMOOTHER = "simple_smoother"
-# Nav2's smoothers by our names.
-SMOOTHER_OF: Mapping[str, str] = {
-    SIMPLE_SMOOTHER: "simple",
-    "nav2_constrained_smoother::ConstrainedSmoother": "constrained",
-    "nav2_smoother::SavitzkyGolaySmoother": "savitzky_golay",
-}
 WAIT_AT_WAYPOINT = "nav2_waypoint_follower::WaitAtWaypoint"
 # The name that Nav2's default behaviour tree asks for if there are several planners.
 DEFAULT_PLANNER = "GridBased"
@@ -354,14 +348,13 @@ def read_smoother_server(reader: NodeReader, *, is_asked: bool) -> Fields:
         reader.note_block(Status.OTHER_FORM, other, f"{name} smooths every path")
     default = SIMPLE_SMOOTHER if names == [DEFAULT_SMOOTHER] else None
     plugin_type = reader.plugin_type(name, default, listed_in)
-    kind = SMOOTHER_OF.get(plugin_type)
-    if kind is None:
+    if plugin_type not in SMOOTHERS.built_in:
         reader.note_block(Status.STAND_IN, name, f"{plugin_type}: {SIMPLE_SMOOTHER} stands in")
-        return {"smoother": {"type": SMOOTHER_OF[SIMPLE_SMOOTHER]}}
-    model = SMOOTHERS.load(kind).Parameters
-    fields = [field for field in model.model_fields if field != "type"]
+        return {"smoother": {"plugin": SIMPLE_SMOOTHER}}
+    model = SMOOTHERS.load(plugin_type).Parameters
+    fields = [field for field in model.model_fields if field != "plugin"]
     values = reader.block(model, f"{name}.", names=fields)
     reader.finish(
         {"costmap_topic", "footprint_topic", "local_costmap_topic", "transform_tolerance"}
     )
-    return {"smoother": {"type": kind, **values}}
+    return {"smoother": {"plugin": plugin_type, **values}}

@@ -6,26 +6,15 @@ from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import Field
 
 from drake_navbench.kernels.grid import Costmap
 from drake_navbench.navigation.planner import PlanningError
-from drake_navbench.typed_files.typed_yaml import FrozenModel
 
 
 class SmoothingError(PlanningError):
     """The planner found a path, but its smoother failed; `code` is Nav2's SmoothPath error code."""
 
     code = 504
-
-
-class SmootherParameters(FrozenModel):
-    """Base of the parameters of a smoother that is not built in: unknown names refused, frozen.
-
-    type: under which name it is registered, as the scenario gives it.
-    """
-
-    type: str = Field("", description="Name under which the smoother is registered.")
 
 
 class Smoother(Protocol):

@@ -18,6 +18,7 @@ class SimpleSmootherParameters(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
+    plugin: Literal["nav2_smoother::SimpleSmoother"] = "nav2_smoother::SimpleSmoother"
     tolerance: Length = Field(
         1e-10, gt=0.0, description="A pass ends when a sweep moves less than this in sum [m]"
     )
@@ -36,6 +37,7 @@ class SavitzkyGolaySmootherParameters(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
+    plugin: Literal["nav2_smoother::SavitzkyGolaySmoother"] = "nav2_smoother::SavitzkyGolaySmoother"
     window_size: Count = Field(7, ge=3, le=1001, description="Points in a window; odd [poses]")
     poly_order: Count = Field(3, ge=0, le=20, description="Order of the polynomial in it [-]")
     do_refinement: bool = Field(True, description="Smooth the smoothed path again [-]")
@@ -80,6 +82,9 @@ class ConstrainedSmootherParameters(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
+    plugin: Literal["nav2_constrained_smoother::ConstrainedSmoother"] = (
+        "nav2_constrained_smoother::ConstrainedSmoother"
+    )
     minimum_turning_radius: Length = Field(
         0.4, ge=0.0, description="Sharper turns are penalised; 0 penalises none [m]"
     )

@@ -1,15 +1,15 @@
-"""The smoother of a scenario's plan: chosen by name, with its parameters."""
+"""Smoothers of plans: chosen by Nav2's plugin type, with its parameters."""
 
 from __future__ import annotations
 
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from drake_navbench.kernels.grid import Costmap
 from drake_navbench.navigation import savitzky_golay_smoother, simple_smoother
-from drake_navbench.navigation.smoother import Smoother, SmootherParameters, SmoothingError
+from drake_navbench.navigation.smoother import Smoother, SmoothingError
 from drake_navbench.navigation.smoother_parameters import (
     ConstrainedSmootherParameters,
     SavitzkyGolaySmootherParameters,
@@ -17,34 +17,18 @@ from drake_navbench.navigation.smoother_parameters import (
 )
 from drake_navbench.plugins.choice import plugin_choice
 from drake_navbench.plugins.kinds import PluginKind
+from drake_navbench.plugins.parameters import PluginParameters
 
 Array = NDArray[np.float64]
-
-
-class SimpleSmoothing(SimpleSmootherParameters):
-    """Nav2's simple smoother."""
-
-    type: Literal["simple"]
-
-
-class ConstrainedSmoothing(ConstrainedSmootherParameters):
-    """Nav2's constrained smoother."""
-
-    type: Literal["constrained"]
-
-
-class SavitzkyGolaySmoothing(SavitzkyGolaySmootherParameters):
-    """Nav2's Savitzky-Golay smoother."""
-
-    type: Literal["savitzky_golay"]
 
 
 class SimpleSmoother:
     """Nav2's simple smoother."""
 
-    Parameters = SimpleSmoothing
+    nav2_plugin = "nav2_smoother::SimpleSmoother"
+    Parameters = SimpleSmootherParameters
 
-    def __init__(self, parameters: SimpleSmoothing) -> None:
+    def __init__(self, parameters: SimpleSmootherParameters) -> None:
         self._parameters = parameters
 
     def smooth(self, path: Array, costmap: Costmap) -> Array:
@@ -55,9 +39,10 @@ class SimpleSmoother:
 class ConstrainedSmoother:
     """Nav2's constrained smoother."""
 
-    Parameters = ConstrainedSmoothing
+    nav2_plugin = "nav2_constrained_smoother::ConstrainedSmoother"
+    Parameters = ConstrainedSmootherParameters
 
-    def __init__(self, parameters: ConstrainedSmoothing) -> None:
+    def __init__(self, parameters: ConstrainedSmootherParameters) -> None:
         self._parameters = parameters
 
     def smooth(self, path: Array, costmap: Costmap) -> Array:
@@ -74,9 +59,10 @@ class ConstrainedSmoother:
 class SavitzkyGolaySmoother:
     """Nav2's Savitzky-Golay smoother."""
 
-    Parameters = SavitzkyGolaySmoothing
+    nav2_plugin = "nav2_smoother::SavitzkyGolaySmoother"
+    Parameters = SavitzkyGolaySmootherParameters
 
-    def __init__(self, parameters: SavitzkyGolaySmoothing) -> None:
+    def __init__(self, parameters: SavitzkyGolaySmootherParameters) -> None:
         self._parameters = parameters
 
     def smooth(self, path: Array, costmap: Costmap) -> Array:
@@ -89,19 +75,18 @@ SMOOTHERS = PluginKind(
     group="drake_navbench.smoothers",
     members=("Parameters", "smooth"),
     guide="docs/plugins.md",
-    parameters=SmootherParameters,
+    parameters=PluginParameters,
     built_in={
-        "simple": SimpleSmoother,
-        "constrained": ConstrainedSmoother,
-        "savitzky_golay": SavitzkyGolaySmoother,
+        smoother.nav2_plugin: smoother
+        for smoother in (SimpleSmoother, ConstrainedSmoother, SavitzkyGolaySmoother)
     },
 )
-"""The smoothers by the names that a scenario gives them."""
+"""The smoothers by Nav2's plugin type."""
 
-SmootherSettings = plugin_choice(SMOOTHERS, key="type")
-"""Parameters of the smoother that `type` names."""
+SmootherSettings = plugin_choice(SMOOTHERS, SimpleSmoother.nav2_plugin)
+"""Parameters of a smoother; without `plugin`, of the SimpleSmoother."""
 
 
 def make_smoother(settings: Any) -> Smoother:
     """Returns the smoother that settings choose; raises InputError where it cannot be made."""
-    return SMOOTHERS.make(settings.type, settings)
+    return SMOOTHERS.make(settings.plugin, settings)

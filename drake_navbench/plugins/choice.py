@@ -27,8 +27,7 @@ class _AnyOfThem:
     And those of plugins that they cannot know.
     """
 
-    def __init__(self, key: str, built_in: Mapping[str, Any]) -> None:
-        self._key = key
+    def __init__(self, built_in: Mapping[str, Any]) -> None:
         self._built_in = built_in
 
     def __get_pydantic_json_schema__(
@@ -40,15 +39,15 @@ class _AnyOfThem:
             {
                 "type": "object",
                 "description": "Parameters of a plugin of another package.",
-                "properties": {self._key: {"type": "string", "not": {"enum": [*self._built_in]}}},
-                "required": [self._key],
+                "properties": {"plugin": {"type": "string", "not": {"enum": [*self._built_in]}}},
+                "required": ["plugin"],
             },
         ]
         return schema
 
 
-def plugin_choice(kind: PluginKind, default: str | None = None, *, key: str = "plugin") -> Any:
-    """Returns the type of a field that holds one plugin's parameters, told apart by `key`.
+def plugin_choice(kind: PluginKind, default: str | None = None) -> Any:
+    """Returns the type of a field that holds one plugin's parameters, told apart by `plugin`.
 
     default: the plugin of a block that names none; None where a block must name one. Nav2's
     releases up to Jazzy write some types with a slash, as in nav2_navfn_planner/NavfnPlanner; both
@@ -57,8 +56,8 @@ def plugin_choice(kind: PluginKind, default: str | None = None, *, key: str = "p
 
     def plugin_of(data: Any) -> Any:
         if isinstance(data, Mapping):
-            return data.get(key, default)
-        return getattr(data, key, default)
+            return data.get("plugin", default)
+        return getattr(data, "plugin", default)
 
     def check_plugin(data: Any, validate_built_in: ValidatorFunctionWrapHandler) -> Any:
         plugin = normalized(plugin_of(data))
@@ -66,9 +65,9 @@ def plugin_choice(kind: PluginKind, default: str | None = None, *, key: str = "p
             raise ValueError(f"unknown plugin {plugin!r}{nearest_name_hint(plugin, kind.names)}")
         if kind.origin(plugin) is not None:
             is_checked = kind.parameters is not None and isinstance(data, kind.parameters)
-            return data if is_checked else chosen_plugin(kind, {**data, key: plugin}, key)
-        if isinstance(data, Mapping) and key in data:
-            data = {**data, key: plugin}
+            return data if is_checked else chosen_plugin(kind, {**data, "plugin": plugin})
+        if isinstance(data, Mapping) and "plugin" in data:
+            data = {**data, "plugin": plugin}
         return validate_built_in(data)
 
     def as_itself(value: Any, serialize_built_in: SerializerFunctionWrapHandler, info: Any) -> Any:
@@ -81,7 +80,7 @@ def plugin_choice(kind: PluginKind, default: str | None = None, *, key: str = "p
     return Annotated[
         union,
         Discriminator(plugin_of),
-        _AnyOfThem(key, kind.built_in),
+        _AnyOfThem(kind.built_in),
         WrapValidator(check_plugin),
         WrapSerializer(as_itself),
     ]

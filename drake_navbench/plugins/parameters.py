@@ -45,13 +45,13 @@ def normalized(plugin: Any) -> Any:
     return plugin.replace("/", "::") if isinstance(plugin, str) else plugin
 
 
-def chosen_plugin(kind: PluginKind, block: Mapping[str, Any], key: str = "plugin") -> Any:
+def chosen_plugin(kind: PluginKind, block: Mapping[str, Any]) -> Any:
     """Returns the parameters of the plugin that a block names, as its own model.
 
     Raises ValidationError, with the place within the block, where the plugin is broken or a value
     is wrong.
     """
-    name = block[key]
+    name = block["plugin"]
     try:
         if not isinstance(name, str):
             raise InputError(f"got {name!r}, expected the name of a {kind.noun}")
@@ -60,7 +60,7 @@ def chosen_plugin(kind: PluginKind, block: Mapping[str, Any], key: str = "plugin
             raise InputError(f"got {name!r}, expected a {kind.noun} of another package")
         model = chosen.Parameters
     except InputError as error:
-        raise _as_validation_error([_fault(str(error), (key,), name)]) from error
+        raise _as_validation_error([_fault(str(error), ("plugin",), name)]) from error
     try:
         # Through JSON, because strictness there takes a list for a tuple.
         return model.model_validate_json(json.dumps({**block}, default=str), strict=True)

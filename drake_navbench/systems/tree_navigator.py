@@ -19,11 +19,7 @@ from drake_navbench.navigation.behavior_tree.board import (
     SmoothPath,
     TickInputs,
 )
-from drake_navbench.navigation.behavior_tree.builder import build_tree
-from drake_navbench.navigation.behavior_tree.navigate_to_pose import (
-    navigate_to_pose_tree,
-    replace_leaves,
-)
+from drake_navbench.navigation.behavior_tree.navigate_to_pose import navigate_to_pose_tree
 from drake_navbench.navigation.behavior_tree.settings import BehaviorTreeSettings
 from drake_navbench.navigation.behavior_tree.snapshot import (
     Snapshot,
@@ -212,11 +208,7 @@ class _Machine:
 
     def __init__(self, settings: BehaviorTreeSettings, board: Board) -> None:
         self._board = board
-        if settings.tree is None:
-            self._root = navigate_to_pose_tree(self._board, settings)
-        else:
-            self._root = build_tree(settings.tree, self._board)
-            replace_leaves(self._root, self._board, settings)
+        self._root = navigate_to_pose_tree(self._board, settings)
         self.nodes = nodes_of(self._root)
         self._changes: list[dict[str, Any]] = []
         # The snapshot that the nodes are in; None during a tick. Setting them again is spared.

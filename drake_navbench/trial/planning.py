@@ -52,7 +52,7 @@ def make_plan(
     if plan.smoother is None:
         return path
     smoothed = make_smoother(plan.smoother).smooth(path, costmap)
-    _require_path("smoother", plan.smoother.type, smoothed)
+    _require_path("smoother", plan.smoother.plugin, smoothed)
     return smoothed
 
 
@@ -66,7 +66,7 @@ def path_smoother_of(robot: Robot) -> SmoothPath:
 
     def smooth(path: Array, costmap: Costmap) -> Array:
         smoothed = smoother.smooth(path, costmap)
-        _require_path("smoother", settings.type, smoothed)
+        _require_path("smoother", settings.plugin, smoothed)
         return smoothed
 
     return smooth

@@ -80,7 +80,10 @@ SCENARIO = {
     "goal": [7.0, 0.0, 0.0],
     "waypoints": [[2.0, 0.0, 0.0]],
     "navigation_mode": "navigate_to_pose",
-    "plan": {"type": "planner", "smoother": {"type": "constrained", "w_cost": 0.02}},
+    "plan": {
+        "type": "planner",
+        "smoother": {"plugin": "nav2_constrained_smoother::ConstrainedSmoother", "w_cost": 0.02},
+    },
     "timeout_s": 60.0,
     "variation": {"start_xy_std_m": 0.02, "start_yaw_std_rad": 0.02},
     "robot_overrides": {"navigation": {"controller_server": {"failure_tolerance": 0.3}}},

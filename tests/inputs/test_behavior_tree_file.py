@@ -7,11 +7,11 @@ from pathlib import Path
 import pytest
 
 from drake_navbench.errors import InputError
-from drake_navbench.inputs.behavior_tree_file import read_tree_file
 from drake_navbench.inputs.check import Status
 from drake_navbench.inputs.robot import load_robot
 from drake_navbench.nav2.robot import Nav2Setup, read_nav2_files
 from drake_navbench.navigation.behavior_tree.builder import faults_of
+from drake_navbench.navigation.behavior_tree.tree_file import read_tree_file
 
 JAZZY = Path(__file__).parents[1] / "nav2" / "nav2_files" / "jazzy.yaml"
 PLAIN = """<root main_tree_to_execute="Main">
@@ -227,15 +227,15 @@ def test_a_tree_may_smooth_its_path(tmp_path, result, check, told):
 
 
 @pytest.mark.parametrize(
-    ("plugin", "kind"),
+    ("plugin", "values"),
     [
-        ("nav2_smoother::SimpleSmoother", "simple"),
-        ("nav2_constrained_smoother/ConstrainedSmoother", "constrained"),
-        ("nav2_smoother::SavitzkyGolaySmoother", "savitzky_golay"),
+        ("nav2_smoother::SimpleSmoother", {"w_smooth": 0.4}),
+        ("nav2_constrained_smoother/ConstrainedSmoother", {"w_smooth": 0.4}),
+        ("nav2_smoother::SavitzkyGolaySmoother", {"refinement_num": 5}),
         ("my_smoother::Smoother", None),
     ],
 )
-def test_the_smoother_is_read_where_the_tree_asks_for_one(tmp_path, plugin, kind):
+def test_the_smoother_is_read_where_the_tree_asks_for_one(tmp_path, plugin, values):
     write(tmp_path, SMOOTHING.replace("RESULT", "path").replace("CHECK", ""))
     own = tmp_path / "nav2.yaml"
     own.write_text(
@@ -245,13 +245,14 @@ def test_the_smoother_is_read_where_the_tree_asks_for_one(tmp_path, plugin, kind
     )
     setup = read_nav2_files([JAZZY, own], load_robot("wheelchair"), "wheelchair")
     smoother = setup.robot.navigation.smoother
-    assert smoother.type == (kind or "simple")
     stands_in = [row.text for row in setup.check.stand_ins if "smoother_server" in row.text]
-    assert bool(stands_in) == (kind is None)
-    if kind in ("simple", "constrained"):
-        assert smoother.w_smooth == 0.4
-    if kind == "savitzky_golay":
-        assert smoother.refinement_num == 5
+    if values is None:
+        assert smoother.plugin == "nav2_smoother::SimpleSmoother"
+        assert stands_in
+    else:
+        assert smoother.plugin == plugin.replace("/", "::")
+        assert {name: getattr(smoother, name) for name in values} == values
+        assert not stands_in
 
 
 @pytest.mark.parametrize(

@@ -30,7 +30,7 @@ filters:
     multiplier: 0.5
 plan:
   type: planner
-  smoother: {type: simple, max_its: 500, do_refinement: false}
+  smoother: {plugin: nav2_smoother/SimpleSmoother, max_its: 500, do_refinement: false}
 waypoints: [[2.0, 0.0, 0.1]]
 navigation_mode: navigate_to_pose
 timeout_s: 77.0

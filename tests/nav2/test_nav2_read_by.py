@@ -11,7 +11,7 @@ from drake_navbench.inputs.check import Status
 from drake_navbench.inputs.robot import load_robot
 from drake_navbench.nav2.read_by import READ_BY, read_by
 from drake_navbench.nav2.robot import Nav2Setup, read_nav2_files
-from drake_navbench.navigation.smoother_settings import SimpleSmoothing
+from drake_navbench.navigation.smoother_parameters import SimpleSmootherParameters
 from drake_navbench.releases import Release
 from drake_navbench.typed_files.typed_yaml import FrozenModel
 
@@ -52,7 +52,7 @@ def test_the_table_names_parameters_and_values_that_models_have(model: type[Froz
 
 
 def test_a_model_made_from_another_is_read_as_that_one():
-    class Mine(SimpleSmoothing):
+    class Mine(SimpleSmootherParameters):
         pass
 
     assert read_by(Mine, "refinement_num").defaults == {Release.HUMBLE: 4}

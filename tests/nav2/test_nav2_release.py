@@ -133,14 +133,12 @@ def test_the_tree_and_the_waiting_are_those_of_the_release():
         return read_nav2_files(files, WHEELCHAIR, "chair", release=release).robot.navigation
 
     humble, lyrical = navigation("humble"), navigation("lyrical")
-    assert not humble.behavior_tree.heeds_error_codes
-    assert not humble.behavior_tree.keeps_valid_path
+    assert humble.behavior_tree.nav2_release == "humble"
     assert humble.behavior_tree.wrap_around
     assert humble.behavior_tree.backup_speed == 0.05
     assert humble.controller_server.costmap_update_timeout == 0.0
-    assert navigation("iron").behavior_tree.heeds_error_codes
     assert navigation("jazzy").behavior_tree.backup_speed == 0.15
-    assert lyrical.behavior_tree.keeps_valid_path
+    assert lyrical.behavior_tree.nav2_release == "lyrical"
     assert not lyrical.behavior_tree.wrap_around
 
 

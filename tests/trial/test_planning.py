@@ -100,10 +100,10 @@ def test_a_keepout_before_the_inflation_is_given_as_much_room_as_an_obstacle():
 @pytest.mark.parametrize(
     "smoother",
     [
-        "simple",
-        "constrained",
-        "savitzky_golay",
-        {"type": "constrained", "path_downsampling_factor": 2},
+        "nav2_smoother::SimpleSmoother",
+        "nav2_constrained_smoother::ConstrainedSmoother",
+        "nav2_smoother::SavitzkyGolaySmoother",
+        {"plugin": "nav2_constrained_smoother::ConstrainedSmoother", "path_downsampling_factor": 2},
     ],
 )
 def test_a_smoother_takes_the_kinks_out_of_the_planners_path(smoother):
@@ -137,7 +137,7 @@ def test_a_robot_given_by_a_radius_gets_a_smooth_plan_where_a_polygon_gets_none(
 
 
 def test_a_misspelt_smoother_or_parameter_is_one_line():
-    for smoother in ("simpel", {"type": "simple", "w_dat": 0.2}):
+    for smoother in ("nav2_smoother::SimpelSmoother", {"w_dat": 0.2}):
         with pytest.raises(InputError) as caught:
             scenario_of(plan={"type": "planner", "smoother": smoother})
         assert len(str(caught.value).splitlines()) == 1

@@ -67,7 +67,7 @@ TASK = {
     "goal": [GOAL_X_M, 0.0, 0.0],
     "navigation_mode": "navigate_to_pose",
     "timeout_s": 40.0,
-    "plan": {"type": "planner", "smoother": {"type": "thin", "every": 3}},
+    "plan": {"type": "planner", "smoother": {"plugin": "thin", "every": 3}},
     "robot_overrides": OVERRIDES,
 }
 

@@ -7,10 +7,10 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
-from drake_navbench.inputs.behavior_tree_file import read_tree_file
 from drake_navbench.inputs.robot import load_robot, overridden
 from drake_navbench.inputs.scenario import scenario_on_map
 from drake_navbench.logs.log import Outcome, TrialLog
+from drake_navbench.navigation.behavior_tree.tree_file import read_tree_file
 from drake_navbench.trial.trial import run_trial
 
 WARD = Path(__file__).parents[2] / "scenarios" / "maps" / "ward.yaml"
@@ -62,7 +62,7 @@ def from_file(tmp_path_factory):
 
 
 def test_the_tree_of_humble_is_the_same_by_settings_and_by_file(from_file):
-    humble = {"keeps_valid_path": False, "heeds_error_codes": False, "wrap_around": True}
+    humble = {"nav2_release": "humble", "wrap_around": True}
     by_settings, by_file = drive(humble | {"backup_speed": 0.05}), drive({"tree": from_file})
     assert by_file.outcome is Outcome.SUCCEEDED
     pd.testing.assert_frame_equal(samples(by_settings), samples(by_file))

@@ -1,184 +1,92 @@
-"""Nav2's default tree navigate_to_pose_w_replanning_and_recovery, of every release from humble on.
+"""Nav2's default tree navigate_to_pose_w_replanning_and_recovery, a file a release, and its nodes.
 
-The selectors of plugins, which choose nothing here, are left out.
+The files are in default_trees/; their variables are the settings of the same names.
 """
 
 from __future__ import annotations
 
+from functools import cache
+from pathlib import Path
+
 from drake_navbench.errors import InputError, nearest_name_hint
 from drake_navbench.navigation.behavior_tree.board import Board
-from drake_navbench.navigation.behavior_tree.control_nodes import (
-    ControlNode,
-    FallbackNode,
-    InverterNode,
-    PipelineSequence,
-    RateController,
-    ReactiveFallbackNode,
-    ReactiveSequenceNode,
-    RecoveryNode,
-    RoundRobinNode,
-    SequenceNode,
-    TreeNode,
+from drake_navbench.navigation.behavior_tree.builder import build_tree
+from drake_navbench.navigation.behavior_tree.control_nodes import ControlNode, TreeNode
+from drake_navbench.navigation.behavior_tree.description import NodeDescription
+from drake_navbench.navigation.behavior_tree.leaves import Leaf, RunBehavior
+from drake_navbench.navigation.behavior_tree.settings import (
+    RECOVERY_ACTIONS,
+    TREE_NODES,
+    BehaviorTreeSettings,
 )
-from drake_navbench.navigation.behavior_tree.leaves import (
-    COMPUTE_PATH,
-    FOLLOW_PATH,
-    ClearEntireCostmap,
-    ComputePathToPose,
-    FollowPath,
-    GlobalUpdatedGoal,
-    GoalUpdated,
-    IsGoalNearby,
-    Leaf,
-    RunBehavior,
-    ValidatePath,
-    WouldRecoveryHelp,
-)
-from drake_navbench.navigation.behavior_tree.path_leaves import TruncatePathLocal
-from drake_navbench.navigation.behavior_tree.settings import TREE_NODES, BehaviorTreeSettings
 from drake_navbench.navigation.behavior_tree.snapshot import nodes_of
+from drake_navbench.navigation.behavior_tree.tree_file import read_tree_file
+from drake_navbench.releases import Release
 
-LOCAL = "clear_local"
-GLOBAL = "clear_global"
+FOLDER = Path(__file__).parent / "default_trees"
+# Whose files the releases have; that of Iron stayed until Kilted.
+FILES = {Release.JAZZY: Release.IRON, Release.KILTED: Release.IRON}
+# Its children are the recovery actions, in the order of RECOVERY_ACTIONS.
+ACTIONS_NODE = "RecoveryActions"
 
 
 def navigate_to_pose_tree(board: Board, settings: BehaviorTreeSettings) -> TreeNode:
-    """Returns the root of the tree; its leaves read and write `board`.
+    """Returns the root of the tree that settings choose; its leaves read and write `board`.
 
-    Raises InputError where a node that is not ours cannot be made, or has no place.
+    Raises InputError where a node that is not built in cannot be made, or has no place.
     """
-    planning = RateController(
-        "RateController",
-        _compute_path(board, settings),
-        hz=settings.hz,
-        now_s=lambda: board.inputs.now_s,
-    )
-    navigate = PipelineSequence("NavigateWithReplanning", [planning, _follow_path(board, settings)])
-    root = RecoveryNode(
-        "NavigateRecovery",
-        [navigate, _recover(board, settings)],
-        number_of_retries=settings.number_of_retries,
-    )
-    replace_leaves(root, board, settings)
-    return root
-
-
-def _recover(board: Board, settings: BehaviorTreeSettings) -> TreeNode:
-    """Returns the branch that tries one recovery after another."""
-    actions = ReactiveFallbackNode(
-        "RecoveryFallback", [GoalUpdated("GoalUpdated", board), _recovery_actions(board, settings)]
-    )
-    if not settings.heeds_error_codes:
-        return actions
-    would_help = FallbackNode(
-        "WouldARecoveryHelp",
-        [
-            WouldRecoveryHelp("WouldAControllerRecoveryHelp", board, key=FOLLOW_PATH),
-            WouldRecoveryHelp("WouldAPlannerRecoveryHelp", board, key=COMPUTE_PATH),
-        ],
-    )
-    return SequenceNode("Recovery", [would_help, actions])
-
-
-def replace_leaves(root: TreeNode, board: Board, settings: BehaviorTreeSettings) -> None:
-    """Puts the nodes that are not built in into the places of the leaves of their names.
-
-    Raises InputError where there is no such leaf.
-    """
+    root = build_tree(settings.tree or default_tree(settings), board)
     leaves = {node.name: node for node in nodes_of(root) if isinstance(node, Leaf)}
-    for name in settings.plugin_blocks:
-        if name in settings.recovery_actions:
-            continue
-        if name not in leaves:
+    for name in (*settings.plugin_blocks, *_other_actions(settings)):
+        if name in leaves:
+            parent = leaves[name].parent
+            assert isinstance(parent, ControlNode)  # Every leaf has one.
+            parent.replace_child(leaves[name], _own_node(name, board, settings))
+        elif name not in settings.recovery_actions:
             raise InputError(
                 f"navigation.behavior_tree.{name}: found no place for it, expected a name in "
                 f"recovery_actions or that of a leaf{nearest_name_hint(name, leaves)}"
             )
-        parent = leaves[name].parent
-        assert isinstance(parent, ControlNode)  # Every leaf has one.
-        parent.replace_child(leaves[name], _plugin_node(name, board, settings))
+    return root
 
 
-def _plugin_node(name: str, board: Board, settings: BehaviorTreeSettings) -> TreeNode:
-    parameters = settings.plugin_blocks[name]
+def default_tree(settings: BehaviorTreeSettings) -> NodeDescription:
+    """Returns the default tree of the settings' release, with their values and recovery actions.
+
+    A recovery action that is not in the file is a leaf of its name, to be replaced.
+    """
+    names = sorted(BehaviorTreeSettings.model_fields.keys() - {"tree", "recovery_actions"})
+    values = {name: str(getattr(settings, name)) for name in names}
+    release = settings.nav2_release
+    return _with_actions(_read(FILES.get(release, release), tuple(values.items())), settings)
+
+
+@cache
+def _read(release: Release, values: tuple[tuple[str, str], ...]) -> NodeDescription:
+    return read_tree_file(FOLDER / f"{release}.xml", dict(values))
+
+
+def _with_actions(node: NodeDescription, settings: BehaviorTreeSettings) -> NodeDescription:
+    children = tuple(_with_actions(child, settings) for child in node.children)
+    if node.name == ACTIONS_NODE:
+        others = {
+            name: NodeDescription(node="Wait", name=name)
+            for name in (*settings.plugin_blocks, *_other_actions(settings))
+        }
+        actions = dict(zip(RECOVERY_ACTIONS, children, strict=True)) | others
+        children = tuple(actions[name] for name in settings.recovery_actions)
+    return node.model_copy(update={"children": children})
+
+
+def _other_actions(settings: BehaviorTreeSettings) -> list[str]:
+    """Returns the recovery actions that are behaviours of their names, run by no node of Nav2's."""
+    known = {*RECOVERY_ACTIONS, *settings.plugin_blocks}
+    return [name for name in settings.recovery_actions if name not in known]
+
+
+def _own_node(name: str, board: Board, settings: BehaviorTreeSettings) -> TreeNode:
+    parameters = settings.plugin_blocks.get(name)
+    if parameters is None:
+        arguments = {"time_allowance": settings.time_allowance}
+        return RunBehavior(name, board, behavior=name, arguments=arguments)
     return TREE_NODES.make(parameters.plugin, name, board, parameters)
-
-
-def _compute_path(board: Board, settings: BehaviorTreeSettings) -> TreeNode:
-    """Returns the branch that plans, with one more try on a cleared global costmap."""
-    plan: TreeNode = ComputePathToPose("ComputePathToPose", board)
-    if settings.keeps_valid_path:
-        plan = FallbackNode("FallbackComputePathToPose", [_keep_path(board, settings), plan])
-    clear: TreeNode = ClearEntireCostmap("ClearGlobalCostmap-Context", board, field=GLOBAL)
-    if settings.heeds_error_codes:
-        would_help = WouldRecoveryHelp("WouldAPlannerRecoveryHelp-Context", board, key=COMPUTE_PATH)
-        clear = SequenceNode("PlannerContext", [would_help, clear])
-    return RecoveryNode("ComputePathRecovery", [plan, clear], number_of_retries=1)
-
-
-def _keep_path(board: Board, settings: BehaviorTreeSettings) -> TreeNode:
-    """Returns the condition that the path is short, of this goal, and valid."""
-    return ReactiveSequenceNode(
-        "CheckIfNewPathNeeded",
-        [
-            InverterNode("Inverter", [GlobalUpdatedGoal("GlobalUpdatedGoal", board)]),
-            IsGoalNearby(
-                "IsGoalNearby",
-                board,
-                threshold_m=settings.proximity_threshold,
-                search_distance_m=settings.max_robot_pose_search_dist,
-            ),
-            TruncatePathLocal("TruncatePathLocal", board),
-            ValidatePath("ValidatePath", board),
-        ],
-    )
-
-
-def _follow_path(board: Board, settings: BehaviorTreeSettings) -> TreeNode:
-    """Returns the branch that follows the path, with one more try on a cleared local costmap."""
-    clear: TreeNode = ClearEntireCostmap("ClearLocalCostmap-Context", board, field=LOCAL)
-    if settings.heeds_error_codes:
-        would_help = WouldRecoveryHelp(
-            "WouldAControllerRecoveryHelp-Context", board, key=FOLLOW_PATH
-        )
-        clear = SequenceNode("ControllerContext", [would_help, clear])
-    return RecoveryNode(
-        "FollowPathRecovery", [FollowPath("FollowPath", board), clear], number_of_retries=1
-    )
-
-
-def _recovery_actions(board: Board, settings: BehaviorTreeSettings) -> TreeNode:
-    allowance = {"time_allowance": settings.time_allowance}
-    backup = {"target_x": settings.backup_dist, "speed": settings.backup_speed} | allowance
-    actions = {
-        "clear": lambda: SequenceNode(
-            "ClearingActions",
-            [
-                ClearEntireCostmap("ClearLocalCostmap-Subtree", board, field=LOCAL),
-                ClearEntireCostmap("ClearGlobalCostmap-Subtree", board, field=GLOBAL),
-            ],
-        ),
-        "spin": lambda: RunBehavior(
-            "Spin",
-            board,
-            behavior="spin",
-            arguments={"target_yaw": settings.spin_dist} | allowance,
-        ),
-        "wait": lambda: RunBehavior(
-            "Wait", board, behavior="wait", arguments={"time": settings.wait_duration}
-        ),
-        "backup": lambda: RunBehavior("BackUp", board, behavior="backup", arguments=backup),
-    }
-
-    def action(name: str) -> TreeNode:
-        if name in settings.plugin_blocks:
-            return _plugin_node(name, board, settings)
-        if name in actions:
-            return actions[name]()
-        return RunBehavior(name, board, behavior=name, arguments=allowance)
-
-    return RoundRobinNode(
-        "RecoveryActions",
-        [action(name) for name in settings.recovery_actions],
-        wrap_around=settings.wrap_around,
-    )

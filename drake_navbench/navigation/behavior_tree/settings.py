@@ -9,6 +9,7 @@ from pydantic import BeforeValidator, Field, field_validator
 from drake_navbench.navigation.behavior_tree.description import NodeDescription
 from drake_navbench.plugins.kinds import PluginKind
 from drake_navbench.plugins.parameters import PluginBlocks, PluginParameters
+from drake_navbench.releases import NEWEST_RELEASE, Release
 from drake_navbench.typed_files.quantities import Angle, Count, Duration, Frequency, Length, Speed
 from drake_navbench.typed_files.typed_yaml import tuples_for_lists
 
@@ -48,6 +49,11 @@ class BehaviorTreeSettings(PluginBlocks):
     tree: Annotated[NodeDescription | None, BeforeValidator(tuples_for_lists)] = Field(
         None, description="A tree in place of the default one, to which all else then belongs."
     )
+    nav2_release: Release = Field(
+        NEWEST_RELEASE,
+        description="Whose default tree: that of Lyrical keeps a valid path near the goal; that of "
+        "Humble meets every failure with a recovery, the others only where one is useful.",
+    )
     recovery_actions: Annotated[tuple[str, ...], BeforeValidator(tuples_for_lists)] = Field(
         RECOVERY_ACTIONS,
         min_length=1,
@@ -66,16 +72,6 @@ class BehaviorTreeSettings(PluginBlocks):
         "controller server's and the behaviours' periods, to the same effect.",
     )
     hz: Frequency = Field(1.0, gt=0.0, description="Rate at which a new path is considered [Hz].")
-    keeps_valid_path: bool = Field(
-        True,
-        description="Near the goal a valid path is kept, as in Lyrical; earlier releases of Nav2 "
-        "plan anew as long as they drive.",
-    )
-    heeds_error_codes: bool = Field(
-        True,
-        description="Only failures after which a recovery is useful are met with one; in Humble "
-        "all are.",
-    )
     proximity_threshold: Length = Field(
         4.0, ge=0.0, description="A path shorter than this is kept while it is valid [m]."
     )

@@ -20,7 +20,6 @@ from drake_navbench.analysis.paired_text import (
     cells_text,
     equal_text,
     lost_lines,
-    markdown_row,
     sentence,
     table,
     undecided_sentence,
@@ -28,6 +27,7 @@ from drake_navbench.analysis.paired_text import (
 from drake_navbench.analysis.statistics import detectable_difference
 from drake_navbench.logs.log import Outcome
 from drake_navbench.logs.results import ResultsFolder
+from drake_navbench.markdown_text import markdown_table
 from drake_navbench.studies.side_by_side.gate import GateResult, Side, column_of
 
 
@@ -180,14 +180,11 @@ def _detectable(judged: Judged) -> list[str]:
     for f in own:
         rows.setdefault((f.scenario, f.controller), {})[f.quantity.name] = _seen(f)
     titles = [f"{name} [{unit}]" if unit else name for name, unit in units.items()]
-    return [
-        markdown_row(["scenario", "controller", *titles]),
-        markdown_row(["---", "---", *["---:"] * len(titles)]),
-        *(
-            markdown_row([*cell, *(values[name] for name in units)])
-            for cell, values in rows.items()
-        ),
-    ]
+    return markdown_table(
+        ["scenario", "controller", *titles],
+        ([*cell, *(values[name] for name in units)] for cell, values in rows.items()),
+        "ll" + "r" * len(titles),
+    )
 
 
 def _seen(finding: Finding) -> str:

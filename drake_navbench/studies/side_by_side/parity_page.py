@@ -7,6 +7,7 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from statistics import median
 
+from drake_navbench.markdown_text import markdown_table
 from drake_navbench.native.builds import Build, NoiseSource
 from drake_navbench.studies.side_by_side.likeness import Likeness
 from drake_navbench.studies.side_by_side.parity import DecisionResult, Parity, TrialResult
@@ -62,14 +63,14 @@ def _controllers(parities: Sequence[Parity]) -> list[str]:
         "the port drives, in which the original sees the same. A trial is driven by each, and "
         "counts by its commands in all cycles and by how it ends.",
         "",
-        "| controller | original | scenes | cycles | trials |",
-        "|---|---|---:|---:|---:|",
     ]
+    rows = []
     for parity in parities:
         cycles = [cycle for trial in parity.trials for cycle in trial.cycles]
         cells = [_counts(results) for results in (parity.scenes, cycles, parity.trials)]
-        lines.append(f"| `{parity.preset}` | `{parity.plugin}` | {' | '.join(cells)} |")
-    return lines
+        rows.append([f"`{parity.preset}`", f"`{parity.plugin}`", *cells])
+    titles = ("controller", "original", "scenes", "cycles", "trials")
+    return lines + markdown_table(titles, rows, "llrrr")
 
 
 def _planners(planners: Sequence[PlannerParity]) -> list[str]:
@@ -77,13 +78,12 @@ def _planners(planners: Sequence[PlannerParity]) -> list[str]:
         "Planners find a way over random maps; what is not given has the original's default. A "
         "port's own switches are as in Nav2.",
         "",
-        "| planner | plans of both | maps |",
-        "|---|---:|---:|",
     ]
+    rows = []
     for planner in planners:
         plans = sum(result.has_plan for result in planner.results)
-        lines.append(f"| {_with_values(planner)} | {plans} | {_counts(planner.results)} |")
-    return lines
+        rows.append((_with_values(planner), str(plans), _counts(planner.results)))
+    return lines + markdown_table(("planner", "plans of both", "maps"), rows, "lrr")
 
 
 def _with_values(planner: PlannerParity) -> str:
@@ -128,8 +128,8 @@ def _details(parity: Parity, build: Build) -> list[str]:
         lines += ["", *_trials(parity.trials)]
     if parity.defaults:
         lines += ["", "Defaults that differ, where nothing is given:", ""]
-        lines += ["| parameter | port | original |", "|---|---|---|"]
-        lines += [f"| `{o.name}` | {o.of_port} | {o.of_original} |" for o in parity.defaults]
+        rows = [(f"`{o.name}`", str(o.of_port), str(o.of_original)) for o in parity.defaults]
+        lines += markdown_table(("parameter", "port", "original"), rows)
     if parity.not_read:
         names = ", ".join(f"`{name}`" for name in parity.not_read)
         lines += ["", f"Given, and not read by the original: {names}."]
@@ -137,10 +137,7 @@ def _details(parity: Parity, build: Build) -> list[str]:
 
 
 def _trials(trials: Sequence[TrialResult]) -> list[str]:
-    lines = [
-        "| scenario | seed | commands | largest difference | apart from | port | original |",
-        "|---|---:|---|---:|---:|---|---|",
-    ]
+    rows = []
     for t in trials:
         apart = f"{t.apart_s:.2f} s" if math.isfinite(t.apart_s) else "never"
         cells = [
@@ -151,5 +148,6 @@ def _trials(trials: Sequence[TrialResult]) -> list[str]:
             apart,
             *t.outcomes,
         ]
-        lines.append(f"| {' | '.join(cells)} |")
-    return lines
+        rows.append(cells)
+    titles = ("scenario", "seed", "commands", "largest difference", "apart from")
+    return markdown_table((*titles, "port", "original"), rows, "lrlrr")

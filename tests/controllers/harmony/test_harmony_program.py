@@ -4,14 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from harmony_ipopt import IpoptProgram, cost_and_gradient, rows_and_jacobian
 from harmony_scenes import DISCS, arc, problem
 
 from drake_navbench.controllers.harmony.interior_point import SolverSettings, solve
-from drake_navbench.controllers.harmony.ipopt_program import (
-    IpoptProgram,
-    cost_and_gradient,
-    rows_and_jacobian,
-)
 from drake_navbench.controllers.harmony.motion import ALPHA, ANGULAR_JERK, JERK, A, V, W, roll_out
 from drake_navbench.kernels.distance_field import path_clearance
 

@@ -26,7 +26,7 @@ from drake_navbench.inputs.robot import load_robot
 from drake_navbench.inputs.scenario import Scenario
 from drake_navbench.logs.log import Outcome
 from drake_navbench.studies.gymnasium.environment import NavigationEnvironment
-from drake_navbench.studies.gymnasium.training import PolicyView
+from drake_navbench.studies.gymnasium.policy_view import PolicyView
 from drake_navbench.trial.column_controller import make_controller
 
 SQUARE = np.array([[1.0, 1.0], [-1.0, 1.0], [-1.0, -1.0], [1.0, -1.0]])

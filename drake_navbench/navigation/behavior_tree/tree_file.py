@@ -6,6 +6,7 @@ for the other trees of the file. Whether the nodes are ours is no concern here.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 from xml.parsers import expat
@@ -39,9 +40,10 @@ class _Element:
         self.children: list[_Element] = []
 
 
-def read_tree_file(path: Path) -> NodeDescription:
+def read_tree_file(path: Path, values: Mapping[str, str] | None = None) -> NodeDescription:
     """Returns the main tree of a file, with those of the files that it includes.
 
+    values: of variables, by their names; the others stay variables.
     Raises MissingTree where a tree is needed that only an included file can have which is not
     there, as that of a package (`ros_pkg`), InputError with file and line where there is none.
     """
@@ -60,7 +62,7 @@ def read_tree_file(path: Path) -> NodeDescription:
             wanted = "one BehaviorTree, or main_tree_to_execute to name one of several"
         raise InputError(f"{path}: expected {wanted}; found {found}")
     budget = _Budget(path, missing)
-    return budget.described(_only_child(trees[named], path), trees, {}, 0)
+    return budget.described(_only_child(trees[named], path), trees, values or {}, 0)
 
 
 class _Budget:
@@ -72,7 +74,7 @@ class _Budget:
         self._left = MAX_NODES
 
     def described(
-        self, element: _Element, trees: dict[str, _Element], passed: dict[str, str], depth: int
+        self, element: _Element, trees: dict[str, _Element], passed: Mapping[str, str], depth: int
     ) -> NodeDescription:
         """Returns an element's description with its children, SubTrees replaced by their trees.
 

@@ -3,7 +3,7 @@
 The same costs and limits as in interior_point.py, in the same numbers, with the jerks as variables:
 Drake gets their linear rows as linear constraints; the nonlinear rows and the cost are two Python
 functions with analytic derivatives. Built once and reused; a cycle only changes bounds and the data
-that the functions read. It serves to check our own method, and as the preset harmony_ipopt.
+that the functions read. It serves to check our own method.
 """
 
 from __future__ import annotations
