@@ -30,7 +30,10 @@ NO_SOURCES = frozenset({"build", "install", "log", "node_modules", "__pycache__"
 
 
 class Packages:
-    """The packages around a file, with those below the folders that the user named."""
+    """The packages around a file, with those below the folders that the user named.
+
+    is_told_folders: whether there are such folders.
+    """
 
     def __init__(self, file: Path, folders: Sequence[Path] = ()) -> None:
         self._folder = file.parent.absolute()
@@ -38,6 +41,7 @@ class Packages:
             if not folder.is_dir():
                 raise InputError(f"--packages {folder}: expected a folder")
         self.root = repository_of(file)
+        self.is_told_folders = bool(folders)
         self._roots = (*(folder.absolute() for folder in folders), self.root)
         self.found: dict[str, Path] = {}
 
