@@ -44,7 +44,7 @@ MAY_IMPORT: dict[str, set[str]] = {
     "nav2": BELOW_ALL | {"costmaps", "navigation", "inputs"},
     "systems": BELOW_ALL | {"costmaps", "navigation", "inputs"},
     "trial": BELOW_ALL | {"costmaps", "navigation", "inputs", "systems"},
-    "analysis": BELOW_ALL,
+    "analysis": BELOW_ALL | {"descriptions"},
     "recordings": BELOW_ALL | {"costmaps", "inputs", "trial", "analysis"},
     "campaign": BELOW_ALL | {"descriptions", "inputs", "nav2", "trial", "analysis"},
     "studies": BELOW_ALL

@@ -2,21 +2,22 @@
 
 from __future__ import annotations
 
-import tempfile
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from pydrake.geometry import Rgba, SceneGraph, Shape
+from pydrake.geometry import Rgba, Shape
 from pydrake.math import RigidTransform
 from pydrake.multibody.plant import MultibodyPlant
-from pydrake.multibody.tree import BodyIndex, JointIndex, RevoluteJoint
+from pydrake.multibody.tree import JointIndex, RevoluteJoint
 
 from drake_navbench.analysis.replay.rolling import BaseMotion, rolled_angle, trailing_heading
+from drake_navbench.descriptions.body import base_of
+from drake_navbench.descriptions.drake_plant import DrawnShape, add_bodies, drawn_shapes
+from drake_navbench.descriptions.model_source import read_source
 from drake_navbench.inputs.world_geometry import prism
-from drake_navbench.typed_files.model_file import add_models
 
 Array = NDArray[np.float64]
 
@@ -72,20 +73,17 @@ class SdfModel:
 
     def __init__(self, path: Path, caster_angles_rad: Sequence[float] | None = None) -> None:
         self._start_angles = caster_angles_rad
-        scene_graph = SceneGraph()
+        model = read_source(path).model
+        base = base_of(model)
         self._plant = MultibodyPlant(0.0)
-        self._plant.RegisterAsSourceForSceneGraph(scene_graph)
-        # The shapes that are drawn name files in it.
-        self._scratch = tempfile.TemporaryDirectory()
-        add_models(self._plant, path, Path(self._scratch.name), is_drawn=True)
-        base = self._plant.GetFrameByName(BASE_LINK)
-        self._plant.WeldFrames(self._plant.world_frame(), base)
+        add_bodies(self._plant, model, base, has_mass=False)
+        self._plant.WeldFrames(self._plant.world_frame(), self._plant.GetFrameByName(base))
         self._plant.Finalize()
         self._context = self._plant.CreateDefaultContext()
         self._rest = self._plant.CreateDefaultContext()
         joints = [self._plant.get_joint(JointIndex(i)) for i in range(self._plant.num_joints())]
         self._joints = [joint for joint in joints if isinstance(joint, RevoluteJoint)]
-        self.visuals = tuple(self._read_visuals(scene_graph))
+        self.visuals = tuple(map(_visual, drawn_shapes(model)))
         self.moving_links = tuple(joint.child_body().name() for joint in self._joints)
 
     def link_poses(self, motion: BaseMotion, times_s: Array) -> Iterator[dict[str, RigidTransform]]:
@@ -105,22 +103,6 @@ class SdfModel:
         """Returns the poses of all links in the base frame, where nothing has turned."""
         links = dict.fromkeys(visual.link for visual in self.visuals)
         return {link: self._plant.GetBodyByName(link).EvalPoseInWorld(self._rest) for link in links}
-
-    def _read_visuals(self, scene_graph: SceneGraph) -> Iterator[Visual]:
-        inspector = scene_graph.model_inspector()
-        for index in range(self._plant.num_bodies()):
-            body = self._plant.get_body(BodyIndex(index))
-            for geometry_id in self._plant.GetVisualGeometriesForBody(body):
-                name = inspector.GetName(geometry_id).rpartition("::")[2]
-                properties = inspector.GetIllustrationProperties(geometry_id)
-                rgba = properties.GetPropertyOrDefault("phong", "diffuse", DEFAULT_COLOR)
-                yield Visual(
-                    link=body.name(),
-                    name=name,
-                    shape=inspector.GetShape(geometry_id),
-                    pose=inspector.GetPoseInFrame(geometry_id),
-                    rgba=None if name.startswith(TINTED_PREFIX) else rgba,
-                )
 
     def _joint_angles(self, motion: BaseMotion) -> Iterator[tuple[RevoluteJoint, Array]]:
         """Yields each revolute joint with its angles (T,) rad at the motion's times."""
@@ -171,6 +153,12 @@ class SdfModel:
         """Returns origin (3,) m and axis (3,) of a joint in the base frame at rest."""
         pose = joint.frame_on_parent().CalcPoseInWorld(self._rest)
         return pose.translation(), pose.rotation().matrix() @ joint.revolute_axis()
+
+
+def _visual(drawn: DrawnShape) -> Visual:
+    colour = DEFAULT_COLOR if drawn.colour is None else Rgba(*np.clip(drawn.colour, 0.0, 1.0))
+    is_tinted = drawn.name.startswith(TINTED_PREFIX)
+    return Visual(drawn.link, drawn.name, drawn.shape, drawn.pose, None if is_tinted else colour)
 
 
 def _rolling_direction(axis: Array) -> Array:

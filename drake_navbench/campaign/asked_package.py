@@ -30,6 +30,8 @@ def with_package(
     found = find_package_files(arguments.package)
     picks = read_picks(arguments.pick)
     taken = {kind: found.chosen(kind, picks.get(kind)) for kind in (ROBOT, NAV2, MAP, WORLD)}
+    if NAV2 not in picks:
+        taken[NAV2] = found.fitting(NAV2, taken[ROBOT])
     if arguments.robot != default_robot:
         taken[ROBOT] = None
     if arguments.nav2 or arguments.params or arguments.controllers:

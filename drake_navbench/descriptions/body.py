@@ -19,6 +19,8 @@ CIRCLE_CORNERS = 32
 # Corners that lie within this of a straight edge are left out of the outline, m.
 TOLERANCE_M = 1e-3
 TURNING = ("continuous", "revolute")
+# Links on joints with these words in a name are wheels and casters.
+ROLLING = ("wheel", "caster", "castor")
 # An axle lies flatter than this: the part of its axis that is upright.
 LEVEL_AXIS = math.sqrt(0.5)
 
@@ -142,6 +144,12 @@ def _ball(half_axes: Array) -> Array:
     around = _circle(1.0, 0.0)
     upright, across = around[:, [0, 2, 1]], around[:, [2, 0, 1]]
     return np.vstack([around, upright, across]) * half_axes
+
+
+def rolls(joint: Joint) -> bool:
+    """Tells whether a joint is called as one of a wheel or a caster."""
+    words = f"{joint.name} {joint.child}".lower()
+    return joint.kind in TURNING and any(word in words for word in ROLLING)
 
 
 def wheels_of(model: Model, base: str) -> list[Wheel]:

@@ -8,7 +8,7 @@ from hashlib import sha256
 from pathlib import Path
 from xml.etree import ElementTree
 
-from drake_navbench.descriptions.body import TURNING, to_base_of
+from drake_navbench.descriptions.body import rolls, to_base_of
 from drake_navbench.descriptions.model import Array, Joint, Link, Model, Shape
 from drake_navbench.descriptions.poses import inverse
 from drake_navbench.processes.cache_folder import user_cache_folder
@@ -17,9 +17,6 @@ BASE = "base_link"
 # Shapes with this prefix take the controller's colour in a replay.
 TINTED = "upholstery"
 FOLDER = "drawn_models"
-# Links on joints with these words in a name are wheels and casters.
-ROLLING = ("wheel", "caster", "castor")
-MAX_VISUALS = 200
 SIZES = {
     "cylinder": ("radius", "length"),
     "capsule": ("radius", "length"),
@@ -49,24 +46,16 @@ def drawing_of(model: Model, base: str) -> str:
     root = ElementTree.Element("sdf", version="1.8")
     drawn = ElementTree.SubElement(root, "model", name="robot")
     to_base = to_base_of(model, base)
-    rolling = {joint.child: joint for joint in model.joints if _rolls(joint)}
+    rolling = {joint.child: joint for joint in model.joints if rolls(joint)}
     names = _names(model, base)
-    count = 0
     for name, link in model.links.items():
         element = ElementTree.SubElement(drawn, "link", name=names[name])
         ElementTree.SubElement(element, "pose").text = _pose_text(to_base @ link.pose)
         for visual in _visuals(link, is_tinted=name == base):
-            count += 1
-            if count <= MAX_VISUALS:
-                element.append(visual)
+            element.append(visual)
         if name != base:
             drawn.append(_joint(names, name, rolling, to_base))
     return ElementTree.tostring(root, encoding="unicode")
-
-
-def _rolls(joint: Joint) -> bool:
-    words = f"{joint.name} {joint.child}".lower()
-    return joint.kind in TURNING and any(word in words for word in ROLLING)
 
 
 def _names(model: Model, base: str) -> dict[str, str]:
@@ -95,8 +84,7 @@ def _joint(
 
 
 def _visuals(link: Link, *, is_tinted: bool) -> Iterator[ElementTree.Element]:
-    seen = [shape for shape in link.visuals if shape.kind != "mesh" or shape.mesh is not None]
-    for index, shape in enumerate(seen or link.collisions):
+    for index, shape in enumerate(link.shown):
         geometry = _geometry(shape)
         if geometry is None:
             continue
@@ -105,6 +93,10 @@ def _visuals(link: Link, *, is_tinted: bool) -> Iterator[ElementTree.Element]:
         pose = ElementTree.SubElement(visual, "pose")
         pose.text = _pose_text(inverse(link.pose) @ shape.pose)
         visual.append(geometry)
+        if shape.colour is not None:
+            material = ElementTree.SubElement(visual, "material")
+            colour = " ".join(f"{value:g}" for value in shape.colour)
+            ElementTree.SubElement(material, "diffuse").text = colour
         yield visual
 
 
@@ -125,6 +117,10 @@ def _geometry(shape: Shape) -> ElementTree.Element | None:
     elif shape.kind == "mesh" and shape.mesh is not None:
         ElementTree.SubElement(element, "uri").text = f"file://{shape.mesh.absolute()}"
         ElementTree.SubElement(element, "scale").text = " ".join(numbers)
+        if shape.submesh:
+            submesh = ElementTree.SubElement(element, "submesh")
+            ElementTree.SubElement(submesh, "name").text = shape.submesh
+            ElementTree.SubElement(submesh, "center").text = str(int(shape.is_centred))
     else:
         return None
     return geometry

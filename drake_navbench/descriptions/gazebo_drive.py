@@ -40,6 +40,8 @@ CONTROL = ("ros2_control", "ros_control")
 # Where this is the fastest, the model gives a bound of its simulator, none of a robot.
 FASTEST_MPS, FASTEST_RADPS, LARGEST_MPS2 = 20.0, 50.0, 200.0
 LEAST = 1e-3
+# The bound that stands in the template of every ros2_control block, and means none, rad/s.
+TEMPLATE_RADPS = 1.0
 
 
 class FoundDrive(NamedTuple):
@@ -190,7 +192,7 @@ def _add_wheel_limits(values: dict[str, float], model: Model, wheels: Sequence[W
             for interface in joint.findall("command_interface"):
                 if interface.get("name") == "velocity":
                     most = [number(p.text) for p in interface if p.get("name") == "max"]
-                    limits += [value for value in most if value]
+                    limits += [value for value in most if value and value != TEMPLATE_RADPS]
     radius = values.get("wheel_radius_m")
     if limits and radius and "max_linear_velocity_mps" not in values:
         values["max_linear_velocity_mps"] = min(limits) * radius

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 from xml.etree import ElementTree
 
 from drake_navbench.descriptions.model import Array, Model, Sensor
-from drake_navbench.descriptions.poses import number, yaw_of
+from drake_navbench.descriptions.poses import inverse, number, yaw_of
 from drake_navbench.descriptions.xml_file import text_of
 
+# Links that stand for a lidar where no sensor is described.
+LIDAR_LINK = re.compile(r"(?:^|_)(?:r?p?lidar|laser|base_scan|scan|hokuyo|velodyne|sick)(?:_|\d|$)")
 LIDARS = ("ray", "gpu_ray", "lidar", "gpu_lidar")
 DEPTH_CAMERAS = ("depth", "depth_camera", "rgbd_camera", "rgbd")
 # What Gazebo takes for a lidar or camera without the word, m and Hz.
@@ -60,6 +63,20 @@ def sensors_of(model: Model, to_base: Array, floor_m: float) -> FoundSensors:
         elif sensor.kind:
             found.others.append(f"{sensor.name} ({sensor.kind})")
     return found
+
+
+def lidar_link(model: Model, base: str, floor_m: float) -> FoundSensor | None:
+    """Returns where the first link is that is called as a lidar; None where none is.
+
+    Of a chain such as mount, laser the last one counts.
+    """
+    named = [name for name in model.links if LIDAR_LINK.search(name.lower())]
+    if not named:
+        return None
+    ends = {joint.parent for joint in model.joints}
+    link = next((name for name in named if name not in ends), named[0])
+    pose = inverse(model.links[base].pose) @ model.links[link].pose
+    return FoundSensor(link, _place(pose, floor_m))
 
 
 def _is_proximity(sensor: Sensor) -> bool:

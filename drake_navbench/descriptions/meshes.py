@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import os
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from hashlib import sha256
 from pathlib import Path
 from typing import Any
@@ -21,7 +21,7 @@ from drake_navbench.typed_files.input_file import MEGABYTE, file_digest
 
 MAX_MESH_BYTES = 500 * MEGABYTE
 FOLDER = "meshes"
-# Changes wherever the same file would now be read into something else.
+# Changes wherever the same file would now be read into something else, or written otherwise.
 VERSION = 3
 CHILD = "drake_navbench.typed_files.mesh_child"
 
@@ -37,6 +37,40 @@ def mesh_sections(
     """Calls `mesh_child.sections` in a limited process; bands: heights of cuts, m."""
     plain = [list(map(float, heights)) for heights in bands]
     return _read("sections", [_asked(shape, np.eye(4)) | {"bands": plain} for shape in shapes])
+
+
+def mesh_files(shapes: Sequence[Shape]) -> list[str | None]:
+    """Returns for each mesh a file that Drake draws, unscaled; None where it cannot be read.
+
+    That is the mesh itself where it is a whole OBJ file, else an OBJ file in the user's cache.
+    """
+    whole = [s.mesh is not None and s.mesh.suffix.lower() == ".obj" for s in shapes]
+    plain = [not shape.submesh and not shape.is_centred for shape in shapes]
+    wanted: list[dict[str, Any]] = [
+        {"file": str(s.mesh), "submesh": s.submesh, "is_centred": s.is_centred} for s in shapes
+    ]
+    files: list[Path] = []
+    for shape, entry, is_whole, is_plain in zip(shapes, wanted, whole, plain, strict=True):
+        is_own = is_whole and is_plain and shape.mesh is not None
+        files.append(Path(entry["file"]) if is_own else _cache_file("obj", entry, ".obj"))
+    missing = {file: entry for file, entry in zip(files, wanted, strict=True) if not file.is_file()}
+    _write_objs(missing)
+    return [str(file.absolute()) if file.is_file() else None for file in files]
+
+
+def _write_objs(wanted: Mapping[Path, dict[str, Any]]) -> None:
+    """Writes meshes as OBJ files, each whole or not at all."""
+    try:
+        user_cache_folder().joinpath(FOLDER).mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryDirectory(dir=user_cache_folder() / FOLDER) as folder:
+            parts = {file: Path(folder) / file.name for file in wanted}
+            asked = [entry | {"obj": str(parts[file])} for file, entry in wanted.items()]
+            _read_now("write_objs", asked)
+            for file, part in parts.items():
+                if part.is_file():
+                    part.replace(file)
+    except OSError:
+        return
 
 
 def _asked(shape: Shape, to_base: Array) -> dict[str, Any]:
@@ -66,6 +100,8 @@ def _read(function: str, asked: list[dict[str, Any]]) -> list[dict[str, Any]]:
 
 def _read_now(function: str, asked: list[dict[str, Any]]) -> list[dict[str, Any]]:
     """Reads meshes together, and where that takes too much one by one."""
+    if not asked:
+        return []
     try:
         return list(call_limited(f"{CHILD}:{function}", asked, "meshes"))
     except InputError:
@@ -82,13 +118,13 @@ def _explained(answer: dict[str, Any]) -> dict[str, Any]:
     return answer
 
 
-def _cache_file(function: str, entry: dict[str, Any]) -> Path:
+def _cache_file(function: str, entry: dict[str, Any], suffix: str = ".json") -> Path:
     try:
         digest = file_digest(Path(entry["file"]), max_bytes=MAX_MESH_BYTES)
     except InputError:
         digest = ""
     name = json.dumps([VERSION, function, digest, {**entry, "file": ""}])
-    return user_cache_folder() / FOLDER / f"{sha256(name.encode()).hexdigest()}.json"
+    return user_cache_folder() / FOLDER / f"{sha256(name.encode()).hexdigest()}{suffix}"
 
 
 def _cached(file: Path) -> dict[str, Any] | None:

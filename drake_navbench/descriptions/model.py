@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from pathlib import Path
 from xml.etree import ElementTree
@@ -19,7 +20,8 @@ class Shape:
     kind and size: box, its size along x, y, z m; cylinder, cone, capsule, radius and length m;
     sphere, radius m; ellipsoid, half axes m; polyline, height m; mesh, scale along x, y, z; plane,
     the endless floor, none. corners: (K, 2) m, of a polyline. mesh: the file, None where it is not
-    there; uri: its name. submesh: of which only this part counts, '' for all.
+    there; uri: its name. submesh: of which only this part counts, '' for all. name: as in the
+    file. colour: red, green, blue, alpha from 0 to 1; None: not given.
     """
 
     kind: str
@@ -30,29 +32,49 @@ class Shape:
     uri: str = ""
     submesh: str = ""
     is_centred: bool = False
+    name: str = ""
+    colour: tuple[float, ...] | None = None
 
 
 @dataclass(frozen=True)
 class Link:
-    """A rigid body; pose: (4, 4) in the model's frame."""
+    """A rigid body; pose: (4, 4) in the model's frame.
+
+    center_m: (3,) of mass, and inertia_kgm2: (3, 3) about it, in the link's frame.
+    """
 
     name: str
     pose: Array
     mass_kg: float
     collisions: tuple[Shape, ...]
     visuals: tuple[Shape, ...]
+    center_m: Array
+    inertia_kgm2: Array
+
+    @property
+    def shown(self) -> tuple[Shape, ...]:
+        """The shapes that it is drawn by: its visuals that are there, else its collisions."""
+        seen = tuple(s for s in self.visuals if s.kind != "mesh" or s.mesh is not None)
+        return seen or self.collisions
 
 
 @dataclass(frozen=True)
 class Joint:
-    """A joint; axis: (3,) in the model's frame. velocity_radps: its limit; None: not given."""
+    """A joint; pose: (4, 4) and axis: (3,) in the model's frame.
+
+    velocity_radps: its limit; None: not given. range_rad: its least and its largest angle.
+    damping_nms: torque a speed.
+    """
 
     name: str
     kind: str
     parent: str
     child: str
+    pose: Array
     axis: Array
     velocity_radps: float | None = None
+    range_rad: tuple[float, float] = (-math.inf, math.inf)
+    damping_nms: float = 0.0
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""A file with one model, URDF, SDF or xacro, read into plain data."""
+"""A file with one model, URDF, SDF, xacro or Clearpath's robot.yaml, as plain data."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from xml.etree import ElementTree
 
+from drake_navbench.descriptions.clearpath_robot import clearpath_xacro, is_clearpath
 from drake_navbench.descriptions.model import Model
 from drake_navbench.descriptions.sdf import SdfReader
 from drake_navbench.descriptions.urdf import read_urdf
@@ -50,14 +51,23 @@ def read_source(
     """
     packages = Packages(path, folders)
     text = read_input(path, max_bytes=MAX_FILE_BYTES).decode(errors="replace")
-    is_expanded = path.suffix == XACRO or XACRO_MARKS.search(text) is not None
-    expanded = expand_xacro(path, arguments, folders) if is_expanded else Expanded(text)
+    written = clearpath_xacro(path, packages) if is_clearpath(path) else None
+    is_xacro = path.suffix == XACRO or XACRO_MARKS.search(text) is not None
+    is_expanded = written is not None or is_xacro
+    expanded = (
+        expand_xacro(path, arguments, folders, text=written) if is_expanded else Expanded(text)
+    )
     root = read_xml(expanded.text.encode(), str(path))
     model = read_urdf(root, packages) if root.tag == "robot" else _sdf_model(root, path, packages)
     if not model.links:
         raise InputError(f"{path}: cannot be read as a robot's model: expected links, found none")
     model.remarks += expanded.remarks
     return Source(path, model, root, packages, expanded.arguments, is_expanded)
+
+
+def is_model_file(path: Path) -> bool:
+    """Tells whether a file is a model by itself, by its name or as a robot.yaml of Clearpath's."""
+    return path.suffix in MODEL_SUFFIXES or is_clearpath(path)
 
 
 def _sdf_model(root: ElementTree.Element, path: Path, packages: Packages) -> Model:

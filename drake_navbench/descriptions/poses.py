@@ -67,3 +67,14 @@ def inverse(pose: Array) -> Array:
     result[:3, :3] = pose[:3, :3].T
     result[:3, 3] = -pose[:3, :3].T @ pose[:3, 3]
     return result
+
+
+def moved_inertia(pose: Array, moments: list[float]) -> Array:
+    """Returns a tensor (3, 3) in the frame that `pose` places its own frame in.
+
+    moments: ixx, iyy, izz, ixy, ixz, iyz.
+    """
+    xx, yy, zz, xy, xz, yz = moments
+    own = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+    turned: Array = pose[:3, :3] @ own @ pose[:3, :3].T
+    return turned

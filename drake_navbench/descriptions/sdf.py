@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from xml.etree import ElementTree
 
 import numpy as np
 from numpy.typing import NDArray
 
-from drake_navbench.descriptions.model import Joint, Link, Model, Plugin, Sensor, Shape
+from drake_navbench.descriptions.model import Link, Model, Plugin, Sensor, Shape
 from drake_navbench.descriptions.poses import inverse, number, numbers
 from drake_navbench.descriptions.sdf_frames import Frames
+from drake_navbench.descriptions.sdf_joints import inertia_of, joint_of
 from drake_navbench.descriptions.xml_file import read_xml, text_of
 from drake_navbench.errors import InputError
 from drake_navbench.typed_files.input_file import MEGABYTE, read_input
@@ -111,7 +113,7 @@ class SdfReader:
         for link in element.findall("link"):
             self._add_link(model, link, frames, folder, pose, prefix)
         for joint in element.findall("joint"):
-            model.joints.append(_joint(joint, frames, pose, prefix))
+            model.joints.append(joint_of(joint, frames, pose, prefix))
         for plugin in element.findall("plugin"):
             name = f"{plugin.get('filename', '')} {plugin.get('name', '')}"
             model.plugins.append(Plugin(name, plugin))
@@ -164,12 +166,15 @@ class SdfReader:
         def frames_of_part(part: ElementTree.Element) -> Array:
             return Frames(part).pose_of(part)
 
+        center, inertia = inertia_of(element)
         model.links[prefix + name] = Link(
             prefix + name,
             place,
             mass or 0.0,
             self._shapes(element, "collision", placed, folder),
             self._shapes(element, "visual", placed, folder),
+            center,
+            inertia,
         )
         for sensor in element.findall("sensor"):
             kind = sensor.get("type", "")
@@ -188,7 +193,9 @@ class SdfReader:
             for shape in geometry if geometry is not None else ():
                 read = self._shape(shape, placed(element), folder)
                 if read is not None:
-                    found.append(read)
+                    colour = text_of(element, "material/diffuse")
+                    said = None if colour is None else tuple(numbers(colour, 4, 1.0))
+                    found.append(replace(read, name=element.get("name", ""), colour=said))
                 elif shape.tag in UNSHAPED and role == "collision":
                     self._tell(f"left out a {shape.tag}: only flat floors are driven on")
         return tuple(found)
@@ -239,21 +246,6 @@ class SdfReader:
     def _tell(self, remark: str) -> None:
         if remark not in self.remarks:
             self.remarks.append(remark)
-
-
-def _joint(element: ElementTree.Element, frames: Frames, pose: Array, prefix: str) -> Joint:
-    child = text_of(element, "child") or ""
-    place = pose @ frames.pose_of(element, child)
-    axis = np.array(numbers(text_of(element, "axis/xyz") or "0 0 1", 3))
-    parent = text_of(element, "parent") or ""
-    return Joint(
-        prefix + element.get("name", ""),
-        element.get("type", "fixed"),
-        prefix + parent,
-        prefix + child,
-        place[:3, :3] @ axis,
-        number(text_of(element, "axis/limit/velocity")),
-    )
 
 
 def _model_file(folder: Path) -> Path | None:

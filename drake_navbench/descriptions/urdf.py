@@ -2,19 +2,25 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Mapping
+from dataclasses import replace
 from xml.etree import ElementTree
 
 import numpy as np
 from numpy.typing import NDArray
 
 from drake_navbench.descriptions.model import Joint, Link, Model, Plugin, Sensor, Shape
-from drake_navbench.descriptions.poses import number, numbers, pose_of
+from drake_navbench.descriptions.poses import moved_inertia, number, numbers, pose_of
 from drake_navbench.descriptions.xml_file import text_of
 from drake_navbench.typed_files.ros_packages import Packages
 
 Array = NDArray[np.float64]
 
 FIXED = "fixed"
+# Joints without limits of their angle.
+ENDLESS = "continuous"
+MOMENTS = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
 
 
 def read_urdf(root: ElementTree.Element, packages: Packages) -> Model:
@@ -24,26 +30,45 @@ def read_urdf(root: ElementTree.Element, packages: Packages) -> Model:
     above = {_link_of(joint, "child"): joint for joint in joints}
     poses: dict[str, Array] = {}
     elements = {str(link.get("name")): link for link in root.findall("link")}
+    colours = {
+        str(material.get("name")): colour
+        for material in root.iter("material")
+        if (colour := _colour(material)) is not None
+    }
     for name, element in elements.items():
         pose = _pose_of_link(name, above, poses, model)
-        model.links[name] = _link(name, element, pose, packages)
-    for joint in joints:
-        child = _link_of(joint, "child")
-        axis = joint.find("axis")
-        turned = poses.get(child, np.eye(4))[:3, :3]
-        limit = joint.find("limit")
-        model.joints.append(
-            Joint(
-                joint.get("name", ""),
-                joint.get("type", FIXED),
-                _link_of(joint, "parent"),
-                child,
-                turned @ np.array(numbers("1 0 0" if axis is None else axis.get("xyz"), 3)),
-                None if limit is None else number(limit.get("velocity")),
-            )
-        )
+        model.links[name] = _link(name, element, pose, packages, colours)
+    model.joints += [_joint(joint, poses) for joint in joints]
     _read_gazebo(root, model, poses)
     return model
+
+
+def _joint(joint: ElementTree.Element, poses: Mapping[str, Array]) -> Joint:
+    child = _link_of(joint, "child")
+    pose = poses.get(child, np.eye(4))
+    axis, limit, dynamics = joint.find("axis"), joint.find("limit"), joint.find("dynamics")
+    kind = joint.get("type", FIXED)
+    low, high = (
+        None if limit is None or kind == ENDLESS else number(limit.get(end))
+        for end in ("lower", "upper")
+    )
+    damping = None if dynamics is None else number(dynamics.get("damping"))
+    return Joint(
+        joint.get("name", ""),
+        kind,
+        _link_of(joint, "parent"),
+        child,
+        pose,
+        pose[:3, :3] @ np.array(numbers("1 0 0" if axis is None else axis.get("xyz"), 3)),
+        None if limit is None else number(limit.get("velocity")),
+        (-math.inf if low is None else low, math.inf if high is None else high),
+        max(damping or 0.0, 0.0),
+    )
+
+
+def _colour(material: ElementTree.Element) -> tuple[float, ...] | None:
+    colour = material.find("color")
+    return None if colour is None else tuple(numbers(colour.get("rgba"), 4, 1.0))
 
 
 def _link_of(joint: ElementTree.Element, end: str) -> str:
@@ -76,19 +101,35 @@ def _origin(element: ElementTree.Element) -> Array:
     return pose_of(numbers(found.get("xyz"), 3) + numbers(found.get("rpy"), 3))
 
 
-def _link(name: str, element: ElementTree.Element, pose: Array, packages: Packages) -> Link:
+def _link(
+    name: str,
+    element: ElementTree.Element,
+    pose: Array,
+    packages: Packages,
+    colours: Mapping[str, tuple[float, ...]],
+) -> Link:
+    inertial = element.find("inertial")
     mass = element.find("inertial/mass")
+    inertia = element.find("inertial/inertia")
+    center = np.eye(4) if inertial is None else _origin(inertial)
+    moments = [0.0 if inertia is None else number(inertia.get(m)) or 0.0 for m in MOMENTS]
     return Link(
         name,
         pose,
         (None if mass is None else number(mass.get("value"))) or 0.0,
-        _shapes(element, "collision", pose, packages),
-        _shapes(element, "visual", pose, packages),
+        _shapes(element, "collision", pose, packages, colours),
+        _shapes(element, "visual", pose, packages, colours),
+        center[:3, 3],
+        moved_inertia(center, moments),
     )
 
 
 def _shapes(
-    link: ElementTree.Element, role: str, pose: Array, packages: Packages
+    link: ElementTree.Element,
+    role: str,
+    pose: Array,
+    packages: Packages,
+    colours: Mapping[str, tuple[float, ...]],
 ) -> tuple[Shape, ...]:
     found = []
     for element in link.findall(role):
@@ -96,7 +137,12 @@ def _shapes(
         shape = None if geometry is None or not len(geometry) else geometry[0]
         if shape is not None:
             read = _shape(shape, pose @ _origin(element), packages)
-            found += [] if read is None else [read]
+            material = element.find("material")
+            colour = None if material is None else colours.get(str(material.get("name")))
+            if material is not None:
+                colour = _colour(material) or colour
+            if read is not None:
+                found.append(replace(read, name=element.get("name", ""), colour=colour))
     return tuple(found)
 
 

@@ -11,6 +11,7 @@ from xacrodoc import XacroDoc
 from xacrodoc import packages as found_packages
 from xacrodoc.packages import PackageNotFoundError
 
+from drake_navbench.descriptions.xacro_macro import robot_macro, with_call
 from drake_navbench.descriptions.xml_file import without_late_declaration
 from drake_navbench.errors import InputError, as_line
 from drake_navbench.typed_files.ros_packages import Packages
@@ -18,17 +19,33 @@ from drake_navbench.typed_files.ros_packages import Packages
 UNDEFINED = re.compile(r"Undefined substitution argument (\w+)")
 # Files of packages that are not there, asked for one by one.
 MAX_MISSING = 100
+LINK = re.compile(r"<link\b")
 XML_SUFFIXES = (".xacro", ".urdf", ".xml", ".gazebo", ".sdf")
 
 
 def expand(asked: dict[str, Any]) -> dict[str, Any]:
     """Returns the text of a xacro file expanded, its arguments with their values, and remarks.
 
-    asked: file, folders (of `Packages`) and arguments, by name. What a package describes that is
-    not there is left out, as long as nothing asks for its macros. Raises InputError, one line,
-    where something does, or xacro cannot expand the file.
+    asked: file, text (None: the file's own), folders (of `Packages`) and arguments, by name. A file
+    that only defines a macro of its own name is expanded with this called. What a package describes
+    that is not there is left out, as long as nothing asks for its macros. Raises InputError, one
+    line, where something does, or xacro cannot expand the file.
     """
     path = Path(asked["file"])
+    given = path.read_bytes() if asked["text"] is None else asked["text"].encode()
+    content = without_late_declaration(given).decode(errors="replace")
+    text, arguments, remarks = _expanded_with(path, content, asked)
+    call = robot_macro(content, path) if not LINK.search(text) else None
+    if call is not None:
+        text, arguments, remarks = _expanded_with(path, with_call(content, call), asked)
+        remarks.append(f"only defines a macro; expanded as {call}")
+    return {"text": text, "arguments": arguments, "remarks": remarks}
+
+
+def _expanded_with(
+    path: Path, content: str, asked: dict[str, Any]
+) -> tuple[str, dict[str, str], list[str]]:
+    """Returns a text expanded, the arguments with their values, and remarks."""
     packages = Packages(path, [Path(folder) for folder in asked["folders"]])
     found_packages.update_package_cache(packages.all())
     with tempfile.TemporaryDirectory() as folder:
@@ -36,7 +53,7 @@ def expand(asked: dict[str, Any]) -> dict[str, Any]:
         for _ in range(MAX_MISSING):
             arguments = _Arguments(asked["arguments"])
             try:
-                text = _expanded(path, arguments)
+                text = _expanded(path, content, arguments)
                 break
             except PackageNotFoundError as error:
                 missing.add(str(error.args[0]))
@@ -47,13 +64,9 @@ def expand(asked: dict[str, Any]) -> dict[str, Any]:
             raise InputError(f"needs more than {MAX_MISSING} files that are not there")
         # Meshes of such a package are not there under its own name.
         text = text.replace(f"{missing.folder}/", "package://")
-    return {
-        "text": text,
-        "arguments": {name: str(arguments[name]) for name in sorted(arguments.declared)},
-        "remarks": [
-            f"left out what the package {name} describes: not found" for name in missing.names
-        ],
-    }
+    values = {name: str(arguments[name]) for name in sorted(arguments.declared)}
+    absent = [f"left out what the package {name} describes: not found" for name in missing.names]
+    return text, values, absent
 
 
 class _Missing:
@@ -110,11 +123,10 @@ class _Arguments(dict[str, str]):
         return super().__contains__(name)
 
 
-def _expanded(path: Path, arguments: _Arguments) -> str:
+def _expanded(path: Path, content: str, arguments: _Arguments) -> str:
     try:
-        content = without_late_declaration(path.read_bytes())
         document = XacroDoc.from_string(
-            content.decode(errors="replace"),
+            content,
             subargs=arguments,
             resolve_packages=False,
             rootdir=str(path.parent),

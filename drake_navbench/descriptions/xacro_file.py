@@ -28,17 +28,23 @@ class Expanded:
 
 
 def expand_xacro(
-    path: Path, arguments: Mapping[str, str] | None = None, folders: Sequence[Path] = ()
+    path: Path,
+    arguments: Mapping[str, str] | None = None,
+    folders: Sequence[Path] = (),
+    *,
+    text: str | None = None,
 ) -> Expanded:
     """Returns a xacro file expanded with arguments; those it does not declare are left out.
 
-    folders: where packages are looked for besides the repository around the file. Raises
-    InputError, one line, where a package is missing, or it cannot be expanded in 1 GB and 30 s.
+    text: expanded in place of the file's own. folders: where packages are looked for besides the
+    repository around the file. Raises InputError, one line, where a package is missing, or it
+    cannot be expanded in 1 GB and 30 s.
     """
     read_input(path, max_bytes=MAX_FILE_BYTES)
     require_library("xacrodoc", str(path))
     asked = {
         "file": str(path.absolute()),
+        "text": text,
         "folders": [str(folder.absolute()) for folder in folders],
         "arguments": dict(arguments or {}),
     }

@@ -26,13 +26,17 @@ from drake_navbench.descriptions.gazebo_drive import (
     FoundDrive,
     drive_of,
 )
-from drake_navbench.descriptions.gazebo_sensors import FoundSensor, FoundSensors, alike, sensors_of
+from drake_navbench.descriptions.gazebo_sensors import (
+    FoundSensor,
+    FoundSensors,
+    alike,
+    lidar_link,
+    sensors_of,
+)
 from drake_navbench.descriptions.model import Array, Shape
-from drake_navbench.descriptions.model_source import MODEL_SUFFIXES, Source, read_source
+from drake_navbench.descriptions.model_source import Source, read_source
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.check import Check, CheckRow, Status
-
-__all__ = ["MODEL_SUFFIXES", "DescribedRobot", "describe_robot"]
 
 # Names of a drive's values that are fields of every base; the others tell of wheels.
 LIMITS = (
@@ -100,7 +104,11 @@ def _described(
     fields: dict[str, Any] = {"description": f"robot of {path.name}"}
     fields |= table.body(body, source, shown)
     fields |= table.mass(model.mass_kg)
-    fields |= table.sensors(sensors_of(model, to_base_of(model, base), floor_m))
+    found = sensors_of(model, to_base_of(model, base), floor_m)
+    if found.scanners or found.clouds:
+        fields |= table.sensors(found)
+    else:
+        fields |= table.sensors(found) | table.lidar_by_link(lidar_link(model, base, floor_m))
     fields |= table.drive(drive_of(model, wheels, source.packages))
     for remark in dict.fromkeys((*body.left_out, *model.remarks)):
         table.add(Status.STAND_IN, "shapes", remark)
@@ -169,8 +177,6 @@ class _Table:
             layered = [c for c in found.clouds if "pixels" not in c.remark]
             if layered:
                 fields["lidar"] = self._scan_of_layers(layered[0])
-        else:
-            self.add(Status.STAND_IN, "lidar", "none described; the default one at the base")
         clouds: dict[str, Any] = {}
         for sensor in found.clouds:
             name = _unique(sensor.name or "cloud", clouds)
@@ -181,6 +187,17 @@ class _Table:
         if found.others:
             self.add(Status.NO_MEANING, ", ".join(dict.fromkeys(found.others)))
         return fields
+
+    def lidar_by_link(self, found: FoundSensor | None) -> dict[str, Any]:
+        """Returns the field lidar of a model that only has a link called so; {} without one."""
+        if found is None:
+            self.add(Status.STAND_IN, "lidar", "none described; the default one at the base")
+            return {}
+        x, y, yaw = found.fields["pose"]
+        place = f"{x:.3g}, {y:.3g}, {found.fields['height_m']:.3g} m up, yaw {yaw:.3g} rad"
+        remark = f"none described; the default one where the link {found.name} is: {place}"
+        self.add(Status.STAND_IN, "lidar", remark)
+        return {"lidar": found.fields}
 
     def _scanners(self, scanners: Sequence[FoundSensor]) -> dict[str, Any]:
         first, *others = scanners

@@ -8,10 +8,12 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from drake_navbench.descriptions.body import base_of, wheels_of
+from drake_navbench.descriptions.clearpath_robot import is_clearpath, platform_of
 from drake_navbench.descriptions.gazebo_drive import has_drive
 from drake_navbench.descriptions.gazebo_sensors import LIDARS
 from drake_navbench.descriptions.model_source import read_source
 from drake_navbench.descriptions.world import is_world
+from drake_navbench.descriptions.xacro_macro import robot_macro
 from drake_navbench.errors import InputError
 from drake_navbench.typed_files.input_file import MEGABYTE
 from drake_navbench.typed_files.ros_packages import files_below
@@ -60,6 +62,15 @@ class PackageFiles:
         if pick > len(found):
             raise InputError(f"--pick {kind}={pick}: there are {len(found)}, numbered from 1")
         return found[pick - 1]
+
+    def fitting(self, kind: str, robot: Path | None) -> Path | None:
+        """Returns the first file of a kind with the robot's name in its path, else the first."""
+        found = self.files[kind]
+        name = "" if robot is None else robot.name.partition(".")[0].lower()
+        if robot is not None and is_clearpath(robot):
+            name = platform_of(robot)
+        own = [file for file in found if name and name in self._short(file).as_posix().lower()]
+        return next(iter((*own, *found)), None)
 
     def lines(self, picked: Mapping[str, Path | None]) -> list[str]:
         """Returns the list of what was found, what is taken marked, and how to take another."""
@@ -120,9 +131,13 @@ def _head(file: Path) -> str:
 
 
 def _is_robot(file: Path) -> bool:
+    if is_clearpath(file):
+        return True
     if file.suffix not in (".urdf", ".xacro") and file.name != "model.sdf":
         return False
     text = _head(file)
+    if file.suffix == ".xacro" and robot_macro(text, file) is not None and "<link" in text:
+        return True
     if "<world" in text or not WHOLE_ROBOT.search(text):
         return False
     if file.name == "model.sdf":

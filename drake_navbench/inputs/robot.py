@@ -18,6 +18,7 @@ from pydantic import (
 
 from drake_navbench.costmaps.observation_source import ObservationSourceSettings
 from drake_navbench.costmaps.range_sensor_layer import RangeSensorLayerParameters
+from drake_navbench.descriptions.model_source import is_model_file
 from drake_navbench.errors import InputError, InputWarning, nearest_name_hint
 from drake_navbench.inputs.actuators import ActuatorSettings
 from drake_navbench.inputs.depth_sensor import DepthSensorSettings
@@ -39,7 +40,6 @@ from drake_navbench.typed_files.quantities import (
 )
 from drake_navbench.typed_files.typed_yaml import QuietModel, read_yaml, validate
 
-MODEL_SUFFIXES = (".sdf", ".urdf", ".xacro")
 # How high a robot is whose file does not tell, m.
 GUESSED_TOP_M = 0.5
 ROBOT_FILES = NamedFiles(kind="robot", package="drake_navbench.models")
@@ -254,7 +254,7 @@ def load_robot(
 
 def is_model(name_or_path: str) -> bool:
     """Tells whether a robot is given by its model alone."""
-    return Path(name_or_path).suffix in MODEL_SUFFIXES
+    return is_model_file(Path(name_or_path))
 
 
 def _read_model(

@@ -2,24 +2,19 @@
 
 from __future__ import annotations
 
-import tempfile
 import warnings
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from pydrake.geometry import Role, SceneGraph
-from pydrake.multibody.plant import MultibodyPlant
 
+from drake_navbench.descriptions.body import base_of
 from drake_navbench.descriptions.drawing import write_drawing
-from drake_navbench.errors import InputError, InputWarning
+from drake_navbench.errors import InputWarning
 from drake_navbench.inputs.described_robot import DescribedRobot, describe_robot
-from drake_navbench.typed_files.model_file import add_models
 
 Array = NDArray[np.float64]
-
-BASE_LINK = "base_link"
 
 
 class RobotModel(NamedTuple):
@@ -53,31 +48,17 @@ def warn_of_shapes(found: DescribedRobot) -> None:
 def described_fields(found: DescribedRobot) -> dict[str, Any]:
     """Returns the fields of a robot file, with a model that the replay can draw.
 
-    That is the file itself, else a drawing of what was read of it.
+    That is the file itself where it is read without arguments, folders and another base frame;
+    else a drawing of what was read of it.
     """
-    path = found.source.path
-    is_plain = not found.source.is_expanded and found.base == BASE_LINK
-    if is_plain and _can_be_drawn(path):
-        return {**found.fields, "model": str(path)}
+    source = found.source
+    shown = [shape for link in source.model.links.values() for shape in link.shown]
+    if not shown:
+        return dict(found.fields)
+    is_plain = not (source.is_expanded or source.packages.is_told_folders)
+    if is_plain and found.base == base_of(source.model):
+        return {**found.fields, "model": str(source.path)}
     try:
-        drawing = write_drawing(found.source.model, found.base)
+        return {**found.fields, "model": str(write_drawing(source.model, found.base))}
     except OSError:
         return dict(found.fields)
-    return {**found.fields, "model": str(drawing)} if _can_be_drawn(drawing) else dict(found.fields)
-
-
-def _can_be_drawn(path: Path) -> bool:
-    """Tells whether Drake reads a file as a model in which there is something to see."""
-    # The plant keeps no hold of it: it must live as long.
-    scene_graph = SceneGraph()
-    plant = MultibodyPlant(0.0)
-    plant.RegisterAsSourceForSceneGraph(scene_graph)
-    try:
-        with tempfile.TemporaryDirectory() as scratch:
-            add_models(plant, path, Path(scratch), is_drawn=True)
-            plant.GetFrameByName(BASE_LINK)
-            plant.Finalize()
-            return scene_graph.model_inspector().NumGeometriesWithRole(Role.kIllustration) > 0
-    # Drake reports a failed check as SystemExit.
-    except (InputError, RuntimeError, ValueError, SystemExit):
-        return False

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import tempfile
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
@@ -22,17 +21,18 @@ from pydrake.multibody.tree import (
     UnitInertia,
 )
 
-from drake_navbench.errors import InputError, one_line
+from drake_navbench.descriptions.drake_plant import add_bodies
+from drake_navbench.descriptions.model_source import read_source
+from drake_navbench.errors import InputError
 from drake_navbench.inputs.actuators import GRAVITY_MPS2
 from drake_navbench.inputs.drive import DifferentialDrive
 from drake_navbench.inputs.robot import Robot
-from drake_navbench.inputs.robot_model import BASE_LINK
 from drake_navbench.inputs.wheels import MIN_TRAIL_M
 from drake_navbench.typed_files.immutable import Immutable
-from drake_navbench.typed_files.model_file import add_models
 
 Array = NDArray[np.float64]
 
+BASE_LINK = "base_link"
 # An axis steeper than 45 degrees is a caster's swivel, any other one a wheel's axle.
 STEEP_AXIS = math.sqrt(0.5)
 # How far the axle of the driven wheels may be from x = 0, and how unlike the two may be, m.
@@ -190,21 +190,28 @@ def _check_stands(gear: RunningGear, source: str) -> None:
         )
 
 
+def add_wheeled_model(plant: MultibodyPlant, path: Path) -> ModelInstanceIndex:
+    """Adds the bodies and joints of the one model in a file to a plant; raises InputError."""
+    source = read_source(path)
+    count = len(source.root.findall("model"))
+    if count > 1:
+        raise InputError(f"{path}: expected one model, found {count}")
+    if BASE_LINK not in source.model.links:
+        raise InputError(f"{path}: expected a link {BASE_LINK}, found none")
+    try:
+        return add_bodies(plant, source.model, BASE_LINK, has_mass=True)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from error
+
+
 @lru_cache(maxsize=8)
 def _read(path: Path, changed_ns: int) -> RunningGear:
     """Reads the first model in a file; changed_ns: so that a changed file is read anew."""
     plant = MultibodyPlant(0.0)
-    try:
-        with tempfile.TemporaryDirectory() as scratch:
-            models = add_models(plant, path, Path(scratch)).instances
-        base = plant.GetFrameByName(BASE_LINK)
-        parents = _parents(plant, BASE_LINK)
-        plant.Finalize()
-    # Drake reports a failed check as SystemExit.
-    except (RuntimeError, ValueError, SystemExit) as error:
-        raise InputError(f"{path}: cannot be read as a robot's model: {one_line(error)}") from error
-    if len(models) != 1:
-        raise InputError(f"{path}: expected one model, found {len(models)}")
+    add_wheeled_model(plant, path)
+    base = plant.GetFrameByName(BASE_LINK)
+    parents = _parents(plant, BASE_LINK)
+    plant.Finalize()
     if parents:
         raise InputError(
             f"{path}: expected {BASE_LINK} to be the first link, on the floor under the driven "

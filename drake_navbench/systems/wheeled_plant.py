@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import tempfile
-from pathlib import Path
-
 import numpy as np
 from numpy.typing import NDArray
 from pydrake.geometry import (
@@ -33,15 +30,18 @@ from pydrake.multibody.tree import (
 from pydrake.systems.framework import DiagramBuilder
 
 from drake_navbench.inputs.drive import DifferentialDrive
-from drake_navbench.inputs.robot_model import BASE_LINK
-from drake_navbench.inputs.running_gear import RunningGear, load_inertia
+from drake_navbench.inputs.running_gear import (
+    BASE_LINK,
+    RunningGear,
+    add_wheeled_model,
+    load_inertia,
+)
 from drake_navbench.inputs.wheels import FloorSettings
 from drake_navbench.kernels.casters import (
     ROLLING_SLACK_MPS,
     SWIVEL_SLACK_RADPS,
     WHEEL_SLACK_RADPS,
 )
-from drake_navbench.typed_files.model_file import add_models
 from drake_navbench.typed_files.quantities import MAX_LENGTH_M
 
 Vector = NDArray[np.float64]
@@ -69,10 +69,7 @@ def add_wheeled_plant(
     that act as friction. rolling_resistance: of the casters' wheels, as a share of their load.
     """
     plant = _new_plant(drive.step_s)
-    with tempfile.TemporaryDirectory() as scratch:
-        (instance,) = add_models(plant, gear.model, Path(scratch)).instances
-    for index in list(plant.GetJointActuatorIndices()):
-        plant.RemoveJointActuator(plant.get_joint_actuator(index))
+    instance = add_wheeled_model(plant, gear.model)
     _place_casters(plant, gear)
     _add_load(plant, gear, instance)
     base = plant.GetFrameByName(BASE_LINK)

@@ -30,7 +30,10 @@ NO_SOURCES = frozenset({"build", "install", "log", "node_modules", "__pycache__"
 
 
 class Packages:
-    """The packages around a file, with those below the folders that the user named."""
+    """The packages around a file, with those below the folders that the user named.
+
+    is_told_folders: whether there are such folders.
+    """
 
     def __init__(self, file: Path, folders: Sequence[Path] = ()) -> None:
         self._folder = file.parent.absolute()
@@ -38,6 +41,7 @@ class Packages:
             if not folder.is_dir():
                 raise InputError(f"--packages {folder}: expected a folder")
         self.root = repository_of(file)
+        self.is_told_folders = bool(folders)
         self._roots = (*(folder.absolute() for folder in folders), self.root)
         self.found: dict[str, Path] = {}
 
@@ -82,17 +86,35 @@ class Packages:
         named = PACKAGE_URI.fullmatch(uri)
         if named is not None:
             package = self.model(named[1]) if uri[0] == "m" else self.folder(named[1])
-            return None if package is None else self._inside(package / named[2])
+            place = None if package is None else self._inside(package / named[2])
+            return place if place is not None or package is None else self._above(named[2], package)
         path = Path(uri.removeprefix("file://"))
-        place = self._inside((folder or self._folder) / path)
-        if place is not None or path.is_absolute() or not uri.startswith("file://"):
+        start = folder or self._folder
+        place = self._inside(start / path)
+        if place is None and path.is_absolute() and path.is_relative_to(start):
+            # Tools that expand xacro make a relative path absolute.
+            return self._above(path.relative_to(start), self.root)
+        if place is not None or path.is_absolute():
             return place
+        if not uri.startswith("file://"):
+            return self._above(path, self.root)
         # Gazebo looks for such files below the folders of its resources, which hold models.
         places = [self._inside(root / path) for root in self._roots]
         if path.parts[:1] == ("models",) and len(path.parts) > 2:
             model = self.model(path.parts[1])
             places.append(None if model is None else self._inside(model.joinpath(*path.parts[2:])))
         return next((found for found in places if found is not None), None)
+
+    def _above(self, path: Path | str, end: Path) -> Path | None:
+        """Returns a file by its path from the file's folder, or from one above it up to `end`.
+
+        Packages are installed with other folders than they have as sources.
+        """
+        if Path(path).is_absolute() or not self._folder.is_relative_to(end):
+            return None
+        above = [self._folder, *self._folder.parents][:MAX_DEPTH]
+        within = [folder for folder in above if folder.is_relative_to(end)]
+        return next((p for folder in within if (p := self._inside(folder / path))), None)
 
     def _inside(self, path: Path) -> Path | None:
         try:

@@ -81,20 +81,6 @@ def test_a_model_of_more_shapes_than_drake_takes_in_seconds_is_read(in_folder):
     assert np.ptp(load_robot("cart.urdf").outline, axis=0).tolist() == [0.4, 0.6]
 
 
-def test_of_drakes_warnings_the_first_are_told_under_the_files_name(in_folder, caplog):
-    # A mesh that is not there has the text rewritten, so that Drake parses no file.
-    mesh = "<visual><geometry><mesh filename='package://none/a.obj'/></geometry></visual>"
-    shapes = mesh + 20 * BOX.format(name=" name='box'")
-    Path("cart.urdf").write_text(URDF.format(mass=f"{MASS}</inertial>", shapes=shapes))
-    with pytest.warns(InputWarning, match="left out"):
-        load_robot("cart.urdf")
-    told = [record.getMessage() for record in caplog.records]
-    assert len(told) == 4
-    assert all(re.search(r"/cart\.urdf: ", text) for text in told)
-    assert "literal" not in "".join(told)
-    assert told[-1].endswith("16 warnings more")
-
-
 @pytest.mark.parametrize(
     ("name", "text", "kind"),
     [

@@ -186,7 +186,13 @@ def test_a_file_of_several_models_is_refused(tmp_path):
 
 def test_a_model_that_is_none_is_refused(tmp_path):
     line = refused(tmp_path, "model: chair.sdf\ndrive: {physics: multibody}", sdf="<sdf")
-    assert "cannot be read as a robot's model" in line
+    assert re.search(r"chair\.sdf: is no XML: ", line)
+
+
+def test_a_link_with_an_inertia_that_no_body_has_is_refused(tmp_path):
+    sdf = WHEELCHAIR_SDF.read_text().replace("<iyy>2.880</iyy>", "<iyy>28.80</iyy>")
+    line = refused(tmp_path, "model: chair.sdf\ndrive: {physics: multibody}", sdf=sdf)
+    assert "link base_link: no body of 48 kg has the inertia 2.214, 28.8, 2.214 kg m^2" in line
 
 
 def test_an_override_that_needs_wheels_is_refused_where_there_are_none():
