@@ -33,6 +33,9 @@ WORDS = {
     "min_clearance_m": "least clearance",
     "cross_track_error_mean_m": "distance from the path",
     "heading_error_mean_deg": "heading error",
+    "jerk_rms_mps3": "jerk",
+    "angular_jerk_rms_radps3": "turning jerk",
+    "driven_length_m": "driven length",
 }
 NO_DIFFERENCE = "no difference is shown"
 

@@ -73,7 +73,7 @@ def _add_subject(parser: argparse.ArgumentParser) -> None:
         "--map",
         type=Path,
         metavar="FILE",
-        help="with --nav2: a map to search on, with --goals; as many other goals are held out",
+        help="with --nav2: a map to search on, with --goals; --fresh other tasks are held out",
     )
     add("--goals", type=positive_number, default=0, metavar="N", help="tasks to draw on the map")
     add(
@@ -122,7 +122,8 @@ def _add_budget(parser: argparse.ArgumentParser) -> None:
         type=partial(whole_number, least=2),
         default=32,
         metavar="N",
-        help="trials a scenario in which the front is judged (32)",
+        help="trials a scenario, or other tasks on the map, in which the front is judged (32); "
+        "more where so few can show nothing",
     )
     add(
         "--front",

@@ -18,7 +18,7 @@ from drake_navbench.studies.tuning.guards import (
     told,
     touches_of,
 )
-from drake_navbench.studies.tuning.judgement import Judged, driven_in, judge, winner_of
+from drake_navbench.studies.tuning.judgement import Judged, driven_in, judge, suites_of, winner_of
 from drake_navbench.studies.tuning.objectives import Objective
 from drake_navbench.studies.tuning.request import TuningRequest, names_of
 from drake_navbench.studies.tuning.search_space import SearchSpace
@@ -74,6 +74,8 @@ def judge_front(
             space.write(column, entry.parameters, stem, remarks)
     kept = {point["name"] for point in result["front"]}
     decisive = [entry for entry in judged.get(HELD_OUT, judged[FRESH]) if entry.column in kept]
+    for point in decisive:
+        tell(point.text)
     best = winner_of(decisive)
     where = "in the held-out scenarios" if request.held_out else "on fresh seeds"
     result["winner"] = None if best is None else best.column
@@ -134,6 +136,11 @@ def _judged(
 ) -> dict[str, list[Judged]]:
     """Returns the judgements of the columns behind the baseline, by part."""
     parts = {FRESH: (request.scenarios, SEED_OF_FRESH)}
+    if request.deciding_pairs > request.fresh:
+        tell(
+            f"--fresh {request.fresh} can decide nothing about {request.most_front_points} points "
+            f"and {len(request.objectives)} objectives; {request.deciding_pairs} pairs are driven"
+        )
     if request.held_out:
         parts[HELD_OUT] = (request.held_out, SEED_OF_HELD_OUT)
     judged = {}
@@ -144,13 +151,13 @@ def _judged(
             request.out / part,
             scenarios,
             columns,
-            trials=request.fresh_trials,
+            trials=request.trials_in(scenarios),
             seed=request.seed + further_seed,
             robot=request.robot,
             jobs=request.jobs,
         )
         names = [column.name for column in columns[1:]]
-        judged[part] = judge(trials, columns[0].name, names, objectives)
+        judged[part] = judge(trials, columns[0].name, names, objectives, suites_of(scenarios))
     return judged
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import shutil
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -11,11 +11,21 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from drake_navbench.analysis.statistics import CONFIDENCE, Interval, mean_interval
+from drake_navbench.analysis.contests import Match, contest_of
+from drake_navbench.analysis.metrics.registry import all_metrics
+from drake_navbench.analysis.pair_verdict import pair_verdicts
+from drake_navbench.analysis.paired_tests import (
+    ALARM_RATES,
+    Family,
+    Finding,
+    Verdict,
+    fewest_differing,
+    judge_pairs,
+)
 from drake_navbench.campaign.benchmark import run_benchmark
 from drake_navbench.campaign.campaign import plan_campaign
 from drake_navbench.inputs.presets import Preset
-from drake_navbench.inputs.scenario import Scenario
+from drake_navbench.inputs.scenario import Scenario, load_scenario
 from drake_navbench.logs.results import ResultsFolder
 from drake_navbench.studies.tuning.guards import touches_of
 from drake_navbench.studies.tuning.objectives import (
@@ -31,15 +41,18 @@ Array = NDArray[np.float64]
 class Judged(NamedTuple):
     """A column against the baseline, on trials that the search has not seen.
 
-    means, intervals: of the relative differences by objective, lower is better; the intervals hold
-    together for all columns and objectives that were judged. succeeded, touched: of the column and
-    of the baseline, of so many trials. by_scenario: means by objective. touches: trials of the
-    column in which it touched something, by scenario.
+    means: relative differences by objective, lower is better. findings: tests of its arrivals,
+    touches and objectives, by scenario. text, details: the verdict in words, and a sentence a
+    decided finding. succeeded, touched: of the column and of the baseline, of so many trials.
+    by_scenario: means by objective. touches: trials of the column in which it touched something,
+    by scenario.
     """
 
     column: str
     means: tuple[float, ...]
-    intervals: tuple[Interval, ...]
+    findings: tuple[Finding, ...]
+    text: str
+    details: tuple[str, ...]
     succeeded: tuple[int, int]
     touched: tuple[int, int]
     trials: int
@@ -49,17 +62,18 @@ class Judged(NamedTuple):
 
     @property
     def beats_baseline(self) -> bool:
-        """Whether it is shown to be better in an objective, worse in none, and never touches."""
-        is_better = any(interval.high < 0.0 for interval in self.intervals)
-        is_worse = any(interval.low > 0.0 for interval in self.intervals)
-        return is_better and not is_worse and self.excess <= 0.0 and not self.touches
+        """Whether it is shown to be better in something, worse in nothing, and never touches."""
+        verdicts = {finding.verdict for finding in self.findings if not finding.is_one_trial}
+        is_better = Verdict.BETTER in verdicts and Verdict.WORSE not in verdicts
+        return is_better and self.excess <= 0.0 and not self.touches
 
     def as_data(self) -> dict[str, Any]:
         """Returns it as JSON can hold it."""
         return {
             "column": self.column,
             "means": list(self.means),
-            "intervals": [list(interval) for interval in self.intervals],
+            "verdict": self.text,
+            "details": list(self.details),
             "succeeded": list(self.succeeded),
             "touched": list(self.touched),
             "touches": self.touches,
@@ -67,6 +81,15 @@ class Judged(NamedTuple):
             "beats_baseline": self.beats_baseline,
             "by_scenario": {name: list(means) for name, means in self.by_scenario.items()},
         }
+
+
+def least_pairs(columns: int, places: int, objectives: int) -> int:
+    """Returns the least number of pairs a place by which an objective can be decided.
+
+    All of them must then differ in one direction. places: scenarios, and suites of tasks, in each
+    of which every objective of every column is tested.
+    """
+    return fewest_differing(ALARM_RATES[Family.LISTED] / (columns * places * objectives))
 
 
 def driven_in(
@@ -98,10 +121,31 @@ def driven_in(
     return results.trials
 
 
+def suites_of(scenarios: Sequence[str | Scenario]) -> dict[str, str]:
+    """Returns the suite of each scenario that is in one, by the scenario's name."""
+    loaded = [load_scenario(entry) if isinstance(entry, str) else entry for entry in scenarios]
+    return {entry.name: entry.suite.name for entry in loaded if entry.suite is not None}
+
+
 def judge(
-    trials: pd.DataFrame, baseline: str, columns: Sequence[str], objectives: Sequence[Objective]
+    trials: pd.DataFrame,
+    baseline: str,
+    columns: Sequence[str],
+    objectives: Sequence[Objective],
+    suites: Mapping[str, str],
 ) -> list[Judged]:
-    """Compares columns with the baseline, paired by scenario and seed."""
+    """Compares columns with the baseline, paired by scenario and seed.
+
+    suites: by scenario; of the tasks of a suite each is one pair. The tests of all columns are
+    corrected together, see `paired_tests`: of columns that drive as the baseline does, one beats
+    it in at most 4% of all judgements.
+    """
+    matches = [Match(baseline, name) for name in columns]
+    listed = [entry.metric for entry in objectives]
+    metrics = [metric for metric in all_metrics() if metric.name in listed]
+    contest = contest_of(trials, trials, matches, suites)
+    found = judge_pairs([contest], listed=listed, metrics=metrics)
+    verdicts = {verdict.name: verdict for verdict in pair_verdicts(found)}
     rows = {
         (str(row["controller"]), str(row["scenario"]), int(row["trial"])): row
         for row in trials.to_dict("records")
@@ -109,22 +153,23 @@ def judge(
     places = [(scenario, trial) for name, scenario, trial in rows if name == baseline]
     base = [rows[baseline, scenario, trial] for scenario, trial in places]
     scales = scales_of(base, objectives)
-    confidence = 1.0 - (1.0 - CONFIDENCE) / (len(columns) * len(objectives))
+    where = np.array([scenario for scenario, _ in places])
     judged = []
-    for name in columns:
-        own = [rows[name, scenario, trial] for scenario, trial in places]
+    for match in matches:
+        own = [rows[match.new, scenario, trial] for scenario, trial in places]
         differences = np.array(
             [
                 pair_difference(first, second, objectives, scales[str(second["scenario"])])
                 for first, second in zip(own, base, strict=True)
             ]
         )
-        where = np.array([scenario for scenario, _ in places])
         judged.append(
             Judged(
-                name,
+                match.new,
                 tuple(map(float, differences.mean(axis=0))),
-                tuple(mean_interval(column, confidence=confidence) for column in differences.T),
+                tuple(f for f in found.findings if f.controller == match.name),
+                verdicts[match.name].text,
+                verdicts[match.name].details,
                 (_succeeded(own), _succeeded(base)),
                 (touches_of(own).total(), touches_of(base).total()),
                 len(own),

@@ -10,6 +10,7 @@ from drake_navbench.campaign.request import MAX_TRIALS
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.robot import Robot
 from drake_navbench.inputs.scenario import Scenario
+from drake_navbench.studies.tuning.judgement import least_pairs
 from drake_navbench.studies.tuning.study import Sampler
 from drake_navbench.trial.goal_sampling import sample_tasks
 
@@ -23,8 +24,9 @@ class TuningRequest:
     """The arguments of a search; `command` is the one that the files name as their maker.
 
     preset: of the baseline; '' for that of `nav2`, a Nav2 file whose controller `plugin` drives.
-    fresh: trials a scenario of the front on fresh seeds, and in each held-out scenario. map_file,
-    goals: a map on which so many tasks are drawn for the search, and as many others are held out.
+    fresh: trials a scenario of the front on fresh seeds, and in each held-out scenario; more in
+    those that decide where fewer cannot. map_file, goals: a map on which so many tasks are drawn
+    for the search; `deciding_pairs` others are held out.
     """
 
     preset: str
@@ -49,9 +51,22 @@ class TuningRequest:
     goals: int = 0
 
     @property
-    def fresh_trials(self) -> int:
-        """Trials of each scenario in which the front is judged; a task on a map counts once."""
-        return 1 if self.goals else self.fresh
+    def deciding(self) -> tuple[str | Scenario, ...]:
+        """The scenarios that decide who beats the baseline."""
+        return self.held_out or self.scenarios
+
+    @property
+    def deciding_pairs(self) -> int:
+        """Pairs in each of them; of tasks on a map, their number: `fresh`, or what can decide."""
+        places = 1 if self.goals else len(self.deciding)
+        least = least_pairs(self.most_front_points, places, len(self.objectives))
+        return max(self.fresh, least)
+
+    def trials_in(self, scenarios: Sequence[str | Scenario]) -> int:
+        """Returns the trials of each scenario that judge the front; a task on a map has one."""
+        if self.goals:
+            return 1
+        return self.deciding_pairs if scenarios == self.deciding else self.fresh
 
     @property
     def place(self) -> str:
@@ -65,8 +80,11 @@ class TuningRequest:
         if self.map_file is None:
             return self
         drawn = [
-            sample_tasks(self.map_file, robot, self.goals, seed=self.seed + further)
-            for further in (0, SEED_OF_OTHER_TASKS)
+            sample_tasks(self.map_file, robot, count, seed=self.seed + further)
+            for count, further in (
+                (self.goals, 0),
+                (self.deciding_pairs, SEED_OF_OTHER_TASKS),
+            )
         ]
         other = [task.model_copy(update={"name": f"{task.name}_{HELD_OUT}"}) for task in drawn[1]]
         return replace(self, scenarios=tuple(drawn[0]), held_out=tuple(other))

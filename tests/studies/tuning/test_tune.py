@@ -15,7 +15,6 @@ from drake_navbench.inputs.presets import load_preset, load_preset_file
 from drake_navbench.logs.results import ResultsFolder
 from drake_navbench.nav2.parameter_files import load_parameter_file
 from drake_navbench.studies.tuning import judgement, study, tune
-from drake_navbench.studies.tuning.objectives import chosen_objectives
 
 ARGUMENTS = [
     "rpp",
@@ -47,7 +46,7 @@ def planted_benchmark(scenarios, columns, *, trials, seed, robot, jobs, out):
     campaign = plan_campaign(scenarios, columns, trials=trials, seed=seed, robot=robot)
     specs = campaign.specs
     rows = [
-        row | {"controller": spec.preset.name, "trial": spec.trial}
+        row | {"controller": spec.preset.name, "trial": spec.trial, "seed": spec.seed}
         for row, spec in zip(planted(specs, jobs=1), specs, strict=True)
     ]
     Path(out).mkdir(parents=True)
@@ -87,7 +86,8 @@ def test_files_and_page_say_what_was_found(planted_trials, tmp_path, capsys):
     assert "rpp_tuned_1 beats rpp in the held-out scenarios" in page
     assert page.count("<svg") == 2
     assert "for touches alone restricted_small_noisy and 4 random worlds" in printed
-    assert "rpp_tuned_1: touches nothing in 20 trials, 4 random worlds among them" in printed
+    # Of the held-out scenario 10, the fewest that can decide four tests.
+    assert "rpp_tuned_1: touches nothing in 26 trials, 4 random worlds among them" in printed
     assert point["random_worlds"]["touched"] == point["closed_way"]["touched"] == [0, 0]
     # 1 - 0.05^(1/4)
     assert point["random_worlds"]["at_most"] == pytest.approx(0.527, abs=1e-3)
@@ -216,28 +216,6 @@ def test_a_baseline_that_never_arrives_is_one_line_and_leaves_no_study(
     (line,) = capsys.readouterr().err.splitlines()
     assert "the baseline reaches the goal in none of its trials there" in line
     assert not out.exists()
-
-
-def test_intervals_hold_for_all_points_and_objectives_together():
-    rows = [
-        {
-            "controller": name,
-            "scenario": "doorway",
-            "trial": trial,
-            "outcome": "succeeded",
-            "time_to_goal_s": 10.0 + 0.1 * trial + shift,
-            "min_clearance_m": 0.5,
-        }
-        for name, shift in (("rpp", 0.0), ("a", -1.0), ("b", 0.0))
-        for trial in range(6)
-    ]
-    objectives = chosen_objectives(("time", "clearance"))
-    first, second = judgement.judge(pd.DataFrame(rows), "rpp", ["a", "b"], objectives)
-    assert first.means[0] == pytest.approx(-1.0 / 10.25)
-    assert first.beats_baseline
-    assert not second.beats_baseline
-    assert judgement.winner_of([second, first]) is first
-    assert judgement.winner_of([second]) is None
 
 
 @pytest.mark.long

@@ -107,8 +107,9 @@ def test_the_result_is_a_patch_of_the_file_with_comments_and_order_kept(
     assert command.main([*arguments, "--jobs", "1"]) == 0
     result = json.loads((out / "tuning.json").read_text())
     assert result["task"]["scenarios"] == ["ward_1", "ward_2", "ward_3"]
-    # Other tasks than those of the search decide.
-    assert result["held_out"] == [f"ward_{number}_held_out" for number in (1, 2, 3)]
+    # Other tasks than those of the search decide: of 4, as --fresh says, no test could decide.
+    assert result["held_out"] == [f"ward_{number}_held_out" for number in range(1, 10)]
+    assert "--fresh 4 can decide nothing" in capsys.readouterr().out
     (point,) = result["front"]
     found = point["parameters"]["lookahead_dist"]
     after = (out / "front" / "mine_tuned_1.yaml").read_text()
