@@ -146,7 +146,7 @@ def _findings(visit: Visit) -> list[str]:
         return ["<h2>What the rules find</h2><p>Nothing.</p>"]
     rows = [
         f"<tr><td><code>{escape(f.rule.name)}</code></td><td>{escape(f.seen)}</td>"
-        f"<td>{escape(' | '.join(cause.told for cause in f.rule.cures))}</td>"
+        f"<td>{escape(f.cure_told)}</td>"
         f"<td><small>{escape(f.rule.source)}</small></td></tr>"
         for f in visit.findings
     ]

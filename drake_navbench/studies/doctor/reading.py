@@ -57,7 +57,7 @@ def findings_of(facts: Facts, symptom: Symptom | None = None) -> list[Finding]:
     for rule in RULES:
         is_wanted = rule.is_certain if symptom is None else symptom in rule.symptoms
         if is_wanted and rule.fires(facts):
-            fired.append(Finding(rule, rule.seen(facts)))
+            fired.append(rule.finding(facts))
     return fired
 
 
@@ -78,7 +78,7 @@ def suspicions_of(facts: Facts, symptom: Symptom, words: str = "") -> list[Suspi
         weight = OF_A_RULE * finding.rule.symptoms[symptom]
         if not facts.is_whole and not _rests_on_given(facts, finding.rule):
             weight *= OF_DEFAULTS
-        for cause in finding.rule.cures:
+        for cause in finding.cures:
             if _is_there(facts, cause):
                 add(weight * _named_factor(facts, cause), cause, finding.seen, finding)
                 weight *= NEXT_CURE

@@ -39,8 +39,11 @@ def told_of_reading(
 ) -> list[str]:
     """Returns the lines of the first look: the findings, and what may cause the symptom."""
     kinds = " before ".join(facts.kinds) or "unknown"
+    told_by = f", told by {facts.mark}; --nav2-release for another" if facts.mark else ""
+    more = f" Not read: {', '.join(facts.others)} (--controller)." if facts.others else ""
     lines = wrapped(
-        f"Read: {facts.plugin or 'controller'} ({kinds}), Nav2 {facts.release}.", rest="  "
+        f"Read: {facts.plugin or 'controller'} ({kinds}), Nav2 {facts.release}{told_by}.{more}",
+        rest="  ",
     )
     lines += ["", f"Findings ({len(findings)})" if findings else "No rule fires."]
     for finding in findings:
@@ -55,12 +58,12 @@ def told_of_reading(
 
 
 def _finding_lines(finding: Finding) -> Iterator[str]:
-    rule = finding.rule
-    likely = sorted(rule.symptoms, key=lambda symptom: -rule.symptoms[symptom])[:MOST_SYMPTOMS]
-    yield from wrapped(f"{rule.name}: {finding.seen}", "- ")
-    yield from wrapped(f"then it {'; or '.join(LOOKS_LIKE[s] for s in likely)}", INDENT)
-    yield from wrapped(f"cure: {' | '.join(cause.told for cause in rule.cures)}", INDENT)
-    yield from wrapped(f"source: {rule.source}", INDENT)
+    yield from wrapped(f"{finding.rule.name}: {finding.seen}", "- ")
+    likely = finding.likely[:MOST_SYMPTOMS]
+    if likely:
+        yield from wrapped(f"it may be that it {', or '.join(map(LOOKS_LIKE.get, likely))}", INDENT)
+    yield from wrapped(f"cure: {finding.cure_told}", INDENT)
+    yield from wrapped(f"source: {finding.rule.source}", INDENT)
 
 
 def _suspicion_lines(number: int, suspicion: Suspicion) -> Iterator[str]:

@@ -149,7 +149,7 @@ def _to_treat(found: Visit) -> Symptom | None:
     """
     if found.asked is not None:
         return found.asked if found.asked in found.seen else None
-    led_to = {symptom for finding in found.findings for symptom in finding.rule.symptoms}
+    led_to = {symptom for finding in found.findings for symptom in finding.likely}
     seen = [symptom for symptom in BY_WEIGHT if symptom in found.seen]
     seen.sort(key=lambda s: (s is not Symptom.COLLISION, s not in led_to))
     return seen[0] if seen else None

@@ -65,7 +65,10 @@ RULES = (
         "slow-loop",
         lambda f: (
             f.number("controller_server.controller_frequency", 20.0) < 8.0
-            or _step_m(f) > FAR_BETWEEN_COMMANDS_M
+            or (
+                f.number("controller_server.controller_frequency", 20.0) < 20.0
+                and _step_m(f) > FAR_BETWEEN_COMMANDS_M
+            )
         ),
         lambda f: (
             f"controller_frequency {f['controller_server.controller_frequency']} Hz: "
@@ -145,7 +148,8 @@ RULES = (
             and (f.axis("velocity_smoother.min_velocity", 0) or 0.0) >= 0.0
         ),
         lambda f: (
-            "velocity_smoother.min_velocity forbids driving back, also for the behaviour BackUp"
+            "velocity_smoother.min_velocity forbids driving back, for the behaviour BackUp as well "
+            "where the launch file leads its commands through the smoother"
         ),
         {S.NO_RECOVERY: 1.0, S.REVERSE_FAILURE: 0.9},
         (down("velocity_smoother.min_velocity"),),
@@ -210,9 +214,8 @@ RULES = (
         ),
         lambda f: (
             "required_movement_radius "
-            f"{f['progress_checker.required_movement_radius']} m is within the noise of the pose: "
-            "the "
-            "robot always makes progress"
+            f"{f['progress_checker.required_movement_radius']} m: a pose estimate wanders by about "
+            f"{POSE_NOISE_M} m on most robots, so that one that stands may count as moving"
         ),
         {S.NO_RECOVERY: 1.0, S.GIVES_UP_LATE: 1.0},
         (up("progress_checker.required_movement_radius", 0.2),),
@@ -275,10 +278,14 @@ RULES = (
     ),
     Rule(
         "goal-smaller-than-a-step",
-        lambda f: 0.0 < f.number("goal_checker.xy_goal_tolerance") < max(2.0 * _step_m(f), 0.08),
+        lambda f: 0.0 < f.number("goal_checker.xy_goal_tolerance") < max(_step_m(f), POSE_NOISE_M),
         lambda f: (
-            f"xy_goal_tolerance {f['goal_checker.xy_goal_tolerance']} m is below what a pose "
-            f"estimate and {_step_m(f):.2f} m between two commands allow"
+            f"xy_goal_tolerance {f['goal_checker.xy_goal_tolerance']} m is less than "
+            + (
+                f"the {_step_m(f):.2f} m between two commands at {f.speed_mps:g} m/s"
+                if _step_m(f) > POSE_NOISE_M
+                else f"the {POSE_NOISE_M} m by which a pose estimate wanders on most robots"
+            )
         ),
         {
             S.GOAL_OSCILLATION: 1.0,
@@ -294,8 +301,8 @@ RULES = (
         "goal-heading-smaller-than-a-step",
         lambda f: 0.0 < f.number("goal_checker.yaw_goal_tolerance") < 0.07,
         lambda f: (
-            f"yaw_goal_tolerance {f['goal_checker.yaw_goal_tolerance']} rad is below what a "
-            "turn at this rate stops within"
+            f"yaw_goal_tolerance {f['goal_checker.yaw_goal_tolerance']} rad is about what the "
+            "heading of a pose estimate wanders by on most robots"
         ),
         {S.GOAL_OSCILLATION: 0.9, S.GOAL_NOT_REACHED: 0.9, S.SPINS: 0.8, S.GOAL_OVERSHOOT: 0.4},
         (up("goal_checker.yaw_goal_tolerance", 0.2),),
@@ -408,6 +415,7 @@ RULES = (
         },
         (put("collision_monitor.*.action_type", "approach"),),
         f"{MONITOR}: polygon.cpp, action STOP",
+        is_certain=False,
     ),
     Rule(
         "monitor-slows-hard",
@@ -491,10 +499,14 @@ RULES = (
             )
             > 1
         ),
-        lambda f: "use_sim_time is on for some nodes and off for others",
+        lambda f: (
+            "use_sim_time is on for some nodes and off for others, unless the launch file sets it "
+            "for all, as nav2_bringup's does"
+        ),
         {S.FALSE_ABORT: 0.8, S.NO_START: 0.8, S.LOCALIZATION_JUMPS: 0.5, S.IGNORES_OBSTACLES: 0.5},
         (outside("clock"),),
         "ROS 2: use_sim_time",
+        is_certain=False,
     ),
     Rule(
         "stamped-and-plain-commands",
