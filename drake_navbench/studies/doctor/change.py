@@ -10,7 +10,6 @@ from dataclasses import dataclass
 
 from drake_navbench.inputs.scenario import Scenario
 from drake_navbench.studies.doctor.cures import Trial
-from drake_navbench.studies.doctor.detectors import OF_THE_MACHINE
 from drake_navbench.studies.doctor.driving import FRESH_SEED, Driver, Row, shows
 from drake_navbench.studies.doctor.experiment import Tried, Verdict
 from drake_navbench.studies.doctor.files import Patient
@@ -94,7 +93,7 @@ def _judged(
     symptom: Symptom,
     showing: Sequence[str],
 ) -> Judged:
-    names = [s.value for s in Symptom if s not in OF_THE_MACHINE]
+    names = [s.value for s in Symptom]
     own = {f"probe_{name}" for name in showing}
     at = [index for index, row in enumerate(old) if row["scenario"] in own]
     touched = [shows(row, Symptom.COLLISION) for row in old]

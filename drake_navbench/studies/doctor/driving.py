@@ -74,18 +74,17 @@ class Driver:
             raise OutOfTime
         if missing:
             began_s = time.monotonic()
-            rows = drive_each(missing, doctor_row, jobs=self._jobs)
+            drive_each(missing, doctor_row, jobs=self._jobs, on_row=self._keep)
             self._driving_s += time.monotonic() - began_s
             self.driven += len(missing)
-            self._keep(missing, rows)
         return [self._rows[spec.identity] for spec in specs]
 
-    def _keep(self, specs: Sequence[TrialSpec], rows: Sequence[Row]) -> None:
+    def _keep(self, spec: TrialSpec, row: Row) -> None:
+        """Keeps a row at once, so that an interrupted batch is not driven again."""
+        self._rows[spec.identity] = row
         try:
             with self._path.open("a", encoding="utf-8") as file:
-                for spec, row in zip(specs, rows, strict=True):
-                    self._rows[spec.identity] = row
-                    file.write(json.dumps({"identity": spec.identity, "row": row}) + "\n")
+                file.write(json.dumps({"identity": spec.identity, "row": row}) + "\n")
         except OSError as error:
             reason = error.strerror or str(error)
             raise CannotBeWritten(f"{self._path}: cannot be written: {reason}") from error

@@ -61,7 +61,9 @@ def _finding_lines(finding: Finding) -> Iterator[str]:
     yield from wrapped(f"{finding.rule.name}: {finding.seen}", "- ")
     likely = finding.likely[:MOST_SYMPTOMS]
     if likely:
-        yield from wrapped(f"it may be that it {', or '.join(map(LOOKS_LIKE.get, likely))}", INDENT)
+        yield from wrapped(
+            f"it may be that it {', or '.join(LOOKS_LIKE[s] for s in likely)}", INDENT
+        )
     yield from wrapped(f"cure: {finding.cure_told}", INDENT)
     yield from wrapped(f"source: {finding.rule.source}", INDENT)
 
