@@ -109,8 +109,9 @@ class Fault(NamedTuple):
 
     @property
     def name(self) -> str:
-        """A name for files: 'mppi_wz_std'."""
-        return f"{self.controller}_{self.place.rpartition(': ')[2].replace('.', '_')}"
+        """A name for files: 'mppi_controller_server_FollowPath_wz_std'."""
+        node, _, parameter = self.place.partition(": ")
+        return f"{self.controller}_{node.partition('/')[0]}_{parameter.replace('.', '_')}"
 
     @property
     def back(self) -> Direction:

@@ -326,7 +326,7 @@ def _visit(
         heard=heard.severity if heard is not None else {},
     )
     print_text("\n".join(["", *wrapped(verdict(found), rest=""), ""]))
-    for path in write_outputs(found, patient, arguments.out):
+    for path in write_outputs(found, patient, arguments.out, driver):
         print_text(f"{path}\n")
     if found.is_interrupted:
         print("interrupted; the same command goes on", file=sys.stderr)
