@@ -419,6 +419,7 @@ def page_lines() -> Iterator[str]:
     """Yields the page."""
     faults, rows = drawn(), read_score(drawn())
     yield from HEAD.splitlines()
+    yield ""
     count = len(faults)
     yield f"| of {count} faults | number | share |"
     yield "|---|---|---|"
@@ -442,6 +443,8 @@ def _driven_lines(faults: list[Fault]) -> Iterator[str]:
     done = json.loads(DRIVEN.read_text()) if DRIVEN.exists() else {}
     own = [(f, done[f.name]) for f in faults if f.name in done]
     yield from ["", "## Driven", "", f"{len(own)} of {len(faults)} were driven."]
+    if not own:
+        return
     harmful = [(f, row) for f, row in own if row["harmful"]]
     yield f"{len(harmful)} show a symptom in the probes that the sound file does not show."
     yield from ["", "| of the harmful | number | of |", "|---|---|---|"]

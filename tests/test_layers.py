@@ -57,6 +57,7 @@ MAY_IMPORT: dict[str, set[str]] = {
         "systems",
         "trial",
         "analysis",
+        "recordings",
         "campaign",
     },
     "commands": BELOW_ALL

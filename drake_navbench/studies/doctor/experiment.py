@@ -154,6 +154,8 @@ class Experiment:
             return Tried(suspicion, trial, Verdict.NOT_TRIED, reason="no trial depends on it")
         try:
             old, new, left = self._race(before, after)
+        except InputError as error:
+            return Tried(suspicion, trial, Verdict.NOT_TRIED, reason=str(error))
         except OutOfTime:
             self.is_out_of_time = True
             return None

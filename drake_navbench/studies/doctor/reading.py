@@ -56,6 +56,9 @@ def findings_of(facts: Facts, symptom: Symptom | None = None) -> list[Finding]:
     fired = []
     for rule in RULES:
         is_wanted = rule.is_certain if symptom is None else symptom in rule.symptoms
+        if symptom is None and facts.nodes and not facts.is_whole:
+            # The rest is the robot's: a fault there is none of the file's.
+            is_wanted = is_wanted and (bool(rule.advice) or _rests_on_given(facts, rule))
         if is_wanted and rule.fires(facts):
             fired.append(rule.finding(facts))
     return fired

@@ -11,6 +11,8 @@ from drake_navbench.studies.doctor.reading import Suspicion
 from drake_navbench.studies.doctor.rules.rule import Finding
 from drake_navbench.studies.doctor.symptoms import LOOKS_LIKE, Symptom
 
+# Nodes that a file may leave to the robot's own settings.
+TAKEN_OVER = ("local_costmap", "global_costmap")
 WIDTH = 80
 INDENT = "    "
 # Symptoms of a finding that are named, the likeliest first.
@@ -40,11 +42,11 @@ def told_of_reading(
     """Returns the lines of the first look: the findings, and what may cause the symptom."""
     kinds = " before ".join(facts.kinds) or "unknown"
     told_by = f", told by {facts.mark}; --nav2-release for another" if facts.mark else ""
+    borrowed = [name for name in TAKEN_OVER if facts.nodes and not facts.has_node(name)]
+    lacks = f" Without {' and '.join(borrowed)}: the robot's." if borrowed else ""
     more = f" Not read: {', '.join(facts.others)} (--controller)." if facts.others else ""
-    lines = wrapped(
-        f"Read: {facts.plugin or 'controller'} ({kinds}), Nav2 {facts.release}{told_by}.{more}",
-        rest="  ",
-    )
+    what = f"{facts.plugin or 'controller'} ({kinds}), Nav2 {facts.release}{told_by}"
+    lines = wrapped(f"Read: {what}.{lacks}{more}", rest="  ")
     lines += ["", f"Findings ({len(findings)})" if findings else "No rule fires."]
     for finding in findings:
         lines += _finding_lines(finding)

@@ -176,6 +176,27 @@ def test_what_is_not_read_is_told_to_have_no_effect_and_no_symptom(facts):
     assert "critics" not in finding.cure_told
 
 
+def test_a_deadband_that_only_cuts_what_moves_no_robot_is_none(facts):
+    def text(*deadband):
+        return nav2_text(
+            RPP_BLOCK, plugin=RPP, velocity_smoother={"deadband_velocity": list(deadband)}
+        )
+
+    assert "smoother-deadband" not in fired(facts(text(0.0, 0.0, 0.04)))
+    assert "smoother-deadband" in fired(facts(text(0.1, 0.0, 0.0)))
+
+
+def test_a_layer_whose_name_says_nothing_may_see_obstacles(facts):
+    def seen(*layers):
+        local = {"plugins": list(layers)} | {
+            name: {"plugin": "nav2_costmap_2d::VoxelLayer"} for name in layers
+        }
+        return fired(facts(nav2_text(RPP_BLOCK, plugin=RPP, local_costmap=local)))
+
+    assert "no-obstacle-layer" not in seen("camera", "inflation_layer")
+    assert "no-obstacle-layer" in seen("static_layer", "inflation_layer")
+
+
 def test_the_same_odometry_within_a_namespace_is_no_other(facts):
     text = nav2_text(RPP_BLOCK, plugin=RPP, bt_navigator={"odom_topic": "/robot1/odom"})
     text = text.replace("topic: /scan", "topic: /robot1/scan")

@@ -24,6 +24,7 @@ OBSTACLES = (
     "scan",
     "lidar",
 )
+BLIND = ("inflation", "static", "keepout", "speed", "filter", "denoise")
 # Of the base where no velocity smoother of the file limits it, m/s^2.
 USUAL_DECELERATION_MPS2 = 1.0
 # Parts of remarks of the check that rules of their own tell.
@@ -36,8 +37,9 @@ def _text(value: Any) -> str:
 
 
 def _has_obstacle_layer(f: Facts) -> bool:
-    plugins = f["local_costmap.plugins"] or ()
-    return any(word in str(name).lower() for name in plugins for word in OBSTACLES)
+    """Tells whether some layer may see obstacles: one that its name does not say to be blind."""
+    names = [str(name).lower() for name in f["local_costmap.plugins"] or ()]
+    return any(not any(word in name for word in BLIND) for name in names)
 
 
 def _inflation_is_last(f: Facts) -> bool:

@@ -18,6 +18,8 @@ SERVER = "nav2_controller"
 FAR_BETWEEN_COMMANDS_M = 0.1
 # A pose estimate that stands still wanders by about so much, m.
 POSE_NOISE_M = 0.06
+# Slower commands than these move hardly any robot.
+SLOW_MPS, SLOW_RADPS = 0.02, 0.05
 # A cycle may take this many periods before somebody must wait for it.
 LATE_PERIODS = 4.0
 
@@ -52,6 +54,12 @@ def _least(f: Facts, name: str, default: float) -> float:
 
 def _accel(f: Facts, name: str, axis: int) -> float | None:
     return f.axis(f"velocity_smoother.{name}", axis)
+
+
+def _has_deadband(f: Facts) -> bool:
+    """Tells whether commands are cut off that a drive needs to start or to arrive."""
+    x, y, turn = (_accel(f, "deadband_velocity", axis) or 0.0 for axis in range(3))
+    return max(x, y) > SLOW_MPS or turn > SLOW_RADPS
 
 
 def _progress_mps(f: Facts) -> float:
@@ -157,7 +165,7 @@ RULES = (
     ),
     Rule(
         "smoother-deadband",
-        lambda f: any((_accel(f, "deadband_velocity", axis) or 0.0) > 0.0 for axis in range(3)),
+        lambda f: _has_deadband(f),
         lambda f: (
             f"deadband_velocity {f['velocity_smoother.deadband_velocity']}: smaller commands "
             "are set to zero"
@@ -170,7 +178,7 @@ RULES = (
         "smoother-deadband-in-open-loop",
         lambda f: (
             f.release <= Release.IRON
-            and any((_accel(f, "deadband_velocity", axis) or 0.0) > 0.0 for axis in range(3))
+            and _has_deadband(f)
             and f["velocity_smoother.feedback"] in (None, "OPEN_LOOP")
         ),
         lambda f: (
