@@ -58,6 +58,7 @@ MAY_IMPORT: dict[str, set[str]] = {
         "systems",
         "trial",
         "analysis",
+        "recordings",
         "campaign",
     },
     "commands": BELOW_ALL

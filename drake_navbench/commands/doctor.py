@@ -23,7 +23,9 @@ from drake_navbench.commands.command_line import (
 from drake_navbench.errors import InputError
 
 if TYPE_CHECKING:
+    from drake_navbench.studies.doctor.bag import Heard
     from drake_navbench.studies.doctor.files import Patient
+    from drake_navbench.studies.doctor.probes import Surroundings
     from drake_navbench.studies.doctor.symptoms import Symptom
 
 EPILOG = """\
@@ -45,6 +47,7 @@ def build_parser() -> argparse.ArgumentParser:
         usage="drake-navbench doctor FILE [FILE ...] --out DIR [options]\n"
         "       drake-navbench doctor FILE [FILE ...] --read-only [options]\n"
         "       drake-navbench doctor --log LOG\n"
+        "       drake-navbench doctor FILE [FILE ...] --measure-board BOARD [options]\n"
         "       drake-navbench doctor --score CASES [--files DIR] [--page FILE]",
         description="Reads a Nav2 file with rules over the parameters of its release, drives\n"
         "short probes made for the robot, tries what may cause a symptom one by one,\n"
@@ -54,6 +57,7 @@ def build_parser() -> argparse.ArgumentParser:
     )
     _add_file(parser)
     _add_visit(parser)
+    _add_robot(parser)
     _add_score(parser)
     return parser
 
@@ -107,6 +111,39 @@ def _add_visit(parser: argparse.ArgumentParser) -> None:
     )
 
 
+def _add_robot(parser: argparse.ArgumentParser) -> None:
+    """Adds the options of what is known of the robot and its place."""
+    add = parser.add_argument_group("the robot and its place").add_argument
+    add("--map", type=Path, metavar="FILE", help="your map; --goals tasks on it are probes, too")
+    add("--goals", type=positive_number, default=0, metavar="N", help="tasks to draw on the map")
+    add(
+        "--bag",
+        type=Path,
+        metavar="BAG",
+        help="a recording of the robot: it is looked at for symptoms, and the base is fitted to it",
+    )
+    add(
+        "--topics",
+        nargs="+",
+        action="extend",
+        default=[],
+        metavar="ROLE=TOPIC",
+        help="where a signal of --bag is, as of import-bag: odom=/robot/odom",
+    )
+    add(
+        "--measure-board",
+        type=Path,
+        metavar="BOARD",
+        help="write how long this file's control cycles take on this computer, nothing else",
+    )
+    add(
+        "--board",
+        type=Path,
+        metavar="BOARD",
+        help="drive with the cycle times that --measure-board wrote on the robot's computer",
+    )
+
+
 def _add_score(parser: argparse.ArgumentParser) -> None:
     """Adds the options of the score on known cases."""
     add = parser.add_argument_group("score on known cases").add_argument
@@ -151,12 +188,63 @@ def _doctor(arguments: argparse.Namespace) -> int:
         return EXIT_DONE
     if not arguments.files:
         raise InputError("doctor: expected a Nav2 file, --log or --score")
+    if arguments.measure_board is not None:
+        _measure_board(arguments)
+        return EXIT_DONE
+    if (arguments.map is None) != (not arguments.goals):
+        raise InputError("--map: expected --goals N with it, and --goals only with --map")
     if not arguments.read_only and arguments.out is None:
         raise InputError("--out: missing; expected a folder for page, patch and journal, "
                          "or --read-only")  # fmt: skip
     patient, symptom = _patient(arguments), _symptom(arguments)
     _read(patient, symptom, arguments)
-    return EXIT_DONE if arguments.read_only else _visit(patient, symptom, arguments)
+    heard = _hear(arguments)
+    if arguments.read_only:
+        return EXIT_DONE
+    return _visit(patient, symptom, arguments, heard)
+
+
+def _hear(arguments: argparse.Namespace) -> Heard | None:
+    """Prints the symptoms in the user's recording; returns what else it tells."""
+    if arguments.bag is None:
+        if arguments.topics:
+            raise InputError("--topics: goes with --bag")
+        return None
+    from drake_navbench.commands.command_line import print_text
+    from drake_navbench.commands.import_bag import topics_of
+    from drake_navbench.studies.doctor.bag import heard_in
+    from drake_navbench.studies.doctor.told import wrapped
+
+    heard = heard_in(arguments.bag, arguments.robot, topics_of(arguments.topics))
+    lines = [*heard.lines, *heard.remarks]
+    print_text("\n".join(["", *(part for line in lines for part in wrapped(line))]) + "\n")
+    return heard
+
+
+def _measure_board(arguments: argparse.Namespace) -> None:
+    from drake_navbench.commands.command_line import print_text
+    from drake_navbench.studies.doctor.board import measured_here, write_times
+    from drake_navbench.studies.doctor.told import wrapped
+
+    times = measured_here(_patient(arguments))
+    write_times(times, arguments.measure_board)
+    print_text("\n".join(wrapped(f"{arguments.measure_board}: {times.told}")) + "\n")
+
+
+def _surroundings(
+    patient: Patient, arguments: argparse.Namespace, heard: Heard | None
+) -> Surroundings:
+    """Returns what the probes are driven in besides: map, base and computer; raises InputError."""
+    from drake_navbench.inputs.robot import merged
+    from drake_navbench.studies.doctor.board import overrides_of_board
+    from drake_navbench.studies.doctor.probes import Surroundings
+
+    overrides = dict(heard.overrides) if heard is not None else {}
+    remarks = heard.remarks if heard is not None else ()
+    if arguments.board is not None:
+        timing, remark = overrides_of_board(patient, arguments.board, arguments.out)
+        overrides, remarks = merged(overrides, timing), (*remarks, remark)
+    return Surroundings(arguments.map, arguments.goals, overrides, remarks)
 
 
 def _patient(arguments: argparse.Namespace) -> Patient:
@@ -198,7 +286,12 @@ def _read(patient: Patient, symptom: Symptom | None, arguments: argparse.Namespa
     print_text("\n".join(told_of_reading(facts, findings, suspects, symptom)) + "\n")
 
 
-def _visit(patient: Patient, symptom: Symptom | None, arguments: argparse.Namespace) -> int:
+def _visit(
+    patient: Patient,
+    symptom: Symptom | None,
+    arguments: argparse.Namespace,
+    heard: Heard | None,
+) -> int:
     """Drives, prints the verdict and writes the page; returns the exit status."""
     from drake_navbench.commands.command_line import print_text
     from drake_navbench.processes.machine import available_cores
@@ -223,9 +316,17 @@ def _visit(patient: Patient, symptom: Symptom | None, arguments: argparse.Namesp
         budget_s=arguments.budget,
         tell=tell,
     )
-    found = visit(patient, symptom, _words(arguments), driver, seed=arguments.seed)
+    found = visit(
+        patient,
+        symptom,
+        _words(arguments),
+        driver,
+        seed=arguments.seed,
+        around=_surroundings(patient, arguments, heard),
+        heard=heard.severity if heard is not None else {},
+    )
     print_text("\n".join(["", *wrapped(verdict(found), rest=""), ""]))
-    for path in write_outputs(found, patient, arguments.out):
+    for path in write_outputs(found, patient, arguments.out, driver):
         print_text(f"{path}\n")
     if found.is_interrupted:
         print("interrupted; the same command goes on", file=sys.stderr)

@@ -81,7 +81,7 @@ def _import(arguments: argparse.Namespace) -> None:
     request = ImportRequest(
         robot=arguments.robot,
         map_file=arguments.map,
-        topics=_assignments(arguments.topics),
+        topics=topics_of(arguments.topics),
         namespace=arguments.namespace,
         scenario=arguments.scenario,
         controller=arguments.controller,
@@ -123,7 +123,7 @@ def _print_gaps(gaps: Sequence[SimulationGap | None]) -> None:
             )
 
 
-def _assignments(texts: Sequence[str]) -> dict[str, str]:
+def topics_of(texts: Sequence[str]) -> dict[str, str]:
     """Returns role -> topic of texts such as odom=/odom; raises InputError of others."""
     found = {}
     for text in texts:

@@ -35,6 +35,10 @@ RECORDED = "recording"
 STANDING_MPS, STANDING_RADPS = 0.01, 0.02
 
 
+class NoTasks(InputError):
+    """A recording tells of no goals, and nobody said where to cut it."""
+
+
 @dataclass(frozen=True)
 class ImportRequest:
     """The arguments of an import.
@@ -61,7 +65,8 @@ class Imported:
     """The trial made of one recording. losses: the parts that could not be read.
 
     gaps: the simulation gap of each log; None where it has no commands. fit: the fitted parameters
-    of the drive, where the user asked for them.
+    of the drive, where the user asked for them. drive: its commands and velocities; None where the
+    recording has no commands.
     """
 
     path: Path
@@ -70,6 +75,7 @@ class Imported:
     losses: tuple[str, ...]
     gaps: tuple[SimulationGap | None, ...]
     fit: DriveFit | None
+    drive: DriveData | None
 
 
 def read_recording(path: Path, request: ImportRequest, *, first_trial: int = 0) -> Imported:
@@ -112,7 +118,7 @@ def read_recording(path: Path, request: ImportRequest, *, first_trial: int = 0) 
         if gap is not None:
             log.info["recording"]["simulation_gap"] = as_plain(gap)
     fit = _fit(path, robot, drive) if request.fits_drive else None
-    return Imported(path, tuple(logs), recording.topics, recording.losses, gaps, fit)
+    return Imported(path, tuple(logs), recording.topics, recording.losses, gaps, fit, drive)
 
 
 def _fit(path: Path, robot: Robot, drive: DriveData | None) -> DriveFit:
@@ -239,7 +245,7 @@ def _tasks(
         return [task_by_hand(path, begin_s, min(end_s, last_s))]
     status = columns.get("status")
     if status is None or not status.values:
-        raise InputError(
+        raise NoTasks(
             f"{path}: no states of a goal, such as /navigate_to_pose/_action/status, to cut tasks "
             f"by; cut by hand with --start and --end{_motion_hint(motion, start_ns)}"
         )

@@ -10,8 +10,7 @@ from dataclasses import dataclass
 
 from drake_navbench.inputs.scenario import Scenario
 from drake_navbench.studies.doctor.cures import Trial
-from drake_navbench.studies.doctor.detectors import OF_THE_MACHINE
-from drake_navbench.studies.doctor.driving import FRESH_SEED, Driver, Row, shows
+from drake_navbench.studies.doctor.driving import FRESH_SEED, Driver, Row, severity, shows
 from drake_navbench.studies.doctor.experiment import Tried, Verdict
 from drake_navbench.studies.doctor.files import Patient
 from drake_navbench.studies.doctor.symptoms import Symptom
@@ -30,6 +29,7 @@ class Judged:
     Trials in which the file as it is touches something end there: other symptoms are compared over
     the rest, `compared`. before_target, after_target: likewise of the symptom, in the probes that
     showed it. instead: by symptom, in how many trials it stands where there was a touch before.
+    best: index of the trial in which the symptom falls most.
     """
 
     tried: Tried
@@ -42,6 +42,7 @@ class Judged:
     after_target: int
     target_trials: int
     instead: Mapping[str, int]
+    best: int = 0
 
     @property
     def worse(self) -> list[str]:
@@ -94,7 +95,7 @@ def _judged(
     symptom: Symptom,
     showing: Sequence[str],
 ) -> Judged:
-    names = [s.value for s in Symptom if s not in OF_THE_MACHINE]
+    names = [s.value for s in Symptom]
     own = {f"probe_{name}" for name in showing}
     at = [index for index, row in enumerate(old) if row["scenario"] in own]
     touched = [shows(row, Symptom.COLLISION) for row in old]
@@ -117,4 +118,5 @@ def _judged(
         sum(shows(new[index], symptom) for index in at),
         len(at),
         {name: count for name, count in instead.items() if count},
+        max(at, key=lambda i: severity(old[i], symptom) - severity(new[i], symptom), default=0),
     )

@@ -11,6 +11,7 @@ from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
+import pandas as pd
 from numpy.typing import NDArray
 
 from drake_navbench.logs.log import Outcome, TrialLog
@@ -325,8 +326,6 @@ DETECTORS: tuple[Detector, ...] = (
     Detector(Symptom.NO_RECOVERY, _stuck, 0.5, "trials", "far from the goal at the end"),
     Detector(Symptom.LATE_CYCLES, _late, 0.1, "share", "one cycle in ten may be late"),
 )
-# In whose severity the machine takes part, so that no experiment rests on it.
-OF_THE_MACHINE = frozenset({Symptom.LATE_CYCLES})
 
 
 def drive_of(log: TrialLog) -> Drive:
@@ -339,6 +338,13 @@ def drive_of(log: TrialLog) -> Drive:
         # Plans that change say nothing of a path that should have been kept.
         plan = np.empty((0, 2))
     rate = navigation.get("controller_server", {}).get("controller_frequency", 20.0)
+    goal = np.array(scenario["goal"], dtype=float)
+    outcome = log.outcome
+    if "goal" in info.get("missing", {}):
+        # Of a recording without a goal the pieces before and after the drive say nothing.
+        goal = np.array([np.inf, np.inf, np.nan])
+        outcome = Outcome.SUCCEEDED if outcome is Outcome.TIMED_OUT else outcome
+        samples = samples[_is_driven(samples)]
 
     def column(name: str) -> Array:
         return samples[name].to_numpy(dtype=float)
@@ -351,44 +357,72 @@ def drive_of(log: TrialLog) -> Drive:
         column("w_radps"),
         column("command_v_mps"),
         column("clearance_m"),
-        np.array(scenario["goal"], dtype=float),
+        goal,
         np.asarray(plan, dtype=float),
-        log.outcome,
-        _asked_mps(info),
+        outcome,
+        _asked_mps(info, column("command_v_mps")),
         float(navigation.get("goal_checker", {}).get("xy_goal_tolerance", 0.25)),
-        column("compute_time_ms"),
+        column("compute_time_ms") * _board_scale(info),
         1000.0 / max(float(rate), 0.1),
         scenario.get("expected_outcome") == "aborted",
         str(info.get("reason", "")),
     )
 
 
-def _asked_mps(info: Mapping[str, Any]) -> float:
+def _is_driven(samples: pd.DataFrame) -> Array:
+    """Tells which samples lie between the first and the last motion."""
+    moves = (samples["v_mps"].abs() > STANDS_MPS) | (samples["w_radps"].abs() > STANDS_RADPS)
+    at = np.flatnonzero(moves)
+    index = np.arange(len(samples))
+    first, last = (at[0], at[-1]) if len(at) else (0, -1)
+    return np.asarray((index >= first) & (index <= last))
+
+
+def _board_scale(info: Mapping[str, Any]) -> float:
+    """Returns how much longer a cycle counts than it took, where the robot's computer is slower."""
+    timing = info.get("robot", {}).get("timing", {})
+    is_scaled = timing.get("compute_time") == "scaled"
+    return float(timing.get("compute_time_scale", 1.0)) if is_scaled else 1.0
+
+
+def _asked_mps(info: Mapping[str, Any], commands: Array) -> float:
+    """Returns the speed that the controller asks for, else the highest that it commanded, m/s."""
     parameters = info.get("parameters", {})
     parameters = parameters.get("primary_controller", parameters)
     names = ("vx_max", "max_linear_vel", "max_vel_x", "v_linear_max", "desired_linear_vel")
     found = [parameters[name] for name in names if isinstance(parameters.get(name), int | float)]
-    return float(found[0]) if found else 0.3
+    if found:
+        return float(found[0])
+    known = commands[np.isfinite(commands)]
+    return float(np.quantile(known, 0.95)) if len(known) else 0.0
 
 
 def severities(log: TrialLog) -> dict[str, float]:
-    """Returns each symptom's severity in a log: above 1 it is there."""
+    """Returns each symptom's severity in a log: above 1 it is there.
+
+    Late cycles count where cycles take time; else this computer's load would count.
+    """
     drive = drive_of(log)
     if len(drive.time_s) < 3:
         return {}
+    takes_time = log.info.get("robot", {}).get("timing", {}).get("compute_time", 0.0) != 0.0
     return {
         detector.symptom.value: round(float(detector.measure(drive)) / detector.threshold, 4)
         for detector in DETECTORS
+        if takes_time or detector.symptom is not Symptom.LATE_CYCLES
     }
 
 
 def doctor_row(log: TrialLog) -> dict[str, Any]:
-    """Returns a trial's row: scenario, controller, seed, outcome, and each symptom's severity."""
+    """Returns a trial's row: scenario, controller, seed, how and where it ended, severities."""
     return {
         "scenario": log.info["scenario"]["name"],
         "controller": log.info["controller"],
         "seed": log.info["seed"],
         "outcome": str(log.outcome),
         "reason": log.info["reason"],
+        "end": [float(v) for v in log.samples[["time_s", "x_m", "y_m", "yaw_rad"]].iloc[-1]]
+        if len(log.samples)
+        else [],
         "severity": severities(log),
     }

@@ -12,6 +12,7 @@ from drake_navbench.campaign.campaign import plan_campaign
 from drake_navbench.errors import CannotBeWritten, InputError
 from drake_navbench.inputs.presets import Preset
 from drake_navbench.inputs.scenario import Scenario
+from drake_navbench.logs.log import TrialLog
 from drake_navbench.studies.doctor.detectors import doctor_row
 from drake_navbench.studies.tuning.pairs import drive_each
 from drake_navbench.trial.spec import TrialSpec
@@ -64,31 +65,47 @@ class Driver:
         must: whether to drive without regard to the budget, as what is judged at the end. Raises
         OutOfTime where the budget does not suffice.
         """
-        planned = plan_campaign(
-            list(probes), [preset], trials=trials, seed=seed, robot=self._robot,
-            keeps_costmaps=False,
-        ).specs  # fmt: skip
-        specs = sorted(planned, key=lambda spec: (spec.trial, spec.scenario.name))
+        specs = self._planned(preset, probes, trials, seed)
         missing = [spec for spec in specs if spec.identity not in self._rows]
         if missing and not must and self.left_s < len(missing) * self.trial_s:
             raise OutOfTime
         if missing:
             began_s = time.monotonic()
-            rows = drive_each(missing, doctor_row, jobs=self._jobs)
+            drive_each(missing, doctor_row, jobs=self._jobs, on_row=self._keep)
             self._driving_s += time.monotonic() - began_s
             self.driven += len(missing)
-            self._keep(missing, rows)
         return [self._rows[spec.identity] for spec in specs]
 
-    def _keep(self, specs: Sequence[TrialSpec], rows: Sequence[Row]) -> None:
+    def log(
+        self, preset: Preset, probes: Sequence[Scenario], trials: int, *, seed: int, index: int
+    ) -> TrialLog:
+        """Drives one of the trials of `drive` again, by its row's index, and returns its log."""
+        spec = self._planned(preset, probes, trials, seed)[index]
+        log: TrialLog = drive_each([spec], _whole, jobs=1)[0]["log"]
+        return log
+
+    def _planned(
+        self, preset: Preset, probes: Sequence[Scenario], trials: int, seed: int
+    ) -> list[TrialSpec]:
+        planned = plan_campaign(
+            list(probes), [preset], trials=trials, seed=seed, robot=self._robot,
+            keeps_costmaps=False,
+        ).specs  # fmt: skip
+        return sorted(planned, key=lambda spec: (spec.trial, spec.scenario.name))
+
+    def _keep(self, spec: TrialSpec, row: Row) -> None:
+        """Keeps a row at once, so that an interrupted batch is not driven again."""
+        self._rows[spec.identity] = row
         try:
             with self._path.open("a", encoding="utf-8") as file:
-                for spec, row in zip(specs, rows, strict=True):
-                    self._rows[spec.identity] = row
-                    file.write(json.dumps({"identity": spec.identity, "row": row}) + "\n")
+                file.write(json.dumps({"identity": spec.identity, "row": row}) + "\n")
         except OSError as error:
             reason = error.strerror or str(error)
             raise CannotBeWritten(f"{self._path}: cannot be written: {reason}") from error
+
+
+def _whole(log: TrialLog) -> Row:
+    return {"log": log}
 
 
 def _read(path: Path) -> dict[str, Row]:

@@ -28,8 +28,9 @@ from drake_navbench.studies.doctor.symptoms import Symptom
 ERROR = 0.05
 # Pairs of a candidate; so many that 20 candidates can be told apart: 2^-11 is less than 0.05 / 20.
 PAIRS = 12
-# Of a candidate whose first pairs show no fall at all, the rest is not driven.
-FIRST_LOOK = 4
+# Of a candidate whose first pairs show no fall, or one by less than this share, the rest is not
+# driven.
+FIRST_LOOK, FIRST_FALL = 4, 0.1
 # What falls by less is of no use to anybody, as a share.
 LEAST_FALL = 0.3
 MOST_CANDIDATES = 16
@@ -149,29 +150,44 @@ class Experiment:
             before, after = self._patient.before_and_after(trial.changes)
         except InputError as error:
             return Tried(suspicion, trial, Verdict.NOT_TRIED, reason=str(error))
-        seeds = -(-PAIRS // len(self._probes))
-        first = max(1, -(-FIRST_LOOK // len(self._probes)))
+        if _is_same(before, after):
+            return Tried(suspicion, trial, Verdict.NOT_TRIED, reason="no trial depends on it")
         try:
-            old, new = self._pairs(before, after, min(first, seeds))
-            is_left = np.mean(_severities(new, self._symptom)) >= np.mean(
-                _severities(old, self._symptom)
-            )
-            if not is_left and first < seeds:
-                old, new = self._pairs(before, after, seeds)
+            old, new, left = self._race(before, after)
+        except InputError as error:
+            return Tried(suspicion, trial, Verdict.NOT_TRIED, reason=str(error))
         except OutOfTime:
             self.is_out_of_time = True
             return None
-        entry = self._entry(suspicion, trial, old, new, is_left=bool(is_left))
+        entry = self._entry(suspicion, trial, old, new, left=left)
         self._driver.tell(
             f"  {trial.told}: {entry.before:.2f} -> {entry.after:.2f} in {entry.pairs} pairs"
         )
         return entry
 
-    def _pairs(self, before: Preset, after: Preset, seeds: int) -> tuple[list[Row], list[Row]]:
+    def _race(self, before: Preset, after: Preset) -> tuple[list[Row], list[Row], str]:
+        """Returns pairs of rows, and why the rest was not driven; raises OutOfTime.
+
+        One trial tells whether the change has any effect, a few more whether the symptom falls.
+        """
+        old, new = self._pairs(before, after, self._probes[:1], 1)
+        if _told(old) == _told(new):
+            return old, new, "changes nothing in the first trial"
+        seeds = -(-PAIRS // len(self._probes))
+        first = min(max(1, -(-FIRST_LOOK // len(self._probes))), seeds)
+        old, new = self._pairs(before, after, self._probes, first)
+        falls = np.mean(_severities(old, self._symptom)) - np.mean(_severities(new, self._symptom))
+        if falls <= FIRST_FALL * np.mean(_severities(old, self._symptom)):
+            return old, new, "little or no fall in the first pairs"
+        return *self._pairs(before, after, self._probes, seeds), ""
+
+    def _pairs(
+        self, before: Preset, after: Preset, probes: Sequence[Scenario], seeds: int
+    ) -> tuple[list[Row], list[Row]]:
         drive = self._driver.drive
         return (
-            drive(before, self._probes, seeds, seed=self._seed),
-            drive(after, self._probes, seeds, seed=self._seed),
+            drive(before, probes, seeds, seed=self._seed),
+            drive(after, probes, seeds, seed=self._seed),
         )
 
     def _entry(
@@ -181,7 +197,7 @@ class Experiment:
         old: Sequence[Row],
         new: Sequence[Row],
         *,
-        is_left: bool,
+        left: str,
     ) -> Tried:
         before, after = (np.array(_severities(rows, self._symptom)) for rows in (old, new))
         found = compare_differences(after - before)
@@ -195,11 +211,26 @@ class Experiment:
             float(before.mean()),
             float(after.mean()),
             (found.interval.low, found.interval.high),
-            1.0 if is_left or found.difference >= 0.0 else found.p_value,
+            1.0 if left or found.difference >= 0.0 else found.p_value,
             len(old),
             max(touches, 0),
-            "no fall in the first pairs" if is_left else "",
+            left,
         )
+
+
+def _is_same(before: Preset, after: Preset) -> bool:
+    """Tells whether a change leaves everything as it is that a trial is a function of."""
+    return (
+        before.controller == after.controller
+        and before.parameters == after.parameters
+        and before.path_handler == after.path_handler
+        and before.stack == after.stack
+    )
+
+
+def _told(rows: Sequence[Row]) -> list[tuple[Any, ...]]:
+    """Returns what the rows say of the drives, without the column's name."""
+    return [(row["outcome"], row["end"], row["severity"]) for row in rows]
 
 
 def _severities(rows: Sequence[dict[str, Any]], symptom: str) -> list[float]:

@@ -20,6 +20,8 @@ from drake_navbench.plugins.names import flattened
 from drake_navbench.releases import NEWEST_RELEASE, Release
 
 CONTROLLER = "controller"
+# Nav2's robot_radius where a file gives no outline, m.
+DEFAULT_RADIUS_M = 0.1
 COSTMAPS = {"local_costmap": LOCAL_COSTMAP, "global_costmap": GLOBAL_COSTMAP}
 SHIM = "rotation_shim"
 # Kinds of controllers as suspects name them.
@@ -45,7 +47,8 @@ class Facts:
     number. plugin: the controller's name in the file. is_whole: whether the
     file is a whole one, so that what is missing in it is missing on the robot.
     unreadable: places that the release does not read. doubts: parameters whose values are probably
-    mistakes, with what Nav2 makes of them, from the check.
+    mistakes, with what Nav2 makes of them, from the check. mark: what in the file told the release.
+    others: further controllers in the file, by their names.
     """
 
     kinds: tuple[str, ...]
@@ -61,6 +64,8 @@ class Facts:
     is_whole: bool = False
     unreadable: frozenset[str] = frozenset()
     doubts: Mapping[str, str] = field(default_factory=dict)
+    mark: str = ""
+    others: tuple[str, ...] = ()
 
     def __getitem__(self, place: str) -> Any:
         """Returns the value of a place; None where the file and its models have none."""
@@ -113,13 +118,24 @@ class Facts:
 
     @property
     def inscribed_radius_m(self) -> float:
-        """The radius of the circle within the robot's outline, m; 0 where it is not known."""
-        return self.robot.radii[0] if self.robot is not None else 0.0
+        """The radius of the circle within the outline that Nav2 takes, m; 0 if not known."""
+        return self._radii_m[0]
 
     @property
     def circumscribed_radius_m(self) -> float:
-        """The radius of the circle around the robot's outline, m; 0 where it is not known."""
-        return self.robot.radii[1] if self.robot is not None else 0.0
+        """The radius of the circle around the outline that Nav2 takes, m; 0 if not known."""
+        return self._radii_m[1]
+
+    @property
+    def has_outline(self) -> bool:
+        """Whether the file gives the robot's outline to the local costmap."""
+        return bool({"local_costmap.robot_radius", "local_costmap.footprint"} & self.given)
+
+    @property
+    def _radii_m(self) -> tuple[float, float]:
+        if self.is_whole and not self.has_outline:
+            return DEFAULT_RADIUS_M, DEFAULT_RADIUS_M
+        return self.robot.radii if self.robot is not None else (0.0, 0.0)
 
 
 def kinds_of(preset: Preset) -> tuple[str, ...]:
@@ -159,6 +175,8 @@ def facts_of(setup: Nav2Setup, preset: Preset) -> Facts:
         SERVER in nodes and "local_costmap" in nodes,
         unreadable_by(preset),
         {row.place: row.remark for row in setup.check.of(Status.DOUBTFUL)},
+        _mark_in(setup),
+        tuple(name for _, name in setup.places.values() if name != plugin),
     )
 
 
@@ -249,6 +267,11 @@ def release_in(setup: Nav2Setup) -> Release:
     """Returns the release of Nav2 that a file was read for."""
     found = (row.parameter for row in setup.check.rows if row.node == "nav2_release")
     return Release(next(found, NEWEST_RELEASE))
+
+
+def _mark_in(setup: Nav2Setup) -> str:
+    found = (row.remark for row in setup.check.rows if row.node == "nav2_release")
+    return next(found, "").removeprefix("told by ")
 
 
 def _listed(setup: Nav2Setup, node: str, parameter: str) -> Sequence[Any]:

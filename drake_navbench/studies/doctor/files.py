@@ -75,6 +75,8 @@ class Patient:
         alone = self.columns()
         if before.setup.robot.drive != alone.setup.robot.drive:
             raise InputError("asks more of the base than the file does")
+        if after.setup.robot.radii != alone.setup.robot.radii:
+            raise InputError("changes the outline, which is the robot's own body here")
         return self.chosen(before), self.chosen(after)
 
 

@@ -7,7 +7,9 @@ from html import escape
 from pathlib import Path
 
 from drake_navbench.errors import CannotBeWritten
+from drake_navbench.studies.doctor.before_after import write_replay
 from drake_navbench.studies.doctor.change import Judged
+from drake_navbench.studies.doctor.driving import Driver
 from drake_navbench.studies.doctor.experiment import Tried
 from drake_navbench.studies.doctor.files import Patient, told_files
 from drake_navbench.studies.doctor.symptoms import LOOKS_LIKE, Symptom
@@ -23,6 +25,7 @@ STYLE = (
     "table{border-collapse:collapse;width:100%}td,th{text-align:left;padding:.3rem .6rem;"
     "border-bottom:1px solid #ddd;vertical-align:top}td.n,th.n{text-align:right}"
     "code,pre{font:14px/1.4 ui-monospace,monospace;overflow-wrap:anywhere}"
+    "iframe{width:100%;height:34rem;border:1px solid #ddd}"
     "pre{background:#f6f6f6;padding:.8rem;overflow-x:auto}small{color:#555}"
 )
 
@@ -37,24 +40,37 @@ def patch_of(patient: Patient, cure: Judged) -> tuple[str, str]:
     return after, "".join(lines)
 
 
-def write_outputs(visit: Visit, patient: Patient, folder: Path) -> list[Path]:
-    """Writes the page and, where there is a cure, the patched file and the patch; returns them."""
-    written = []
+def write_outputs(
+    visit: Visit, patient: Patient, folder: Path, driver: Driver | None = None
+) -> list[Path]:
+    """Writes the page and, where there is a cure, patched file, patch and replay; returns them.
+
+    driver: drives what the replay shows; without one there is no replay.
+    """
     texts = {PAGE: page(visit, patient)}
     if visit.cure is not None:
         texts[PATCHED], texts[PATCH] = patch_of(patient, visit.cure)
-    for name, text in texts.items():
-        path = folder / name
-        try:
-            path.write_text(text, encoding="utf-8")
-        except OSError as error:
-            raise CannotBeWritten(f"{path}: cannot be written: {error.strerror}") from error
-        written.append(path)
+    written = [_write(folder / name, text) for name, text in texts.items()]
+    if visit.cure is not None and driver is not None:
+        replay = write_replay(patient, visit.cure, visit.probes, driver, folder)
+        _write(folder / PAGE, page(visit, patient, replay))
+        written.append(replay)
     return written
 
 
-def page(visit: Visit, patient: Patient) -> str:
-    """Returns the page: the verdict in plain words, then what it rests on."""
+def _write(path: Path, text: str) -> Path:
+    try:
+        path.write_text(text, encoding="utf-8")
+    except OSError as error:
+        raise CannotBeWritten(f"{path}: cannot be written: {error.strerror}") from error
+    return path
+
+
+def page(visit: Visit, patient: Patient, replay: Path | None = None) -> str:
+    """Returns the page: the verdict in plain words, then what it rests on.
+
+    replay: beside the page, of a trial before and after.
+    """
     name = told_files(patient.paths)
     parts = [
         f"<h1>The doctor on {escape(name)}</h1>",
@@ -62,6 +78,12 @@ def page(visit: Visit, patient: Patient) -> str:
     ]
     if visit.cure is not None:
         parts += _change(visit, visit.cure, patient)
+    if replay is not None:
+        parts.append(
+            f'<p><a href="{replay.name}">Open the replay alone</a>: the trial in which the symptom '
+            f'falls most, before and after.</p><iframe src="{replay.name}" title="before and '
+            'after"></iframe>'
+        )
     parts += _tried(visit)
     parts += _seen(visit)
     parts += _findings(visit)
@@ -146,7 +168,7 @@ def _findings(visit: Visit) -> list[str]:
         return ["<h2>What the rules find</h2><p>Nothing.</p>"]
     rows = [
         f"<tr><td><code>{escape(f.rule.name)}</code></td><td>{escape(f.seen)}</td>"
-        f"<td>{escape(' | '.join(cause.told for cause in f.rule.cures))}</td>"
+        f"<td>{escape(f.cure_told)}</td>"
         f"<td><small>{escape(f.rule.source)}</small></td></tr>"
         for f in visit.findings
     ]

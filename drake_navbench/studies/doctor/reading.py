@@ -56,8 +56,11 @@ def findings_of(facts: Facts, symptom: Symptom | None = None) -> list[Finding]:
     fired = []
     for rule in RULES:
         is_wanted = rule.is_certain if symptom is None else symptom in rule.symptoms
+        if symptom is None and facts.nodes and not facts.is_whole:
+            # The rest is the robot's: a fault there is none of the file's.
+            is_wanted = is_wanted and (bool(rule.advice) or _rests_on_given(facts, rule))
         if is_wanted and rule.fires(facts):
-            fired.append(Finding(rule, rule.seen(facts)))
+            fired.append(rule.finding(facts))
     return fired
 
 
@@ -78,7 +81,7 @@ def suspicions_of(facts: Facts, symptom: Symptom, words: str = "") -> list[Suspi
         weight = OF_A_RULE * finding.rule.symptoms[symptom]
         if not facts.is_whole and not _rests_on_given(facts, finding.rule):
             weight *= OF_DEFAULTS
-        for cause in finding.rule.cures:
+        for cause in finding.cures:
             if _is_there(facts, cause):
                 add(weight * _named_factor(facts, cause), cause, finding.seen, finding)
                 weight *= NEXT_CURE

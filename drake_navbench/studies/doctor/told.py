@@ -11,6 +11,8 @@ from drake_navbench.studies.doctor.reading import Suspicion
 from drake_navbench.studies.doctor.rules.rule import Finding
 from drake_navbench.studies.doctor.symptoms import LOOKS_LIKE, Symptom
 
+# Nodes that a file may leave to the robot's own settings.
+TAKEN_OVER = ("local_costmap", "global_costmap")
 WIDTH = 80
 INDENT = "    "
 # Symptoms of a finding that are named, the likeliest first.
@@ -39,9 +41,12 @@ def told_of_reading(
 ) -> list[str]:
     """Returns the lines of the first look: the findings, and what may cause the symptom."""
     kinds = " before ".join(facts.kinds) or "unknown"
-    lines = wrapped(
-        f"Read: {facts.plugin or 'controller'} ({kinds}), Nav2 {facts.release}.", rest="  "
-    )
+    told_by = f", told by {facts.mark}; --nav2-release for another" if facts.mark else ""
+    borrowed = [name for name in TAKEN_OVER if facts.nodes and not facts.has_node(name)]
+    lacks = f" Without {' and '.join(borrowed)}: the robot's." if borrowed else ""
+    more = f" Not read: {', '.join(facts.others)} (--controller)." if facts.others else ""
+    what = f"{facts.plugin or 'controller'} ({kinds}), Nav2 {facts.release}{told_by}"
+    lines = wrapped(f"Read: {what}.{lacks}{more}", rest="  ")
     lines += ["", f"Findings ({len(findings)})" if findings else "No rule fires."]
     for finding in findings:
         lines += _finding_lines(finding)
@@ -55,12 +60,14 @@ def told_of_reading(
 
 
 def _finding_lines(finding: Finding) -> Iterator[str]:
-    rule = finding.rule
-    likely = sorted(rule.symptoms, key=lambda symptom: -rule.symptoms[symptom])[:MOST_SYMPTOMS]
-    yield from wrapped(f"{rule.name}: {finding.seen}", "- ")
-    yield from wrapped(f"then it {'; or '.join(LOOKS_LIKE[s] for s in likely)}", INDENT)
-    yield from wrapped(f"cure: {' | '.join(cause.told for cause in rule.cures)}", INDENT)
-    yield from wrapped(f"source: {rule.source}", INDENT)
+    yield from wrapped(f"{finding.rule.name}: {finding.seen}", "- ")
+    likely = finding.likely[:MOST_SYMPTOMS]
+    if likely:
+        yield from wrapped(
+            f"it may be that it {', or '.join(LOOKS_LIKE[s] for s in likely)}", INDENT
+        )
+    yield from wrapped(f"cure: {finding.cure_told}", INDENT)
+    yield from wrapped(f"source: {finding.rule.source}", INDENT)
 
 
 def _suspicion_lines(number: int, suspicion: Suspicion) -> Iterator[str]:

@@ -7,12 +7,11 @@ from dataclasses import dataclass, field
 
 from drake_navbench.inputs.scenario import Scenario
 from drake_navbench.studies.doctor.change import Judged, judge
-from drake_navbench.studies.doctor.detectors import OF_THE_MACHINE
 from drake_navbench.studies.doctor.driving import Driver, OutOfTime, Row, shows
 from drake_navbench.studies.doctor.experiment import Experiment, Tried, Verdict
 from drake_navbench.studies.doctor.facts import Facts
 from drake_navbench.studies.doctor.files import Patient, speed_asked
-from drake_navbench.studies.doctor.probes import MADE_FOR, probes_for
+from drake_navbench.studies.doctor.probes import MADE_FOR, Surroundings, probes_for
 from drake_navbench.studies.doctor.reading import Suspicion, findings_of, suspicions_of
 from drake_navbench.studies.doctor.rules.rule import Finding
 from drake_navbench.studies.doctor.symptoms import Symptom
@@ -40,6 +39,7 @@ BY_WEIGHT = (
     Symptom.NEAR_MISS,
     Symptom.TOO_SLOW,
     Symptom.REVERSE_FAILURE,
+    Symptom.LATE_CYCLES,
     Symptom.GIVES_UP_LATE,
 )
 
@@ -49,7 +49,8 @@ class Visit:
     """The findings of a visit, or of the part of it that the budget allowed.
 
     seen: by symptom, the probes that show it in at least half of their seeds. treated: the symptom
-    whose causes were tried; None where none was seen.
+    whose causes were tried; None where none was seen. heard: by symptom, its severity in the
+    user's recording.
     """
 
     facts: Facts
@@ -62,6 +63,8 @@ class Visit:
     tried: list[Tried] = field(default_factory=list)
     judged: list[Judged] = field(default_factory=list)
     probes: Mapping[str, Scenario] = field(default_factory=dict)
+    around: Surroundings = field(default_factory=Surroundings)
+    heard: Mapping[Symptom, float] = field(default_factory=dict)
     is_out_of_time: bool = False
     is_interrupted: bool = False
 
@@ -77,11 +80,25 @@ class Visit:
 
 
 def visit(
-    patient: Patient, asked: Symptom | None, words: str, driver: Driver, *, seed: int
+    patient: Patient,
+    asked: Symptom | None,
+    words: str,
+    driver: Driver,
+    *,
+    seed: int,
+    around: Surroundings | None = None,
+    heard: Mapping[Symptom, float] | None = None,
 ) -> Visit:
-    """Returns the findings of a visit; where it ends early, those up to then."""
+    """Returns the findings of a visit; where it ends early, those up to then.
+
+    around: what the probes are driven in besides. heard: by symptom, its severity in a recording of
+    the robot; the weightiest of those is asked for where the user asks for none.
+    """
     facts = patient.facts()
-    found = Visit(facts, asked=asked)
+    heard = heard or {}
+    if asked is None:
+        asked = next((s for s in BY_WEIGHT if heard.get(s, 0.0) > 1.0), None)
+    found = Visit(facts, asked=asked, around=around or Surroundings(), heard=heard)
     found.findings = findings_of(facts)
     try:
         _look(found, patient, driver, seed=seed)
@@ -97,7 +114,7 @@ def _look(found: Visit, patient: Patient, driver: Driver, *, seed: int) -> None:
     columns = patient.columns()
     preset = patient.chosen(columns)
     robot = columns.setup.robot
-    found.probes = probes_for(robot, speed_asked(found.facts, robot))
+    found.probes = probes_for(robot, speed_asked(found.facts, robot), found.around, seed=seed)
     count = len(found.probes) * FIRST_SEEDS
     driver.tell(f"driving {count} probes of the file as it is, about {count * 4} s on one core")
     found.rows = driver.drive(
@@ -113,8 +130,6 @@ def seen_in(rows: Sequence[Row]) -> dict[Symptom, list[str]]:
         trials.setdefault(row["scenario"].removeprefix("probe_"), []).append(row)
     found: dict[Symptom, list[str]] = {}
     for symptom in Symptom:
-        if symptom in OF_THE_MACHINE:
-            continue
         own = [
             name
             for name, several in trials.items()
@@ -149,7 +164,7 @@ def _to_treat(found: Visit) -> Symptom | None:
     """
     if found.asked is not None:
         return found.asked if found.asked in found.seen else None
-    led_to = {symptom for finding in found.findings for symptom in finding.rule.symptoms}
+    led_to = {symptom for finding in found.findings for symptom in finding.likely}
     seen = [symptom for symptom in BY_WEIGHT if symptom in found.seen]
     seen.sort(key=lambda s: (s is not Symptom.COLLISION, s not in led_to))
     return seen[0] if seen else None

@@ -113,10 +113,14 @@ def evidence(entry: Tried) -> str:
 def assumed(visit: Visit, robot: str) -> list[str]:
     """Returns the assumptions of a visit, a sentence each."""
     cause: list[Cause] = [e.suspicion.cause for e in visit.tried if e.suspicion.cause.is_outside]
+    cycles = ["Cycles take no time here: what comes of a slow computer is in the findings alone."]
+    if "compute_time" in visit.around.overrides.get("timing", {}):
+        cycles = []
     lines = [
         f"Mass, lag, accelerations, lidar and localization are those of {robot}; no Nav2 file "
         "tells them.",
-        "Cycles take no time here: what comes of a slow computer is in the findings alone.",
+        *visit.around.remarks,
+        *cycles,
         "A trial with another symptom than before may be chance; two more count as worse, of "
         "touches one.",
     ]

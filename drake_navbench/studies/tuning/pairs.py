@@ -66,11 +66,16 @@ def measure(specs: Sequence[TrialSpec], *, jobs: int) -> list[Row]:
 
 
 def drive_each(
-    specs: Sequence[TrialSpec], kept_of: Callable[[TrialLog], Row], *, jobs: int
+    specs: Sequence[TrialSpec],
+    kept_of: Callable[[TrialLog], Row],
+    *,
+    jobs: int,
+    on_row: Callable[[TrialSpec, Row], None] = lambda spec, row: None,
 ) -> list[Row]:
     """Drives trials in workers and returns what is kept of each log, in order.
 
-    kept_of: a function that can be sent to a worker. Raises as `measure`.
+    kept_of: a function that can be sent to a worker. on_row: is called here with each as it comes.
+    Raises as `measure`.
     """
     start_worker_server()
     tasks = {
@@ -87,6 +92,7 @@ def drive_each(
         for task, ending in endings:
             index = tasks[task]
             rows[index] = _row_of(ending, specs[index], kept_of)
+            on_row(specs[index], rows[index])
     return [rows[index] for index in range(len(specs))]
 
 

@@ -28,6 +28,13 @@ def changes(patient, cause):
     return [dict(t.changes) for t in trials_of(cause, patient.facts(), columns.setup)]
 
 
+def test_a_change_of_the_outline_is_not_tried_for_it_would_change_the_robot(patient):
+    text = nav2_text(RPP_BLOCK, plugin=RPP).replace("    footprint:", "    footprint_topic:")
+    round_robot = patient(text.replace("rolling_window: true", "robot_radius: 0.2"))
+    with pytest.raises(InputError, match="changes the outline"):
+        round_robot.before_and_after({Place("local_costmap/local_costmap", "robot_radius"): 0.3})
+
+
 def test_a_number_goes_to_the_usual_range_and_then_to_its_middle(patient):
     # The usual wz_std is 0.25 to 0.4 rad/s.
     found = changes(

@@ -139,6 +139,70 @@ def test_a_value_beyond_its_range_makes_a_suspect_of_it(facts):
     assert "controller.wz_std" not in places
 
 
+def test_what_nav2_bringup_ships_is_no_fault(facts):
+    # trans_stopped_velocity 0.25 of 0.26 m/s: it stops within 0.25^2 / 5 + 0.25 / 20 = 0.025 m.
+    block = DWB_BLOCK | {"max_vel_x": 0.26, "trans_stopped_velocity": 0.25}
+    block["critics"] = [*DWB_BLOCK["critics"], "ObstacleFootprint"]
+    assert fired(facts(nav2_text(block, plugin=DWB))) == {}
+    slow = nav2_text(block, plugin=DWB).replace("frequency: 20.0", "frequency: 2.0")
+    assert "rolls 0.14 m" in fired(facts(slow))["dwb-turns-while-rolling"]
+    # A file that Kilted ships names what is read for a car alone.
+    car = MPPI_BLOCK | {"AckermannConstraints": {"min_turning_r": 0.2}}
+    assert "controller-parameters-not-read" not in fired(facts(nav2_text(car, plugin=MPPI)))
+
+
+def test_an_outline_that_the_file_does_not_give_is_nav2s_and_not_the_robots(facts):
+    text = nav2_text(DWB_BLOCK, plugin=DWB).replace("    footprint:", "    footprint_topic:")
+    seen = fired(facts(text))
+    assert "outline-not-given" in seen
+    assert "dwb-centre-alone" not in seen
+
+
+def test_a_cure_leads_away_from_the_value_in_the_file(facts):
+    # 3.5 m/s at 20 Hz: 0.175 m between two commands, more than the tolerance.
+    text = nav2_text(MPPI_BLOCK | {"vx_max": 3.5}, plugin=MPPI).replace(
+        "xy_goal_tolerance: 0.25", "xy_goal_tolerance: 0.1"
+    )
+    told = {f.rule.name: f.cure_told for f in findings_of(facts(text))}
+    assert told["goal-smaller-than-a-step"] == "goal_checker.xy_goal_tolerance: up to 0.2"
+    # vx_std is 0.2 already.
+    assert told["mppi-narrow-speed-samples"] == "vx_std: up"
+
+
+def test_what_is_not_read_is_told_to_have_no_effect_and_no_symptom(facts):
+    (finding,) = findings_of(facts(nav2_text(RPP_BLOCK | {"look_ahead": 1.0}, plugin=RPP)))
+    assert finding.seen == "jazzy does not read FollowPath.look_ahead: without effect"
+    assert finding.likely == []
+    assert "critics" not in finding.cure_told
+
+
+def test_a_deadband_that_only_cuts_what_moves_no_robot_is_none(facts):
+    def text(*deadband):
+        return nav2_text(
+            RPP_BLOCK, plugin=RPP, velocity_smoother={"deadband_velocity": list(deadband)}
+        )
+
+    assert "smoother-deadband" not in fired(facts(text(0.0, 0.0, 0.04)))
+    assert "smoother-deadband" in fired(facts(text(0.1, 0.0, 0.0)))
+
+
+def test_a_layer_whose_name_says_nothing_may_see_obstacles(facts):
+    def seen(*layers):
+        local = {"plugins": list(layers)} | {
+            name: {"plugin": "nav2_costmap_2d::VoxelLayer"} for name in layers
+        }
+        return fired(facts(nav2_text(RPP_BLOCK, plugin=RPP, local_costmap=local)))
+
+    assert "no-obstacle-layer" not in seen("camera", "inflation_layer")
+    assert "no-obstacle-layer" in seen("static_layer", "inflation_layer")
+
+
+def test_the_same_odometry_within_a_namespace_is_no_other(facts):
+    text = nav2_text(RPP_BLOCK, plugin=RPP, bt_navigator={"odom_topic": "/robot1/odom"})
+    text = text.replace("topic: /scan", "topic: /robot1/scan")
+    assert "odometry-of-another-topic" not in fired(facts(text))
+
+
 def test_words_of_the_user_change_the_order(facts):
     found = facts(nav2_text(RPP_BLOCK, plugin=RPP))
     plain = [s.cause.place for s in suspicions_of(found, Symptom.WOBBLE_STRAIGHT)]

@@ -24,6 +24,11 @@ OBSTACLES = (
     "scan",
     "lidar",
 )
+BLIND = ("inflation", "static", "keepout", "speed", "filter", "denoise")
+# Of the base where no velocity smoother of the file limits it, m/s^2.
+USUAL_DECELERATION_MPS2 = 1.0
+# Parts of remarks of the check that rules of their own tell.
+OF_RULES = ("sees nothing", "inscribed radius", "has a radius", "velocity smoother lets through")
 SMAC = ("SmacPlannerHybrid", "SmacPlannerLattice")
 
 
@@ -32,8 +37,9 @@ def _text(value: Any) -> str:
 
 
 def _has_obstacle_layer(f: Facts) -> bool:
-    plugins = f["local_costmap.plugins"] or ()
-    return any(word in str(name).lower() for name in plugins for word in OBSTACLES)
+    """Tells whether some layer may see obstacles: one that its name does not say to be blind."""
+    names = [str(name).lower() for name in f["local_costmap.plugins"] or ()]
+    return any(not any(word in name for word in BLIND) for name in names)
 
 
 def _inflation_is_last(f: Facts) -> bool:
@@ -48,6 +54,12 @@ def _is_smac(f: Facts) -> bool:
     return any(kind in _text(f["planner.plugin"]) for kind in SMAC)
 
 
+def _stop_m(f: Facts) -> float:
+    """Returns the reach of the outline, a second of driving and the way to stop, m."""
+    decel = abs(f.axis("velocity_smoother.max_decel", 0) or 0.0) or USUAL_DECELERATION_MPS2
+    return f.circumscribed_radius_m + f.speed_mps * 1.0 + f.speed_mps**2 / (2.0 * decel)
+
+
 def _blind_layers(f: Facts) -> list[str]:
     """Returns the layers of the local costmap that see nothing."""
     return [
@@ -58,7 +70,10 @@ def _blind_layers(f: Facts) -> list[str]:
 
 
 def _doubts(f: Facts) -> list[str]:
-    return [place for place, remark in f.doubts.items() if "sees nothing" not in remark]
+    """Returns the doubts of the check that no rule of its own tells."""
+    return [
+        place for place, remark in f.doubts.items() if not any(part in remark for part in OF_RULES)
+    ]
 
 
 RULES = (
@@ -79,7 +94,8 @@ RULES = (
         lambda f: "; ".join(f"{place}: {f.doubts[place]}" for place in _doubts(f)[:2]),
         {S.COLLISION: 0.2, S.TOO_SLOW: 0.2, S.NO_START: 0.2, S.GOAL_NOT_REACHED: 0.1},
         (put("local_costmap.plugins"),),
-        "drake-navbench run --check",
+        "drake-navbench run --nav2 FILE --check",
+        advice="look at these values",
     ),
     Rule(
         "inflation-below-inscribed-radius",
@@ -97,11 +113,11 @@ RULES = (
         lambda f: (
             0.0
             < f.number("global_costmap.inflation_radius", 1.0)
-            < max(f.inscribed_radius_m + 0.05, 0.0)
+            < min(f.inscribed_radius_m + 0.05, 1.2 * f.inscribed_radius_m) - 1e-9
         ),
         lambda f: (
-            f"global inflation_radius {f['global_costmap.inflation_radius']} m reaches hardly "
-            f"beyond the inscribed radius, {f.inscribed_radius_m:.2f} m: plans touch walls"
+            f"global inflation_radius {f['global_costmap.inflation_radius']} m, and the inscribed "
+            f"radius is {f.inscribed_radius_m:.2f} m: nothing holds plans off walls"
         ),
         {S.COLLISION: 0.6, S.NEAR_MISS: 0.8, S.CORNER_CUTTING: 0.6, S.DOOR_STOP: 0.4},
         (up("global_costmap.inflation_radius"),),
@@ -162,12 +178,11 @@ RULES = (
         {S.DOOR_STOP: 0.9, S.TOO_SLOW: 0.4},
         (up("local_costmap.cost_scaling_factor", 3.0),),
         f"{CODE}: inflation_layer.cpp",
+        is_certain=False,
     ),
     Rule(
         "outline-not-given",
-        lambda f: (
-            f.is_whole and not ({"local_costmap.robot_radius", "local_costmap.footprint"} & f.given)
-        ),
+        lambda f: f.is_whole and not f.has_outline,
         lambda f: "the local costmap is given neither robot_radius nor footprint: Nav2 takes 0.1 m",
         {S.COLLISION: 1.0, S.NEAR_MISS: 0.8},
         (put("local_costmap.footprint"), up("local_costmap.robot_radius")),
@@ -183,6 +198,7 @@ RULES = (
         {S.COLLISION: 1.0, S.NEAR_MISS: 0.8},
         (up("local_costmap.robot_radius"),),
         f"{CODE}; navigation2#669",
+        is_certain=False,
     ),
     Rule(
         "marks-farther-than-it-clears",
@@ -261,9 +277,10 @@ RULES = (
     ),
     Rule(
         "window-ends-before-the-stop",
-        lambda f: half_window_m(f) < max(1.0, 1.5 * f.speed_mps + f.circumscribed_radius_m),
+        lambda f: half_window_m(f) < _stop_m(f),
         lambda f: (
-            f"the local costmap reaches {half_window_m(f):.1f} m, little at {f.speed_mps:g} m/s"
+            f"the local costmap reaches {half_window_m(f):.1f} m; from {f.speed_mps:g} m/s the "
+            f"front of the robot stops {_stop_m(f):.1f} m from here, a second of delay included"
         ),
         {S.COLLISION: 0.7, S.TOO_SLOW: 0.6, S.STOP_START_JERK: 0.3},
         (up("local_costmap.width"),),
@@ -362,7 +379,11 @@ RULES = (
     ),
     Rule(
         "robot-sees-itself",
-        lambda f: f["local_costmap.footprint_clearing_enabled"] is False,
+        # The default is another one in a static layer, where it does no harm.
+        lambda f: (
+            f["local_costmap.footprint_clearing_enabled"] is False
+            and "local_costmap.footprint_clearing_enabled" in f.given
+        ),
         lambda f: "footprint_clearing_enabled is off: what the robot sees of itself stays",
         {S.NO_START: 0.7, S.GHOST_OBSTACLES: 0.6, S.NO_RECOVERY: 0.4},
         (put("local_costmap.footprint_clearing_enabled", True),),

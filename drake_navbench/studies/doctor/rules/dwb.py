@@ -31,12 +31,29 @@ def _deceleration(f: Facts) -> float:
     return abs(f.number("controller.decel_lim_x", -2.5)) or 2.5
 
 
+def _rolls_on_m(f: Facts) -> float:
+    """Returns the way to stop from the speed that counts as stopped, m."""
+    speed = f.number("controller.trans_stopped_velocity", 0.25)
+    return speed**2 / (2.0 * _deceleration(f)) + speed * f.period_s
+
+
 RULES = (
+    Rule(
+        "dwb-no-obstacle-critic",
+        lambda f: (
+            bool(f.controller("critics")) and not has_critic(f, "BaseObstacle", "ObstacleFootprint")
+        ),
+        lambda f: "critics lists neither BaseObstacle nor ObstacleFootprint",
+        {S.COLLISION: 1.0, S.IGNORES_OBSTACLES: 1.0, S.NEAR_MISS: 0.8},
+        (put("critics", "ObstacleFootprint"),),
+        f"{CODE}: base_obstacle.cpp, obstacle_footprint.cpp",
+        DWB,
+    ),
     Rule(
         "dwb-centre-alone",
         lambda f: (
             is_not_round(f)
-            and bool(f.controller("critics"))
+            and has_critic(f, "BaseObstacle")
             and not has_critic(f, "ObstacleFootprint")
         ),
         lambda f: (
@@ -166,6 +183,7 @@ RULES = (
             bool(f.controller("critics"))
             and not has_critic(f, "RotateToGoal")
             and not f.is_kind("shim")
+            and f.number("goal_checker.yaw_goal_tolerance", 0.25) < 3.1
         ),
         lambda f: "critics lists no RotateToGoal: nothing turns to the goal's heading",
         {S.GOAL_NOT_REACHED: 1.0, S.GOAL_OSCILLATION: 0.6},
@@ -212,10 +230,14 @@ RULES = (
     ),
     Rule(
         "dwb-turns-while-rolling",
-        lambda f: f.number("controller.trans_stopped_velocity", 0.25) > 0.6 * f.speed_mps > 0.0,
         lambda f: (
-            f"trans_stopped_velocity {f.controller('trans_stopped_velocity')} m/s of "
-            f"{f.speed_mps:g}: it counts as stopped while it drives"
+            _rolls_on_m(f) > 0.5 * f.number("goal_checker.xy_goal_tolerance", 0.25)
+            and f.number("controller.trans_stopped_velocity", 0.25) <= f.speed_mps
+        ),
+        lambda f: (
+            f"trans_stopped_velocity {f.controller('trans_stopped_velocity')} m/s: it counts as "
+            f"stopped where it still rolls {_rolls_on_m(f):.2f} m, more than half of the goal's "
+            "tolerance"
         ),
         {S.GOAL_OVERSHOOT: 0.7, S.GOAL_OSCILLATION: 0.4},
         (down("trans_stopped_velocity"),),

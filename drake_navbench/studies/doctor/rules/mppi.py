@@ -65,7 +65,7 @@ def _cells_per_s(f: Facts) -> float:
 RULES = (
     Rule(
         "mppi-horizon-beyond-window",
-        lambda f: horizon_m(f) > half_window_m(f),
+        lambda f: horizon_m(f) > 1.05 * half_window_m(f),
         lambda f: (
             f"samples reach {horizon_m(f):.1f} m at full speed, the local costmap only "
             f"{half_window_m(f):.1f} m"
@@ -91,7 +91,7 @@ RULES = (
         "mppi-step-above-period",
         lambda f: f.number("controller.model_dt", 0.05) > 1.001 * f.period_s,
         lambda f: (
-            f"model_dt {f.controller('model_dt')} s is above the period {f.period_s:.3f} s: "
+            f"model_dt {f.controller('model_dt')} s is above the period {f.period_s:.4f} s: "
             "the sequence is not shifted from cycle to cycle"
         ),
         {S.WOBBLE_STRAIGHT: 0.3, S.STOP_START_JERK: 0.3},

@@ -166,7 +166,7 @@ RULES = (
         lambda f: (
             f.controller("use_cost_regulated_linear_velocity_scaling") is True
             and f.number("controller.cost_scaling_dist", 0.6)
-            > f.number("local_costmap.inflation_radius", 0.55)
+            > 1.25 * f.number("local_costmap.inflation_radius", 0.55)
         ),
         lambda f: (
             f"cost_scaling_dist {f.controller('cost_scaling_dist')} m is more than the "

@@ -14,6 +14,12 @@ S = Symptom
 
 # What the check says of a parameter that nobody reads.
 UNREAD = re.compile(r"does not read it|unknown|no such|another name")
+# A block of MPPI that is read for this kind of base alone.
+OF_CARS = "AckermannConstraints"
+OF_NAMES = (
+    "take them out, or name them as the release does; `drake-navbench run --nav2 FILE --check` "
+    "lists each"
+)
 MANY = {
     S.NO_TURNING: 0.3,
     S.TOO_SLOW: 0.25,
@@ -27,16 +33,31 @@ MANY = {
 
 
 def _unread(f: Facts, node: str) -> list[str]:
-    return [
-        place
+    """Returns the parameters of a node that the release does not read, by their names there."""
+    found = (
+        (place.partition(": ")[2], remark)
         for place, remark in f.unread.items()
-        if place.partition(":")[0].rpartition("/")[2] == node and UNREAD.search(remark)
+        if place.partition(":")[0].rpartition("/")[2] == node
+    )
+    return [
+        name for name, remark in found if UNREAD.search(remark) and not _waits_for_a_model(f, name)
     ]
 
 
+def _waits_for_a_model(f: Facts, name: str) -> bool:
+    """Tells whether a name is of MPPI's model of a car while another one is chosen."""
+    return f"{OF_CARS}." in name and f.controller("motion_model") != "Ackermann"
+
+
+def _limits(f: Facts) -> list[str]:
+    own = (f"{f.plugin}.", "max_accel", "max_decel")
+    names = [*_unread(f, "controller_server"), *_unread(f, "velocity_smoother")]
+    words = ("max_accel", "max_decel", "acc_lim", "ax_max", "ax_min", "az_max")
+    return [n for n in names if n.startswith(own) and any(word in n for word in words)]
+
+
 def _first(names: list[str]) -> str:
-    shown = ", ".join(name.partition(": ")[2] for name in names[:3])
-    return f"{shown}{' and others' if len(names) > 3 else ''}"
+    return f"{', '.join(names[:3])}{f' and {len(names) - 3} others' if len(names) > 3 else ''}"
 
 
 RULES = (
@@ -44,31 +65,37 @@ RULES = (
         "controller-parameters-not-read",
         lambda f: bool(_unread(f, "controller_server")),
         lambda f: (
-            f"{f.release} reads no {_first(_unread(f, 'controller_server'))}: another release "
-            "does, or nobody"
+            f"{f.release} does not read {_first(_unread(f, 'controller_server'))}: without effect"
         ),
-        MANY | {S.NO_TURNING: 0.5},
+        MANY | {S.NO_TURNING: 0.45},
         (put("critics"), upgrade("one that reads them")),
         "the parameters that each release of Nav2 declares",
+        advice=OF_NAMES,
     ),
     Rule(
         "costmap-parameters-not-read",
         lambda f: bool(_unread(f, "local_costmap")),
         lambda f: (
-            f"{f.release} reads no {_first(_unread(f, 'local_costmap'))} of the local costmap"
+            f"{f.release} does not read {_first(_unread(f, 'local_costmap'))} of the local "
+            "costmap: without effect"
         ),
         {S.IGNORES_OBSTACLES: 0.4, S.GHOST_OBSTACLES: 0.3},
         (put("local_costmap.observation_sources"),),
         "the parameters that each release of Nav2 declares",
         is_certain=False,
+        advice=OF_NAMES,
     ),
     Rule(
         "recoveries-server",
         lambda f: f.has_node(OLD_NODE),
-        lambda f: f"{OLD_NODE} is called behavior_server since Humble: these are not read",
-        {S.NO_RECOVERY: 0.9},
+        lambda f: (
+            f"{OLD_NODE} is of Galactic and older; {f.release} calls it behavior_server and does "
+            "not read this one"
+        ),
+        {S.NO_RECOVERY: 0.45},
         (put("behavior_server.behavior_plugins"),),
         "docs.nav2.org, migration to humble",
+        advice=f"on Humble and newer rename {OLD_NODE}; on Galactic and older it is right",
     ),
     Rule(
         "rpp-outline-check-of-galactic",
@@ -138,8 +165,8 @@ RULES = (
     ),
     Rule(
         "limits-that-nobody-reads",
-        lambda f: any("max_accel" in p or "acc_lim" in p or "ax_max" in p for p in f.unread),
-        lambda f: "limits of acceleration are given that the release does not read",
+        lambda f: bool(_limits(f)),
+        lambda f: f"{f.release} does not read {_first(_limits(f))}: no limits of acceleration",
         {S.STOP_START_JERK: 0.7, S.GOAL_OVERSHOOT: 0.6, S.COLLISION: 0.2},
         (upgrade("one that reads them"), outside("lag")),
         "the parameters that each release of Nav2 declares",

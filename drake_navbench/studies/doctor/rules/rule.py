@@ -11,6 +11,9 @@ from drake_navbench.studies.doctor.facts import Facts
 from drake_navbench.studies.doctor.suspects import ELSEWHERE
 from drake_navbench.studies.doctor.symptoms import Symptom
 
+# From this likelihood on a rule tells that it leads to a symptom.
+LIKELY = 0.5
+
 
 @dataclass(frozen=True)
 class Rule:
@@ -19,7 +22,8 @@ class Rule:
     name: its identity. when: whether it fires. seen: what of the file it has found, with numbers.
     symptoms: what that leads to, by how likely, 0 to 1. cures: the best first. source: Nav2's code
     or page, or a thread. kinds: of controllers it is for, none where for all. is_certain: whether
-    the finding is a fault whatever the symptom; others count only beside a symptom.
+    the finding is a fault whatever the symptom; others count only beside a symptom. advice: told in
+    place of the cures where no value of a parameter is one.
     """
 
     name: str
@@ -30,18 +34,44 @@ class Rule:
     source: str
     kinds: tuple[str, ...] = ()
     is_certain: bool = True
+    advice: str = ""
 
     def fires(self, facts: Facts) -> bool:
         """Tells whether the rule holds for these facts."""
         return (not self.kinds or facts.is_kind(*self.kinds)) and self.when(facts)
 
+    def finding(self, facts: Facts) -> Finding:
+        """Returns what the rule has found."""
+        return Finding(self, self.seen(facts), tuple(_fitting(c, facts) for c in self.cures))
+
 
 @dataclass(frozen=True)
 class Finding:
-    """A rule that fired, in words. places: files' own names of what it looked at are in `seen`."""
+    """A rule that fired. seen: in words, with names and numbers of the file. cures: without values
+    that the file has already, or is beyond."""
 
     rule: Rule
     seen: str
+    cures: tuple[Cause, ...]
+
+    @property
+    def likely(self) -> list[Symptom]:
+        """The symptoms that it probably leads to, the likeliest first."""
+        symptoms = self.rule.symptoms
+        return sorted((s for s in symptoms if symptoms[s] >= LIKELY), key=lambda s: -symptoms[s])
+
+    @property
+    def cure_told(self) -> str:
+        """The cures in words."""
+        return self.rule.advice or " | ".join(cause.told for cause in self.cures)
+
+
+def _fitting(cause: Cause, facts: Facts) -> Cause:
+    value = facts[cause.place]
+    if not cause.is_number or not isinstance(value, int | float) or cause.to is None:
+        return cause
+    is_beyond = cause.to > value if cause.direction is Direction.UP else cause.to < value
+    return cause if is_beyond else cause._replace(to=None)
 
 
 def up(place: str, to: Any = None) -> Cause:

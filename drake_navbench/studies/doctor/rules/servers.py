@@ -18,6 +18,8 @@ SERVER = "nav2_controller"
 FAR_BETWEEN_COMMANDS_M = 0.1
 # A pose estimate that stands still wanders by about so much, m.
 POSE_NOISE_M = 0.06
+# Slower commands than these move hardly any robot.
+SLOW_MPS, SLOW_RADPS = 0.02, 0.05
 # A cycle may take this many periods before somebody must wait for it.
 LATE_PERIODS = 4.0
 
@@ -54,6 +56,12 @@ def _accel(f: Facts, name: str, axis: int) -> float | None:
     return f.axis(f"velocity_smoother.{name}", axis)
 
 
+def _has_deadband(f: Facts) -> bool:
+    """Tells whether commands are cut off that a drive needs to start or to arrive."""
+    x, y, turn = (_accel(f, "deadband_velocity", axis) or 0.0 for axis in range(3))
+    return max(x, y) > SLOW_MPS or turn > SLOW_RADPS
+
+
 def _progress_mps(f: Facts) -> float:
     return f.number("progress_checker.required_movement_radius", 0.5) / max(
         f.number("progress_checker.movement_time_allowance", 10.0), 0.1
@@ -65,7 +73,10 @@ RULES = (
         "slow-loop",
         lambda f: (
             f.number("controller_server.controller_frequency", 20.0) < 8.0
-            or _step_m(f) > FAR_BETWEEN_COMMANDS_M
+            or (
+                f.number("controller_server.controller_frequency", 20.0) < 20.0
+                and _step_m(f) > FAR_BETWEEN_COMMANDS_M
+            )
         ),
         lambda f: (
             f"controller_frequency {f['controller_server.controller_frequency']} Hz: "
@@ -145,7 +156,8 @@ RULES = (
             and (f.axis("velocity_smoother.min_velocity", 0) or 0.0) >= 0.0
         ),
         lambda f: (
-            "velocity_smoother.min_velocity forbids driving back, also for the behaviour BackUp"
+            "velocity_smoother.min_velocity forbids driving back, for the behaviour BackUp as well "
+            "where the launch file leads its commands through the smoother"
         ),
         {S.NO_RECOVERY: 1.0, S.REVERSE_FAILURE: 0.9},
         (down("velocity_smoother.min_velocity"),),
@@ -153,7 +165,7 @@ RULES = (
     ),
     Rule(
         "smoother-deadband",
-        lambda f: any((_accel(f, "deadband_velocity", axis) or 0.0) > 0.0 for axis in range(3)),
+        lambda f: _has_deadband(f),
         lambda f: (
             f"deadband_velocity {f['velocity_smoother.deadband_velocity']}: smaller commands "
             "are set to zero"
@@ -166,7 +178,7 @@ RULES = (
         "smoother-deadband-in-open-loop",
         lambda f: (
             f.release <= Release.IRON
-            and any((_accel(f, "deadband_velocity", axis) or 0.0) > 0.0 for axis in range(3))
+            and _has_deadband(f)
             and f["velocity_smoother.feedback"] in (None, "OPEN_LOOP")
         ),
         lambda f: (
@@ -210,9 +222,8 @@ RULES = (
         ),
         lambda f: (
             "required_movement_radius "
-            f"{f['progress_checker.required_movement_radius']} m is within the noise of the pose: "
-            "the "
-            "robot always makes progress"
+            f"{f['progress_checker.required_movement_radius']} m: a pose estimate wanders by about "
+            f"{POSE_NOISE_M} m on most robots, so that one that stands may count as moving"
         ),
         {S.NO_RECOVERY: 1.0, S.GIVES_UP_LATE: 1.0},
         (up("progress_checker.required_movement_radius", 0.2),),
@@ -275,10 +286,14 @@ RULES = (
     ),
     Rule(
         "goal-smaller-than-a-step",
-        lambda f: 0.0 < f.number("goal_checker.xy_goal_tolerance") < max(2.0 * _step_m(f), 0.08),
+        lambda f: 0.0 < f.number("goal_checker.xy_goal_tolerance") < max(_step_m(f), POSE_NOISE_M),
         lambda f: (
-            f"xy_goal_tolerance {f['goal_checker.xy_goal_tolerance']} m is below what a pose "
-            f"estimate and {_step_m(f):.2f} m between two commands allow"
+            f"xy_goal_tolerance {f['goal_checker.xy_goal_tolerance']} m is less than "
+            + (
+                f"the {_step_m(f):.2f} m between two commands at {f.speed_mps:g} m/s"
+                if _step_m(f) > POSE_NOISE_M
+                else f"the {POSE_NOISE_M} m by which a pose estimate wanders on most robots"
+            )
         ),
         {
             S.GOAL_OSCILLATION: 1.0,
@@ -294,8 +309,8 @@ RULES = (
         "goal-heading-smaller-than-a-step",
         lambda f: 0.0 < f.number("goal_checker.yaw_goal_tolerance") < 0.07,
         lambda f: (
-            f"yaw_goal_tolerance {f['goal_checker.yaw_goal_tolerance']} rad is below what a "
-            "turn at this rate stops within"
+            f"yaw_goal_tolerance {f['goal_checker.yaw_goal_tolerance']} rad is about what the "
+            "heading of a pose estimate wanders by on most robots"
         ),
         {S.GOAL_OSCILLATION: 0.9, S.GOAL_NOT_REACHED: 0.9, S.SPINS: 0.8, S.GOAL_OVERSHOOT: 0.4},
         (up("goal_checker.yaw_goal_tolerance", 0.2),),
@@ -408,6 +423,7 @@ RULES = (
         },
         (put("collision_monitor.*.action_type", "approach"),),
         f"{MONITOR}: polygon.cpp, action STOP",
+        is_certain=False,
     ),
     Rule(
         "monitor-slows-hard",
@@ -491,10 +507,14 @@ RULES = (
             )
             > 1
         ),
-        lambda f: "use_sim_time is on for some nodes and off for others",
+        lambda f: (
+            "use_sim_time is on for some nodes and off for others, unless the launch file sets it "
+            "for all, as nav2_bringup's does"
+        ),
         {S.FALSE_ABORT: 0.8, S.NO_START: 0.8, S.LOCALIZATION_JUMPS: 0.5, S.IGNORES_OBSTACLES: 0.5},
         (outside("clock"),),
         "ROS 2: use_sim_time",
+        is_certain=False,
     ),
     Rule(
         "stamped-and-plain-commands",

@@ -21,9 +21,18 @@ def _first_step_radps(f: Facts) -> float:
 
 
 def _topics_differ(f: Facts) -> bool:
-    own = f["controller_server.odom_topic"] or "odom"
-    other = f["bt_navigator.odom_topic"] or f["velocity_smoother.odom_topic"] or own
-    return str(own).strip("/") != str(other).strip("/")
+    """Tells whether the controller listens to other odometry than the rest.
+
+    A name without a slash is within the node's namespace: 'odom' may be /robot/odom.
+    """
+    own = str(f["controller_server.odom_topic"] or "odom")
+    other = str(f["bt_navigator.odom_topic"] or f["velocity_smoother.odom_topic"] or own)
+    namespace, _, last = other.rpartition("/")
+    if own == last and any(
+        str(value).startswith(f"{namespace}/") and value != other for value in f.values.values()
+    ):
+        return False
+    return own.strip("/") != other.strip("/")
 
 
 RULES = (
@@ -136,7 +145,8 @@ RULES = (
         lambda f: (
             "controller_server.odom_topic is "
             f"{f['controller_server.odom_topic'] or 'not given, so odom'}, but others in the file "
-            f"listen to {f['bt_navigator.odom_topic'] or f['velocity_smoother.odom_topic']}"
+            f"listen to {f['bt_navigator.odom_topic'] or f['velocity_smoother.odom_topic']}: where "
+            "nobody publishes the first, the controller takes the robot as standing"
         ),
         {
             S.TOO_SLOW: 1.0,

@@ -1,0 +1,101 @@
+"""A recording of the robot: which symptoms it shows, and which base the probes should drive."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from drake_navbench.errors import InputError, as_line
+from drake_navbench.recordings.drive_fit import DriveFit, fit_drive
+from drake_navbench.recordings.import_bags import (
+    Imported,
+    ImportRequest,
+    NoTasks,
+    read_recording,
+)
+from drake_navbench.studies.doctor.detectors import severities
+from drake_navbench.studies.doctor.log_symptoms import told_of
+from drake_navbench.studies.doctor.symptoms import Symptom
+
+DIGITS = 3
+
+
+class Heard(NamedTuple):
+    """What a recording tells.
+
+    severity: of each symptom, the largest over its tasks. lines: for the terminal. overrides: of
+    the robot file, the base that was fitted; empty where the recording does not show it. remarks:
+    how the base was found, a sentence each.
+    """
+
+    severity: dict[Symptom, float]
+    lines: list[str]
+    overrides: dict[str, Any]
+    remarks: tuple[str, ...]
+
+
+def heard_in(path: Path, robot: str, topics: Mapping[str, str]) -> Heard:
+    """Returns the symptoms in a recording and the base that is fitted to it; raises InputError.
+
+    robot: name or file, for its outline and limits. topics: of the recording, by role.
+    """
+    imported = _read(path, ImportRequest(robot=robot, topics=topics))
+    severity: dict[Symptom, float] = {}
+    lines = [f"{path.name}: {len(imported.logs)} of its tasks or pieces are looked at"]
+    for log in imported.logs:
+        lines += [f"- {line}" for line in told_of(log)]
+        for name, value in severities(log).items():
+            symptom = Symptom(name)
+            severity[symptom] = max(severity.get(symptom, 0.0), value)
+    overrides, remarks = _base(path, imported)
+    return Heard(severity, [as_line(line) for line in lines], overrides, remarks)
+
+
+def _read(path: Path, request: ImportRequest) -> Imported:
+    """Returns the tasks of a recording; the whole of it is one where it tells of none."""
+    try:
+        return read_recording(path, request)
+    except NoTasks:
+        return read_recording(path, replace(request, start_s=0.0))
+
+
+def _base(path: Path, imported: Imported) -> tuple[dict[str, Any], tuple[str, ...]]:
+    if imported.drive is None:
+        return {}, (f"{path.name} has no commands: the base's lag is that of the robot file.",)
+    try:
+        fit = fit_drive(imported.drive)
+    except InputError as error:
+        return {}, (f"The base's lag is that of the robot file: {error}.",)
+    return overrides_of(fit), (f"The base is fitted to {path.name}: {_told(fit)}.",)
+
+
+def overrides_of(fit: DriveFit) -> dict[str, Any]:
+    """Returns the fields of a robot file for a fitted base; what was not seen is left out."""
+    drive: dict[str, Any] = {"response_time_constant_s": _rounded(fit.response_time_constant_s)}
+    if fit.linear.acceleration is not None:
+        drive["max_linear_acceleration_mps2"] = _rounded(fit.linear.acceleration)
+    if fit.angular.acceleration is not None:
+        drive["max_angular_acceleration_radps2"] = _rounded(fit.angular.acceleration)
+    found: dict[str, Any] = {
+        "drive": drive,
+        "timing": {"command_latency_s": _rounded(fit.dead_time_s)},
+    }
+    if fit.linear.deadband is not None:
+        found["actuators"] = {"deadband_mps": _rounded(fit.linear.deadband)}
+    return found
+
+
+def _told(fit: DriveFit) -> str:
+    parts = [f"lag {fit.response_time_constant_s:.2f} s", f"latency {fit.dead_time_s:.2f} s"]
+    for axis, unit in ((fit.linear, "m/s"), (fit.angular, "rad/s")):
+        if axis.acceleration is not None:
+            parts.append(f"at most {axis.acceleration:.2g} {unit}^2")
+        if axis.deadband is not None:
+            parts.append(f"nothing below {axis.deadband:.2g} {unit}")
+    return ", ".join(parts)
+
+
+def _rounded(value: float) -> float:
+    return float(f"{value:.{DIGITS}g}")

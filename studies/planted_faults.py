@@ -1,0 +1,484 @@
+"""Planted faults: does the doctor find one parameter that was spoilt in a sound Nav2 file?
+
+    python studies/planted_faults.py draw     planted_faults.yaml: 60 faults, drawn by a seed
+    python studies/planted_faults.py read     the first look at each, nothing driven
+    python studies/planted_faults.py drive    whole visits, one after the other; goes on where it
+                                              was stopped
+    python studies/planted_faults.py page     docs/doctor_planted_faults.md
+
+The files: RPP, DWB, MPPI, TEB and Graceful with the built-in presets' parameters, the same servers
+and costmaps, for the TurtleBot 4. The draw knows nothing of the doctor's rules: twelve times a
+controller, any number or switch of the file is taken with equal chances, a number times 1/4, 2/5,
+5/2 or 4, a switch turned round. What the file's reader refuses is drawn again.
+
+The score's rules, written before anything was read or driven:
+
+- *read, first*: of the findings that the sound file has not, the first one's first cure is the
+  spoilt parameter, in the direction back. *named*: any cure of any of them is.
+- *driven, harmful*: the probes show a symptom that they do not show of the sound file. Of those
+  alone: *first*: the first cause that is shown is the spoilt parameter, in the direction back.
+  *gone*: the doctor has a change, on fresh seeds. *nothing worse*: of those changes, the ones after
+  which no other symptom is seen in more trials, and no touch, on further seeds that no search and
+  no judgement of the doctor has driven.
+- *no skill*: the parameter that is farthest from the release's default, as a ratio, towards it
+  (a switch that differs counts as a factor of 2); and a parameter by chance with a coin for its
+  direction, as an expected value.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import sys
+import tempfile
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import yaml
+
+from drake_navbench.errors import InputError
+from drake_navbench.inputs.presets import load_preset
+from drake_navbench.plugins.names import flattened
+from drake_navbench.studies.doctor.causes import Direction
+from drake_navbench.studies.doctor.change import CHANCE
+from drake_navbench.studies.doctor.driving import FRESH_SEED, Driver, shows
+from drake_navbench.studies.doctor.facts import Facts
+from drake_navbench.studies.doctor.files import Patient
+from drake_navbench.studies.doctor.reading import findings_of
+from drake_navbench.studies.doctor.symptoms import Symptom
+from drake_navbench.studies.doctor.visit import Visit, visit
+
+HERE = Path(__file__).parent
+DRAWN = HERE / "planted_faults.yaml"
+DRIVEN = HERE / "planted_faults_driven.json"
+PAGE = HERE.parent / "docs" / "doctor_planted_faults.md"
+ROBOT, RELEASE, PLUGIN = "turtlebot4", "lyrical", "FollowPath"
+SEED, FAULTS_EACH = 2026, 12
+FACTORS = (0.25, 0.4, 2.5, 4.0)
+BUDGET_S, FURTHER_SEED, FURTHER_SEEDS = 300.0, 2 * FRESH_SEED, 2
+TYPES = {
+    "rpp": "nav2_regulated_pure_pursuit_controller::RegulatedPurePursuitController",
+    "dwb": "dwb_core::DWBLocalPlanner",
+    "mppi": "nav2_mppi_controller::MPPIController",
+    "teb": "teb_local_planner::TebLocalPlannerROS",
+    "graceful": "nav2_graceful_controller::GracefulController",
+}
+PRESETS = {
+    "rpp": "rpp_bringup",
+    "dwb": "dwb_bringup",
+    "mppi": "mppi_bringup",
+    "teb": "teb_upstream",
+    "graceful": "graceful",
+}
+# What makes the presets, which are for another robot, sound for this one.
+SPEEDS: Mapping[str, Mapping[str, Any]] = {
+    "rpp": {
+        "max_linear_vel": 0.3,
+        "lookahead_dist": 0.5,
+        "inflation_cost_scaling_factor": 4.0,
+        "cost_scaling_dist": 0.4,
+    },
+    "dwb": {"max_vel_x": 0.3, "max_speed_xy": 0.3, "sim_time": 1.7, "vx_samples": 20},
+    "mppi": {"vx_max": 0.3, "vx_min": -0.3, "prune_distance": 1.7},
+    "teb": {
+        "max_vel_x": 0.3,
+        "max_vel_x_backwards": 0.15,
+        "min_obstacle_dist": 0.2,
+        "weight_kinematics_forward_drive": 1000.0,
+    },
+    "graceful": {"v_linear_max": 0.3, "slowdown_radius": 1.0, "v_angular_max": 1.0},
+}
+# Of the presets' parameters, those that this release does not read.
+NOT_READ = (
+    "stateful", "use_interpolation", "PathAngleCritic.forward_preference", "motion_target_dist",
+    "initial_rotation_min_angle", "final_rotation",
+)  # fmt: skip
+# Nothing that a drive depends on, or no parameter of a drive.
+LEFT_OUT = ("visualize", "publish", "debug", "transform_tolerance", "seed", "enabled", "rolling")
+
+
+class Fault(NamedTuple):
+    """A planted fault. place: node and parameter, 'controller_server: FollowPath.wz_std'."""
+
+    controller: str
+    place: str
+    sound: Any
+    spoilt: Any
+
+    @property
+    def name(self) -> str:
+        """A name for files: 'mppi_controller_server_FollowPath_wz_std'."""
+        node, _, parameter = self.place.partition(": ")
+        return f"{self.controller}_{node.partition('/')[0]}_{parameter.replace('.', '_')}"
+
+    @property
+    def back(self) -> Direction:
+        """The direction of the cure."""
+        if isinstance(self.sound, bool):
+            return Direction.SET
+        return Direction.DOWN if abs(self.spoilt) > abs(self.sound) else Direction.UP
+
+
+def sound_file(controller: str) -> dict[str, dict[str, Any]]:
+    """Returns a sound Nav2 file of a controller, by the nodes' names."""
+    preset = load_preset(PRESETS[controller])
+    block = {**dict(flattened(preset.parameters.as_read().model_dump(mode="json")))}
+    known = {k: v for k, v in block.items() if _is_plain(v) and k not in NOT_READ}
+    inflation = {
+        "plugin": "nav2_costmap_2d::InflationLayer",
+        "inflation_radius": 0.45,
+        "cost_scaling_factor": 4.0,
+    }
+    scan = {
+        "topic": "/scan", "data_type": "LaserScan", "max_obstacle_height": 2.0,
+        "obstacle_max_range": 2.5, "raytrace_max_range": 2.5,
+    }  # fmt: skip
+    obstacles = {
+        "plugin": "nav2_costmap_2d::ObstacleLayer", "observation_sources": "scan", "scan": scan,
+    }  # fmt: skip
+    costmap = {"robot_radius": 0.175, "resolution": 0.05, "inflation_layer": inflation}
+    return {
+        "controller_server": {
+            "controller_frequency": 20.0,
+            "failure_tolerance": 0.3,
+            "progress_checker_plugins": ["progress_checker"],
+            "goal_checker_plugins": ["goal_checker"],
+            "controller_plugins": [PLUGIN],
+            "progress_checker": {
+                "plugin": "nav2_controller::SimpleProgressChecker",
+                "required_movement_radius": 0.3, "movement_time_allowance": 15.0,
+            },
+            "goal_checker": {
+                "plugin": "nav2_controller::SimpleGoalChecker",
+                "xy_goal_tolerance": 0.25, "yaw_goal_tolerance": 0.25, "stateful": True,
+            },
+            PLUGIN: {"plugin": TYPES[controller]} | _nested(known | SPEEDS[controller]),
+        },
+        "local_costmap/local_costmap": costmap | {
+            "rolling_window": True, "width": 4, "height": 4, "update_frequency": 5.0,
+            "plugins": ["obstacle_layer", "inflation_layer"], "obstacle_layer": obstacles,
+        },
+        "global_costmap/global_costmap": costmap | {
+            "plugins": ["static_layer", "obstacle_layer", "inflation_layer"],
+            "static_layer": {"plugin": "nav2_costmap_2d::StaticLayer"},
+            "obstacle_layer": obstacles,
+        },
+        "velocity_smoother": {
+            "smoothing_frequency": 20.0, "feedback": "OPEN_LOOP", "velocity_timeout": 1.0,
+            "max_velocity": [0.31, 0.0, 1.9], "min_velocity": [-0.31, 0.0, -1.9],
+            "max_accel": [2.5, 0.0, 3.2], "max_decel": [-2.5, 0.0, -3.2],
+        },
+    }  # fmt: skip
+
+
+def _is_plain(value: Any) -> bool:
+    is_list = isinstance(value, list) and all(isinstance(v, str) for v in value) and bool(value)
+    return is_list or isinstance(value, bool | int | float | str)
+
+
+def _nested(flat: Mapping[str, Any]) -> dict[str, Any]:
+    found: dict[str, Any] = {}
+    for name, value in flat.items():
+        *blocks, last = name.split(".")
+        inner = found
+        for block in blocks:
+            inner = inner.setdefault(block, {})
+        inner[last] = value
+    return found
+
+
+def text_of(file: Mapping[str, Mapping[str, Any]]) -> str:
+    """Returns a file's text."""
+    content: dict[str, Any] = {}
+    for node, parameters in file.items():
+        inner: dict[str, Any] = {"ros__parameters": dict(parameters)}
+        for part in reversed(node.split("/")):
+            inner = {part: inner}
+        content |= inner
+    return yaml.safe_dump(content, sort_keys=False)
+
+
+def spoilt_file(fault: Fault) -> dict[str, dict[str, Any]]:
+    """Returns the file of a fault."""
+    file = sound_file(fault.controller)
+    node, _, name = fault.place.partition(": ")
+    *blocks, last = name.split(".")
+    inner = file[node]
+    for block in blocks:
+        inner = inner[block]
+    inner[last] = fault.spoilt
+    return file
+
+
+def patient_of(file: Mapping[str, Mapping[str, Any]], folder: Path) -> Patient:
+    """Returns the doctor's patient of a file, which is written to a folder."""
+    path = folder / "nav2_params.yaml"
+    path.write_text(text_of(file), encoding="utf-8")
+    return Patient((path,), ROBOT, {}, RELEASE)
+
+
+def candidates(controller: str) -> list[tuple[str, Any]]:
+    """Returns the places of a sound file that may be spoilt, with their values."""
+    found = []
+    for node, parameters in sound_file(controller).items():
+        for name, value in flattened(parameters):
+            is_left_out = any(word in name for word in LEFT_OUT)
+            is_number = isinstance(value, int | float) and value != 0
+            if (is_number or isinstance(value, bool)) and not is_left_out:
+                found.append((f"{node}: {name}", value))
+    return found
+
+
+def draw() -> list[Fault]:
+    """Returns the faults, by the seed."""
+    generator = np.random.default_rng(SEED)
+    found: list[Fault] = []
+    for controller in TYPES:
+        choices = candidates(controller)
+        order = [int(i) for i in generator.permutation(len(choices))]
+        own: list[Fault] = []
+        for index in order:
+            if len(own) == FAULTS_EACH:
+                break
+            place, value = choices[index]
+            factor = float(generator.choice(FACTORS))
+            fault = Fault(controller, place, value, _spoilt(value, factor))
+            if fault.spoilt != value and _is_read(fault):
+                own.append(fault)
+        found += own
+    return found
+
+
+def _spoilt(value: Any, factor: float) -> Any:
+    if isinstance(value, bool):
+        return not value
+    if isinstance(value, int):
+        return max(round(value * factor), 1)
+    return float(f"{value * factor:.4g}")
+
+
+def _is_read(fault: Fault) -> bool:
+    with tempfile.TemporaryDirectory() as folder:
+        try:
+            patient_of(spoilt_file(fault), Path(folder)).facts()
+        except InputError:
+            return False
+    return True
+
+
+def read_score(faults: list[Fault]) -> list[dict[str, Any]]:
+    """Returns what the first look says of each fault, with what methods without skill say."""
+    rows = []
+    for fault in faults:
+        with tempfile.TemporaryDirectory() as name:
+            folder = Path(name)
+            sound = {
+                f.rule.name
+                for f in findings_of(patient_of(sound_file(fault.controller), folder).facts())
+            }
+            facts = patient_of(spoilt_file(fault), folder).facts()
+            new = [f for f in findings_of(facts) if f.rule.name not in sound]
+        firsts = [f.cures[0] for f in new[:1]]
+        rows.append({
+            "name": fault.name,
+            "first": any(_is_back(c.place, c.direction, fault, facts) for c in firsts),
+            "named": any(
+                _is_back(c.place, c.direction, fault, facts) for f in new for c in f.cures
+            ),
+            "findings": len(new),
+            "farthest": _farthest(facts, fault),
+            "chance": 0.5 / len(candidates(fault.controller)),
+        })  # fmt: skip
+    return rows
+
+
+def _is_back(place: str, direction: Direction, fault: Fault, facts: Facts) -> bool:
+    """Tells whether a cure is of the spoilt parameter and leads back."""
+    own = _place_of(fault)
+    return own in facts.matching(place) and direction is fault.back
+
+
+def _place_of(fault: Fault) -> str:
+    """Returns the doctor's name for the spoilt parameter."""
+    node, _, name = fault.place.partition(": ")
+    node = node.partition("/")[0]
+    if node == "controller_server" and name.startswith(f"{PLUGIN}."):
+        return f"controller.{name.removeprefix(f'{PLUGIN}.')}"
+    if node == "controller_server" and name.startswith(("goal_checker.", "progress_checker.")):
+        return name
+    return f"{node}.{name.rpartition('.')[2]}"
+
+
+def _farthest(facts: Facts, fault: Fault) -> bool:
+    """Tells whether the spoilt parameter is the one farthest from its default, if one knows it.
+
+    Of the controller's parameters, whose defaults Nav2 declares.
+    """
+    ratios: dict[str, float] = {}
+    for place, default in facts.defaults.items():
+        value = facts[place]
+        if isinstance(default, bool) or isinstance(value, bool):
+            ratios[place] = math.log(2.0) if value != default else 0.0
+        elif isinstance(default, int | float) and isinstance(value, int | float):
+            both = value * default > 0.0
+            ratios[place] = abs(math.log(value / default)) if both else 0.0
+    return bool(ratios) and max(ratios, key=lambda place: ratios[place]) == _place_of(fault)
+
+
+def drive_all(faults: list[Fault], out: Path) -> None:
+    """Drives a visit of each fault that was not driven, in an order that mixes the controllers."""
+    done: dict[str, Any] = json.loads(DRIVEN.read_text()) if DRIVEN.exists() else {}
+    order = sorted(range(len(faults)), key=lambda i: (i % FAULTS_EACH, i))
+    seen = {c: done[f"sound_{c}"] for c in TYPES if f"sound_{c}" in done}
+    for fault in (faults[i] for i in order):
+        if fault.controller not in seen:
+            found, _, _ = _visit(
+                sound_file(fault.controller), out / f"sound_{fault.controller}", 0.0
+            )
+            seen[fault.controller] = done[f"sound_{fault.controller}"] = sorted(found.seen)
+        if fault.name in done:
+            continue
+        done[fault.name] = _driven(fault, seen[fault.controller], out / fault.name)
+        DRIVEN.write_text(json.dumps(done, indent=1) + "\n", encoding="utf-8")
+        print(fault.name, done[fault.name], flush=True)
+
+
+def _visit(file: Mapping[str, Any], folder: Path, budget_s: float) -> tuple[Visit, Patient, Driver]:
+    folder.mkdir(parents=True, exist_ok=True)
+    patient = patient_of(file, folder)
+    driver = Driver(folder, ROBOT, jobs=2, budget_s=budget_s, tell=lambda line: None)
+    return visit(patient, None, "", driver, seed=0), patient, driver
+
+
+def _driven(fault: Fault, sound_seen: list[str], folder: Path) -> dict[str, Any]:
+    found, patient, driver = _visit(spoilt_file(fault), folder, BUDGET_S)
+    facts = found.facts
+    harmful = sorted(s.value for s in found.seen if s not in sound_seen)
+    best = found.shown[0].suspicion.cause if found.shown else None
+    row: dict[str, Any] = {
+        "harmful": harmful,
+        "treated": found.treated,
+        "first": best is not None and _is_back(best.place, best.direction, fault, facts),
+        "shown": best.told if best is not None else "",
+        "gone": found.cure is not None,
+        "out_of_time": found.is_out_of_time,
+        "trials": driver.driven,
+    }
+    if found.cure is not None:
+        row["worse"] = _worse(found, patient, driver)
+    return row
+
+
+def _worse(found: Visit, patient: Patient, driver: Driver) -> list[str]:
+    """Returns the symptoms that more trials show after the change, on further seeds."""
+    assert found.cure is not None
+    before, after = patient.before_and_after(found.cure.trial.changes)
+    probes = list(found.probes.values())
+    old, new = (
+        driver.drive(preset, probes, FURTHER_SEEDS, seed=FURTHER_SEED, must=True)
+        for preset in (before, after)
+    )
+    worse = []
+    for symptom in Symptom:
+        is_touch = symptom is Symptom.COLLISION
+        pairs = [
+            (a, b) for a, b in zip(old, new, strict=True)
+            if is_touch or not shows(a, Symptom.COLLISION)
+        ]  # fmt: skip
+        more = sum(shows(b, symptom) for _, b in pairs) - sum(shows(a, symptom) for a, _ in pairs)
+        if more > (0 if is_touch else CHANCE):
+            worse.append(symptom.value)
+    return worse
+
+
+def drawn() -> list[Fault]:
+    """Returns the faults of the file of the draw."""
+    return [Fault(**entry) for entry in yaml.safe_load(DRAWN.read_text(encoding="utf-8"))]
+
+
+def main(argv: list[str]) -> None:
+    """Runs a step of the study."""
+    step = argv[0] if argv else ""
+    if step == "draw":
+        entries = [fault._asdict() for fault in draw()]
+        DRAWN.write_text(yaml.safe_dump(entries, sort_keys=False), encoding="utf-8")
+    elif step == "read":
+        for row in read_score(drawn()):
+            print(row)
+    elif step == "drive":
+        drive_all(drawn(), Path(argv[1]))
+    elif step == "page":
+        PAGE.write_text("\n".join(page_lines()), encoding="utf-8")
+    else:
+        sys.exit("expected draw, read, drive FOLDER or page")
+
+
+def page_lines() -> Iterator[str]:
+    """Yields the page."""
+    faults, rows = drawn(), read_score(drawn())
+    yield from HEAD.splitlines()
+    yield ""
+    count = len(faults)
+    yield f"| of {count} faults | number | share |"
+    yield "|---|---|---|"
+    for name, told in (
+        ("first", "the first look's first cure is the spoilt parameter, led back"),
+        ("named", "some cure of its findings is"),
+    ):
+        number = sum(row[name] for row in rows)
+        yield f"| {told} | {number} | {number / count:.0%} |"
+    silent = sum(row["findings"] == 0 for row in rows)
+    yield f"| it finds nothing | {silent} | {silent / count:.0%} |"
+    farthest = sum(row["farthest"] for row in rows)
+    yield f"| no skill: farthest from Nav2's default | {farthest} | {farthest / count:.0%} |"
+    chance = sum(row["chance"] for row in rows)
+    yield f"| no skill: any parameter, any direction | {chance:.1f} | {chance / count:.0%} |"
+    yield from _driven_lines(faults)
+    yield ""
+
+
+def _driven_lines(faults: list[Fault]) -> Iterator[str]:
+    done = json.loads(DRIVEN.read_text()) if DRIVEN.exists() else {}
+    own = [(f, done[f.name]) for f in faults if f.name in done]
+    yield from ["", "## Driven", "", f"{len(own)} of {len(faults)} were driven."]
+    if not own:
+        return
+    harmful = [(f, row) for f, row in own if row["harmful"]]
+    yield f"{len(harmful)} show a symptom in the probes that the sound file does not show."
+    yield from ["", "| of the harmful | number | of |", "|---|---|---|"]
+    cured = [row for _, row in harmful if row["gone"]]
+    first, fine = sum(r["first"] for _, r in harmful), sum(not r["worse"] for r in cured)
+    yield f"| first cause shown is the spoilt one | {first} | {len(harmful)} |"
+    yield f"| symptom gone | {len(cured)} | {len(harmful)} |"
+    yield f"| nothing worse on further seeds | {fine} | {len(cured)} |"
+    yield from [
+        "",
+        "| fault | sound | spoilt | symptoms | first cause shown | gone |",
+        "|---|---|---|---|---|---|",
+    ]
+    for fault, row in own:
+        cells = [
+            f"{fault.controller} `{fault.place.rpartition(': ')[2]}`", str(fault.sound),
+            str(fault.spoilt), ", ".join(row["harmful"]) or "none", row["shown"] or "none",
+            "yes" if row["gone"] else "no",
+        ]  # fmt: skip
+        yield f"| {' | '.join(cells)} |"
+
+
+HEAD = f"""\
+# Planted faults
+
+Made by `python studies/planted_faults.py page`. In sound Nav2 files of five controllers (Regulated
+Pure Pursuit, DWB, MPPI, TEB, Graceful) for the TurtleBot 4, one parameter was spoilt: {FAULTS_EACH}
+times a controller, drawn by a seed from all numbers and switches of the file with equal chances, a
+number times 1/4, 2/5, 5/2 or 4, a switch turned round. The draw and the score's rules (in the
+study's head) were written before anything was read or driven. A draw that no rule and no probe can
+see, such as a patience or a search's effort, counts like all others.
+
+## Read
+"""
+
+if __name__ == "__main__":
+    main(sys.argv[1:])
