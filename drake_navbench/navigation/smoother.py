@@ -25,7 +25,9 @@ class SmootherParameters(FrozenModel):
     type: under which name it is registered, as the scenario gives it.
     """
 
-    type: str = Field("", description="Name under which the smoother is registered.")
+    type: str = Field(
+        "", description="Type of the smoother: the name under which it is registered."
+    )
 
 
 class Smoother(Protocol):
