@@ -30,22 +30,22 @@ def build_parser() -> argparse.ArgumentParser:
     """Returns the parser of the command line."""
     parser = CommandParser(
         prog="drake-navbench train",
-        description="Trains the policy of the controller `learned` in the Gymnasium environment, "
-        "then tells how often it reaches the goal in tasks that it has not seen.",
+        description="Trains the policy of the controller `learned` in the Gymnasium "
+        "environment, then measures how often it reaches the goal in new tasks.",
     )
     add = parser.add_argument
-    add("weights", type=Path, metavar="WEIGHTS.npz", help="where the network is written")
+    add("weights", type=Path, metavar="WEIGHTS.npz", help="file to write the network into")
     add(
         "--steps",
         type=positive_number,
         default=DEFAULT_STEPS,
         help=f"of training ({DEFAULT_STEPS})",
     )
-    add("--seed", type=whole_number, default=0, help="of the whole training (0)")
+    add("--seed", type=whole_number, default=0, help="seed of the whole training (0)")
     add(
         "--evaluate",
         action="store_true",
-        help="train nothing; tell how well the weights in the file drive",
+        help="train nothing; measure how well the weights in the file drive",
     )
     return parser
 
