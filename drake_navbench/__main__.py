@@ -18,50 +18,53 @@ COMMANDS = {
     "run": ("drake_navbench.run", "drive controllers through scenarios and compare them"),
     "report": (
         "drake_navbench.commands.report",
-        "make tables, figures and report.html again from logs",
+        "make tables, figures and report.html of a results folder again",
     ),
     "compare": (
         "drake_navbench.commands.compare",
-        "say what became better or worse between two folders",
+        "compare results folders: what became better, what became worse",
     ),
     "runs": ("drake_navbench.commands.runs", "list results folders; rename, tag, delete them"),
     "replay": ("drake_navbench.commands.replay", "render the replay of one trial from its log"),
-    "tune": ("drake_navbench.commands.tune", "search parameters that beat a preset"),
+    "tune": (
+        "drake_navbench.commands.tune",
+        "search for parameters that beat a preset or a Nav2 file",
+    ),
     "doctor": (
         "drake_navbench.commands.doctor",
-        "find what in a Nav2 file causes a symptom",
+        "find the parameter of a Nav2 file that causes a symptom",
     ),
     "leaderboard": (
         "drake_navbench.commands.leaderboard",
-        "rank the controllers of many folders that drive one suite",
+        "rank the controllers of many results folders of one suite",
     ),
     "export": ("drake_navbench.commands.export", "write trials as bags, tables or trajectories"),
     "import-bag": (
         "drake_navbench.commands.import_bag",
-        "make trials of recordings of real robots",
+        "convert recordings of real robots into trials",
     ),
     "import-world": (
         "drake_navbench.commands.import_world",
-        "make a scenario of a world of Gazebo",
+        "convert a Gazebo world into a scenario",
     ),
     "nav2-build": (
         "drake_navbench.commands.nav2_build",
-        "compile the controllers of a checkout of Nav2, as columns",
+        "compile the controllers of a Nav2 checkout as columns",
     ),
     "nav2-parity": (
         "drake_navbench.commands.nav2_parity",
-        "say how far the ports drive as a build's originals do",
+        "measure how closely the ports drive like a build's originals",
     ),
     "nav2-gate": (
         "drake_navbench.commands.nav2_gate",
-        "say whether a change to Nav2's code makes its controllers worse",
+        "test whether a change to Nav2's code makes its controllers worse",
     ),
     "list": ("drake_navbench.commands.listing", "list scenarios, controllers and robots"),
     "completion": (
         "drake_navbench.commands.completion",
-        "print what makes a shell complete all this",
+        "print the completion script for a shell",
     ),
-    "docs": ("drake_navbench.commands.documentation", "make the generated parts of docs/"),
+    "docs": ("drake_navbench.commands.documentation", "generate the generated parts of docs/"),
 }
 
 
@@ -76,7 +79,7 @@ def usage() -> str:
             "commands:",
             *lines,
             "",
-            "drake-navbench COMMAND --help tells more of each, --version which",
+            "drake-navbench COMMAND --help describes a command, --version prints the version",
             "version this is; drake-navbench COMMAND is the same.",
             "",
         ]

@@ -64,28 +64,36 @@ class DynamicWindowApproachParameters(ParametersWithCritics):
     CRITIC_BLOCK: ClassVar[type[CriticBlock]] = CriticParameters
 
     critics: tuple[str, ...] = Field(
-        min_length=1, description="Names of the critics, in the order of evaluation."
+        min_length=1, description="Names of the critics, in the order in which they score."
     )
     trajectory_generator_name: str = Field(
-        STANDARD_GENERATOR, description="Standard: window over sim_time; LimitedAccel: one period."
+        STANDARD_GENERATOR,
+        description="Generator of the velocity samples. StandardTrajectoryGenerator: "
+        "velocities reachable within sim_time; LimitedAccelGenerator: within one "
+        "control period.",
     )
     short_circuit_trajectory_evaluation: bool = Field(
-        True, description="Stop scoring a trajectory that is already worse than the best."
+        True,
+        description="Stop scoring a trajectory as soon as it is worse than the best one so far.",
     )
 
-    min_vel_x: Speed = Field(0.0, description="Lowest forward velocity, negative backward [m/s].")
+    min_vel_x: Speed = Field(0.0, description="Lowest forward velocity; negative: backward [m/s].")
     max_vel_x: Speed = Field(0.0, description="Highest forward velocity [m/s].")
     min_vel_y: Speed = Field(0.0, description="Lowest lateral velocity [m/s].")
     max_vel_y: Speed = Field(0.0, description="Highest lateral velocity [m/s].")
     max_vel_theta: AngularSpeed = Field(
-        0.0, ge=0.0, description="Highest yaw rate, both ways [rad/s]."
+        0.0, ge=0.0, description="Highest yaw rate in either direction [rad/s]."
     )
     min_speed_xy: Speed = Field(
-        0.0, description="Lowest planar speed unless min_speed_theta is kept; negative: none [m/s]."
+        0.0,
+        description="Lowest planar speed of a sample that turns slower than min_speed_theta; "
+        "negative: none [m/s].",
     )
-    max_speed_xy: Speed = Field(0.0, description="Highest planar speed; negative: none [m/s].")
+    max_speed_xy: Speed = Field(0.0, description="Highest planar speed; negative: no limit [m/s].")
     min_speed_theta: AngularSpeed = Field(
-        0.0, description="Lowest yaw rate unless min_speed_xy is kept; negative: none [rad/s]."
+        0.0,
+        description="Lowest yaw rate of a sample that drives slower than min_speed_xy; "
+        "negative: none [rad/s].",
     )
     acc_lim_x: Acceleration = Field(0.0, ge=0.0, description="Forward acceleration limit [m/s^2].")
     acc_lim_y: Acceleration = Field(0.0, ge=0.0, description="Lateral acceleration limit [m/s^2].")
@@ -102,59 +110,88 @@ class DynamicWindowApproachParameters(ParametersWithCritics):
         0.0, le=0.0, description="Yaw deceleration limit [rad/s^2]."
     )
 
-    vx_samples: Count = Field(20, description="Samples of the forward velocity; below 2: 2 [-].")
-    vy_samples: Count = Field(5, description="Samples of the lateral velocity; below 2: 2 [-].")
-    vtheta_samples: Count = Field(20, description="Samples of the yaw rate; below 2: 2 [-].")
+    vx_samples: Count = Field(
+        20, description="Number of forward velocities that are sampled; 1 or less counts as 2 [-]."
+    )
+    vy_samples: Count = Field(
+        5, description="Number of lateral velocities that are sampled; 1 or less counts as 2 [-]."
+    )
+    vtheta_samples: Count = Field(
+        20, description="Number of yaw rates that are sampled; 1 or less counts as 2 [-]."
+    )
     sim_period: Duration | None = Field(
-        None, gt=0.0, description="Window time of LimitedAccel; None: the control period [s]."
+        None,
+        gt=0.0,
+        description="LimitedAccelGenerator: time in which a sample must be reachable; null: "
+        "the control period [s].",
     )
 
-    sim_time: Duration = Field(1.7, gt=0.0, le=1000.0, description="Horizon of a trajectory [s].")
-    discretize_by_time: bool = Field(False, description="Steps of time_granularity, not distance.")
+    sim_time: Duration = Field(
+        1.7, gt=0.0, le=1000.0, description="Duration of a simulated trajectory [s]."
+    )
+    discretize_by_time: bool = Field(
+        False,
+        description="Divide trajectories into steps of time_granularity, not by distance and turn.",
+    )
     time_granularity: Duration = Field(0.5, ge=0.001, description="Longest time step [s].")
-    linear_granularity: Length = Field(0.5, ge=0.001, description="Longest way in a step [m].")
-    angular_granularity: Angle = Field(0.025, ge=0.001, description="Largest turn in a step [rad].")
-    include_last_point: bool = Field(True, description="Append the end pose once more.")
+    linear_granularity: Length = Field(0.5, ge=0.001, description="Longest distance of a step [m].")
+    angular_granularity: Angle = Field(0.025, ge=0.001, description="Largest turn of a step [rad].")
+    include_last_point: bool = Field(
+        True, description="Append the end pose to each trajectory once more."
+    )
     limit_vel_cmd_in_traj: bool = Field(
-        False, description="Command the first simulated velocity instead of the sampled one."
+        False,
+        description="Command the first velocity of the simulated trajectory, not the sampled one.",
     )
 
     xy_goal_tolerance: Length = Field(
-        0.25, ge=0.0, description="RotateToGoal: distance at which turning begins [m]."
+        0.25, ge=0.0, description="RotateToGoal: distance to the goal at which turning begins [m]."
     )
     trans_stopped_velocity: Speed = Field(
-        0.25, ge=0.0, description="RotateToGoal: speed that counts as stopped [m/s]."
+        0.25, ge=0.0, description="RotateToGoal: a speed below this counts as stopped [m/s]."
     )
 
-    nav2_release: Release = Field(NEWEST_RELEASE, description="Release whose rules hold.")
+    nav2_release: Release = Field(NEWEST_RELEASE, description="Nav2 release whose rules apply.")
     prune_plan: bool = Field(
-        True, description="Up to Kilted: passed poses farther than prune_distance go."
+        True, description="Up to Kilted: drop passed poses that are farther than prune_distance."
     )
     prune_distance: Length = Field(
-        2.0, ge=0.0, description="Up to Kilted: how far behind the robot the plan begins [m]."
+        2.0,
+        ge=0.0,
+        description="Up to Kilted: distance behind the robot at which the local plan begins [m].",
     )
     forward_prune_distance: Length = Field(
-        2.0, description="Up to Kilted: how far ahead it ends; negative: at the costmap's edge [m]."
+        2.0,
+        description="Up to Kilted: distance ahead at which the local plan ends; negative: the "
+        "costmap's edge [m].",
     )
     shorten_transformed_plan: bool = Field(
-        True, description="Up to Kilted: whether forward_prune_distance counts."
+        True, description="Up to Kilted: apply forward_prune_distance."
     )
 
     debug_trajectory_details: bool = Field(
-        False, description="Logging in Nav2; here the counts are always in the error."
+        False,
+        description="Nav2: log the reasons of illegal trajectories. Here the error always "
+        "counts them.",
     )
     default_critic_namespaces: tuple[str, ...] = Field(
-        (), description="Class lookup in Nav2; here critics are found by entry point."
+        (),
+        description="Nav2: where critic classes are looked up. No effect: critics are found "
+        "by entry point.",
     )
-    publish_evaluation: bool = Field(True, description="Output in Nav2; no effect here.")
-    publish_local_plan: bool = Field(True, description="Output in Nav2; no effect here.")
-    publish_trajectories: bool = Field(True, description="Output in Nav2; no effect here.")
-    publish_transformed_plan: bool = Field(True, description="Older Nav2; no effect here.")
-    publish_global_plan: bool = Field(True, description="Older Nav2; no effect here.")
-    publish_cost_grid_pc: bool = Field(False, description="Output in Nav2; no effect here.")
-    marker_lifetime: Duration = Field(0.1, description="Output in Nav2; no effect here [s].")
-    stateful: bool = Field(True, description="Older Nav2; no effect here.")
-    transform_tolerance: Duration = Field(0.1, description="Older Nav2; no effect here [s].")
+    publish_evaluation: bool = Field(True, description="Topic output in Nav2; no effect here.")
+    publish_local_plan: bool = Field(True, description="Topic output in Nav2; no effect here.")
+    publish_trajectories: bool = Field(True, description="Topic output in Nav2; no effect here.")
+    publish_transformed_plan: bool = Field(
+        True, description="Parameter of older Nav2; no effect here."
+    )
+    publish_global_plan: bool = Field(True, description="Parameter of older Nav2; no effect here.")
+    publish_cost_grid_pc: bool = Field(False, description="Topic output in Nav2; no effect here.")
+    marker_lifetime: Duration = Field(0.1, description="Topic output in Nav2; no effect here [s].")
+    stateful: bool = Field(True, description="Parameter of older Nav2; no effect here.")
+    transform_tolerance: Duration = Field(
+        0.1, description="Parameter of older Nav2; no effect here [s]."
+    )
 
     def asked_speeds(self) -> AskedSpeeds:
         """Returns the limits of its samples."""

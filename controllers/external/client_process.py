@@ -55,7 +55,7 @@ class ClientProcess:
     def __init__(self, command: Sequence[str], *, shows_output: bool = False) -> None:
         program = shutil.which(command[0])
         if program is None:
-            raise InputError(f"command: {command[0]!r}: no such program, or none that can be run")
+            raise InputError(f"command: {command[0]!r}: no such program or not executable")
         self._name = os.path.basename(command[0])
         self._packer = msgpack.Packer(autoreset=True)
         self._answer = bytearray()
@@ -106,7 +106,7 @@ class ClientProcess:
         deadline; EndedFromOutside where a signal from outside has ended it.
         """
         if not self._end.alive:
-            raise ExternalControllerFailed(f"{self._name}: was ended before")
+            raise ExternalControllerFailed(f"{self._name}: was already ended")
         self._asked = str(message["call"])
         deadline = time.monotonic() + deadline_s
         body = self._packer.pack(message)
@@ -140,7 +140,7 @@ class ClientProcess:
                 # The pipe is full; the client may be printing, or answering too early, meanwhile.
                 left_s = deadline - time.monotonic()
                 if left_s <= 0.0:
-                    self.fail("does not take what it is told within the deadline")
+                    self.fail("does not read its input within the deadline")
                 self._room.poll(1000.0 * min(left_s, ROOM_PATIENCE_S))
                 self._listen(0.0)
             except BrokenPipeError:

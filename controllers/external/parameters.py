@@ -16,21 +16,26 @@ class ExternalParameters(ControllerParameters):
     """The client's command, its deadlines and the parameters that it is sent."""
 
     command: str | tuple[str, ...] = Field(
-        description="The client's program and its arguments: a list, or one text as in a shell."
+        description="Program of the client with its arguments: a list, or one text as in a shell."
     )
     deadline_s: Duration = Field(
-        5.0, gt=0.0, description="Wall clock for an answer; after it the client is killed [s]."
+        5.0,
+        gt=0.0,
+        description="Wall-clock time that the client has for an answer before it is killed [s].",
     )
     start_deadline_s: Duration = Field(
-        30.0, gt=0.0, description="Wall clock for the start and the answer to `configure` [s]."
+        30.0,
+        gt=0.0,
+        description="Wall-clock time from the client's start to its answer to `configure` [s].",
     )
     shows_output: bool = Field(
         False,
-        description="Whether what the client prints goes to the terminal; else the end of it is "
-        "kept for the log of a trial in which the client fails.",
+        description="Show the client's output in the terminal. Otherwise the last lines go "
+        "into the log of a trial in which the client fails.",
     )
     client: dict[str, JsonValue] = Field(
-        default_factory=dict, description="Handed to the client as it is, in `configure`."
+        default_factory=dict,
+        description="Parameters that the client is given unchanged in `configure`.",
     )
 
     @field_validator("command", mode="before")

@@ -68,84 +68,120 @@ class GracefulParameters(ControllerParameters):
     model_config = ConfigDict(populate_by_name=True)
 
     min_lookahead: Length = Field(
-        0.25, ge=0.0, description="Up to Kilted: nearest target before the plan's end [m]."
+        0.25,
+        ge=0.0,
+        description="Up to Kilted: least distance of the target along the plan, unless the "
+        "plan ends before [m].",
     )
     max_lookahead: Length = Field(
-        1.0, ge=0.0, le=100.0, description="Farthest target along the plan [m]."
+        1.0, ge=0.0, le=100.0, description="Largest distance of the target along the plan [m]."
     )
     k_phi: Number = Field(
         2.0,
         ge=0.0,
-        description="How soon to turn to the target's heading; 0: drive straight; Humble: 3 [-].",
+        description="Gain k_phi: how soon the robot turns to the target's heading; 0: "
+        "straight to the target; Humble: 3 [-].",
     )
-    k_delta: Number = Field(1.0, ge=0.0, description="How fast to turn to it; Humble: 2 [-].")
-    beta: Number = Field(0.4, ge=0.0, description="How much a curve slows down; Humble: 0.2 [-].")
+    k_delta: Number = Field(
+        1.0,
+        ge=0.0,
+        description="Gain k_delta: how fast the robot turns to the target's heading; Humble: "
+        "2 [-].",
+    )
+    beta: Number = Field(
+        0.4,
+        ge=0.0,
+        description="Gain beta: how much the robot slows down in a curve; Humble: 0.2 [-].",
+    )
     lambda_: Number = Field(
-        2.0, ge=0.0, alias=LAMBDA, description="How sharply: exponent of the curvature [-]."
+        2.0,
+        ge=0.0,
+        alias=LAMBDA,
+        description="Exponent lambda of the curvature: how sharply the speed falls with it [-].",
     )
     v_linear_min: Speed = Field(0.1, ge=0.0, description="Least speed [m/s].")
     v_linear_max: Speed = Field(0.5, gt=0.0, description="Largest speed [m/s].")
     v_angular_max: AngularSpeed = Field(1.0, ge=0.0, description="Largest turn rate [rad/s].")
     v_angular_min_in_place: AngularSpeed = Field(
-        0.25, ge=0.0, description="Least turn rate in place [rad/s]."
+        0.25, ge=0.0, description="Least turn rate of a turn in place [rad/s]."
     )
     slowdown_radius: Length = Field(
-        1.5, ge=0.0, description="Distance to the target below which to slow down [m]."
+        1.5, ge=0.0, description="Distance to the target below which the robot slows down [m]."
     )
     deceleration_max: Acceleration = Field(
-        2.5, ge=0.0, description="Braking to the target [m/s^2]."
+        2.5, ge=0.0, description="Deceleration towards the target [m/s^2]."
     )
-    initial_rotation: bool = Field(True, description="Turn in place to the target of a new plan.")
+    initial_rotation: bool = Field(
+        True, description="Turn in place towards the target of a new plan before driving."
+    )
     initial_rotation_tolerance: Angle = Field(
-        0.75, ge=0.0, description="Angle to the target below which it drives [rad]."
+        0.75, ge=0.0, description="Angle to the target at which a turn in place ends [rad]."
     )
     prefer_final_rotation: bool = Field(
-        True, description="Drive straight to the goal, and turn to its heading there."
+        True,
+        description="Drive straight to the goal position, then turn in place to the goal's "
+        "heading.",
     )
     rotation_scaling_factor: Number = Field(
-        0.5, ge=0.0, le=1e3, description="Turn rate in place over the angle left [1/rad]."
+        0.5,
+        ge=0.0,
+        le=1e3,
+        description="Turn rate of a turn in place over the angle that is left [1/rad].",
     )
     allow_backward: bool = Field(
-        False, description="Drive backwards to a target behind; needs initial_rotation off."
+        False,
+        description="Drive backwards to a target behind the robot; excludes initial_rotation.",
     )
     in_place_collision_resolution: Angle = Field(
-        0.1, ge=0.001, description="Step at which the turn at the goal is checked [rad]."
+        0.1, ge=0.001, description="Step of the collision check of a turn at the goal [rad]."
     )
-    use_collision_detection: bool = Field(True, description="Refuse drives that collide.")
+    use_collision_detection: bool = Field(
+        True, description="Reject commands that lead to a collision."
+    )
     footprint_scaling_linear_vel: Speed = Field(
-        0.5, ge=0.0, description="Speed from which the outline is widened [m/s]."
+        0.5, ge=0.0, description="Speed from which the checked footprint is made larger [m/s]."
     )
     footprint_scaling_factor: Number = Field(
-        0.25, ge=0.0, le=100.0, description="By how much at full speed, as a part [-]."
+        0.25,
+        ge=0.0,
+        le=100.0,
+        description="Growth of the checked footprint at full speed, as a share [-].",
     )
     footprint_scaling_step: Speed = Field(
-        0.1, ge=0.01, description="How much slower a drive that collides is tried again [m/s]."
+        0.1,
+        ge=0.01,
+        description="Step by which the speed is lowered after a collision is predicted [m/s].",
     )
     obstacle_cost_margin: int = Field(
         1,
         ge=-INSCRIBED,
         le=INSCRIBED,
-        description="Below the cost of an obstacle by this much, look for another heading [-].",
+        description="Cost below lethal from which another heading is tried [-].",
     )
     final_rotation_search_step: Angle = Field(
-        0.1, ge=0.001, description="Step at which headings are tried [rad]."
+        0.1, ge=0.001, description="Step between headings that are tried [rad]."
     )
 
     nav2_release: Release = Field(
         NEWEST_RELEASE,
-        description="Release whose rules hold; Iron has no such controller: Jazzy's.",
+        description="Nav2 release whose rules apply; Iron, which has no such controller, "
+        "drives by Jazzy's.",
     )
     motion_target_dist: Length = Field(
-        0.6, ge=0.0, description="Humble: straight distance of the target [m]."
+        0.6, ge=0.0, description="Humble: straight-line distance of the target [m]."
     )
     initial_rotation_min_angle: Angle = Field(
-        0.75, ge=0.0, description="Humble: angle to the target beyond which to turn in place [rad]."
+        0.75,
+        ge=0.0,
+        description="Humble: angle to the target above which the robot turns in place [rad].",
     )
-    final_rotation: bool = Field(True, description="Humble: turn to the goal's heading there.")
+    final_rotation: bool = Field(
+        True, description="Humble: turn to the goal's heading at the goal."
+    )
     max_robot_pose_search_dist: Length | None = Field(
         None,
-        description="Up to Kilted: arc length searched for the closest pose [m]; null: half the "
-        "local costmap's side; negative: all of the plan.",
+        description="Up to Kilted: arc length that is searched for the closest pose [m]; "
+        "null: half the local costmap's side; negative: the whole plan.",
     )
 
     def asked_speeds(self) -> AskedSpeeds:

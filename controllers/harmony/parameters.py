@@ -34,18 +34,36 @@ LEAST_RESPONSE_S = 0.1
 class Weights(ControllerParameters):
     """Weights of the twelve terms; 0 switches one off. docs/harmony.md says what each does."""
 
-    constraints: Weight = Field(0.02, ge=0.0, description="Of being near a limit [1/s].")
-    goal_angle: Weight = Field(1.0, ge=0.0, description="Of the heading at the goal [1/rad^2].")
-    goal_position: Weight = Field(5.0, ge=0.0, description="Of the way left at the end [1/m^2].")
-    costmap_cost: Weight = Field(0.5, ge=0.0, description="Of inflation that discs are in [1/s].")
-    path_alignment: Weight = Field(1.2, ge=0.0, description="Of distance from the path [1/m^2 s].")
-    path_orientation: Weight = Field(0.5, ge=0.0, description="Of heading off it [1/rad^2 s].")
-    forward_preference: Weight = Field(20.0, ge=0.0, description="Of driving backwards [s/m^2].")
-    twirling: Weight = Field(0.1, ge=0.0, description="Of turning [s/rad^2].")
-    energy: Weight = Field(0.5, ge=0.0, description="Of speeding up and braking [s^5/m^4].")
-    sharp_curves: Weight = Field(0.01, ge=0.0, description="Of curvature [m^2/s].")
-    linear_jerk: Weight = Field(1.5, ge=0.0, description="Of changes of acceleration [s^5/m^2].")
-    maximum_velocity: Weight = Field(3.0, ge=0.0, description="Of missing speed [1/s].")
+    constraints: Weight = Field(0.02, ge=0.0, description="Weight of being near a limit [1/s].")
+    goal_angle: Weight = Field(
+        1.0, ge=0.0, description="Weight of the heading error at the goal [1/rad^2]."
+    )
+    goal_position: Weight = Field(
+        5.0,
+        ge=0.0,
+        description="Weight of the distance left to the goal at the end of the plan [1/m^2].",
+    )
+    costmap_cost: Weight = Field(
+        0.5, ge=0.0, description="Weight of the inflation cost under the discs [1/s]."
+    )
+    path_alignment: Weight = Field(
+        1.2, ge=0.0, description="Weight of the squared distance from the path [1/m^2 s]."
+    )
+    path_orientation: Weight = Field(
+        0.5, ge=0.0, description="Weight of the squared heading error to the path [1/rad^2 s]."
+    )
+    forward_preference: Weight = Field(
+        20.0, ge=0.0, description="Weight of driving backwards [s/m^2]."
+    )
+    twirling: Weight = Field(0.1, ge=0.0, description="Weight of turning [s/rad^2].")
+    energy: Weight = Field(0.5, ge=0.0, description="Weight of speeding up and braking [s^5/m^4].")
+    sharp_curves: Weight = Field(0.01, ge=0.0, description="Weight of curvature [m^2/s].")
+    linear_jerk: Weight = Field(
+        1.5, ge=0.0, description="Weight of changes of acceleration [s^5/m^2]."
+    )
+    maximum_velocity: Weight = Field(
+        3.0, ge=0.0, description="Weight of speed below the largest one [1/s]."
+    )
 
     def as_array(self) -> NDArray[np.float64]:
         """Returns (12,) the weights in the order of TERMS."""
@@ -62,109 +80,151 @@ class HarmonyParameters(ControllerParameters):
     """Parameters of harmony."""
 
     # Plans
-    horizon: Duration = Field(3.0, gt=0.0, description="Length of a plan [s].")
-    time_step: Period = Field(0.1, description="Between two stages of a plan [s].")
+    horizon: Duration = Field(3.0, gt=0.0, description="Duration of a plan [s].")
+    time_step: Period = Field(0.1, description="Time between two stages of a plan [s].")
 
     # Hard limits
-    max_vel_x: Speed = Field(0.5, gt=0.0, description="Forward speed [m/s].")
-    max_vel_x_backwards: Speed = Field(0.2, ge=0.0, description="Backward speed [m/s].")
-    max_vel_theta: AngularSpeed = Field(1.0, gt=0.0, description="Turn rate [rad/s].")
-    acc_lim_x: Acceleration = Field(0.8, gt=0.0, description="Acceleration [m/s^2].")
+    max_vel_x: Speed = Field(0.5, gt=0.0, description="Largest forward speed [m/s].")
+    max_vel_x_backwards: Speed = Field(0.2, ge=0.0, description="Largest backward speed [m/s].")
+    max_vel_theta: AngularSpeed = Field(1.0, gt=0.0, description="Largest turn rate [rad/s].")
+    acc_lim_x: Acceleration = Field(0.8, gt=0.0, description="Largest acceleration [m/s^2].")
     acc_lim_theta: AngularAcceleration = Field(
-        1.5, gt=0.0, description="Angular acceleration [rad/s^2]."
+        1.5, gt=0.0, description="Largest angular acceleration [rad/s^2]."
     )
-    jerk_lim_x: Number = Field(3.0, gt=0.0, description="Jerk [m/s^3].")
-    jerk_lim_theta: Number = Field(3.0, gt=0.0, description="Angular jerk [rad/s^3].")
-    max_wheel_speed: Speed = Field(0.7, gt=0.0, description="Of either drive wheel [m/s].")
-    wheel_separation: Length = Field(0.5, gt=0.0, description="Between the drive wheels [m].")
+    jerk_lim_x: Number = Field(3.0, gt=0.0, description="Largest jerk [m/s^3].")
+    jerk_lim_theta: Number = Field(3.0, gt=0.0, description="Largest angular jerk [rad/s^3].")
+    max_wheel_speed: Speed = Field(
+        0.7, gt=0.0, description="Largest speed of either drive wheel [m/s]."
+    )
+    wheel_separation: Length = Field(
+        0.5, gt=0.0, description="Distance between the drive wheels [m]."
+    )
     max_lateral_acceleration: Acceleration = Field(
-        0.13, gt=0.0, description="Speed times turn rate [m/s^2]."
+        0.13, gt=0.0, description="Largest lateral acceleration: speed times turn rate [m/s^2]."
     )
     min_obstacle_dist: Length = Field(
-        0.0, ge=0.0, description="Clearance of plans besides the error bound [m]."
+        0.0, ge=0.0, description="Clearance that plans keep in addition to the error bound [m]."
     )
     disc_count: Count = Field(
-        5, description="Discs along the axis that cover the outline, 1 to 5; a round robot has one."
+        5,
+        description="Number of discs along the base's axis that cover the outline, 1 to 5; a "
+        "round robot has one.",
     )
 
     # Terms
-    weights: Weights = Field(default_factory=Weights, description="Of the twelve terms.")
+    weights: Weights = Field(
+        default_factory=Weights, description="Weights of the twelve cost terms."
+    )
     limit_share: Number = Field(
-        0.9, ge=0.0, lt=1.0, description="Part of a limit from which being near it costs [-]."
+        0.9,
+        ge=0.0,
+        lt=1.0,
+        description="Share of a limit above which being near the limit costs [-].",
     )
     inflation_dist: Length = Field(
-        0.35, gt=0.0, description="Clearance of the discs below which it costs [m]."
+        0.35, gt=0.0, description="Clearance of the discs below which closeness costs [m]."
     )
     curve_speed: Speed = Field(
-        0.15, gt=0.0, description="Below it a curve counts as a turn in place [m/s]."
+        0.15, gt=0.0, description="Speed below which a curve counts as a turn in place [m/s]."
     )
     approach_dist: Length = Field(
-        1.5, gt=0.0, description="Before the goal, from which on plans turn to its heading [m]."
+        1.5,
+        gt=0.0,
+        description="Distance to the goal below which plans turn to the goal's heading [m].",
     )
 
     # Sampler
-    use_sampler: bool = Field(True, description="Draw samples; without, only the seeds compete.")
-    sample_count: Count = Field(600, ge=2, le=100_000, description="Samples of a cycle.")
-    sample_v_std: Speed = Field(0.12, gt=0.0, description="Of their speeds [m/s].")
-    sample_w_std: AngularSpeed = Field(0.35, gt=0.0, description="Of their turn rates [rad/s].")
+    use_sampler: bool = Field(
+        True, description="Draw random plans; when off, only the seed plans compete."
+    )
+    sample_count: Count = Field(
+        600, ge=2, le=100_000, description="Number of plans drawn per control cycle."
+    )
+    sample_v_std: Speed = Field(
+        0.12, gt=0.0, description="Standard deviation of the drawn speeds [m/s]."
+    )
+    sample_w_std: AngularSpeed = Field(
+        0.35, gt=0.0, description="Standard deviation of the drawn turn rates [rad/s]."
+    )
 
     # Groups
-    use_groups: bool = Field(True, description="Tell apart on which side obstacles are passed.")
-    max_groups: Count = Field(3, ge=1, le=3, description="Groups that go on to the program.")
+    use_groups: bool = Field(
+        True, description="Group plans by the side on which they pass each obstacle."
+    )
+    max_groups: Count = Field(
+        3, ge=1, le=3, description="Number of groups whose best plan is optimised."
+    )
     hysteresis: Number = Field(
-        0.1, ge=0.0, lt=1.0, description="Part by which another group must cost less [-]."
+        0.1,
+        ge=0.0,
+        lt=1.0,
+        description="Share by which another group must be cheaper to replace the current one [-].",
     )
 
     # Program
-    use_program: bool = Field(True, description="Improve the samples by the program.")
+    use_program: bool = Field(True, description="Optimise the best plans by the nonlinear program.")
     warm_iterations: Count = Field(
-        12, ge=1, le=1000, description="Most steps for the plan driven so far."
+        12, ge=1, le=1000, description="Iteration limit for the plan driven so far."
     )
-    cold_iterations: Count = Field(25, ge=1, le=1000, description="Most steps for another one.")
+    cold_iterations: Count = Field(
+        25, ge=1, le=1000, description="Iteration limit for any other plan."
+    )
 
     # Gatekeeper
-    use_gatekeeper: bool = Field(True, description="Let only plans with a verified stop through.")
+    use_gatekeeper: bool = Field(
+        True, description="Accept only plans with a verified emergency stop."
+    )
     tracking_error: Length = Field(
-        0.005, ge=0.0, description="Bound of how far the base strays from its prediction [m]."
+        0.005, ge=0.0, description="Bound of the base's deviation from its predicted motion [m]."
     )
     localization_error: Length = Field(
-        0.025, ge=0.0, description="Bound of how far the outline is from where it seems [m]."
+        0.025,
+        ge=0.0,
+        description="Bound of the position error of the outline, from localization [m].",
     )
     latency: Duration | None = Field(
         None,
         ge=0.0,
         le=2.0,
-        description="From a measured pose to what its command does [s]; by default it is found.",
+        description="Time from a measured pose to the effect of its command [s]; null: estimated.",
     )
     latency_error: Duration = Field(
-        0.0, ge=0.0, le=2.0, description="Bound of the error of latency [s]."
+        0.0, ge=0.0, le=2.0, description="Bound of the error of that time [s]."
     )
     response_time: Duration | None = Field(
         None,
         ge=0.0,
         le=5.0,
-        description="Time constant of the base's velocity [s]; by default the robot's, but at "
+        description="Time constant of the base's velocity response [s]; null: the robot's, but at "
         f"least {LEAST_RESPONSE_S:g} s.",
     )
     base_acceleration: Acceleration | None = Field(
         None,
         gt=0.0,
-        description="What the base brakes with, at least [m/s^2]; by default the robot's limit.",
+        description="Least deceleration that the base brakes with [m/s^2]; null: the robot's "
+        "limit.",
     )
     base_angular_acceleration: AngularAcceleration | None = Field(
-        None, gt=0.0, description="The same for its turn rate [rad/s^2]."
+        None,
+        gt=0.0,
+        description="Least angular deceleration that the base brakes with [rad/s^2]; null: "
+        "the robot's limit.",
     )
     give_up_distance: Length = Field(
         0.6,
         ge=0.0,
-        description="Give up so near to what blocks the path where no way past is found [m].",
+        description="Distance to a blocked piece of the path, without a way around, at which "
+        "the controller gives up [m].",
     )
     patience: Duration = Field(
-        0.5, ge=0.0, description="Without an accepted command for so long, it gives up [s]."
+        0.5,
+        ge=0.0,
+        description="Time without an accepted command after which the controller gives up [s].",
     )
     rpp: RegulatedPurePursuitParameters = Field(
         default_factory=_published_pursuit,
-        description="Regulated Pure Pursuit, whose command is the last resort but one.",
+        description="Parameters of Regulated Pure Pursuit, the last fallback before standing "
+        "still.",
     )
 
     @property

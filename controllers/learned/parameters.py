@@ -20,13 +20,14 @@ class LearnedPolicyParameters(ControllerParameters):
     weights: str = Field(
         "navigation",
         min_length=1,
-        description="Name of weights that come with the package, or path of a .npz file.",
+        description="Weights of the policy: a name that comes with the package, or the path "
+        "of a .npz file.",
     )
     max_linear_vel: Speed = Field(
-        0.5, gt=0.0, description="Forward and backward speed of an output of 1 [m/s]."
+        0.5, gt=0.0, description="Speed for a network output of 1, forward and backward [m/s]."
     )
     max_angular_vel: AngularSpeed = Field(
-        2.0, gt=0.0, description="Yaw rate of an output of 1 [rad/s]."
+        2.0, gt=0.0, description="Yaw rate for a network output of 1 [rad/s]."
     )
 
     @property

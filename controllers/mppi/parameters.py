@@ -56,33 +56,46 @@ class Block(BaseModel):
 class AckermannParameters(Block):
     """The parameters that the Ackermann motion model adds."""
 
-    min_turning_r: Length = Field(0.2, gt=0, description="Least turning radius [m].")
+    min_turning_r: Length = Field(
+        0.2, gt=0, description="Least turning radius of the Ackermann model [m]."
+    )
 
 
 class ValidatorParameters(Block):
     """TrajectoryValidator: the last check of the averaged trajectory."""
 
     plugin: Literal["mppi::DefaultOptimalTrajectoryValidator"] = Field(
-        DEFAULT_VALIDATOR, description="The only validator there is."
+        DEFAULT_VALIDATOR,
+        description="Validator of the chosen trajectory; Nav2 ships this one only.",
     )
-    collision_lookahead_time: Duration = Field(2.0, ge=0, description="Time checked [s].")
-    consider_footprint: bool = Field(False, description="Check the outline, not the centre alone.")
+    collision_lookahead_time: Duration = Field(
+        2.0, ge=0, description="Duration of the trajectory that is checked [s]."
+    )
+    consider_footprint: bool = Field(
+        False, description="Check the footprint, not the centre alone."
+    )
 
 
 class VisualizerParameters(Block):
     """TrajectoryVisualizer: accepted from Nav2's files, of no effect on the command."""
 
-    trajectory_step: Count = Field(5, ge=1, description="Every how many samples are kept to draw.")
-    time_step: Count = Field(3, ge=1, description="Every how many columns Nav2 draws.")
+    trajectory_step: Count = Field(5, ge=1, description="Draw every n-th sampled trajectory.")
+    time_step: Count = Field(3, ge=1, description="Draw every n-th step of a trajectory.")
 
 
 class PolishParameters(Block):
     """The nonlinear program that refines the sampled sequence. Not part of Nav2."""
 
-    enabled: bool = Field(False, description="Whether to refine; Nav2 does not.")
-    knot_count: Count = Field(8, ge=MIN_KNOT_COUNT, description="B-spline knots each for v and w.")
-    max_iterations: Count = Field(5, ge=1, description="IPOPT's iteration limit.")
-    carrot_offset: Count = Field(5, ge=0, description="Carrot ahead of the sampled end [index].")
+    enabled: bool = Field(
+        False, description="Refine the averaged commands by a nonlinear program; Nav2 does not."
+    )
+    knot_count: Count = Field(
+        8, ge=MIN_KNOT_COUNT, description="Number of B-spline knots for v and as many for w."
+    )
+    max_iterations: Count = Field(5, ge=1, description="Iteration limit of IPOPT.")
+    carrot_offset: Count = Field(
+        5, ge=0, description="Path points from the trajectory's end to the carrot [-]."
+    )
     path_weight: Number = Field(
         20.0, ge=0, description="Weight of the mean squared path distance [1/m^2]."
     )
@@ -93,12 +106,13 @@ class PolishParameters(Block):
         2.0, ge=0, description="Weight of the mean squared cell cost [-]."
     )
     progress_weight: Number = Field(
-        2.0, ge=0, description="Weight of the end's carrot distance [1/m]."
+        2.0, ge=0, description="Weight of the end's distance to the carrot [1/m]."
     )
     deviation_weight: Number = Field(
         0.5,
         ge=0,
-        description="Weight of the mean squared deviation over the sampling variance [-].",
+        description="Weight of the mean squared distance to the averaged commands, over the "
+        "sampling variance [-].",
     )
     jerk_weight: Number = Field(0.2, ge=0, description="Weight of the mean squared jerk [s^6/m^2].")
     angular_jerk_weight: Number = Field(
@@ -219,69 +233,101 @@ class MppiParameters(ParametersWithCritics):
     CRITIC_BLOCK: ClassVar[type[CriticBlock]] = CriticParameters
 
     time_steps: Count = Field(
-        56, ge=MIN_TIME_STEPS, le=10_000, description="Columns of the horizon."
+        56, ge=MIN_TIME_STEPS, le=10_000, description="Number of steps of the horizon."
     )
-    model_dt: Period = Field(0.05, description="Step of the horizon [s].")
-    batch_size: Count = Field(1000, ge=1, le=1_000_000, description="Sampled trajectories.")
-    iteration_count: Count = Field(1, ge=1, description="Optimisation passes a cycle.")
-    temperature: Number = Field(0.3, gt=0, description="Softmax temperature [-].")
-    gamma: Number = Field(0.015, ge=0, description="Factor of the control cost [-].")
+    model_dt: Period = Field(0.05, description="Duration of a step of the horizon [s].")
+    batch_size: Count = Field(
+        1000, ge=1, le=1_000_000, description="Number of sampled trajectories."
+    )
+    iteration_count: Count = Field(
+        1, ge=1, description="Number of optimisation passes in a control cycle."
+    )
+    temperature: Number = Field(
+        0.3, gt=0, description="Temperature of the softmax over sample costs [-]."
+    )
+    gamma: Number = Field(0.015, ge=0, description="Factor on the cost of the control effort [-].")
     vx_max: Speed = Field(0.5, description="Largest forward velocity [m/s].")
-    vx_min: Speed = Field(-0.35, description="Smallest (reverse) velocity [m/s].")
+    vx_min: Speed = Field(-0.35, description="Smallest forward velocity; negative: reverse [m/s].")
     vy_max: Speed = Field(0.5, ge=0, description="Largest sideways velocity [m/s].")
     wz_max: AngularSpeed = Field(1.9, ge=0, description="Largest turn rate [rad/s].")
     ax_max: Acceleration = Field(
         3.0, description="Largest acceleration along x, made positive [m/s^2]."
     )
-    ax_min: Acceleration = Field(-3.0, description="Largest deceleration, made negative [m/s^2].")
+    ax_min: Acceleration = Field(
+        -3.0, description="Largest deceleration along x, made negative [m/s^2]."
+    )
     ay_max: Acceleration = Field(
         3.0, description="Largest acceleration along y, made positive [m/s^2]."
     )
-    ay_min: Acceleration = Field(-3.0, description="Largest deceleration, made negative [m/s^2].")
+    ay_min: Acceleration = Field(
+        -3.0, description="Largest deceleration along y, made negative [m/s^2]."
+    )
     az_max: AngularAcceleration = Field(3.5, description="Largest angular acceleration [rad/s^2].")
-    vx_std: Speed = Field(0.2, gt=0, description="Sampling deviation of vx [m/s].")
-    vy_std: Speed = Field(0.2, ge=0, description="Sampling deviation of vy [m/s].")
-    wz_std: AngularSpeed = Field(0.4, ge=0, description="Sampling deviation of wz [rad/s].")
+    vx_std: Speed = Field(0.2, gt=0, description="Standard deviation of the sampled vx [m/s].")
+    vy_std: Speed = Field(0.2, ge=0, description="Standard deviation of the sampled vy [m/s].")
+    wz_std: AngularSpeed = Field(
+        0.4, ge=0, description="Standard deviation of the sampled wz [rad/s]."
+    )
     model_delay_vx: Duration = Field(
-        0.0, ge=0, le=MAX_DELAY_S, description="Actuation delay of vx [s]."
+        0.0, ge=0, le=MAX_DELAY_S, description="Delay from a command to the base's vx [s]."
     )
     model_delay_vy: Duration = Field(
-        0.0, ge=0, le=MAX_DELAY_S, description="Actuation delay of vy [s]."
+        0.0, ge=0, le=MAX_DELAY_S, description="Delay from a command to the base's vy [s]."
     )
     model_delay_wz: Duration = Field(
-        0.0, ge=0, le=MAX_DELAY_S, description="Actuation delay of wz [s]."
+        0.0, ge=0, le=MAX_DELAY_S, description="Delay from a command to the base's wz [s]."
     )
-    clamp_raw_controls: bool = Field(False, description="Average rate-limited, not raw, samples.")
-    open_loop: bool = Field(False, description="Start from the last command, not the measurement.")
-    sgf_order: Count = Field(2, description="Degree of the smoothing filter, 1 or 2 (else 2).")
-    retry_attempt_limit: Count = Field(1, ge=0, description="New attempts after a failed one.")
-    regenerate_noises: bool = Field(False, description="New noise every pass, not one for all.")
-    nav2_release: Release = Field(NEWEST_RELEASE, description="Release whose rules hold.")
+    clamp_raw_controls: bool = Field(
+        False, description="Average the samples after limiting their accelerations, not before."
+    )
+    open_loop: bool = Field(
+        False, description="Start samples from the last command, not from the measured velocity."
+    )
+    sgf_order: Count = Field(
+        2, description="Degree of the smoothing filter: 1 or 2; any other number counts as 2."
+    )
+    retry_attempt_limit: Count = Field(
+        1, ge=0, description="Number of retries after a failed optimisation."
+    )
+    regenerate_noises: bool = Field(
+        False, description="Draw new noise in every pass, not once for the trial."
+    )
+    nav2_release: Release = Field(NEWEST_RELEASE, description="Nav2 release whose rules apply.")
     prune_distance: Length = Field(
         1.5, ge=0, description="Up to Kilted: arc length of the local plan [m]."
     )
     max_robot_pose_search_dist: Length | None = Field(
         None,
-        description="Up to Kilted: arc length searched for the closest pose [m]; null half the "
-        "larger side of the local costmap.",
+        description="Up to Kilted: arc length that is searched for the closest pose [m]; "
+        "null: half the larger side of the local costmap.",
     )
     enforce_path_inversion: bool = Field(
-        False, description="Up to Kilted: follow the plan to each cusp before going on behind it."
+        False, description="Up to Kilted: drive to each cusp of the plan before the part behind it."
     )
     inversion_xy_tolerance: Length = Field(
-        0.2, ge=0, description="Up to Kilted: distance at which a cusp counts as arrived at [m]."
+        0.2,
+        ge=0,
+        description="Up to Kilted: distance at which the robot has arrived at a cusp [m].",
     )
     inversion_yaw_tolerance: Angle = Field(
-        0.4, ge=0, description="Up to Kilted: heading error at which it does [rad]."
+        0.4,
+        ge=0,
+        description="Up to Kilted: heading error at which the robot has arrived at a cusp [rad].",
     )
     motion_model: Literal["DiffDrive", "Omni", "Ackermann"] = Field(
-        "DiffDrive", description="Motion model, or the name of a block that gives its plugin."
+        "DiffDrive",
+        description="Motion model: DiffDrive, Omni or Ackermann, or the name of a block with "
+        "its plugin.",
     )
-    critics: tuple[str, ...] = Field((), description="Critics in the order of scoring.")
-    visualize: bool = Field(False, description="Output only, of no effect here.")
-    publish_optimal_trajectory: bool = Field(False, description="Output only, of no effect here.")
-    publish_critics_stats: bool = Field(False, description="Output only, of no effect here.")
-    critic_index_to_visualize: Count = Field(0, description="Output only, of no effect here.")
+    critics: tuple[str, ...] = Field(
+        (), description="Names of the critics, in the order in which they score."
+    )
+    visualize: bool = Field(False, description="Topic output in Nav2; no effect here.")
+    publish_optimal_trajectory: bool = Field(
+        False, description="Topic output in Nav2; no effect here."
+    )
+    publish_critics_stats: bool = Field(False, description="Topic output in Nav2; no effect here.")
+    critic_index_to_visualize: Count = Field(0, description="Topic output in Nav2; no effect here.")
 
     AckermannConstraints: AckermannParameters = AckermannParameters()
     TrajectoryValidator: ValidatorParameters = ValidatorParameters()

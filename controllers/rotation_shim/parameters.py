@@ -50,7 +50,9 @@ class PrimaryController(ControllerParameters):
     Written as Nav2 has it: the parameters stand beside `plugin`.
     """
 
-    plugin: str = Field(description="Name of a registered controller, or Nav2's plugin type.")
+    plugin: str = Field(
+        description="Controller behind the shim: a registered name, or Nav2's plugin type."
+    )
     parameters: SerializeAsAny[ControllerParameters]
 
     @property
@@ -73,42 +75,49 @@ class RotationShimParameters(ControllerParameters):
     PLUGIN_NAMES: ClassVar[tuple[str, ...]] = (PRIMARY, f"{PRIMARY}.{PLUGIN}")
 
     primary_controller: PrimaryController = Field(
-        description="The controller that drives: a block with `plugin` and its parameters, or, "
-        "with these beside it, the plugin alone."
+        description="Controller behind the shim: a block with `plugin` and its parameters; or "
+        "the plugin alone, with the parameters beside the shim's own."
     )
-    nav2_release: Release = Field(NEWEST_RELEASE, description="Release whose rules hold.")
+    nav2_release: Release = Field(NEWEST_RELEASE, description="Nav2 release whose rules apply.")
     angular_dist_threshold: Angle = Field(
-        0.785, ge=0.0, description="Angle to the plan beyond which to turn [rad]."
+        0.785,
+        ge=0.0,
+        description="Angle to the plan above which the shim turns the robot in place [rad].",
     )
     angular_disengage_threshold: Angle = Field(
-        0.785 / 2.0, ge=0.0, description="Angle up to which a turn goes on; Humble: 0.785 [rad]."
+        0.785 / 2.0,
+        ge=0.0,
+        description="Angle to the plan at which a turn in place ends; Humble: 0.785 [rad].",
     )
     forward_sampling_distance: Length = Field(
-        0.5, ge=0.0, description="How far from its start the plan's heading is taken [m]."
+        0.5, ge=0.0, description="Distance along the plan at which its heading is taken [m]."
     )
     rotate_to_heading_angular_vel: AngularSpeed = Field(
         1.8, ge=0.0, description="Turn rate in place [rad/s]."
     )
     max_angular_accel: AngularAcceleration = Field(
-        3.2, gt=0.0, description="Acceleration of a turn [rad/s^2]."
+        3.2, gt=0.0, description="Largest angular acceleration of a turn in place [rad/s^2]."
     )
     max_cost_threshold: Number = Field(
-        254.0, ge=0.0, description="Cost under the outline that forbids a turn [-]."
+        254.0, ge=0.0, description="Cost under the footprint from which a turn is refused [-]."
     )
     simulate_ahead_time: Duration = Field(
-        1.0, ge=0.0, le=1000.0, description="Time for which a turn is checked [s]."
+        1.0,
+        ge=0.0,
+        le=1000.0,
+        description="Duration for which a turn is checked for collisions [s].",
     )
     rotate_to_goal_heading: bool = Field(
-        False, description="Turn in place to the goal's heading once its position is reached."
+        False, description="Turn in place to the goal's heading once the goal position is reached."
     )
     rotate_to_heading_once: bool = Field(
-        False, description="Look at plans to a new goal only; without effect in Lyrical."
+        False, description="Turn towards a plan only when its goal is new; no effect in Lyrical."
     )
     closed_loop: bool = Field(
-        True, description="Accelerate from the measured turn rate, not from the last command."
+        True, description="Ramp a turn from the measured turn rate, not from the last command."
     )
     use_path_orientations: bool = Field(
-        False, description="Face as the plan's pose does, not towards it."
+        False, description="Turn to the orientation of the plan's pose, not towards its position."
     )
 
     @classmethod

@@ -73,41 +73,59 @@ class RegulatedPurePursuitParameters(ControllerParameters):
         0.5,
         gt=0.0,
         validation_alias=AliasChoices(SPEED, OLDER_SPEED),
-        description="Cruise speed, from which all scaling starts [m/s].",
+        description="Cruise speed before any scaling [m/s].",
     )
-    min_linear_vel: Speed = Field(-0.5, description="Least speed, dynamic window only [m/s].")
-    max_angular_vel: AngularSpeed = Field(2.5, description="Dynamic window only [rad/s].")
-    min_angular_vel: AngularSpeed = Field(-2.5, description="Dynamic window only [rad/s].")
-    max_linear_accel: Acceleration = Field(2.5, gt=0.0, description="Dynamic window only [m/s^2].")
+    min_linear_vel: Speed = Field(-0.5, description="Lowest speed; dynamic window only [m/s].")
+    max_angular_vel: AngularSpeed = Field(
+        2.5, description="Highest yaw rate; dynamic window only [rad/s]."
+    )
+    min_angular_vel: AngularSpeed = Field(
+        -2.5, description="Lowest yaw rate; dynamic window only [rad/s]."
+    )
+    max_linear_accel: Acceleration = Field(
+        2.5, gt=0.0, description="Largest acceleration; dynamic window only [m/s^2]."
+    )
     max_linear_decel: Acceleration = Field(
-        -2.5, description="Negative, dynamic window only [m/s^2]."
+        -2.5, description="Largest deceleration, negative; dynamic window only [m/s^2]."
     )
     max_angular_accel: AngularAcceleration = Field(
-        3.2, gt=0.0, description="Turning in place, and dynamic window [rad/s^2]."
+        3.2,
+        gt=0.0,
+        description="Largest angular acceleration, for turns in place and the dynamic window "
+        "[rad/s^2].",
     )
     max_angular_decel: AngularAcceleration = Field(
-        -3.2, description="Negative, dynamic window only [rad/s^2]."
+        -3.2, description="Largest angular deceleration, negative; dynamic window only [rad/s^2]."
     )
 
-    lookahead_dist: Length = Field(0.6, gt=0.0, description="Arc length to the carrot [m].")
+    lookahead_dist: Length = Field(
+        0.6, gt=0.0, description="Arc length from the robot to the carrot [m]."
+    )
     use_velocity_scaled_lookahead_dist: bool = Field(
-        False, description="Lookahead from the measured speed instead of lookahead_dist."
+        False,
+        description="Scale the lookahead with the measured speed instead of using lookahead_dist.",
     )
     min_lookahead_dist: Length = Field(0.3, gt=0.0, description="Least scaled lookahead [m].")
     max_lookahead_dist: Length = Field(
-        0.9, gt=0.0, description="Largest scaled lookahead; also bounds the collision check [m]."
+        0.9,
+        gt=0.0,
+        description="Largest scaled lookahead; also the farthest checked point of a command [m].",
     )
     lookahead_time: Duration = Field(
         1.5, ge=0.0, description="Scaled lookahead over measured speed [s]."
     )
     use_fixed_curvature_lookahead: bool = Field(
-        False, description="Steer by a point of its own, at curvature_lookahead_dist."
+        False,
+        description="Steer towards a second point, at curvature_lookahead_dist, instead of "
+        "the carrot.",
     )
     curvature_lookahead_dist: Length = Field(
-        0.6, gt=0.0, description="Arc length to the point steered by [m]."
+        0.6, gt=0.0, description="Arc length from the robot to that second point [m]."
     )
     interpolate_curvature_after_goal: bool = Field(
-        False, description="Let that point run on beyond the end of the plan."
+        False,
+        description="Extend the plan in a straight line so that the second point stays ahead "
+        "at the goal.",
     )
 
     use_regulated_linear_velocity_scaling: bool = Field(
@@ -117,71 +135,84 @@ class RegulatedPurePursuitParameters(ControllerParameters):
         0.90, ge=0.0, description="Radius below which a curve is tight [m]."
     )
     regulated_linear_scaling_min_speed: Speed = Field(
-        0.25, ge=0.0, description="Curves and obstacles slow down no further [m/s]."
+        0.25, ge=0.0, description="Lowest speed that scaling by curves and obstacles leaves [m/s]."
     )
     use_cost_regulated_linear_velocity_scaling: bool = Field(
         True, description="Slow down near obstacles."
     )
     cost_scaling_dist: Length = Field(
-        0.6, gt=0.0, description="Distance to obstacles below which to slow down [m]."
+        0.6, gt=0.0, description="Distance to obstacles below which the robot slows down [m]."
     )
     cost_scaling_gain: Number = Field(
-        1.0, ge=0.0, description="Factor on the slowed speed; below 1 slows down more [-]."
+        1.0,
+        ge=0.0,
+        description="Factor on the scaled speed near obstacles; below 1 slows down more [-].",
     )
     inflation_cost_scaling_factor: Number = Field(
-        3.0, description="Decay of the costmap's inflation layer; must match it [1/m]."
+        3.0,
+        description="cost_scaling_factor of the costmap's inflation layer; must equal it [1/m].",
     )
     approach_velocity_scaling_dist: Length = Field(
-        0.6, ge=0.0, description="Length of the local plan below which to slow down [m]."
+        0.6,
+        ge=0.0,
+        description="Length of the remaining local plan below which the robot slows down [m].",
     )
     min_approach_linear_velocity: Speed = Field(
-        0.05, ge=0.0, description="The approach slows down no further [m/s]."
+        0.05, ge=0.0, description="Lowest speed that the approach leaves [m/s]."
     )
 
     use_rotate_to_heading: bool = Field(
-        True, description="Turn in place towards the plan, and to the goal's heading."
+        True, description="Turn in place towards the plan, and to the goal's heading at the goal."
     )
     rotate_to_heading_min_angle: Angle = Field(
-        0.785, ge=0.0, description="Angle to the carrot beyond which to turn in place [rad]."
+        0.785, ge=0.0, description="Angle to the carrot above which the robot turns in place [rad]."
     )
     rotate_to_heading_angular_vel: AngularSpeed = Field(
         1.8, ge=0.0, description="Turn rate in place [rad/s]."
     )
     allow_reversing: bool = Field(
-        False, description="Drive backwards where the carrot is behind the robot."
+        False, description="Drive backwards to a carrot behind the robot."
     )
 
-    use_collision_detection: bool = Field(True, description="Refuse commands that collide.")
+    use_collision_detection: bool = Field(
+        True, description="Reject commands that lead to a collision."
+    )
     max_allowed_time_to_collision_up_to_carrot: Duration = Field(
-        1.0, ge=0.0, description="Time for which a command is checked [s]."
+        1.0, ge=0.0, description="Duration for which a command is checked for collisions [s]."
     )
     min_distance_to_obstacle: Length = Field(
-        -1.0, description="Distance to check at least [m]; 0 or less: none."
+        -1.0, description="Least distance for which a command is checked [m]; 0 or less: none."
     )
     allow_obstacle_checking_beyond_goal: bool = Field(
         False,
-        description="Check that distance beyond the end of the plan too; needs a scaled lookahead.",
+        description="Check that distance beyond the plan's end, too; needs a scaled lookahead.",
     )
 
     use_cancel_deceleration: bool = Field(
-        False, description="Brake gently where the task is cancelled."
+        False, description="Brake at cancel_deceleration when the task is cancelled."
     )
-    cancel_deceleration: Acceleration = Field(3.2, gt=0.0, description="Gentle braking [m/s^2].")
+    cancel_deceleration: Acceleration = Field(
+        3.2, gt=0.0, description="Deceleration when the task is cancelled [m/s^2]."
+    )
     use_dynamic_window: bool = Field(
-        False, description="Obey acceleration limits, staying close to the curvature."
+        False,
+        description="Keep commands within the acceleration limits and near the wanted curvature.",
     )
 
-    nav2_release: Release = Field(NEWEST_RELEASE, description="Release whose rules hold.")
+    nav2_release: Release = Field(NEWEST_RELEASE, description="Nav2 release whose rules apply.")
     stateful: bool = Field(
-        True, description="Jazzy, Kilted: near the end once, it turns in place until a new plan."
+        True, description="Jazzy, Kilted: once near the end, turn in place until a new plan comes."
     )
     use_interpolation: bool = Field(
-        True, description="Up to Iron: the carrot lies between two poses, not at the farther one."
+        True,
+        description="Up to Iron: interpolate the carrot between two poses of the plan; when "
+        "off, the farther pose is the carrot.",
     )
     max_robot_pose_search_dist: Length | None = Field(
         None,
-        description="Up to Kilted: arc length searched for the closest pose [m]; null half the "
-        "local costmap's side; negative, since Iron, all of the plan.",
+        description="Up to Kilted: arc length that is searched for the closest pose [m]; "
+        "null: half the local costmap's side; negative, from Iron on: the whole "
+        "plan.",
     )
 
     def asked_speeds(self) -> AskedSpeeds:

@@ -32,18 +32,26 @@ class FootprintModel(ControllerParameters):
 
     type: FootprintType = Field(
         "point",
-        description="Shape; from_footprint, which teb_local_planner does not have, takes the"
-        " robot's own outline.",
+        description="Shape of the robot. from_footprint, which teb_local_planner lacks, takes "
+        "the robot's own outline.",
     )
-    radius: Length = Field(0.2, ge=0.0, description="Of circular [m].")
-    front_offset: Length = Field(0.2, description="Of two_circles, ahead of the base [m].")
-    front_radius: Length = Field(0.2, ge=0.0, description="Of two_circles [m].")
-    rear_offset: Length = Field(0.2, description="Of two_circles, behind the base [m].")
-    rear_radius: Length = Field(0.2, ge=0.0, description="Of two_circles [m].")
-    line_start: Point | None = Field(None, description="Of line, in the base frame [m].")
-    line_end: Point | None = Field(None, description="Of line, in the base frame [m].")
+    radius: Length = Field(0.2, ge=0.0, description="circular: radius [m].")
+    front_offset: Length = Field(
+        0.2, description="two_circles: distance of the front circle ahead of the base [m]."
+    )
+    front_radius: Length = Field(
+        0.2, ge=0.0, description="two_circles: radius of the front circle [m]."
+    )
+    rear_offset: Length = Field(
+        0.2, description="two_circles: distance of the rear circle behind the base [m]."
+    )
+    rear_radius: Length = Field(
+        0.2, ge=0.0, description="two_circles: radius of the rear circle [m]."
+    )
+    line_start: Point | None = Field(None, description="line: start point in the base frame [m].")
+    line_end: Point | None = Field(None, description="line: end point in the base frame [m].")
     vertices: Annotated[tuple[Point, ...] | None, BeforeValidator(_parsed_vertices)] = Field(
-        None, description="Of polygon, in the base frame [m]."
+        None, description="polygon: corners in the base frame [m]."
     )
 
     @model_validator(mode="after")

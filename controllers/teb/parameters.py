@@ -34,7 +34,8 @@ class DiscModel(FootprintModel):
     """The robot as discs on its axis; by default those of its own outline."""
 
     type: FootprintType = Field(
-        "from_footprint", description="Shape; from_footprint derives it from the robot's outline."
+        "from_footprint",
+        description="Shape of the robot; from_footprint derives it from the robot's outline.",
     )
 
     def discs(self, setup: ControllerSetup) -> NDArray[np.float64]:
@@ -140,113 +141,144 @@ class TebParameters(ControllerParameters):
     )
 
     # Trajectory
-    dt_ref: Duration = Field(0.3, ge=0.01, description="Time step that bands are cut into [s].")
+    dt_ref: Duration = Field(0.3, ge=0.01, description="Wanted time step of a band [s].")
     dt_hysteresis: Duration = Field(
-        0.1, ge=0.0, description="A band keeps its size while its step is this near dt_ref [s]."
+        0.1, ge=0.0, description="Deviation from dt_ref above which a band is resized [s]."
     )
-    min_samples: Count = Field(3, description="Fewest intervals of a band.")
-    max_samples: Count = Field(500, le=10_000, description="Most intervals of a band.")
+    min_samples: Count = Field(3, description="Least number of intervals of a band.")
+    max_samples: Count = Field(500, le=10_000, description="Largest number of intervals of a band.")
     global_plan_overwrite_orientation: bool = Field(
-        True, description="The local goal heads along the plan, not as its pose says."
+        True, description="Point the local goal along the plan, not as its pose says."
     )
     global_plan_viapoint_sep: Length = Field(
-        -1.0, description="Distance of via-points on the plan; not positive: none [m]."
+        -1.0, description="Distance between via-points on the plan; 0 or less: no via-points [m]."
     )
     max_global_plan_lookahead_dist: Length = Field(
-        1.0, description="Length of the plan that a band covers; not positive: all [m]."
+        1.0, description="Length of the plan that a band covers; 0 or less: the whole plan [m]."
     )
     force_reinit_new_goal_dist: Length = Field(
-        1.0, gt=0.0, description="A local goal that jumps farther starts a new band [m]."
+        1.0, gt=0.0, description="Jump of the local goal above which a new band is started [m]."
     )
     force_reinit_new_goal_angular: Angle = Field(
-        math.pi / 2.0, gt=0.0, description="The same for its yaw [rad]."
+        math.pi / 2.0,
+        gt=0.0,
+        description="Jump of the local goal's yaw above which a new band is started [rad].",
     )
     feasibility_check_no_poses: Count = Field(
-        5, description="Last pose checked with the outline; negative: all."
+        5,
+        description="Index of the last pose that is checked with the outline; negative: all poses.",
     )
     feasibility_check_lookahead_distance: Length = Field(
-        -1.0, description="Check only so far from the robot; not positive: no limit [m]."
+        -1.0,
+        description="Distance from the robot up to which poses are checked; 0 or less: no "
+        "limit [m].",
     )
     control_look_ahead_poses: Count = Field(
-        1, ge=1, description="The command leads up to the twist of this interval."
+        1,
+        ge=1,
+        description="Number of the band's interval whose speed the command leads up to.",
     )
 
     # Robot
-    max_vel_x: Speed = Field(0.4, gt=0.0, description="Forward speed [m/s].")
-    max_vel_x_backwards: Speed = Field(0.2, ge=0.0, description="Backward speed [m/s].")
-    max_vel_theta: AngularSpeed = Field(0.3, gt=0.0, description="Turn rate [rad/s].")
-    acc_lim_x: Acceleration = Field(0.5, description="Acceleration [m/s^2].")
-    acc_lim_theta: AngularAcceleration = Field(0.5, description="Angular acceleration [rad/s^2].")
+    max_vel_x: Speed = Field(0.4, gt=0.0, description="Largest forward speed [m/s].")
+    max_vel_x_backwards: Speed = Field(0.2, ge=0.0, description="Largest backward speed [m/s].")
+    max_vel_theta: AngularSpeed = Field(0.3, gt=0.0, description="Largest turn rate [rad/s].")
+    acc_lim_x: Acceleration = Field(0.5, description="Largest acceleration [m/s^2].")
+    acc_lim_theta: AngularAcceleration = Field(
+        0.5, description="Largest angular acceleration [rad/s^2]."
+    )
     min_turning_radius: Length = Field(
-        0.0, ge=0.0, description="Of a car; 0: the robot turns on the spot [m]."
+        0.0,
+        ge=0.0,
+        description="Least turning radius of a car; 0: the robot turns on the spot [m].",
     )
     footprint_model: DiscModel = Field(
-        default_factory=DiscModel, description="The robot as the optimiser sees it."
+        default_factory=DiscModel, description="Shape of the robot in the optimisation."
     )
 
     # Goal
-    free_goal_vel: bool = Field(False, description="The band may end in motion.")
+    free_goal_vel: bool = Field(False, description="Let the band end in motion.")
 
     # Obstacles
     min_obstacle_dist: Length = Field(
-        0.5, ge=0.0, description="Clearance of the circles where there is room for it [m]."
+        0.5,
+        ge=0.0,
+        description="Clearance that the footprint model keeps where there is room for it [m].",
     )
     include_dynamic_obstacles: bool = Field(
-        False, description="Keep off where moving obstacles will be, not where they are."
+        False,
+        description="Avoid the predicted positions of moving obstacles, not their present ones.",
     )
-    inflation_dist: Length = Field(0.6, ge=0.0, description="Clearance below which it costs [m].")
+    inflation_dist: Length = Field(
+        0.6, ge=0.0, description="Clearance below which closeness costs [m]."
+    )
 
     # Optimisation
     no_inner_iterations: Count = Field(
-        5, ge=1, description="IPOPT stops after inner times outer iterations."
+        5,
+        ge=1,
+        description="IPOPT's iteration limit is no_inner_iterations times no_outer_iterations.",
     )
-    no_outer_iterations: Count = Field(4, ge=1, description="See no_inner_iterations.")
-    weight_optimaltime: Number = Field(1.0, gt=0.0, description="Of squared time steps [1/s^2].")
+    no_outer_iterations: Count = Field(
+        4, ge=1, description="Second factor of IPOPT's iteration limit."
+    )
+    weight_optimaltime: Number = Field(
+        1.0, gt=0.0, description="Weight of squared time steps [1/s^2]."
+    )
     weight_shortest_path: Number = Field(
-        0.0, ge=0.0, description="Of squared distances between poses [1/m^2]."
+        0.0, ge=0.0, description="Weight of squared distances between poses [1/m^2]."
     )
     weight_kinematics_forward_drive: Number = Field(
-        1.0, ge=0.0, description="Of squared backward displacements [1/m^2]."
+        1.0, ge=0.0, description="Weight of squared backward displacements [1/m^2]."
     )
     weight_inflation: Number = Field(
-        0.1, ge=0.0, description="Of squared clearance below inflation_dist [1/m^2]."
+        0.1, ge=0.0, description="Weight of squared clearance missing from inflation_dist [1/m^2]."
     )
-    weight_viapoint: Number = Field(1.0, ge=0.0, description="Of squared distances [1/m^2].")
+    weight_viapoint: Number = Field(
+        1.0, ge=0.0, description="Weight of squared distances to via-points [1/m^2]."
+    )
 
     # Topologies
     enable_homotopy_class_planning: bool = Field(
-        True, description="Look for ways past the other side of obstacles."
+        True, description="Search paths on the other side of obstacles, too."
     )
-    max_number_classes: Count = Field(5, ge=1, description="Most candidates in a cycle.")
+    max_number_classes: Count = Field(
+        5, ge=1, description="Largest number of candidate bands in a cycle."
+    )
     selection_cost_hysteresis: Number = Field(
-        1.0, gt=0.0, description="Factor on the duration of the class driven so far."
+        1.0, gt=0.0, description="Factor on the duration of the homotopy class driven so far."
     )
     selection_prefer_initial_plan: Number = Field(
-        0.95, gt=0.0, description="Factor on the duration of the class of the global plan."
+        0.95, gt=0.0, description="Factor on the duration of the global plan's homotopy class."
     )
     switching_blocking_period: Duration = Field(
-        0.0, ge=0.0, description="No change of class so soon after the last one [s]."
+        0.0, ge=0.0, description="Time after a change of class in which there is no other one [s]."
     )
     max_ratio_detours_duration_best_duration: Number = Field(
-        3.0, ge=1.0, description="Longer detours are dropped."
+        3.0, ge=1.0, description="Ratio to the shortest duration above which a detour is dropped."
     )
 
     # Only here
     weight_smoothness: Number = Field(
-        0.1, ge=0.0, description="Of squared changes of v and w between intervals."
+        0.1, ge=0.0, description="Weight of squared changes of v and w between intervals."
     )
     weight_slack: Number = Field(
-        100.0, gt=0.0, description="Price of clearance missing from min_obstacle_dist [1/m]."
+        100.0,
+        gt=0.0,
+        description="Cost of each metre of clearance missing from min_obstacle_dist [1/m].",
     )
     cold_start_iterations: Count = Field(
-        80, ge=1, description="IPOPT iterations for a band without a predecessor."
+        80, ge=1, description="IPOPT's iteration limit for a band without a predecessor."
     )
     solver: Literal["ipopt", "interior_point"] = Field(
         "ipopt",
-        description="Of converged bands; what interior_point fails at is IPOPT's, too.",
+        description="Solver of converged bands; where interior_point fails, IPOPT takes over.",
     )
     blocked_goal_distance_m: Length = Field(
-        0.05, gt=0.0, description="Give up so near to the end of the free part of the plan [m]."
+        0.05,
+        gt=0.0,
+        description="Distance to the end of the plan's free part at which the controller "
+        "gives up [m].",
     )
 
     def asked_speeds(self) -> AskedSpeeds:

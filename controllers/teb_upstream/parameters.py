@@ -63,203 +63,295 @@ class TebUpstreamParameters(ControllerParameters):
 
     # Trajectory
     teb_autosize: bool = Field(True, description="Resize the band in every outer iteration.")
-    dt_ref: Duration = Field(0.3, ge=0.01, description="Time step wanted [s].")
-    dt_hysteresis: Duration = Field(0.1, ge=0.0, description="Deviation that is left alone [s].")
-    min_samples: Count = Field(3, description="Fewest intervals of a band.")
-    max_samples: Count = Field(500, le=10_000, description="Most intervals of a band.")
+    dt_ref: Duration = Field(0.3, ge=0.01, description="Wanted time step of a band [s].")
+    dt_hysteresis: Duration = Field(
+        0.1, ge=0.0, description="Deviation from dt_ref above which a band is resized [s]."
+    )
+    min_samples: Count = Field(3, description="Least number of intervals of a band.")
+    max_samples: Count = Field(500, le=10_000, description="Largest number of intervals of a band.")
     global_plan_overwrite_orientation: bool = Field(
-        True, description="Headings along the plan, not as its poses say."
+        True, description="Point intermediate headings along the plan, not as its poses say."
     )
     allow_init_with_backwards_motion: bool = Field(
-        False, description="First guesses drive backwards to goals behind the robot."
+        False, description="Let first guesses drive backwards to goals behind the robot."
     )
     global_plan_viapoint_sep: Length = Field(
-        -1.0, description="Distance of via-points on the plan; not positive: none [m]."
+        -1.0, description="Distance between via-points on the plan; 0 or less: no via-points [m]."
     )
-    via_points_ordered: bool = Field(False, description="Attach via-points in their order.")
+    via_points_ordered: bool = Field(
+        False, description="Attach via-points to poses in the order of the plan."
+    )
     max_global_plan_lookahead_dist: Length = Field(
-        1.0, description="Length of the plan that a band covers; not positive: all [m]."
+        1.0, description="Length of the plan that a band covers; 0 or less: the whole plan [m]."
     )
     global_plan_prune_distance: Length = Field(
-        1.0, description="The plan begins so far behind the robot [m]."
+        1.0, description="Distance behind the robot at which the plan begins [m]."
     )
-    exact_arc_length: bool = Field(False, description="Speeds by arcs, not by chords.")
+    exact_arc_length: bool = Field(False, description="Compute speeds from arcs, not from chords.")
     force_reinit_new_goal_dist: Length = Field(
-        1.0, gt=0.0, description="A local goal that jumps farther starts new bands [m]."
+        1.0, gt=0.0, description="Jump of the local goal above which new bands are started [m]."
     )
     force_reinit_new_goal_angular: Angle = Field(
-        0.5 * math.pi, gt=0.0, description="The same for its yaw [rad]."
+        0.5 * math.pi,
+        gt=0.0,
+        description="Jump of the local goal's yaw above which new bands are started [rad].",
     )
     feasibility_check_no_poses: Count = Field(
-        5, description="Last pose checked with the outline; negative: all."
+        5,
+        description="Index of the last pose that is checked with the outline; negative: all poses.",
     )
     feasibility_check_lookahead_distance: Length = Field(
-        -1.0, description="Check so far from the robot instead; not positive: off [m]."
+        -1.0,
+        description="Distance from the robot up to which poses are checked, instead of their "
+        "number; 0 or less: off [m].",
     )
     min_resolution_collision_check_angular: Angle = Field(
-        math.pi, gt=0.0, description="Check between poses that are turned farther apart [rad]."
+        math.pi,
+        gt=0.0,
+        description="Turn between two poses above which poses between them are checked, too [rad].",
     )
     control_look_ahead_poses: Count = Field(
-        1, ge=1, description="The command is the displacement up to this pose over its time."
+        1,
+        ge=1,
+        description="Index of the pose up to which the band's motion is averaged for the command.",
     )
 
     # Robot
-    max_vel_x: Speed = Field(0.4, gt=0.0, description="Forward speed [m/s].")
-    max_vel_x_backwards: Speed = Field(0.2, ge=0.0, description="Backward speed [m/s].")
-    max_vel_theta: AngularSpeed = Field(0.3, gt=0.0, description="Turn rate [rad/s].")
-    acc_lim_x: Acceleration = Field(0.5, gt=0.0, description="Acceleration [m/s^2].")
+    max_vel_x: Speed = Field(0.4, gt=0.0, description="Largest forward speed [m/s].")
+    max_vel_x_backwards: Speed = Field(0.2, ge=0.0, description="Largest backward speed [m/s].")
+    max_vel_theta: AngularSpeed = Field(0.3, gt=0.0, description="Largest turn rate [rad/s].")
+    acc_lim_x: Acceleration = Field(0.5, gt=0.0, description="Largest acceleration [m/s^2].")
     acc_lim_theta: AngularAcceleration = Field(
-        0.5, gt=0.0, description="Angular acceleration [rad/s^2]."
+        0.5, gt=0.0, description="Largest angular acceleration [rad/s^2]."
     )
     min_turning_radius: Length = Field(
-        0.0, ge=0.0, description="Of a car; 0: the robot turns on the spot [m]."
+        0.0,
+        ge=0.0,
+        description="Least turning radius of a car; 0: the robot turns on the spot [m].",
     )
-    wheelbase: Length = Field(1.0, gt=0.0, description="Of a car, for its steering angle [m].")
+    wheelbase: Length = Field(
+        1.0, gt=0.0, description="Wheelbase of a car, for its steering angle [m]."
+    )
     cmd_angle_instead_rotvel: bool = Field(
-        False, description="Command a steering angle, which the car turns into a turn rate."
+        False, description="Command a steering angle; the car converts it into a turn rate."
     )
     use_proportional_saturation: bool = Field(
-        False, description="Too fast a command is slowed down in all its components alike."
+        False, description="Scale all components of a too fast command alike."
     )
     footprint_model: FootprintModel = Field(
-        default_factory=FootprintModel, description="The robot as the optimiser sees it."
+        default_factory=FootprintModel, description="Shape of the robot in the optimisation."
     )
 
     # Goal
-    free_goal_vel: bool = Field(False, description="The band may end in motion.")
+    free_goal_vel: bool = Field(False, description="Let the band end in motion.")
 
     # Obstacles
-    min_obstacle_dist: Length = Field(0.5, ge=0.0, description="Distance wanted [m].")
-    inflation_dist: Length = Field(0.6, ge=0.0, description="Distance below which it costs [m].")
-    include_dynamic_obstacles: bool = Field(
-        True, description="Signatures in time, and resizing until nothing changes."
+    min_obstacle_dist: Length = Field(
+        0.5, ge=0.0, description="Distance to obstacles that bands should keep [m]."
     )
-    include_costmap_obstacles: bool = Field(True, description="Lethal cells are obstacles.")
+    inflation_dist: Length = Field(
+        0.6, ge=0.0, description="Distance to obstacles below which closeness costs [m]."
+    )
+    include_dynamic_obstacles: bool = Field(
+        True, description="Compute signatures over time, too, and resize until nothing changes."
+    )
+    include_costmap_obstacles: bool = Field(
+        True, description="Take lethal costmap cells as obstacles."
+    )
     costmap_obstacles_behind_robot_dist: Length = Field(
-        1.5, ge=0.0, description="Cells behind the robot count up to here [m]."
+        1.5, ge=0.0, description="Distance behind the robot up to which cells count [m]."
     )
     obstacle_poses_affected: Count = Field(
-        25, ge=0, description="Poses that an obstacle acts on, of the legacy association."
+        25, ge=0, description="Legacy association: number of poses that an obstacle acts on."
     )
     legacy_obstacle_association: bool = Field(
-        False, description="Attach each obstacle to the poses around the nearest one."
+        False, description="Attach each obstacle to the poses around the nearest one (legacy)."
     )
     obstacle_association_force_inclusion_factor: Number = Field(
-        1.5, ge=0.0, description="Of min_obstacle_dist: all closer obstacles are attached."
+        1.5,
+        ge=0.0,
+        description="Multiple of min_obstacle_dist within which every obstacle is attached.",
     )
     obstacle_association_cutoff_factor: Number = Field(
-        5.0, ge=0.0, description="Of min_obstacle_dist: no farther obstacle is attached."
+        5.0,
+        ge=0.0,
+        description="Multiple of min_obstacle_dist beyond which no obstacle is attached.",
     )
     obstacle_proximity_ratio_max_vel: Number = Field(
-        1.0, ge=0.0, description="Share of the speed that is allowed beside obstacles."
+        1.0, ge=0.0, description="Share of the largest speed that is allowed beside obstacles."
     )
     obstacle_proximity_lower_bound: Length = Field(
-        0.0, description="Distance at which that share is zero [m]."
+        0.0, description="Distance to obstacles at which the allowed share is 0 [m]."
     )
     obstacle_proximity_upper_bound: Length = Field(
-        0.5, description="Distance from which on it is whole [m]."
+        0.5, description="Distance to obstacles from which on the allowed share is full [m]."
     )
 
     # Optimisation
-    no_inner_iterations: Count = Field(5, ge=1, le=1000, description="Steps of a round.")
-    no_outer_iterations: Count = Field(4, ge=1, le=1000, description="Rounds of a cycle.")
-    optimization_activate: bool = Field(True, description="Where off, no band is found.")
-    penalty_epsilon: Number = Field(0.05, ge=0.0, description="Margin of all limits, any unit.")
-    weight_max_vel_x: Number = Field(2.0, ge=0.0, description="Of excess speed.")
-    weight_max_vel_theta: Number = Field(1.0, ge=0.0, description="Of excess turn rate.")
-    weight_acc_lim_x: Number = Field(1.0, ge=0.0, description="Of excess acceleration.")
-    weight_acc_lim_theta: Number = Field(1.0, ge=0.0, description="Of excess angular acceleration.")
-    weight_kinematics_nh: Number = Field(1000.0, ge=0.0, description="Of the arc condition.")
-    weight_kinematics_forward_drive: Number = Field(1.0, ge=0.0, description="Of driving back.")
+    no_inner_iterations: Count = Field(
+        5, ge=1, le=1000, description="Number of optimiser steps in a round."
+    )
+    no_outer_iterations: Count = Field(
+        4, ge=1, le=1000, description="Number of rounds in a control cycle."
+    )
+    optimization_activate: bool = Field(
+        True, description="Optimise bands; when off, no band is found."
+    )
+    penalty_epsilon: Number = Field(
+        0.05, ge=0.0, description="Margin inside every limit, in the limit's unit."
+    )
+    weight_max_vel_x: Number = Field(2.0, ge=0.0, description="Weight of speed above the limit.")
+    weight_max_vel_theta: Number = Field(
+        1.0, ge=0.0, description="Weight of turn rate above the limit."
+    )
+    weight_acc_lim_x: Number = Field(
+        1.0, ge=0.0, description="Weight of acceleration above the limit."
+    )
+    weight_acc_lim_theta: Number = Field(
+        1.0, ge=0.0, description="Weight of angular acceleration above the limit."
+    )
+    weight_kinematics_nh: Number = Field(
+        1000.0, ge=0.0, description="Weight of the condition that poses are joined by arcs."
+    )
+    weight_kinematics_forward_drive: Number = Field(
+        1.0, ge=0.0, description="Weight of backward motion."
+    )
     weight_kinematics_turning_radius: Number = Field(
-        1.0, ge=0.0, description="Of too small a turning radius; 0: as without one."
+        1.0,
+        ge=0.0,
+        description="Weight of turning radii below the least one; 0: no limit of the radius.",
     )
-    weight_optimaltime: Number = Field(1.0, ge=0.0, description="Of squared time steps.")
-    weight_shortest_path: Number = Field(0.0, ge=0.0, description="Of squared distances.")
-    weight_obstacle: Number = Field(50.0, ge=0.0, description="Of distance missing.")
-    weight_inflation: Number = Field(0.1, ge=0.0, description="Of the same to inflation_dist.")
+    weight_optimaltime: Number = Field(1.0, ge=0.0, description="Weight of squared time steps.")
+    weight_shortest_path: Number = Field(
+        0.0, ge=0.0, description="Weight of squared distances between poses."
+    )
+    weight_obstacle: Number = Field(
+        50.0, ge=0.0, description="Weight of distance missing from min_obstacle_dist."
+    )
+    weight_inflation: Number = Field(
+        0.1, ge=0.0, description="Weight of distance missing from inflation_dist."
+    )
     weight_velocity_obstacle_ratio: Number = Field(
-        0.0, ge=0.0, description="Of excess speed beside obstacles."
+        0.0, ge=0.0, description="Weight of speed above the share allowed beside obstacles."
     )
-    weight_viapoint: Number = Field(1.0, ge=0.0, description="Of squared distances.")
+    weight_viapoint: Number = Field(
+        1.0, ge=0.0, description="Weight of squared distances to via-points."
+    )
     weight_prefer_rotdir: Number = Field(
-        50.0, ge=0.0, description="Of turning back while an oscillation is resolved."
+        50.0, ge=0.0, description="Weight of turning back while an oscillation is resolved."
     )
     weight_adapt_factor: Number = Field(
-        2.0, ge=1.0, description="The weight of obstacles grows by this in every round."
+        2.0, ge=1.0, description="Factor by which the weight of obstacles grows in every round."
     )
-    obstacle_cost_exponent: Number = Field(1.0, gt=0.0, description="Of distance missing.")
+    obstacle_cost_exponent: Number = Field(
+        1.0, gt=0.0, description="Exponent of the distance missing from min_obstacle_dist."
+    )
 
     # Topologies
-    enable_homotopy_class_planning: bool = Field(True, description="Several bands at once.")
-    simple_exploration: bool = Field(
-        False, description="Look for ways by points beside obstacles, not by a roadmap."
+    enable_homotopy_class_planning: bool = Field(
+        True, description="Optimise several bands, one for each homotopy class."
     )
-    max_number_classes: Count = Field(5, ge=1, le=100, description="Most bands.")
+    simple_exploration: bool = Field(
+        False, description="Search paths by points beside obstacles, not by a random roadmap."
+    )
+    max_number_classes: Count = Field(5, ge=1, le=100, description="Largest number of bands.")
     max_number_plans_in_current_class: Count = Field(
-        1, ge=0, description="Most bands of the best band's class (the original leaves it unset)."
+        1,
+        ge=0,
+        description="Largest number of bands in the best band's class (the original leaves it "
+        "unset).",
     )
     selection_cost_hysteresis: Number = Field(
-        1.0, gt=0.0, description="Factor on the cost of the best band so far."
+        1.0, gt=0.0, description="Factor on the cost of the band driven so far."
     )
     selection_prefer_initial_plan: Number = Field(
-        0.95, gt=0.0, description="Factor on the cost of the band of the global plan's class."
+        0.95, gt=0.0, description="Factor on the cost of the band in the global plan's class."
     )
     selection_obst_cost_scale: Number = Field(
-        100.0, ge=0.0, description="Factor on obstacles where bands are compared."
+        100.0, ge=0.0, description="Factor on the obstacle cost where bands are compared."
     )
-    selection_viapoint_cost_scale: Number = Field(1.0, ge=0.0, description="On via-points.")
+    selection_viapoint_cost_scale: Number = Field(
+        1.0, ge=0.0, description="Factor on the via-point cost where bands are compared."
+    )
     selection_alternative_time_cost: bool = Field(
-        False, description="Compare durations in place of squared time steps."
+        False, description="Compare bands by their duration instead of squared time steps."
     )
     selection_dropping_probability: Number = Field(
-        0.0, ge=0.0, le=1.0, description="Chance of a band to be dropped in a cycle."
+        0.0, ge=0.0, le=1.0, description="Probability that a band is dropped in a cycle."
     )
     switching_blocking_period: Duration = Field(
-        0.0, ge=0.0, description="No change of class so soon after the last one [s]."
+        0.0, ge=0.0, description="Time after a change of class in which there is no other one [s]."
     )
     roadmap_graph_samples: Count = Field(
-        15, ge=0, le=60, description="Points of the roadmap (also: roadmap_graph_no_samples)."
+        15,
+        ge=0,
+        le=60,
+        description="Number of points of the roadmap (also: roadmap_graph_no_samples).",
     )
-    roadmap_graph_area_width: Length = Field(6.0, gt=0.0, description="Width of its box [m].")
+    roadmap_graph_area_width: Length = Field(
+        6.0, gt=0.0, description="Width of the roadmap's area [m]."
+    )
     roadmap_graph_area_length_scale: Number = Field(
-        1.0, gt=0.0, description="Length of its box over the distance to the goal."
+        1.0, gt=0.0, description="Length of the roadmap's area over the distance to the goal."
     )
     h_signature_prescaler: Number = Field(
-        1.0, gt=0.1, le=1.0, description="Of signatures in the plane."
+        1.0, gt=0.1, le=1.0, description="Factor on signatures in the plane."
     )
     h_signature_threshold: Number = Field(
-        0.1, ge=0.0, description="Signatures closer than this are of one class."
+        0.1, ge=0.0, description="Difference of signatures below which two bands are of one class."
     )
     obstacle_heading_threshold: Number = Field(
-        0.45, ge=0.0, le=1.0, description="Ways lead ahead by at least this cosine."
+        0.45,
+        ge=0.0,
+        le=1.0,
+        description="Least cosine between the way to a roadmap point and the goal direction.",
     )
     viapoints_all_candidates: bool = Field(
-        True, description="Via-points attract all bands, not only that of the plan's class."
+        True, description="Let via-points attract all bands, not only the one in the plan's class."
     )
-    delete_detours_backwards: bool = Field(True, description="Drop bands that set off otherwise.")
+    delete_detours_backwards: bool = Field(
+        True, description="Drop bands whose first motion points another way than the best band's."
+    )
     detours_orientation_tolerance: Angle = Field(
-        0.5 * math.pi, ge=0.0, description="How far otherwise [rad]."
+        0.5 * math.pi,
+        ge=0.0,
+        description="Angle from which the first motion points another way [rad].",
     )
     length_start_orientation_vector: Length = Field(
-        0.4, ge=0.0, description="Length of the start that is compared [m]."
+        0.4, ge=0.0, description="Length over which the first motion is compared [m]."
     )
     max_ratio_detours_duration_best_duration: Number = Field(
-        3.0, gt=0.0, description="Bands that take longer than the best one by this are dropped."
+        3.0, gt=0.0, description="Ratio to the shortest duration above which a band is dropped."
     )
 
     # Recovery
-    oscillation_recovery: bool = Field(True, description="Resolve oscillations.")
-    oscillation_v_eps: Number = Field(0.1, ge=0.0, description="Mean speed over its limit.")
-    oscillation_omega_eps: Number = Field(0.1, ge=0.0, description="Mean turn rate, likewise.")
+    oscillation_recovery: bool = Field(
+        True, description="Resolve oscillations: keep the direction of turning for a while."
+    )
+    oscillation_v_eps: Number = Field(
+        0.1,
+        ge=0.0,
+        description="Mean speed, as a share of its limit, below which the robot may oscillate.",
+    )
+    oscillation_omega_eps: Number = Field(
+        0.1,
+        ge=0.0,
+        description="Mean turn rate, as a share of its limit, below which the robot may oscillate.",
+    )
     oscillation_recovery_min_duration: Duration = Field(
-        10.0, ge=0.0, description="The recovery lasts so long [s]."
+        10.0, ge=0.0, description="Least duration of the recovery from an oscillation [s]."
     )
     oscillation_filter_duration: Duration = Field(
-        10.0, ge=0.0, description="Commands looked at [s]."
+        10.0,
+        ge=0.0,
+        description="Duration of past commands in which oscillations are searched [s].",
     )
-    divergence_detection_enable: bool = Field(False, description="Fail where the cost is high.")
-    divergence_detection_max_chi_squared: Number = Field(10.0, description="How high.")
+    divergence_detection_enable: bool = Field(
+        False, description="Fail when a band's cost is above divergence_detection_max_chi_squared."
+    )
+    divergence_detection_max_chi_squared: Number = Field(
+        10.0, description="Largest cost that does not count as divergence."
+    )
 
     def asked_speeds(self) -> AskedSpeeds:
         """Returns the limits that its commands are cut at."""

@@ -42,77 +42,106 @@ class VectorPursuitParameters(ControllerParameters):
     )
 
     k: Number = Field(
-        8.0, gt=0.0, description="How much sooner to be at the target than to face as it does [-]."
+        8.0,
+        gt=0.0,
+        description="Ratio of the time to reach the target position over the time to reach "
+        "its heading [-].",
     )
     desired_linear_vel: Speed = Field(0.5, gt=0.0, description="Cruise speed [m/s].")
-    min_turning_radius: Length = Field(1.0, ge=0.0, description="Tightest curve [m].")
-    lookahead_dist: Length = Field(0.6, gt=0.0, description="Straight to the target [m].")
+    min_turning_radius: Length = Field(
+        1.0, ge=0.0, description="Least turning radius that is commanded [m]."
+    )
+    lookahead_dist: Length = Field(
+        0.6,
+        gt=0.0,
+        description="Distance to the target below which the robot drives straight to it [m].",
+    )
     use_velocity_scaled_lookahead_dist: bool = Field(
-        False, description="Lookahead from the last command instead of lookahead_dist."
+        False,
+        description="Scale the lookahead with the last command instead of using lookahead_dist.",
     )
     min_lookahead_dist: Length = Field(0.3, gt=0.0, description="Least scaled lookahead [m].")
     max_lookahead_dist: Length = Field(0.9, gt=0.0, description="Largest scaled lookahead [m].")
     lookahead_time: Duration = Field(1.5, ge=0.0, description="Scaled lookahead over speed [s].")
-    use_interpolation: bool = Field(True, description="Aim between the poses of the plan.")
+    use_interpolation: bool = Field(
+        True, description="Interpolate the target between the poses of the plan."
+    )
     use_heading_from_path: bool = Field(
-        True, description="Arrive as the plan's pose faces, not along its segment."
+        True, description="Take the target's heading from the plan's pose, not along its segment."
     )
 
-    min_linear_velocity: Speed = Field(0.05, ge=0.0, description="Nothing is slower [m/s].")
+    min_linear_velocity: Speed = Field(0.05, ge=0.0, description="Lowest commanded speed [m/s].")
     min_approach_linear_velocity: Speed = Field(
-        0.05, ge=0.0, description="The approach slows down no further [m/s]."
+        0.05, ge=0.0, description="Lowest speed that the approach leaves [m/s]."
     )
     approach_velocity_scaling_dist: Length = Field(
-        1.0, ge=0.0, description="Length of the local plan below which to slow down [m]."
+        1.0,
+        ge=0.0,
+        description="Length of the remaining local plan below which the robot slows down [m].",
     )
     max_linear_accel: Acceleration = Field(
-        2.0, ge=0.0, description="Speeding up, from the last command [m/s^2]."
+        2.0, ge=0.0, description="Largest acceleration from the last command [m/s^2]."
     )
     max_lateral_accel: Acceleration = Field(
-        0.5, ge=0.0, description="Bounds the speed in curves: v^2 <= radius times this [m/s^2]."
+        0.5,
+        ge=0.0,
+        description="Largest lateral acceleration: bounds the speed in curves, v^2 <= radius "
+        "times this [m/s^2].",
     )
     use_cost_regulated_linear_velocity_scaling: bool = Field(
         True, description="Slow down near obstacles."
     )
     cost_scaling_dist: Length = Field(
-        0.6, gt=0.0, description="Distance to obstacles below which to slow down [m]."
+        0.6, gt=0.0, description="Distance to obstacles below which the robot slows down [m]."
     )
     cost_scaling_gain: Number = Field(
-        1.0, ge=0.0, description="Factor on the slowed speed; below 1 slows down more [-]."
+        1.0,
+        ge=0.0,
+        description="Factor on the scaled speed near obstacles; below 1 slows down more [-].",
     )
     inflation_cost_scaling_factor: Number = Field(
-        3.0, description="Decay of the costmap's inflation layer; must match it [1/m]."
+        3.0,
+        description="cost_scaling_factor of the costmap's inflation layer; must equal it [1/m].",
     )
 
     use_rotate_to_heading: bool = Field(
-        True, description="Turn in place towards the plan, and to the goal's heading."
+        True, description="Turn in place towards the plan, and to the goal's heading at the goal."
     )
     rotate_to_heading_min_angle: Angle = Field(
-        0.785, ge=0.0, description="Angle to the target beyond which to turn in place [rad]."
+        0.785, ge=0.0, description="Angle to the target above which the robot turns in place [rad]."
     )
     rotate_to_heading_angular_vel: AngularSpeed = Field(
         1.8, ge=0.0, description="Turn rate in place [rad/s]."
     )
     max_angular_accel: AngularAcceleration = Field(
-        3.2, ge=0.0, description="Of a turn in place, from the last command [rad/s^2]."
+        3.2,
+        ge=0.0,
+        description="Largest angular acceleration of a turn in place, from the last command "
+        "[rad/s^2].",
     )
     allow_reversing: bool = Field(
-        False, description="Drive backwards to a target behind, unless it turns to it."
+        False,
+        description="Drive backwards to a target behind the robot, unless it turns to the target.",
     )
 
-    use_collision_detection: bool = Field(True, description="Refuse commands that collide.")
-    max_allowed_time_to_collision_up_to_target: Duration = Field(
-        1.0, ge=0.0, description="Time for which a command is checked [s]."
+    use_collision_detection: bool = Field(
+        True, description="Reject commands that lead to a collision."
     )
-    transform_tolerance: Duration = Field(0.1, description="No effect here [s].")
+    max_allowed_time_to_collision_up_to_target: Duration = Field(
+        1.0, ge=0.0, description="Duration for which a command is checked for collisions [s]."
+    )
+    transform_tolerance: Duration = Field(
+        0.1, description="No effect here, as there is no transform to wait for [s]."
+    )
     nav2_release: Release = Field(
         NEWEST_RELEASE,
-        description="Release whose rules hold; for Lyrical: those of Humble, mostly.",
+        description="Nav2 release whose rules apply; Lyrical, which has no such controller, "
+        "drives mostly by Humble's.",
     )
     max_robot_pose_search_dist: Length | None = Field(
         None,
-        description="Up to Kilted: arc length searched for the closest pose [m]; null: half the "
-        "local costmap's side.",
+        description="Up to Kilted: arc length that is searched for the closest pose [m]; "
+        "null: half the local costmap's side.",
     )
 
     def asked_speeds(self) -> AskedSpeeds:

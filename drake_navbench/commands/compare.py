@@ -30,16 +30,16 @@ MOST_OF_A_KIND = 4
 
 EPILOG = """\
 Trials of equal seed are paired. Arrivals and touches are judged by the exact
-sign test, metrics by Wilcoxon's, all corrected for their number: where nothing
-but noise differs, any change at all is told in at most 5% of comparisons.
-Losses that so few trials cannot decide are named, and are no regression.
+sign test, metrics by Wilcoxon's test, corrected for the number of tests: if
+only noise differs, at most 5% of comparisons report any change. A loss that too
+few trials leave undecided is listed, and does not count as a regression.
 A regression test for CI:
 
   drake-navbench compare results/main results/branch --junit compare.xml
 
-exit status: 0 no listed metric got worse, 1 one did, or a trial ended as an
-error that did not in BASELINE, or with --require-all something could not be
-compared, 2 wrong input, or nothing could be compared
+exit status: 0 no metric of --fail-on got worse; 1 one did, or a trial ended in
+an error that did not in BASELINE, or with --require-all something could not be
+compared; 2 wrong input, or nothing could be compared
 """
 
 
@@ -47,58 +47,59 @@ def build_parser() -> argparse.ArgumentParser:
     """Returns the parser of the command line."""
     parser = CommandParser(
         prog="drake-navbench compare",
-        description="Says what became better or worse between results folders.",
+        description="Compares results folders: what became better, and what became worse.",
         epilog=EPILOG,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     add = parser.add_argument
-    add("baseline", type=Path, metavar="BASELINE", help="the results folder to compare with")
+    add("baseline", type=Path, metavar="BASELINE", help="results folder to compare with")
     add(
         "others",
         type=Path,
         nargs="*",
         metavar="OTHER",
-        help="results folders to judge; without one the columns of BASELINE are compared with its "
-        "first",
+        help="results folders to judge; without one, the columns of BASELINE are "
+        "compared with its first one",
     )
     add(
         "--match",
         action="append",
         default=[],
         metavar="OLD=NEW",
-        help="compare these columns, whatever their names (equal names, then the one column that "
-        "each folder has left)",
+        help="compare these two columns although their names differ (default: columns "
+        "of equal name, then the only column that each folder has left)",
     )
     add(
         "--metric",
         action="append",
         default=[],
         metavar="FILE.py:NAME",
-        help="compare a function of yours, decorated with @metric, as well",
+        help="also compare a function of yours, decorated with @metric",
     )
     add("--all", action="store_true", help="print every change, not 20 lines")
-    add("--html", type=Path, metavar="FILE", help="also write a page, to be read or handed on")
+    add("--html", type=Path, metavar="FILE", help="also write the comparison as an HTML page")
     add(
         "--fail-on",
         metavar="LIST",
-        help="metrics, comma-separated, whose getting worse is a regression, touch_rate and "
-        "success_rate always among them; none for no metric (touch_rate,success_rate,"
-        "min_clearance_m,time_to_goal_s,cross_track_error_mean_m,heading_error_mean_deg)",
+        help="metrics, comma-separated, that count as a regression when they get "
+        "worse; touch_rate and success_rate are always among them; none: no "
+        "further metric "
+        "(touch_rate,success_rate,min_clearance_m,time_to_goal_s,cross_track_error_mean_m,heading_error_mean_deg)",
     )
     add(
         "--tolerance",
         type=percentage,
         default=0.01,
         metavar="PERCENT",
-        help="smaller changes of a mean are none (1)",
+        help="smaller changes of a mean do not count (1)",
     )
-    add("--markdown", type=Path, metavar="FILE", help="also write every change as Markdown")
-    add("--junit", type=Path, metavar="FILE", help="also write JUnit XML")
+    add("--markdown", type=Path, metavar="FILE", help="also write all changes as Markdown")
+    add("--junit", type=Path, metavar="FILE", help="also write all changes as JUnit XML")
     add(
         "--require-all",
         action="store_true",
-        help="a scenario, controller or trial that only one folder has, or that cannot be read, "
-        "fails, too",
+        help="fail, too, for a scenario, controller or trial that only one folder has "
+        "or that cannot be read",
     )
     add("--jobs", type=positive_number, default=2, help="parallel processes (2)")
     return parser

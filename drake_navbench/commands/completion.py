@@ -20,7 +20,7 @@ def build_parser() -> argparse.ArgumentParser:
     """Returns the parser of the command line."""
     parser = CommandParser(
         prog="drake-navbench completion",
-        description=f"Prints what makes a shell complete the arguments of {PROGRAM}.",
+        description=f"Prints the script by which a shell completes the arguments of {PROGRAM}.",
     )
     parser.add_argument("shell", choices=SHELLS)
     return parser

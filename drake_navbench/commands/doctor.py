@@ -35,8 +35,8 @@ examples:
       --symptom wobble_straight --told "swings on the way to the goal"
   drake-navbench doctor --score cases.yaml --files cases/ --page score.md
 
-exit status: 0 done, 2 wrong input or a full disk, 130 interrupted (what is
-known is written; the same command goes on)
+exit status: 0 done, 2 wrong input or a full disk, 130 interrupted (the results
+so far are written; the same command goes on)
 """
 
 
@@ -49,9 +49,10 @@ def build_parser() -> argparse.ArgumentParser:
         "       drake-navbench doctor --log LOG\n"
         "       drake-navbench doctor FILE [FILE ...] --measure-board BOARD [options]\n"
         "       drake-navbench doctor --score CASES [--files DIR] [--page FILE]",
-        description="Reads a Nav2 file with rules over the parameters of its release, drives\n"
-        "short probes made for the robot, tries what may cause a symptom one by one,\n"
-        "and writes the smallest change that takes it away and makes nothing else worse.",
+        description="Finds why a robot with this Nav2 file misbehaves. Checks the file by the rules\n"
+        "of its release, drives short probes made for the robot, tries the possible causes\n"
+        "of a symptom one by one, and writes the smallest change to the file that\n"
+        "removes the symptom and makes nothing else worse.",
         epilog=EPILOG,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
@@ -70,21 +71,21 @@ def _add_file(parser: argparse.ArgumentParser) -> None:
         nargs="*",
         type=Path,
         metavar="FILE",
-        help="a whole Nav2 file; of several, later ones override, and the last one is patched",
+        help="whole Nav2 file; files are merged, later ones override, and the last one is patched",
     )
     add(
         "--robot",
         default="wheelchair",
         metavar="NAME|FILE",
-        help="robot for what no Nav2 file tells: mass, drive, lidar (wheelchair)",
+        help="robot that lends what no Nav2 file has: mass, drive, lidar (wheelchair)",
     )
-    add("--controller", metavar="NAME", help="which of the file's controllers (the first)")
-    add("--symptom", metavar="CLASS", help="what the robot does; a wrong name lists all classes")
+    add("--controller", metavar="NAME", help="controller of the file to examine (the first one)")
+    add("--symptom", metavar="CLASS", help="class of the symptom; a wrong name lists all classes")
     add("--told", default="", metavar="TEXT", help="symptom and robot in your own words")
     add(
         "--nav2-release",
         choices=("humble", "iron", "jazzy", "kilted", "lyrical"),
-        help="what the file is written for (told by its own marks)",
+        help="Nav2 release that the file is written for (found by its parameters)",
     )
     add(
         "--set",
@@ -99,15 +100,21 @@ def _add_visit(parser: argparse.ArgumentParser) -> None:
     """Adds the options of what is driven."""
     add = parser.add_argument_group("visit").add_argument
     add("--read-only", action="store_true", help="read the file and drive nothing")
-    add("--out", type=Path, metavar="DIR", help="where page, patch and journal go")
-    add("--budget", type=_duration, default=600.0, metavar="TIME", help="such as 10m or 300s (10m)")
-    add("--seed", type=whole_number, default=0, help="of the whole visit (0)")
+    add("--out", type=Path, metavar="DIR", help="folder for page, patch and journal")
+    add(
+        "--budget",
+        type=_duration,
+        default=600.0,
+        metavar="TIME",
+        help="longest time for the experiments, such as 10m or 300s (10m)",
+    )
+    add("--seed", type=whole_number, default=0, help="seed of the whole visit (0)")
     add("--jobs", type=positive_number, metavar="N", help="parallel workers (all cores)")
     add(
         "--log",
         type=Path,
         metavar="LOG",
-        help="look for symptoms in the log of a trial or of an imported recording, nothing else",
+        help="only search for symptoms in the log of a trial or of an imported recording",
     )
 
 
@@ -146,16 +153,22 @@ def _add_robot(parser: argparse.ArgumentParser) -> None:
 
 def _add_score(parser: argparse.ArgumentParser) -> None:
     """Adds the options of the score on known cases."""
-    add = parser.add_argument_group("score on known cases").add_argument
-    add("--score", type=Path, metavar="CASES", help="YAML file of cases, each given to the doctor")
+    add = parser.add_argument_group("score the doctor on known cases").add_argument
+    add(
+        "--score",
+        type=Path,
+        metavar="CASES",
+        help="YAML file of the cases, each of which the doctor examines",
+    )
     add(
         "--files",
         dest="case_files",
         type=Path,
         metavar="DIR",
-        help="whole Nav2 files of the cases: ID.yaml, or ID_1.yaml and ID_2.yaml, merged",
+        help="folder of the cases' whole Nav2 files: ID.yaml, or ID_1.yaml and "
+        "ID_2.yaml, which are merged",
     )
-    add("--page", type=Path, metavar="FILE", help="where the page of the score goes")
+    add("--page", type=Path, metavar="FILE", help="file for the page of the score")
 
 
 def _duration(text: str) -> float:

@@ -219,7 +219,7 @@ def _with_table(page: Path, what: str, table: str) -> str:
 def main(argv: Sequence[str] | None = None) -> int:
     """Writes everything that is generated; returns the exit status."""
     parser = CommandParser(
-        prog="drake-navbench docs", description="Makes the generated parts of docs/."
+        prog="drake-navbench docs", description="Generates the generated parts of docs/."
     )
     parser.add_argument("folder", nargs="?", type=Path, default=Path("docs"), metavar="DIR")
     folder = parser.parse_args(argv).folder

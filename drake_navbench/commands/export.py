@@ -22,11 +22,25 @@ def build_parser() -> argparse.ArgumentParser:
         epilog="exit status: 0 done, 1 a worker was ended from outside, 2 wrong input",
     )
     add = parser.add_argument
-    add("source", type=Path, metavar="LOG|DIR", help="a trial's log, or a results folder: all")
-    add("--mcap", action="store_true", help="a rosbag2 folder a trial (MCAP), and viewer layouts")
-    add("--csv", action="store_true", help="the samples as comma-separated values")
-    add("--tum", action="store_true", help="the true and the estimated trajectory")
-    add("--out", type=Path, metavar="DIR", help="where to (DIR/export, or beside the log)")
+    add(
+        "source",
+        type=Path,
+        metavar="LOG|DIR",
+        help="log of a trial, or a results folder for all of its trials",
+    )
+    add(
+        "--mcap",
+        action="store_true",
+        help="write each trial as a rosbag2 folder (MCAP), with layouts for viewers",
+    )
+    add("--csv", action="store_true", help="write the samples as comma-separated values")
+    add("--tum", action="store_true", help="write the true and the estimated trajectory")
+    add(
+        "--out",
+        type=Path,
+        metavar="DIR",
+        help="folder to write into (DIR/export, or beside the log)",
+    )
     add("--jobs", type=positive_number, default=2, metavar="N", help="parallel processes (2)")
     return parser
 

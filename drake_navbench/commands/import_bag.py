@@ -23,32 +23,37 @@ def build_parser() -> argparse.ArgumentParser:
     parser = CommandParser(
         prog="drake-navbench import-bag",
         usage="%(prog)s BAG [BAG ...] --out DIR [OPTIONS]",
-        description="Makes trials of recordings (MCAP, rosbag2, ROS 1) of a real or simulated "
-        "robot, one for each goal that it was given, and measures them like any others.",
+        description="Converts recordings (MCAP, rosbag2, ROS 1) of a real or simulated robot "
+        "into trials, one for each goal that the robot was given, and measures "
+        "them like any others.",
         epilog="exit status: 0 done, 1 a worker was ended from outside, 2 wrong input",
     )
     add = parser.add_argument
-    add("bags", type=Path, nargs="+", metavar="BAG", help="a file, or a rosbag2 folder")
+    add("bags", type=Path, nargs="+", metavar="BAG", help="recording: a file, or a rosbag2 folder")
     add(
         "--out",
         type=Path,
         required=True,
         metavar="DIR",
-        help="a results folder: a new one, or one whose trials these are to stand beside",
+        help="results folder to write into: a new one, or one with trials of the same task",
     )
-    add("--robot", metavar="NAME|FILE", help="whose outline and limits these are")
-    add("--map", type=Path, metavar="FILE", help="what stands there (the recording's /map)")
+    add(
+        "--robot", metavar="NAME|FILE", help="robot with the outline and limits of the recorded one"
+    )
+    add("--map", type=Path, metavar="FILE", help="map of the place (the recording's /map)")
     add(
         "--scenario",
         default="",
         metavar="NAME",
-        help="beside which trials (the bag's name; of a bag that `export` wrote: its scenario)",
+        help="scenario to file the trials under (the bag's name; for a bag that "
+        "`export` wrote: its scenario)",
     )
     add(
         "--controller",
         default="",
         metavar="NAME",
-        help="the column's name (recording; of a bag that `export` wrote: its column-recording)",
+        help="column to file the trials under (recording; for a bag that `export` "
+        "wrote: its column-recording)",
     )
     add(
         "--topics",
@@ -56,15 +61,23 @@ def build_parser() -> argparse.ArgumentParser:
         action="extend",
         default=[],
         metavar="ROLE=TOPIC",
-        help="where a signal is: odom, truth, tf, tf_static, command, scan, plan, costmap, goal, "
-        "map, status; nothing behind = leaves it out",
+        help="topic of a role: odom, truth, tf, tf_static, command, scan, plan, "
+        "costmap, goal, map, status; an empty topic leaves the role out",
     )
-    add("--namespace", metavar="NAME", help="of one robot of several")
+    add("--namespace", metavar="NAME", help="namespace of one robot of several")
     for name in ("start", "end"):
         help_text = f"{name} of one task cut by hand, seconds from the beginning of the recording"
         add(f"--{name}", type=float, metavar="S", help=help_text)
-    add("--fit-drive", action="store_true", help="also find lag, acceleration limits and deadband")
-    add("--no-report", action="store_true", help="leave report.html to the report command")
+    add(
+        "--fit-drive",
+        action="store_true",
+        help="also estimate lag, acceleration limits and deadband of the drive",
+    )
+    add(
+        "--no-report",
+        action="store_true",
+        help="do not write report.html now; the report command writes it later",
+    )
     return parser
 
 

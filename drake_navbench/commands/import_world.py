@@ -19,11 +19,11 @@ if TYPE_CHECKING:
     from drake_navbench.inputs.scenario import Scenario
 
 EPILOG = """\
-what becomes of it:
+conversion:
   boxes, cylinders, spheres, polylines and meshes are cut at the height of the
-  robot's lidar, below it, and above it up to the robot's top; what the lidar
-  sees is on the map, what it does not see is touched all the same. An <actor>
-  with a trajectory becomes a person.
+  robot's lidar, below it, and above it up to the robot's top. The map shows the
+  parts that the lidar sees; the robot can touch the other parts as well. An
+  <actor> with a trajectory becomes a person.
 
 example:
   drake-navbench import-world house.world --start 0 0 0 --goal 5 2 0
@@ -35,12 +35,12 @@ def build_parser() -> argparse.ArgumentParser:
     """Returns the parser of the command line."""
     parser = CommandParser(
         prog="drake-navbench import-world",
-        description="Writes a scenario file of a world of Gazebo, and a picture of it beside that.",
+        description="Converts a Gazebo world into a scenario file, with a picture beside it.",
         epilog=EPILOG,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     add = parser.add_argument
-    add("world", type=Path, metavar="WORLD", help="a .world or .sdf file")
+    add("world", type=Path, metavar="WORLD", help="world: a .world or .sdf file")
     for name in ("start", "goal"):
         add(
             f"--{name}",
@@ -50,9 +50,16 @@ def build_parser() -> argparse.ArgumentParser:
             metavar=("X", "Y", "YAW"),
             help=f"{name} pose in the world, m, m, rad",
         )
-    add("--robot", default="wheelchair", metavar="NAME|FILE", help="who drives (wheelchair)")
-    add("--packages", action="append", default=[], type=Path, metavar="DIR", help="see run")
-    add("--out", type=Path, metavar="FILE", help="the scenario file to write (WORLD's name.yaml)")
+    add("--robot", default="wheelchair", metavar="NAME|FILE", help="robot that drives (wheelchair)")
+    add(
+        "--packages",
+        action="append",
+        default=[],
+        type=Path,
+        metavar="DIR",
+        help="folders with ROS packages and Gazebo models",
+    )
+    add("--out", type=Path, metavar="FILE", help="scenario file to write (WORLD's name.yaml)")
     return parser
 
 

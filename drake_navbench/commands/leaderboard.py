@@ -33,37 +33,48 @@ def build_parser() -> argparse.ArgumentParser:
     """Returns the parser of the command line."""
     parser = CommandParser(
         prog="drake-navbench leaderboard",
-        description="Ranks the controllers of many results folders, which all drive one suite.",
+        description="Ranks the controllers of many results folders that drive one suite.",
         epilog=EPILOG,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     steps = parser.add_subparsers(dest="step", required=True, metavar="STEP")
 
-    seal = steps.add_parser("seal", help="draw the seeds, and publish only their salted hash")
-    seal.add_argument("suite", type=Path, metavar="SUITE", help="a suite file without seeds")
+    seal = steps.add_parser("seal", help="draw the seeds and publish only their salted hash")
+    seal.add_argument("suite", type=Path, metavar="SUITE", help="suite file without seeds")
     seal.add_argument(
         "--secret",
         type=Path,
         required=True,
         metavar="FILE",
-        help="a new file for salt and seeds, outside the suite's repository",
+        help="new file for salt and seeds, outside the suite's repository",
     )
-    seal.add_argument("--seeds", type=positive_number, default=1, metavar="N", help="how many (1)")
+    seal.add_argument(
+        "--seeds", type=positive_number, default=1, metavar="N", help="number of seeds (1)"
+    )
 
-    reveal = steps.add_parser("reveal", help="check salt and seeds, and publish them")
-    reveal.add_argument("suite", type=Path, metavar="SUITE", help="a suite file that is sealed")
+    reveal = steps.add_parser(
+        "reveal", help="publish salt and seeds, after a check against the hash"
+    )
+    reveal.add_argument("suite", type=Path, metavar="SUITE", help="suite file that is sealed")
     reveal.add_argument(
-        "--secret", type=Path, metavar="FILE", help="what `seal` wrote (checks what is revealed)"
+        "--secret",
+        type=Path,
+        metavar="FILE",
+        help="file that `seal` wrote (default: check seeds that are already published)",
     )
 
-    enter = steps.add_parser("enter", help="check a results folder, and note for which suite it is")
+    enter = steps.add_parser("enter", help="check a results folder and record its suite in it")
     enter.add_argument("results", nargs="+", type=Path, metavar="RESULTS", help="results folders")
     enter.add_argument("--suite", type=Path, required=True, metavar="FILE", help="the suite")
 
-    build = steps.add_parser("build", help="draw the replays, and write the page of all entries")
-    build.add_argument("results", nargs="+", type=Path, metavar="RESULTS", help="entered folders")
+    build = steps.add_parser("build", help="draw the replays and write the page of all entries")
+    build.add_argument(
+        "results", nargs="+", type=Path, metavar="RESULTS", help="results folders that were entered"
+    )
     build.add_argument("--suite", type=Path, required=True, metavar="FILE", help="the suite")
-    build.add_argument("--out", type=Path, required=True, metavar="DIR", help="a new folder")
+    build.add_argument(
+        "--out", type=Path, required=True, metavar="DIR", help="new folder for the page"
+    )
     return parser
 
 

@@ -44,7 +44,7 @@ def _robot_description(name: str) -> str:
 def _builds() -> dict[str, dict[str, str]]:
     """Returns the builds of Nav2, if there are any, by name."""
     builds = {name: _origin_of_build(name) for name in build_names()}
-    return {"builds of Nav2, as in rpp@NAME": builds} if builds else {}
+    return {"builds of Nav2; rpp@NAME is the original of rpp": builds} if builds else {}
 
 
 def _origin_of_build(name: str) -> str:
@@ -76,6 +76,6 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Runs the command; returns the exit status."""
     CommandParser(
         prog="drake-navbench list",
-        description="Lists scenarios, controllers, robots, and installed plugins of others.",
+        description="Lists scenarios, controllers, robots, and plugins of other packages.",
     ).parse_args(argv)
     return exit_status_of(lambda: print_listing(terminal()))

@@ -34,7 +34,7 @@ def build_parser() -> argparse.ArgumentParser:
     """Returns the parser of the command line."""
     parser = CommandParser(
         prog="drake-navbench nav2-build",
-        description="Compiles the controllers of a checkout of Nav2, without ROS, into a\n"
+        description="Compiles the controllers of a Nav2 checkout, without ROS, into a\n"
         "program that drives trials: the column rpp@NAME is the original of rpp.",
         epilog=EPILOG,
         formatter_class=argparse.RawDescriptionHelpFormatter,
@@ -44,32 +44,39 @@ def build_parser() -> argparse.ArgumentParser:
         "checkout",
         type=Path,
         metavar="CHECKOUT",
-        help="the folder of navigation2, or one in it, whose packages alone are built",
+        help="folder of navigation2, or a folder in it; only the packages in it are built",
     )
-    add("--as", dest="name", metavar="NAME", help="what to call it (the name of its release)")
+    add("--as", dest="name", metavar="NAME", help="name of the build (the name of its release)")
     add(
         "--packages",
         type=listed_names,
         default=(),
         metavar="LIST",
-        help="packages to build, with controllers or planners, or folders of some (all with "
-        "controllers that can be built here)",
+        help="packages with controllers or planners to build, or folders of packages "
+        "(every controller that can be built here)",
     )
     add(
         "--noise",
         choices=("own", "benchmark"),
         default="own",
-        help="whose random numbers MPPI samples with: of its own generator, or the benchmark's, "
-        "which its port draws in the same cycle (own)",
+        help="source of MPPI's random numbers: its own generator, or the benchmark's, "
+        "which the port draws in the same cycle (own)",
     )
     add(
         "--flags",
         choices=("portable", "package"),
         default="portable",
-        help="compile so that every machine computes the same, or as each package's CMakeLists.txt "
-        "asks; CXXFLAGS comes after either (portable)",
+        help="compiler options: those with which every machine computes the same, or "
+        "those of each package's CMakeLists.txt; CXXFLAGS is added to either "
+        "(portable)",
     )
-    add("--jobs", type=positive_number, default=2, metavar="N", help="files compiled at once (2)")
+    add(
+        "--jobs",
+        type=positive_number,
+        default=2,
+        metavar="N",
+        help="number of files compiled at once (2)",
+    )
     return parser
 
 

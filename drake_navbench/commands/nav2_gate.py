@@ -34,20 +34,20 @@ if TYPE_CHECKING:
     from drake_navbench.studies.side_by_side.gate import GateResult
 
 EPILOG = """\
-Trials of equal seed are paired. A trial that ends as an error, or is missing,
-is named; it is red where all trials of the base came to an end. Arrivals,
-touches and every metric are tested, corrected for their number: a change that
-changes nothing turns the gate red at most 5 times in 100. In CI:
+Trials of equal seed are paired. A trial that ends in an error, or is missing,
+is listed; it makes the gate red if all trials of the base ended properly.
+Arrivals, touches and every metric are tested, corrected for the number of
+tests: a change without effect turns the gate red at most 5 times in 100. In CI:
 
   drake-navbench nav2-gate main_checkout branch_checkout \\
       --controllers rpp,mppi_nav2 --markdown gate.md --junit gate.xml
 
-What a gate has driven is judged anew, with nothing built or driven, by
+To judge the trials of an earlier gate again, without building or driving, give
 --rows DIR/trials.parquet and the names of the two builds.
 
-exit status: 0 green, 1 red: a trial came to no end, or something became worse
-by more than the tolerance, 2 wrong input, or not judged: trials came to no end
-in both builds
+exit status: 0 green; 1 red: a trial ended in an error, or something became
+worse by more than the tolerance; 2 wrong input, or not judged: trials ended in
+errors in both builds
 """
 
 
@@ -55,59 +55,69 @@ def build_parser() -> argparse.ArgumentParser:
     """Returns the parser of the command line."""
     parser = CommandParser(
         prog="drake-navbench nav2-gate",
-        description="Says whether a change to Nav2's controllers makes them drive worse.",
+        description="Tests whether a change to Nav2's controllers makes them drive worse.",
         epilog=EPILOG,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     add = parser.add_argument
-    add("base", metavar="BASE", help="a build of nav2-build by its name, or a checkout")
-    add("head", metavar="HEAD", help="the one to judge")
+    add("base", metavar="BASE", help="build to compare with: a name of nav2-build, or a checkout")
+    add("head", metavar="HEAD", help="build to judge: likewise")
     add(
         "--controllers",
         type=listed_names,
         required=True,
         metavar="LIST",
-        help="presets whose originals are driven, such as rpp,mppi_nav2",
+        help="presets whose originals drive, such as rpp,mppi_nav2",
     )
     add(
         "--scenarios",
         type=listed_names,
         metavar="LIST",
-        help="where (the five published scenarios and doorway)",
+        help="scenarios to drive in (the five published ones and doorway)",
     )
-    add("--trials", type=positive_number, metavar="N", help="of each (64)")
+    add(
+        "--trials",
+        type=positive_number,
+        metavar="N",
+        help="trials of each controller and scenario (64)",
+    )
     add(
         "--tolerance",
         type=percentage,
         default=0.01,
         metavar="PERCENT",
-        help="smaller changes of a mean matter to nobody (1)",
+        help="smaller changes of a mean do not count (1)",
     )
     add(
         "--flags",
         choices=("portable", "package"),
-        help="compile checkouts as their packages ask, which is what users run, or as all machines "
-        "agree on (package)",
+        help="compiler options of checkouts: those of their packages, as users have "
+        "them, or those with which every machine computes the same (package)",
     )
     add(
         "--noise",
         choices=("own", "benchmark"),
-        help="of MPPI: the benchmark's, other in each trial, or that of its own generator, the "
-        "same in each (benchmark)",
+        help="source of MPPI's random numbers: the benchmark's, different in each "
+        "trial, or its own generator, equal in all trials (benchmark)",
     )
     add("--robot", help="robot by name, or a YAML file (wheelchair)")
-    add("--seed", type=whole_number, help="of the first trial (0)")
+    add("--seed", type=whole_number, help="seed of the first trial (0)")
     add(
         "--rows",
         type=Path,
         metavar="FILE",
-        help="judge this table of trials, the trials.parquet of a gate, and drive nothing",
+        help="judge the table of an earlier gate (its trials.parquet) and drive nothing",
     )
     add("--jobs", type=positive_number, metavar="N", help="parallel workers (all cores)")
-    add("--out", type=Path, metavar="DIR", help="where the logs go (results/gate-<time>)")
-    add("--markdown", type=Path, metavar="FILE", help="where the report goes (standard output)")
-    add("--junit", type=Path, metavar="FILE", help="also write JUnit XML")
-    add("--replay", type=Path, metavar="DIR", help="also show the worst seed of base and head")
+    add("--out", type=Path, metavar="DIR", help="folder for the logs (results/gate-<time>)")
+    add("--markdown", type=Path, metavar="FILE", help="file for the report (standard output)")
+    add("--junit", type=Path, metavar="FILE", help="also write the report as JUnit XML")
+    add(
+        "--replay",
+        type=Path,
+        metavar="DIR",
+        help="also show the worst seed of base and head as replays",
+    )
     return parser
 
 

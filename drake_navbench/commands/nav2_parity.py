@@ -25,16 +25,16 @@ def build_parser() -> argparse.ArgumentParser:
     """Returns the parser of the command line."""
     parser = CommandParser(
         prog="drake-navbench nav2-parity",
-        description="Drives the ports beside the originals of a build of Nav2, over random scenes "
-        "and whole trials, and plans over random maps, and writes how far they are equal.",
+        description="Measures how closely the ports drive like the originals of a Nav2 build: "
+        "in random scenes, in whole trials, and as planners on random maps.",
     )
     add = parser.add_argument
-    add("build", metavar="NAME", help="of nav2-build")
+    add("build", metavar="NAME", help="name that nav2-build gave the build")
     add(
         "--controllers",
         type=listed_names,
         metavar="LIST",
-        help="presets, or variants of them (all whose originals the build has)",
+        help="presets, or variants of them (every one whose original is in the build)",
     )
     add("--scenes", type=positive_number, default=500, metavar="N", help="random scenes (500)")
     add(
@@ -42,17 +42,17 @@ def build_parser() -> argparse.ArgumentParser:
         type=listed_names,
         default=("one_obstacle", "doorway"),
         metavar="LIST",
-        help="whole trials (one_obstacle,doorway)",
+        help="scenarios of the whole trials (one_obstacle,doorway)",
     )
-    add("--seeds", type=whole_number, default=2, metavar="N", help="trials a scenario (2)")
+    add("--seeds", type=whole_number, default=2, metavar="N", help="trials in each scenario (2)")
     add(
         "--maps",
         type=whole_number,
         default=200,
         metavar="N",
-        help="random maps for each planner in the build (200)",
+        help="number of random maps for each planner in the build (200)",
     )
-    add("--out", type=Path, metavar="FILE", help="where the page goes (standard output)")
+    add("--out", type=Path, metavar="FILE", help="file for the page (standard output)")
     return parser
 
 

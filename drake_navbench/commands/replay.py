@@ -23,7 +23,7 @@ def build_parser() -> argparse.ArgumentParser:
     """Returns the parser of the command line."""
     parser = CommandParser(
         prog="drake-navbench replay",
-        description="Renders the replay of one trial from its log, a page that plays offline.",
+        description="Draws the replay of one trial from its log: a page that plays offline.",
         epilog="exit status: 0 done, 2 wrong input",
     )
     add = parser.add_argument
@@ -31,25 +31,25 @@ def build_parser() -> argparse.ArgumentParser:
         "log",
         type=Path,
         metavar="LOG|DIR",
-        help="a trial's log, trials/*/*/trial_*.parquet, or a results folder: its worst trial",
+        help="log of a trial, trials/*/*/trial_*.parquet, or a results folder: its worst trial",
     )
     add(
         "--beside",
         type=Path,
         metavar="LOG",
-        help="another trial of the same scenario, of another column, on the same page",
+        help="another trial of the same scenario, of another column, drawn on the same page",
     )
     add(
         "--out",
         type=Path,
         metavar="FILE",
-        help="where the page goes (beside the log, where the next report finds it)",
+        help="file for the page (beside the log, where the next report finds it)",
     )
     add(
         "--model",
         type=Path,
         metavar="SDF",
-        help="what the robot looks like (a built-in robot's own model, else its outline)",
+        help="model that shows the robot (a built-in robot's own model, otherwise its outline)",
     )
     return parser
 

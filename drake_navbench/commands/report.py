@@ -32,15 +32,15 @@ def build_parser() -> argparse.ArgumentParser:
         "--figures",
         choices=("none", "key", "all"),
         default="key",
-        help="key: those that compare the controllers of a scenario; all: also the motion of each "
-        "controller, and every figure as PNG (key)",
+        help="key: figures that compare the controllers of a scenario; all: also the "
+        "motion of each controller, and every figure as PNG (key)",
     )
     parser.add_argument(
         "--metric",
         action="append",
         default=[],
         metavar="FILE.py:NAME",
-        help="measure a function of yours, decorated with @metric, as well",
+        help="also measure a function of yours, decorated with @metric",
     )
     parser.add_argument("--jobs", type=positive_number, default=2, help="parallel processes (2)")
     parser.add_argument(
@@ -48,7 +48,7 @@ def build_parser() -> argparse.ArgumentParser:
         type=positive_percentage,
         default=0.05,
         metavar="PERCENT",
-        help="tell how many trials would show a difference of this size (5)",
+        help="estimate how many trials would show a difference of this size (5)",
     )
     return parser
 

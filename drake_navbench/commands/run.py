@@ -65,24 +65,24 @@ def build_parser() -> argparse.ArgumentParser:
 
 
 def _add_what_drives(parser: argparse.ArgumentParser) -> None:
-    add = parser.add_argument_group("what drives").add_argument
+    add = parser.add_argument_group("robot and controllers").add_argument
     add(
         "--controllers",
         metavar="LIST",
-        help="presets, comma-separated; name:param=value[:param=value] makes a variant, and "
-        "path/to/file.py:Class stands for a name "
-        "(default: dwb, rpp, teb, teb_upstream, mppi, mppi_nav2)",
+        help="presets, comma-separated; name:param=value[:param=value] is a variant, "
+        "path/to/file.py:Class a controller of yours (default: dwb, rpp, teb, "
+        "teb_upstream, mppi, mppi_nav2)",
     )
     add(
         "--original",
         metavar="BUILD",
-        help="beside each column the original C++ of its controller, out of a build of nav2-build",
+        help="drive the original C++ of each column's controller, too, from a build of nav2-build",
     )
     add(
         "--robot",
         default="wheelchair",
         metavar="NAME|FILE",
-        help="robot: a name, a robot file, or its model in URDF, SDF or xacro (wheelchair)",
+        help="robot: a name, a robot file, or a model in URDF, SDF or xacro (wheelchair)",
     )
     add(
         "--package",
@@ -90,15 +90,15 @@ def _add_what_drives(parser: argparse.ArgumentParser) -> None:
         default=[],
         type=Path,
         metavar="DIR",
-        help="a robot's repository: its model, Nav2 file, and map or world are found in it and "
-        "told; drives --goals 5",
+        help="repository of a robot: its model, its Nav2 file, and its map or world "
+        "are found and used; drives --goals 5",
     )
     add(
         "--pick",
         action="append",
         default=[],
         metavar="KIND=N",
-        help="another robot, nav2, map or world of the list that --package prints, or none",
+        help="use another robot, nav2, map or world of the list that --package prints, or none",
     )
     add(
         "--packages",
@@ -106,8 +106,8 @@ def _add_what_drives(parser: argparse.ArgumentParser) -> None:
         default=[],
         type=Path,
         metavar="DIR",
-        help="where ROS packages and Gazebo models are looked for, besides the repository around "
-        "a file that names them",
+        help="folders in which ROS packages and Gazebo models are searched, besides "
+        "the repository around a file that names them",
     )
 
 
@@ -127,22 +127,22 @@ class _Once(argparse.Action):
 
 
 def _add_where(parser: argparse.ArgumentParser) -> None:
-    add = parser.add_argument_group("where").add_argument
+    add = parser.add_argument_group("scenarios and maps").add_argument
     add(
         "scenarios",
         nargs="*",
         default=[],
         metavar="SCENARIO",
-        help="name of a built-in scenario, path of a YAML file, or a world of Gazebo with --start "
-        "and --goal, or with --goals (default: the published five)",
+        help="scenarios: names, YAML files, or Gazebo worlds with --start and --goal "
+        "or with --goals (default: the published five)",
     )
     add(
         "--map",
         type=Path,
         action=_Once,
         metavar="FILE",
-        help="a map to navigate on, of Nav2's map server or MovingAI's, with --start and --goal, "
-        "or with --goals",
+        help="map to navigate on, in the format of Nav2's map server or MovingAI, with "
+        "--start and --goal or with --goals",
     )
     for name in ("start", "goal"):
         add(
@@ -156,12 +156,20 @@ def _add_where(parser: argparse.ArgumentParser) -> None:
         "--goals",
         type=positive_number,
         metavar="N",
-        help="draw N tasks on the map or in the world: goals, and starts unless --start is given",
+        help="draw N tasks on the map or in the world: a goal each, and a start unless "
+        "--start is given",
     )
     add(
-        "--barn", type=Path, metavar="DIR", help="BARN worlds, world_N.world with their path_files/"
+        "--barn",
+        type=Path,
+        metavar="DIR",
+        help="folder of BARN worlds: world_N.world and path_files/",
     )
-    add("--worlds", metavar="LIST", help="which of them, such as 3,10-20,100-299:50 (all)")
+    add(
+        "--worlds",
+        metavar="LIST",
+        help="numbers of the BARN worlds, such as 3,10-20,100-299:50 (all)",
+    )
 
 
 def _add_nav2_files(parser: argparse.ArgumentParser) -> None:
@@ -172,7 +180,8 @@ def _add_nav2_files(parser: argparse.ArgumentParser) -> None:
         default=[],
         type=Path,
         metavar="FILE",
-        help="a preset file, or a Nav2 parameter file; its controllers become columns",
+        help="controllers from a file: a preset file, or a Nav2 parameter file, of "
+        "which the controllers alone become columns",
     )
     add(
         "--nav2",
@@ -180,8 +189,9 @@ def _add_nav2_files(parser: argparse.ArgumentParser) -> None:
         default=[],
         type=Path,
         metavar="FILE",
-        help="a whole Nav2 parameter file: columns, costmaps, planner, checkers and so on; several "
-        "are merged into one, later values override",
+        help="whole Nav2 parameter file: controllers, costmaps, planner, checkers and "
+        "so on; several files are merged, later ones override. To compare two "
+        "files, use --against",
     )
     add(
         "--against",
@@ -189,33 +199,35 @@ def _add_nav2_files(parser: argparse.ArgumentParser) -> None:
         default=[],
         type=Path,
         metavar="FILE",
-        help="another whole Nav2 file, beside that of --nav2: its columns drive with its own "
-        "costmaps, planner and so on",
+        help="Nav2 parameter file to compare with that of --nav2; each file's columns "
+        "drive with its own costmaps, planner and so on",
     )
     add(
         "--name",
         action="append",
         default=[],
         metavar="ALIAS=FILE",
-        help="name the columns of a Nav2 file (what differs of the files' paths)",
+        help="names for the columns of a Nav2 file (the parts in which the files' paths differ)",
     )
     add(
         "--set",
         action="append",
         default=[],
         metavar="NAME=VALUE",
-        help="value for $(var NAME) or <NAME> in the Nav2 files, or for a robot's xacro argument",
+        help="value for $(var NAME) or <NAME> in the Nav2 files, or of an argument of "
+        "the robot's xacro file",
     )
     add(
         "--nav2-release",
         choices=tuple(Release),
-        help="what the Nav2 files of --nav2 and --params are written for (told by their own marks)",
+        help="Nav2 release that the files of --nav2 and --params are written for "
+        "(found by their parameters)",
     )
     add(
         "--check",
         action="store_true",
-        help="tell what becomes of each parameter of the Nav2 files and each part of the robot's "
-        "model, and run nothing",
+        help="print how each parameter of the Nav2 files and each part of the robot's "
+        "model is used, and drive nothing",
     )
 
 
@@ -226,85 +238,92 @@ def _add_sweeps(parser: argparse.ArgumentParser) -> None:
         action="append",
         default=[],
         metavar="FIELD=VALUES",
-        help="drive at each of these values of a field of a controller (rpp.lookahead_dist), the "
-        "robot (localization.xy_std_m) or the scenario: 1,2,5 or LOW:HIGH:COUNT[:log]; several "
-        "make a grid",
+        help="drive with each of these values of one field: of a controller "
+        "(rpp.lookahead_dist), of the robot (localization.xy_std_m) or of the "
+        "scenario. Values: 1,2,5 or LOW:HIGH:COUNT[:log]; several --sweep form a "
+        "grid",
     )
     add(
         "--samples",
         type=positive_number,
         metavar="N",
-        help="draw N points of a Latin hypercube over the --sweep fields instead of their grid",
+        help="draw N points of a Latin hypercube over the --sweep fields instead of the grid",
     )
 
 
 def _add_how(parser: argparse.ArgumentParser) -> None:
-    add = parser.add_argument_group("how").add_argument
+    add = parser.add_argument_group("number of trials, workers").add_argument
     add(
         "--trials",
         type=positive_number,
         default=4,
         metavar="N",
-        help="per scenario and controller (4)",
+        help="number of trials per scenario and controller (4)",
     )
-    add("--seed", type=whole_number, default=0, help="of the whole run (0)")
+    add("--seed", type=whole_number, default=0, help="seed of the whole run (0)")
     add("--jobs", type=_jobs, default=None, metavar="N|auto", help="parallel workers (auto)")
     add(
         "--cluster",
         metavar="ADDRESS|local:N",
-        help="drive on the workers of a dask scheduler, tls://HOST:PORT, or of one with N workers "
-        "that is started here",
+        help="drive on the workers of a dask scheduler, tls://HOST:PORT, or local:N: "
+        "of one with N workers on this machine",
     )
     add(
         "--cluster-tls",
         type=Path,
         metavar="DIR",
-        help="ca.pem, cert.pem and key.pem by which a tls:// cluster and this run know each other",
+        help="ca.pem, cert.pem and key.pem with which a tls:// cluster and this run "
+        "recognise each other",
     )
     add(
         "--trust-network",
         action="store_true",
-        help="take a tcp:// cluster: whoever reaches its machines may run code as you",
+        help="accept a tcp:// cluster, where whoever reaches its machines may run code as you",
     )
     add(
-        "--live", action="store_true", help="show each trial in a browser, in real time, one by one"
+        "--live",
+        action="store_true",
+        help="show each trial in a browser, in real time, one after another",
     )
-    add("--resume", type=Path, metavar="DIR", help="go on with an interrupted run")
+    add("--resume", type=Path, metavar="DIR", help="continue an interrupted run")
 
 
 def _add_results(parser: argparse.ArgumentParser) -> None:
     add = parser.add_argument_group("results and output").add_argument
-    add("--out", type=Path, metavar="DIR", help="new results folder (results/<time>)")
+    add("--out", type=Path, metavar="DIR", help="new folder for the results (results/<time>)")
     add(
         "--replay",
         choices=("race", "each", "none"),
-        help="replays to write (race; of a sweep none)",
+        help="replays to write (race; for a sweep none)",
     )
     add(
         "--figures",
         choices=("none", "key", "all"),
-        help="of the report; key: those that compare the controllers of a scenario; all: also the "
-        "motion of each controller, and every figure as PNG (key; of a sweep none)",
+        help="figures of the report. key: those that compare the controllers of a "
+        "scenario; all: also the motion of each controller, and every figure as "
+        "PNG (key; for a sweep none)",
     )
     add(
         "--metric",
         action="append",
         default=[],
         metavar="FILE.py:NAME",
-        help="measure a function of yours, decorated with @metric, in tables and report",
+        help="add a metric: a function of yours, decorated with @metric",
     )
     add(
         "--columns",
         type=listed_names,
         default=(),
         metavar="LIST",
-        help="the metrics that the terminal shows (success, touches, time, clearance, length, "
-        "distance from the path, jerk; those of the publication for the published benchmark)",
+        help="metrics that the terminal shows (success, touches, time, clearance, "
+        "length, distance from the path, jerk; for the published benchmark those "
+        "of the publication)",
     )
     add(
         "--no-costmaps",
         action="store_true",
-        help="leave the local costmaps out of the logs, which become smaller; replays lack them",
+        help="leave the local costmaps out of the logs, which makes logs smaller and "
+        "replays poorer",
     )
     add("--list", action="store_true", help="list scenarios, controllers and robots")
     add("--quiet", action="store_true", help="print errors only")

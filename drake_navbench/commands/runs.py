@@ -46,18 +46,24 @@ def build_parser() -> argparse.ArgumentParser:
     parser = CommandParser(
         prog="drake-navbench runs",
         usage="%(prog)s [FOLDER] [OPTIONS]",
-        description="Lists the results folders below a folder, or renames, tags or deletes one.",
+        description="Lists the results folders in a folder, or renames, tags or deletes one.",
         epilog=EPILOG,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     add = parser.add_argument
-    add("folder", type=Path, nargs="?", default=DEFAULT_FOLDER, help="where they are (results)")
+    add(
+        "folder",
+        type=Path,
+        nargs="?",
+        default=DEFAULT_FOLDER,
+        help="folder that holds the results folders (results)",
+    )
     only = parser.add_mutually_exclusive_group()
     only.add_argument("--rename", nargs=2, metavar=("OLD", "NEW"), help="rename a run's folder")
     only.add_argument("--tag", nargs=2, metavar=("NAME", "TAG"), help="add a tag to a run")
-    only.add_argument("--untag", nargs=2, metavar=("NAME", "TAG"), help="take a tag away")
+    only.add_argument("--untag", nargs=2, metavar=("NAME", "TAG"), help="remove a tag from a run")
     only.add_argument("--delete", metavar="NAME", help="delete a run with all of its trials")
-    add("--only", metavar="TAG", help="list the runs with this tag alone")
+    add("--only", metavar="TAG", help="list only the runs with this tag")
     return parser
 
 

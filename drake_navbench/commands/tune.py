@@ -29,8 +29,8 @@ examples:
       --parameter local_costmap.inflation_layer.inflation_radius=0.3:1.0 \\
       --out tuning/mine
 
-exit status: 0 done, 1 a trial came to no end, 2 wrong input or a full disk, 130
-interrupted (the same command goes on after a full disk or an interruption)
+exit status: 0 done, 1 a trial ended in an error, 2 wrong input or a full disk,
+130 interrupted (the same command goes on after a full disk or an interruption)
 """
 
 
@@ -38,10 +38,10 @@ def build_parser() -> argparse.ArgumentParser:
     """Returns the parser of the command line."""
     parser = CommandParser(
         prog="drake-navbench tune",
-        description="Searches parameters of a preset that beat it in several objectives at\n"
-        "once, then tells what is left of them on fresh seeds and in scenarios that the\n"
-        "search has not seen. A set that touches anything is out: every search also\n"
-        "drives a closed way and random worlds for that.",
+        description="Searches for parameters that beat a preset in several objectives at once,\n"
+        "then judges them on fresh seeds and in scenarios that the search has not seen.\n"
+        "A set that touches anything is dropped: to find such sets, every search also\n"
+        "drives a closed corridor and random worlds.",
         epilog=EPILOG,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
@@ -59,29 +59,36 @@ def _add_subject(parser: argparse.ArgumentParser) -> None:
         metavar="PRESET",
         nargs="?",
         default="",
-        help="the baseline, such as rpp, or a variant of it",
+        help="preset to beat, such as rpp, or a variant of it",
     )
     add(
         "--nav2",
         type=Path,
         metavar="FILE",
-        help="instead of PRESET: a whole Nav2 file; the result is a patch of it",
+        help="whole Nav2 file to beat, instead of PRESET; the result is a patch of it",
     )
-    add("--plugin", metavar="NAME", help="of the file's controllers (its only one)")
-    add("--scenarios", type=listed_names, default=(), metavar="LIST", help="where to search")
+    add("--plugin", metavar="NAME", help="controller of the file (its only one)")
+    add("--scenarios", type=listed_names, default=(), metavar="LIST", help="scenarios to search in")
     add(
         "--map",
         type=Path,
         metavar="FILE",
-        help="with --nav2: a map to search on, with --goals; --fresh other tasks are held out",
+        help="with --nav2: map to search on, with --goals; --fresh other tasks are held out",
     )
-    add("--goals", type=positive_number, default=0, metavar="N", help="tasks to draw on the map")
+    add(
+        "--goals",
+        type=positive_number,
+        default=0,
+        metavar="N",
+        help="number of tasks to draw on the map",
+    )
     add(
         "--objectives",
         type=listed_names,
         default=("time", "clearance", "jerk"),
         metavar="LIST",
-        help="of time, clearance, jerk, turning_jerk, path_error, length (time,clearance,jerk)",
+        help="objectives: some of time, clearance, jerk, turning_jerk, path_error, "
+        "length (time,clearance,jerk)",
     )
     add(
         "--held-out",
@@ -95,8 +102,9 @@ def _add_subject(parser: argparse.ArgumentParser) -> None:
         action="append",
         default=[],
         metavar="NAME=VALUES",
-        help="LOW:HIGH, LOW:HIGH:log or A,B,C; searches these instead of the controller's own "
-        "list; of a Nav2 file also those of other nodes, local_costmap.PARAMETER",
+        help="parameter to search with its values, LOW:HIGH, LOW:HIGH:log or A,B,C, "
+        "instead of the controller's own list; for a Nav2 file also parameters of "
+        "other nodes, such as local_costmap.PARAMETER",
     )
 
 
@@ -108,37 +116,42 @@ def _add_budget(parser: argparse.ArgumentParser) -> None:
         type=positive_number,
         default=200,
         metavar="N",
-        help="to drive in all (200)",
+        help="number of configurations to drive (200)",
     )
     add(
         "--pairs",
         type=positive_number,
         default=32,
         metavar="N",
-        help="most trials of a configuration (32)",
+        help="largest number of trials of a configuration (32)",
     )
     add(
         "--fresh",
         type=partial(whole_number, least=2),
         default=32,
         metavar="N",
-        help="trials a scenario, or other tasks on the map, in which the front is judged (32); "
-        "more where so few can show nothing",
+        help="trials in each scenario, or other tasks on the map, in which the front is judged "
+        "(32); more where so few can show nothing",
     )
     add(
         "--front",
         type=positive_number,
         default=8,
         metavar="N",
-        help="most points of the front judged (8)",
+        help="largest number of points of the front that are judged (8)",
     )
 
 
 def _add_running(parser: argparse.ArgumentParser) -> None:
     """Adds the options of the run: sampler, processes, output folder."""
     add = parser.add_argument
-    add("--seed", type=whole_number, default=0, help="of the whole tuning (0)")
-    add("--sampler", choices=("tpe", "nsga2", "random"), default="tpe", help="what proposes (tpe)")
+    add("--seed", type=whole_number, default=0, help="seed of the whole tuning (0)")
+    add(
+        "--sampler",
+        choices=("tpe", "nsga2", "random"),
+        default="tpe",
+        help="sampler that proposes configurations (tpe)",
+    )
     add("--robot", default="wheelchair", help="robot by name, or a YAML file (wheelchair)")
     add(
         "--jobs",
@@ -152,9 +165,13 @@ def _add_running(parser: argparse.ArgumentParser) -> None:
         type=Path,
         required=True,
         metavar="DIR",
-        help="where the study is, or will be; more processes with the same command join it",
+        help="folder of the study; further processes with the same command join it",
     )
-    add("--search-only", action="store_true", help="join the search, and judge nothing")
+    add(
+        "--search-only",
+        action="store_true",
+        help="join the search as a further process, without the judgement at the end",
+    )
 
 
 def main(argv: Sequence[str] | None = None) -> int:

@@ -32,32 +32,44 @@ BuiltInLayer = Literal[
 LayerName = Annotated[
     str, WithJsonSchema({"anyOf": [{"enum": [*get_args(BuiltInLayer)]}, {"type": "string"}]})
 ]
-"""One of ours, or the name of a block that has a `plugin`."""
+"Type of the layer: one of ours, or the name of a block with `plugin`."
 FilterName = Literal["keepout_filter", "speed_filter", "binary_filter"]
 
 
 class StaticLayerSettings(FrozenModel):
     """Nav2's static layer: the map."""
 
-    enabled: bool = Field(True, description="Whether it writes at all.")
+    enabled: bool = Field(True, description="Let the layer write into the costmap.")
     footprint_clearing_enabled: bool = Field(False, description="Free the cells under the robot.")
     restore_cleared_footprint: bool = Field(
-        True, description="Cells that were freed come back once the robot has gone."
+        True, description="Mark freed cells again once the robot has left them."
     )
 
 
 class ObstacleLayerSettings(FrozenModel):
     """Nav2's obstacle layer with one scan source that marks and clears."""
 
-    enabled: bool = Field(True, description="Whether it writes at all.")
-    obstacle_min_range: Length = Field(0.0, ge=0.0, description="Nearest hit that marks [m].")
-    obstacle_max_range: Length = Field(2.5, gt=0.0, description="Farthest hit that marks [m].")
-    raytrace_min_range: Length = Field(0.0, ge=0.0, description="Where clearing starts [m].")
-    raytrace_max_range: Length = Field(3.0, gt=0.0, description="Where clearing ends [m].")
+    enabled: bool = Field(True, description="Let the layer write into the costmap.")
+    obstacle_min_range: Length = Field(
+        0.0, ge=0.0, description="Least distance of a hit that marks [m]."
+    )
+    obstacle_max_range: Length = Field(
+        2.5, gt=0.0, description="Largest distance of a hit that marks [m]."
+    )
+    raytrace_min_range: Length = Field(
+        0.0, ge=0.0, description="Distance at which clearing along a beam starts [m]."
+    )
+    raytrace_max_range: Length = Field(
+        3.0, gt=0.0, description="Distance at which clearing along a beam ends [m]."
+    )
     footprint_clearing_enabled: bool = Field(True, description="Free the cells under the robot.")
-    inf_is_valid: bool = Field(False, description="Beams without a hit clear up to the range.")
+    inf_is_valid: bool = Field(
+        False, description="Let beams without a hit clear up to the sensor's range."
+    )
     combination_method: Literal[0, 1, 2] = Field(
-        1, description="0 overwrites, 1 takes the larger cost, 2 as 1 but keeps unknown cells."
+        1,
+        description="How costs are written: 0 overwrites, 1 takes the larger cost, 2 as 1 but "
+        "keeps unknown cells.",
     )
 
 
@@ -69,71 +81,91 @@ def _one_scan() -> dict[str, ObservationSourceSettings]:
 class VoxelLayerSettings(FrozenModel):
     """Nav2's voxel layer."""
 
-    enabled: bool = Field(True, description="Whether it writes at all.")
+    enabled: bool = Field(True, description="Let the layer write into the costmap.")
     footprint_clearing_enabled: bool = Field(True, description="Free the cells under the robot.")
-    min_obstacle_height: float = Field(0.0, description="Lower points do not mark [m].")
-    max_obstacle_height: float = Field(2.0, description="Higher points do not mark [m].")
-    z_voxels: int = Field(10, ge=1, le=16, description="Levels of the grid [voxels].")
-    origin_z: float = Field(0.0, description="Height of the lowest level's floor [m].")
+    min_obstacle_height: float = Field(
+        0.0, description="Height below which points do not mark [m]."
+    )
+    max_obstacle_height: float = Field(
+        2.0, description="Height above which points do not mark [m]."
+    )
+    z_voxels: int = Field(
+        10, ge=1, le=16, description="Number of levels of the voxel grid [voxels]."
+    )
+    origin_z: float = Field(0.0, description="Height of the floor of the lowest level [m].")
     z_resolution: float = Field(0.2, gt=0.0, description="Height of a level [m].")
     unknown_threshold: int = Field(
-        15, ge=0, description="Columns with more unknown voxels stay unknown [voxels]."
+        15,
+        ge=0,
+        description="Number of unknown voxels above which a column stays unknown [voxels].",
     )
     mark_threshold: int = Field(
-        0, ge=0, description="Columns with more marked voxels are lethal [voxels]."
+        0, ge=0, description="Number of marked voxels above which a column is lethal [voxels]."
     )
     combination_method: Literal[0, 1, 2] = Field(
-        1, description="0 overwrites, 1 takes the larger cost, 2 as 1 but keeps unknown cells."
+        1,
+        description="How costs are written: 0 overwrites, 1 takes the larger cost, 2 as 1 but "
+        "keeps unknown cells.",
     )
     observation_sources: dict[str, ObservationSourceSettings] = Field(
-        default_factory=_one_scan, description="What it listens to, by name, in order."
+        default_factory=_one_scan, description="Names of the observation sources, in order."
     )
 
 
 class DenoiseLayerSettings(FrozenModel):
     """Nav2's denoise layer; it belongs before the inflation layer."""
 
-    enabled: bool = Field(True, description="Whether it writes at all.")
-    minimal_group_size: Count = Field(2, ge=0, description="Smaller groups are freed [cells].")
+    enabled: bool = Field(True, description="Let the layer write into the costmap.")
+    minimal_group_size: Count = Field(
+        2, ge=0, description="Size below which a group of occupied cells is freed [cells]."
+    )
     group_connectivity_type: Literal[4, 8] = Field(
-        8, description="4 joins cells along edges, 8 at corners too."
+        8,
+        description="Neighbourhood that makes a group: 4 joins cells along edges, 8 at "
+        "corners too.",
     )
 
 
 class InflationLayerSettings(FrozenModel):
     """Nav2's inflation layer."""
 
-    enabled: bool = Field(True, description="Whether it writes at all.")
-    inflation_radius: Length = Field(0.55, ge=0.0, description="Reach [m].")
-    cost_scaling_factor: Number = Field(10.0, gt=0.0, description="Decay of the cost [1/m].")
-    inflate_unknown: bool = Field(False, description="Graded costs may replace unknown cells.")
-    inflate_around_unknown: bool = Field(False, description="Unknown cells are inflated too.")
+    enabled: bool = Field(True, description="Let the layer write into the costmap.")
+    inflation_radius: Length = Field(
+        0.55, ge=0.0, description="Distance from obstacles up to which cells are inflated [m]."
+    )
+    cost_scaling_factor: Number = Field(
+        10.0, gt=0.0, description="Rate at which the cost falls with distance [1/m]."
+    )
+    inflate_unknown: bool = Field(False, description="Inflate into unknown cells.")
+    inflate_around_unknown: bool = Field(
+        False, description="Inflate around unknown cells, as around lethal ones."
+    )
 
 
 class KeepoutFilterSettings(FrozenModel):
     """Nav2's keepout filter; the areas come from the scenario's filters of type keepout."""
 
-    enabled: bool = Field(True, description="Whether it acts at all.")
+    enabled: bool = Field(True, description="Let the filter act.")
     override_lethal_cost: bool = Field(
-        False, description="A robot that stands in a keepout may drive out."
+        False, description="Let a robot that stands in a keepout area drive out."
     )
     lethal_override_cost: int = Field(
-        252, ge=0, le=252, description="Cost of keepouts while the robot stands in one."
+        252, ge=0, le=252, description="Cost of keepout cells while the robot stands in one."
     )
 
 
 class SpeedFilterSettings(FrozenModel):
     """Nav2's speed filter; the areas come from filters of type speed_percent or speed_absolute."""
 
-    enabled: bool = Field(True, description="Whether it acts at all.")
+    enabled: bool = Field(True, description="Let the filter act.")
 
 
 class BinaryFilterSettings(FrozenModel):
     """Nav2's binary filter; the areas come from the scenario's filters of type binary."""
 
-    enabled: bool = Field(True, description="Whether it acts at all.")
+    enabled: bool = Field(True, description="Let the filter act.")
     default_state: bool = Field(False, description="State where the mask does not flip it.")
-    flip_threshold: Number = Field(50.0, description="Mask values above this flip the state.")
+    flip_threshold: Number = Field(50.0, description="Mask value above which the state is flipped.")
 
 
 class CostmapSettings(PluginBlocks):
@@ -143,22 +175,26 @@ class CostmapSettings(PluginBlocks):
 
     nav2_release: Release = Field(
         NEWEST_RELEASE,
-        description="Release whose rules hold: up to Kilted inflation spreads cell by cell, and a "
-        "window that rolls lies a quarter of a cell off.",
+        description="Nav2 release whose rules apply: up to Kilted inflation spreads cell by "
+        "cell, and a rolling window is offset by a quarter of a cell.",
     )
-    track_unknown_space: bool = Field(False, description="Unseen cells are unknown, not free.")
+    track_unknown_space: bool = Field(
+        False, description="Mark cells that no sensor has seen as unknown instead of free."
+    )
     update_frequency: Frequency = Field(5.0, description="Updates [Hz].")
     lethal_cost_threshold: int = Field(
-        100, ge=0, le=100, description="Occupancy from which a cell of the map is lethal [%]."
+        100, ge=0, le=100, description="Occupancy from which a map cell is lethal [%]."
     )
-    trinary_costmap: bool = Field(True, description="Cells of the map are free or lethal only.")
+    trinary_costmap: bool = Field(
+        True, description="Read map cells as free or lethal only, without costs between."
+    )
     unknown_cost_value: int = Field(
-        255, ge=0, le=255, description="Byte that stands for unknown in a map."
+        255, ge=0, le=255, description="Byte that means unknown in a map."
     )
     inscribed_obstacle_cost_value: int = Field(
-        99, ge=0, le=255, description="Byte that stands for an inscribed cell in a map."
+        99, ge=0, le=255, description="Byte that means inscribed in a map."
     )
-    use_maximum: bool = Field(False, description="The map keeps larger costs of layers before it.")
+    use_maximum: bool = Field(False, description="Let the map keep larger costs of earlier layers.")
     static_layer: StaticLayerSettings = Field(default_factory=StaticLayerSettings)
     obstacle_layer: ObstacleLayerSettings = Field(default_factory=ObstacleLayerSettings)
     voxel_layer: VoxelLayerSettings = Field(default_factory=VoxelLayerSettings)
@@ -169,10 +205,11 @@ class CostmapSettings(PluginBlocks):
     binary_filter: BinaryFilterSettings = Field(default_factory=BinaryFilterSettings)
     plugins: list[LayerName] = Field(
         ["static_layer", "obstacle_layer", "inflation_layer"],
-        description="Layers in the order in which they write; a filter among them is inflated too.",
+        description="Layers in the order in which they write; a filter among them is "
+        "inflated, too.",
     )
     filters: list[FilterName] = Field(
-        ["keepout_filter"], description="What acts on the finished costs, in order."
+        ["keepout_filter"], description="Filters that act on the finished costs, in order."
     )
 
     @model_validator(mode="after")
@@ -207,17 +244,20 @@ class CostmapSettings(PluginBlocks):
 class LocalCostmapSettings(CostmapSettings):
     """Nav2's rolling local costmap; where bringup has a voxel layer, an obstacle layer."""
 
-    width: int = Field(5, gt=0, le=200, description="Extent along x [m].")
-    height: int = Field(5, gt=0, le=200, description="Extent along y [m].")
+    width: int = Field(5, gt=0, le=200, description="Length of the window along x [m].")
+    height: int = Field(5, gt=0, le=200, description="Length of the window along y [m].")
     resolution: CellSize = Field(0.1, description="Cell edge [m].")
-    footprint_padding: Length = Field(0.01, ge=0.0, description="Added to the outline [m].")
+    footprint_padding: Length = Field(
+        0.01, ge=0.0, description="Padding added to the footprint on all sides [m]."
+    )
     plugins: list[LayerName] = Field(
         ["obstacle_layer", "inflation_layer"],
-        description="Layers in the order in which they write; a filter among them is inflated too.",
+        description="Layers in the order in which they write; a filter among them is "
+        "inflated, too.",
     )
     filters: list[FilterName] = Field(
         ["keepout_filter", "speed_filter", "binary_filter"],
-        description="What acts on the finished costs, in order.",
+        description="Filters that act on the finished costs, in order.",
     )
 
     @model_validator(mode="after")
@@ -232,14 +272,18 @@ class GlobalCostmapSettings(CostmapSettings):
     Or a window of its own size that rolls with the robot, beyond which nothing is planned.
     """
 
-    rolling_window: bool = Field(False, description="A window around the robot, in any map.")
-    width: int = Field(5, gt=0, le=1000, description="Extent along x of a window that rolls [m].")
-    height: int = Field(5, gt=0, le=1000, description="Extent along y of a window that rolls [m].")
+    rolling_window: bool = Field(
+        False, description="Let the costmap be a window that rolls with the robot, inside the map."
+    )
+    width: int = Field(5, gt=0, le=1000, description="Length along x of a rolling window [m].")
+    height: int = Field(5, gt=0, le=1000, description="Length along y of a rolling window [m].")
     resolution: CellSize = Field(
-        0.05, description="Cell edge where there is no map, or a window that rolls [m]."
+        0.05, description="Edge length of a cell of a rolling window, or where there is no map [m]."
     )
     margin_m: Length = Field(
-        2.0, gt=0.0, description="Free border around everything known, where there is no map [m]."
+        2.0,
+        gt=0.0,
+        description="Free border around everything that is known, where there is no map [m].",
     )
 
     @model_validator(mode="after")

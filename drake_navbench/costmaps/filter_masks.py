@@ -36,8 +36,8 @@ ROUNDING_CELLS = 1e-6
 class FilterArea(FrozenModel):
     """A polygon and the mask value inside it."""
 
-    polygon: list[Point] = Field(min_length=3, description="Corners in order [m].")
-    value: int = Field(MASK_FULL, ge=0, le=MASK_FULL, description="Mask value inside [%].")
+    polygon: list[Point] = Field(min_length=3, description="Corners of the area in order [m].")
+    value: int = Field(MASK_FULL, ge=0, le=MASK_FULL, description="Mask value inside the area [%].")
 
     @field_validator("polygon")
     @classmethod
@@ -51,13 +51,18 @@ class FilterArea(FrozenModel):
 class FilterDescription(FrozenModel):
     """One costmap filter of a scenario: Nav2's filter info, and its mask or its areas."""
 
-    type: FilterType = Field(description="What the mask means.")
-    mask: str | None = Field(None, description="Map file, relative to the scenario's folder.")
+    type: FilterType = Field(description="Meaning of the mask's values.")
+    mask: str | None = Field(
+        None, description="Path of the mask's map file from the scenario's folder."
+    )
     areas: list[FilterArea] = Field(
-        default_factory=list, description="Instead of a mask; where they overlap, the last counts."
+        default_factory=list,
+        description="Areas instead of a mask file; where areas overlap, the last one applies.",
     )
     base: Number = Field(0.0, description="Filter value at mask value 0 [%, m/s or -].")
-    multiplier: Number = Field(1.0, description="Filter value per mask value [%, m/s or -].")
+    multiplier: Number = Field(
+        1.0, description="Change of the filter value per unit of the mask value [%, m/s or -]."
+    )
 
     @property
     def filter_name(self) -> FilterName:

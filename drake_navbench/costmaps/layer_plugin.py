@@ -33,7 +33,7 @@ NOTHING: Mapping[str, Any] = MappingProxyType({})
 class LayerParameters(PluginParameters):
     """Base of the parameters of a layer in a block of its own."""
 
-    enabled: bool = Field(True, description="Whether it writes at all.")
+    enabled: bool = Field(True, description="Let the layer write into the costmap.")
 
 
 class LayerSetup(NamedTuple):

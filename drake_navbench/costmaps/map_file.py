@@ -57,15 +57,22 @@ class MapMode(StrEnum):
 class MapMetadata(FrozenModel):
     """The YAML file of a map."""
 
-    image: str = Field(min_length=1, description="Path, relative to the folder of this file.")
-    resolution: CellSize = Field(description="Edge of a pixel [m].")
+    image: str = Field(min_length=1, description="Path of the image from this file's folder.")
+    resolution: CellSize = Field(description="Edge length of a pixel [m].")
     origin: tuple[Length, Length, Angle] = Field(
-        description="Lower left corner of the lower left pixel [m, m] and yaw [rad]."
+        description="Pose of the lower left corner of the lower left pixel: x [m], y [m], yaw "
+        "[rad]."
     )
-    negate: bool = Field(description="Whether white is occupied, 0 or 1.")
-    occupied_thresh: float = Field(ge=0.0, le=1.0, description="Occupied from here up.")
-    free_thresh: float = Field(ge=0.0, le=1.0, description="Free up to here.")
-    mode: MapMode = Field(MapMode.TRINARY, description="trinary, scale or raw, in any case.")
+    negate: bool = Field(description="Whether white means occupied: 0 or 1.")
+    occupied_thresh: float = Field(
+        ge=0.0,
+        le=1.0,
+        description="Occupancy (darkness of the pixel, 0 to 1) from which a cell is occupied.",
+    )
+    free_thresh: float = Field(ge=0.0, le=1.0, description="Occupancy up to which a cell is free.")
+    mode: MapMode = Field(
+        MapMode.TRINARY, description="How grey is read: trinary, scale or raw, in any case."
+    )
 
     @field_validator("negate", mode="before")
     @classmethod

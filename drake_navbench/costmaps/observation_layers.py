@@ -33,13 +33,19 @@ Array = NDArray[np.float64]
 
 class _SensingParameters(LayerParameters):
     footprint_clearing_enabled: bool = Field(True, description="Free the cells under the robot.")
-    min_obstacle_height: float = Field(0.0, description="Lower points do not mark [m].")
-    max_obstacle_height: float = Field(2.0, description="Higher points do not mark [m].")
+    min_obstacle_height: float = Field(
+        0.0, description="Height below which points do not mark [m]."
+    )
+    max_obstacle_height: float = Field(
+        2.0, description="Height above which points do not mark [m]."
+    )
     combination_method: Literal[0, 1, 2] = Field(
-        1, description="0 overwrites, 1 takes the larger cost, 2 as 1 but keeps unknown cells."
+        1,
+        description="How costs are written: 0 overwrites, 1 takes the larger cost, 2 as 1 but "
+        "keeps unknown cells.",
     )
     observation_sources: dict[str, BufferedSourceSettings] = Field(
-        description="What it listens to, by name, in order."
+        description="Names of the observation sources, in order."
     )
 
 
@@ -50,14 +56,18 @@ class ObstacleLayerParameters(_SensingParameters):
 class VoxelLayerParameters(_SensingParameters):
     """Nav2's voxel layer."""
 
-    z_voxels: int = Field(10, ge=1, le=16, description="Levels of the grid [voxels].")
-    origin_z: float = Field(0.0, description="Height of the lowest level's floor [m].")
+    z_voxels: int = Field(
+        10, ge=1, le=16, description="Number of levels of the voxel grid [voxels]."
+    )
+    origin_z: float = Field(0.0, description="Height of the floor of the lowest level [m].")
     z_resolution: float = Field(0.2, gt=0.0, description="Height of a level [m].")
     unknown_threshold: int = Field(
-        15, ge=0, description="Columns with more unknown voxels stay unknown [voxels]."
+        15,
+        ge=0,
+        description="Number of unknown voxels above which a column stays unknown [voxels].",
     )
     mark_threshold: int = Field(
-        0, ge=0, description="Columns with more marked voxels are lethal [voxels]."
+        0, ge=0, description="Number of marked voxels above which a column is lethal [voxels]."
     )
 
 

@@ -14,16 +14,16 @@ class SourceSettings(FrozenModel):
     """Which of the robot's sensors a source is."""
 
     data_type: Literal["LaserScan", "PointCloud2"] = Field(
-        "LaserScan", description="What it sends; the robot's lidar sends LaserScan."
+        "LaserScan", description="Message type of the source; the robot's lidar sends LaserScan."
     )
     sensor: str = Field(
         "",
-        description="Of PointCloud2: name of the robot's depth sensor; the source's where empty.",
+        description="For PointCloud2: name of the robot's depth sensor; empty: the source's name.",
     )
     scanner: int | None = Field(
         None,
         ge=1,
-        description="Of LaserScan: which of the robot's scanners, from 1 on; null means all.",
+        description="For LaserScan: number of the robot's scanner, from 1; null: all scanners.",
     )
 
     @model_validator(mode="after")
@@ -38,16 +38,28 @@ class SourceSettings(FrozenModel):
 class ObservationSourceSettings(SourceSettings):
     """One source of Nav2's voxel layer, with Nav2's defaults: those of a sensor on the floor."""
 
-    marking: bool = Field(True, description="Its points mark.")
-    clearing: bool = Field(False, description="The rays to its points clear.")
-    min_obstacle_height: float = Field(0.0, description="Lower points are not looked at [m].")
-    max_obstacle_height: float = Field(0.0, description="Higher points are not looked at [m].")
-    obstacle_min_range: float = Field(0.0, ge=0.0, description="Nearest point that marks [m].")
-    obstacle_max_range: float = Field(2.5, gt=0.0, description="Marking points are nearer [m].")
-    raytrace_min_range: float = Field(0.0, ge=0.0, description="Where clearing starts [m].")
-    raytrace_max_range: float = Field(3.0, gt=0.0, description="Where clearing ends [m].")
+    marking: bool = Field(True, description="Let the points mark cells.")
+    clearing: bool = Field(False, description="Let the rays to the points clear cells.")
+    min_obstacle_height: float = Field(
+        0.0, description="Height below which points are ignored [m]."
+    )
+    max_obstacle_height: float = Field(
+        0.0, description="Height above which points are ignored [m]."
+    )
+    obstacle_min_range: float = Field(
+        0.0, ge=0.0, description="Least distance of a point that marks [m]."
+    )
+    obstacle_max_range: float = Field(
+        2.5, gt=0.0, description="Distance from which points do not mark [m]."
+    )
+    raytrace_min_range: float = Field(
+        0.0, ge=0.0, description="Distance at which clearing along a ray starts [m]."
+    )
+    raytrace_max_range: float = Field(
+        3.0, gt=0.0, description="Distance at which clearing along a ray ends [m]."
+    )
     inf_is_valid: bool = Field(
-        False, description="Beams of a LaserScan without a hit clear up to the range."
+        False, description="Let beams of a LaserScan without a hit clear up to the sensor's range."
     )
 
 
@@ -55,5 +67,5 @@ class BufferedSourceSettings(ObservationSourceSettings):
     """A source that may keep its observations."""
 
     observation_persistence: Duration = Field(
-        0.0, ge=0.0, description="How long what was seen counts [s]; 0: until something newer."
+        0.0, ge=0.0, description="Time for which an observation is kept [s]; 0: until the next one."
     )

@@ -32,35 +32,35 @@ class RangeSensorLayerParameters(LayerParameters):
     """Nav2's layer of range sensors."""
 
     topics: tuple[str, ...] = Field(
-        min_length=1, description="Names of the robot's range_sensors that it listens to."
+        min_length=1, description="Names of the robot's range_sensors that the layer uses."
     )
     input_sensor_type: str = Field(
         ALL,
-        description="How a reading counts: VARIABLE as a distance, FIXED as a switch (-inf: "
-        "something is there, inf: nothing), ALL by whether the sensor's two ranges are equal; any "
-        "other word is ALL.",
+        description="How a reading is taken: VARIABLE as a distance, FIXED as a switch (-inf: "
+        "something is there, inf: nothing), ALL as FIXED where the sensor's two "
+        "ranges are equal and else as VARIABLE; any other word means ALL.",
     )
     phi: Length = Field(1.2, description="Distance at which a reading is trusted by half [m].")
     inflate_cone: float = Field(
         1.0,
         ge=0.0,
-        description="How far beside the cone cells are updated, as a share of its area; from 1 on "
-        "all cells in the box around it.",
+        description="Share of the cone's area beside the cone in which cells are updated; "
+        "from 1 on, all cells of the box around the cone are.",
     )
     clear_threshold: float = Field(
-        0.2, ge=0.0, le=1.0, description="Cells that are less probably occupied are free."
+        0.2, ge=0.0, le=1.0, description="Probability of occupation below which a cell is free."
     )
     mark_threshold: float = Field(
-        0.8, ge=0.0, le=1.0, description="Cells that are more probably occupied are lethal."
+        0.8, ge=0.0, le=1.0, description="Probability of occupation above which a cell is lethal."
     )
     clear_on_max_reading: bool = Field(
-        False, description="A reading of the longest range frees all of the cone."
+        False, description="Let a reading of the longest range free the whole cone."
     )
     no_readings_timeout: Duration = Field(
         0.0,
         ge=0.0,
-        description="Without a reading that counts for so long the costmap is not current, until "
-        "it is cleared [s]; 0: never.",
+        description="Time without a reading after which the costmap is not current until it "
+        "is cleared [s]; 0: never.",
     )
 
     @field_validator("input_sensor_type")

@@ -41,57 +41,80 @@ class SpatioTemporalSourceSettings(SourceSettings):
     """A source of the layer, with the original's defaults."""
 
     data_type: Literal["LaserScan", "PointCloud2"] = Field(
-        "PointCloud2", description="What it sends; the robot's lidar sends LaserScan."
+        "PointCloud2", description="Message type of the source; the robot's lidar sends LaserScan."
     )
-    enabled: bool = Field(True, description="Whether it is heard at all.")
-    marking: bool = Field(True, description="Its points mark.")
-    clearing: bool = Field(False, description="Voxels in its sight age faster.")
-    min_obstacle_height: float = Field(0.0, description="Lower points are not looked at [m].")
-    max_obstacle_height: float = Field(3.0, description="Higher points are not looked at [m].")
-    obstacle_range: float = Field(2.5, ge=0.0, description="Marking points are no farther [m].")
+    enabled: bool = Field(True, description="Use this source.")
+    marking: bool = Field(True, description="Let the points mark voxels.")
+    clearing: bool = Field(False, description="Let voxels in the sensor's view age faster.")
+    min_obstacle_height: float = Field(
+        0.0, description="Height below which points do not mark [m]."
+    )
+    max_obstacle_height: float = Field(
+        3.0, description="Height above which points do not mark [m]."
+    )
+    obstacle_range: float = Field(
+        2.5, ge=0.0, description="Largest distance of a point that marks [m]."
+    )
     inf_is_valid: bool = Field(
-        False, description="Beams of a LaserScan without a hit count as hits at the range."
+        False, description="Take beams of a LaserScan without a hit as hits at the sensor's range."
     )
     observation_persistence: Duration = Field(
-        0.0, ge=0.0, description="How long what was seen counts [s]; 0: until something newer."
+        0.0, ge=0.0, description="Time for which an observation is kept [s]; 0: until the next one."
     )
-    clear_after_reading: bool = Field(False, description="What was seen counts at one update.")
+    clear_after_reading: bool = Field(False, description="Use each observation in one update only.")
     filter: str = Field(
         "passthrough",
-        description="passthrough heeds the heights; voxel does, and takes the mean of the points "
-        "of a voxel; anything else does neither.",
+        description="Filter of the points: passthrough applies the heights; voxel does, too, "
+        "and replaces the points of a voxel by their mean; any other word applies "
+        "neither.",
     )
     voxel_min_points: int = Field(
-        0, ge=0, description="Fewer points are no voxel, with filter voxel [points]."
+        0,
+        ge=0,
+        description="Filter voxel: number of points below which a voxel is dropped [points].",
     )
-    model_type: int = Field(0, description="What it looks through: 0 a camera's, 1 a lidar's.")
-    min_z: float = Field(0.0, description="Where its sight begins [m].")
-    max_z: float = Field(10.0, description="Where its sight ends [m].")
-    vertical_fov_angle: float = Field(0.7, description="Angle of its sight up and down [rad].")
-    vertical_fov_padding: float = Field(0.0, description="Added to heights, lidars only [m].")
-    horizontal_fov_angle: float = Field(1.04, description="Angle of its sight sideways [rad].")
-    decay_acceleration: float = Field(0.0, description="How much faster voxels age [1/s^2].")
+    model_type: int = Field(
+        0, description="Shape of the sensor's view: 0 a camera's frustum, 1 a lidar's hourglass."
+    )
+    min_z: float = Field(0.0, description="Distance at which the view begins [m].")
+    max_z: float = Field(10.0, description="Distance at which the view ends [m].")
+    vertical_fov_angle: float = Field(0.7, description="Vertical angle of the view [rad].")
+    vertical_fov_padding: float = Field(
+        0.0, description="Height added to the view, lidars only [m]."
+    )
+    horizontal_fov_angle: float = Field(1.04, description="Horizontal angle of the view [rad].")
+    decay_acceleration: float = Field(
+        0.0, description="Acceleration of ageing inside the view [1/s^2]."
+    )
 
 
 class SpatioTemporalVoxelLayerParameters(LayerParameters):
     """The layer's parameters, with the original's defaults."""
 
-    voxel_size: float = Field(0.05, gt=0.0, description="Edge of a voxel [m].")
-    voxel_decay: float = Field(-1.0, description="Age that a voxel reaches [s].")
-    decay_model: int = Field(0, description="0 linear, 1 exponential, else voxels stay.")
+    voxel_size: float = Field(0.05, gt=0.0, description="Edge length of a voxel [m].")
+    voxel_decay: float = Field(-1.0, description="Age at which a voxel is removed [s].")
+    decay_model: int = Field(
+        0, description="How voxels age: 0 linearly, 1 exponentially, any other number: never."
+    )
     mark_threshold: int = Field(
-        0, description="Columns with as many marked voxels are lethal [voxels]."
+        0, description="Number of marked voxels from which a column is lethal [voxels]."
     )
     track_unknown_space: bool | None = Field(
-        None, description="Whether other cells are left as they are; null: as the costmap does."
+        None,
+        description="Leave cells without marks as they are; null: as the costmap's "
+        "track_unknown_space.",
     )
     combination_method: int = Field(
-        1, description="0 overwrites, 1 takes the larger cost, else nothing is written."
+        1,
+        description="How costs are written: 0 overwrites, 1 takes the larger cost, any other "
+        "number writes nothing.",
     )
     update_footprint_enabled: bool = Field(True, description="Free the cells under the robot.")
-    mapping_mode: bool = Field(False, description="Nothing ages, and nothing is shown.")
+    mapping_mode: bool = Field(
+        False, description="Mapping mode: nothing ages, and the costmap stays unchanged."
+    )
     observation_sources: dict[str, SpatioTemporalSourceSettings] = Field(
-        description="What it listens to, by name, in order."
+        description="Names of the observation sources, in order."
     )
 
 

@@ -23,35 +23,46 @@ class ActuatorSettings(FrozenModel):
     # The fields that no fault may change during a trial.
     constant: ClassVar = frozenset({"wheel_separation_m"})
 
-    wheel_separation_m: Size = Field(0.5, description="Between the two driven wheels [m].")
+    wheel_separation_m: Size = Field(0.5, description="Distance between the two driven wheels [m].")
     deadband_mps: Speed = Field(
-        0.0, ge=0.0, description="A wheel that is told less than this stands still [m/s]."
+        0.0, ge=0.0, description="Speed of a commanded wheel below which it stands still [m/s]."
     )
     speed_step_mps: Speed = Field(
-        0.0, ge=0.0, description="Wheel speeds are multiples of this [m/s]; 0: any."
+        0.0,
+        ge=0.0,
+        description="Step of the wheel speeds; every speed is a multiple [m/s]; 0: no steps.",
     )
     radius_difference: float = Field(
-        0.0, ge=-0.5, le=0.5, description="How much larger the left wheel is, of the mean radius."
+        0.0,
+        ge=-0.5,
+        le=0.5,
+        description="Excess of the left wheel's radius over the right one's, as a share of "
+        "their mean.",
     )
     slip: float = Field(
-        0.0, ge=0.0, le=0.95, description="Share of each wheel's speed that the floor does not see."
+        0.0, ge=0.0, le=0.95, description="Share of each wheel's speed that is lost by slip."
     )
     slip_std: float = Field(
-        0.0, ge=0.0, le=1.0, description="Noise on each wheel's slip, drawn every 0.1 s."
+        0.0,
+        ge=0.0,
+        le=1.0,
+        description="Standard deviation of the noise on each wheel's slip, drawn every 0.1 s.",
     )
     force_n: Length | None = Field(
         None,
         gt=0.0,
-        description="With which all wheels together can push the robot [N]; null: mass_kg times "
-        "the drive's limit on acceleration.",
+        description="Largest force with which all wheels together push the robot [N]; null: "
+        "mass_kg times the drive's limit on acceleration.",
     )
     payload_kg: Mass = Field(
-        0.0, ge=0.0, description="On top of mass_kg: it takes longer to speed up and to stop [kg]."
+        0.0,
+        ge=0.0,
+        description="Load in addition to mass_kg; the robot speeds up and stops more slowly [kg].",
     )
-    slope_rad: Angle = Field(
-        0.0, ge=0.0, le=MAX_SLOPE_RAD, description="How steep the floor is [rad]."
+    slope_rad: Angle = Field(0.0, ge=0.0, le=MAX_SLOPE_RAD, description="Slope of the floor [rad].")
+    slope_direction_rad: Angle = Field(
+        0.0, description="Uphill direction in the world frame [rad]."
     )
-    slope_direction_rad: Angle = Field(0.0, description="Uphill, in the world frame [rad].")
 
     @property
     def delays_s(self) -> dict[str, float]:

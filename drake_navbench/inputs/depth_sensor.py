@@ -22,29 +22,30 @@ class DepthSensorSettings(FrozenModel):
     """
 
     pose: tuple[Length, Length, Angle] = Field(
-        (0.0, 0.0, 0.0), description="Mounting in the base frame: x [m], y [m], yaw [rad]."
+        (0.0, 0.0, 0.0),
+        description="Pose of the sensor in the base frame: x [m], y [m], yaw [rad].",
     )
-    height_m: Length = Field(0.3, ge=0.0, description="Height over the floor [m].")
+    height_m: Length = Field(0.3, ge=0.0, description="Height of the sensor above the floor [m].")
     pitch_rad: float = Field(
-        0.0, ge=-STEEPEST_RAD, le=STEEPEST_RAD, description="How far it looks down [rad]."
+        0.0, ge=-STEEPEST_RAD, le=STEEPEST_RAD, description="Downward tilt of the sensor [rad]."
     )
     horizontal_fov_rad: float = Field(
         1.52,
         gt=0.0,
         le=2.0 * math.pi,
-        description="Angle covered sideways; at 2 pi the last column stops one step short of the "
-        "first [rad].",
+        description="Horizontal field of view; at 2 pi the last column is one step short of "
+        "the first [rad].",
     )
     vertical_fov_rad: float = Field(
-        1.01, ge=0.0, le=2.0 * STEEPEST_RAD, description="Angle covered up and down [rad]."
+        1.01, ge=0.0, le=2.0 * STEEPEST_RAD, description="Vertical field of view [rad]."
     )
-    column_count: int = Field(96, ge=1, le=4096, description="Rays side by side.")
-    row_count: int = Field(32, ge=1, le=1024, description="Rays above each other.")
+    column_count: int = Field(96, ge=1, le=4096, description="Number of columns of rays.")
+    row_count: int = Field(32, ge=1, le=1024, description="Number of rows of rays.")
     range_min_m: Length = Field(0.1, ge=0.0, description="Shortest valid range [m].")
     range_max_m: Length = Field(6.0, gt=0.0, description="Longest valid range [m].")
     period_s: Period = Field(0.1, description="Time between clouds [s].")
     sees_floor: bool = Field(
-        False, description="Whether it sends points of the floor, too, which are at height 0."
+        False, description="Send points of the floor, too, which are at height 0."
     )
 
     @model_validator(mode="after")

@@ -37,13 +37,15 @@ class MotionBounds(NamedTuple):
 class _Drive(FrozenModel):
     """The drive of any base: speed along its heading with a first-order response."""
 
-    max_linear_velocity_mps: Speed = Field(0.5, gt=0.0, description="Forward limit [m/s].")
-    min_linear_velocity_mps: Speed = Field(-0.5, le=0.0, description="Backward limit [m/s].")
+    max_linear_velocity_mps: Speed = Field(0.5, gt=0.0, description="Largest forward speed [m/s].")
+    min_linear_velocity_mps: Speed = Field(
+        -0.5, le=0.0, description="Largest backward speed [m/s]."
+    )
     response_time_constant_s: Period = Field(
-        0.1, description="Time constant of the velocity response [s]."
+        0.1, description="Time constant of the velocity's first-order response [s]."
     )
     max_linear_acceleration_mps2: Acceleration | None = Field(
-        2.5, gt=0.0, description="Limit on dv/dt [m/s^2]; null means none."
+        2.5, gt=0.0, description="Largest acceleration |dv/dt| [m/s^2]; null: no limit."
     )
 
     @property
@@ -80,10 +82,10 @@ class _TurningDrive(_Drive):
     """A base that turns about itself."""
 
     max_angular_velocity_radps: AngularSpeed = Field(
-        2.0, gt=0.0, description="Turning limit [rad/s]."
+        2.0, gt=0.0, description="Largest turn rate [rad/s]."
     )
     max_angular_acceleration_radps2: AngularAcceleration | None = Field(
-        3.0, gt=0.0, description="Limit on dw/dt [rad/s^2]; null means none."
+        3.0, gt=0.0, description="Largest angular acceleration |dw/dt| [rad/s^2]; null: no limit."
     )
 
 
@@ -96,23 +98,27 @@ class DifferentialDrive(QuietModel, _TurningDrive):
 
     # Robot files and logs from before there were other bases do not name it.
     type: Literal["differential"] = Field(
-        "differential", exclude=True, description="Kind of base; this is the one without a name."
+        "differential",
+        exclude=True,
+        description="Kind of base; a base without `type` is differential.",
     )
     physics: Literal["ideal", "planar_casters", "multibody"] = Field(
         "ideal",
-        description="What answers the commands: the velocity itself; motors, weight and casters in "
-        "the plane; or all bodies of the model on a floor, as Drake's MultibodyPlant.",
+        description="Model of the motion. ideal: the velocity follows the command; "
+        "planar_casters: motors, weight and casters in the plane; multibody: all "
+        "bodies of the model on a floor, in Drake's MultibodyPlant.",
     )
     motors: MotorSettings = Field(default_factory=MotorSettings)
     casters: CasterSettings = Field(default_factory=CasterSettings)
     floor: FloorSettings = Field(default_factory=FloorSettings)
     load_position: tuple[Length, Length, Length] | None = Field(
         None,
-        description="Centre of what mass_kg counts beyond the model's bodies, a ball of 0.25 m "
-        "radius, in the base frame [m]; null: the model's own centre of mass.",
+        description="Centre of the load in the base frame [m], for the part of mass_kg beyond "
+        "the model's bodies, a ball of 0.25 m radius; null: the model's own "
+        "centre of mass.",
     )
     step_s: Period = Field(
-        0.01, le=0.02, description="Time step of physics planar_casters and multibody [s]."
+        0.01, le=0.02, description="Time step of the physics planar_casters and multibody [s]."
     )
 
     @property
@@ -149,10 +155,10 @@ class OmnidirectionalDrive(_TurningDrive):
 
     type: Literal["omnidirectional"] = Field(description="Kind of base.")
     max_lateral_velocity_mps: Speed = Field(
-        0.5, gt=0.0, description="Sideways limit, both ways [m/s]."
+        0.5, gt=0.0, description="Largest sideways speed in either direction [m/s]."
     )
     max_lateral_acceleration_mps2: Acceleration | None = Field(
-        2.5, gt=0.0, description="Limit on dvy/dt [m/s^2]; null means none."
+        2.5, gt=0.0, description="Largest sideways acceleration |dvy/dt| [m/s^2]; null: no limit."
     )
 
     @property
@@ -178,10 +184,12 @@ class AckermannDrive(_Drive):
     """Car-like: steered front wheels, and the base origin in the middle of the rear axle."""
 
     type: Literal["ackermann"] = Field(description="Kind of base.")
-    wheelbase_m: Length = Field(gt=0.0, description="From the rear to the front axle [m].")
-    min_turning_radius_m: Length = Field(gt=0.0, description="Of the base origin at full lock [m].")
+    wheelbase_m: Length = Field(gt=0.0, description="Distance from the rear to the front axle [m].")
+    min_turning_radius_m: Length = Field(
+        gt=0.0, description="Turning radius of the base origin at full lock [m]."
+    )
     max_steering_rate_radps: AngularSpeed | None = Field(
-        1.0, gt=0.0, description="Limit on the steering angle's rate [rad/s]; null means none."
+        1.0, gt=0.0, description="Largest rate of the steering angle [rad/s]; null: no limit."
     )
 
     @property

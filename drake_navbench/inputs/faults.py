@@ -31,16 +31,22 @@ class Fault(FrozenModel):
     Where several faults overlap and give the same field, the later one in the list holds.
     """
 
-    at_s: Duration = Field(ge=0.0, description="When it begins [s].")
+    at_s: Duration = Field(ge=0.0, description="Time at which the fault begins [s].")
     duration_s: Duration | None = Field(
-        None, gt=0.0, description="How long it lasts [s]; null: until the end."
+        None, gt=0.0, description="Duration of the fault [s]; null: until the end of the trial."
     )
-    lidar: dict[str, Any] = Field(default_factory=dict, description="Fields of the lidar.")
+    lidar: dict[str, Any] = Field(
+        default_factory=dict, description="Fields of the robot's lidar that change."
+    )
     localization: dict[str, Any] = Field(
-        default_factory=dict, description="Fields of the localization."
+        default_factory=dict, description="Fields of the robot's localization that change."
     )
-    actuators: dict[str, Any] = Field(default_factory=dict, description="Fields of the actuators.")
-    timing: dict[str, Any] = Field(default_factory=dict, description="Fields of the timing.")
+    actuators: dict[str, Any] = Field(
+        default_factory=dict, description="Fields of the robot's actuators that change."
+    )
+    timing: dict[str, Any] = Field(
+        default_factory=dict, description="Fields of the robot's timing that change."
+    )
 
     @model_validator(mode="after")
     def _check(self) -> Fault:

@@ -34,42 +34,49 @@ class LidarSettings(QuietModel):
     )
 
     pose: tuple[Length, Length, Angle] = Field(
-        (0.0, 0.0, 0.0), description="Mounting in the base frame: x [m], y [m], yaw [rad]."
+        (0.0, 0.0, 0.0),
+        description="Pose of the scanner in the base frame: x [m], y [m], yaw [rad].",
     )
     further_poses: tuple[tuple[Length, Length, Angle], ...] = Field(
-        (), description="Mountings of further scanners of the same kind, which scan with it."
+        (), description="Poses of further scanners of the same kind, which scan at the same time."
     )
     height_m: float = Field(
-        0.2, description="Height of the scanned plane over the floor, for voxel layers [m]."
+        0.2, description="Height of the scanned plane above the floor, for voxel layers [m]."
     )
-    beam_count: int = Field(360, ge=1, le=100_000, description="Beams a scan.")
-    angle_min_rad: Angle = Field(-np.pi, ge=-np.pi, description="Angle of the first beam [rad].")
+    beam_count: int = Field(360, ge=1, le=100_000, description="Number of beams in a scan.")
+    angle_min_rad: Angle = Field(
+        -np.pi, ge=-np.pi, description="Angle of the first beam in the scanner's frame [rad]."
+    )
     angle_span_rad: float = Field(
         2.0 * np.pi,
         gt=0.0,
         le=2.0 * np.pi,
-        description="Angle covered; at 2 pi the last beam stops one step short of the first [rad].",
+        description="Angle from the first to the last beam; at 2 pi the last beam is one step "
+        "short of the first [rad].",
     )
     range_min_m: Length = Field(0.05, ge=0.0, description="Shortest valid range [m].")
     range_max_m: Length = Field(12.0, gt=0.0, description="Longest valid range [m].")
     period_s: Period = Field(0.1, description="Time between scans [s].")
-    range_std_m: Length = Field(0.0, ge=0.0, description="Gaussian noise on each range [m].")
+    range_std_m: Length = Field(
+        0.0, ge=0.0, description="Standard deviation of the noise on each range [m]."
+    )
     dropout_probability: float = Field(
-        0.0, ge=0.0, le=1.0, description="Share of beams that return nothing."
+        0.0, ge=0.0, le=1.0, description="Share of the beams that return nothing."
     )
     dropout_burst_beams: int = Field(
-        1, ge=1, le=100_000, description="How many neighbouring beams drop out together."
+        1, ge=1, le=100_000, description="Number of neighbouring beams that drop out together."
     )
     scan_loss_probability: float = Field(
-        0.0, ge=0.0, le=1.0, description="Share of scans that never come."
+        0.0, ge=0.0, le=1.0, description="Share of the scans that are lost."
     )
     stuck_beam_share: float = Field(
         0.0,
         ge=0.0,
         le=1.0,
-        description="Share of beams, drawn for the trial, that always tell one range.",
+        description="Share of the beams that always return one and the same range; drawn for "
+        "the trial.",
     )
-    range_bias_m: Length = Field(0.0, description="Added to every range [m].")
+    range_bias_m: Length = Field(0.0, description="Constant error of every range [m].")
 
     @property
     def beam_angles(self) -> NDArray[np.float64]:

@@ -54,72 +54,98 @@ class LocalizationSettings(QuietModel):
     # The fields that no fault may change during a trial.
     constant: ClassVar = frozenset({"period_s", "fix_period_s", "wheel_odometry", "amcl"})
 
-    period_s: Period = Field(0.05, description="Time for which a noise sample holds [s].")
-    xy_std_m: Length = Field(0.0, ge=0.0, description="Noise on x and on y [m].")
-    yaw_std_rad: Angle = Field(0.0, ge=0.0, description="Noise on the heading [rad].")
-    linear_velocity_std_mps: Speed = Field(
-        0.0, ge=0.0, description="Noise on v and, where the base has it, on vy [m/s]."
+    period_s: Period = Field(0.05, description="Time for which a noise sample is held [s].")
+    xy_std_m: Length = Field(
+        0.0, ge=0.0, description="Standard deviation of the noise on x and y [m]."
     )
-    angular_velocity_std_radps: AngularSpeed = Field(0.0, ge=0.0, description="Noise on w [rad/s].")
+    yaw_std_rad: Angle = Field(
+        0.0, ge=0.0, description="Standard deviation of the noise on the heading [rad]."
+    )
+    linear_velocity_std_mps: Speed = Field(
+        0.0,
+        ge=0.0,
+        description="Standard deviation of the noise on v and, for omnidirectional bases, on "
+        "vy [m/s].",
+    )
+    angular_velocity_std_radps: AngularSpeed = Field(
+        0.0, ge=0.0, description="Standard deviation of the noise on w [rad/s]."
+    )
     drift: float = Field(
         0.0,
         ge=0.0,
         le=MAX_DRIFT,
-        description="Error that the odometry gathers a metre of way, in a direction of the base "
-        "that is drawn for the trial [m/m].",
+        description="Position error that the odometry gathers per metre, in a direction of "
+        "the base that is drawn for the trial [m/m].",
     )
     yaw_drift: float = Field(
         0.0,
         ge=0.0,
         le=MAX_DRIFT,
-        description="Error of its heading a radian of turning, to the side that is drawn for the "
-        "trial [rad/rad].",
+        description="Heading error that the odometry gathers per radian of turning, to a side "
+        "that is drawn for the trial [rad/rad].",
     )
     random_drift: float = Field(
         0.0,
         ge=0.0,
         le=MAX_DRIFT,
-        description="Spread of the error on x and on y that wheel noise adds to the odometry over "
-        "a metre; it grows with the root of the way [m/m^0.5].",
+        description="Standard deviation of the odometry's error on x and y after a metre, "
+        "from wheel noise; it grows with the square root of the distance "
+        "[m/m^0.5].",
     )
     random_yaw_drift: float = Field(
         0.0,
         ge=0.0,
         le=MAX_DRIFT,
-        description="Spread of the error of its heading that wheel noise adds over a metre "
-        "[rad/m^0.5].",
+        description="Standard deviation of the odometry's heading error after a metre, from "
+        "wheel noise [rad/m^0.5].",
     )
     wheel_odometry: bool = Field(
         False,
-        description="Whether the odometry believes the wheels: what they slip, and radii that are "
-        "not nominal, then mislead it.",
+        description="Compute the odometry from the wheels' nominal radii and speeds, so that "
+        "slip and unequal radii mislead it.",
     )
-    x_bias_m: Length = Field(0.0, description="How far ahead of itself it is localized [m].")
-    y_bias_m: Length = Field(0.0, description="How far to its left it is localized [m].")
+    x_bias_m: Length = Field(
+        0.0,
+        description="Constant error of the localized position along the robot's x, forward [m].",
+    )
+    y_bias_m: Length = Field(
+        0.0,
+        description="Constant error of the localized position along the robot's y, to the "
+        "left [m].",
+    )
     yaw_bias_rad: Angle = Field(0.0, description="Constant error of the localized heading [rad].")
     jump_time_s: Duration = Field(
-        5.0, ge=0.0, description="When the localization jumps, and stays off, if it does [s]."
+        5.0,
+        ge=0.0,
+        description="Time at which the localization jumps and stays off [s]; null: never.",
     )
     jump_m: Length = Field(
-        0.0, ge=0.0, description="How far it jumps, in a direction drawn for the trial [m]."
+        0.0,
+        ge=0.0,
+        description="Distance of the jump, in a direction that is drawn for the trial [m].",
     )
     jump_yaw_rad: Angle = Field(
-        0.0, ge=0.0, description="By what heading, to the side drawn for the trial [rad]."
+        0.0,
+        ge=0.0,
+        description="Change of heading of the jump, to a side that is drawn for the trial [rad].",
     )
     fix_period_s: Period | None = Field(
         None,
-        description="Time between two fixes, each of which finds the pose on the map and so undoes "
-        "the drift until then [s]; null: none after the start.",
+        description="Time between two fixes; a fix finds the pose on the map and so removes "
+        "the drift up to then [s]; null: no fix after the start.",
     )
-    fix_lag_s: Duration = Field(
-        0.0, ge=0.0, description="How long after its instant a fix takes effect [s]."
+    fix_lag_s: Duration = Field(0.0, ge=0.0, description="Time from a fix to its effect [s].")
+    fix_xy_std_m: Length = Field(
+        0.0, ge=0.0, description="Standard deviation of the noise on x and y of a fix [m]."
     )
-    fix_xy_std_m: Length = Field(0.0, ge=0.0, description="Noise on x and on y of a fix [m].")
-    fix_yaw_std_rad: Angle = Field(0.0, ge=0.0, description="Noise on the heading of a fix [rad].")
+    fix_yaw_std_rad: Angle = Field(
+        0.0, ge=0.0, description="Standard deviation of the noise on the heading of a fix [rad]."
+    )
     amcl: AmclSettings | None = Field(
         None,
-        description="AMCL finds the pose from the scans and what the map shows, instead of fixes "
-        "and biases; a jump then displaces what it believes. null: none.",
+        description="Parameters of AMCL, which finds the pose from the scans and the known "
+        "map instead of fixes and biases; a jump then displaces AMCL's estimate. "
+        "null: no AMCL.",
     )
 
     @model_validator(mode="after")

@@ -17,21 +17,23 @@ Pose = tuple[Length, Length, Angle]
 class Lift(LiftTimes):
     """A connection between floors that the robot uses: a lift, or a door between two maps."""
 
-    name: str = Field(min_length=1, description="What the mission calls it.")
+    name: str = Field(min_length=1, description="Name of the lift in the mission.")
     stops: dict[str, Pose] = Field(
         min_length=2,
-        description="By the name of a floor, where the robot stands in it there: x [m], y [m], yaw "
-        "[rad] on that floor's map.",
+        description="For each floor's name, the pose of the robot in the lift: x [m], y [m], "
+        "yaw [rad] on that floor's map.",
     )
 
 
 class MissionStep(FrozenModel):
     """One leg: a goal on the floor that the robot is on, or a ride to another floor."""
 
-    goal: Pose | None = Field(None, description="x [m], y [m], yaw [rad] on the floor's map.")
-    floor: str | None = Field(None, description="The floor that the goal is on.")
-    lift: str | None = Field(None, description="The lift to take.")
-    to: str | None = Field(None, description="The floor to take it to.")
+    goal: Pose | None = Field(
+        None, description="Goal of the leg: x [m], y [m], yaw [rad] on the floor's map."
+    )
+    floor: str | None = Field(None, description="Name of the floor that the goal is on.")
+    lift: str | None = Field(None, description="Name of the lift to ride.")
+    to: str | None = Field(None, description="Name of the floor to ride to.")
 
     @model_validator(mode="after")
     def _check(self) -> MissionStep:

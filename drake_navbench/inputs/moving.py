@@ -35,27 +35,34 @@ class TimedPose(FrozenModel):
     """A moving obstacle's pose at a time; between two of them it moves at constant velocity."""
 
     time_s: Duration = Field(ge=0.0, description="Time since the start of the trial [s].")
-    position: tuple[Length, Length] = Field(description="Of its centre [m].")
-    yaw_rad: Angle = Field(0.0, description="Heading, not wrapped: the way between is linear.")
+    position: tuple[Length, Length] = Field(description="Position of the object's centre [m].")
+    yaw_rad: Angle = Field(
+        0.0,
+        description="Heading at the waypoint, unwrapped: between waypoints it changes "
+        "linearly [rad].",
+    )
 
 
 class _Moving(QuietModel):
     quiet: ClassVar = frozenset({"material"})
 
-    name: str = Field("", description="What reports and replays call it.")
+    name: str = Field("", description="Name of the object in reports and replays.")
     height_m: Size = Field(
-        1.0, description="Height above the floor [m]; a lidar that scans above it does not see it."
+        1.0,
+        description="Height above the floor [m]; a lidar that scans higher does not see the "
+        "object.",
     )
     material: Literal["solid", "glass"] = Field(
-        "solid", description="The lidar's beams pass through glass."
+        "solid", description="Glass: the lidar's beams pass through the object."
     )
     waypoints: list[TimedPose] = Field(
         min_length=1,
         max_length=MAX_WAYPOINTS,
-        description="Its way; it stands at the first before that time, at the last afterwards.",
+        description="Timed waypoints; the object stands at the first one before its time and "
+        "at the last one after its time.",
     )
     repeats: bool = Field(
-        False, description="Whether it starts over after the last waypoint, the place of the first."
+        False, description="Start over after the last waypoint, which must equal the first."
     )
 
     @model_validator(mode="after")
@@ -154,7 +161,7 @@ class MovingBox(_Moving):
     """Something rectangular that moves, such as a bed or a cart; yaw turns it about its centre."""
 
     type: Literal["box"]
-    size_m: tuple[Size, Size] = Field(description="Length along its own x, and width [m].")
+    size_m: tuple[Size, Size] = Field(description="Length along the object's own x, and width [m].")
 
     @property
     def outline(self) -> Array:

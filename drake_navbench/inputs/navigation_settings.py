@@ -51,21 +51,25 @@ PATIENT_FOR_EVER = -1.0
 class ControllerServerSettings(FrozenModel):
     """Nav2's controller server."""
 
-    controller_frequency: Frequency = Field(20.0, description="Control rate [Hz].")
+    controller_frequency: Frequency = Field(20.0, description="Rate of the control cycles [Hz].")
     failure_tolerance: Duration = Field(
-        0.0, description="Patience with failing cycles [s]; 0 none, -1 for ever."
+        0.0,
+        description="Time for which failing control cycles are tolerated [s]; 0: none, -1: "
+        "for ever.",
     )
     costmap_update_timeout: Duration = Field(
-        0.30, ge=0.0, description="Patience with a costmap that is not current [s]; 0 for ever."
+        0.30,
+        ge=0.0,
+        description="Time for which the controller waits for a current costmap [s]; 0: for ever.",
     )
     min_x_velocity_threshold: Speed = Field(
-        0.0001, ge=0.0, description="Measured |v| up to this is taken as 0 [m/s]."
+        0.0001, ge=0.0, description="Measured |v| below which the velocity counts as 0 [m/s]."
     )
     min_y_velocity_threshold: Speed = Field(
-        0.0001, ge=0.0, description="Measured |vy| up to this is taken as 0 [m/s]."
+        0.0001, ge=0.0, description="Measured |vy| below which the velocity counts as 0 [m/s]."
     )
     min_theta_velocity_threshold: AngularSpeed = Field(
-        0.0001, ge=0.0, description="Measured |w| up to this is taken as 0 [rad/s]."
+        0.0001, ge=0.0, description="Measured |w| below which the turn rate counts as 0 [rad/s]."
     )
 
     @model_serializer(mode="wrap")
@@ -98,7 +102,8 @@ class NavigationSettings(FrozenModel):
     planner: PlannerSettings = Field(default_factory=SmacPlanner2DParameters)
     smoother: SmootherSettings = Field(
         default_factory=SimpleSmootherParameters,
-        description="What a behaviour tree's SmoothPath asks; the default tree has none.",
+        description="Smoother for the SmoothPath node of a behaviour tree; the default tree "
+        "has no such node.",
     )
     behavior_tree: BehaviorTreeSettings = Field(default_factory=BehaviorTreeSettings)
     behavior_server: BehaviorServerParameters = Field(default_factory=BehaviorServerParameters)
@@ -106,10 +111,12 @@ class NavigationSettings(FrozenModel):
         default_factory=WaypointFollowerParameters
     )
     velocity_smoother: VelocitySmootherParameters | None = Field(
-        None, description="Limits every command; null: there is none."
+        None, description="Velocity smoother, which limits every command; null: none."
     )
     collision_monitor: CollisionMonitorParameters | None = Field(
-        None, description="Checks every command against the scan; null: there is none."
+        None,
+        description="Collision monitor, which checks every command against the sensors; null: "
+        "none.",
     )
 
     @model_validator(mode="after")

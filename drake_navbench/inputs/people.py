@@ -47,23 +47,30 @@ MAX_STARTS = 20
 class Person(FrozenModel):
     """A person who walks from goal to goal, and reacts to the robot."""
 
-    name: str = Field("", description="What reports and replays call them.")
-    start: tuple[Length, Length] = Field(description="Where they begin [m].")
-    yaw_rad: Angle = Field(0.0, description="Their heading at the beginning [rad].")
+    name: str = Field("", description="Name of the person in reports and replays.")
+    start: tuple[Length, Length] = Field(description="Start position [m].")
+    yaw_rad: Angle = Field(0.0, description="Start heading [rad].")
     goals: list[tuple[Length, Length]] = Field(
         default_factory=list,
         max_length=1000,
-        description="Where they go, one after another, each within 0.3 m; none: they stay [m].",
+        description="Goals in order, each reached within 0.3 m; none: the person stays [m].",
     )
-    repeats: bool = Field(True, description="Whether they go on with the first goal again.")
-    speed_mps: float = Field(1.0, gt=0.0, le=2.0, description="How fast they want to go [m/s].")
+    repeats: bool = Field(True, description="Start over with the first goal after the last one.")
+    speed_mps: float = Field(1.0, gt=0.0, le=2.0, description="Desired walking speed [m/s].")
     radius_m: Size = Field(
-        0.3, le=1.0, description="Of the disc that stands for the body, in contacts and forces [m]."
+        0.3,
+        le=1.0,
+        description="Radius of the disc that stands for the body, in contacts and forces [m].",
     )
     reaction: Literal[
         "regular", "impassive", "surprised", "scared", "curious", "threatening", "oblivious"
-    ] = Field("regular", description="What they do about the robot; see docs/living_world.md.")
-    group: int | None = Field(None, ge=0, le=1000, description="Who belongs together; null: alone.")
+    ] = Field("regular", description="Reaction to the robot; see docs/living_world.md.")
+    group: int | None = Field(
+        None,
+        ge=0,
+        le=1000,
+        description="Name of the group that the person belongs to; null: no group.",
+    )
 
     @property
     def ways(self) -> list[tuple[tuple[float, float], tuple[float, float]]]:
@@ -78,20 +85,25 @@ class OrcaSettings(FrozenModel):
     """Of optimal reciprocal collision avoidance."""
 
     time_horizon_s: Duration = Field(
-        3.0, gt=0.0, le=60.0, description="For how long ahead others are kept clear of [s]."
+        3.0, gt=0.0, le=60.0, description="Time ahead for which other people are avoided [s]."
     )
     obstacle_time_horizon_s: Duration = Field(
-        1.0, gt=0.0, le=60.0, description="For how long ahead what stands is kept clear of [s]."
+        1.0, gt=0.0, le=60.0, description="Time ahead for which standing obstacles are avoided [s]."
     )
     neighbour_distance_m: Length = Field(
-        10.0, gt=0.0, description="Within what distance others count [m]."
+        10.0, gt=0.0, description="Distance within which other people are avoided [m]."
     )
-    max_neighbours: int = Field(10, ge=0, le=1000, description="How many of them, the nearest.")
+    max_neighbours: int = Field(
+        10, ge=0, le=1000, description="Number of nearest people that are avoided."
+    )
     max_speed_ratio: float = Field(
-        1.5, ge=1.0, le=5.0, description="How many times as fast as they want to go they may go."
+        1.5, ge=1.0, le=5.0, description="Largest speed over the desired speed [-]."
     )
     margin_m: Length = Field(
-        0.1, ge=0.0, le=2.0, description="What they keep between two bodies, where they can [m]."
+        0.1,
+        ge=0.0,
+        le=2.0,
+        description="Gap that people keep between two bodies where they can [m].",
     )
 
     @property
@@ -110,31 +122,42 @@ class OrcaSettings(FrozenModel):
 class Recording(FrozenModel):
     """A recording of people in a file: they walk as recorded, whatever the robot does."""
 
-    file: str = Field(min_length=1, description="The file, relative to the scenario's folder.")
+    file: str = Field(min_length=1, description="Path of the recording from the scenario's folder.")
     format: Literal["csv", "eth_ucy"] = Field(
         "csv",
-        description="csv: a header and rows time_s,person,x_m,y_m. eth_ucy: rows of frame, person, "
-        "x, y between blanks, as the ETH and UCY recordings are handed on.",
+        description="Format of the recording. csv: a header and rows time_s,person,x_m,y_m. "
+        "eth_ucy: rows of frame, person, x, y separated by blanks, as in the ETH "
+        "and UCY recordings.",
     )
     frame_rate_hz: float | None = Field(
-        None, gt=0.0, le=1000.0, description="Frames a second, of eth_ucy alone [Hz]."
+        None, gt=0.0, le=1000.0, description="Frame rate of an eth_ucy recording [Hz]."
     )
     start_time_s: float = Field(
-        0.0, description="The recording's time at which the trial begins [s]."
+        0.0, description="Time of the recording at which the trial begins [s]."
     )
     origin: tuple[Length, Length] = Field(
-        (0.0, 0.0), description="Where the recording's origin lies in the world [m]."
+        (0.0, 0.0), description="Position of the recording's origin in the world frame [m]."
     )
-    yaw_rad: Angle = Field(0.0, description="By what its axes are turned in the world [rad].")
+    yaw_rad: Angle = Field(
+        0.0, description="Angle of the recording's axes in the world frame [rad]."
+    )
     max_gap_s: Duration = Field(
-        2.0, gt=0.0, description="Who has no row for longer was away in between [s]."
+        2.0,
+        gt=0.0,
+        description="Time between two rows above which a person counts as absent in between [s].",
     )
     max_speed_mps: float = Field(
-        5.0, gt=0.0, le=15.0, description="Who goes faster was not tracked right [m/s]."
+        5.0,
+        gt=0.0,
+        le=15.0,
+        description="Speed above which a person counts as wrongly tracked, which is an error "
+        "[m/s].",
     )
-    radius_m: Size = Field(0.3, le=1.0, description="Of the disc that stands for a body [m].")
+    radius_m: Size = Field(
+        0.3, le=1.0, description="Radius of the disc that stands for a body [m]."
+    )
     groups: tuple[tuple[str, ...], ...] = Field(
-        (), max_length=1000, description="Who belongs together, by their names in the file."
+        (), max_length=1000, description="Groups: lists of names as in the recording."
     )
 
     @model_validator(mode="after")
@@ -154,30 +177,36 @@ class People(QuietModel):
     quiet: ClassVar = frozenset({"model", "orca", "recording", "time_gap_s"})
 
     model: Literal["social_force", "orca"] = Field(
-        "social_force", description="By which model they walk; see docs/living_world.md."
+        "social_force", description="Model by which people walk; see docs/living_world.md."
     )
     orca: OrcaSettings | None = Field(
-        None, description="Settings of model orca; null: the defaults."
+        None, description="Settings of the model orca; null: its defaults."
     )
     recording: Recording | None = Field(
-        None, description="The file of a recording, or its settings; in place of persons."
+        None, description="Path or settings of a recording, in place of persons."
     )
     persons: list[Person] = Field(
-        default_factory=list, max_length=MAX_PEOPLE, description="Who there is."
+        default_factory=list, max_length=MAX_PEOPLE, description="The persons."
     )
     start_xy_std_m: float = Field(
-        0.0, ge=0.0, le=1.0, description="Spread of where they begin, from trial to trial [m]."
+        0.0,
+        ge=0.0,
+        le=1.0,
+        description="Standard deviation of the start positions, drawn for each trial [m].",
     )
     speed_std_mps: float = Field(
-        0.0, ge=0.0, le=1.0, description="Spread of how fast they want to go [m/s]."
+        0.0,
+        ge=0.0,
+        le=1.0,
+        description="Standard deviation of the desired speeds, drawn for each trial [m/s].",
     )
 
     time_gap_s: float = Field(
         0.0,
         ge=0.0,
         le=5.0,
-        description="What they keep to whoever walks ahead, so that a crowd is slower the denser "
-        "it is; 0: none, as in HuNavSim [s].",
+        description="Time gap that people keep to whoever walks ahead, so that dense crowds "
+        "are slower; 0: none, as in HuNavSim [s].",
     )
 
     @field_validator("recording", mode="before")

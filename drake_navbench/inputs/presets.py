@@ -37,21 +37,23 @@ class PresetFile(FrozenModel):
     """The contents of a preset file."""
 
     controller: str = Field(
-        description="Name of a registered controller, or file.py:Class, relative to this file."
+        description="Controller: a registered name, or file.py:Class relative to this file."
     )
-    description: str = Field(min_length=1, description="One line for --list.")
+    description: str = Field(
+        min_length=1, description="Description of the preset in one line, for --list."
+    )
     parameters: dict[str, Any] = Field(
         default_factory=dict, description="Parameters that differ from the controller's defaults."
     )
     parameters_for_radius: dict[str, Any] = Field(
         default_factory=dict,
-        description="Parameters that replace those for a robot given by robot_radius, such as a "
+        description="Parameters that replace those for a robot with robot_radius, such as a "
         "critic's consider_footprint, which Nav2 refuses there.",
     )
     path_handler: dict[str, Any] = Field(
         default_factory=dict,
-        description="Fields of the robot's path_handler that this controller needs otherwise, such "
-        "as a longer prune_distance.",
+        description="Fields of the robot's path_handler that this controller needs to be "
+        "different, such as a longer prune_distance.",
     )
 
 

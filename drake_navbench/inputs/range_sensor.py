@@ -21,25 +21,28 @@ class RangeSensorSettings(FrozenModel):
     """
 
     pose: tuple[Length, Length, Angle] = Field(
-        (0.0, 0.0, 0.0), description="Mounting in the base frame: x [m], y [m], yaw [rad]."
+        (0.0, 0.0, 0.0),
+        description="Pose of the sensor in the base frame: x [m], y [m], yaw [rad].",
     )
-    height_m: Length = Field(0.2, ge=0.0, description="Height of its rays over the floor [m].")
+    height_m: Length = Field(0.2, ge=0.0, description="Height of the rays above the floor [m].")
     radiation: Literal["ultrasound", "infrared"] = Field(
-        "ultrasound", description="What it sends out: ultrasound meets glass, infrared does not."
+        "ultrasound", description="Radiation: ultrasound is reflected by glass, infrared is not."
     )
     field_of_view_rad: float = Field(
-        0.5, gt=0.0, le=math.pi, description="Angle of its cone, from side to side [rad]."
+        0.5, gt=0.0, le=math.pi, description="Opening angle of the cone, from side to side [rad]."
     )
-    ray_count: int = Field(15, ge=1, le=1024, description="Rays of its cone.")
+    ray_count: int = Field(15, ge=1, le=1024, description="Number of rays in the cone.")
     range_min_m: Length = Field(0.02, ge=0.0, description="Shortest range [m].")
     range_max_m: Length = Field(3.0, gt=0.0, description="Longest range [m].")
     out_of_range: Literal["range_max", "inf"] = Field(
         "range_max",
-        description="What it tells where nothing is in range: its longest range, as most drivers "
-        "do, or inf.",
+        description="Reading where nothing is in range: the longest range, as of most "
+        "drivers, or inf.",
     )
     period_s: Period = Field(0.1, description="Time between readings [s].")
-    range_std_m: Length = Field(0.0, ge=0.0, description="Gaussian noise on each reading [m].")
+    range_std_m: Length = Field(
+        0.0, ge=0.0, description="Standard deviation of the noise on each reading [m]."
+    )
 
     @model_validator(mode="after")
     def _check(self) -> RangeSensorSettings:

@@ -50,32 +50,39 @@ class Robot(QuietModel):
 
     quiet: ClassVar = frozenset({"actuators", "range_sensors", "timing"})
 
-    description: str = Field(min_length=1, description="One line for --list.")
+    description: str = Field(
+        min_length=1, description="Description of the robot in one line, for --list."
+    )
     like: str | None = Field(
         None,
         exclude=True,
-        description="Another robot, by its name or the path of its file from this one; its fields "
-        "hold where this file has none.",
+        description="Name or file (path from this file) of another robot, whose fields apply "
+        "where this file has none.",
     )
     model: str | None = Field(
         None,
-        description="SDF, URDF or xacro file beside this file, or one that comes with the "
-        "package, for the replay; it gives footprint and mass where this file does not.",
+        description="SDF, URDF or xacro file: beside this file, or one that comes with the "
+        "package. It is shown in the replay and gives footprint and mass where "
+        "this file does not.",
     )
     footprint: list[tuple[Length, Length]] | None = Field(
-        None, min_length=3, description="Outline in the base frame, x forward, y left [m]."
+        None,
+        min_length=3,
+        description="Corners of the footprint in the base frame, x forward, y left [m].",
     )
-    robot_radius: Size | None = Field(None, description="Outline of a round robot [m].")
+    robot_radius: Size | None = Field(None, description="Radius of a round robot [m].")
     mass_kg: Mass | None = Field(
         None,
         gt=0.0,
-        description="Mass with its load, for the energy metric and for physics with wheels [kg].",
+        description="Mass of the robot with its load, for the energy metric and for physics "
+        "with wheels [kg].",
     )
     rolling_resistance_ratio: float = Field(
         0.015,
         ge=0.0,
         le=1.0,
-        description="Of its wheels on the floor, for the energy metric; of casters that roll, too.",
+        description="Rolling resistance of the wheels, for the energy metric and for casters "
+        "that roll.",
     )
     drag_area_m2: float = Field(
         0.0,
@@ -86,19 +93,22 @@ class Robot(QuietModel):
     collision_outline: list[tuple[Length, Length]] | None = Field(
         None,
         min_length=3,
-        description="What touches obstacles, where it is not what the costmap takes for it [m].",
+        description="Outline that touches obstacles, where it differs from the footprint in "
+        "the costmap [m].",
     )
-    directory: str = Field("", exclude=True, description="Set from where the file was found.")
-    drive: Drive = Field(default_factory=DifferentialDrive, description="The base.")
+    directory: str = Field("", exclude=True, description="Folder of the file; set by the loader.")
+    drive: Drive = Field(
+        default_factory=DifferentialDrive, description="Base of the robot: its drive and limits."
+    )
     lidar: LidarSettings = Field(default_factory=LidarSettings)
     depth_sensors: dict[str, DepthSensorSettings] = Field(
         default_factory=dict,
-        description="Depth cameras and lidars of many layers by name, for layers that ask for "
-        "PointCloud2.",
+        description="Depth cameras and lidars of several layers by name, for costmap layers "
+        "with PointCloud2.",
     )
     range_sensors: dict[str, RangeSensorSettings] = Field(
         default_factory=dict,
-        description="Sonars and infrared distance sensors by name, for a RangeSensorLayer and for "
+        description="Sonars and infrared distance sensors by name, for RangeSensorLayer and "
         "the collision monitor.",
     )
     localization: LocalizationSettings = Field(default_factory=LocalizationSettings)

@@ -73,21 +73,25 @@ Pose = tuple[Length, Length, Angle]
 class Suite(FrozenModel):
     """Many worlds that belong together: reports tell their totals, by density as well."""
 
-    name: str = Field(min_length=1, description="What the worlds are called together.")
-    density: str = Field("", description="How crowded this one is, in the suite's own words.")
+    name: str = Field(min_length=1, description="Name of the suite of worlds.")
+    density: str = Field("", description="Crowding of this world, in the suite's own words.")
     reference_length_m: Length | None = Field(
         None, gt=0.0, description="Length of the reference path of BARN's score [m]."
     )
     arrival_radius_m: Length | None = Field(
-        None, gt=0.0, description="For BARN's score it is enough to come this near the goal [m]."
+        None, gt=0.0, description="Distance to the goal that is enough for BARN's score [m]."
     )
 
 
 class Variation(FrozenModel):
     """The random differences between the trials of a scenario; the same for every controller."""
 
-    start_xy_std_m: Length = Field(0.0, ge=0.0, description="Spread of the start position [m].")
-    start_yaw_std_rad: Angle = Field(0.0, ge=0.0, description="Spread of the start heading [rad].")
+    start_xy_std_m: Length = Field(
+        0.0, ge=0.0, description="Standard deviation of the start position on x and y [m]."
+    )
+    start_yaw_std_rad: Angle = Field(
+        0.0, ge=0.0, description="Standard deviation of the start heading [rad]."
+    )
 
 
 class Scenario(QuietModel):
@@ -95,61 +99,67 @@ class Scenario(QuietModel):
 
     quiet: ClassVar = frozenset({"faults", "clean_scenario", "floors", "lifts", "mission"})
 
-    description: str = Field(min_length=1, description="One line for --list.")
+    description: str = Field(
+        min_length=1, description="Description of the scenario in one line, for --list."
+    )
     world: WorldDescription = Field(default_factory=WorldDescription)
-    start: Pose = Field((0.0, 0.0, 0.0), description="x [m], y [m], yaw [rad].")
+    start: Pose = Field(
+        (0.0, 0.0, 0.0), description="Start pose in the world frame: x [m], y [m], yaw [rad]."
+    )
     goal: Pose = Field(
         (0.0, 0.0, 0.0),
-        description="x [m], y [m], yaw [rad]; required unless a mission tells where to go.",
+        description="Goal pose in the world frame: x [m], y [m], yaw [rad]; required without "
+        "a mission.",
     )
     filters: list[FilterDescription] = Field(
-        default_factory=list, description="Areas of keepout, of limited speed or of a binary state."
+        default_factory=list,
+        description="Areas of keepout, of limited speed or with a binary state.",
     )
     plan: Plan = Field(default_factory=lambda: GridPlan(type="planner"))
     waypoints: list[Pose] = Field(
-        default_factory=list, description="Goals to reach in order before the last one, `goal`."
+        default_factory=list, description="Goals to reach in order before `goal`."
     )
     navigation_mode: Literal["follow_path", "navigate_to_pose"] = Field(
         "follow_path",
-        description="follow_path: plan once, abort when the controller fails. navigate_to_pose: "
-        "Nav2's default behaviour tree, with replanning and recoveries.",
+        description="follow_path: plan once, abort when the controller fails. "
+        "navigate_to_pose: Nav2's default behaviour tree, with replanning and "
+        "recoveries.",
     )
     floors: tuple[Floor, ...] = Field(
         (),
         max_length=MAX_FLOORS,
-        description="Of a mission over several; the robot starts on the first one.",
+        description="Floors of a mission; the robot starts on the first one.",
     )
     lifts: tuple[Lift, ...] = Field(
-        (), max_length=MAX_FLOORS, description="What connects the floors."
+        (), max_length=MAX_FLOORS, description="Lifts between the floors."
     )
     mission: tuple[MissionStep, ...] = Field(
         (),
         max_length=MAX_LEGS,
-        description="Goals and rides in order, in place of world, filters, waypoints and goal.",
+        description="Goals and lift rides in order, in place of world, filters, waypoints and "
+        "goal.",
     )
     timeout_s: Duration = Field(
-        120.0, gt=0.0, description="The trial ends as timed_out after this."
+        120.0, gt=0.0, description="Time after which the trial ends as timed_out [s]."
     )
     expected_outcome: Literal["succeeded", "aborted"] = Field(
         "succeeded",
-        description="How a trial should end; aborted: the task is impossible on purpose, and to "
-        "give up is right. Reports say so; nothing in a trial depends on it.",
+        description="Outcome that is right. aborted: the task is impossible on purpose, and "
+        "giving up is right; reports say so, trials do not depend on it.",
     )
     variation: Variation = Field(default_factory=Variation)
-    suite: Suite | None = Field(None, description="The suite of worlds that it is one of.")
+    suite: Suite | None = Field(None, description="Suite of worlds that the scenario belongs to.")
     robot_overrides: dict[str, Any] = Field(
         default_factory=dict, description="Fields of the robot file that this scenario replaces."
     )
-    faults: tuple[Fault, ...] = Field(
-        (), description="What is wrong with the robot from some time on."
-    )
+    faults: tuple[Fault, ...] = Field((), description="Faults of the robot, each from its time on.")
     clean_scenario: str | None = Field(
         None,
-        description="The scenario of which this is a harsher one: where both are driven, the "
-        "verdict tells how each controller's rank changes from that one to this one.",
+        description="Name of the easier scenario of which this is a harsher form; where both "
+        "are driven, the verdict tells how each controller's rank changes.",
     )
-    name: str = Field("", description="Set from the file's name.")
-    directory: str = Field("", exclude=True, description="Set from where the file was found.")
+    name: str = Field("", description="Name of the file; set by the loader.")
+    directory: str = Field("", exclude=True, description="Folder of the file; set by the loader.")
 
     @field_validator("filters")
     @classmethod

@@ -15,14 +15,16 @@ from drake_navbench.typed_files.typed_yaml import FrozenModel
 class Straight(FrozenModel):
     """A straight piece of a given plan."""
 
-    straight_m: Length = Field(gt=0.0, description="Length [m].")
+    straight_m: Length = Field(gt=0.0, description="Length of the straight piece [m].")
 
 
 class Arc(FrozenModel):
     """A circular piece of a given plan."""
 
-    arc_deg: float = Field(ge=-360.0, le=360.0, description="Turn, positive to the left [deg].")
-    radius_m: Length = Field(gt=0.0, description="Radius [m].")
+    arc_deg: float = Field(
+        ge=-360.0, le=360.0, description="Turn of the arc, positive to the left [deg]."
+    )
+    radius_m: Length = Field(gt=0.0, description="Radius of the arc [m].")
 
 
 class GridPlan(FrozenModel):
@@ -30,7 +32,7 @@ class GridPlan(FrozenModel):
 
     type: Literal["planner"]
     smoother: SmootherSettings | None = Field(
-        None, description="What smooths the planner's path; null leaves it as it is."
+        None, description="Smoother of the planner's path; null: none."
     )
 
     @field_validator("smoother", mode="before")
@@ -46,7 +48,9 @@ class ElementsPlan(FrozenModel):
     """The plan is given as straights and arcs from the start pose."""
 
     type: Literal["elements"]
-    elements: list[Straight | Arc] = Field(min_length=1, description="Pieces in order.")
+    elements: list[Straight | Arc] = Field(
+        min_length=1, description="Pieces of the plan, in order."
+    )
     spacing_m: CellSize = Field(0.05, description="Distance between plan poses [m].")
 
 
@@ -54,7 +58,7 @@ class PolylinePlan(FrozenModel):
     """The plan is given as corner points; the first should be the start."""
 
     type: Literal["polyline"]
-    points: list[Point] = Field(min_length=2, description="Corners [m].")
+    points: list[Point] = Field(min_length=2, description="Corners of the plan [m].")
     spacing_m: CellSize = Field(0.05, description="Distance between plan poses [m].")
 
 

@@ -23,16 +23,17 @@ class WorldDescription(FrozenModel):
     """The contents of a world: the occupied cells of a map, shapes, and moving bodies."""
 
     map: str | None = Field(
-        None, description="Map file of Nav2's map_server, relative to the scenario's folder."
+        None, description="Path of the map file (Nav2's map_server) from the scenario's folder."
     )
-    obstacles: list[Obstacle] = Field(default_factory=list, description="Shapes in the world.")
+    obstacles: list[Obstacle] = Field(default_factory=list, description="Standing obstacles.")
     moving_obstacles: list[MovingObstacle] = Field(
         default_factory=list,
         max_length=MAX_MOVING,
-        description="What moves along timed waypoints, whatever the robot does; no map shows it.",
+        description="Objects that move along timed waypoints, whatever the robot does; no map "
+        "shows them.",
     )
     people: People | None = Field(
-        None, description="Those who walk, by a model or as they were recorded."
+        None, description="People, who walk by a model or as they were recorded."
     )
 
     @model_serializer(mode="wrap")
@@ -60,20 +61,23 @@ def require_one_of_each(filters: list[FilterDescription]) -> list[FilterDescript
 class Floor(FrozenModel):
     """One floor of a building, or one of the maps that a building is split into."""
 
-    name: str = Field(min_length=1, description="What the mission and the lifts call it.")
+    name: str = Field(min_length=1, description="Name of the floor in the mission and the lifts.")
     world: WorldDescription = Field(
-        default_factory=WorldDescription, description="What is there, in the frame of its map."
+        default_factory=WorldDescription, description="World of the floor, in its map's frame."
     )
     filters: list[FilterDescription] = Field(
-        default_factory=list, description="Areas of keepout, of limited speed or of a binary state."
+        default_factory=list,
+        description="Areas of keepout, of limited speed or with a binary state.",
     )
     origin: Point | None = Field(
         None,
-        description="Where the frame of its map lies in the building [m], for maps of one storey "
-        "that meet; null: a storey of its own.",
+        description="Position of the map's frame in the building [m], for maps that meet on "
+        "one storey; null: a storey of its own.",
     )
     storey: str = Field(
-        "", description="Which storey it is a part of, where several are split into maps."
+        "",
+        description="Name of the storey that the floor belongs to, where a storey is split "
+        "into several maps.",
     )
 
     @model_validator(mode="after")

@@ -19,32 +19,49 @@ class TimingSettings(FrozenModel):
     # The fields that no fault may change during a trial.
     constant: ClassVar = frozenset[str]()
 
-    scan_latency_s: Duration = Field(0.0, ge=0.0, description="Of every scan [s].")
+    scan_latency_s: Duration = Field(0.0, ge=0.0, description="Latency of every scan [s].")
     scan_jitter_s: Duration = Field(
-        0.0, ge=0.0, description="Further latency, evenly spread from 0 to this [s]."
+        0.0,
+        ge=0.0,
+        description="Largest additional latency of a scan, uniformly drawn from 0 to this [s].",
     )
     odometry_latency_s: Duration = Field(
-        0.0, ge=0.0, description="Of pose and velocity as controller and navigator have them [s]."
+        0.0,
+        ge=0.0,
+        description="Latency of the pose and the velocity that controller and navigator get [s].",
     )
-    odometry_jitter_s: Duration = Field(0.0, ge=0.0, description="Likewise [s].")
+    odometry_jitter_s: Duration = Field(
+        0.0,
+        ge=0.0,
+        description="Largest additional latency of them, uniformly drawn from 0 to this [s].",
+    )
     command_latency_s: Duration = Field(
-        0.0, ge=0.0, description="From the last stage of the navigation to the wheels [s]."
+        0.0, ge=0.0, description="Latency from the navigation's last stage to the wheels [s]."
     )
-    command_jitter_s: Duration = Field(0.0, ge=0.0, description="Likewise [s].")
+    command_jitter_s: Duration = Field(
+        0.0,
+        ge=0.0,
+        description="Largest additional latency of a command, uniformly drawn from 0 to this [s].",
+    )
     command_loss_probability: float = Field(
-        0.0, ge=0.0, le=1.0, description="Share of commands that never arrive."
+        0.0, ge=0.0, le=1.0, description="Share of the commands that are lost."
     )
     command_timeout_s: Duration | None = Field(
-        None, gt=0.0, description="The wheels stop so long after the last command [s]; null: never."
+        None,
+        gt=0.0,
+        description="Time after the last command at which the wheels stop [s]; null: never.",
     )
     compute_time: str | float = Field(
         0.0,
-        description="How late a command is, and with it the next cycle where it misses its period: "
-        "measured: by the wall-clock time that the cycle took; scaled: by that times "
-        "compute_time_scale; or by so many [ms].",
+        description="Time that a control cycle takes in the simulation; a cycle that misses "
+        "its period delays the next one. measured: the wall-clock time that it "
+        "took; scaled: that times compute_time_scale; a number: so many [ms].",
     )
     compute_time_scale: float = Field(
-        1.0, gt=0.0, le=1e4, description="How much slower the robot's computer is, if scaled."
+        1.0,
+        gt=0.0,
+        le=1e4,
+        description="Factor on the measured compute time: how much slower the robot's computer is.",
     )
 
     @field_validator("compute_time")

@@ -22,21 +22,24 @@ class MotorSettings(FrozenModel):
         140.0,
         gt=0.0,
         le=1e5,
-        description="Torque for each rad/s that a wheel is too slow or too fast [N m s].",
+        description="Torque of a motor per rad/s of speed error of its wheel [N m s].",
     )
     integral_nm: float = Field(
         0.0,
         ge=0.0,
         le=1e5,
-        description="Torque for each rad that a wheel has fallen behind or run ahead [N m]; 0: a "
-        "load slows a wheel for as long as it is there.",
+        description="Torque of a motor per rad of angle error of its wheel [N m]; 0: a load "
+        "slows the wheel for as long as it acts.",
     )
-    max_torque_nm: float = Field(80.0, gt=0.0, le=1e5, description="Of each wheel [N m].")
+    max_torque_nm: float = Field(
+        80.0, gt=0.0, le=1e5, description="Largest torque of each drive wheel's motor [N m]."
+    )
     dry_friction_nm: float = Field(
         0.0,
         ge=0.0,
         le=1e4,
-        description="Of gear and tyre: a motor that pushes with less turns nothing [N m].",
+        description="Friction torque of gear and tyre, which a motor must exceed to turn the "
+        "wheel [N m].",
     )
 
 
@@ -44,33 +47,40 @@ class CasterSettings(FrozenModel):
     """The casters, in the order of their joints in the model."""
 
     positions: tuple[tuple[Length, Length], ...] | None = Field(
-        None, min_length=1, description="Of the swivels in the base frame [m]; null: the model's."
+        None,
+        min_length=1,
+        description="Positions of the casters' swivel axes in the base frame [m]; null: the "
+        "model's.",
     )
     trail_m: Length | None = Field(
         None,
         ge=MIN_TRAIL_M,
-        description="From the swivel's axis to where the wheel touches the floor [m]; null: the "
-        "model's.",
+        description="Trail: distance from the swivel axis to the wheel's contact with the "
+        "floor [m]; null: the model's.",
     )
     swivel_friction_nm: float = Field(
         0.5,
         ge=0.0,
         le=100.0,
-        description="Of a swivel's bearing and of the tyre that turns on the spot [N m].",
+        description="Friction torque about the swivel axis, of bearing and tyre together [N m].",
     )
     start_angles_rad: tuple[Angle, ...] | None = Field(
         None,
         min_length=1,
-        description="Where they point at the start: 0 as they trail in driving ahead, 3.14159 as "
-        "in driving backwards [rad]; null: 0.",
+        description="Caster angles at the start: 0 as in driving forward, 3.14159 as in "
+        "driving backward [rad]; null: 0.",
     )
 
 
 class FloorSettings(FrozenModel):
     """The contact of wheels and floor; in the plane they do not slip."""
 
-    friction: float = Field(0.8, gt=0.0, le=10.0, description="Coefficient of friction.")
-    stiffness_npm: float = Field(1e6, ge=1e4, le=1e9, description="Of a tyre on the floor [N/m].")
+    friction: float = Field(
+        0.8, gt=0.0, le=10.0, description="Coefficient of friction of a tyre on the floor [-]."
+    )
+    stiffness_npm: float = Field(
+        1e6, ge=1e4, le=1e9, description="Stiffness of a tyre on the floor [N/m]."
+    )
     dissipation_spm: float = Field(
-        5.0, ge=0.0, le=1e3, description="Of Hunt and Crossley's model of contact [s/m]."
+        5.0, ge=0.0, le=1e3, description="Dissipation of Hunt and Crossley's contact model [s/m]."
     )

@@ -34,19 +34,21 @@ class _Shape(QuietModel):
     quiet: ClassVar = frozenset({"material", "bottom_m"})
 
     known_to_planner: bool = Field(
-        True, description="Whether the global planner's map shows it, whatever the lidar sees."
+        True, description="Show the obstacle on the global planner's map, whatever the lidar sees."
     )
     height_m: Size = Field(
-        1.0, description="Height above the floor [m]; a lidar that scans above it does not see it."
+        1.0,
+        description="Height of the upper edge above the floor [m]; a lidar that scans higher "
+        "does not see it.",
     )
     bottom_m: Length = Field(
         0.0,
         ge=0.0,
-        description="Height of its lower edge above the floor [m]; a lidar that scans below it "
-        "does not see it, and what touches it touches it at any height.",
+        description="Height of the lower edge above the floor [m]; a lidar that scans lower "
+        "does not see it. The robot touches it at any height.",
     )
     material: Literal["solid", "glass"] = Field(
-        "solid", description="The lidar's beams pass through glass."
+        "solid", description="Glass: the lidar's beams pass through the obstacle."
     )
 
     @property
@@ -64,8 +66,8 @@ class Box(_Shape):
     """A rectangle along the axes."""
 
     type: Literal["box"]
-    min: Point = Field(description="Lower left corner [m].")
-    max: Point = Field(description="Upper right corner [m].")
+    min: Point = Field(description="Lower left corner of the box [m].")
+    max: Point = Field(description="Upper right corner of the box [m].")
 
     @model_validator(mode="after")
     def _check(self) -> Box:
@@ -86,9 +88,9 @@ class Wall(_Shape):
     """A straight wall of some thickness."""
 
     type: Literal["wall"]
-    start: Point = Field(description="One end of its centre line [m].")
-    end: Point = Field(description="The other end [m].")
-    thickness_m: Size = Field(0.1, description="Full thickness [m].")
+    start: Point = Field(description="One end of the wall's centre line [m].")
+    end: Point = Field(description="Other end of the wall's centre line [m].")
+    thickness_m: Size = Field(0.1, description="Full thickness of the wall [m].")
 
     @model_validator(mode="after")
     def _check(self) -> Wall:
@@ -111,7 +113,7 @@ class Polygon(_Shape):
     """Any simple polygon."""
 
     type: Literal["polygon"]
-    vertices: list[Point] = Field(min_length=3, description="Corners in order [m].")
+    vertices: list[Point] = Field(min_length=3, description="Corners of the polygon in order [m].")
 
     @model_validator(mode="after")
     def _check(self) -> Polygon:
@@ -131,8 +133,8 @@ class Cylinder(_Shape):
     """A round pillar."""
 
     type: Literal["cylinder"]
-    centre: Point = Field(description="Centre [m].")
-    radius_m: Size = Field(description="Radius [m].")
+    centre: Point = Field(description="Centre of the disc [m].")
+    radius_m: Size = Field(description="Radius of the disc [m].")
 
     @property
     def region(self) -> BaseGeometry:

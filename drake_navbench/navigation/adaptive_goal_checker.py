@@ -29,26 +29,38 @@ class AdaptiveToleranceGoalCheckerParameters(FrozenModel):
         "nav2_controller::AdaptiveToleranceGoalChecker"
     )
     fine_xy_goal_tolerance: Length = Field(
-        0.10, ge=0.0, description="Distance that is always good enough [m]."
+        0.10, ge=0.0, description="Distance to the goal that always counts as reached [m]."
     )
     coarse_xy_goal_tolerance: Length = Field(
-        0.25, ge=0.0, description="Distance that will do where it gets no better [m]."
+        0.25,
+        ge=0.0,
+        description="Distance to the goal that counts as reached once the robot gets no "
+        "nearer [m].",
     )
     xy_goal_tolerance_buffer: Length = Field(
-        0.0, ge=0.0, description="Leaving by more than this undoes `stateful` [m]; 0: never."
+        0.0,
+        ge=0.0,
+        description="Distance by which leaving the goal undoes `stateful` [m]; 0: never.",
     )
     yaw_goal_tolerance: Angle = Field(0.25, ge=0.0, description="Heading error [rad].")
     path_length_tolerance: Length = Field(
-        1.0, ge=0.0, description="Local plans longer than this are never at the goal [m]."
+        1.0, ge=0.0, description="Length of the local plan above which the goal is not reached [m]."
     )
-    stateful: bool = Field(True, description="Once the position is reached it stays reached.")
-    symmetric_yaw_tolerance: bool = Field(False, description="Facing backwards is as good.")
-    trans_stopped_velocity: Speed = Field(0.10, ge=0.0, description="Counts as standing [m/s].")
+    stateful: bool = Field(True, description="Keep the position as reached once it was reached.")
+    symmetric_yaw_tolerance: bool = Field(
+        False, description="Accept the goal's heading turned by 180 degrees as well."
+    )
+    trans_stopped_velocity: Speed = Field(
+        0.10, ge=0.0, description="Speed below which the robot stands [m/s]."
+    )
     rot_stopped_velocity: AngularSpeed = Field(
-        0.10, ge=0.0, description="Counts as standing [rad/s]."
+        0.10, ge=0.0, description="Turn rate below which the robot stands [rad/s]."
     )
     required_stagnation_cycles: Count = Field(
-        15, ge=0, description="Cycles without getting nearer, or standing, that are enough."
+        15,
+        ge=0,
+        description="Number of cycles without getting nearer, or standing, after which coarse "
+        "tolerance counts.",
     )
 
 

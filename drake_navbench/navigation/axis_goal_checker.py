@@ -27,15 +27,15 @@ class AxisGoalCheckerParameters(FrozenModel):
 
     plugin: Literal["nav2_controller::AxisGoalChecker"] = "nav2_controller::AxisGoalChecker"
     along_path_tolerance: Length = Field(
-        0.25, ge=0.0, description="Error along the end of the path [m]."
+        0.25, ge=0.0, description="Tolerance along the end direction of the path [m]."
     )
     cross_track_tolerance: Length = Field(
-        0.25, ge=0.0, description="Error across the end of the path [m]."
+        0.25, ge=0.0, description="Tolerance across the end direction of the path [m]."
     )
     path_length_tolerance: Length = Field(
-        1.0, ge=0.0, description="Local plans longer than this are never at the goal [m]."
+        1.0, ge=0.0, description="Length of the local plan above which the goal is not reached [m]."
     )
-    is_overshoot_valid: bool = Field(False, description="Any error beyond the goal will do.")
+    is_overshoot_valid: bool = Field(False, description="Accept any distance beyond the goal.")
 
 
 class AxisGoalChecker:

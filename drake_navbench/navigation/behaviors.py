@@ -46,10 +46,14 @@ class DriveLimits(FrozenModel):
     """
 
     acceleration_limit: Acceleration | None = Field(
-        2.5, ge=0.0, description="Speeding up [m/s^2]; null: no limits."
+        2.5,
+        ge=0.0,
+        description="Largest acceleration of the behaviours' commands [m/s^2]; null: no limit.",
     )
     deceleration_limit: Acceleration | None = Field(
-        -2.5, le=0.0, description="Slowing down [m/s^2]; null: no limits."
+        -2.5,
+        le=0.0,
+        description="Largest deceleration of the behaviours' commands [m/s^2]; null: no limit.",
     )
     minimum_speed: Speed = Field(0.10, ge=0.0, description="Slowest speed [m/s].")
 
@@ -72,12 +76,16 @@ class BehaviorServerParameters(PluginBlocks):
 
     PLUGINS: ClassVar[PluginKind] = BEHAVIORS
 
-    cycle_frequency: Frequency = Field(10.0, gt=0.0, description="Rate of the behaviours [Hz].")
-    simulate_ahead_time: Duration = Field(2.0, ge=0.0, description="Look-ahead for collisions [s].")
+    cycle_frequency: Frequency = Field(
+        10.0, gt=0.0, description="Rate of the behaviours' control cycles [Hz]."
+    )
+    simulate_ahead_time: Duration = Field(
+        2.0, ge=0.0, description="Time ahead for which collisions are predicted [s]."
+    )
     max_rotational_vel: AngularSpeed = Field(1.0, gt=0.0, description="Fastest spin [rad/s].")
     min_rotational_vel: AngularSpeed = Field(0.4, ge=0.0, description="Slowest spin [rad/s].")
     rotational_acc_lim: AngularAcceleration = Field(
-        3.2, gt=0.0, description="Braking of a spin [rad/s^2]."
+        3.2, gt=0.0, description="Largest angular deceleration of a spin [rad/s^2]."
     )
     backup: DriveLimits = Field(default_factory=DriveLimits)
     drive_on_heading: DriveLimits = Field(default_factory=DriveLimits)

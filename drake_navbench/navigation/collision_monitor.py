@@ -41,26 +41,38 @@ NO_VERTICES = np.empty((0, 2))
 
 class _Shape(FrozenModel):
     action_type: Literal["stop", "slowdown", "limit", "approach", "none"] = Field(
-        "approach", description="What to do when enough points are inside."
+        "approach", description="Action when at least min_points points are inside the shape."
     )
-    min_points: Count = Field(4, ge=1, description="Points that are enough.")
-    slowdown_ratio: float = Field(0.5, ge=0.0, le=1.0, description="Share of the command left.")
-    linear_limit: Speed = Field(0.5, ge=0.0, description="Fastest of a limit [m/s].")
-    angular_limit: AngularSpeed = Field(0.5, ge=0.0, description="Fastest of a limit [rad/s].")
+    min_points: Count = Field(4, ge=1, description="Number of points from which the shape acts.")
+    slowdown_ratio: float = Field(
+        0.5, ge=0.0, le=1.0, description="Factor on the command while slowing down [-]."
+    )
+    linear_limit: Speed = Field(0.5, ge=0.0, description="Largest speed while limiting [m/s].")
+    angular_limit: AngularSpeed = Field(
+        0.5, ge=0.0, description="Largest turn rate while limiting [rad/s]."
+    )
     time_before_collision: Duration = Field(
-        2.0, gt=0.0, description="Look-ahead of an approach [s]."
+        2.0, gt=0.0, description="Time before a collision that an approach keeps [s]."
     )
-    simulation_time_step: Period = Field(0.1, description="Step of the look-ahead [s].")
-    trigger_consecutive_points: Count = Field(1, ge=1, description="Cycles until it acts.")
-    release_consecutive_points: Count = Field(1, ge=1, description="Cycles until it lets go.")
-    enabled: bool = Field(True, description="Whether it is looked at.")
+    simulation_time_step: Period = Field(
+        0.1, description="Time step in which an approach simulates the motion [s]."
+    )
+    trigger_consecutive_points: Count = Field(
+        1, ge=1, description="Number of cycles after which the shape begins to act."
+    )
+    release_consecutive_points: Count = Field(
+        1, ge=1, description="Number of cycles after which the shape ceases to act."
+    )
+    enabled: bool = Field(True, description="Use this shape.")
 
 
 class MonitorPolygon(_Shape):
     """A polygon; an approach without points takes the robot's padded footprint."""
 
     type: Literal["polygon"]
-    points: Corners | None = Field(None, description="Corners in the base frame [m].")
+    points: Corners | None = Field(
+        None, description="Corners of the polygon in the base frame [m]."
+    )
 
     @model_validator(mode="after")
     def _check(self) -> MonitorPolygon:
@@ -73,23 +85,30 @@ class MonitorCircle(_Shape):
     """A circle about the base origin."""
 
     type: Literal["circle"]
-    radius: Size = Field(description="Radius [m].")
+    radius: Size = Field(description="Radius of the circle around the base origin [m].")
 
 
 class SubPolygon(FrozenModel):
     """The polygon for a range of commands."""
 
-    points: Corners = Field(description="Corners in the base frame [m].")
-    linear_min: Speed = Field(description="Least v, or speed where holonomic [m/s].")
-    linear_max: Speed = Field(description="Largest v, or speed where holonomic [m/s].")
-    theta_min: AngularSpeed = Field(description="Least w [rad/s].")
-    theta_max: AngularSpeed = Field(description="Largest w [rad/s].")
+    points: Corners = Field(description="Corners of the polygon in the base frame [m].")
+    linear_min: Speed = Field(
+        description="Lowest v, or speed of a holonomic base, at which the polygon applies [m/s]."
+    )
+    linear_max: Speed = Field(
+        description="Highest v, or speed of a holonomic base, at which the polygon applies [m/s]."
+    )
+    theta_min: AngularSpeed = Field(description="Lowest w at which the polygon applies [rad/s].")
+    theta_max: AngularSpeed = Field(description="Highest w at which the polygon applies [rad/s].")
 
     direction_start_angle: Angle = Field(
-        -math.pi, description="Where holonomic, first direction of motion, counter-clockwise [rad]."
+        -math.pi,
+        description="Holonomic base: first direction of motion at which the polygon applies, "
+        "counter-clockwise [rad].",
     )
     direction_end_angle: Angle = Field(
-        math.pi, description="Where holonomic, last direction of motion [rad]."
+        math.pi,
+        description="Holonomic base: last direction of motion at which the polygon applies [rad].",
     )
 
     def covers(self, command: Command, *, holonomic: bool) -> bool:
@@ -115,10 +134,10 @@ class VelocityPolygon(_Shape):
 
     type: Literal["velocity_polygon"]
     holonomic: bool = Field(
-        False, description="Sub-polygons by speed and direction of motion, not by v."
+        False, description="Choose sub-polygons by speed and direction of motion, not by v."
     )
     velocity_polygons: dict[str, SubPolygon] = Field(
-        min_length=1, description="Sub-polygons; the first that covers the command counts."
+        min_length=1, description="Sub-polygons; the first one that applies to the command is used."
     )
 
 
@@ -133,19 +152,24 @@ class CollisionMonitorParameters(QuietModel):
     quiet: ClassVar = frozenset({"observation_sources"})
 
     polygons: dict[str, MonitorShape] = Field(
-        min_length=1, description="Shapes by name, in the order in which they are looked at."
+        min_length=1, description="Shapes by name, in the order in which they are tested."
     )
-    enabled: bool = Field(True, description="Whether shapes act; a missing source always stops.")
+    enabled: bool = Field(
+        True,
+        description="Use the shapes; a source without current data stops the robot in any case.",
+    )
     source_timeout: Duration = Field(
-        2.0, ge=0.0, description="Data older than this stop the robot [s]; 0: never."
+        2.0,
+        ge=0.0,
+        description="Age of a source's data above which the robot is stopped [s]; 0: never.",
     )
     base_shift_correction: bool = Field(
-        True, description="Take the robot's motion since the scan into account."
+        True, description="Correct the scan by the robot's motion since it was taken."
     )
     observation_sources: dict[str, MonitorSource] = Field(
         default_factory=lambda: dict(THE_SCAN),
         min_length=1,
-        description="What it looks at, by name, in order.",
+        description="Names of the observation sources, in order.",
     )
 
 

@@ -35,16 +35,20 @@ class PositionGoalCheckerParameters(FrozenModel):
     """Parameters of nav2_controller::PositionGoalChecker."""
 
     plugin: Literal["nav2_controller::PositionGoalChecker"] = "nav2_controller::PositionGoalChecker"
-    xy_goal_tolerance: Length = Field(0.25, ge=0.0, description="Distance to the goal [m].")
+    xy_goal_tolerance: Length = Field(
+        0.25, ge=0.0, description="Distance to the goal that counts as reached [m]."
+    )
     path_length_tolerance: Length | None = Field(
         1.0,
         ge=0.0,
-        description="Local plans longer than this are never at the goal [m]; null, as up to "
-        "Kilted: any may be.",
+        description="Length of the local plan above which the goal is not reached [m]; null, "
+        "as up to Kilted: no such limit.",
     )
-    stateful: bool = Field(True, description="Once the position is reached it stays reached.")
+    stateful: bool = Field(True, description="Keep the position as reached once it was reached.")
     xy_goal_tolerance_buffer: Length = Field(
-        0.0, ge=0.0, description="Leaving by more than this undoes `stateful` [m]; 0: never."
+        0.0,
+        ge=0.0,
+        description="Distance by which leaving the goal undoes `stateful` [m]; 0: never.",
     )
 
 
@@ -53,8 +57,12 @@ class SimpleGoalCheckerParameters(PositionGoalCheckerParameters):
 
     # A derived set of parameters has a tag of its own.
     plugin: Literal["nav2_controller::SimpleGoalChecker"] = "nav2_controller::SimpleGoalChecker"  # type: ignore[assignment]
-    yaw_goal_tolerance: Angle = Field(0.25, ge=0.0, description="Heading error [rad].")
-    symmetric_yaw_tolerance: bool = Field(False, description="Facing backwards is as good.")
+    yaw_goal_tolerance: Angle = Field(
+        0.25, ge=0.0, description="Heading error that counts as reached [rad]."
+    )
+    symmetric_yaw_tolerance: bool = Field(
+        False, description="Accept the goal's heading turned by 180 degrees as well."
+    )
 
 
 class StoppedGoalCheckerParameters(SimpleGoalCheckerParameters):
@@ -62,9 +70,11 @@ class StoppedGoalCheckerParameters(SimpleGoalCheckerParameters):
 
     # A derived set of parameters has a tag of its own.
     plugin: Literal["nav2_controller::StoppedGoalChecker"] = "nav2_controller::StoppedGoalChecker"  # type: ignore[assignment]
-    trans_stopped_velocity: Speed = Field(0.25, ge=0.0, description="Counts as standing [m/s].")
+    trans_stopped_velocity: Speed = Field(
+        0.25, ge=0.0, description="Speed below which the robot stands [m/s]."
+    )
     rot_stopped_velocity: AngularSpeed = Field(
-        0.25, ge=0.0, description="Counts as standing [rad/s]."
+        0.25, ge=0.0, description="Turn rate below which the robot stands [rad/s]."
     )
 
 

@@ -25,30 +25,34 @@ class LiftTimes(FrozenModel):
     By default the ride takes no time and does not fail: it is a door between two maps.
     """
 
-    door_s: Duration = Field(0.0, ge=0.0, description="For its doors, at both ends together [s].")
-    travel_s: Duration = Field(0.0, ge=0.0, description="From one floor to the other [s].")
-    travel_std_s: Duration = Field(0.0, ge=0.0, description="Spread of travel_s [s].")
+    door_s: Duration = Field(
+        0.0, ge=0.0, description="Time for the doors, at both ends together [s]."
+    )
+    travel_s: Duration = Field(0.0, ge=0.0, description="Time from one floor to the other [s].")
+    travel_std_s: Duration = Field(0.0, ge=0.0, description="Standard deviation of travel_s [s].")
     late_mean_s: Duration = Field(
         0.0,
         ge=0.0,
-        description="Mean of the time until it comes, which is drawn of an exponential "
+        description="Mean waiting time for the lift, which is drawn from an exponential "
         "distribution [s].",
     )
     refused_probability: float = Field(
-        0.0, ge=0.0, le=1.0, description="Of a request that is turned down."
+        0.0, ge=0.0, le=1.0, description="Probability that a request is refused."
     )
     patience_s: Duration | None = Field(
         None,
         ge=0.0,
-        description="For how long the robot waits for it in all, and asks again where it was "
-        "turned down [s]; null: as long as the trial lasts, but it asks once.",
+        description="Longest time that the robot waits for the lift and repeats refused "
+        "requests [s]; null: as long as the trial lasts, with a single request.",
     )
-    retry_s: Period = Field(5.0, description="From a request turned down to the next one [s].")
+    retry_s: Period = Field(5.0, description="Time from a refused request to the next one [s].")
     xy_std_m: Length = Field(
-        0.0, ge=0.0, description="Spread of the error on x and on y with which it is localized [m]."
+        0.0,
+        ge=0.0,
+        description="Standard deviation of the localized position on x and y after the ride [m].",
     )
     yaw_std_rad: Angle = Field(
-        0.0, ge=0.0, description="Spread of the error of its localized heading [rad]."
+        0.0, ge=0.0, description="Standard deviation of the localized heading after the ride [rad]."
     )
 
     @model_validator(mode="after")

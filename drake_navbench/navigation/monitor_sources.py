@@ -32,20 +32,21 @@ class MonitorSource(FrozenModel):
     """A sensor that the collision monitor looks at."""
 
     type: Literal["scan", "range"] = Field(
-        "scan", description="scan: all of the lidar's scanners; range: a range sensor."
+        "scan",
+        description="Kind of source. scan: all scanners of the lidar; range: a range sensor.",
     )
     sensor: str = Field(
-        "", description="Of range: name of the robot's range sensor; the source's where empty."
+        "", description="For range: name of the robot's range sensor; empty: the source's name."
     )
     obstacles_angle: float = Field(
-        DEGREE, gt=0.0, description="Of range: angle between two points of its arc [rad]."
+        DEGREE, gt=0.0, description="For range: angle between two points of the sensor's arc [rad]."
     )
-    enabled: bool = Field(True, description="Whether it is looked at.")
+    enabled: bool = Field(True, description="Use this source.")
     source_timeout: Duration | None = Field(
         None,
         ge=0.0,
-        description="Older data, and a range that the sensor cannot measure, stop the robot [s]; "
-        "0: never; null: the monitor's.",
+        description="Age of the data above which the robot is stopped, as by a range that the "
+        "sensor cannot measure [s]; 0: never; null: the monitor's.",
     )
 
     @model_validator(mode="after")

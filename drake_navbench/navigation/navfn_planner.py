@@ -47,15 +47,18 @@ class NavfnPlannerParameters(FrozenModel):
 
     plugin: Literal["nav2_navfn_planner::NavfnPlanner"] = "nav2_navfn_planner::NavfnPlanner"
     tolerance: float = Field(
-        0.5, ge=0.0, description="Where the goal is not reached, a path may end so far off it [m]."
+        0.5,
+        ge=0.0,
+        description="Distance from the goal at which a path may end where the goal cannot be "
+        "reached [m].",
     )
-    use_astar: bool = Field(False, description="A* in place of Dijkstra's search.")
+    use_astar: bool = Field(False, description="Search by A* instead of Dijkstra's algorithm.")
     max_cycles_factor: int = Field(
-        4, gt=0, description="Steps that a path may have, in edges of the map [steps/cell]."
+        4, gt=0, description="Largest number of path steps, per edge cell of the map [steps/cell]."
     )
-    allow_unknown: bool = Field(True, description="Unknown cells may be crossed.")
+    allow_unknown: bool = Field(True, description="Let paths cross unknown cells.")
     use_final_approach_orientation: bool = Field(
-        False, description="The path ends with its own direction, not the goal's heading."
+        False, description="End the path with its own direction, not with the goal's heading."
     )
 
 

@@ -26,29 +26,35 @@ class PathHandlerParameters(FrozenModel):
     """Parameters of nav2_controller::FeasiblePathHandler."""
 
     prune_distance: Length = Field(
-        2.0, ge=0.0, description="Arc length of the local plan from the closest pose on [m]."
+        2.0,
+        ge=0.0,
+        description="Arc length of the local plan from the pose closest to the robot [m].",
     )
     max_robot_pose_search_dist: Length | None = Field(
         None,
-        description="Arc length searched for the closest pose [m]; negative means all of the plan, "
-        "null half the larger side of the local costmap.",
+        description="Arc length that is searched for the closest pose [m]; negative: the "
+        "whole plan; null: half the larger side of the local costmap.",
     )
     enforce_path_inversion: bool = Field(
-        False, description="Follow the plan to each cusp before going on behind it."
+        False, description="Drive to each cusp of the plan before the part behind it."
     )
     enforce_path_rotation: bool = Field(
-        False, description="Follow the plan to each turn in place before going on behind it."
+        False, description="Drive to each turn in place of the plan before the part behind it."
     )
     inversion_xy_tolerance: Length = Field(
-        0.2, ge=0.0, description="Distance at which a cusp or turn counts as arrived at [m]."
+        0.2, ge=0.0, description="Distance at which the robot has arrived at a cusp or turn [m]."
     )
     inversion_yaw_tolerance: Angle = Field(
-        0.4, ge=0.0, description="Heading error at which it counts as arrived at [rad]."
+        0.4,
+        ge=0.0,
+        description="Heading error at which the robot has arrived at a cusp or turn [rad].",
     )
     minimum_rotation_angle: Angle = Field(
-        0.785, ge=0.0, description="Turns in place beyond this are enforced [rad]; 0: none."
+        0.785,
+        ge=0.0,
+        description="Angle above which a turn in place of the plan is enforced [rad]; 0: never.",
     )
-    reject_unit_path: bool = Field(False, description="Refuse plans of a single pose.")
+    reject_unit_path: bool = Field(False, description="Refuse plans with a single pose.")
 
 
 class PathHandlerState(NamedTuple):

@@ -62,7 +62,7 @@ class SimpleProgressCheckerParameters(FrozenModel):
         0.5, ge=0.0, description="Distance that counts as progress [m]."
     )
     movement_time_allowance: Duration = Field(
-        10.0, ge=0.0, description="Time in which it must be made [s]."
+        10.0, ge=0.0, description="Time within which the robot must make progress [s]."
     )
 
 

@@ -15,15 +15,27 @@ class GridSmootherParameters(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
     tolerance: Length = Field(
-        1e-10, gt=0.0, description="A pass ends when a sweep moves less than this in sum [m]"
+        1e-10,
+        gt=0.0,
+        description="A smoothing pass ends when a sweep moves the points by less than this in "
+        "sum [m]",
     )
     max_iterations: Count = Field(
-        1000, ge=0, description="A pass ends before this sweep; 0 turns smoothing off [sweeps]"
+        1000,
+        ge=0,
+        description="Number of the sweep before which a smoothing pass ends; 0 turns "
+        "smoothing off [sweeps]",
     )
-    w_data: Number = Field(0.2, ge=0.0, description="Pull towards the path before smoothing [-]")
-    w_smooth: Number = Field(0.3, ge=0.0, description="Pull towards the neighbours' mean [-]")
+    w_data: Number = Field(
+        0.2, ge=0.0, description="Pull of a point towards the unsmoothed path [-]"
+    )
+    w_smooth: Number = Field(
+        0.3, ge=0.0, description="Pull of a point towards the mean of its neighbours [-]"
+    )
     do_refinement: bool = Field(True, description="Smooth the smoothed path again [-]")
-    refinement_num: Count = Field(2, ge=0, description="How many times again [passes]")
+    refinement_num: Count = Field(
+        2, ge=0, description="Number of further smoothing passes [passes]"
+    )
 
 
 class SmacPlanner2DParameters(BaseModel):
@@ -38,23 +50,29 @@ class SmacPlanner2DParameters(BaseModel):
     downsample_costmap: bool = Field(False, description="Plan on a coarser map [-]")
     downsampling_factor: Count = Field(1, ge=1, description="Cells merged along each axis [cells]")
     cost_travel_multiplier: Number = Field(
-        1.0, ge=0.0, description="Weight of the cells' costs; 0 gives the shortest path [-]"
+        1.0,
+        ge=0.0,
+        description="Weight of the cells' costs against length; 0 gives the shortest path [-]",
     )
-    allow_unknown: bool = Field(True, description="Unknown cells may be crossed [-]")
+    allow_unknown: bool = Field(True, description="Let paths cross unknown cells [-]")
     max_iterations: Count = Field(
-        1_000_000, description="Limit of the search; 0 or less is none [expansions]"
+        1_000_000, description="Largest number of expansions; 0 or less: no limit [expansions]"
     )
     max_on_approach_iterations: Count = Field(
-        1000, description="Search on within the tolerance; 0 or less is no limit [expansions]"
+        1000,
+        description="Largest number of further expansions within the tolerance; 0 or less: no "
+        "limit [expansions]",
     )
     terminal_checking_interval: Count = Field(
-        5000, gt=0, description="How often the planning time is looked at [expansions]"
+        5000,
+        gt=0,
+        description="Number of expansions between two checks of the planning time [expansions]",
     )
     max_planning_time: Duration = Field(
-        2.0, ge=0.0, description="Search time on a computer of `expansions_per_second` [s]"
+        2.0, ge=0.0, description="Longest search on a computer with `expansions_per_second` [s]"
     )
     use_final_approach_orientation: bool = Field(
-        False, description="The path ends with its own direction, not the goal's heading [-]"
+        False, description="End the path with its own direction, not with the goal's heading [-]"
     )
     smoother: GridSmootherParameters = GridSmootherParameters()
 

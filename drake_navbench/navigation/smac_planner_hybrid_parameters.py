@@ -16,68 +16,93 @@ class SmacPlannerHybridParameters(FrozenModel):
 
     plugin: Literal["nav2_smac_planner::SmacPlannerHybrid"] = "nav2_smac_planner::SmacPlannerHybrid"
     motion_model_for_search: Literal["DUBIN", "REEDS_SHEPP"] = Field(
-        "DUBIN", description="Forward only, or backward too."
+        "DUBIN", description="Kind of curves: DUBIN drives forward only, REEDS_SHEPP backward, too."
     )
-    minimum_turning_radius: Length = Field(0.4, gt=0.0, description="Of the path [m].")
-    angle_quantization_bins: Count = Field(72, ge=1, le=720, description="Headings of a state.")
+    minimum_turning_radius: Length = Field(
+        0.4, gt=0.0, description="Least turning radius of the path [m]."
+    )
+    angle_quantization_bins: Count = Field(
+        72, ge=1, le=720, description="Number of headings that are told apart."
+    )
     tolerance: Length = Field(
         0.25, ge=0.0, description="Distance from the goal at which a path may end [m]."
     )
     downsample_costmap: bool = Field(False, description="Plan on a coarser map.")
-    downsampling_factor: Count = Field(1, ge=1, description="Cells merged along each axis.")
-    allow_unknown: bool = Field(True, description="Unknown cells may be crossed.")
+    downsampling_factor: Count = Field(
+        1, ge=1, description="Number of cells merged along each axis."
+    )
+    allow_unknown: bool = Field(True, description="Let paths cross unknown cells.")
     max_iterations: Count = Field(
-        1_000_000, description="Limit of the search; 0 or less is none [expansions]."
+        1_000_000, description="Largest number of expansions; 0 or less: no limit [expansions]."
     )
     max_on_approach_iterations: Count = Field(
-        1000, description="Search on within the tolerance; 0 or less is no limit [expansions]."
+        1000,
+        description="Largest number of further expansions within the tolerance; 0 or less: no "
+        "limit [expansions].",
     )
     terminal_checking_interval: Count = Field(
-        5000, gt=0, description="How often the planning time is looked at [expansions]."
+        5000,
+        gt=0,
+        description="Number of expansions between two checks of the planning time [expansions].",
     )
     max_planning_time: Duration = Field(
-        5.0, ge=0.0, description="Search time on a computer of `expansions_per_second` [s]."
+        5.0, ge=0.0, description="Longest search on a computer with `expansions_per_second` [s]."
     )
-    smooth_path: bool = Field(True, description="Whether the path is smoothed.")
+    smooth_path: bool = Field(True, description="Smooth the path.")
     allow_primitive_interpolation: bool = Field(
-        True, description="Wider turns beside the tightest one."
+        True, description="Try wider turns beside the tightest one."
     )
     cache_obstacle_heuristic: bool = Field(
-        False, description="Keep the way round obstacles for a goal; here nothing is kept."
+        False,
+        description="Nav2: keep the obstacle heuristic of a goal. No effect: here nothing is kept.",
     )
-    reverse_penalty: Number = Field(2.0, ge=0.0, description="Factor of driving backwards.")
-    change_penalty: Number = Field(0.0, ge=0.0, description="Added where a turn changes side.")
-    non_straight_penalty: Number = Field(1.2, ge=0.0, description="Factor of a turn.")
+    reverse_penalty: Number = Field(2.0, ge=0.0, description="Cost factor of driving backwards.")
+    change_penalty: Number = Field(
+        0.0, ge=0.0, description="Cost of a change between left and right."
+    )
+    non_straight_penalty: Number = Field(1.2, ge=0.0, description="Cost factor of a turn.")
     cost_penalty: Number = Field(2.0, ge=0.0, description="Weight of the cells' costs.")
     retrospective_penalty: Number = Field(
-        0.015, ge=0.0, description="Less weight of the length near the start."
+        0.015,
+        ge=0.0,
+        description="Share by which the weight of the length is reduced, so that turns come late.",
     )
-    use_quadratic_cost_penalty: bool = Field(False, description="Costs count squared.")
+    use_quadratic_cost_penalty: bool = Field(False, description="Square the cells' costs.")
     analytic_expansion_ratio: Number = Field(
-        3.5, gt=0.0, description="How much more often curves to the goal are tried near it."
+        3.5,
+        gt=0.0,
+        description="Rate at which curves to the goal are tried more often near the goal.",
     )
     analytic_expansion_max_length: Length = Field(
-        3.0, ge=0.0, description="Longest curve to the goal [m]."
+        3.0, ge=0.0, description="Length of the longest direct curve to the goal [m]."
     )
     analytic_expansion_max_cost: Number = Field(
-        200.0, ge=0.0, description="Largest cost on it, but where the goal itself lies in more."
+        200.0,
+        ge=0.0,
+        description="Largest cost on a direct curve to the goal, unless the goal itself costs "
+        "more.",
     )
     analytic_expansion_max_cost_override: bool = Field(
-        False, description="Any cost, where the goal is nearer than a full turn."
+        False, description="Accept any cost on the curve where the goal is nearer than a full turn."
     )
     downsample_obstacle_heuristic: bool = Field(
-        True, description="The way round obstacles by cells twice as large."
+        True, description="Compute the obstacle heuristic on cells twice as large."
     )
     lookup_table_size: Length = Field(
-        20.0, gt=0.0, le=200.0, description="Around the goal, where a car's way counts [m]."
+        20.0,
+        gt=0.0,
+        le=200.0,
+        description="Side of the square around the goal in which the heuristic respects the "
+        "turning radius [m].",
     )
     goal_heading_mode: Literal["DEFAULT", "BIDIRECTIONAL", "ALL_DIRECTION"] = Field(
-        "DEFAULT", description="Headings at the goal: its own, also the opposite one, or any."
+        "DEFAULT",
+        description="Accepted headings at the goal: its own, its own and the opposite one, or any.",
     )
     coarse_search_resolution: Count = Field(
-        1, description="With any heading, every how many are tried first; 0 or less: all."
+        1, description="With any heading: try every n-th heading first; 0 or less: all at once."
     )
-    debug_visualizations: bool = Field(False, description="Output only, of no effect here.")
+    debug_visualizations: bool = Field(False, description="Topic output in Nav2; no effect here.")
     smoother: GridSmootherParameters = Field(default_factory=GridSmootherParameters)
 
     expansions_per_second: Number = Field(

@@ -20,15 +20,28 @@ class SimpleSmootherParameters(BaseModel):
 
     plugin: Literal["nav2_smoother::SimpleSmoother"] = "nav2_smoother::SimpleSmoother"
     tolerance: Length = Field(
-        1e-10, gt=0.0, description="A pass ends when a sweep moves less than this in sum [m]"
+        1e-10,
+        gt=0.0,
+        description="A smoothing pass ends when a sweep moves the points by less than this in "
+        "sum [m]",
     )
-    max_its: Count = Field(1000, ge=0, description="A pass ends before this sweep [sweeps]")
-    w_data: Number = Field(0.2, ge=0.0, description="Pull towards the path before smoothing [-]")
-    w_smooth: Number = Field(0.3, ge=0.0, description="Pull towards the neighbours' mean [-]")
+    max_its: Count = Field(
+        1000, ge=0, description="Number of the sweep before which a smoothing pass ends [sweeps]"
+    )
+    w_data: Number = Field(
+        0.2, ge=0.0, description="Pull of a point towards the unsmoothed path [-]"
+    )
+    w_smooth: Number = Field(
+        0.3, ge=0.0, description="Pull of a point towards the mean of its neighbours [-]"
+    )
     do_refinement: bool = Field(True, description="Smooth the smoothed path again [-]")
-    refinement_num: Count = Field(2, ge=0, description="How many times again [passes]")
+    refinement_num: Count = Field(
+        2, ge=0, description="Number of further smoothing passes [passes]"
+    )
     enforce_path_inversion: bool = Field(
-        True, description="Smooth forward and reverse parts apart, keep the poses between [-]"
+        True,
+        description="Smooth forward and reverse parts separately and keep the poses between "
+        "them [-]",
     )
 
 
@@ -38,12 +51,18 @@ class SavitzkyGolaySmootherParameters(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
     plugin: Literal["nav2_smoother::SavitzkyGolaySmoother"] = "nav2_smoother::SavitzkyGolaySmoother"
-    window_size: Count = Field(7, ge=3, le=1001, description="Points in a window; odd [poses]")
-    poly_order: Count = Field(3, ge=0, le=20, description="Order of the polynomial in it [-]")
+    window_size: Count = Field(
+        7, ge=3, le=1001, description="Number of points in a window; odd [poses]"
+    )
+    poly_order: Count = Field(3, ge=0, le=20, description="Order of the polynomial in a window [-]")
     do_refinement: bool = Field(True, description="Smooth the smoothed path again [-]")
-    refinement_num: Count = Field(2, ge=0, description="How many times again [passes]")
+    refinement_num: Count = Field(
+        2, ge=0, description="Number of further smoothing passes [passes]"
+    )
     enforce_path_inversion: bool = Field(
-        True, description="Smooth forward and reverse parts apart, keep the poses between [-]"
+        True,
+        description="Smooth forward and reverse parts separately and keep the poses between "
+        "them [-]",
     )
 
     @model_validator(mode="after")
@@ -64,17 +83,21 @@ class OptimizerParameters(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
     linear_solver_type: Literal["SPARSE_NORMAL_CHOLESKY", "DENSE_QR"] = Field(
-        "SPARSE_NORMAL_CHOLESKY", description="Of Ceres; without effect here [-]"
+        "SPARSE_NORMAL_CHOLESKY", description="Option of Ceres; no effect here [-]"
     )
     max_iterations: Count = Field(
-        100, ge=1, description="Iterations after which the result is taken as it is [iterations]"
+        100,
+        ge=1,
+        description="Largest number of iterations; the path is then taken as it is [iterations]",
     )
-    param_tol: Number = Field(1e-15, gt=0.0, description="Of Ceres; without effect here [-]")
+    param_tol: Number = Field(1e-15, gt=0.0, description="Option of Ceres; no effect here [-]")
     fn_tol: Number = Field(
-        1e-7, gt=0.0, description="Stops where a round gains less, relative to the objective [-]"
+        1e-7,
+        gt=0.0,
+        description="Relative gain of an iteration below which the optimisation stops [-]",
     )
-    gradient_tol: Number = Field(1e-10, gt=0.0, description="Of Ceres; without effect here [-]")
-    debug_optimizer: bool = Field(False, description="IPOPT prints its iterations [-]")
+    gradient_tol: Number = Field(1e-10, gt=0.0, description="Option of Ceres; no effect here [-]")
+    debug_optimizer: bool = Field(False, description="Print IPOPT's iterations [-]")
 
 
 class ConstrainedSmootherParameters(BaseModel):
@@ -86,34 +109,41 @@ class ConstrainedSmootherParameters(BaseModel):
         "nav2_constrained_smoother::ConstrainedSmoother"
     )
     minimum_turning_radius: Length = Field(
-        0.4, ge=0.0, description="Sharper turns are penalised; 0 penalises none [m]"
+        0.4, ge=0.0, description="Turning radius below which curvature is penalised; 0: never [m]"
     )
-    w_curve: Number = Field(30.0, ge=0.0, description="Weight of excess curvature [m^2]")
+    w_curve: Number = Field(30.0, ge=0.0, description="Weight of curvature above the limit [m^2]")
     w_cost: Number = Field(0.015, ge=0.0, description="Weight of the costmap's cost [-]")
     w_cost_cusp_multiplier: Number = Field(
-        3.0, ge=0.0, description="Multiplies w_cost at a cusp [-]"
+        3.0, ge=0.0, description="Factor on w_cost at a cusp [-]"
     )
     cusp_zone_length: Length = Field(
-        2.5, ge=0.0, description="Length around a cusp over which the multiplier fades out [m]"
+        2.5, ge=0.0, description="Length around a cusp over which that factor falls to 1 [m]"
     )
-    w_dist: Number = Field(0.0, ge=0.0, description="Weight of the distance from the input [1/m^2]")
+    w_dist: Number = Field(
+        0.0, ge=0.0, description="Weight of the distance from the unsmoothed path [1/m^2]"
+    )
     w_smooth: Number = Field(
         2_000_000.0,
         ge=0.0,
-        description="Weight of second differences; must change with the spacing [1/m^2]",
+        description="Weight of second differences; depends on the spacing of the poses [1/m^2]",
     )
     cost_check_points: tuple[float, ...] = Field(
-        (), description="x [m], y [m], weight [-] of points fixed to the robot, in one row"
+        (),
+        description="Points fixed to the robot at which costs are read, one after another: x "
+        "[m], y [m], weight [-]",
     )
-    path_downsampling_factor: Count = Field(
-        1, ge=1, description="Every n-th pose is a knot [poses]"
-    )
+    path_downsampling_factor: Count = Field(1, ge=1, description="Optimise every n-th pose [poses]")
     path_upsampling_factor: Count = Field(
-        1, ge=0, description="Poses returned per input pose; 0 returns the knots alone [-]"
+        1,
+        ge=0,
+        description="Number of poses returned per pose of the input; 0: the optimised poses "
+        "alone [-]",
     )
-    reversing_enabled: bool = Field(True, description="Headings tell reverse from forward [-]")
-    keep_start_orientation: bool = Field(True, description="The start's heading stays [-]")
-    keep_goal_orientation: bool = Field(True, description="The goal's heading stays [-]")
+    reversing_enabled: bool = Field(
+        True, description="Take the driving direction from the poses' headings [-]"
+    )
+    keep_start_orientation: bool = Field(True, description="Keep the heading of the start [-]")
+    keep_goal_orientation: bool = Field(True, description="Keep the heading of the goal [-]")
     optimizer: OptimizerParameters = OptimizerParameters()
 
     @model_validator(mode="after")

@@ -26,7 +26,7 @@ class StraightLineParameters(FrozenModel):
         "nav2_straightline_planner::StraightLine"
     )
     interpolation_resolution: Length = Field(
-        0.1, ge=0.001, description="Least distance of two poses [m]."
+        0.1, ge=0.001, description="Least distance between two poses of the path [m]."
     )
 
 

@@ -37,15 +37,19 @@ class ThetaStarPlannerParameters(FrozenModel):
     plugin: Literal["nav2_theta_star_planner::ThetaStarPlanner"] = (
         "nav2_theta_star_planner::ThetaStarPlanner"
     )
-    how_many_corners: Literal[4, 8] = Field(8, description="Neighbours of a cell [cells].")
-    allow_unknown: bool = Field(True, description="Unknown cells may be crossed.")
-    w_euc_cost: float = Field(1.0, ge=0.0, description="Weight of the length [1/cell].")
+    how_many_corners: Literal[4, 8] = Field(
+        8, description="Number of neighbours of a cell [cells]."
+    )
+    allow_unknown: bool = Field(True, description="Let paths cross unknown cells.")
+    w_euc_cost: float = Field(1.0, ge=0.0, description="Weight of the path's length [1/cell].")
     w_traversal_cost: float = Field(2.0, ge=0.0, description="Weight of the cells' costs.")
     terminal_checking_interval: int = Field(
-        5000, gt=0, description="How often Nav2 looks for a cancellation; there is none here."
+        5000,
+        gt=0,
+        description="Nav2: expansions between two checks for a cancellation. No effect here.",
     )
     use_final_approach_orientation: bool = Field(
-        False, description="The path ends with its own direction, not the goal's heading."
+        False, description="End the path with its own direction, not with the goal's heading."
     )
 
 

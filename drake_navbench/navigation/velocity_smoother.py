@@ -24,22 +24,35 @@ COMMAND_AXES = [0, 2, 1]
 class VelocitySmootherParameters(FrozenModel):
     """Parameters of nav2_velocity_smoother; arrays are (x m/s, y m/s, yaw rad/s) and so on."""
 
-    smoothing_frequency: Frequency = Field(20.0, gt=0.0, description="Rate of the output [Hz].")
+    smoothing_frequency: Frequency = Field(
+        20.0, gt=0.0, description="Rate of the smoothed commands [Hz]."
+    )
     scale_velocities: bool = Field(
-        False, description="Scale all axes alike, so that the curvature stays."
+        False, description="Scale all axes by one factor, so that the curvature stays."
     )
     feedback: Literal["OPEN_LOOP", "CLOSED_LOOP"] = Field(
-        "OPEN_LOOP", description="Start each step from the last output, or from the odometry."
+        "OPEN_LOOP",
+        description="Ramp from the last output (OPEN_LOOP) or from the odometry (CLOSED_LOOP).",
     )
-    max_velocity: PerAxis = Field((0.5, 0.0, 2.5), description="[m/s, m/s, rad/s]")
-    min_velocity: PerAxis = Field((-0.5, 0.0, -2.5), description="[m/s, m/s, rad/s]")
-    max_accel: PerAxis = Field((2.5, 0.0, 3.2), description="[m/s^2, m/s^2, rad/s^2]")
-    max_decel: PerAxis = Field((-2.5, 0.0, -3.2), description="[m/s^2, m/s^2, rad/s^2]")
+    max_velocity: PerAxis = Field(
+        (0.5, 0.0, 2.5), description="Largest velocity along x, y and theta [m/s, m/s, rad/s]."
+    )
+    min_velocity: PerAxis = Field(
+        (-0.5, 0.0, -2.5), description="Smallest velocity along x, y and theta [m/s, m/s, rad/s]."
+    )
+    max_accel: PerAxis = Field(
+        (2.5, 0.0, 3.2),
+        description="Largest acceleration along x, y and theta [m/s^2, m/s^2, rad/s^2].",
+    )
+    max_decel: PerAxis = Field(
+        (-2.5, 0.0, -3.2),
+        description="Largest deceleration along x, y and theta, negative [m/s^2, m/s^2, rad/s^2].",
+    )
     deadband_velocity: PerAxis = Field(
-        (0.0, 0.0, 0.0), description="Smaller outputs are 0 [m/s, m/s, rad/s]."
+        (0.0, 0.0, 0.0), description="Output below which an axis is set to 0 [m/s, m/s, rad/s]."
     )
     velocity_timeout: Duration = Field(
-        1.0, ge=0.0, description="A command older than this is taken as 0 [s]."
+        1.0, ge=0.0, description="Age of the last command above which the robot is stopped [s]."
     )
 
     @model_validator(mode="after")

@@ -21,14 +21,16 @@ Pose = tuple[float, float, float]
 class WaitAtWaypointParameters(FrozenModel):
     """Parameters of nav2_waypoint_follower::WaitAtWaypoint."""
 
-    enabled: bool = Field(True, description="Whether to wait at all.")
-    waypoint_pause_duration: Count = Field(0, ge=0, description="Pause at each waypoint [ms].")
+    enabled: bool = Field(True, description="Wait at each waypoint.")
+    waypoint_pause_duration: Count = Field(
+        0, ge=0, description="Duration of the wait at each waypoint [ms]."
+    )
 
 
 class WaypointFollowerParameters(FrozenModel):
     """Parameters of nav2_waypoint_follower."""
 
-    stop_on_failure: bool = Field(True, description="End with the first waypoint missed.")
+    stop_on_failure: bool = Field(True, description="Abort at the first waypoint that is missed.")
     wait_at_waypoint: WaitAtWaypointParameters = Field(default_factory=WaitAtWaypointParameters)
 
     @property

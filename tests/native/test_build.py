@@ -218,7 +218,7 @@ def test_the_command_builds_and_says_what_there_is(tiny, copied, capsys):
 def test_builds_are_listed(tiny, capsys):
     assert main(["list"]) == 0
     shown = capsys.readouterr().out
-    assert "builds of Nav2, as in rpp@NAME" in shown
+    assert "builds of Nav2; rpp@NAME is the original of rpp" in shown
     assert "Nav2 jazzy 1.3.99" in shown
 
 

@@ -43,9 +43,15 @@ class CriticParameters(CriticBlock):
     )
 
     critic_class: str | None = Field(
-        None, alias="class", description="Registered critic; None: the one of the block's name."
+        None,
+        alias="class",
+        description="Name of the registered critic; null: the name of the block.",
     )
-    scale: Number = Field(1.0, ge=0.0, description="Weight in the total; 0 switches it off [-].")
+    scale: Number = Field(
+        1.0,
+        ge=0.0,
+        description="Factor on the critic's score in the total; 0 switches the critic off [-].",
+    )
 
 
 class Verdict(NamedTuple):

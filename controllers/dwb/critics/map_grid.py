@@ -44,7 +44,9 @@ class MapGridParameters(CriticParameters):
     """Parameters of the Dist critics."""
 
     aggregation_type: str = Field(
-        "last", description="Last, sum or product, in any case; anything else means last."
+        "last",
+        description="How the costs of a trajectory's poses become one score: last, sum or "
+        "product, in any case; any other word means last.",
     )
 
     @property
@@ -57,7 +59,7 @@ class AlignParameters(MapGridParameters):
     """Parameters of the Align critics."""
 
     forward_point_distance: Length = Field(
-        0.325, description="How far ahead of the robot's origin the point is [m]."
+        0.325, description="Distance of the scored point ahead of the robot's origin [m]."
     )
 
 

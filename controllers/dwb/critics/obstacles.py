@@ -25,7 +25,7 @@ class ObstacleParameters(CriticParameters):
     """Parameters of both obstacle critics."""
 
     sum_scores: bool = Field(
-        False, description="Sum over all poses instead of the last one's cost."
+        False, description="Score the sum over all poses, not the last pose alone."
     )
 
 

@@ -21,11 +21,19 @@ NANOSECONDS_PER_SECOND = 1e9
 class OscillationParameters(CriticParameters):
     """Parameters of Oscillation; a negative condition is switched off."""
 
-    oscillation_reset_dist: Length = Field(0.05, description="Way that ends a ban [m].")
-    oscillation_reset_angle: Angle = Field(0.2, description="Turn that ends a ban [rad].")
-    oscillation_reset_time: Duration = Field(-1.0, description="Time that ends a ban [s].")
+    oscillation_reset_dist: Length = Field(
+        0.05, description="Distance after which a ban on a direction ends [m]."
+    )
+    oscillation_reset_angle: Angle = Field(
+        0.2, description="Turn after which a ban on a direction ends [rad]."
+    )
+    oscillation_reset_time: Duration = Field(
+        -1.0, description="Time after which a ban on a direction ends [s]."
+    )
     x_only_threshold: Speed = Field(
-        0.05, description="Y and theta are watched up to this |vx|; negative: always [m/s]."
+        0.05,
+        description="Sideways motion and turning are watched only below this |vx|; negative: "
+        "at any speed [m/s].",
     )
 
 

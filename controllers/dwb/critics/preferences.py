@@ -15,12 +15,20 @@ from drake_navbench.typed_files.quantities import AngularSpeed, Number, Speed
 class PreferForwardParameters(CriticParameters):
     """Parameters of PreferForward."""
 
-    penalty: Number = Field(1.0, description="Score of going backward or creeping [-].")
-    strafe_x: Speed = Field(0.1, description="Forward velocity below which it may creep [m/s].")
-    strafe_theta: AngularSpeed = Field(
-        0.2, description="Yaw rate below which it then creeps [rad/s]."
+    penalty: Number = Field(
+        1.0, description="Score of a trajectory that drives backward or creeps [-]."
     )
-    theta_scale: Number = Field(10.0, description="Score per yaw rate otherwise [s/rad].")
+    strafe_x: Speed = Field(
+        0.1,
+        description="A forward velocity below this counts as creeping, unless the robot turns "
+        "[m/s].",
+    )
+    strafe_theta: AngularSpeed = Field(
+        0.2, description="A yaw rate above this counts as turning [rad/s]."
+    )
+    theta_scale: Number = Field(
+        10.0, description="Score of every other trajectory, per rad/s of its yaw rate [s/rad]."
+    )
 
 
 class PreferForward(Critic):

@@ -25,10 +25,12 @@ class RotateToGoalParameters(CriticParameters):
     """Parameters of RotateToGoal; two more are the controller's own."""
 
     slowing_factor: Number = Field(
-        5.0, description="Weight of the squared speed while slowing [-]."
+        5.0, description="Weight of the squared speed while the robot slows down [-]."
     )
     lookahead_time: Duration = Field(
-        -1.0, description="Time at which the yaw is compared; negative: at the end [s]."
+        -1.0,
+        description="Time along the trajectory at which its yaw is compared with the goal's; "
+        "negative: at its end [s].",
     )
 
 

@@ -123,13 +123,13 @@ class CriticContext:
 class CriticParameters(CriticBlock):
     """The parameters that every MPPI critic has; a critic with more parameters subclasses it."""
 
-    enabled: bool = Field(True, description="Whether the critic scores at all.")
+    enabled: bool = Field(True, description="Use this critic.")
 
 
 class TermParameters(CriticParameters):
     """The parameters of critics whose cost is (weight term)^power; each adds its own weight."""
 
-    cost_power: Count = Field(1, ge=1, description="Power of the weighted term.")
+    cost_power: Count = Field(1, ge=1, description="Exponent of the weighted score.")
 
 
 class Critic(ABC):

@@ -52,14 +52,26 @@ class CostCycle(NamedTuple):
 class CostParameters(TermParameters):
     """Parameters of CostCritic."""
 
-    cost_weight: Number = Field(3.81, description="Weight of the mean cell cost [-].")
-    critical_cost: Number = Field(300.0, description="Score of a near-collision column [-].")
-    near_collision_cost: int = Field(253, ge=0, le=255, description="Cell cost that is one [-].")
-    collision_cost: Number = Field(1e6, description="Score of a colliding sample [-].")
-    consider_footprint: bool = Field(False, description="Check the outline, not the centre alone.")
-    near_goal_distance: Length = Field(0.5, ge=0, description="Plan length without cell costs [m].")
-    trajectory_point_step: Count = Field(2, ge=1, description="Columns from one check to the next.")
-    inflation_layer_name: str = Field("", description="Kept for Nav2's files; there is one layer.")
+    cost_weight: Number = Field(
+        3.81, description="Weight of the mean cost of the cells under a sample [-]."
+    )
+    critical_cost: Number = Field(300.0, description="Score of each step that nearly collides [-].")
+    near_collision_cost: int = Field(
+        253, ge=0, le=255, description="Cell cost from which a step nearly collides [-]."
+    )
+    collision_cost: Number = Field(1e6, description="Score of a sample that collides [-].")
+    consider_footprint: bool = Field(
+        False, description="Check the footprint, not the centre alone."
+    )
+    near_goal_distance: Length = Field(
+        0.5,
+        ge=0,
+        description="Length of the remaining plan below which cell costs are ignored [m].",
+    )
+    trajectory_point_step: Count = Field(2, ge=1, description="Check every n-th step of a sample.")
+    inflation_layer_name: str = Field(
+        "", description="Name of Nav2's inflation layer; no effect, as there is one layer here."
+    )
 
 
 class CostCritic(PointwiseCritic):
@@ -194,18 +206,37 @@ class ObstaclesCycle(NamedTuple):
 class ObstaclesParameters(TermParameters):
     """Parameters of ObstaclesCritic."""
 
-    repulsion_weight: Number = Field(1.5, description="Weight of the inflation shortfall [1/m].")
-    critical_weight: Number = Field(20.0, description="Weight of the margin shortfall [1/m].")
-    collision_cost: Number = Field(1e5, description="Margin shortfall of a colliding sample [m].")
-    collision_margin_distance: Length = Field(0.10, ge=0, description="Distance to keep [m].")
-    near_goal_distance: Length = Field(0.5, ge=0, description="Plan length without repulsion [m].")
-    consider_footprint: bool = Field(False, description="Check the outline, not the centre alone.")
-    inflation_layer_name: str = Field("", description="Kept for Nav2's files; there is one layer.")
+    repulsion_weight: Number = Field(
+        1.5, description="Weight of the missing distance within the inflation radius [1/m]."
+    )
+    critical_weight: Number = Field(
+        20.0, description="Weight of the distance missing from collision_margin_distance [1/m]."
+    )
+    collision_cost: Number = Field(
+        1e5, description="Missing distance that a colliding sample counts with [m]."
+    )
+    collision_margin_distance: Length = Field(
+        0.10, ge=0, description="Distance to obstacles that samples should keep [m]."
+    )
+    near_goal_distance: Length = Field(
+        0.5, ge=0, description="Length of the remaining plan below which repulsion is ignored [m]."
+    )
+    consider_footprint: bool = Field(
+        False, description="Check the footprint, not the centre alone."
+    )
+    inflation_layer_name: str = Field(
+        "", description="Name of Nav2's inflation layer; no effect, as there is one layer here."
+    )
     cost_scaling_factor: Number = Field(
-        10.0, ge=0.0, description="Humble: decay of the inflation; must match the layer's [1/m]."
+        10.0,
+        ge=0.0,
+        description="Humble: cost_scaling_factor of the inflation layer; must equal the "
+        "layer's [1/m].",
     )
     inflation_radius: Length = Field(
-        0.55, ge=0.0, description="Humble: how far it reaches; must match the layer's [m]."
+        0.55,
+        ge=0.0,
+        description="Humble: inflation_radius of the inflation layer; must equal the layer's [m].",
     )
 
 

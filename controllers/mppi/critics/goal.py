@@ -23,8 +23,12 @@ from drake_navbench.typed_files.quantities import Length, Number
 class GoalParameters(TermParameters):
     """Parameters of GoalCritic."""
 
-    cost_weight: Number = Field(5.0, description="Weight of the mean goal distance [1/m].")
-    threshold_to_consider: Length = Field(1.4, ge=0, description="Longest plan it acts on [m].")
+    cost_weight: Number = Field(
+        5.0, description="Weight of a sample's mean distance to the goal [1/m]."
+    )
+    threshold_to_consider: Length = Field(
+        1.4, ge=0, description="Length of the remaining plan above which the critic is idle [m]."
+    )
 
 
 class GoalCritic(PointwiseCritic):
@@ -66,9 +70,15 @@ def _distance_row(x, y, goal_x, goal_y, sums):
 class GoalAngleParameters(TermParameters):
     """Parameters of GoalAngleCritic."""
 
-    cost_weight: Number = Field(3.0, description="Weight of the mean yaw error [1/rad].")
-    threshold_to_consider: Length = Field(0.5, ge=0, description="Longest plan it acts on [m].")
-    symmetric_yaw_tolerance: bool = Field(False, description="Also accept the reversed goal yaw.")
+    cost_weight: Number = Field(
+        3.0, description="Weight of a sample's mean yaw error to the goal [1/rad]."
+    )
+    threshold_to_consider: Length = Field(
+        0.5, ge=0, description="Length of the remaining plan above which the critic is idle [m]."
+    )
+    symmetric_yaw_tolerance: bool = Field(
+        False, description="Accept the goal's yaw turned by 180 degrees as well."
+    )
 
 
 class GoalAngleCritic(PointwiseCritic):

@@ -46,13 +46,23 @@ class PathAngleMode(IntEnum):
 class PathAlignParameters(TermParameters):
     """Parameters of PathAlignCritic."""
 
-    cost_weight: Number = Field(10.0, description="Weight of the mean path distance [1/m].")
-    max_path_occupancy_ratio: Number = Field(
-        0.07, ge=0, description="Share of occupied path points that turns it off [-]."
+    cost_weight: Number = Field(
+        10.0, description="Weight of a sample's mean distance to the path [1/m]."
     )
-    offset_from_furthest: Count = Field(20, ge=0, description="Least furthest path point [index].")
-    trajectory_point_step: Count = Field(4, ge=1, description="Columns from one check to the next.")
-    threshold_to_consider: Length = Field(0.5, ge=0, description="Shortest plan it acts on [m].")
+    max_path_occupancy_ratio: Number = Field(
+        0.07, ge=0, description="Share of occupied path points above which the critic is idle [-]."
+    )
+    offset_from_furthest: Count = Field(
+        20,
+        ge=0,
+        description="Index of the furthest reached path point below which the critic is idle [-].",
+    )
+    trajectory_point_step: Count = Field(
+        4, ge=1, description="Compare every n-th step of a sample."
+    )
+    threshold_to_consider: Length = Field(
+        0.5, ge=0, description="Length of the remaining plan below which the critic is idle [m]."
+    )
     use_path_orientations: bool = Field(False, description="Add the yaw error to the distance.")
 
 
@@ -196,9 +206,15 @@ def _first_by_length_row(lengths, count, valid_count, arcs, indices):
 class PathFollowParameters(TermParameters):
     """Parameters of PathFollowCritic."""
 
-    cost_weight: Number = Field(5.0, description="Weight of the carrot distance [1/m].")
-    offset_from_furthest: Count = Field(6, ge=0, description="Carrot ahead of furthest [index].")
-    threshold_to_consider: Length = Field(1.4, ge=0, description="Shortest plan it acts on [m].")
+    cost_weight: Number = Field(
+        5.0, description="Weight of a sample's distance to the carrot at its end [1/m]."
+    )
+    offset_from_furthest: Count = Field(
+        6, ge=0, description="Path points from the furthest reached one to the carrot [-]."
+    )
+    threshold_to_consider: Length = Field(
+        1.4, ge=0, description="Length of the remaining plan below which the critic is idle [m]."
+    )
 
 
 class PathFollowCritic(PathCritic):
@@ -231,14 +247,24 @@ def distance_costs(target_x, target_y, x, y, costs):
 class PathAngleParameters(TermParameters):
     """Parameters of PathAngleCritic."""
 
-    cost_weight: Number = Field(2.2, description="Weight of the angle to the carrot [1/rad].")
-    offset_from_furthest: Count = Field(4, ge=0, description="Carrot ahead of furthest [index].")
-    threshold_to_consider: Length = Field(0.5, ge=0, description="Shortest plan it acts on [m].")
-    max_angle_to_furthest: Angle = Field(0.785398, ge=0, description="Least angle to act on [rad].")
-    mode: Literal[0, 1, 2] = Field(
-        0, description="0 forward preference, 1 none, 2 by the path's own orientations."
+    cost_weight: Number = Field(
+        2.2, description="Weight of the angle between the robot's heading and the carrot [1/rad]."
     )
-    forward_preference: bool = Field(True, description="Humble: mode 0; else mode 1.")
+    offset_from_furthest: Count = Field(
+        4, ge=0, description="Path points from the furthest reached one to the carrot [-]."
+    )
+    threshold_to_consider: Length = Field(
+        0.5, ge=0, description="Length of the remaining plan below which the critic is idle [m]."
+    )
+    max_angle_to_furthest: Angle = Field(
+        0.785398, ge=0, description="Angle below which the critic is idle [rad]."
+    )
+    mode: Literal[0, 1, 2] = Field(
+        0,
+        description="0: prefer driving forward; 1: either direction; 2: the direction of the "
+        "path's orientations.",
+    )
+    forward_preference: bool = Field(True, description="Humble: true is mode 0, false mode 1.")
 
 
 class PathAngleCritic(PathCritic):

@@ -29,7 +29,9 @@ _LEAST_TURN_RATE = F32(1e-6)
 class ConstraintParameters(TermParameters):
     """Parameters of ConstraintCritic."""
 
-    cost_weight: Number = Field(4.0, description="Weight of the excess velocity [1/m].")
+    cost_weight: Number = Field(
+        4.0, description="Weight of the speed beyond the limits, summed over the sample [1/m]."
+    )
 
 
 class ConstraintCritic(PointwiseCritic):
@@ -118,8 +120,10 @@ def add_tight_turns(vx, wz, min_turning_r, sums):
 class PreferForwardParameters(TermParameters):
     """Parameters of PreferForwardCritic."""
 
-    cost_weight: Number = Field(5.0, description="Weight of the distance in reverse [1/m].")
-    threshold_to_consider: Length = Field(0.5, ge=0, description="Shortest plan it acts on [m].")
+    cost_weight: Number = Field(5.0, description="Weight of the distance driven in reverse [1/m].")
+    threshold_to_consider: Length = Field(
+        0.5, ge=0, description="Length of the remaining plan below which the critic is idle [m]."
+    )
 
 
 class PreferForwardCritic(PointwiseCritic):
@@ -144,7 +148,7 @@ class PreferForwardCritic(PointwiseCritic):
 class TwirlingParameters(TermParameters):
     """Parameters of TwirlingCritic."""
 
-    cost_weight: Number = Field(10.0, description="Weight of the mean turn rate [s/rad].")
+    cost_weight: Number = Field(10.0, description="Weight of a sample's mean turn rate [s/rad].")
 
 
 class TwirlingCritic(PointwiseCritic):
@@ -168,9 +172,14 @@ class TwirlingCritic(PointwiseCritic):
 class VelocityDeadbandParameters(TermParameters):
     """Parameters of VelocityDeadbandCritic."""
 
-    cost_weight: Number = Field(35.0, description="Weight of the deadband shortfall [1/m].")
+    cost_weight: Number = Field(
+        35.0,
+        description="Weight of the speed missing to leave the deadband, summed over the "
+        "sample [1/m].",
+    )
     deadband_velocities: tuple[float, float, float] = Field(
-        (0.0, 0.0, 0.0), description="Least usable |vx|, |vy|, |wz| [m/s, m/s, rad/s]."
+        (0.0, 0.0, 0.0),
+        description="Smallest |vx|, |vy|, |wz| that the base answers [m/s, m/s, rad/s].",
     )
 
 

@@ -12,11 +12,15 @@ from drake_navbench.typed_files.typed_yaml import FrozenModel
 class NodeDescription(FrozenModel):
     """A node of a behaviour tree, by the name that it has in Nav2's XML files."""
 
-    node: str = Field(min_length=1, description="Type, such as RecoveryNode or Spin.")
-    name: str = Field("", description="What the log calls it; its type where not given.")
-    attributes: dict[str, str] = Field(default_factory=dict, description="As in the XML file.")
-    children: tuple[NodeDescription, ...] = Field((), description="In order.")
-    line: int | None = Field(None, exclude=True, description="In the file that it was read from.")
+    node: str = Field(min_length=1, description="Type of the node, such as RecoveryNode or Spin.")
+    name: str = Field("", description="Name of the node in the log; its type where none is given.")
+    attributes: dict[str, str] = Field(
+        default_factory=dict, description="Attributes as in the XML file."
+    )
+    children: tuple[NodeDescription, ...] = Field((), description="Children, in order.")
+    line: int | None = Field(
+        None, exclude=True, description="Line in the file that the node was read from."
+    )
 
     def iterate(self) -> Iterator[NodeDescription]:
         """Yields the node and all below it."""

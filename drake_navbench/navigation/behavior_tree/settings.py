@@ -47,7 +47,9 @@ class BehaviorTreeSettings(PluginBlocks):
     PLUGINS: ClassVar[PluginKind] = TREE_NODES
 
     tree: Annotated[NodeDescription | None, BeforeValidator(tuples_for_lists)] = Field(
-        None, description="A tree in place of the default one, to which all else then belongs."
+        None,
+        description="Tree that replaces the default one; the other fields then apply to the "
+        "default tree only.",
     )
     nav2_release: Release = Field(
         NEWEST_RELEASE,
@@ -57,33 +59,45 @@ class BehaviorTreeSettings(PluginBlocks):
     recovery_actions: Annotated[tuple[str, ...], BeforeValidator(tuples_for_lists)] = Field(
         RECOVERY_ACTIONS,
         min_length=1,
-        description="What to try, one after another: one of these, a behaviour or a node by name.",
+        description="Recovery actions, tried one after another: names of built-in actions, "
+        "behaviours or nodes.",
     )
-    number_of_retries: Count = Field(6, ge=0, description="Successful recoveries before giving up.")
+    number_of_retries: Count = Field(
+        6, ge=0, description="Number of successful recoveries after which the navigation gives up."
+    )
     wrap_around: bool = Field(
         False,
-        description="Begin anew after the last recovery action. Nav2's default gives up after it, "
-        "even where it succeeded.",
+        description="Start over after the last recovery action. Nav2's default tree gives up "
+        "after it, even where it succeeded.",
     )
     bt_loop_duration: Count | None = Field(
         None,
         ge=1,
-        description="Time between two ticks [ms], in Nav2 10; null takes the shorter one of the "
-        "controller server's and the behaviours' periods, to the same effect.",
+        description="Time between two ticks [ms], in Nav2 10; null: the shorter one of the "
+        "controller server's and the behaviours' periods, which gives the same "
+        "result.",
     )
-    hz: Frequency = Field(1.0, gt=0.0, description="Rate at which a new path is considered [Hz].")
+    hz: Frequency = Field(1.0, gt=0.0, description="Rate at which a new plan is considered [Hz].")
     proximity_threshold: Length = Field(
-        4.0, ge=0.0, description="A path shorter than this is kept while it is valid [m]."
+        4.0, ge=0.0, description="Length of the path below which a valid path is kept [m]."
     )
     max_robot_pose_search_dist: Length = Field(
-        1.5, gt=0.0, description="Path searched for the robot, for that length [m]."
+        1.5, gt=0.0, description="Length of the path in which the robot's place is searched [m]."
     )
-    spin_dist: Angle = Field(1.57, description="Turn of the recovery, positive to the left [rad].")
-    wait_duration: Duration = Field(5.0, description="Pause of the recovery, in magnitude [s].")
-    backup_dist: Length = Field(0.30, description="Way back of the recovery, in magnitude [m].")
-    backup_speed: Speed = Field(0.15, description="Speed of it, in magnitude [m/s].")
+    spin_dist: Angle = Field(
+        1.57, description="Turn of the recovery Spin, positive to the left [rad]."
+    )
+    wait_duration: Duration = Field(
+        5.0, description="Duration of the recovery Wait, in magnitude [s]."
+    )
+    backup_dist: Length = Field(
+        0.30, description="Distance of the recovery BackUp, in magnitude [m]."
+    )
+    backup_speed: Speed = Field(
+        0.15, description="Speed of the recovery BackUp, in magnitude [m/s]."
+    )
     time_allowance: Duration = Field(
-        10.0, description="Time for a spin or a way back [s]; 0 or less: any."
+        10.0, description="Time allowance of Spin and BackUp [s]; 0 or less: none."
     )
 
     def tick_period_s(self, *server_periods_s: float) -> float:

@@ -209,7 +209,7 @@ def test_what_a_client_does_wrong_is_told_and_ends_it(deed, told, start):
     with pytest.raises(ExternalControllerFailed) as failed:
         controller.step(OBSERVATION, memory)
     assert told in str(failed.value).splitlines()[0]
-    with pytest.raises(ExternalControllerFailed, match="was ended before"):
+    with pytest.raises(ExternalControllerFailed, match="was already ended"):
         controller.step(OBSERVATION, memory)
 
 
