@@ -49,10 +49,10 @@ def build_parser() -> argparse.ArgumentParser:
         "       drake-navbench doctor --log LOG\n"
         "       drake-navbench doctor FILE [FILE ...] --measure-board BOARD [options]\n"
         "       drake-navbench doctor --score CASES [--files DIR] [--page FILE]",
-        description="Finds why a robot with this Nav2 file misbehaves. Checks the file by the rules\n"
-        "of its release, drives short probes made for the robot, tries the possible causes\n"
-        "of a symptom one by one, and writes the smallest change to the file that\n"
-        "removes the symptom and makes nothing else worse.",
+        description="Finds why a robot with this Nav2 file misbehaves. Checks the file by the\n"
+        "rules of its release, drives short probes made for the robot, tries the\n"
+        "possible causes of a symptom one by one, and writes the smallest change to the\n"
+        "file that removes the symptom and makes nothing else worse.",
         epilog=EPILOG,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
