@@ -7,19 +7,12 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from drake_navbench.processes.cache_folder import provide_cache_folder
-from drake_navbench.processes.kernel_cache import forget_stale_kernels, packages_with_kernels
-
 if TYPE_CHECKING:
     from drake_navbench.campaign.benchmark import run_benchmark
     from drake_navbench.logs.log import TrialLog
     from drake_navbench.trial.trial import run_trial
 
 __version__ = "0.1.0"
-
-# numba looks for both when the first module with a kernel is imported.
-provide_cache_folder()
-forget_stale_kernels(packages_with_kernels())
 
 __all__ = ["TrialLog", "__version__", "run_benchmark", "run_trial"]
 

@@ -95,3 +95,22 @@ def test_no_kernel_is_kept_beside_the_code(tmp_path):
     folder = Path(done.stdout.strip())
     assert folder.parent == tmp_path / "drake_navbench" / "kernels" / installation_digest()
     assert [path.suffix for path in folder.iterdir()].count(".nbc") == 1
+
+
+def test_to_import_the_package_sets_no_variable_and_makes_no_folder(tmp_path):
+    script = (
+        "import os\n"
+        "before = dict(os.environ)\n"
+        "import drake_navbench, drake_navbench.__main__\n"
+        "print(dict(os.environ) == before)\n"
+    )
+    environment = {k: v for k, v in os.environ.items() if k not in VARIABLES}
+    done = subprocess.run(
+        [sys.executable, "-c", script],
+        env=environment | {"XDG_CACHE_HOME": str(tmp_path / "cache")},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert done.stdout == "True\n"
+    assert not (tmp_path / "cache").exists()
