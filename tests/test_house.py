@@ -169,6 +169,22 @@ def test_parameters_are_counted_without_self():
     assert many_parameters(f"def g({names}): ...", "x.py") == {"x.py:g": 9}
 
 
+def test_whoever_compiles_imports_the_package_that_knows_where_kernels_are_kept():
+    """Controllers do it once, in their package."""
+    compiling = {
+        file: (REPOSITORY / file).read_text(encoding="utf-8")
+        for file in product_files()
+        if not str(file).startswith(("controllers/", "drake_navbench/kernels/"))
+    }
+    lost = [
+        str(file)
+        for file, code in compiling.items()
+        if re.search(r"^from numba import .*njit", code, re.M)
+        and not re.search(r"^(import|from) drake_navbench\.kernels", code, re.M)
+    ]
+    assert not lost
+
+
 def imported_by(code: str) -> set[str]:
     """Returns the names of the libraries that a file imports anywhere, without the standard one."""
     names: set[str] = set()
