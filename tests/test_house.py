@@ -79,9 +79,6 @@ WITH_MANY_PARAMETERS = {
     "drake_navbench/kernels/orca.py:step_orca",
     "drake_navbench/kernels/particle_filter.py:resample",
     "drake_navbench/kernels/theta_star.py:_reset_parent",
-    "drake_navbench/studies/side_by_side/gate.py:drive_gate",
-    "drake_navbench/systems/controller_server.py:__init__",
-    "drake_navbench/trial/diagram.py:build_trial_diagram",
 }
 
 
