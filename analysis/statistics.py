@@ -173,17 +173,6 @@ def _student_quantile(probability: float, freedom: int) -> float:
     return float(stats.t.ppf(probability, freedom))
 
 
-def signed_rank_p_value(differences: Array) -> float:
-    """Returns Wilcoxon's two-sided p-value; 1 where nothing differs, NaN without pairs.
-
-    Exact for up to EXACT_PAIRS pairs that differ, also where differences are equal in size. With
-    fewer than six pairs it cannot fall below 0.05.
-    """
-    if len(differences) == 0:
-        return math.nan
-    return _p_value_of_ranks(tuple(signed_ranks(differences).tolist()))
-
-
 def signed_ranks(differences: Array) -> Array:
     """Returns the signed ranks of |differences| without zeros, in rising order."""
     differences = differences[differences != 0.0]
@@ -234,17 +223,8 @@ def sign_test_p_value(wins: int, losses: int) -> float:
     return min(2.0 * float(stats.binom.cdf(min(wins, losses), changed, 0.5)), 1.0)
 
 
-def rank_biserial(differences: Array) -> float:
-    """Returns the matched-pairs rank-biserial correlation: (W+ - W-)/(W+ + W-).
-
-    Pairs that do not differ are dropped; 0 where none does, NaN without pairs.
-    """
-    if len(differences) == 0:
-        return math.nan
-    return _effect_of_ranks(signed_ranks(differences))
-
-
 def _effect_of_ranks(ranks: Array) -> float:
+    """Returns the matched-pairs rank-biserial correlation, (W+ - W-)/(W+ + W-); 0 without ranks."""
     return float(ranks.sum() / np.abs(ranks).sum()) if len(ranks) else 0.0
 
 

@@ -7,9 +7,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from drake_navbench.processes.cache_folder import provide_cache_folder
 from drake_navbench.processes.instruction_set import hold_to_baseline
-from drake_navbench.processes.kernel_cache import forget_stale_kernels, packages_with_kernels
 
 if TYPE_CHECKING:
     from drake_navbench.campaign.benchmark import run_benchmark
@@ -18,10 +16,8 @@ if TYPE_CHECKING:
 
 __version__ = "0.1.0"
 
-# numba and numpy look for these when they, or the first module with a kernel, are imported.
+# numpy and numba read the environment when they are imported, so it is set before either.
 hold_to_baseline()
-provide_cache_folder()
-forget_stale_kernels(packages_with_kernels())
 
 __all__ = ["TrialLog", "__version__", "run_benchmark", "run_trial"]
 

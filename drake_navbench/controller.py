@@ -30,7 +30,7 @@ from drake_navbench.kernels.grid import Costmap
 from drake_navbench.kernels.read_only import read_only
 from drake_navbench.noise import NO_NOISE, NoiseKey
 from drake_navbench.plugins.kinds import PluginKind
-from drake_navbench.releases import NEWEST_RELEASE, RELEASE_FIELD, Release, release_in
+from drake_navbench.releases import NEWEST_RELEASE, RELEASE_FIELD, ReadBy, Release, release_in
 
 CONTROLLERS = PluginKind(
     noun="controller",
@@ -208,9 +208,8 @@ class ControllerParameters(BaseModel):
     PATH_HANDLER_NAMES: parameters that the plugins read in earlier releases of Nav2, and that the
         path handler reads now, with the same meaning.
     PLUGIN_NAMES: dotted names whose values are plugin types of further controllers.
-    READ_FROM, READ_UNTIL: by dotted name, the first and the last release of Nav2 that reads a
-        parameter. Every release reads a parameter that is in neither. Only for models with a field
-        `nav2_release`.
+    READ_BY: by dotted name, the releases of Nav2 that read a parameter. Every release reads a
+        parameter that is not in it. Only for models with a field `nav2_release`.
     DONE_OTHERWISE: by dotted name of a parameter that Nav2 reads and this model lacks, a sentence
         on what the controller does instead.
     STOOD_IN_FOR: by dotted name of a parameter that makes Nav2 behave differently from this
@@ -220,8 +219,7 @@ class ControllerParameters(BaseModel):
     WITHOUT_EFFECT: ClassVar[frozenset[str]] = frozenset()
     PATH_HANDLER_NAMES: ClassVar[frozenset[str]] = frozenset()
     PLUGIN_NAMES: ClassVar[tuple[str, ...]] = ()
-    READ_FROM: ClassVar[Mapping[str, Release]] = MappingProxyType({})
-    READ_UNTIL: ClassVar[Mapping[str, Release]] = MappingProxyType({})
+    READ_BY: ClassVar[Mapping[str, ReadBy]] = MappingProxyType({})
     DONE_OTHERWISE: ClassVar[Mapping[str, str]] = MappingProxyType({})
     STOOD_IN_FOR: ClassVar[Mapping[str, str]] = MappingProxyType({})
 
@@ -250,10 +248,7 @@ class ControllerParameters(BaseModel):
         parts = name.split(".")
         # An entry about a block holds for all parameters in it.
         places = [".".join(parts[:count]) for count in range(1, len(parts) + 1)]
-        return all(
-            cls.READ_FROM.get(place, release) <= release <= cls.READ_UNTIL.get(place, release)
-            for place in places
-        )
+        return all(release in cls.READ_BY.get(place, ReadBy()).releases for place in places)
 
     @classmethod
     def what_is_done_instead(cls, name: str, values: Mapping[str, Any]) -> str | None:

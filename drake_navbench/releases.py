@@ -5,8 +5,9 @@ Source: the branches humble, iron, jazzy, kilted and lyrical of navigation2.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from enum import StrEnum
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 
 class Release(StrEnum):
@@ -54,3 +55,29 @@ def release_in(values: Any) -> Release:
     """
     name = (values or {}).get(RELEASE_FIELD, NEWEST_RELEASE)
     return Release(name) if name in set(Release) else NEWEST_RELEASE
+
+
+class ReadBy(NamedTuple):
+    """The releases that read a parameter, and the defaults that differ from ours.
+
+    releases: those that read the parameter. defaults: by release, the value that counts there if no
+    file gives one; only where it differs from the default of our model.
+    """
+
+    releases: frozenset[Release] = frozenset(Release)
+    defaults: Mapping[Release, Any] = {}
+
+
+def since(release: Release, defaults: Mapping[Release, Any] | None = None) -> ReadBy:
+    """Returns that a release and the newer ones read a parameter; defaults: of the older ones."""
+    return ReadBy(frozenset(other for other in Release if other >= release), defaults or {})
+
+
+def until(release: Release) -> ReadBy:
+    """Returns that a release and the older ones read a parameter."""
+    return ReadBy(frozenset(other for other in Release if other <= release))
+
+
+def before(release: Release, value: Any) -> dict[Release, Any]:
+    """Returns a value by the releases that are older than one."""
+    return {other: value for other in Release if other < release}

@@ -13,7 +13,7 @@ from drake_navbench.controller import (
     ControllerParameters,
 )
 from drake_navbench.kernels.grid import INSCRIBED
-from drake_navbench.releases import NEWEST_RELEASE, Release, release_in
+from drake_navbench.releases import NEWEST_RELEASE, ReadBy, Release, release_in, since, until
 from drake_navbench.typed_files.quantities import (
     Acceleration,
     Angle,
@@ -39,29 +39,25 @@ class GracefulParameters(ControllerParameters):
     """
 
     PATH_HANDLER_NAMES: ClassVar[frozenset[str]] = frozenset({SEARCH_DISTANCE})
-    READ_FROM: ClassVar[Mapping[str, Release]] = MappingProxyType(
+    READ_BY: ClassVar[Mapping[str, ReadBy]] = MappingProxyType(
         {
-            MIN_LOOKAHEAD: Release.IRON,
-            "max_lookahead": Release.IRON,
-            "v_angular_min_in_place": Release.IRON,
-            "initial_rotation_tolerance": Release.IRON,
-            "prefer_final_rotation": Release.IRON,
-            "in_place_collision_resolution": Release.IRON,
-            "use_collision_detection": Release.KILTED,
-            "deceleration_max": Release.LYRICAL,
-            "footprint_scaling_linear_vel": Release.LYRICAL,
-            "footprint_scaling_factor": Release.LYRICAL,
-            "footprint_scaling_step": Release.LYRICAL,
-            "obstacle_cost_margin": Release.LYRICAL,
-            "final_rotation_search_step": Release.LYRICAL,
-        }
-    )
-    READ_UNTIL: ClassVar[Mapping[str, Release]] = MappingProxyType(
-        {
-            "motion_target_dist": Release.HUMBLE,
-            "initial_rotation_min_angle": Release.HUMBLE,
-            "final_rotation": Release.HUMBLE,
-            SEARCH_DISTANCE: Release.KILTED,
+            MIN_LOOKAHEAD: since(Release.IRON),
+            "max_lookahead": since(Release.IRON),
+            "v_angular_min_in_place": since(Release.IRON),
+            "initial_rotation_tolerance": since(Release.IRON),
+            "prefer_final_rotation": since(Release.IRON),
+            "in_place_collision_resolution": since(Release.IRON),
+            "use_collision_detection": since(Release.KILTED),
+            "deceleration_max": since(Release.LYRICAL),
+            "footprint_scaling_linear_vel": since(Release.LYRICAL),
+            "footprint_scaling_factor": since(Release.LYRICAL),
+            "footprint_scaling_step": since(Release.LYRICAL),
+            "obstacle_cost_margin": since(Release.LYRICAL),
+            "final_rotation_search_step": since(Release.LYRICAL),
+            "motion_target_dist": until(Release.HUMBLE),
+            "initial_rotation_min_angle": until(Release.HUMBLE),
+            "final_rotation": until(Release.HUMBLE),
+            SEARCH_DISTANCE: until(Release.KILTED),
         }
     )
 

@@ -14,7 +14,7 @@ from drake_navbench.controllers.critic_parameters import CriticBlock, Parameters
 from drake_navbench.controllers.mppi.critics.base import CriticParameters
 from drake_navbench.controllers.mppi.critics.registry import CRITICS
 from drake_navbench.plugins.kinds import PluginKind
-from drake_navbench.releases import NEWEST_RELEASE, Release, release_in
+from drake_navbench.releases import NEWEST_RELEASE, ReadBy, Release, release_in, since, until
 from drake_navbench.typed_files.quantities import (
     Acceleration,
     Angle,
@@ -191,37 +191,33 @@ class MppiParameters(ParametersWithCritics):
         }
     )
     PATH_HANDLER_NAMES: ClassVar[frozenset[str]] = frozenset(OF_OWN_PLAN)
-    READ_FROM: ClassVar[Mapping[str, Release]] = MappingProxyType(
+    READ_BY: ClassVar[Mapping[str, ReadBy]] = MappingProxyType(
         {
-            "ObstaclesCritic.inflation_layer_name": Release.IRON,
-            "PathAngleCritic.mode": Release.IRON,
-            "ax_max": Release.JAZZY,
-            "ax_min": Release.JAZZY,
-            "ay_max": Release.JAZZY,
-            "ay_min": Release.JAZZY,
-            "az_max": Release.JAZZY,
-            "open_loop": Release.JAZZY,
-            "CostCritic.near_collision_cost": Release.JAZZY,
-            "CostCritic.trajectory_point_step": Release.JAZZY,
-            "GoalAngleCritic.symmetric_yaw_tolerance": Release.JAZZY,
-            "publish_optimal_trajectory": Release.KILTED,
-            "TrajectoryValidator": Release.LYRICAL,
-            "clamp_raw_controls": Release.LYRICAL,
-            "model_delay_vx": Release.LYRICAL,
-            "model_delay_vy": Release.LYRICAL,
-            "model_delay_wz": Release.LYRICAL,
-            "publish_critics_stats": Release.LYRICAL,
-            "critic_index_to_visualize": Release.LYRICAL,
-            "sgf_order": Release.LYRICAL,
-        }
-    )
-    READ_UNTIL: ClassVar[Mapping[str, Release]] = MappingProxyType(
-        {
-            "ObstaclesCritic.cost_scaling_factor": Release.HUMBLE,
-            "ObstaclesCritic.inflation_radius": Release.HUMBLE,
-            "PathAngleCritic.forward_preference": Release.HUMBLE,
-            "reset_period": Release.HUMBLE,
-            **dict.fromkeys(OF_OWN_PLAN, Release.KILTED),
+            "ObstaclesCritic.inflation_layer_name": since(Release.IRON),
+            "PathAngleCritic.mode": since(Release.IRON),
+            "ax_max": since(Release.JAZZY),
+            "ax_min": since(Release.JAZZY),
+            "ay_max": since(Release.JAZZY),
+            "ay_min": since(Release.JAZZY),
+            "az_max": since(Release.JAZZY),
+            "open_loop": since(Release.JAZZY),
+            "CostCritic.near_collision_cost": since(Release.JAZZY),
+            "CostCritic.trajectory_point_step": since(Release.JAZZY),
+            "GoalAngleCritic.symmetric_yaw_tolerance": since(Release.JAZZY),
+            "publish_optimal_trajectory": since(Release.KILTED),
+            "TrajectoryValidator": since(Release.LYRICAL),
+            "clamp_raw_controls": since(Release.LYRICAL),
+            "model_delay_vx": since(Release.LYRICAL),
+            "model_delay_vy": since(Release.LYRICAL),
+            "model_delay_wz": since(Release.LYRICAL),
+            "publish_critics_stats": since(Release.LYRICAL),
+            "critic_index_to_visualize": since(Release.LYRICAL),
+            "sgf_order": since(Release.LYRICAL),
+            "ObstaclesCritic.cost_scaling_factor": until(Release.HUMBLE),
+            "ObstaclesCritic.inflation_radius": until(Release.HUMBLE),
+            "PathAngleCritic.forward_preference": until(Release.HUMBLE),
+            "reset_period": until(Release.HUMBLE),
+            **dict.fromkeys(OF_OWN_PLAN, until(Release.KILTED)),
         }
     )
 

@@ -12,7 +12,7 @@ from drake_navbench.controller import (
     AskedSpeeds,
     ControllerParameters,
 )
-from drake_navbench.releases import NEWEST_RELEASE, Release, release_in
+from drake_navbench.releases import NEWEST_RELEASE, ReadBy, Release, release_in, since, until
 from drake_navbench.typed_files.quantities import (
     Acceleration,
     Angle,
@@ -40,30 +40,25 @@ class RegulatedPurePursuitParameters(ControllerParameters):
     """
 
     PATH_HANDLER_NAMES: ClassVar[frozenset[str]] = frozenset({SEARCH_DISTANCE})
-    READ_FROM: ClassVar[Mapping[str, Release]] = MappingProxyType(
+    READ_BY: ClassVar[Mapping[str, ReadBy]] = MappingProxyType(
         {
-            "use_fixed_curvature_lookahead": Release.IRON,
-            "curvature_lookahead_dist": Release.IRON,
-            "interpolate_curvature_after_goal": Release.JAZZY,
-            "use_cancel_deceleration": Release.JAZZY,
-            "cancel_deceleration": Release.JAZZY,
-            "stateful": Release.JAZZY,
-            "min_distance_to_obstacle": Release.KILTED,
-            "allow_obstacle_checking_beyond_goal": Release.LYRICAL,
-            "use_dynamic_window": Release.LYRICAL,
-            "min_linear_vel": Release.LYRICAL,
-            "max_angular_vel": Release.LYRICAL,
-            "min_angular_vel": Release.LYRICAL,
-            "max_linear_accel": Release.LYRICAL,
-            "max_linear_decel": Release.LYRICAL,
-            "max_angular_decel": Release.LYRICAL,
-        }
-    )
-    READ_UNTIL: ClassVar[Mapping[str, Release]] = MappingProxyType(
-        {
-            "use_interpolation": Release.IRON,
-            "stateful": Release.KILTED,
-            SEARCH_DISTANCE: Release.KILTED,
+            "use_fixed_curvature_lookahead": since(Release.IRON),
+            "curvature_lookahead_dist": since(Release.IRON),
+            "interpolate_curvature_after_goal": since(Release.JAZZY),
+            "use_cancel_deceleration": since(Release.JAZZY),
+            "cancel_deceleration": since(Release.JAZZY),
+            "min_distance_to_obstacle": since(Release.KILTED),
+            "allow_obstacle_checking_beyond_goal": since(Release.LYRICAL),
+            "use_dynamic_window": since(Release.LYRICAL),
+            "min_linear_vel": since(Release.LYRICAL),
+            "max_angular_vel": since(Release.LYRICAL),
+            "min_angular_vel": since(Release.LYRICAL),
+            "max_linear_accel": since(Release.LYRICAL),
+            "max_linear_decel": since(Release.LYRICAL),
+            "max_angular_decel": since(Release.LYRICAL),
+            "use_interpolation": until(Release.IRON),
+            "stateful": ReadBy(frozenset({Release.JAZZY, Release.KILTED})),
+            SEARCH_DISTANCE: until(Release.KILTED),
         }
     )
 

@@ -12,7 +12,7 @@ from drake_navbench.controller import (
     AskedSpeeds,
     ControllerParameters,
 )
-from drake_navbench.releases import NEWEST_RELEASE, Release, release_in
+from drake_navbench.releases import NEWEST_RELEASE, ReadBy, Release, release_in, until
 from drake_navbench.typed_files.quantities import (
     Acceleration,
     Angle,
@@ -37,8 +37,10 @@ class VectorPursuitParameters(ControllerParameters):
 
     WITHOUT_EFFECT: ClassVar[frozenset[str]] = frozenset({"transform_tolerance"})
     PATH_HANDLER_NAMES: ClassVar[frozenset[str]] = frozenset({SEARCH_DISTANCE})
-    READ_UNTIL: ClassVar[Mapping[str, Release]] = MappingProxyType(
-        {SEARCH_DISTANCE: Release.KILTED}
+    READ_BY: ClassVar[Mapping[str, ReadBy]] = MappingProxyType(
+        {
+            SEARCH_DISTANCE: until(Release.KILTED),
+        }
     )
 
     k: Number = Field(

@@ -195,11 +195,13 @@ def _driven(arguments: argparse.Namespace, tell: Callable[[str], None]) -> GateR
         head,
         arguments.controllers,
         folder.absolute(),
-        scenarios=arguments.scenarios or gate.DEFAULT_SCENARIOS,
-        trials=gate.DEFAULT_TRIALS if arguments.trials is None else arguments.trials,
-        jobs=arguments.jobs,
-        seed=arguments.seed or 0,
-        robot=arguments.robot or DEFAULT_ROBOT,
+        drives=gate.GateDrives(
+            scenarios=arguments.scenarios or gate.DEFAULT_SCENARIOS,
+            trials=gate.DEFAULT_TRIALS if arguments.trials is None else arguments.trials,
+            jobs=arguments.jobs,
+            seed=arguments.seed or 0,
+            robot=arguments.robot or DEFAULT_ROBOT,
+        ),
         tolerance=arguments.tolerance,
         tell=tell,
     )

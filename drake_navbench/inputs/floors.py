@@ -233,10 +233,8 @@ def _placed_scenario(own: Scenario, offset: Offset) -> Scenario:
             "goal": _moved_pose(own.goal, offset),
         }
     )
-    # Sets values that the cached properties would read again, at the map's own place.
-    moved.__dict__["map"] = None if own.map is None else _moved_map(own.map, offset)
-    moved.__dict__["filter_masks"] = tuple(_moved_mask(mask, offset) for mask in own.filter_masks)
-    return moved
+    masks = tuple(_moved_mask(mask, offset) for mask in own.filter_masks)
+    return moved.with_maps(own.map and _moved_map(own.map, offset), masks)
 
 
 def _bounds_of(own: Scenario) -> Bounds:

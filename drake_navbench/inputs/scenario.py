@@ -6,7 +6,7 @@ from dataclasses import replace
 from functools import cached_property
 from hashlib import sha256
 from pathlib import Path
-from typing import Any, ClassVar, Literal
+from typing import Any, ClassVar, Literal, NamedTuple, Self
 
 import numpy as np
 from pydantic import (
@@ -94,6 +94,16 @@ class Variation(FrozenModel):
     )
 
 
+class GivenMaps(NamedTuple):
+    """The map of a scenario and the masks of its filters, in place of those of its files.
+
+    masks: None where they are read from their files.
+    """
+
+    grid: OccupancyMap | None
+    masks: tuple[FilterMask, ...] | None = None
+
+
 class Scenario(QuietModel):
     """One task in one world, or a mission over several floors."""
 
@@ -160,6 +170,7 @@ class Scenario(QuietModel):
     )
     name: str = Field("", description="Name of the file; set by the loader.")
     directory: str = Field("", exclude=True, description="Folder of the file; set by the loader.")
+    _maps: GivenMaps | None = None
 
     @field_validator("filters")
     @classmethod
@@ -231,14 +242,26 @@ class Scenario(QuietModel):
         """Whether the task is meant to be given up."""
         return self.expected_outcome == "aborted"
 
+    def with_maps(
+        self, grid: OccupancyMap | None, masks: tuple[FilterMask, ...] | None = None
+    ) -> Self:
+        """Returns the scenario with a map that was read already, and masks where they were, too."""
+        other = self.model_copy()
+        other._maps = GivenMaps(grid, masks)
+        return other
+
     @cached_property
     def map(self) -> OccupancyMap | None:
         """The map; raises InputError where it cannot be read."""
+        if self._maps is not None:
+            return self._maps.grid
         return None if self.world.map is None else load_map(self._beside(self.world.map))
 
     @cached_property
     def filter_masks(self) -> tuple[FilterMask, ...]:
         """The masks of the filters; raises InputError where one is wrong."""
+        if self._maps is not None and self._maps.masks is not None:
+            return self._maps.masks
         return tuple(
             load_filter_mask(
                 entry,
@@ -362,8 +385,7 @@ def scenario_on_map(
     scenario = validate(Scenario, data, f"--map {map_file}")
     scenario = scenario.model_copy(update={"directory": str(map_file.absolute().parent)})
     if grid is not None:
-        # The value that the cached property would read again.
-        scenario.__dict__["map"] = grid
+        scenario = scenario.with_maps(grid)
     _ = scenario.map
     return scenario
 

@@ -16,7 +16,11 @@ from contextlib import suppress
 from importlib.util import find_spec
 from pathlib import Path
 
-from drake_navbench.processes.cache_folder import installation_digest, kernel_folder
+from drake_navbench.processes.cache_folder import (
+    installation_digest,
+    kernel_folder,
+    provide_cache_folder,
+)
 
 # Set for the processes that this one starts: they need not look again.
 CHECKED_VARIABLE = "DRAKE_NAVBENCH_KERNELS_CHECKED"
@@ -31,6 +35,12 @@ NAME = re.compile(r"\w+")
 
 # Of a file: when it was changed, ns, and its size, bytes.
 Stamp = list[int]
+
+
+def prepare_kernels() -> None:
+    """Makes the folder of our compiled kernels ready: it is known, and nothing in it is stale."""
+    provide_cache_folder()
+    forget_stale_kernels(packages_with_kernels())
 
 
 def packages_with_kernels() -> dict[str, Path]:

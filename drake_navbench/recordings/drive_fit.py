@@ -21,6 +21,7 @@ from numba import njit
 from numpy.typing import NDArray
 from scipy.optimize import differential_evolution, minimize
 
+import drake_navbench.kernels  # noqa: F401, before numba looks for what is compiled
 from drake_navbench.errors import InputError
 from drake_navbench.recordings.drive_data import DriveData
 

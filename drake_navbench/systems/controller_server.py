@@ -34,7 +34,7 @@ from drake_navbench.navigation.path_handler import PathHandler
 from drake_navbench.navigation.progress_checkers import ProgressChecker
 from drake_navbench.navigation.task import ClearRequest, GlobalPlan, TaskState, TaskStatus
 from drake_navbench.noise import NoiseKey, NoiseStream
-from drake_navbench.systems.compute_clock import ComputeClock, ComputeTimes
+from drake_navbench.systems.compute_clock import ComputeClock
 from drake_navbench.systems.controller_call import (
     PluginBroke,
     Stopwatch,
@@ -118,7 +118,7 @@ class ControllerServer(LeafSystem):
     Where cycles take time, a command is published when its cycle is over, and a cycle that misses
     its period puts the next one off.
 
-    timing, compute_times_ms: see ComputeClock; without, cycles take no time.
+    clock: tells how long a cycle takes; without, cycles take no time.
     moves_sideways: whether the base follows vy; for another one a command may not have any.
     """
 
@@ -132,11 +132,10 @@ class ControllerServer(LeafSystem):
         progress_checker: ProgressChecker,
         offset_s: float,
         moves_sideways: bool = False,
-        timing: Timeline[TimingSettings] | None = None,
-        compute_times_ms: ComputeTimes | None = None,
+        clock: ComputeClock | None = None,
     ) -> None:
         super().__init__()
-        self._clock = ComputeClock(timing or Timeline.constant(TimingSettings()), compute_times_ms)
+        self._clock = clock or ComputeClock(Timeline.constant(TimingSettings()), None)
         self._takes_time = self._clock.is_needed
         self._controller = controller
         self._settings = settings

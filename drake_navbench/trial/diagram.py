@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,8 +19,6 @@ from drake_navbench.costmaps.filter_masks import FilterMask
 from drake_navbench.costmaps.map_file import OccupancyMap
 from drake_navbench.inputs.faults import Conditions, conditions_of
 from drake_navbench.inputs.robot import Robot
-from drake_navbench.inputs.timeline import Timeline
-from drake_navbench.inputs.timing import TimingSettings
 from drake_navbench.inputs.world import World
 from drake_navbench.inputs.world_geometry import register_obstacles
 from drake_navbench.logs.moment import Moment
@@ -29,7 +27,7 @@ from drake_navbench.navigation.path_handler import PathHandler
 from drake_navbench.systems.actuators import SlippingWheels
 from drake_navbench.systems.binary_filter import BinaryFilter
 from drake_navbench.systems.clearance import Clearance
-from drake_navbench.systems.compute_clock import ComputeTimes
+from drake_navbench.systems.compute_clock import ComputeClock, ComputeTimes
 from drake_navbench.systems.controller_server import ControllerServer
 from drake_navbench.systems.delays import CommandLink
 from drake_navbench.systems.floor_transport import FloorTransport
@@ -107,28 +105,48 @@ class TrialDiagram:
         return context
 
 
+class Looks(NamedTuple):
+    """What is kept and shown of a trial besides its log.
+
+    watch: is called with the present moment whenever the recorder samples. keeps_costmaps: whether
+    the recorder keeps the local costmaps.
+    """
+
+    watch: Callable[[Moment], None] | None = None
+    keeps_costmaps: bool = True
+
+
+class TrialMaps(NamedTuple):
+    """The maps that a robot has of its world.
+
+    static, masks: of the static layers and of the filters of its costmaps. known: that of AMCL,
+    which needs one.
+    """
+
+    static: OccupancyMap | None = None
+    known: OccupancyMap | None = None
+    masks: Sequence[FilterMask] = ()
+
+
 def build_trial_diagram(
     robot: Robot,
     world: World,
     controller: Controller,
     *,
     task: FollowPlan | NavigateToPoses,
-    static_map: OccupancyMap | None = None,
-    known_map: OccupancyMap | None = None,
-    filter_masks: Sequence[FilterMask] = (),
+    maps: TrialMaps | None = None,
     conditions: Conditions | None = None,
     compute_times_ms: ComputeTimes | None = None,
-    watch: Callable[[Moment], None] | None = None,
-    keeps_costmaps: bool = True,
+    looks: Looks | None = None,
 ) -> TrialDiagram:
     """Wires one trial.
 
-    task: of the robot; it decides on the navigator. static_map, filter_masks: maps of the layers
-    and filters of the local costmap. known_map: the map of AMCL, which needs one. conditions: the
-    settings of the robot's parts at each time; those of its file where not given. compute_times_ms:
-    of all cycles, in place of those that are measured. watch: is called with the present moment
-    whenever the recorder samples. keeps_costmaps: whether the recorder keeps the local costmaps.
+    task: of the robot; it decides on the navigator. maps: those of the scenario, none where not
+    given. conditions: the settings of the robot's parts at each time; those of its file where not
+    given. compute_times_ms: of all cycles, in place of those that are measured. looks: what
+    is kept and shown of the trial; costmaps are kept where not given.
     """
+    maps, looks = maps or TrialMaps(), looks or Looks()
     builder = DiagramBuilder()
     scene_graph = builder.AddNamedSystem("scene_graph", SceneGraph())
     register_obstacles(scene_graph, world)
@@ -142,7 +160,7 @@ def build_trial_diagram(
     state = _state_of(base, transport)
 
     conditions = conditions or conditions_of(robot)
-    localization = add_localization(builder, robot, conditions, state, known_map, floors)
+    localization = add_localization(builder, robot, conditions, state, maps.known, floors)
     moving_world = add_moving_world(builder, robot, world, scene_graph, state)
     lidar, range_sensors, signals = add_sensors(
         builder,
@@ -155,17 +173,22 @@ def build_trial_diagram(
         floors=floors,
     )
 
-    local_costmap = _add_local_costmap(builder, robot, signals, static_map, filter_masks, floors)
+    local_costmap = _add_local_costmap(builder, robot, signals, maps, floors)
     costmap = local_costmap.GetOutputPort("costmap")
     server = _add_controller_server(
-        builder, robot, controller, signals, costmap, conditions.timing, compute_times_ms
+        builder,
+        robot,
+        controller,
+        signals,
+        costmap,
+        ComputeClock(conditions.timing, compute_times_ms),
     )
     navigator, command = add_navigation(
         builder, robot, task, signals, local_costmap=local_costmap, server=server
     )
     command = add_command_chain(builder, robot, signals, command)
     to_wheels = _add_way_to_base(builder, robot, conditions, command, base, localization, state)
-    filters = add_filters(builder, robot.navigation, filter_masks, signals.estimate, floors, server)
+    filters = add_filters(builder, robot.navigation, maps.masks, signals.estimate, floors, server)
 
     clearance = add_clearance(builder, robot, world, moving_world, signals, costmap, clock)
     recorder = add_recorder(
@@ -176,10 +199,10 @@ def build_trial_diagram(
         signals,
         command=command,
         distances=clearance.GetOutputPort("distances"),
-        costmap=costmap if keeps_costmaps else None,
+        costmap=costmap if looks.keeps_costmaps else None,
     )
-    if watch is not None:
-        add_viewer(builder, watch, navigator, server, moving_world, signals, costmap)
+    if looks.watch is not None:
+        add_viewer(builder, looks.watch, navigator, server, moving_world, signals, costmap)
     if isinstance(navigator, TreeNavigator) and floors is not None:
         connect_floors(builder, navigator, builder.GetSystems())
 
@@ -235,8 +258,7 @@ def _add_local_costmap(
     builder: DiagramBuilder,
     robot: Robot,
     signals: Signals,
-    static_map: OccupancyMap | None,
-    filter_masks: Sequence[FilterMask],
+    maps: TrialMaps,
     floors: TrialFloors | None,
 ) -> LocalCostmap:
     """Adds the local costmap."""
@@ -247,8 +269,8 @@ def _add_local_costmap(
             robot.lidar,
             footprint=robot.padded_outline,
             offset_s=COSTMAP_OFFSET_S,
-            static_map=static_map,
-            masks=filter_masks,
+            static_map=maps.static,
+            masks=maps.masks,
             floors=(
                 () if floors is None else tuple(zip(floors.static_maps, floors.masks, strict=True))
             ),
@@ -267,8 +289,7 @@ def _add_controller_server(
     controller: Controller,
     signals: Signals,
     costmap: OutputPort,
-    timing: Timeline[TimingSettings],
-    compute_times_ms: ComputeTimes | None,
+    clock: ComputeClock,
 ) -> ControllerServer:
     """Adds the server that hosts the controller."""
     navigation = robot.navigation
@@ -282,8 +303,7 @@ def _add_controller_server(
             progress_checker=make_progress_checker(navigation.progress_checker),
             offset_s=CONTROLLER_OFFSET_S,
             moves_sideways=robot.drive.lateral_speed_mps > 0.0,
-            timing=timing,
-            compute_times_ms=compute_times_ms,
+            clock=clock,
         ),
     )
     connect_inputs(builder, server, estimate=signals.odometry_estimate, costmap=costmap)

@@ -32,7 +32,7 @@ from drake_navbench.processes.workers import Died, Failure, Task, TimedOut, run_
 from drake_navbench.systems.lifetime import release
 from drake_navbench.trial.column_controller import built_controller
 from drake_navbench.trial.contact_watch import Contact, ContactWatch
-from drake_navbench.trial.diagram import TrialDiagram, build_trial_diagram
+from drake_navbench.trial.diagram import Looks, TrialDiagram, TrialMaps, build_trial_diagram
 from drake_navbench.trial.floors import trial_floors
 from drake_navbench.trial.planning import global_layers, known_map, make_plan
 from drake_navbench.trial.plugin_check import check_plugins
@@ -182,13 +182,10 @@ def _simulate_with(
         spec.scenario.true_world,
         controller,
         task=trial_task(spec),
-        static_map=_static_map(spec),
-        known_map=_known_map(spec),
-        filter_masks=spec.scenario.places[0].filter_masks,
+        maps=TrialMaps(_static_map(spec), _known_map(spec), spec.scenario.places[0].filter_masks),
         conditions=spec.scenario.conditions(spec.robot),
         compute_times_ms=spec.compute_times_ms,
-        watch=watch,
-        keeps_costmaps=spec.keeps_costmaps,
+        looks=Looks(watch, spec.keeps_costmaps),
     )
     try:
         return _driven(spec, trial, realtime_rate)

@@ -129,7 +129,7 @@ def test_the_sign_test_counts_pairs_that_one_side_alone_has():
 
 def test_rank_biserial_weighs_differences_by_rank():
     # |d| ranks 1, 2, 3; signs +, -, +: (1 - 2 + 3) / 6.
-    assert statistics.rank_biserial(np.array([0.5, -1.0, 4.0])) == pytest.approx(2 / 6)
+    assert statistics.compare_differences(np.array([0.5, -1.0, 4.0])).effect == pytest.approx(2 / 6)
 
 
 def test_holm_multiplies_by_the_number_of_hypotheses_still_standing():
@@ -188,7 +188,7 @@ def test_summaries_move_with_their_values(values, shift):
 
 def test_the_smallest_p_value_is_that_of_differences_of_one_sign():
     for pairs in (3, 6, 8):
-        smallest = statistics.signed_rank_p_value(np.arange(1.0, pairs + 1.0))
+        smallest = statistics.compare_differences(np.arange(1.0, pairs + 1.0)).p_value
         assert statistics.smallest_p_value(pairs, 1) == pytest.approx(smallest)
     # Holm multiplies the smallest of ten by ten.
     assert statistics.smallest_p_value(8, 10) == pytest.approx(10 / 128)
@@ -201,4 +201,4 @@ def test_the_smallest_p_value_is_that_of_differences_of_one_sign():
 def test_the_p_value_is_scipys_whatever_was_asked_before(differences):
     wanted = float(stats.wilcoxon(differences).pvalue)
     for order in (differences, differences[::-1], [10.0 * d for d in differences]):
-        assert statistics.signed_rank_p_value(np.array(order)) == wanted
+        assert statistics.compare_differences(np.array(order)).p_value == wanted

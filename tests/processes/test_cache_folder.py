@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from drake_navbench.processes import cache_folder
+from drake_navbench.processes import cache_folder, instruction_set
 from drake_navbench.processes.cache_folder import (
     OWN_VARIABLE,
     installation_digest,
@@ -95,3 +95,24 @@ def test_no_kernel_is_kept_beside_the_code(tmp_path):
     folder = Path(done.stdout.strip())
     assert folder.parent == tmp_path / "drake_navbench" / "kernels" / installation_digest()
     assert [path.suffix for path in folder.iterdir()].count(".nbc") == 1
+
+
+def test_to_import_the_package_sets_the_instruction_set_alone_and_makes_no_folder(tmp_path):
+    script = (
+        "import os\n"
+        "before = dict(os.environ)\n"
+        "import drake_navbench, drake_navbench.__main__\n"
+        "print(*(name for name in os.environ if os.environ[name] != before.get(name)))\n"
+    )
+    set_before = {*VARIABLES, *instruction_set.VARIABLES}
+    environment = {k: v for k, v in os.environ.items() if k not in set_before}
+    done = subprocess.run(
+        [sys.executable, "-c", script],
+        env=environment | {"XDG_CACHE_HOME": str(tmp_path / "cache")},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    expected = instruction_set.VARIABLES if instruction_set.has_baseline() else {}
+    assert set(done.stdout.split()) == set(expected)
+    assert not (tmp_path / "cache").exists()

@@ -86,32 +86,49 @@ class GateResult(NamedTuple):
         return Light.NOT_JUDGED if self.judged.lost else Light.GREEN
 
 
+class GateDrives(NamedTuple):
+    """The trials of each of two builds: so many a scenario, with one robot, from one seed on.
+
+    jobs: parallel workers; None: as many as the machine has processors.
+    """
+
+    scenarios: Sequence[str] = DEFAULT_SCENARIOS
+    trials: int = DEFAULT_TRIALS
+    jobs: int | None = None
+    seed: int = 0
+    robot: str = DEFAULT_ROBOT
+
+
 def drive_gate(
     base: Build,
     head: Build,
     controllers: Sequence[str],
     folder: Path,
     *,
-    scenarios: Sequence[str] = DEFAULT_SCENARIOS,
-    trials: int = DEFAULT_TRIALS,
-    jobs: int | None = None,
-    seed: int = 0,
-    robot: str = DEFAULT_ROBOT,
+    drives: GateDrives | None = None,
     tolerance: float = DEFAULT_TOLERANCE,
     tell: Callable[[str], None] = lambda line: None,
 ) -> GateResult:
     """Drives the controllers of two builds through equal trials, and tests what has changed.
 
-    folder: new; the logs go there. Two builds that are the same program are not driven. Raises
-    InputError where one has no such controller, or input is wrong otherwise.
+    folder: new; the logs go there. drives: what is driven, the defaults where not given. Two builds
+    that are the same program are not driven. Raises InputError where one has no such controller,
+    or input is wrong otherwise.
     """
+    drives = drives or GateDrives()
     sides = side_of(base), side_of(head)
     if base.host == head.host:
         tell("both are the same program, down to the last byte; nothing was driven")
-        return GateResult(*sides, tuple(scenarios))
+        return GateResult(*sides, tuple(drives.scenarios))
     columns = [column_of(name, side) for name in controllers for side in sides]
     results = run_benchmark(
-        scenarios, columns, trials=trials, seed=seed, jobs=jobs, robot=robot, out=folder
+        drives.scenarios,
+        columns,
+        trials=drives.trials,
+        seed=drives.seed,
+        jobs=drives.jobs,
+        robot=drives.robot,
+        out=folder,
     )
     judged = judge_rows(results.trials, controllers, *sides, tolerance=tolerance)
     return judged._replace(folder=folder)
