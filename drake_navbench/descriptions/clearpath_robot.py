@@ -41,11 +41,11 @@ def platform_of(path: Path) -> str:
     return "" if serial is None else serial[1]
 
 
-def clearpath_xacro(path: Path, packages: Packages) -> str:
-    """Returns the xacro text of a robot.yaml: platform, attachments, links, mounts and sensors.
+def clearpath_xacro(path: Path, packages: Packages) -> tuple[str, list[str]]:
+    """Returns the xacro text of a robot.yaml, and a remark on each part that was left out.
 
-    Manipulators are left out. Raises InputError where the platform is not told, or its package is
-    not there.
+    Read are platform, attachments, links, mounts and sensors. Raises InputError where the
+    platform is not told, or its package is not there.
     """
     data, platform = read_yaml(path), platform_of(path)
     if not platform:
@@ -59,6 +59,7 @@ def clearpath_xacro(path: Path, packages: Packages) -> str:
             f"{path}: needs the package {PLATFORM!r}; expected it in the repository around the "
             "file or below a folder of --packages"
         )
+    remarks = ["left out the manipulators"] if data.get("manipulators") else []
     files = [f"urdf/{platform}/{platform}"]
     if not (package / f"{files[0]}.urdf.xacro").is_file():
         raise InputError(f"{path}: serial_number: {package} has no platform {platform}")
@@ -71,8 +72,11 @@ def clearpath_xacro(path: Path, packages: Packages) -> str:
         file = None if folder is None else folder / f"urdf/{macro}.urdf.xacro"
         if file is not None and file.is_file():
             lines += _call(file, name, item)
+        else:
+            remarks.append(f"left out {name}: {place} has no {macro}")
     body = "\n".join(lines)
-    return f'<robot name="{platform}" xmlns:xacro="http://ros.org/wiki/xacro">{body}</robot>'
+    text = f'<robot name="{platform}" xmlns:xacro="http://ros.org/wiki/xacro">{body}</robot>'
+    return text, remarks
 
 
 def _parts(data: Mapping[str, Any], platform: str) -> Iterator[tuple[str, str, str, Any]]:
