@@ -141,7 +141,8 @@ def _add_where(parser: argparse.ArgumentParser) -> None:
         type=Path,
         action=_Once,
         metavar="FILE",
-        help="a map to navigate on, of Nav2's map server or MovingAI's, with --start and --goal, "
+        help="a map to navigate on, of Nav2's map server or MovingAI's, or what the robot knows "
+        "of a world of Gazebo; with --start and --goal, "
         "or with --goals",
     )
     for name in ("start", "goal"):

@@ -226,9 +226,16 @@ def scenario_in_world(
     *,
     name: str | None = None,
     suite: Suite | None = None,
+    map_file: Path | None = None,
 ) -> Scenario:
-    """Returns the task to navigate from a start to a goal in a world; raises InputError."""
+    """Returns the task to navigate from a start to a goal in a world; raises InputError.
+
+    map_file: what the robot knows of the world; None: all that its lidar sees.
+    """
     described: dict[str, Any] = {"obstacles": [dict(o) for o in world.obstacles]}
+    if map_file is not None:
+        unknown = [{**o, "known_to_planner": False} for o in world.obstacles]
+        described = {"map": map_file.name, "map_stands": False, "obstacles": unknown}
     if world.persons:
         described["people"] = {"persons": [dict(p) for p in world.persons]}
     data = {
@@ -241,4 +248,7 @@ def scenario_in_world(
         "name": name or world.path.name.partition(".")[0],
         "suite": suite and suite.model_dump(),
     }
-    return validate(Scenario, data, str(world.path))
+    scenario = validate(Scenario, data, str(world.path))
+    if map_file is None:
+        return scenario
+    return scenario.model_copy(update={"directory": str(map_file.absolute().parent)})
