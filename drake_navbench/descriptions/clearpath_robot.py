@@ -9,7 +9,7 @@ from typing import Any
 from xml.sax.saxutils import quoteattr
 
 from drake_navbench.descriptions.xacro_macro import parameters_of
-from drake_navbench.errors import InputError
+from drake_navbench.errors import InputError, as_line
 from drake_navbench.typed_files.ros_packages import Packages
 from drake_navbench.typed_files.typed_yaml import read_yaml
 
@@ -17,6 +17,7 @@ SERIAL = re.compile(r"([a-z]+[0-9]+)-[\w-]+")
 MARKS = rb"^(?:platform|sensors|system|version)\s*:"
 PLATFORM, SENSORS = "clearpath_platform_description", "clearpath_sensors_description"
 MOUNTS = "clearpath_mounts_description"
+FILE_NAME = re.compile(r"[\w/.-]{1,200}")
 HEAD_BYTES = 100_000
 # Parameters of lidars' macros by what the drivers' parameters are called.
 ANGLES = {"angle_min": "min_ang", "angle_max": "max_ang"}
@@ -70,10 +71,11 @@ def clearpath_xacro(path: Path, packages: Packages) -> tuple[str, list[str]]:
     for name, place, macro, item in _parts(data, platform):
         folder = packages.folder(place)
         file = None if folder is None else folder / f"urdf/{macro}.urdf.xacro"
-        if file is not None and file.is_file():
+        # Longer names than files have cannot be looked up.
+        if file is not None and FILE_NAME.fullmatch(macro) and file.is_file():
             lines += _call(file, name, item)
         else:
-            remarks.append(f"left out {name}: {place} has no {macro}")
+            remarks.append(as_line(f"left out {name[:80]}: {place} has no {macro[:80]}"))
     body = "\n".join(lines)
     text = f'<robot name="{platform}" xmlns:xacro="http://ros.org/wiki/xacro">{body}</robot>'
     return text, remarks

@@ -435,3 +435,18 @@ def test_a_robot_yaml_of_clearpath_is_the_robot_of_its_packages(tmp_path):
         path.write_text(text)
         with pytest.raises(InputError, match=reason):
             load_robot(str(path))
+
+
+def test_the_limits_are_those_of_the_controllers_file_that_xacro_is_given(tmp_path):
+    (tmp_path / "control.yaml").write_text(
+        "base:\n  ros__parameters:\n    type: diff_drive_controller/DiffDriveController\n"
+        "    linear.x.max_velocity: 2.0\n    linear.x.max_acceleration: 20.0\n"
+        "manager:\n  ros__parameters:\n    base: {type: diff_drive_controller/DiffDriveController}"
+    )
+    path = tmp_path / "cart.urdf.xacro"
+    argument = f'<xacro:arg name="controllers" default="{tmp_path}/control.yaml"/>'
+    path.write_text(
+        f'<robot name="a" xmlns:xacro="http://www.ros.org/wiki/xacro">{argument}{link(BOX)}</robot>'
+    )
+    drive = load_robot(str(path)).drive
+    assert (drive.max_linear_velocity_mps, drive.max_linear_acceleration_mps2) == (2.0, 20.0)
