@@ -150,11 +150,15 @@ def _controllers_in(path: Path) -> FoundDrive | None:
         data = read_yaml(path)
     except InputError:
         return None
+    parameters = [pair for node in data.values() for pair in _parameters(node).items()]
     types = {
-        name: str(block.get("type", ""))
-        for node in data.values()
-        for name, block in _parameters(node).items()
-        if isinstance(block, Mapping)
+        name: str(block.get("type", "")) for name, block in parameters if isinstance(block, Mapping)
+    }
+    # Names may be written with points, too.
+    types |= {
+        str(name).removesuffix(".type"): kind
+        for name, kind in parameters
+        if str(name).endswith(".type") and isinstance(kind, str)
     }
     for name, kind_name in types.items():
         kind = _kind_of(kind_name)

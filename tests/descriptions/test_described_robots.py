@@ -437,11 +437,14 @@ def test_a_robot_yaml_of_clearpath_is_the_robot_of_its_packages(tmp_path):
             load_robot(str(path))
 
 
-def test_the_limits_are_those_of_the_controllers_file_that_xacro_is_given(tmp_path):
+@pytest.mark.parametrize(
+    "named", ["base: {type: diff_drive_controller/A}", "base.type: diff_drive_controller/A"]
+)
+def test_the_limits_are_those_of_the_controllers_file_that_xacro_is_given(tmp_path, named):
     (tmp_path / "control.yaml").write_text(
-        "base:\n  ros__parameters:\n    type: diff_drive_controller/DiffDriveController\n"
+        "base:\n  ros__parameters:\n"
         "    linear.x.max_velocity: 2.0\n    linear.x.max_acceleration: 20.0\n"
-        "manager:\n  ros__parameters:\n    base: {type: diff_drive_controller/DiffDriveController}"
+        f"manager:\n  ros__parameters:\n    {named}"
     )
     path = tmp_path / "cart.urdf.xacro"
     argument = f'<xacro:arg name="controllers" default="{tmp_path}/control.yaml"/>'
