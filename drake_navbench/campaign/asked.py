@@ -120,8 +120,6 @@ def _map_task(arguments: argparse.Namespace, worlds: Sequence[str]) -> dict[str,
     if given["--goal"] and given["--goals"]:
         raise InputError("--goals: draws the goals; expected no --goal beside it")
     place = worlds[0] if worlds else "--map"
-    if given["--map"] and worlds:
-        raise InputError(f"--map {arguments.map}: expected a map or the world {place}, not both")
     wanted = () if given["--goals"] else ("--start", "--goal")
     for name in wanted if worlds else ("--map", *wanted):
         if not given[name]:

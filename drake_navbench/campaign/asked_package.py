@@ -39,7 +39,7 @@ def with_package(
     has_place = arguments.map is not None or bool(arguments.scenarios) or arguments.barn is not None
     if has_place or (taken[MAP] is not None and WORLD not in picks):
         taken[WORLD] = None
-    if has_place or taken[WORLD] is not None:
+    if has_place or (taken[WORLD] is not None and MAP not in picks):
         taken[MAP] = None
     values = dict(vars(arguments))
     values["packages"] = [*arguments.packages, *arguments.package]

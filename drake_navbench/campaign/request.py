@@ -21,6 +21,7 @@ from drake_navbench.inputs.originals_beside import with_originals
 from drake_navbench.inputs.presets import Preset, default_presets
 from drake_navbench.inputs.robot import Robot, body_top_m, is_model, load_robot
 from drake_navbench.inputs.scenario import Pose, Scenario, scenario_on_map
+from drake_navbench.inputs.world_on_map import warn_of_other_world
 from drake_navbench.nav2.differences import differences, require_different
 from drake_navbench.nav2.parameter_files import load_parameter_file
 from drake_navbench.nav2.robot import base_frame_of
@@ -47,8 +48,8 @@ MAX_GOALS = 1000
 class MapTask(FrozenModel):
     """A start and a goal, x m, y m, yaw rad each, or `goals` of them, on a map or in worlds.
 
-    map: a map file. worlds: files of Gazebo. With `goals` each task has a goal of its own, and a
-    start, where none is given, too.
+    map: a map file; beside worlds what the robot knows of them. worlds: files of Gazebo. With
+    `goals` each task has a goal of its own, and a start, where none is given, too.
     """
 
     map: str | None = None
@@ -226,7 +227,7 @@ class Request(FrozenModel):
 
     def _scenarios(self, robot: Robot, further: Sequence[Robot]) -> list[str | Scenario]:
         scenarios: list[str | Scenario] = list(self.scenarios)
-        if self.map_task is not None and self.map_task.map is not None:
+        if self.map_task is not None and self.map_task.map and not self.map_task.worlds:
             scenarios += self._tasks_on_map(self.map_task, self.map_task.map, robot, further)
         if self.map_task is not None:
             scenarios += self._tasks_in_worlds(self.map_task, robot, further)
@@ -240,6 +241,7 @@ class Request(FrozenModel):
         described = self.described_robot()
         top_m = body_top_m(robot) if described is None else described.height_m
         scenarios: list[Scenario] = []
+        known = None if task.map is None else Path(task.map)
         for name in task.worlds:
             world = load_gazebo_world(
                 Path(name),
@@ -248,12 +250,20 @@ class Request(FrozenModel):
                 around=[pose for pose in (task.start, task.goal) if pose is not None],
                 folders=self._folders,
             )
+            if known is not None:
+                warn_of_other_world(world, known)
             if task.start is not None and task.goal is not None:
-                scenarios.append(scenario_in_world(world, task.start, task.goal))
+                scenarios.append(scenario_in_world(world, task.start, task.goal, map_file=known))
             else:
                 count = task.goals or 1
                 scenarios += sample_world_tasks(
-                    world, robot, count, seed=self.seed, start=task.start, beside=further
+                    world,
+                    robot,
+                    count,
+                    seed=self.seed,
+                    start=task.start,
+                    beside=further,
+                    map_file=known,
                 )
         return scenarios
 

@@ -142,7 +142,7 @@ def _add_where(parser: argparse.ArgumentParser) -> None:
         action=_Once,
         metavar="FILE",
         help="map to navigate on, in the format of Nav2's map server or MovingAI, with "
-        "--start and --goal or with --goals",
+        "--start and --goal or with --goals; beside a Gazebo world: what the robot knows of it",
     )
     for name in ("start", "goal"):
         add(

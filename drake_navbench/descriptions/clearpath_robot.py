@@ -9,7 +9,7 @@ from typing import Any
 from xml.sax.saxutils import quoteattr
 
 from drake_navbench.descriptions.xacro_macro import parameters_of
-from drake_navbench.errors import InputError
+from drake_navbench.errors import InputError, as_line
 from drake_navbench.typed_files.ros_packages import Packages
 from drake_navbench.typed_files.typed_yaml import read_yaml
 
@@ -17,6 +17,7 @@ SERIAL = re.compile(r"([a-z]+[0-9]+)-[\w-]+")
 MARKS = rb"^(?:platform|sensors|system|version)\s*:"
 PLATFORM, SENSORS = "clearpath_platform_description", "clearpath_sensors_description"
 MOUNTS = "clearpath_mounts_description"
+FILE_NAME = re.compile(r"[\w/.-]{1,200}")
 HEAD_BYTES = 100_000
 # Parameters of lidars' macros by what the drivers' parameters are called.
 ANGLES = {"angle_min": "min_ang", "angle_max": "max_ang"}
@@ -41,11 +42,11 @@ def platform_of(path: Path) -> str:
     return "" if serial is None else serial[1]
 
 
-def clearpath_xacro(path: Path, packages: Packages) -> str:
-    """Returns the xacro text of a robot.yaml: platform, attachments, links, mounts and sensors.
+def clearpath_xacro(path: Path, packages: Packages) -> tuple[str, list[str]]:
+    """Returns the xacro text of a robot.yaml, and a remark on each part that was left out.
 
-    Manipulators are left out. Raises InputError where the platform is not told, or its package is
-    not there.
+    Read are platform, attachments, links, mounts and sensors. Raises InputError where the
+    platform is not told, or its package is not there.
     """
     data, platform = read_yaml(path), platform_of(path)
     if not platform:
@@ -59,6 +60,7 @@ def clearpath_xacro(path: Path, packages: Packages) -> str:
             f"{path}: needs the package {PLATFORM!r}; expected it in the repository around the "
             "file or below a folder of --packages"
         )
+    remarks = ["left out the manipulators"] if data.get("manipulators") else []
     files = [f"urdf/{platform}/{platform}"]
     if not (package / f"{files[0]}.urdf.xacro").is_file():
         raise InputError(f"{path}: serial_number: {package} has no platform {platform}")
@@ -69,10 +71,14 @@ def clearpath_xacro(path: Path, packages: Packages) -> str:
     for name, place, macro, item in _parts(data, platform):
         folder = packages.folder(place)
         file = None if folder is None else folder / f"urdf/{macro}.urdf.xacro"
-        if file is not None and file.is_file():
+        # Longer names than files have cannot be looked up.
+        if file is not None and FILE_NAME.fullmatch(macro) and file.is_file():
             lines += _call(file, name, item)
+        else:
+            remarks.append(as_line(f"left out {name[:80]}: {place} has no {macro[:80]}"))
     body = "\n".join(lines)
-    return f'<robot name="{platform}" xmlns:xacro="http://ros.org/wiki/xacro">{body}</robot>'
+    text = f'<robot name="{platform}" xmlns:xacro="http://ros.org/wiki/xacro">{body}</robot>'
+    return text, remarks
 
 
 def _parts(data: Mapping[str, Any], platform: str) -> Iterator[tuple[str, str, str, Any]]:

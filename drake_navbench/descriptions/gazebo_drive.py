@@ -52,10 +52,16 @@ class FoundDrive(NamedTuple):
     values: dict[str, float]
 
 
-def drive_of(model: Model, wheels: Sequence[Wheel], packages: Packages) -> FoundDrive:
-    """Returns a model's drive, by its plugin, else its ros2_control file, else its wheels."""
+def drive_of(
+    model: Model, wheels: Sequence[Wheel], packages: Packages, arguments: Sequence[str] = ()
+) -> FoundDrive:
+    """Returns a model's drive, by its plugin, else its ros2_control file, else its wheels.
+
+    arguments: of its xacro files; one of them may be the ros2_control file.
+    """
     radius_m = next((w.radius_m for w in wheels if w.radius_m is not None), None)
-    found = _by_plugin(model) or _by_controllers(model, packages)
+    files = [*_controller_files(model), *(a for a in arguments if a.endswith((".yaml", ".yml")))]
+    found = _by_plugin(model) or _by_controllers(files, packages)
     if found is None:
         names = [w.joint.child.lower() for w in wheels]
         # Two driven wheels with an omni wheel as their caster are a differential base.
@@ -119,16 +125,23 @@ def _plugin_values(plugin: ElementTree.Element, kind: str) -> dict[str, float]:
     return {name: value for name, value in values.items() if value is not None}
 
 
-def _by_controllers(model: Model, packages: Packages) -> FoundDrive | None:
-    """Returns the drive in the parameter files of ros2_control's plugin, None without one."""
-    for plugin in model.plugins:
-        if not any(word in plugin.name for word in CONTROL):
-            continue
-        for element in plugin.element.iter("parameters"):
-            place = packages.place((element.text or "").strip())
-            found = None if place is None else _controllers_in(place)
-            if found is not None:
-                return found
+def _controller_files(model: Model) -> list[str]:
+    """Returns the names of the parameter files of ros2_control's plugin."""
+    plugins = [p for p in model.plugins if any(word in p.name for word in CONTROL)]
+    return [
+        (element.text or "").strip()
+        for plugin in plugins
+        for element in plugin.element.iter("parameters")
+    ]
+
+
+def _by_controllers(files: Sequence[str], packages: Packages) -> FoundDrive | None:
+    """Returns the drive in the first parameter file of ros2_control that has one."""
+    for file in files:
+        place = packages.place(file) if file else None
+        found = None if place is None or not place.is_file() else _controllers_in(place)
+        if found is not None:
+            return found
     return None
 
 
@@ -137,11 +150,15 @@ def _controllers_in(path: Path) -> FoundDrive | None:
         data = read_yaml(path)
     except InputError:
         return None
+    parameters = [pair for node in data.values() for pair in _parameters(node).items()]
     types = {
-        name: str(block.get("type", ""))
-        for node in data.values()
-        for name, block in _parameters(node).items()
-        if isinstance(block, Mapping)
+        name: str(block.get("type", "")) for name, block in parameters if isinstance(block, Mapping)
+    }
+    # Names may be written with points, too.
+    types |= {
+        str(name).removesuffix(".type"): kind
+        for name, kind in parameters
+        if str(name).endswith(".type") and isinstance(kind, str)
     }
     for name, kind_name in types.items():
         kind = _kind_of(kind_name)

@@ -19,6 +19,8 @@ DEPTH_CAMERAS = ("depth", "depth_camera", "rgbd_camera", "rgbd")
 # What Gazebo takes for a lidar or camera without the word, m and Hz.
 DEFAULT_RATE_HZ = 10.0
 FARTHEST_M = 200.0
+# Scans come no more often: no controller looks more often, and a trial keeps each of them, s.
+LEAST_PERIOD_S = 0.05
 # What sees less is no scanner.
 LEAST_REACH_M, LEAST_BEAMS = 1.0, 16
 MAX_BEAMS = 100_000
@@ -158,7 +160,11 @@ def _scanner(sensor: Sensor, pose: Array, floor_m: float) -> FoundSensor:
         spread = number(text_of(sensor.element, "noise/stddev"))
     if spread is not None and spread >= 0.0:
         fields["range_std_m"] = spread
-    return FoundSensor(sensor.name, fields | {"period_s": _period_s(sensor)}, remark)
+    period_s = _period_s(sensor)
+    if period_s < LEAST_PERIOD_S:
+        rates = f"{1.0 / period_s:g} Hz, here {1.0 / LEAST_PERIOD_S:g} Hz"
+        remark = f"{remark}; {rates}" if remark else rates
+    return FoundSensor(sensor.name, fields | {"period_s": max(period_s, LEAST_PERIOD_S)}, remark)
 
 
 def _layered(sensor: Sensor, pose: Array, floor_m: float) -> FoundSensor:

@@ -20,6 +20,8 @@ from drake_navbench.processes.limited_call import call_limited
 from drake_navbench.typed_files.input_file import MEGABYTE, file_digest
 
 MAX_MESH_BYTES = 500 * MEGABYTE
+# A replay of a larger one is slow to load.
+MAX_DRAWN_BYTES = 20 * MEGABYTE
 FOLDER = "meshes"
 # Changes wherever the same file would now be read into something else, or written otherwise.
 VERSION = 3
@@ -42,9 +44,9 @@ def mesh_sections(
 def mesh_files(shapes: Sequence[Shape]) -> list[str | None]:
     """Returns for each mesh a file that Drake draws, unscaled; None where it cannot be read.
 
-    That is the mesh itself where it is a whole OBJ file, else an OBJ file in the user's cache.
+    That is the mesh itself where it is a whole and small OBJ file, else one in the user's cache.
     """
-    whole = [s.mesh is not None and s.mesh.suffix.lower() == ".obj" for s in shapes]
+    whole = [_is_small_obj(shape) for shape in shapes]
     plain = [not shape.submesh and not shape.is_centred for shape in shapes]
     wanted: list[dict[str, Any]] = [
         {"file": str(s.mesh), "submesh": s.submesh, "is_centred": s.is_centred} for s in shapes
@@ -56,6 +58,12 @@ def mesh_files(shapes: Sequence[Shape]) -> list[str | None]:
     missing = {file: entry for file, entry in zip(files, wanted, strict=True) if not file.is_file()}
     _write_objs(missing)
     return [str(file.absolute()) if file.is_file() else None for file in files]
+
+
+def _is_small_obj(shape: Shape) -> bool:
+    if shape.mesh is None or shape.mesh.suffix.lower() != ".obj":
+        return False
+    return shape.mesh.is_file() and shape.mesh.stat().st_size <= MAX_DRAWN_BYTES
 
 
 def _write_objs(wanted: Mapping[Path, dict[str, Any]]) -> None:

@@ -51,7 +51,7 @@ def read_source(
     """
     packages = Packages(path, folders)
     text = read_input(path, max_bytes=MAX_FILE_BYTES).decode(errors="replace")
-    written = clearpath_xacro(path, packages) if is_clearpath(path) else None
+    written, left_out = clearpath_xacro(path, packages) if is_clearpath(path) else (None, [])
     is_xacro = path.suffix == XACRO or XACRO_MARKS.search(text) is not None
     is_expanded = written is not None or is_xacro
     expanded = (
@@ -61,7 +61,7 @@ def read_source(
     model = read_urdf(root, packages) if root.tag == "robot" else _sdf_model(root, path, packages)
     if not model.links:
         raise InputError(f"{path}: cannot be read as a robot's model: expected links, found none")
-    model.remarks += expanded.remarks
+    model.remarks += [*expanded.remarks, *left_out]
     return Source(path, model, root, packages, expanded.arguments, is_expanded)
 
 

@@ -24,7 +24,8 @@ Array = NDArray[np.float64]
 MAX_FILE_BYTES = 64 * MEGABYTE
 # Models in models: more is a file that includes itself.
 MAX_NESTED = 16
-MAX_LINKS = 50_000
+# Links and models, so that models that include each other several times end.
+MAX_PARTS = 20_000
 FUEL = ("http://", "https://")
 UNSHAPED = ("heightmap", "image")
 
@@ -35,7 +36,7 @@ class SdfReader:
     def __init__(self, packages: Packages) -> None:
         self._packages = packages
         self._files: dict[Path, ElementTree.Element] = {}
-        self._link_count = 0
+        self._part_count = 0
         self.remarks: list[str] = []
 
     def read(self, element: ElementTree.Element, folder: Path, pose: Array | None = None) -> Model:
@@ -98,6 +99,7 @@ class SdfReader:
         """Adds the parts of a <model> at a pose; prefix: of the names in it."""
         if depth > MAX_NESTED:
             raise InputError(f"model {model.name}: nests deeper than {MAX_NESTED} models")
+        self._count_part()
         frames = Frames(element)
         for nested in element.findall("model"):
             self._add(
@@ -151,9 +153,7 @@ class SdfReader:
         pose: Array,
         prefix: str,
     ) -> None:
-        self._link_count += 1
-        if self._link_count > MAX_LINKS:
-            raise InputError(f"more than {MAX_LINKS} links; expected a smaller world")
+        self._count_part()
         name = element.get("name", "")
         place = pose @ frames.of(name)
         mass = number(text_of(element, "inertial/mass"))
@@ -242,6 +242,12 @@ class SdfReader:
             submesh=text_of(element, "submesh/name") or "",
             is_centred=_is_true(text_of(element, "submesh/center")),
         )
+
+    def _count_part(self) -> None:
+        """Counts a link or a model; raises InputError where they are too many."""
+        self._part_count += 1
+        if self._part_count > MAX_PARTS:
+            raise InputError(f"more than {MAX_PARTS} links and models; expected a smaller world")
 
     def _tell(self, remark: str) -> None:
         if remark not in self.remarks:

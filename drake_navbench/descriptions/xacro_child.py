@@ -7,6 +7,7 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
+import xacro
 from xacrodoc import XacroDoc
 from xacrodoc import packages as found_packages
 from xacrodoc.packages import PackageNotFoundError
@@ -69,6 +70,18 @@ def _expanded_with(
     return text, values, absent
 
 
+# Elements that xacro once took without its prefix, and the attribute that tells them from others.
+OLD = {
+    "property": "name",
+    "macro": "params",
+    "include": "filename",
+    "if": "value",
+    "unless": "value",
+    "insert_block": "name",
+}
+PARSE = xacro.parse
+
+
 class _Missing:
     """Packages that are not there: each an empty folder, in which files appear as asked for."""
 
@@ -124,6 +137,7 @@ class _Arguments(dict[str, str]):
 
 
 def _expanded(path: Path, content: str, arguments: _Arguments) -> str:
+    xacro.parse = _parse_old
     try:
         document = XacroDoc.from_string(
             content,
@@ -147,6 +161,16 @@ def _expanded(path: Path, content: str, arguments: _Arguments) -> str:
         hint = f"; give it by --set {undefined[1]}=VALUE" if undefined else ""
         raise InputError(f"xacro cannot expand it: {said}{hint}") from error
     return str(document.to_urdf_string())
+
+
+def _parse_old(inp: Any, filename: str | None = None) -> Any:
+    """Parses as xacro does; elements of ROS 1 before Melodic get the prefix that they lack."""
+    document = PARSE(inp, filename)
+    for name, needed in OLD.items():
+        for element in list(document.getElementsByTagName(name)):
+            if element.hasAttribute(needed):
+                element.tagName = element.nodeName = f"xacro:{name}"
+    return document
 
 
 def _missing_package(error: BaseException) -> str | None:

@@ -109,7 +109,7 @@ def _described(
         fields |= table.sensors(found)
     else:
         fields |= table.sensors(found) | table.lidar_by_link(lidar_link(model, base, floor_m))
-    fields |= table.drive(drive_of(model, wheels, source.packages))
+    fields |= table.drive(drive_of(model, wheels, source.packages, [*source.arguments.values()]))
     for remark in dict.fromkeys((*body.left_out, *model.remarks)):
         table.add(Status.STAND_IN, "shapes", remark)
     height_m = max(body.high_m - floor_m, 0.05)

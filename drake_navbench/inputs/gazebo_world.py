@@ -7,7 +7,7 @@ import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from itertools import pairwise
+from itertools import islice, pairwise
 from pathlib import Path
 from typing import Any
 
@@ -36,6 +36,8 @@ GRID_M = 1e-4
 # A smaller hole in something solid is closed: no robot fits in, m^2.
 MIN_HOLE_M2 = 0.01
 MAX_POLYGONS = 5000
+# Shapes, of which those below the floor and above the robot make no polygon.
+MAX_SHAPES = 20_000
 HIGHEST_M = 20.0
 MAX_REMARKS_SHOWN = 5
 # The grid on which goals are drawn: its cells, its border around obstacles, and its least reach, m;
@@ -104,6 +106,9 @@ def _loaded(
 ) -> GazeboWorld:
     source = read_world(path, folders)
     floor_m = floor_under(source, around[0] if around else (0.0, 0.0))
+    count = sum(len(link.collisions) for m in source.models for link in m.links.values())
+    if count > MAX_SHAPES:
+        raise InputError(f"{path}: {count} shapes stand in it, expected at most {MAX_SHAPES}")
     areas = world_areas(source, Levels(lidar_m, top_m), floor_m)
     near = _region_around(around)
     remarks = list(source.remarks)
@@ -114,11 +119,10 @@ def _loaded(
             f"cut off {REACH_M:g} m around the task: {clipped[0].name} and other parts reach "
             f"{wide_m:.4g} m"
         )
-    obstacles = tuple(obstacle for area in areas for obstacle in _obstacles(area, near))
+    every = (obstacle for area in areas for obstacle in _obstacles(area, near))
+    obstacles = tuple(islice(every, MAX_POLYGONS + 1))
     if len(obstacles) > MAX_POLYGONS:
-        raise InputError(
-            f"{path}: makes {len(obstacles)} polygons, expected at most {MAX_POLYGONS}"
-        )
+        raise InputError(f"{path}: makes more than {MAX_POLYGONS} polygons; expected fewer")
     persons = tuple(_person(actor) for actor in source.actors)
     return GazeboWorld(path, obstacles, persons, tuple(remarks), floor_m)
 
@@ -226,9 +230,16 @@ def scenario_in_world(
     *,
     name: str | None = None,
     suite: Suite | None = None,
+    map_file: Path | None = None,
 ) -> Scenario:
-    """Returns the task to navigate from a start to a goal in a world; raises InputError."""
+    """Returns the task to navigate from a start to a goal in a world; raises InputError.
+
+    map_file: what the robot knows of the world; None: all that its lidar sees.
+    """
     described: dict[str, Any] = {"obstacles": [dict(o) for o in world.obstacles]}
+    if map_file is not None:
+        unknown = [{**o, "known_to_planner": False} for o in world.obstacles]
+        described = {"map": map_file.name, "map_stands": False, "obstacles": unknown}
     if world.persons:
         described["people"] = {"persons": [dict(p) for p in world.persons]}
     data = {
@@ -241,4 +252,7 @@ def scenario_in_world(
         "name": name or world.path.name.partition(".")[0],
         "suite": suite and suite.model_dump(),
     }
-    return validate(Scenario, data, str(world.path))
+    scenario = validate(Scenario, data, str(world.path))
+    if map_file is None:
+        return scenario
+    return scenario.model_copy(update={"directory": str(map_file.absolute().parent)})

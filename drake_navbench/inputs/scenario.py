@@ -319,7 +319,8 @@ class Scenario(QuietModel):
         """Everything that is in the world, on all floors."""
         if self.floors:
             return joined_world(self.placed_floors)
-        walls = occupied_boxes(self.map) if self.map is not None else ()
+        standing = self.map if self.world.map_stands else None
+        walls = occupied_boxes(standing) if standing is not None else ()
         moving = MovingObstacles(tuple(self.world.moving_obstacles))
         recorded = self._recorded_people
         people = WalkingPeople(self.world.people) if recorded is None else recorded

@@ -25,6 +25,11 @@ class WorldDescription(FrozenModel):
     map: str | None = Field(
         None, description="Path of the map file (Nav2's map_server) from the scenario's folder."
     )
+    map_stands: bool = Field(
+        True,
+        description="Whether the occupied cells of the map stand in the world; false: the "
+        "obstacles are the world, and the map is what the robot knows of it.",
+    )
     obstacles: list[Obstacle] = Field(default_factory=list, description="Standing obstacles.")
     moving_obstacles: list[MovingObstacle] = Field(
         default_factory=list,
@@ -38,8 +43,10 @@ class WorldDescription(FrozenModel):
 
     @model_serializer(mode="wrap")
     def _as_plain(self, plain: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        """Leaves out moving obstacles and people where there are none."""
+        """Leaves out moving obstacles and people where there are none, and a map that stands."""
         values: dict[str, Any] = plain(self)
+        if self.map_stands:
+            values.pop("map_stands", None)
         if not self.moving_obstacles:
             values.pop("moving_obstacles", None)
         if self.people is None:

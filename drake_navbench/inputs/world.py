@@ -182,13 +182,16 @@ class World:
     def solids(self) -> Solids:
         """The same edges and cylinders with their heights."""
         edged = [o for o in self.shapes if not isinstance(o, Cylinder)]
+        round_ones = [o for o in self.obstacles if isinstance(o, Cylinder)]
         runs = [len(o.outline) for o in edged]
         return Solids(
             self.segments,
             np.cumsum([0, *runs]),
+            np.array([o.bottom_m for o in edged], dtype=float),
             np.array([o.height_m for o in edged], dtype=float),
             self.circles,
-            np.array([o.height_m for o in self.obstacles if isinstance(o, Cylinder)], dtype=float),
+            np.array([o.bottom_m for o in round_ones], dtype=float),
+            np.array([o.height_m for o in round_ones], dtype=float),
         )
 
     @cached_property

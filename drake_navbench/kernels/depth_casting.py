@@ -13,17 +13,19 @@ Array = NDArray[np.float64]
 
 
 class Solids(NamedTuple):
-    """Upright shapes with flat tops, all in one frame.
+    """Upright shapes with flat tops and undersides, all in one frame.
 
     segments: (N, 4) edges x0, y0, x1, y1 m, those of a shape in one run, counter-clockwise.
-    starts: (S + 1,) int first row of each shape; the last is N. heights: (S,) m. circles: (M, 3) x,
-    y, radius m. circle_heights: (M,) m.
+    starts: (S + 1,) int first row of each shape; the last is N. bottoms, heights: (S,) m over the
+    floor. circles: (M, 3) x, y, radius m, with circle_bottoms and circle_heights: (M,) m.
     """
 
     segments: Array
     starts: NDArray[np.int64]
+    bottoms: Array
     heights: Array
     circles: Array
+    circle_bottoms: Array
     circle_heights: Array
 
     def joined(self, other: Solids) -> Solids:
@@ -31,8 +33,10 @@ class Solids(NamedTuple):
         return Solids(
             np.vstack([self.segments, other.segments]),
             np.concatenate([self.starts, self.starts[-1] + other.starts[1:]]),
+            np.concatenate([self.bottoms, other.bottoms]),
             np.concatenate([self.heights, other.heights]),
             np.vstack([self.circles, other.circles]),
+            np.concatenate([self.circle_bottoms, other.circle_bottoms]),
             np.concatenate([self.circle_heights, other.circle_heights]),
         )
 
@@ -47,8 +51,10 @@ class Solids(NamedTuple):
         return Solids(
             self.segments[np.repeat(chosen, lengths)],
             np.cumsum([0, *lengths[chosen]]),
+            self.bottoms[chosen],
             self.heights[chosen],
             self.circles[round_ones],
+            self.circle_bottoms[round_ones],
             self.circle_heights[round_ones],
         )
 
@@ -66,8 +72,8 @@ def cast_cone(
 
     origin: (3,) m, the start of all rays. headings: (A,) rad. slopes: (A, E), the rise of the E
     rays of a heading, m a metre. The distance is inf where a ray meets nothing; the floor at height
-    0 only counts where `sees_floor`. Rays meet the sides of a shape and, from above, its top. A
-    shape around the origin is not seen from within.
+    0 only counts where `sees_floor`. Rays meet the sides of a shape, from above its top, and from
+    below its underside. A shape around the origin is not seen from within.
     """
     distances = np.full(slopes.shape, np.inf)
     cosines, sines = np.cos(headings), np.sin(headings)
@@ -88,29 +94,31 @@ def _meet_floor(distances, slopes, z):
 
 
 @njit(cache=True)
-def _meet_side(distances, slopes, a, z, height, distance):
+def _meet_side(distances, slopes, a, z, bottom, height, distance):
     """Lowers the distances of the rays of heading `a` that meet a wall at a distance."""
     for e in range(slopes.shape[1]):
         hit = z + distance * slopes[a, e]
-        if 0.0 <= hit <= height and distance < distances[a, e]:
+        if bottom <= hit <= height and distance < distances[a, e]:
             distances[a, e] = distance
 
 
 @njit(cache=True)
-def _top(slope, z, height):
-    """Returns the horizontal distance at which a ray comes down to a height, m."""
+def _level(slope, z, bottom, height):
+    """Returns the horizontal distance at which a ray comes down to a top or up to a bottom, m."""
+    if z < bottom:
+        return (bottom - z) / slope if slope > 0.0 else math.inf
     return (height - z) / slope if slope < 0.0 else math.inf
 
 
 @njit(cache=True, error_model="numpy")
 def _meet_prisms(distances, cosines, sines, slopes, x, y, z, solids):
-    """Lowers `distances`, in place, to where a ray enters a side, or comes down within the edges.
+    """Lowers `distances` to where a ray enters a side, or comes down or up within the edges.
 
     Seen from the origin a ray is within where it has entered once more than it has left.
     """
     inside = np.zeros(slopes.shape[1], dtype=np.int64)
     for shape in range(solids.heights.shape[0]):
-        height = solids.heights[shape]
+        bottom, height = solids.bottoms[shape], solids.heights[shape]
         for a in range(slopes.shape[0]):
             inside[:] = 0
             is_met = False
@@ -128,23 +136,24 @@ def _meet_prisms(distances, cosines, sines, slopes, x, y, z, solids):
                 is_met = True
                 enters = side_1 < side_0
                 if enters:
-                    _meet_side(distances, slopes, a, z, height, distance)
+                    _meet_side(distances, slopes, a, z, bottom, height, distance)
                 for e in range(slopes.shape[1]):
-                    if distance < _top(slopes[a, e], z, height):
+                    if distance < _level(slopes[a, e], z, bottom, height):
                         inside[e] += 1 if enters else -1
-            if is_met and z > height:
+            if is_met and (z > height or z < bottom):
                 for e in range(slopes.shape[1]):
-                    top = _top(slopes[a, e], z, height)
-                    if inside[e] > 0 and top < distances[a, e]:
-                        distances[a, e] = top
+                    level = _level(slopes[a, e], z, bottom, height)
+                    if inside[e] > 0 and level < distances[a, e]:
+                        distances[a, e] = level
 
 
 @njit(cache=True)
 def _meet_cylinders(distances, cosines, sines, slopes, x, y, z, solids):
-    """Lowers `distances`, in place, to where a ray meets the sides or the tops of cylinders."""
+    """Lowers `distances` to where a ray meets sides, tops or undersides of cylinders."""
     for m in range(solids.circles.shape[0]):
         centre_x, centre_y = solids.circles[m, 0] - x, solids.circles[m, 1] - y
-        radius, height = solids.circles[m, 2], solids.circle_heights[m]
+        radius = solids.circles[m, 2]
+        bottom, height = solids.circle_bottoms[m], solids.circle_heights[m]
         for a in range(slopes.shape[0]):
             beside = cosines[a] * centre_y - sines[a] * centre_x
             half_chord_squared = radius * radius - beside * beside
@@ -155,8 +164,10 @@ def _meet_cylinders(distances, cosines, sines, slopes, x, y, z, solids):
             first, last = ahead - half_chord, ahead + half_chord
             if first < 0.0:
                 continue
-            _meet_side(distances, slopes, a, z, height, first)
+            _meet_side(distances, slopes, a, z, bottom, height, first)
+            if z <= height and z >= bottom:
+                continue
             for e in range(slopes.shape[1]):
-                top = _top(slopes[a, e], z, height)
-                if z > height and first < top < last and top < distances[a, e]:
-                    distances[a, e] = top
+                level = _level(slopes[a, e], z, bottom, height)
+                if first < level < last and level < distances[a, e]:
+                    distances[a, e] = level

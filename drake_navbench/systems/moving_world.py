@@ -207,8 +207,10 @@ class MovingWorld(LeafSystem):
         return Solids(
             edges,
             np.append(starts, len(edges)),
+            np.zeros(len(boxes)),
             heights_m[boxes.astype(int)],
             np.vstack([circles, trunks]),
+            np.zeros(len(circles) + len(trunks)),
             np.concatenate([of_discs, np.full(len(people), PERSON_HEIGHT_M)]),
         )
 

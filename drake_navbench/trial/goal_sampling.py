@@ -22,6 +22,7 @@ from drake_navbench.errors import InputError
 from drake_navbench.inputs.gazebo_world import GazeboWorld, occupancy_of, scenario_in_world
 from drake_navbench.inputs.robot import Robot
 from drake_navbench.inputs.scenario import Pose, Scenario, Suite, scenario_on_map
+from drake_navbench.inputs.world_on_map import free_on_both
 
 # A goal next to the start asks for no navigation.
 MIN_DISTANCE_M = 2.0
@@ -82,19 +83,22 @@ def sample_world_tasks(
     seed: int,
     start: Pose | None = None,
     beside: Sequence[Robot] = (),
+    map_file: Path | None = None,
 ) -> list[Scenario]:
     """Returns tasks in a world of Gazebo, the same for the same world, outline, count and seed.
 
-    Where walls enclose some floor, they are within. start, beside: as of `sample_tasks`. Raises
-    InputError where the world has no room for so many.
+    Where walls enclose some floor, they are within. start, beside: as of `sample_tasks`. map_file:
+    what the robot knows of the world, on which places are free, too. Raises InputError where the
+    world has no room for so many.
     """
     stem = world.path.name.partition(".")[0]
     suite = Suite(name=stem)
-    pairs = _drawn_pairs(
-        occupancy_of(world), [robot, *beside], count, world.path, seed=seed, start=start
-    )
+    floor = occupancy_of(world)
+    if map_file is not None:
+        floor = free_on_both(floor, load_map(map_file))
+    pairs = _drawn_pairs(floor, [robot, *beside], count, world.path, seed=seed, start=start)
     return [
-        scenario_in_world(world, *pair, name=name, suite=suite)
+        scenario_in_world(world, *pair, name=name, suite=suite, map_file=map_file)
         for name, pair in zip(_numbered(stem, count), pairs, strict=True)
     ]
 

@@ -19,6 +19,8 @@ Array = NDArray[np.float64]
 MAX_TRIANGLES = 1_000_000
 # A replay of more is slow to load.
 MAX_DRAWN = 100_000
+# No part of a robot or a world is farther away, m.
+FARTHEST_M = 1e6
 COLLADA = ".dae"
 STL = ".stl"
 # A binary STL file: a text of 80 bytes, the number of triangles, then each of them.
@@ -73,6 +75,9 @@ def _answer(mesh: dict[str, Any], work: Any) -> dict[str, Any]:
         )
         transform = np.array(mesh["transform"])
         placed = corners @ transform[:3, :3].T + transform[:3, 3]
+        farthest_m = float(np.abs(placed).max())
+        if not farthest_m <= FARTHEST_M:
+            raise ValueError(f"reaches {farthest_m:.3g} m, expected at most {FARTHEST_M:g} m")
         return dict(work(placed, mesh))
     except MemoryError:
         raise
@@ -130,6 +135,8 @@ def read_corners(path: Path, submesh: str = "", is_centred: bool = False) -> Arr
     if not parts:
         raise ValueError("expected triangles, found none")
     corners = np.vstack(parts).astype(float)
+    if not len(corners):
+        raise ValueError("expected triangles with finite corners, found none")
     if len(corners) > MAX_TRIANGLES:
         raise ValueError(_too_many(len(corners)))
     if not np.isfinite(corners).all():

@@ -315,3 +315,141 @@ def test_a_robot_file_may_be_like_a_model(tmp_path):
     own.write_text("description: mine\nlike: cart.urdf.xacro\nlidar: {range_max_m: 3.0}\n")
     robot = load_robot(str(own))
     assert (robot.lidar.range_max_m, robot.lidar.beam_count) == (3.0, 180)
+
+
+def test_xacro_of_ros_1_without_prefixes_is_read(tmp_path):
+    path = tmp_path / "cart.urdf.xacro"
+    (tmp_path / "sizes.xacro").write_text('<robot><property name="length" value="0.8"/></robot>')
+    box = collision('<box size="${length} 0.4 0.2"/>')
+    path.write_text(f'<robot name="a"><include filename="sizes.xacro"/>{link(box)}</robot>')
+    assert load_robot(str(path)).outline[:, 0].max() == pytest.approx(0.4)
+
+
+def test_a_file_that_only_defines_a_macro_of_its_name_is_that_robot(tmp_path):
+    path = tmp_path / "j1.urdf.xacro"
+    head = '<robot xmlns:xacro="http://www.ros.org/wiki/xacro"><xacro:macro name='
+    body = f"{link(BOX)}</xacro:macro></robot>"
+    path.write_text(f'{head}"j1" params="wheel:=\'a b\' prefix">{body}')
+    assert load_robot(str(path)).outline[:, 0].max() == pytest.approx(0.3)
+    remark = 'only defines a macro; expanded as <xacro:j1 prefix=""/>'
+    assert any(remark in row for row in rows(path, Status.STAND_IN))
+    path.write_text(f'{head}"j1" params="side">{body}')
+    with pytest.raises(InputError, match="expected links, found none"):
+        load_robot(str(path))
+
+
+@pytest.mark.parametrize(
+    "uri", ["package://cart/meshes/hull.stl", "./meshes/hull.stl", "meshes/hull.stl"]
+)
+def test_a_mesh_is_found_where_the_sources_have_it(tmp_path, uri):
+    """Packages are installed with other folders: here cart/models/a/meshes becomes cart/meshes."""
+    package = tmp_path / "cart"
+    path = package / "models" / "a" / "urdf" / "cart.urdf"
+    (path.parents[1] / "meshes").mkdir(parents=True)
+    path.parent.mkdir()
+    (package / "package.xml").write_text("<package><name>cart</name></package>")
+    (path.parents[1] / "meshes" / "hull.stl").write_text(TRIANGLE)
+    path.write_text(
+        f'<robot name="a">{link(collision(f"<mesh filename={uri!r}/>"))}</robot>'.replace("'", '"')
+    )
+    assert shapely.Polygon(load_robot(str(path)).outline).bounds[2] == pytest.approx(1.0)
+
+
+TRIANGLE = (
+    "solid a\nfacet normal 0 0 1\nouter loop\nvertex -1 -1 0\nvertex 1 -1 0\nvertex 0 1 0\n"
+    "endloop\nendfacet\nendsolid a\n"
+)
+
+
+def test_without_a_lidar_the_default_one_is_where_its_link_is(tmp_path):
+    laser = link("", "laser") + (
+        '<joint name="j" type="fixed"><parent link="base_link"/><child link="laser"/>'
+        '<origin xyz="0.2 0 0.35" rpy="0 0 3.14159"/></joint>'
+    )
+    path = urdf(tmp_path, link(BOX) + laser)
+    lidar = load_robot(str(path)).lidar
+    assert lidar.pose == pytest.approx((0.2, 0.0, 3.14159))
+    # The box reaches from -0.1 to 0.1 m: its underside is the floor.
+    assert lidar.height_m == pytest.approx(0.45)
+    assert any("the default one where the link laser is" in r for r in rows(path, Status.STAND_IN))
+
+
+ROBOT_YAML = """serial_number: a200-0001
+version: 0
+platform:
+  attachments: [{name: plate, type: a200.plate, parent: base_link, size: 0.8}]
+sensors:
+  lidar2d:
+    - {model: ust, parent: base_link, xyz: [0.3, 0, 0.2], rpy: [0, 0, 0],
+       ros_parameters: {driver: {angle_min: -1.5}}}
+    - {model: gone, parent: base_link}
+"""
+
+
+def test_a_robot_yaml_of_clearpath_is_the_robot_of_its_packages(tmp_path):
+    head = '<robot xmlns:xacro="http://www.ros.org/wiki/xacro"><xacro:macro name='
+    fixed = (
+        '<link name="${name}"><collision><geometry><box size="${size} 0.1 0.1"/></geometry>'
+        '</collision></link><joint name="${name}_joint" type="fixed"><parent link="${parent_link}"'
+        '/><child link="${name}"/><xacro:insert_block name="origin"/></joint></xacro:macro></robot>'
+    )
+    sensor = (
+        '<gazebo reference="${name}"><sensor type="ray" name="s"><ray><scan><horizontal>'
+        "<min_angle>${min_ang}</min_angle><max_angle>1.5</max_angle><samples>90</samples>"
+        "</horizontal></scan></ray></sensor></gazebo></xacro:macro></robot>"
+    )
+    files = {
+        "clearpath_platform_description/urdf/a200/a200": (
+            f'{head}"a200" params="wheel:=\'default\'">{link(BOX)}</xacro:macro></robot>'
+        ),
+        "clearpath_platform_description/urdf/a200/attachments/plate": (
+            f'{head}"plate" params="name parent_link size *origin">{fixed}'
+        ),
+        "clearpath_sensors_description/urdf/ust": (
+            f'{head}"ust" params="name parent_link size:=0.1 min_ang:=-2 *origin">'
+            + fixed.replace("</xacro:macro></robot>", sensor)
+        ),
+    }
+    for name, text in files.items():
+        file = tmp_path / "common" / f"{name}.urdf.xacro"
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_text(text)
+        package = name.partition("/")[0]
+        (tmp_path / "common" / package / "package.xml").write_text(
+            f"<package><name>{package}</name></package>"
+        )
+    path = tmp_path / "mine" / "robot.yaml"
+    path.parent.mkdir()
+    path.write_text(ROBOT_YAML)
+    robot = load_robot(str(path), packages=[tmp_path / "common"])
+    # The plate of 0.8 m, and the platform's 0.4 m.
+    assert np.ptp(robot.outline, axis=0) == pytest.approx([0.8, 0.4])
+    assert robot.lidar.pose == pytest.approx((0.3, 0.0, 0.0))
+    assert (robot.lidar.angle_min_rad, robot.lidar.beam_count) == (-1.5, 90)
+    told = describe_robot(path, folders=[tmp_path / "common"]).check.as_text(200)
+    assert "left out lidar2d_1" in told
+    for text, reason in (
+        (ROBOT_YAML, "needs the package 'clearpath_platform_description'"),
+        (ROBOT_YAML.replace("a200-0001", "7"), "serial_number: expected one such as a200-0000"),
+    ):
+        path.write_text(text)
+        with pytest.raises(InputError, match=reason):
+            load_robot(str(path))
+
+
+@pytest.mark.parametrize(
+    "named", ["base: {type: diff_drive_controller/A}", "base.type: diff_drive_controller/A"]
+)
+def test_the_limits_are_those_of_the_controllers_file_that_xacro_is_given(tmp_path, named):
+    (tmp_path / "control.yaml").write_text(
+        "base:\n  ros__parameters:\n"
+        "    linear.x.max_velocity: 2.0\n    linear.x.max_acceleration: 20.0\n"
+        f"manager:\n  ros__parameters:\n    {named}"
+    )
+    path = tmp_path / "cart.urdf.xacro"
+    argument = f'<xacro:arg name="controllers" default="{tmp_path}/control.yaml"/>'
+    path.write_text(
+        f'<robot name="a" xmlns:xacro="http://www.ros.org/wiki/xacro">{argument}{link(BOX)}</robot>'
+    )
+    drive = load_robot(str(path)).drive
+    assert (drive.max_linear_velocity_mps, drive.max_linear_acceleration_mps2) == (2.0, 20.0)

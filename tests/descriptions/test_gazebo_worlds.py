@@ -9,6 +9,7 @@ import pytest
 import shapely
 import yaml
 from descriptions_scenes import ROOM, box, standing, world
+from PIL import Image
 
 from drake_navbench.commands import import_world
 from drake_navbench.commands.command_line import EXIT_DONE, EXIT_WRONG_INPUT
@@ -21,6 +22,7 @@ from drake_navbench.inputs.gazebo_world import (
 )
 from drake_navbench.inputs.robot import load_robot
 from drake_navbench.inputs.scenario import load_scenario
+from drake_navbench.inputs.world_on_map import share_that_stands, warn_of_other_world
 from drake_navbench.trial.goal_sampling import sample_world_tasks
 from drake_navbench.typed_files.mesh_slices import cut_area
 
@@ -278,3 +280,29 @@ def test_import_world_writes_a_scenario_that_is_the_same_world(tmp_path, capsys)
     assert out.with_suffix(".png").stat().st_size > 10_000
     assert import_world.main(asked) == EXIT_WRONG_INPUT
     assert "exists; expected a new file" in capsys.readouterr().err
+
+
+def test_a_world_beside_its_map_is_planned_on_the_map_and_met_as_it_is(tmp_path):
+    """The map shows a wall ahead; the world has the wall, and a box that no map shows."""
+    wall, crate = box("wall", "0.2 4 1", "4 0 0.5 0 0 0"), box("crate", "1 1 1", "1.5 2 0.5 0 0 0")
+    found = load(tmp_path, wall + crate)
+    cells = np.full((120, 160), 254, dtype=np.uint8)
+    # Cells of 5 cm from (-2, -3): the wall stands at x = 3.9 to 4.1, y = -2 to 2.
+    cells[20:100, 118:122] = 0
+    Image.fromarray(cells).save(tmp_path / "room.png")
+    file = tmp_path / "room.yaml"
+    file.write_text(
+        "image: room.png\nresolution: 0.05\norigin: [-2, -3, 0]\nnegate: 0\n"
+        "occupied_thresh: 0.65\nfree_thresh: 0.25\n"
+    )
+    scenario = scenario_in_world(found, (0.0, 0.0, 0.0), (3.0, 0.0, 0.0), map_file=file)
+    assert scenario.map is not None
+    assert (len(scenario.true_world.walls), len(scenario.true_world.obstacles)) == (0, 2)
+    assert len(scenario.known_world.obstacles) == 0
+    assert share_that_stands(occupancy_of(found), scenario.map) == 1.0
+    tasks = sample_world_tasks(found, load_robot("turtlebot4"), 3, seed=0, map_file=file)
+    assert all(task.map is not None and not task.world.map_stands for task in tasks)
+    # The world's floor ends at x = 5.1 m, that of the map in free cells at 6 m.
+    assert all(-2.0 < x < 5.1 for task in tasks for x in (task.start[0], task.goal[0]))
+    with pytest.warns(InputWarning, match=r"room\.yaml: 0% of its occupied cells .*this world"):
+        warn_of_other_world(load(tmp_path, crate, name="other.world"), file)

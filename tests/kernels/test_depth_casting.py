@@ -55,6 +55,26 @@ def test_the_floor_is_seen_only_where_it_is_asked_for():
     assert along(-0.6, TABLE, sees_floor=True) == pytest.approx(1.0 / 0.6)
 
 
+# A table top from 0.7 m to 0.75 m, and a round one as high.
+BOARD = Box(type="box", min=(2.0, -1.0), max=(3.0, 1.0), bottom_m=0.7, height_m=0.75)
+ROUND = Cylinder(type="cylinder", centre=(2.5, 0.0), radius_m=0.5, bottom_m=0.7, height_m=0.75)
+LOW = np.array([0.0, 0.0, 0.3])
+
+
+@pytest.mark.parametrize("hanging", [BOARD, ROUND])
+def test_a_ray_passes_under_what_hangs_and_meets_its_side_and_underside(hanging):
+    assert along(0.0, hanging, WALL, origin=LOW) == pytest.approx(4.0)
+    # 0.7 m high after 2.5 m, in the middle of the board.
+    assert along(0.16, hanging, origin=LOW) == pytest.approx(2.5)
+    # 0.72 m high where the board begins.
+    assert along(0.21, hanging, origin=LOW) == pytest.approx(2.0)
+    # 0.78 m high there.
+    assert along(0.24, hanging, WALL, origin=LOW) == pytest.approx(4.0)
+    # From above down onto its top, and down below it.
+    assert along(-0.1, hanging) == pytest.approx(2.5)
+    assert along(-0.16, hanging, sees_floor=True) == pytest.approx(1.0 / 0.16)
+
+
 def test_a_cylinder_has_a_top_as_well():
     post = Cylinder(type="cylinder", centre=(2.5, 0.0), radius_m=0.5, height_m=0.5)
     assert along(-0.2, post) == pytest.approx(2.5)

@@ -1,0 +1,193 @@
+"""What files of robots and worlds try to do to their reader: each ends in one line."""
+
+from __future__ import annotations
+
+import os
+import time
+import warnings
+
+import pytest
+from descriptions_scenes import box, world
+
+from drake_navbench.analysis.replay.robot_model import SdfModel
+from drake_navbench.descriptions import sdf
+from drake_navbench.errors import InputError, InputWarning
+from drake_navbench.inputs import gazebo_world
+from drake_navbench.inputs.gazebo_world import load_gazebo_world
+from drake_navbench.inputs.robot_model import read_robot_model
+
+LIMIT_S = 30.0
+BOX = '<collision><geometry><box size="0.6 0.4 0.2"/></geometry></collision>'
+MESH = '<collision><geometry><mesh filename="{}"/></geometry></collision>'
+BOMB = '<!DOCTYPE a [<!ENTITY a "{}"><!ENTITY b "{}">]>'.format("lol" * 100, "&a;" * 100)
+
+
+def cart(folder, body, *, name="cart.urdf"):
+    path = folder / name
+    path.write_text(f'<robot name="cart"><link name="base_link">{body}</link></robot>')
+    return path
+
+
+def refusal(read, *arguments, **options):
+    """Returns the one line with which something is refused, in time."""
+    began = time.monotonic()
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", InputWarning)
+        with pytest.raises(InputError) as caught:
+            read(*arguments, **options)
+    assert time.monotonic() - began < LIMIT_S
+    line = str(caught.value)
+    assert "\n" not in line
+    assert len(line) < 2000
+    return line
+
+
+TRIANGLE = "facet normal 0 0 1\nouter loop\n{}endloop\nendfacet\n"
+HUGE = ((0, 0, 0), ("1e9", 0, 0), (0, "1e9", 0))
+CORNER = "vertex {} {} {}\n"
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "reason"),
+    [
+        ("nan.stl", TRIANGLE.format(3 * CORNER.format("nan", 0, 0)), "with finite corners"),
+        (
+            "huge.stl",
+            TRIANGLE.format("".join(CORNER.format(*xyz) for xyz in HUGE)),
+            "huge.stl: reaches 1e+09 m, expected at most 1e+06 m",
+        ),
+        ("none.stl", "", "none.stl: "),
+        ("index.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 999999999\n", "index.obj: "),
+        ("index.obj", "v 0 0 0\nf -5 -6 -7\n", "index.obj: "),
+        ("bomb.dae", f"<?xml version='1.0'?>{BOMB}<COLLADA>&b;</COLLADA>", "bomb.dae: "),
+        ("deep.gltf", "[" * 100_000, "deep.gltf: "),
+    ],
+)
+def test_a_mesh_that_is_none_is_told(tmp_path, name, content, reason):
+    head, tail = ("solid a\n", "endsolid a\n") if name.endswith(".stl") else ("", "")
+    (tmp_path / name).write_text(head + content + tail)
+    line = refusal(read_robot_model, cart(tmp_path, MESH.format(name)))
+    assert "tells no outline: left out" in line
+    assert reason in line
+    # An OBJ file is drawn by the browser, as far as it goes.
+    if not name.endswith(".obj"):
+        assert list(SdfModel(cart(tmp_path, MESH.format(name))).visuals) == []
+
+
+def test_a_mesh_of_a_million_triangles_and_more_is_told_by_its_head(tmp_path):
+    count = 5_000_000
+    with (tmp_path / "all.stl").open("wb") as file:
+        file.write(b"a".ljust(80) + count.to_bytes(4, "little"))
+        file.truncate(84 + 50 * count)
+    line = refusal(read_robot_model, cart(tmp_path, MESH.format("all.stl")))
+    assert "has 5000000 triangles, expected at most 1000000" in line
+
+
+def test_a_flat_mesh_is_an_obstacle_and_a_point_is_none(tmp_path):
+    flat = "solid a\n" + TRIANGLE.format("vertex 0 0 0\nvertex 2 0 0\nvertex 0 2 0\n")
+    (tmp_path / "flat.stl").write_text(flat + "endsolid a\n")
+    outline = read_robot_model(cart(tmp_path, MESH.format("flat.stl"))).outline
+    assert outline.max() == pytest.approx(2.0)
+    point = flat.replace("2 0 0", "0 0 0").replace("0 2 0", "0 0 0")
+    (tmp_path / "flat.stl").write_text(point + "endsolid a\n")
+    assert "tells no outline" in refusal(read_robot_model, cart(tmp_path, MESH.format("flat.stl")))
+
+
+@pytest.mark.parametrize(
+    "code",
+    [
+        "${__import__('os').mkdir('made')}",
+        "${().__class__.__base__.__subclasses__()}",
+        "${open('made', 'w')}",
+        "${eval('1')}",
+        "$(eval __import__('os').mkdir('made'))",
+    ],
+)
+def test_xacro_runs_no_code(tmp_path, code):
+    path = cart(tmp_path, BOX.replace("0.6", code), name="cart.urdf.xacro")
+    assert "xacro cannot expand it" in refusal(read_robot_model, path)
+    assert not (tmp_path / "made").exists()
+
+
+@pytest.mark.parametrize(
+    "body",
+    [
+        '<xacro:include filename="cart.urdf.xacro"/>',
+        '<xacro:macro name="a"><xacro:a/></xacro:macro><xacro:a/>',
+        '<xacro:property name="a" value="${\'x\' * 10**12}"/><link name="${a}"/>',
+    ],
+)
+def test_xacro_without_end_is_stopped(tmp_path, body):
+    path = tmp_path / "cart.urdf.xacro"
+    path.write_text(f'<robot name="a" xmlns:xacro="http://www.ros.org/wiki/xacro">{body}</robot>')
+    assert str(path) in refusal(read_robot_model, path)
+
+
+@pytest.mark.parametrize(
+    "uri",
+    [
+        "package://../../secret.obj",
+        "package://cart/../../secret.obj",
+        "model://cart/../../secret.obj",
+        "../secret.obj",
+        "file://{outside}/secret.obj",
+        "{outside}/secret.obj",
+        "link.obj",
+    ],
+)
+def test_no_uri_leads_out_of_the_repository(tmp_path, uri):
+    (tmp_path / "secret.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+    package = tmp_path / "repository" / "cart"
+    package.mkdir(parents=True)
+    (package.parent / ".git").mkdir()
+    (package / "package.xml").write_text("<package><name>cart</name></package>")
+    os.symlink(tmp_path / "secret.obj", package / "link.obj")
+    path = cart(package, MESH.format(uri.format(outside=tmp_path)))
+    assert "no such file or package" in refusal(read_robot_model, path)
+
+
+def test_entities_of_a_world_and_of_what_it_includes_are_refused(tmp_path):
+    text = world(box("wall", "1 1 1", "3 0 0.5 0 0 0"))
+    path = tmp_path / "room.world"
+    path.write_text(BOMB + text)
+    line = refusal(load_gazebo_world, path, lidar_m=0.2, top_m=0.4)
+    assert "declares XML entities" in line
+    model = tmp_path / "crate"
+    model.mkdir()
+    (model / "model.config").write_text("<model/>")
+    (model / "model.sdf").write_text(f"{BOMB}<sdf>&b;</sdf>")
+    path.write_text(world("<include><uri>model://crate</uri></include>"))
+    found = load_gazebo_world(path, lidar_m=0.21, top_m=0.4)
+    assert any("declares XML entities" in remark for remark in found.remarks)
+
+
+def test_models_that_include_each_other_twice_are_bounded(tmp_path, monkeypatch):
+    """Each model includes the next one four times: 4 to the 12 models, without a link."""
+    for level in range(12):
+        folder = tmp_path / f"m{level}"
+        folder.mkdir()
+        (folder / "model.config").write_text("<model/>")
+        include = f"<include><uri>model://m{level + 1}</uri><name>{{}}</name></include>"
+        body = "".join(map(include.format, "abcd")) if level < 11 else ""
+        (folder / "model.sdf").write_text(
+            f'<sdf version="1.7"><model name="m">{body}</model></sdf>'
+        )
+    monkeypatch.setattr(sdf, "MAX_PARTS", 1000)
+    path = tmp_path / "room.world"
+    path.write_text(world("<include><uri>model://m0</uri></include>"))
+    line = refusal(load_gazebo_world, path, lidar_m=0.2, top_m=0.4)
+    assert "more than 1000 links and models" in line
+
+
+def test_a_world_of_too_many_boxes_is_bounded(tmp_path, monkeypatch):
+    boxes = "".join(
+        box(f"b{k}", "0.1 0.1 1", f"{k % 300 * 0.2} {k // 300 * 0.2} 0.5 0 0 0") for k in range(101)
+    )
+    path = tmp_path / "room.world"
+    path.write_text(world(boxes))
+    monkeypatch.setattr(gazebo_world, "MAX_POLYGONS", 100)
+    line = refusal(load_gazebo_world, path, lidar_m=0.2, top_m=0.4)
+    assert "makes more than 100 polygons" in line
+    monkeypatch.setattr(gazebo_world, "MAX_SHAPES", 100)
+    line = refusal(load_gazebo_world, path, lidar_m=0.22, top_m=0.4)
+    assert "101 shapes stand in it, expected at most 100" in line
