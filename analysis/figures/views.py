@@ -110,11 +110,10 @@ def scene_figure(view: SceneView) -> Figure:
     height_in = WIDTH_IN * (high[1] - low[1]) / (high[0] - low[0])
     height_in = float(np.clip(height_in, MIN_HEIGHT_IN, MAX_HEIGHT_IN))
     figure, (axes,) = new_figure(axes_size_in=(WIDTH_IN, height_in))
-    keys = [_draw_grid(axes, grid) for grid in view.costs][:1]
-    keys += [
-        _draw_mask(axes, name, grid, color)
-        for (name, grid), color in zip(view.masks.items(), MASKS * 9, strict=False)
-    ]
+    keys: list[Any] = [_draw_grid(axes, grid) for grid in view.costs][:1]
+    # By the alphabet: a kind of mask has its colour in every picture that has the same kinds.
+    for (name, grid), color in zip(sorted(view.masks.items()), MASKS * 9, strict=False):
+        keys.append(_draw_mask(axes, name, grid, color))
     draw_course(axes, view.course)
     for (label, outlines), hatch in zip(view.others.items(), HATCHES, strict=False):
         look: dict[str, Any] = {"facecolor": "none", "edgecolor": OBSTACLE_EDGE, "hatch": hatch}

@@ -157,7 +157,8 @@ def _arc(length_m: float, turn_rad: float) -> Array:
 
 
 def _ranges(local: Any) -> Iterator[Shape]:
-    """Yields how far sensors mark and clear in a local costmap."""
+    """Yields how far sensors mark and clear in a local costmap, equal distances once."""
+    reaches: dict[tuple[str, float], list[str]] = {}
     for block in _layers(local):
         sources = getattr(block, "observation_sources", None)
         named: Mapping[str, Any] = sources if isinstance(sources, Mapping) and sources else {}
@@ -167,7 +168,10 @@ def _ranges(local: Any) -> Iterator[Shape]:
             for word, fields in RANGES.items():
                 reach_m = next((getattr(source, f) for f in fields if hasattr(source, f)), 0.0)
                 if reach_m > 0.0:
-                    yield Shape(f"{name} {word} up to {reach_m:g} m", _circle(reach_m))
+                    reaches.setdefault((word, reach_m), []).append(name)
+    for (word, reach_m), names in reaches.items():
+        told = ", ".join(dict.fromkeys(names))
+        yield Shape(f"{told}: {word} up to {reach_m:g} m", _circle(reach_m))
 
 
 def _monitor(robot: Robot) -> Iterator[Shape]:

@@ -22,6 +22,12 @@ from drake_navbench.trial.planning import global_costmap, make_plan
 # A moving thing's way is drawn through its places at so many times.
 LOOKS = 200
 UNKNOWN_TO_PLANNER = "obstacle that is on no map"
+MASKS = {
+    "keepout": "keepout area",
+    "speed_percent": "area of limited speed",
+    "speed_absolute": "area of limited speed",
+    "binary": "area of a binary state",
+}
 BELOW, ABOVE, GLASS = "below the lidar's plane", "above the lidar's plane", "glass"
 
 
@@ -42,8 +48,9 @@ def scene_view(scenarios: Sequence[Scenario], robot: Robot) -> tuple[SceneView, 
         costs.append(costmap.grid)
         known += _known(place)
         for mask in place.filter_masks:
-            name = {"keepout": "keepout", "speed": "speed limit"}.get(mask.type, mask.type)
-            masks[name] = Grid(np.asarray(mask.grid.occupancy), *mask.grid.frame)
+            masks[MASKS.get(mask.type, mask.type)] = Grid(
+                np.asarray(mask.grid.occupancy), *mask.grid.frame
+            )
     seen, others = _obstacles(first.true_world, robot)
     ways, movers = _movers(first.true_world)
     plans = [task.plan[:, :2] for task in tasks if task.plan is not None]

@@ -17,7 +17,6 @@ from typing import Any
 from drake_navbench.commands.command_line import (
     EXIT_DONE,
     EXIT_FAILED,
-    EXIT_WRONG_INPUT,
     CommandParser,
     exit_status_of,
     listed_names,
@@ -359,14 +358,23 @@ def input_warnings_as_lines(*, quiet: bool) -> Iterator[None]:
 def main(argv: Sequence[str] | None = None) -> int:
     """Runs the command; returns the exit status."""
     parser = build_parser()
+    return exit_status_of(lambda: _main(parser, argv))
+
+
+def _main(parser: argparse.ArgumentParser, argv: Sequence[str] | None) -> int:
+    arguments = arguments_of(parser, argv)
+    with input_warnings_as_lines(quiet=arguments.quiet):
+        return _run(parser, arguments)
+
+
+def arguments_of(parser: argparse.ArgumentParser, argv: Sequence[str] | None) -> argparse.Namespace:
+    """Returns the arguments; raises InputError for controllers without commas between them."""
     arguments, rest = parser.parse_known_args(argv)
     if rest and arguments.controllers and not any(text.startswith("-") for text in rest):
-        print(_commas_wanted([arguments.controllers, *rest]), file=sys.stderr)
-        return EXIT_WRONG_INPUT
+        raise InputError(_commas_wanted([arguments.controllers, *rest]))
     if rest:
         parser.error(f"unrecognized arguments: {' '.join(rest)}")
-    with input_warnings_as_lines(quiet=arguments.quiet):
-        return exit_status_of(lambda: _run(parser, arguments))
+    return arguments
 
 
 def with_package(

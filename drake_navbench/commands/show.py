@@ -23,6 +23,7 @@ from drake_navbench.commands.run import (
     add_nav2_files,
     add_what_drives,
     add_where,
+    arguments_of,
     input_warnings_as_lines,
     with_package,
 )
@@ -35,10 +36,10 @@ if TYPE_CHECKING:
 SUFFIXES = (".html", ".svg", ".png")
 EPILOG = """\
 what is drawn:
-  a scenario, a map, a world   walls, costmap, start, goal, plan, everybody's way
-  --robot                      outline, fields of lidar, depth and range sensors
-  --nav2, --params,            for each controller, around the robot: lookahead,
-  --controllers                horizon, inflation, local costmap, sensors' ranges
+  a scenario, map or world   walls, costmap, start, goal, plan, everybody's way
+  --robot alone              outline, fields of lidar, depth and range sensors
+  --nav2, --params,          for each controller, around the robot: lookahead,
+  --controllers              horizon, inflation, local costmap, sensors' ranges
 
 examples:
   drake-navbench show doorway
@@ -62,6 +63,8 @@ def build_parser() -> argparse.ArgumentParser:
     add_what_drives(parser)
     add_where(parser)
     add_nav2_files(parser)
+    # None tells that none is named; one that is named is drawn where no scene is asked for.
+    parser.set_defaults(robot=None)
     add = parser.add_argument_group("output").add_argument
     add("--seed", type=whole_number, default=0, help="of the tasks that --goals draws (0)")
     add("--quiet", action="store_true", help="print errors only")
@@ -77,9 +80,13 @@ def build_parser() -> argparse.ArgumentParser:
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Runs the command; returns the exit status."""
-    arguments = build_parser().parse_args(argv)
+    return exit_status_of(lambda: _main(argv))
+
+
+def _main(argv: Sequence[str] | None) -> None:
+    arguments = arguments_of(build_parser(), argv)
     with input_warnings_as_lines(quiet=arguments.quiet):
-        return exit_status_of(lambda: _show(arguments))
+        _show(arguments)
 
 
 def _show(arguments: argparse.Namespace) -> None:
@@ -90,14 +97,14 @@ def _show(arguments: argparse.Namespace) -> None:
         raise InputError("--check: prints a table and belongs to run; expected no --check")
     defaults = run_parser().parse_args([])
     asked = argparse.Namespace(**vars(defaults) | vars(arguments))
-    asked.out = None
+    asked.out, asked.robot = None, arguments.robot or defaults.robot
     if asked.package:
         asked = with_package(run_parser(), asked)
 
     from drake_navbench.campaign.asked import request_from_arguments
 
     request = request_from_arguments(asked)
-    has_robot = asked.robot != defaults.robot
+    has_robot = arguments.robot is not None or asked.robot != defaults.robot
     views, told = _views(request, has_robot=has_robot, has_columns=arguments.controllers)
     for line in told:
         print(printable(line), file=sys.stderr)
@@ -123,7 +130,7 @@ def _views(request: Request, *, has_robot: bool, has_columns: bool) -> tuple[lis
         view, lines = scene_view(scenarios, scenarios[0].load_robot(shown.robot))
         views.append(view)
         told += lines
-    if not views and (has_robot or not shown.presets):
+    if not (views or shown.presets):
         if not has_robot:
             raise InputError(
                 "expected what to show: a scenario, --map, --robot, --nav2 or --controllers"
