@@ -17,6 +17,8 @@ from drake_navbench.analysis.colors import controller_color
 
 PERCENT = 100.0
 NAME_JOINT = re.compile(r"([:_=/-])(?=.)")
+# Between tags stands text, whose numbers stay as they are.
+TAG = re.compile(r"<[^>]*>")
 # Of a figure's coordinates, points: a hundredth is more than any screen or printer shows.
 LONG_DECIMALS = re.compile(r"(\.\d\d)\d+")
 
@@ -52,11 +54,15 @@ def relative_change(ratio: float) -> str:
 
 def inline_svg(path: Path) -> str:
     """Returns a figure as a data URL, so that the page needs no other file."""
-    svg = LONG_DECIMALS.sub(r"\1", path.read_text(encoding="utf-8"))
+    svg = TAG.sub(_shortened, path.read_text(encoding="utf-8"))
     # Of what SVG is made of, only these mean something else in an address; base64 is a third more.
     for special in "%#\n":
         svg = svg.replace(special, " " if special == "\n" else quote(special))
     return f"data:image/svg+xml,{svg}"
+
+
+def _shortened(tag: re.Match[str]) -> str:
+    return LONG_DECIMALS.sub(r"\1", tag.group())
 
 
 def script_json(value: Any) -> Markup:

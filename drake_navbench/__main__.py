@@ -16,6 +16,7 @@ from drake_navbench.errors import nearest_name_hint
 # Command -> module with `main(argv)`, and the line that --help prints.
 COMMANDS = {
     "run": ("drake_navbench.run", "drive controllers through scenarios and compare them"),
+    "show": ("drake_navbench.commands.show", "draw what run would drive, before anything does"),
     "report": (
         "drake_navbench.commands.report",
         "make tables, figures and report.html of a results folder again",

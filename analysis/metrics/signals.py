@@ -7,7 +7,6 @@ from functools import lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.signal import savgol_filter
 
 from drake_navbench.analysis.metrics.definition import Undefined
 from drake_navbench.kernels.path_geometry import path_length
@@ -174,6 +173,9 @@ def fitted_derivatives(values: Array, period_s: float) -> tuple[Array, Array, Ar
 
     values: (N,) on an even grid, N >= 5. Source: Savitzky & Golay 1964; exact for parabolas.
     """
+    # Loading it takes a second, which commands that measure nothing do without.
+    from scipy.signal import savgol_filter
+
     width = max(round(DERIVATIVE_WINDOW_S / period_s), MIN_WINDOW_SAMPLES)
     width = min(width, len(values))
     width -= 1 - width % 2

@@ -25,6 +25,8 @@
       axis.axis_label_text_font_size = "11px";
     }
     for (const grid of figure.center.filter((one) => one instanceof Bokeh.Grid)) grid.grid_line_color = css("--line");
+    // Axes fit the controllers that are shown.
+    for (const range of [figure.x_range, figure.y_range]) if (range instanceof Bokeh.DataRange1d) range.only_visible = true;
     return figure;
   }
   function hover(figure, renderers, tooltips, options) {
@@ -144,6 +146,24 @@
     },
   };
 
+  // What is seen of a figure after somebody zoomed or moved it, until it is reset.
+  function keepZoom(figure, name) {
+    figure.on_event("rangesupdate", () => {
+      zooms.set(name, [figure.x_range.start, figure.x_range.end, figure.y_range.start, figure.y_range.end]);
+      keepState();
+    });
+    figure.on_event("reset", () => setTimeout(() => { zooms.delete(name); keepState(); }));
+  }
+  function restoreZoom(figure, name) {
+    if (!zooms.has(name)) return;
+    const [x0, x1, y0, y1] = zooms.get(name);
+    for (const [range, start, end] of [[figure.x_range, x0, x1], [figure.y_range, y0, y1]]) {
+      // Else the range would fit the data again.
+      if (range instanceof Bokeh.DataRange1d) range.have_updated_interactively = true;
+      range.setv({ start, end });
+    }
+  }
+
   async function draw(box) {
     const data = scenarios.get(box.dataset.scenario), make = charts[box.dataset.kind];
     if (!data || !make || (box.dataset.kind === "compute" && !data.compute)) return;
@@ -158,6 +178,9 @@
       if (figures.length === 1) place.style.cssText = "position:absolute;inset:0";
       live.append(place);
       await Plotting.show(figure, place);
+      const name = `${data.scenario}.${box.dataset.kind}.${figures.indexOf(figure)}`;
+      restoreZoom(figure, name);
+      keepZoom(figure, name);
     }
     box.dataset.drawn = "yes";
   }

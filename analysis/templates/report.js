@@ -55,9 +55,11 @@ for (const filters of document.querySelectorAll(".filters")) {
   apply();
 }
 // The state of the page stands in its address, so that a link shows what its sender saw: hidden
-// controllers, and the choices above each table.
+// controllers, the choices above each table, and what is seen of each chart that was zoomed.
 const hiddenControllers = new Set();
 const hiddenListeners = [];
+const ZOOM = "zoom.";
+const zooms = new Map();
 function keepState() {
   const state = new URLSearchParams();
   if (hiddenControllers.size) state.set("hide", [...hiddenControllers].join("\n"));
@@ -68,6 +70,7 @@ function keepState() {
     const words = filters.querySelector("input").value;
     if (words) state.set(`${filters.dataset.table}.search`, words);
   }
+  for (const [chart, ends] of zooms) state.set(ZOOM + chart, ends.map((end) => Number(end.toPrecision(6))).join(" "));
   const query = state.toString();
   try { history.replaceState(null, "", `${query ? `?${query}` : location.pathname}${location.hash}`); } catch { /* Not everywhere a file's address may change. */ }
 }
@@ -104,6 +107,10 @@ function restoreState() {
   const state = new URLSearchParams(location.search);
   const known = Array.from(document.querySelectorAll("#columns button"), (button) => button.dataset.controller);
   for (const name of (state.get("hide") || "").split("\n")) if (known.includes(name)) hiddenControllers.add(name);
+  for (const [key, text] of state) {
+    const ends = text.split(" ").map(Number);
+    if (key.startsWith(ZOOM) && ends.length === 4 && ends.every(Number.isFinite)) zooms.set(key.slice(ZOOM.length), ends);
+  }
   for (const filters of document.querySelectorAll(".filters")) {
     for (const select of filters.querySelectorAll("select")) select.value = state.get(`${filters.dataset.table}.${select.dataset.column}`) || "";
     filters.querySelector("input").value = state.get(`${filters.dataset.table}.search`) || "";

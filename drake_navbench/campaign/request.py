@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Literal, NamedTuple
 
 from pydantic import Field
 
@@ -18,9 +18,9 @@ from drake_navbench.inputs.barn import barn_scenarios
 from drake_navbench.inputs.check import CheckRow, Status
 from drake_navbench.inputs.gazebo_world import load_gazebo_world, scenario_in_world
 from drake_navbench.inputs.originals_beside import with_originals
-from drake_navbench.inputs.presets import Preset, default_presets
+from drake_navbench.inputs.presets import Preset, default_presets, load_preset
 from drake_navbench.inputs.robot import Robot, body_top_m, is_model, load_robot
-from drake_navbench.inputs.scenario import Pose, Scenario, scenario_on_map
+from drake_navbench.inputs.scenario import Pose, Scenario, load_scenario, scenario_on_map
 from drake_navbench.inputs.world_on_map import warn_of_other_world
 from drake_navbench.nav2.differences import differences, require_different
 from drake_navbench.nav2.parameter_files import load_parameter_file
@@ -64,6 +64,14 @@ class BarnTask(FrozenModel):
 
     folder: str
     worlds: tuple[int, ...] = ()
+
+
+class Shown(NamedTuple):
+    """What a request names, loaded: scenarios, columns and the robot of what is no Nav2 file."""
+
+    scenarios: tuple[Scenario, ...]
+    presets: tuple[Preset, ...]
+    robot: Robot
 
 
 class Request(FrozenModel):
@@ -184,18 +192,7 @@ class Request(FrozenModel):
                 raise InputError(
                     f"--columns: metric {name!r} is unknown{nearest_name_hint(name, known)}"
                 )
-        from_files = [
-            preset
-            for path in dict.fromkeys(self.parameter_files)
-            for preset in load_parameter_file(Path(path), self.nav2_release)
-        ]
-        if self.nav2_release and not (self.nav2_files or any(p.nav2_plugin for p in from_files)):
-            raise InputError("--nav2-release: expected a Nav2 file by --nav2 or --params as well")
-        presets: list[str | Preset] = [*self.controllers, *from_files]
-        nav2 = self.nav2_columns()
-        require_different(nav2, differences(nav2) if len(nav2) > 1 else ())
-        for columns in nav2:
-            presets += columns.presets
+        presets, nav2 = self._presets()
         if nav2 and not presets:
             raise InputError(
                 f"--nav2 {', '.join(self.nav2_files)}: no controller_server with "
@@ -224,6 +221,35 @@ class Request(FrozenModel):
         scenarios = {spec.scenario.name: spec.scenario for spec in campaign.specs}
         rows = [row for scenario in scenarios.values() for row in _overrides(scenario)]
         return replace(campaign, nav2=tuple(columns.with_rows(rows) for columns in nav2))
+
+    def shown(self) -> Shown:
+        """Returns what it names to be looked at, without the trials; raises InputError.
+
+        Nothing stands for what is not named: neither published scenarios nor default presets.
+        """
+        presets, nav2 = self._presets()
+        robot = nav2[0].setup.robot if nav2 else self._robot()
+        further = [columns.setup.robot for columns in nav2[1:]]
+        scenarios = self._scenarios(robot, further)
+        return Shown(
+            tuple(load_scenario(s) if isinstance(s, str) else s for s in scenarios),
+            tuple(load_preset(p) if isinstance(p, str) else p for p in presets),
+            robot,
+        )
+
+    def _presets(self) -> tuple[list[str | Preset], tuple[FileColumns, ...]]:
+        """Returns all columns, and those of whole Nav2 files again by file."""
+        from_files = [
+            preset
+            for path in dict.fromkeys(self.parameter_files)
+            for preset in load_parameter_file(Path(path), self.nav2_release)
+        ]
+        if self.nav2_release and not (self.nav2_files or any(p.nav2_plugin for p in from_files)):
+            raise InputError("--nav2-release: expected a Nav2 file by --nav2 or --params as well")
+        nav2 = self.nav2_columns()
+        require_different(nav2, differences(nav2) if len(nav2) > 1 else ())
+        whole = [preset for columns in nav2 for preset in columns.presets]
+        return [*self.controllers, *from_files, *whole], nav2
 
     def _scenarios(self, robot: Robot, further: Sequence[Robot]) -> list[str | Scenario]:
         scenarios: list[str | Scenario] = list(self.scenarios)

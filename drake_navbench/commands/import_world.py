@@ -14,8 +14,6 @@ from drake_navbench.commands.command_line import CommandParser, exit_status_of, 
 from drake_navbench.errors import CannotBeWritten, InputError, printable
 
 if TYPE_CHECKING:
-    from drake_navbench.inputs.gazebo_world import GazeboWorld
-    from drake_navbench.inputs.robot import Robot
     from drake_navbench.inputs.scenario import Scenario
 
 EPILOG = """\
@@ -28,7 +26,6 @@ conversion:
 example:
   drake-navbench import-world house.world --start 0 0 0 --goal 5 2 0
 """
-SEEN, BELOW, ABOVE, ROBOT = "#444444", "#4a90c2", "#d06a5a", "#2e8b57"
 
 
 def build_parser() -> argparse.ArgumentParser:
@@ -70,6 +67,9 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _import(arguments: argparse.Namespace) -> None:
+    from drake_navbench.analysis.figures.style import PNG, figure_style, write_figure
+    from drake_navbench.analysis.figures.views import scene_figure
+    from drake_navbench.campaign.scene_views import scene_view
     from drake_navbench.inputs.gazebo_world import load_gazebo_world, scenario_in_world
     from drake_navbench.inputs.robot import body_top_m, load_robot
 
@@ -86,12 +86,15 @@ def _import(arguments: argparse.Namespace) -> None:
     )
     start, goal = tuple(arguments.start), tuple(arguments.goal)
     scenario = scenario_in_world(world, start, goal, name=out.stem)
-    picture = out.with_suffix(".png")
+    view, told = scene_view([scenario], robot)
     try:
         out.write_text(scenario_file(scenario), encoding="utf-8")
-        draw_world(world, robot, scenario, picture)
+        with figure_style():
+            (picture,) = write_figure(scene_figure(view), out.with_suffix(""), (PNG,))
     except OSError as error:
         raise CannotBeWritten(f"{out}: cannot be written: {error.strerror}") from error
+    for line in told:
+        print_text(f"{printable(line)}\n")
     print_text(f"{printable(world.summary)}\n{out} and {picture} written\n")
 
 
@@ -104,31 +107,3 @@ def scenario_file(scenario: Scenario) -> str:
     return yaml.safe_dump(
         {name: value for name, value in data.items() if value is not None}, sort_keys=False
     )
-
-
-def draw_world(world: GazeboWorld, robot: Robot, scenario: Scenario, file: Path) -> None:
-    """Draws a world from above, with the robot at the start and the goal."""
-    import numpy as np
-    from matplotlib.figure import Figure
-
-    from drake_navbench.kernels.poses import place_outline
-
-    figure = Figure(figsize=(7.0, 7.0), layout="constrained")
-    axes = figure.add_subplot()
-    for obstacle in world.obstacles:
-        is_high = obstacle.get("bottom_m", 0.0) > 0.0
-        hidden = ABOVE if is_high else BELOW
-        colour = SEEN if obstacle["known_to_planner"] else hidden
-        axes.fill(*zip(*obstacle["vertices"], strict=True), color=colour, linewidth=0)
-    for person in world.persons:
-        axes.plot(*zip(person["start"], *person["goals"], strict=True), color="#b8860b")
-    for pose in (scenario.start, scenario.goal):
-        axes.fill(*place_outline(robot.outline, np.array(pose)).T, color=ROBOT, alpha=0.8)
-    axes.plot(*scenario.goal[:2], "*", color="white")
-    axes.set_aspect("equal")
-    axes.set_xlabel("x [m]")
-    axes.set_ylabel("y [m]")
-    axes.set_title(
-        "grey: seen by the lidar, blue: below it, red: above it, green: robot", fontsize=9
-    )
-    figure.savefig(file, dpi=120, bbox_inches="tight")

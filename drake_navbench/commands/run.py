@@ -17,7 +17,6 @@ from typing import Any
 from drake_navbench.commands.command_line import (
     EXIT_DONE,
     EXIT_FAILED,
-    EXIT_WRONG_INPUT,
     CommandParser,
     exit_status_of,
     listed_names,
@@ -55,16 +54,17 @@ def build_parser() -> argparse.ArgumentParser:
         epilog=EPILOG,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    _add_what_drives(parser)
-    _add_where(parser)
-    _add_nav2_files(parser)
+    add_what_drives(parser)
+    add_where(parser)
+    add_nav2_files(parser)
     _add_sweeps(parser)
     _add_how(parser)
     _add_results(parser)
     return parser
 
 
-def _add_what_drives(parser: argparse.ArgumentParser) -> None:
+def add_what_drives(parser: argparse.ArgumentParser) -> None:
+    """Adds the options of controllers and robot."""
     add = parser.add_argument_group("robot and controllers").add_argument
     add(
         "--controllers",
@@ -126,7 +126,8 @@ class _Once(argparse.Action):
         setattr(namespace, self.dest, values)
 
 
-def _add_where(parser: argparse.ArgumentParser) -> None:
+def add_where(parser: argparse.ArgumentParser) -> None:
+    """Adds scenarios, and the options of maps and worlds."""
     add = parser.add_argument_group("scenarios and maps").add_argument
     add(
         "scenarios",
@@ -172,7 +173,8 @@ def _add_where(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def _add_nav2_files(parser: argparse.ArgumentParser) -> None:
+def add_nav2_files(parser: argparse.ArgumentParser) -> None:
+    """Adds the options of preset files and Nav2 files."""
     add = parser.add_argument_group("parameter files and Nav2").add_argument
     add(
         "--params",
@@ -353,7 +355,7 @@ def _commas_wanted(names: Sequence[str]) -> str:
 
 
 @contextmanager
-def _input_warnings_as_lines(*, quiet: bool) -> Iterator[None]:
+def input_warnings_as_lines(*, quiet: bool) -> Iterator[None]:
     """Lets warnings about the input be single lines on stderr, or none where it is to be quiet."""
     with warnings.catch_warnings():
         show_others = warnings.showwarning
@@ -375,23 +377,32 @@ def _input_warnings_as_lines(*, quiet: bool) -> Iterator[None]:
 def main(argv: Sequence[str] | None = None) -> int:
     """Runs the command; returns the exit status."""
     parser = build_parser()
+    return exit_status_of(lambda: _main(parser, argv))
+
+
+def _main(parser: argparse.ArgumentParser, argv: Sequence[str] | None) -> int:
+    arguments = arguments_of(parser, argv)
+    with input_warnings_as_lines(quiet=arguments.quiet):
+        return _run(parser, arguments)
+
+
+def arguments_of(parser: argparse.ArgumentParser, argv: Sequence[str] | None) -> argparse.Namespace:
+    """Returns the arguments; raises InputError for controllers without commas between them."""
     arguments, rest = parser.parse_known_args(argv)
     if rest and arguments.controllers and not any(text.startswith("-") for text in rest):
-        print(_commas_wanted([arguments.controllers, *rest]), file=sys.stderr)
-        return EXIT_WRONG_INPUT
+        raise InputError(_commas_wanted([arguments.controllers, *rest]))
     if rest:
         parser.error(f"unrecognized arguments: {' '.join(rest)}")
-    with _input_warnings_as_lines(quiet=arguments.quiet):
-        return exit_status_of(lambda: _run(parser, arguments))
+    return arguments
 
 
-def _with_package(
+def with_package(
     parser: argparse.ArgumentParser, arguments: argparse.Namespace
 ) -> argparse.Namespace:
     """Returns the arguments with what a robot's repository gives; prints what was found."""
-    from drake_navbench.campaign.asked_package import with_package
+    from drake_navbench.campaign import asked_package
 
-    arguments, lines = with_package(arguments, parser.get_default("robot"))
+    arguments, lines = asked_package.with_package(arguments, parser.get_default("robot"))
     if not arguments.quiet:
         print("\n".join(lines), flush=True)
     return arguments
@@ -408,7 +419,7 @@ def _run(parser: argparse.ArgumentParser, arguments: argparse.Namespace) -> int:
     if arguments.resume is not None:
         _require_nothing_else(parser, arguments)
     if arguments.package:
-        arguments = _with_package(parser, arguments)
+        arguments = with_package(parser, arguments)
     elif arguments.pick:
         raise InputError(f"--pick {arguments.pick[0]}: expected --package as well")
     if arguments.check:

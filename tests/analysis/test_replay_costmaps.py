@@ -10,8 +10,9 @@ import numpy as np
 import pytest
 from replay_logs import replay_log
 
+from drake_navbench.analysis.cost_colors import palette, palette_rows
 from drake_navbench.analysis.replay.costmaps import add_costmaps
-from drake_navbench.analysis.replay.ground_texture import palette, palette_rows, png
+from drake_navbench.analysis.replay.ground_texture import png
 from drake_navbench.analysis.replay.stage import Stage
 from drake_navbench.kernels.grid import FREE, INSCRIBED, LETHAL, NO_INFORMATION
 from drake_navbench.logs.log import UNREPEATABLE_COLUMNS, TrialLog

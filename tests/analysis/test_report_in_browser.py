@@ -304,6 +304,71 @@ def test_a_chip_hides_its_controller_everywhere_and_stands_in_the_address(opened
     assert opened.evaluate("location.search") == ""
 
 
+# A figure among the charts of metrics, by its title.
+FIGURE = """(() => {
+  const box = document.querySelector('.box[data-kind=metrics]');
+  box.scrollIntoView({block: 'center'});
+  if (box.dataset.drawn !== 'yes') return undefined;
+  const figures = Bokeh.documents.flatMap((one) => one.roots());
+  return figures.findLast((figure) => figure.title?.text.includes(%r));
+})()"""
+LENGTH = FIGURE % "Driven length"
+# The place in the window of a point of a figure's data.
+PLACE = """((figure, x, y) => {
+  const view = Bokeh.index.find_one(figure);
+  const box = view.canvas_view.el.getBoundingClientRect();
+  const {x_scale, y_scale} = view.frame;
+  return [box.x + x_scale.compute(x), box.y + y_scale.compute(y)];
+})"""
+
+
+def ends(browser, figure):
+    """Returns the ends of a figure's y axis."""
+    browser.wait_for(f"{figure}.y_range.end > {figure}.y_range.start")
+    return browser.evaluate(f"[{figure}.y_range.start, {figure}.y_range.end]")
+
+
+def test_axes_fit_the_controllers_that_are_shown(opened):
+    """In 4 s dwb drives 2 m and rpp 1.2 m, around which the axis lies where dwb is hidden."""
+    both = ends(opened, LENGTH)
+    assert sum(both) == pytest.approx(2.0 + 1.2)
+    try:
+        opened.evaluate("document.querySelector('#columns button[data-controller=dwb]').click()")
+        opened.wait_for(f"Math.abs({LENGTH}.y_range.start + {LENGTH}.y_range.end - 2.4) < 1e-6")
+    finally:
+        opened.evaluate("hiddenControllers.clear(), showHidden(), keepState()")
+    opened.wait_for(f"Math.abs({LENGTH}.y_range.end - {both[1]}) < 1e-6")
+
+
+def test_what_is_seen_of_a_zoomed_chart_stands_in_the_address(opened):
+    low, high = ends(opened, LENGTH)
+    x, y = opened.evaluate(f"{PLACE}({LENGTH}, 0.5, {0.5 * (low + high)})")
+    opened.drag((x, y), (x, y + 30.0))
+    opened.wait_for("location.search.startsWith('?zoom.')")
+    moved = ends(opened, LENGTH)
+    assert moved[0] > low
+    address = opened.evaluate("location.href")
+    # Who opens the address sees the same.
+    opened.open("about:blank")
+    opened.open(address)
+    assert ends(opened, LENGTH) == pytest.approx(moved, abs=1e-4)
+    opened.evaluate(f"Bokeh.index.find_one({LENGTH}).reset()")
+    opened.wait_for("location.search === ''")
+    assert ends(opened, LENGTH) == pytest.approx([low, high])
+
+
+def test_a_click_on_a_dot_opens_the_replay(opened):
+    figure = FIGURE % "Time to goal"
+    ends(opened, figure)
+    dot = f"""(() => {{
+      const {{x, y}} = {figure}.renderers[0].data_source.data;
+      return [x[0], y[0]];
+    }})()"""
+    place = tuple(opened.evaluate(f"{PLACE}({figure}, ...{dot})"))
+    opened.drag(place, place)
+    opened.wait_for("location.pathname.includes('/replays/')")
+
+
 def test_every_table_is_had_as_csv(opened):
     buttons = opened.evaluate("document.querySelectorAll('button.csv').length")
     assert buttons == opened.evaluate("document.querySelectorAll('table').length") > 3

@@ -74,8 +74,8 @@ def judge_front(
             space.write(column, entry.parameters, stem, remarks)
     kept = {point["name"] for point in result["front"]}
     decisive = [entry for entry in judged.get(HELD_OUT, judged[FRESH]) if entry.column in kept]
-    for verdict in decisive:
-        tell(verdict.text)
+    for own in decisive:
+        tell(own.text)
     best = winner_of(decisive)
     where = "in the held-out scenarios" if request.held_out else "on fresh seeds"
     result["winner"] = None if best is None else best.column
