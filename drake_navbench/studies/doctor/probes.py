@@ -202,7 +202,8 @@ def _beside_obstacle(s: Size) -> Fields:
 
 def _person_crossing(s: Size) -> Fields:
     at = s.front_m + 0.5 * s.way_m
-    # Steps onto the path while the robot is 1.2 m away, stands there for 4 s, and goes on.
+    # Steps onto the path while the robot is 1.2 m away and stays: who walked on without looking
+    # would walk into a robot that goes around, and no file could help it.
     stops_s = max((at - s.front_m - 1.2) / max(s.speed_mps, 0.1), 0.0) + 1.0
     walker = {
         "type": "cylinder",
@@ -211,8 +212,6 @@ def _person_crossing(s: Size) -> Fields:
         "waypoints": [
             {"time_s": max(stops_s - 4.0, 0.0), "position": [at, -2.0]},
             {"time_s": stops_s, "position": [at, -0.1]},
-            {"time_s": stops_s + 4.0, "position": [at, -0.1]},
-            {"time_s": stops_s + 8.0, "position": [at, 2.5]},
         ],
     }
     return {
@@ -247,7 +246,7 @@ MAKERS: Mapping[str, tuple[str, Callable[[Size], Fields]]] = {
     "dead_end": ("out of a dead end", _dead_end),
     "closed_way": ("a closed way: must stop without a touch", _closed_way),
     "beside_obstacle": ("start in front of an obstacle", _beside_obstacle),
-    "person_crossing": ("a person crosses", _person_crossing),
+    "person_crossing": ("a person steps onto the path and stays", _person_crossing),
     "slow_zone": ("through a zone of half speed", _slow_zone),
 }
 

@@ -163,6 +163,12 @@ def test_every_probe_can_be_planned_for_a_robots_outline(robot):
         assert probe.timeout_s <= LONGEST_S
 
 
+def test_the_person_walks_into_no_robot_that_goes_around():
+    (person,) = probes_for(load_robot("turtlebot4"), 0.3)["person_crossing"].world.moving_obstacles
+    # It comes from the side and stays on the path.
+    assert [waypoint.position[1] for waypoint in person.waypoints] == [-2.0, -0.1]
+
+
 def test_a_journal_with_a_torn_line_goes_on(tmp_path):
     whole = json.dumps({"identity": "a", "row": {"severity": {}}})
     (tmp_path / "journal.jsonl").write_text(f'{whole}\n{{"identity": "b", "ro')
