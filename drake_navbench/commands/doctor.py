@@ -25,7 +25,7 @@ from drake_navbench.errors import InputError
 if TYPE_CHECKING:
     from drake_navbench.studies.doctor.bag import Heard
     from drake_navbench.studies.doctor.files import Patient
-    from drake_navbench.studies.doctor.probes import Surroundings
+    from drake_navbench.studies.doctor.surroundings import Surroundings
     from drake_navbench.studies.doctor.symptoms import Symptom
 
 EPILOG = """\
@@ -237,7 +237,7 @@ def _surroundings(
     """Returns what the probes are driven in besides: map, base and computer; raises InputError."""
     from drake_navbench.inputs.robot import merged
     from drake_navbench.studies.doctor.board import overrides_of_board
-    from drake_navbench.studies.doctor.probes import Surroundings
+    from drake_navbench.studies.doctor.surroundings import Surroundings
 
     overrides = dict(heard.overrides) if heard is not None else {}
     remarks = heard.remarks if heard is not None else ()

@@ -8,14 +8,13 @@ so that seeds differ; the rough ones have a late base, late measurements and mor
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
-from pathlib import Path
+from dataclasses import dataclass
 from typing import Any
 
 from drake_navbench.inputs.robot import Robot, merged
 from drake_navbench.inputs.scenario import Scenario
+from drake_navbench.studies.doctor.surroundings import Surroundings, tasks_on_map
 from drake_navbench.studies.doctor.symptoms import Symptom
-from drake_navbench.trial.goal_sampling import sample_tasks
 from drake_navbench.typed_files.typed_yaml import validate
 
 LONGEST_S = 20.0
@@ -34,7 +33,6 @@ LITTLE_VARIATION = {"start_xy_std_m": 0.01, "start_yaw_std_rad": 0.02}
 ROUGH = ("straight", "bends", "exact_heading", "door")
 
 Fields = dict[str, Any]
-_BARE: Fields = {"description": "a task on a map", "goal": [2.0, 0.0, 0.0]}
 
 
 @dataclass(frozen=True)
@@ -272,21 +270,6 @@ MADE_FOR: Mapping[Symptom, tuple[str, ...]] = {
 }
 
 
-@dataclass(frozen=True)
-class Surroundings:
-    """What probes are driven in besides the robot's own.
-
-    map_file, goals: the user's map, on which so many tasks are drawn. overrides: fields of the
-    robot file, of a base that a recording shows and of a computer that was measured. remarks: how
-    these were found, a sentence each.
-    """
-
-    map_file: Path | None = None
-    goals: int = 0
-    overrides: Mapping[str, Any] = field(default_factory=dict)
-    remarks: tuple[str, ...] = ()
-
-
 def probes_for(
     robot: Robot, speed_mps: float, around: Surroundings | None = None, *, seed: int = 0
 ) -> dict[str, Scenario]:
@@ -297,29 +280,7 @@ def probes_for(
     """
     around = around or Surroundings()
     found = _made_for(size_of(robot, speed_mps), robot, around.overrides)
-    return found | _on_map(robot, around, found["straight"], seed=seed)
-
-
-def _on_map(
-    robot: Robot, around: Surroundings, like: Scenario, *, seed: int
-) -> dict[str, Scenario]:
-    """Returns the tasks on the user's map, with noise and variation of another probe."""
-    if around.map_file is None:
-        return {}
-    tasks = sample_tasks(around.map_file, robot, around.goals, seed=seed)
-    variation = validate(Scenario, _BARE | {"variation": LITTLE_VARIATION}, "probe map").variation
-    return {
-        f"map_{number}": task.model_copy(
-            update={
-                "name": f"probe_map_{number}",
-                "description": f"goal {number} on {around.map_file.name}",
-                "variation": variation,
-                "robot_overrides": like.robot_overrides,
-                "suite": None,
-            }
-        )
-        for number, task in enumerate(tasks, 1)
-    }
+    return found | tasks_on_map(robot, around, found["straight"], LITTLE_VARIATION, seed=seed)
 
 
 def _made_for(size: Size, robot: Robot, overrides: Mapping[str, Any]) -> dict[str, Scenario]:

@@ -11,9 +11,10 @@ from drake_navbench.studies.doctor.driving import Driver, OutOfTime, Row, shows
 from drake_navbench.studies.doctor.experiment import Experiment, Tried, Verdict
 from drake_navbench.studies.doctor.facts import Facts
 from drake_navbench.studies.doctor.files import Patient, speed_asked
-from drake_navbench.studies.doctor.probes import MADE_FOR, Surroundings, probes_for
+from drake_navbench.studies.doctor.probes import MADE_FOR, probes_for
 from drake_navbench.studies.doctor.reading import Suspicion, findings_of, suspicions_of
 from drake_navbench.studies.doctor.rules.rule import Finding
+from drake_navbench.studies.doctor.surroundings import Surroundings
 from drake_navbench.studies.doctor.symptoms import Symptom
 
 # Seeds in which every probe is driven at first.

@@ -22,7 +22,8 @@ from drake_navbench.studies.doctor.board import (
     slowness,
     write_times,
 )
-from drake_navbench.studies.doctor.probes import MAKERS, Surroundings, probes_for
+from drake_navbench.studies.doctor.probes import MAKERS, probes_for
+from drake_navbench.studies.doctor.surroundings import Surroundings
 from drake_navbench.studies.doctor.symptoms import Symptom
 from drake_navbench.studies.doctor.visit import BY_WEIGHT
 
