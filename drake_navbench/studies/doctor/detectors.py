@@ -250,45 +250,103 @@ def _late(d: Drive) -> float:
     return float((known > d.period_ms).mean()) if len(known) else 0.0
 
 
-def _jerk(d: Drive) -> float:
-    """Steps of the commanded speed, the 99th percentile, m/s."""
-    steps = np.abs(np.diff(d.command_v_mps))
-    return float(np.quantile(steps, 0.99)) if len(steps) else 0.0
-
-
 DETECTORS: tuple[Detector, ...] = (
     Detector(Symptom.COLLISION, _touches, 0.5, "touches", "one touch is a touch"),
-    Detector(Symptom.NEAR_MISS, _shortfall, 0.03, "m below 0.05 m", "a pose estimate errs by 2 cm"),
     Detector(
-        Symptom.WOBBLE_STRAIGHT, _swings, 4.0, "swings per 10 s", "a person sees one in 2.5 s"
+        Symptom.NEAR_MISS,
+        _shortfall,
+        0.03,
+        "m below 0.05 m",
+        "the 2 cm that are left are what a pose estimate errs by",
     ),
-    Detector(Symptom.CORNER_CUTTING, _off_path, 0.35, "m off the plan", "a third of a door"),
     Detector(
-        Symptom.GOAL_OVERSHOOT, _beyond_goal, 0.1, "m beyond the tolerance", "a hand's breadth"
+        Symptom.WOBBLE_STRAIGHT,
+        _swings,
+        4.0,
+        "swings per 10 s",
+        "whoever stands by sees one in 2.5 s",
+    ),
+    Detector(
+        Symptom.CORNER_CUTTING,
+        _off_path,
+        0.35,
+        "m off the plan",
+        "a corridor of the probes has 0.4 m to each side",
+    ),
+    Detector(
+        Symptom.GOAL_OVERSHOOT,
+        _beyond_goal,
+        0.1,
+        "m beyond the tolerance",
+        "two cells of a costmap",
     ),
     Detector(
         Symptom.GOAL_OSCILLATION,
         _hunting,
         4.5,
         "reversals",
-        "to correct twice on each axis is fair",
+        "two corrections on each axis are fair",
     ),
     Detector(
-        Symptom.STALL_BEFORE_GOAL, _stands_before_goal, 4.0, "s", "a turn at the goal takes 3 s"
+        Symptom.STALL_BEFORE_GOAL,
+        _stands_before_goal,
+        4.0,
+        "s",
+        "a quarter turn at the goal takes up to 3 s",
     ),
-    Detector(Symptom.DOOR_STOP, _stands_on_the_way, 4.0, "s", "a behaviour waits 5 s"),
-    Detector(Symptom.NO_START, _does_not_start, 4.0, "s", "planning takes 1 s"),
+    Detector(
+        Symptom.DOOR_STOP,
+        _stands_on_the_way,
+        4.0,
+        "s",
+        "a new plan takes 1 s, a turn 3 s; a behaviour that waits takes 5 s",
+    ),
+    Detector(Symptom.NO_START, _does_not_start, 4.0, "s", "a plan takes 1 s, a turn 3 s"),
     Detector(Symptom.STOP_START_JERK, _stops, 1.5, "stops", "one stop may be for an obstacle"),
     Detector(
         Symptom.SPINS, _spin, 3.0, "rad beyond a turn", "half a turn more than any goal needs"
     ),
-    Detector(Symptom.TOO_SLOW, _slowness, 1.6, "times slower", "bends take a third"),
-    Detector(Symptom.REVERSE_FAILURE, _backward, 0.5, "m backward", "to back off takes 0.3 m"),
-    Detector(Symptom.NO_TURNING, _turning_late, 8.0, "s", "half a turn takes 4 s at 0.8 rad/s"),
-    Detector(Symptom.FALSE_ABORT, _gave_up, 0.5, "aborts", "the task can be done"),
-    Detector(Symptom.GIVES_UP_LATE, _goes_on, 0.5, "trials", "20 s before a wall are enough"),
-    Detector(Symptom.GOAL_NOT_REACHED, _not_there, 0.5, "trials", "near the goal at the end"),
-    Detector(Symptom.NO_RECOVERY, _stuck, 0.5, "trials", "far from the goal at the end"),
+    Detector(
+        Symptom.TOO_SLOW,
+        _slowness,
+        1.6,
+        "times slower",
+        "to slow down in bends takes a third of the speed",
+    ),
+    Detector(
+        Symptom.REVERSE_FAILURE,
+        _backward,
+        0.5,
+        "m backward",
+        "the default tree backs up by 0.3 m, once",
+    ),
+    Detector(
+        Symptom.NO_TURNING, _turning_late, 8.0, "s", "twice the 4 s of half a turn at 0.8 rad/s"
+    ),
+    Detector(
+        Symptom.FALSE_ABORT, _gave_up, 0.5, "aborts", "the task can be done, and the robot gives up"
+    ),
+    Detector(
+        Symptom.GIVES_UP_LATE,
+        _goes_on,
+        0.5,
+        "trials",
+        "it stands for 20 s before a closed way and does not give up",
+    ),
+    Detector(
+        Symptom.GOAL_NOT_REACHED,
+        _not_there,
+        0.5,
+        "trials",
+        "it is near the goal at the end and does not count as arrived",
+    ),
+    Detector(
+        Symptom.NO_RECOVERY,
+        _stuck,
+        0.5,
+        "trials",
+        "it is far from the goal at the end and still tries",
+    ),
     Detector(Symptom.LATE_CYCLES, _late, 0.1, "share", "one cycle in ten may be late"),
 )
 
