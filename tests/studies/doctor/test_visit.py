@@ -15,7 +15,7 @@ from drake_navbench.studies.doctor.causes import Cause, Direction
 from drake_navbench.studies.doctor.change import judge
 from drake_navbench.studies.doctor.cures import Trial
 from drake_navbench.studies.doctor.driving import Driver
-from drake_navbench.studies.doctor.experiment import Tried, Verdict, _corrected
+from drake_navbench.studies.doctor.experiment import Experiment, Tried, Verdict, _corrected
 from drake_navbench.studies.doctor.files import Patient
 from drake_navbench.studies.doctor.page import write_outputs
 from drake_navbench.studies.doctor.probes import LONGEST_S, MAKERS, ROUGH, probes_for
@@ -92,6 +92,68 @@ PROBES = {
 def judged(patient, before, after, symptom):
     shown = [tried(2.0, 0.0, 0.001, verdict=Verdict.SHOWN)]
     return judge(patient, shown, symptom, PROBES, ["straight"], Rows(before, after))[0]
+
+
+class Counted:
+    """A driver that counts the trials of the changed file. severity: of it, by trial."""
+
+    left_s = 100.0
+
+    def __init__(self, end, severity):
+        self.end, self.severity, self.trials = end, severity, 0
+
+    def tell(self, line):
+        pass
+
+    def drive(self, preset, probes, trials, *, seed, must=False):
+        is_after = preset.name == "after"
+        self.trials = len(probes) * trials if is_after else self.trials
+        return [
+            {
+                "scenario": probe.name,
+                "outcome": "succeeded",
+                "end": [self.end if is_after else 9.0],
+                "severity": {"wobble_straight": self.severity if is_after else 2.0},
+            }
+            for _ in range(trials)
+            for probe in probes
+        ]
+
+
+@pytest.mark.parametrize(
+    ("end", "severity", "trials", "reason"),
+    [
+        # To the last digit as before: of the first trial alone.
+        (9.0, 2.0, 1, "changes nothing in the first trial"),
+        # 5% less: of the first four pairs, which are two seeds in three probes.
+        (9.5, 1.9, 6, "little or no fall in the first pairs"),
+        (9.5, 0.5, 12, ""),
+    ],
+)
+def test_only_a_change_that_does_something_is_driven_to_the_end(
+    patient, end, severity, trials, reason
+):
+    driver = Counted(end, severity)
+    experiment = Experiment(
+        patient, patient.facts(), Symptom.WOBBLE_STRAIGHT, list(PROBES.values()), driver, seed=0
+    )
+    found = experiment._try(Suspicion(CAUSE, 1.0, ()), TRIAL)
+    assert (driver.trials, found.reason) == (trials, reason)
+    assert (found.p_value < 1.0) == (reason == "")
+
+
+def test_a_change_that_no_trial_depends_on_is_not_driven(patient):
+    text = nav2_text(MPPI_BLOCK, plugin=MPPI, amcl={"max_particles": 2000})
+    patient.paths[0].write_text(text)
+    driver = Counted(9.0, 0.0)
+    experiment = Experiment(
+        patient, patient.facts(), Symptom.WOBBLE_STRAIGHT, list(PROBES.values()), driver, seed=0
+    )
+    # AMCL is not simulated here.
+    unused = Trial(CAUSE, {Place("amcl", "max_particles"): 5000})
+    found = experiment._try(Suspicion(CAUSE, 1.0, ()), unused)
+    assert (found.verdict, driver.trials) == (Verdict.NOT_TRIED, 0)
+    assert found.reason == "no trial depends on it"
 
 
 def test_a_change_that_takes_the_symptom_and_brings_no_other_helps(patient):
