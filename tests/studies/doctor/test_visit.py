@@ -21,7 +21,7 @@ from drake_navbench.studies.doctor.page import write_outputs
 from drake_navbench.studies.doctor.probes import LONGEST_S, MAKERS, ROUGH, probes_for
 from drake_navbench.studies.doctor.reading import Suspicion, findings_of
 from drake_navbench.studies.doctor.symptoms import Symptom
-from drake_navbench.studies.doctor.words import verdict
+from drake_navbench.studies.doctor.words import change_told, verdict
 
 FOOTPRINT = Place("controller_server", "FollowPath.CostCritic.consider_footprint")
 CAUSE = Cause("controller.CostCritic.consider_footprint", Direction.SET, True, "why")
@@ -47,6 +47,17 @@ def test_a_cause_is_shown_only_where_its_p_value_holds_after_correction():
     found = _corrected([tried(2.0, 0.0, 0.0005), tried(2.0, 0.5, 0.01), *none])
     assert [e.verdict for e in found[:2]] == [Verdict.SHOWN, Verdict.NOT_SHOWN]
     assert found[0].p_value == pytest.approx(0.01)
+
+
+def test_a_change_of_one_costmap_is_told_from_that_of_the_other():
+    def told(node):
+        return change_told(Trial(CAUSE, {Place(node, "inflation_layer.inflation_radius"): 0.3}))
+
+    assert told("local_costmap/local_costmap") == (
+        "local_costmap: inflation_layer.inflation_radius = 0.3"
+    )
+    assert told("global_costmap/global_costmap").startswith("global_costmap: ")
+    assert change_told(TRIAL) == "FollowPath.CostCritic.consider_footprint = true"
 
 
 def test_a_fall_that_is_small_or_brings_touches_is_not_shown():
