@@ -197,8 +197,10 @@ def _doctor(arguments: argparse.Namespace) -> int:
         raise InputError("--out: missing; expected a folder for page, patch and journal, "
                          "or --read-only")  # fmt: skip
     patient, symptom = _patient(arguments), _symptom(arguments)
-    _read(patient, symptom, arguments)
     heard = _hear(arguments)
+    if symptom is None and heard is not None:
+        symptom = heard.weightiest
+    _read(patient, symptom, arguments)
     if arguments.read_only:
         return EXIT_DONE
     return _visit(patient, symptom, arguments, heard)
@@ -217,7 +219,7 @@ def _hear(arguments: argparse.Namespace) -> Heard | None:
 
     heard = heard_in(arguments.bag, arguments.robot, topics_of(arguments.topics))
     lines = [*heard.lines, *heard.remarks]
-    print_text("\n".join(["", *(part for line in lines for part in wrapped(line))]) + "\n")
+    print_text("\n".join([*(part for line in lines for part in wrapped(line)), ""]) + "\n")
     return heard
 
 
@@ -244,7 +246,8 @@ def _surroundings(
     if arguments.board is not None:
         timing, remark = overrides_of_board(patient, arguments.board, arguments.out)
         overrides, remarks = merged(overrides, timing), (*remarks, remark)
-    return Surroundings(arguments.map, arguments.goals, overrides, remarks)
+    lines = tuple(heard.lines) if heard is not None else ()
+    return Surroundings(arguments.map, arguments.goals, overrides, remarks, lines)
 
 
 def _patient(arguments: argparse.Namespace) -> Patient:
@@ -323,7 +326,6 @@ def _visit(
         driver,
         seed=arguments.seed,
         around=_surroundings(patient, arguments, heard),
-        heard=heard.severity if heard is not None else {},
     )
     print_text("\n".join(["", *wrapped(verdict(found), rest=""), ""]))
     for path in write_outputs(found, patient, arguments.out, driver):

@@ -18,13 +18,14 @@ class Surroundings:
 
     map_file, goals: the user's map, on which so many tasks are drawn. overrides: fields of the
     robot file, of a base that a recording shows and of a computer that was measured. remarks: how
-    these were found, a sentence each.
+    these were found, a sentence each. heard: what a recording of the robot shows, a line each.
     """
 
     map_file: Path | None = None
     goals: int = 0
     overrides: Mapping[str, Any] = field(default_factory=dict)
     remarks: tuple[str, ...] = ()
+    heard: tuple[str, ...] = ()
 
 
 def tasks_on_map(
