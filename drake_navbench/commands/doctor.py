@@ -25,7 +25,7 @@ from drake_navbench.errors import InputError
 if TYPE_CHECKING:
     from drake_navbench.studies.doctor.bag import Heard
     from drake_navbench.studies.doctor.files import Patient
-    from drake_navbench.studies.doctor.probes import Surroundings
+    from drake_navbench.studies.doctor.surroundings import Surroundings
     from drake_navbench.studies.doctor.symptoms import Symptom
 
 EPILOG = """\
@@ -210,8 +210,10 @@ def _doctor(arguments: argparse.Namespace) -> int:
         raise InputError("--out: missing; expected a folder for page, patch and journal, "
                          "or --read-only")  # fmt: skip
     patient, symptom = _patient(arguments), _symptom(arguments)
-    _read(patient, symptom, arguments)
     heard = _hear(arguments)
+    if symptom is None and heard is not None:
+        symptom = heard.weightiest
+    _read(patient, symptom, arguments)
     if arguments.read_only:
         return EXIT_DONE
     return _visit(patient, symptom, arguments, heard)
@@ -230,7 +232,7 @@ def _hear(arguments: argparse.Namespace) -> Heard | None:
 
     heard = heard_in(arguments.bag, arguments.robot, topics_of(arguments.topics))
     lines = [*heard.lines, *heard.remarks]
-    print_text("\n".join(["", *(part for line in lines for part in wrapped(line))]) + "\n")
+    print_text("\n".join([*(part for line in lines for part in wrapped(line)), ""]) + "\n")
     return heard
 
 
@@ -250,14 +252,15 @@ def _surroundings(
     """Returns what the probes are driven in besides: map, base and computer; raises InputError."""
     from drake_navbench.inputs.robot import merged
     from drake_navbench.studies.doctor.board import overrides_of_board
-    from drake_navbench.studies.doctor.probes import Surroundings
+    from drake_navbench.studies.doctor.surroundings import Surroundings
 
     overrides = dict(heard.overrides) if heard is not None else {}
     remarks = heard.remarks if heard is not None else ()
     if arguments.board is not None:
         timing, remark = overrides_of_board(patient, arguments.board, arguments.out)
         overrides, remarks = merged(overrides, timing), (*remarks, remark)
-    return Surroundings(arguments.map, arguments.goals, overrides, remarks)
+    lines = tuple(heard.lines) if heard is not None else ()
+    return Surroundings(arguments.map, arguments.goals, overrides, remarks, lines)
 
 
 def _patient(arguments: argparse.Namespace) -> Patient:
@@ -336,7 +339,6 @@ def _visit(
         driver,
         seed=arguments.seed,
         around=_surroundings(patient, arguments, heard),
-        heard=heard.severity if heard is not None else {},
     )
     print_text("\n".join(["", *wrapped(verdict(found), rest=""), ""]))
     for path in write_outputs(found, patient, arguments.out, driver):

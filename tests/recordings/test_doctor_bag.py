@@ -6,7 +6,7 @@ import pytest
 from robot_bags import turtlebot, without, write_ros2
 
 from drake_navbench.errors import InputError
-from drake_navbench.studies.doctor.bag import heard_in
+from drake_navbench.studies.doctor.bag import Heard, heard_in
 from drake_navbench.studies.doctor.symptoms import Symptom
 
 STATUS = "/navigate_to_pose/_action/status"
@@ -25,10 +25,16 @@ def shown(heard):
     return {symptom for symptom, severity in heard.severity.items() if severity > 1.0}
 
 
+def test_the_weightiest_symptom_of_a_recording_is_treated():
+    severity = {Symptom.TOO_SLOW: 3.0, Symptom.SPINS: 1.2, Symptom.COLLISION: 0.0}
+    assert Heard(severity, [], {}, ()).weightiest is Symptom.SPINS
+
+
 def test_a_sound_drive_shows_no_symptom_and_its_base(hear):
     # It follows its commands at once.
     heard = hear()
     assert shown(heard) == set()
+    assert heard.weightiest is None
     assert heard.overrides["drive"]["response_time_constant_s"] < 0.05
     assert heard.remarks[0].startswith("The base is fitted to drive: lag 0.0")
 

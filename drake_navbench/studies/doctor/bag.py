@@ -18,6 +18,7 @@ from drake_navbench.recordings.import_bags import (
 from drake_navbench.studies.doctor.detectors import severities
 from drake_navbench.studies.doctor.log_symptoms import told_of
 from drake_navbench.studies.doctor.symptoms import Symptom
+from drake_navbench.studies.doctor.visit import BY_WEIGHT
 
 DIGITS = 3
 
@@ -35,6 +36,11 @@ class Heard(NamedTuple):
     overrides: dict[str, Any]
     remarks: tuple[str, ...]
 
+    @property
+    def weightiest(self) -> Symptom | None:
+        """The symptom to treat where the user asks for none; None where it shows none."""
+        return next((s for s in BY_WEIGHT if self.severity.get(s, 0.0) > 1.0), None)
+
 
 def heard_in(path: Path, robot: str, topics: Mapping[str, str]) -> Heard:
     """Returns the symptoms in a recording and the base that is fitted to it; raises InputError.
@@ -43,7 +49,8 @@ def heard_in(path: Path, robot: str, topics: Mapping[str, str]) -> Heard:
     """
     imported = _read(path, ImportRequest(robot=robot, topics=topics))
     severity: dict[Symptom, float] = {}
-    lines = [f"{path.name}: {len(imported.logs)} of its tasks or pieces are looked at"]
+    count = len(imported.logs)
+    lines = [f"{path.name}: {count} drive{'s' * (count != 1)} in it, and what they show:"]
     for log in imported.logs:
         lines += [f"- {line}" for line in told_of(log)]
         for name, value in severities(log).items():

@@ -7,54 +7,21 @@ All detectors take any log of a drive; those that need a plan or a goal are sile
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
-import pandas as pd
 from numpy.typing import NDArray
 
 from drake_navbench.logs.log import Outcome, TrialLog
+from drake_navbench.studies.doctor.drives import (
+    STANDS_MPS,
+    STANDS_RADPS,
+    Array,
+    Drive,
+    drive_of,
+)
 from drake_navbench.studies.doctor.symptoms import Symptom
-
-Array = NDArray[np.float64]
-
-
-class Drive(NamedTuple):
-    """A log on an even clock, for detectors: arrays over time, and the outcome."""
-
-    time_s: Array
-    xy_m: Array
-    yaw_rad: Array
-    v_mps: Array
-    w_radps: Array
-    command_v_mps: Array
-    clearance_m: Array
-    goal: Array
-    plan_m: Array
-    outcome: Outcome
-    asked_mps: float
-    tolerance_m: float
-    cycle_ms: Array
-    period_ms: float
-    is_impossible: bool
-    reason: str = ""
-
-    @property
-    def is_refused(self) -> bool:
-        """Whether the controller found no command that it may give, and the task ended by it."""
-        words = ("collision ahead", "no valid", "no legal")
-        return self.outcome is Outcome.ABORTED and any(w in self.reason.lower() for w in words)
-
-    @property
-    def to_goal_m(self) -> Array:
-        """The distance to the goal's position, m."""
-        return np.asarray(np.hypot(*(self.xy_m - self.goal[:2]).T))
-
-    @property
-    def step_s(self) -> float:
-        """The time between two samples, s."""
-        return float(np.median(np.diff(self.time_s))) if len(self.time_s) > 1 else 0.05
 
 
 class Detector(NamedTuple):
@@ -67,8 +34,6 @@ class Detector(NamedTuple):
     reason: str
 
 
-# Slower than this counts as standing, m/s and rad/s.
-STANDS_MPS, STANDS_RADPS = 0.02, 0.06
 # What a task that was given up for want of a command counts as, s.
 REFUSED_S = 8.0
 # A swing of the heading so small nobody sees, rad.
@@ -285,116 +250,105 @@ def _late(d: Drive) -> float:
     return float((known > d.period_ms).mean()) if len(known) else 0.0
 
 
-def _jerk(d: Drive) -> float:
-    """Steps of the commanded speed, the 99th percentile, m/s."""
-    steps = np.abs(np.diff(d.command_v_mps))
-    return float(np.quantile(steps, 0.99)) if len(steps) else 0.0
-
-
 DETECTORS: tuple[Detector, ...] = (
     Detector(Symptom.COLLISION, _touches, 0.5, "touches", "one touch is a touch"),
-    Detector(Symptom.NEAR_MISS, _shortfall, 0.03, "m below 0.05 m", "a pose estimate errs by 2 cm"),
     Detector(
-        Symptom.WOBBLE_STRAIGHT, _swings, 4.0, "swings per 10 s", "a person sees one in 2.5 s"
+        Symptom.NEAR_MISS,
+        _shortfall,
+        0.03,
+        "m below 0.05 m",
+        "the 2 cm that are left are what a pose estimate errs by",
     ),
-    Detector(Symptom.CORNER_CUTTING, _off_path, 0.35, "m off the plan", "a third of a door"),
     Detector(
-        Symptom.GOAL_OVERSHOOT, _beyond_goal, 0.1, "m beyond the tolerance", "a hand's breadth"
+        Symptom.WOBBLE_STRAIGHT,
+        _swings,
+        4.0,
+        "swings per 10 s",
+        "whoever stands by sees one in 2.5 s",
+    ),
+    Detector(
+        Symptom.CORNER_CUTTING,
+        _off_path,
+        0.35,
+        "m off the plan",
+        "a corridor of the probes has 0.4 m to each side",
+    ),
+    Detector(
+        Symptom.GOAL_OVERSHOOT,
+        _beyond_goal,
+        0.1,
+        "m beyond the tolerance",
+        "two cells of a costmap",
     ),
     Detector(
         Symptom.GOAL_OSCILLATION,
         _hunting,
         4.5,
         "reversals",
-        "to correct twice on each axis is fair",
+        "two corrections on each axis are fair",
     ),
     Detector(
-        Symptom.STALL_BEFORE_GOAL, _stands_before_goal, 4.0, "s", "a turn at the goal takes 3 s"
+        Symptom.STALL_BEFORE_GOAL,
+        _stands_before_goal,
+        4.0,
+        "s",
+        "a quarter turn at the goal takes up to 3 s",
     ),
-    Detector(Symptom.DOOR_STOP, _stands_on_the_way, 4.0, "s", "a behaviour waits 5 s"),
-    Detector(Symptom.NO_START, _does_not_start, 4.0, "s", "planning takes 1 s"),
+    Detector(
+        Symptom.DOOR_STOP,
+        _stands_on_the_way,
+        4.0,
+        "s",
+        "a new plan takes 1 s, a turn 3 s; a behaviour that waits takes 5 s",
+    ),
+    Detector(Symptom.NO_START, _does_not_start, 4.0, "s", "a plan takes 1 s, a turn 3 s"),
     Detector(Symptom.STOP_START_JERK, _stops, 1.5, "stops", "one stop may be for an obstacle"),
     Detector(
         Symptom.SPINS, _spin, 3.0, "rad beyond a turn", "half a turn more than any goal needs"
     ),
-    Detector(Symptom.TOO_SLOW, _slowness, 1.6, "times slower", "bends take a third"),
-    Detector(Symptom.REVERSE_FAILURE, _backward, 0.5, "m backward", "to back off takes 0.3 m"),
-    Detector(Symptom.NO_TURNING, _turning_late, 8.0, "s", "half a turn takes 4 s at 0.8 rad/s"),
-    Detector(Symptom.FALSE_ABORT, _gave_up, 0.5, "aborts", "the task can be done"),
-    Detector(Symptom.GIVES_UP_LATE, _goes_on, 0.5, "trials", "20 s before a wall are enough"),
-    Detector(Symptom.GOAL_NOT_REACHED, _not_there, 0.5, "trials", "near the goal at the end"),
-    Detector(Symptom.NO_RECOVERY, _stuck, 0.5, "trials", "far from the goal at the end"),
+    Detector(
+        Symptom.TOO_SLOW,
+        _slowness,
+        1.6,
+        "times slower",
+        "to slow down in bends takes a third of the speed",
+    ),
+    Detector(
+        Symptom.REVERSE_FAILURE,
+        _backward,
+        0.5,
+        "m backward",
+        "the default tree backs up by 0.3 m, once",
+    ),
+    Detector(
+        Symptom.NO_TURNING, _turning_late, 8.0, "s", "twice the 4 s of half a turn at 0.8 rad/s"
+    ),
+    Detector(
+        Symptom.FALSE_ABORT, _gave_up, 0.5, "aborts", "the task can be done, and the robot gives up"
+    ),
+    Detector(
+        Symptom.GIVES_UP_LATE,
+        _goes_on,
+        0.5,
+        "trials",
+        "it stands for 20 s before a closed way and does not give up",
+    ),
+    Detector(
+        Symptom.GOAL_NOT_REACHED,
+        _not_there,
+        0.5,
+        "trials",
+        "it is near the goal at the end and does not count as arrived",
+    ),
+    Detector(
+        Symptom.NO_RECOVERY,
+        _stuck,
+        0.5,
+        "trials",
+        "it is far from the goal at the end and still tries",
+    ),
     Detector(Symptom.LATE_CYCLES, _late, 0.1, "share", "one cycle in ten may be late"),
 )
-
-
-def drive_of(log: TrialLog) -> Drive:
-    """Returns the detectors' arrays of a log, on an even clock."""
-    samples, info = log.samples, log.info
-    navigation = info.get("robot", {}).get("navigation", {})
-    scenario = info["scenario"]
-    plan = log.first_plans[-1].poses[:, :2] if log.first_plans else np.empty((0, 2))
-    if len(log.plans) > 1:
-        # Plans that change say nothing of a path that should have been kept.
-        plan = np.empty((0, 2))
-    rate = navigation.get("controller_server", {}).get("controller_frequency", 20.0)
-    goal = np.array(scenario["goal"], dtype=float)
-    outcome = log.outcome
-    if "goal" in info.get("missing", {}):
-        # Of a recording without a goal the pieces before and after the drive say nothing.
-        goal = np.array([np.inf, np.inf, np.nan])
-        outcome = Outcome.SUCCEEDED if outcome is Outcome.TIMED_OUT else outcome
-        samples = samples[_is_driven(samples)]
-
-    def column(name: str) -> Array:
-        return samples[name].to_numpy(dtype=float)
-
-    return Drive(
-        column("time_s"),
-        np.column_stack([column("x_m"), column("y_m")]),
-        np.unwrap(column("yaw_rad")),
-        column("v_mps"),
-        column("w_radps"),
-        column("command_v_mps"),
-        column("clearance_m"),
-        goal,
-        np.asarray(plan, dtype=float),
-        outcome,
-        _asked_mps(info, column("command_v_mps")),
-        float(navigation.get("goal_checker", {}).get("xy_goal_tolerance", 0.25)),
-        column("compute_time_ms") * _board_scale(info),
-        1000.0 / max(float(rate), 0.1),
-        scenario.get("expected_outcome") == "aborted",
-        str(info.get("reason", "")),
-    )
-
-
-def _is_driven(samples: pd.DataFrame) -> Array:
-    """Tells which samples lie between the first and the last motion."""
-    moves = (samples["v_mps"].abs() > STANDS_MPS) | (samples["w_radps"].abs() > STANDS_RADPS)
-    at = np.flatnonzero(moves)
-    index = np.arange(len(samples))
-    first, last = (at[0], at[-1]) if len(at) else (0, -1)
-    return np.asarray((index >= first) & (index <= last))
-
-
-def _board_scale(info: Mapping[str, Any]) -> float:
-    """Returns how much longer a cycle counts than it took, where the robot's computer is slower."""
-    timing = info.get("robot", {}).get("timing", {})
-    is_scaled = timing.get("compute_time") == "scaled"
-    return float(timing.get("compute_time_scale", 1.0)) if is_scaled else 1.0
-
-
-def _asked_mps(info: Mapping[str, Any], commands: Array) -> float:
-    """Returns the speed that the controller asks for, else the highest that it commanded, m/s."""
-    parameters = info.get("parameters", {})
-    parameters = parameters.get("primary_controller", parameters)
-    names = ("vx_max", "max_linear_vel", "max_vel_x", "v_linear_max", "desired_linear_vel")
-    found = [parameters[name] for name in names if isinstance(parameters.get(name), int | float)]
-    if found:
-        return float(found[0])
-    known = commands[np.isfinite(commands)]
-    return float(np.quantile(known, 0.95)) if len(known) else 0.0
 
 
 def severities(log: TrialLog) -> dict[str, float]:

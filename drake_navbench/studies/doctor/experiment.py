@@ -161,7 +161,8 @@ class Experiment:
             return None
         entry = self._entry(suspicion, trial, old, new, left=left)
         self._driver.tell(
-            f"  {trial.told}: {entry.before:.2f} -> {entry.after:.2f} in {entry.pairs} pairs"
+            f"  {trial.told}: {entry.before:.2f} -> {entry.after:.2f} in {entry.pairs} pair"
+            f"{'s' * (entry.pairs != 1)}"
         )
         return entry
 

@@ -6,7 +6,8 @@ from pathlib import Path
 
 from drake_navbench.errors import InputError
 from drake_navbench.logs.log import TrialLog
-from drake_navbench.studies.doctor.detectors import DETECTORS, drive_of
+from drake_navbench.studies.doctor.detectors import DETECTORS
+from drake_navbench.studies.doctor.drives import drive_of
 from drake_navbench.studies.doctor.symptoms import LOOKS_LIKE
 
 LEAST_SAMPLES = 3

@@ -86,6 +86,9 @@ def page(visit: Visit, patient: Patient, replay: Path | None = None) -> str:
         )
     parts += _tried(visit)
     parts += _seen(visit)
+    if visit.around.heard:
+        lines = "".join(f"<li>{escape(line)}</li>" for line in visit.around.heard)
+        parts.append(f"<h2>What the recording shows</h2><ul>{lines}</ul>")
     parts += _findings(visit)
     parts += ["<h2>What was assumed</h2><ul>"]
     parts += [f"<li>{escape(line)}</li>" for line in assumed(visit, patient.robot)]

@@ -8,14 +8,13 @@ so that seeds differ; the rough ones have a late base, late measurements and mor
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
-from pathlib import Path
+from dataclasses import dataclass
 from typing import Any
 
 from drake_navbench.inputs.robot import Robot, merged
 from drake_navbench.inputs.scenario import Scenario
+from drake_navbench.studies.doctor.surroundings import Surroundings, tasks_on_map
 from drake_navbench.studies.doctor.symptoms import Symptom
-from drake_navbench.trial.goal_sampling import sample_tasks
 from drake_navbench.typed_files.typed_yaml import validate
 
 LONGEST_S = 20.0
@@ -34,7 +33,6 @@ LITTLE_VARIATION = {"start_xy_std_m": 0.01, "start_yaw_std_rad": 0.02}
 ROUGH = ("straight", "bends", "exact_heading", "door")
 
 Fields = dict[str, Any]
-_BARE: Fields = {"description": "a task on a map", "goal": [2.0, 0.0, 0.0]}
 
 
 @dataclass(frozen=True)
@@ -202,7 +200,8 @@ def _beside_obstacle(s: Size) -> Fields:
 
 def _person_crossing(s: Size) -> Fields:
     at = s.front_m + 0.5 * s.way_m
-    # Steps onto the path while the robot is 1.2 m away, stands there for 4 s, and goes on.
+    # Steps onto the path while the robot is 1.2 m away and stays: who walked on without looking
+    # would walk into a robot that goes around, and no file could help it.
     stops_s = max((at - s.front_m - 1.2) / max(s.speed_mps, 0.1), 0.0) + 1.0
     walker = {
         "type": "cylinder",
@@ -211,8 +210,6 @@ def _person_crossing(s: Size) -> Fields:
         "waypoints": [
             {"time_s": max(stops_s - 4.0, 0.0), "position": [at, -2.0]},
             {"time_s": stops_s, "position": [at, -0.1]},
-            {"time_s": stops_s + 4.0, "position": [at, -0.1]},
-            {"time_s": stops_s + 8.0, "position": [at, 2.5]},
         ],
     }
     return {
@@ -247,7 +244,7 @@ MAKERS: Mapping[str, tuple[str, Callable[[Size], Fields]]] = {
     "dead_end": ("out of a dead end", _dead_end),
     "closed_way": ("a closed way: must stop without a touch", _closed_way),
     "beside_obstacle": ("start in front of an obstacle", _beside_obstacle),
-    "person_crossing": ("a person crosses", _person_crossing),
+    "person_crossing": ("a person steps onto the path and stays", _person_crossing),
     "slow_zone": ("through a zone of half speed", _slow_zone),
 }
 
@@ -273,21 +270,6 @@ MADE_FOR: Mapping[Symptom, tuple[str, ...]] = {
 }
 
 
-@dataclass(frozen=True)
-class Surroundings:
-    """What probes are driven in besides the robot's own.
-
-    map_file, goals: the user's map, on which so many tasks are drawn. overrides: fields of the
-    robot file, of a base that a recording shows and of a computer that was measured. remarks: how
-    these were found, a sentence each.
-    """
-
-    map_file: Path | None = None
-    goals: int = 0
-    overrides: Mapping[str, Any] = field(default_factory=dict)
-    remarks: tuple[str, ...] = ()
-
-
 def probes_for(
     robot: Robot, speed_mps: float, around: Surroundings | None = None, *, seed: int = 0
 ) -> dict[str, Scenario]:
@@ -298,29 +280,7 @@ def probes_for(
     """
     around = around or Surroundings()
     found = _made_for(size_of(robot, speed_mps), robot, around.overrides)
-    return found | _on_map(robot, around, found["straight"], seed=seed)
-
-
-def _on_map(
-    robot: Robot, around: Surroundings, like: Scenario, *, seed: int
-) -> dict[str, Scenario]:
-    """Returns the tasks on the user's map, with noise and variation of another probe."""
-    if around.map_file is None:
-        return {}
-    tasks = sample_tasks(around.map_file, robot, around.goals, seed=seed)
-    variation = validate(Scenario, _BARE | {"variation": LITTLE_VARIATION}, "probe map").variation
-    return {
-        f"map_{number}": task.model_copy(
-            update={
-                "name": f"probe_map_{number}",
-                "description": f"goal {number} on {around.map_file.name}",
-                "variation": variation,
-                "robot_overrides": like.robot_overrides,
-                "suite": None,
-            }
-        )
-        for number, task in enumerate(tasks, 1)
-    }
+    return found | tasks_on_map(robot, around, found["straight"], LITTLE_VARIATION, seed=seed)
 
 
 def _made_for(size: Size, robot: Robot, overrides: Mapping[str, Any]) -> dict[str, Scenario]:

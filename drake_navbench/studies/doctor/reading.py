@@ -9,22 +9,30 @@ from drake_navbench.studies.doctor.clues import factor_for, favours_of
 from drake_navbench.studies.doctor.facts import CONTROLLER, Facts
 from drake_navbench.studies.doctor.rules import (
     bands,
+    checkers,
     costmaps,
     dwb,
+    dwb_arrival,
+    inflation,
+    monitor,
     mppi,
+    mppi_critics,
+    planners,
     pursuit,
     releases,
+    rpp_turns,
     servers,
     shim,
+    smoother,
 )
 from drake_navbench.studies.doctor.rules.rule import Finding, Rule
 from drake_navbench.studies.doctor.suspects import Suspect, ranges, suspects_of
 from drake_navbench.studies.doctor.symptoms import Symptom
 
+MODULES = (mppi, mppi_critics, dwb, dwb_arrival, pursuit, rpp_turns, shim, bands)
+MODULES_OF_SERVERS = (servers, smoother, checkers, monitor, costmaps, inflation, planners, releases)
 RULES: tuple[Rule, ...] = tuple(
-    rule
-    for module in (mppi, dwb, pursuit, shim, bands, servers, costmaps, releases)
-    for rule in module.RULES
+    rule for module in (*MODULES, *MODULES_OF_SERVERS) for rule in module.RULES
 )
 # A rule that fires is worth so much more than a suspect alone; its second cure less than the first.
 OF_A_RULE = 1.6

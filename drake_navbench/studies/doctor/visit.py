@@ -11,9 +11,10 @@ from drake_navbench.studies.doctor.driving import Driver, OutOfTime, Row, shows
 from drake_navbench.studies.doctor.experiment import Experiment, Tried, Verdict
 from drake_navbench.studies.doctor.facts import Facts
 from drake_navbench.studies.doctor.files import Patient, speed_asked
-from drake_navbench.studies.doctor.probes import MADE_FOR, Surroundings, probes_for
+from drake_navbench.studies.doctor.probes import MADE_FOR, probes_for
 from drake_navbench.studies.doctor.reading import Suspicion, findings_of, suspicions_of
 from drake_navbench.studies.doctor.rules.rule import Finding
+from drake_navbench.studies.doctor.surroundings import Surroundings
 from drake_navbench.studies.doctor.symptoms import Symptom
 
 # Seeds in which every probe is driven at first.
@@ -49,8 +50,8 @@ class Visit:
     """The findings of a visit, or of the part of it that the budget allowed.
 
     seen: by symptom, the probes that show it in at least half of their seeds. treated: the symptom
-    whose causes were tried; None where none was seen. heard: by symptom, its severity in the
-    user's recording.
+    whose causes were tried; None where none was seen. around: what the probes are driven in
+    besides.
     """
 
     facts: Facts
@@ -64,7 +65,6 @@ class Visit:
     judged: list[Judged] = field(default_factory=list)
     probes: Mapping[str, Scenario] = field(default_factory=dict)
     around: Surroundings = field(default_factory=Surroundings)
-    heard: Mapping[Symptom, float] = field(default_factory=dict)
     is_out_of_time: bool = False
     is_interrupted: bool = False
 
@@ -87,18 +87,13 @@ def visit(
     *,
     seed: int,
     around: Surroundings | None = None,
-    heard: Mapping[Symptom, float] | None = None,
 ) -> Visit:
     """Returns the findings of a visit; where it ends early, those up to then.
 
-    around: what the probes are driven in besides. heard: by symptom, its severity in a recording of
-    the robot; the weightiest of those is asked for where the user asks for none.
+    around: what the probes are driven in besides.
     """
     facts = patient.facts()
-    heard = heard or {}
-    if asked is None:
-        asked = next((s for s in BY_WEIGHT if heard.get(s, 0.0) > 1.0), None)
-    found = Visit(facts, asked=asked, around=around or Surroundings(), heard=heard)
+    found = Visit(facts, asked=asked, around=around or Surroundings())
     found.findings = findings_of(facts)
     try:
         _look(found, patient, driver, seed=seed)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from drake_navbench.nav2.controllers import SERVER
+from drake_navbench.nav2.patch import Place
 from drake_navbench.studies.doctor.causes import Cause
 from drake_navbench.studies.doctor.change import Judged
 from drake_navbench.studies.doctor.cures import Trial
@@ -86,8 +88,15 @@ def _cause_told(entry: Tried) -> str:
 
 
 def change_told(trial: Trial) -> str:
-    """Returns a change as `name = value`, without the node where the name is enough."""
-    return " and ".join(f"{place.name} = {_plain(value)}" for place, value in trial.changes.items())
+    """Returns a change as `name = value`, with the node of all but the controller server."""
+    return " and ".join(
+        f"{_name_of(place)} = {_plain(value)}" for place, value in trial.changes.items()
+    )
+
+
+def _name_of(place: Place) -> str:
+    node = place.node.rpartition("/")[2]
+    return place.name if node == SERVER else f"{node}: {place.name}"
 
 
 def _plain(value: object) -> str:
@@ -104,9 +113,10 @@ def evidence(entry: Tried) -> str:
         return entry.reason or str(entry.verdict)
     left = f"; {entry.reason}" if entry.reason else ""
     touches = f"; {entry.touches} more touches" if entry.touches else ""
+    pairs = f"{entry.pairs} pair{'s' * (entry.pairs != 1)}"
     return (
-        f"severity {entry.before:.2f} -> {entry.after:.2f} in {entry.pairs} pairs, p = "
-        f"{entry.p_value:.2g} corrected{touches}{left}"
+        f"severity {entry.before:.2f} -> {entry.after:.2f} in {pairs}, p = {entry.p_value:.2g} "
+        f"corrected{touches}{left}"
     )
 
 

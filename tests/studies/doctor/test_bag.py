@@ -5,7 +5,8 @@ from __future__ import annotations
 from drake_navbench.inputs.robot import load_robot
 from drake_navbench.recordings.drive_fit import AxisFit, DriveFit
 from drake_navbench.studies.doctor.bag import overrides_of
-from drake_navbench.studies.doctor.probes import ROUGH, Surroundings, probes_for
+from drake_navbench.studies.doctor.probes import ROUGH, probes_for
+from drake_navbench.studies.doctor.surroundings import Surroundings
 
 FIT = DriveFit(0.312, 0.08, AxisFit(0.4567, 0.05, 0.01, 0.01), AxisFit(None, None, 0.01, 0.1))
 

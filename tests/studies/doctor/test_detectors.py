@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import numpy as np
+import pandas as pd
 import pytest
 
 from drake_navbench.logs.log import Outcome
-from drake_navbench.studies.doctor.detectors import DETECTORS, Drive
+from drake_navbench.studies.doctor.detectors import DETECTORS, severities
+from drake_navbench.studies.doctor.drives import Drive, drive_of
 from drake_navbench.studies.doctor.symptoms import Symptom
 
 STEP_S = 0.05
@@ -108,3 +112,37 @@ def test_every_threshold_has_a_unit_and_a_reason(detector):
     assert detector.threshold > 0.0
     assert detector.unit
     assert detector.reason
+
+
+def log_of_cycles(compute_ms, **timing):
+    """Returns what detectors read of a log: ten seconds straight ahead, and its cycles' times."""
+    count = 200
+    columns = {
+        name: np.zeros(count) for name in ("y_m", "yaw_rad", "w_radps")
+    } | {
+        "time_s": np.arange(count) * STEP_S,
+        "x_m": np.arange(count) * 0.5 * STEP_S,
+        "v_mps": np.full(count, 0.5),
+        "command_v_mps": np.full(count, 0.5),
+        "clearance_m": np.full(count, 9.0),
+        "compute_time_ms": np.full(count, compute_ms),
+    }  # fmt: skip
+    info = {"scenario": {"goal": [5.0, 0.0, 0.0]}, "robot": {"timing": timing}}
+    return SimpleNamespace(
+        samples=pd.DataFrame(columns), info=info, first_plans=(), plans=(),
+        outcome=Outcome.SUCCEEDED,
+    )  # fmt: skip
+
+
+def test_cycles_are_late_where_the_robots_computer_is_so_much_slower():
+    # 20 ms here, four times as long there: 80 ms of a period of 50 ms, all late; one in ten may be.
+    slow = log_of_cycles(20.0, compute_time="scaled", compute_time_scale=4.0)
+    assert severities(slow)["late_cycles"] == pytest.approx(10.0)
+    fast = log_of_cycles(20.0, compute_time="scaled", compute_time_scale=2.0)
+    assert severities(fast)["late_cycles"] == 0.0
+    # Without a board this computer's load would count.
+    assert "late_cycles" not in severities(log_of_cycles(80.0))
+
+
+def test_the_speed_that_nobody_names_is_the_one_that_is_commanded():
+    assert drive_of(log_of_cycles(1.0)).asked_mps == pytest.approx(0.5)

@@ -13,6 +13,7 @@ from doctor_texts import RPP, RPP_BLOCK, nav2_text
 from drake_navbench.commands.doctor import main
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.robot import load_robot
+from drake_navbench.studies.doctor import board
 from drake_navbench.studies.doctor.board import (
     HERE,
     CycleTimes,
@@ -22,7 +23,8 @@ from drake_navbench.studies.doctor.board import (
     slowness,
     write_times,
 )
-from drake_navbench.studies.doctor.probes import MAKERS, Surroundings, probes_for
+from drake_navbench.studies.doctor.probes import MAKERS, probes_for
+from drake_navbench.studies.doctor.surroundings import Surroundings
 from drake_navbench.studies.doctor.symptoms import Symptom
 from drake_navbench.studies.doctor.visit import BY_WEIGHT
 
@@ -98,6 +100,21 @@ def test_the_first_cycles_which_load_and_compile_are_not_timed():
     assert cycle_row(SimpleNamespace(samples=samples)) == {
         "cycle_ms": [6.0, 7.0, 8.0, 9.0, 10.0, 11.0]
     }
+
+
+def test_the_file_of_a_board_tells_median_and_late_cycles(tmp_path, monkeypatch, capsys):
+    # Of 100 cycles 10 take 60 ms, which is more than the period of 50 ms; the others 1 to 90 x 0.1.
+    timed = [0.1 * k for k in range(1, 91)] + [60.0] * 10
+    monkeypatch.setattr(board, "drive_each", lambda specs, kept_of, jobs: [{"cycle_ms": timed}])
+    path = tmp_path / "nav2.yaml"
+    path.write_text(nav2_text(RPP_BLOCK, plugin=RPP))
+    file = tmp_path / "board.yaml"
+    assert main([str(path), "--measure-board", str(file)]) == 0
+    found = read_times(file)
+    assert (found.cycles, found.late_share, found.period_ms) == (100, 0.1, 50.0)
+    assert found.median_ms == pytest.approx(5.05)
+    assert found.parameters["lookahead_dist"] == 0.6
+    assert "10% are late" in " ".join(capsys.readouterr().out.split())
 
 
 def test_late_cycles_are_treated_last_but_for_giving_up_late():

@@ -15,13 +15,13 @@ from drake_navbench.studies.doctor.causes import Cause, Direction
 from drake_navbench.studies.doctor.change import judge
 from drake_navbench.studies.doctor.cures import Trial
 from drake_navbench.studies.doctor.driving import Driver
-from drake_navbench.studies.doctor.experiment import Tried, Verdict, _corrected
+from drake_navbench.studies.doctor.experiment import Experiment, Tried, Verdict, _corrected
 from drake_navbench.studies.doctor.files import Patient
 from drake_navbench.studies.doctor.page import write_outputs
 from drake_navbench.studies.doctor.probes import LONGEST_S, MAKERS, ROUGH, probes_for
 from drake_navbench.studies.doctor.reading import Suspicion, findings_of
 from drake_navbench.studies.doctor.symptoms import Symptom
-from drake_navbench.studies.doctor.words import verdict
+from drake_navbench.studies.doctor.words import change_told, verdict
 
 FOOTPRINT = Place("controller_server", "FollowPath.CostCritic.consider_footprint")
 CAUSE = Cause("controller.CostCritic.consider_footprint", Direction.SET, True, "why")
@@ -47,6 +47,17 @@ def test_a_cause_is_shown_only_where_its_p_value_holds_after_correction():
     found = _corrected([tried(2.0, 0.0, 0.0005), tried(2.0, 0.5, 0.01), *none])
     assert [e.verdict for e in found[:2]] == [Verdict.SHOWN, Verdict.NOT_SHOWN]
     assert found[0].p_value == pytest.approx(0.01)
+
+
+def test_a_change_of_one_costmap_is_told_from_that_of_the_other():
+    def told(node):
+        return change_told(Trial(CAUSE, {Place(node, "inflation_layer.inflation_radius"): 0.3}))
+
+    assert told("local_costmap/local_costmap") == (
+        "local_costmap: inflation_layer.inflation_radius = 0.3"
+    )
+    assert told("global_costmap/global_costmap").startswith("global_costmap: ")
+    assert change_told(TRIAL) == "FollowPath.CostCritic.consider_footprint = true"
 
 
 def test_a_fall_that_is_small_or_brings_touches_is_not_shown():
@@ -92,6 +103,68 @@ PROBES = {
 def judged(patient, before, after, symptom):
     shown = [tried(2.0, 0.0, 0.001, verdict=Verdict.SHOWN)]
     return judge(patient, shown, symptom, PROBES, ["straight"], Rows(before, after))[0]
+
+
+class Counted:
+    """A driver that counts the trials of the changed file. severity: of it, by trial."""
+
+    left_s = 100.0
+
+    def __init__(self, end, severity):
+        self.end, self.severity, self.trials = end, severity, 0
+
+    def tell(self, line):
+        pass
+
+    def drive(self, preset, probes, trials, *, seed, must=False):
+        is_after = preset.name == "after"
+        self.trials = len(probes) * trials if is_after else self.trials
+        return [
+            {
+                "scenario": probe.name,
+                "outcome": "succeeded",
+                "end": [self.end if is_after else 9.0],
+                "severity": {"wobble_straight": self.severity if is_after else 2.0},
+            }
+            for _ in range(trials)
+            for probe in probes
+        ]
+
+
+@pytest.mark.parametrize(
+    ("end", "severity", "trials", "reason"),
+    [
+        # To the last digit as before: of the first trial alone.
+        (9.0, 2.0, 1, "changes nothing in the first trial"),
+        # 5% less: of the first four pairs, which are two seeds in three probes.
+        (9.5, 1.9, 6, "little or no fall in the first pairs"),
+        (9.5, 0.5, 12, ""),
+    ],
+)
+def test_only_a_change_that_does_something_is_driven_to_the_end(
+    patient, end, severity, trials, reason
+):
+    driver = Counted(end, severity)
+    experiment = Experiment(
+        patient, patient.facts(), Symptom.WOBBLE_STRAIGHT, list(PROBES.values()), driver, seed=0
+    )
+    found = experiment._try(Suspicion(CAUSE, 1.0, ()), TRIAL)
+    assert (driver.trials, found.reason) == (trials, reason)
+    assert (found.p_value < 1.0) == (reason == "")
+
+
+def test_a_change_that_no_trial_depends_on_is_not_driven(patient):
+    text = nav2_text(MPPI_BLOCK, plugin=MPPI, amcl={"max_particles": 2000})
+    patient.paths[0].write_text(text)
+    driver = Counted(9.0, 0.0)
+    experiment = Experiment(
+        patient, patient.facts(), Symptom.WOBBLE_STRAIGHT, list(PROBES.values()), driver, seed=0
+    )
+    # AMCL is not simulated here.
+    unused = Trial(CAUSE, {Place("amcl", "max_particles"): 5000})
+    found = experiment._try(Suspicion(CAUSE, 1.0, ()), unused)
+    assert (found.verdict, driver.trials) == (Verdict.NOT_TRIED, 0)
+    assert found.reason == "no trial depends on it"
 
 
 def test_a_change_that_takes_the_symptom_and_brings_no_other_helps(patient):
@@ -161,6 +234,12 @@ def test_every_probe_can_be_planned_for_a_robots_outline(robot):
     assert set(MAKERS) - {"slow_zone"} <= set(probes)
     for probe in probes.values():
         assert probe.timeout_s <= LONGEST_S
+
+
+def test_the_person_walks_into_no_robot_that_goes_around():
+    (person,) = probes_for(load_robot("turtlebot4"), 0.3)["person_crossing"].world.moving_obstacles
+    # It comes from the side and stays on the path.
+    assert [waypoint.position[1] for waypoint in person.waypoints] == [-2.0, -0.1]
 
 
 def test_a_journal_with_a_torn_line_goes_on(tmp_path):

@@ -1,57 +1,27 @@
-"""Rules about costmaps, planners and AMCL."""
+"""Rules about costmaps: outline, layers, window."""
 
 from __future__ import annotations
 
-from typing import Any
-
 from drake_navbench.releases import Release
 from drake_navbench.studies.doctor.facts import Facts
-from drake_navbench.studies.doctor.rules.mppi import half_window_m
+from drake_navbench.studies.doctor.rules.quantities import half_window_m
 from drake_navbench.studies.doctor.rules.rule import Rule, down, outside, put, up, upgrade
 from drake_navbench.studies.doctor.symptoms import Symptom
 
 S = Symptom
 
 CODE = "nav2_costmap_2d"
-OBSTACLES = (
-    "obstacle",
-    "voxel",
-    "stvl",
-    "range",
-    "nonpersistent",
-    "spatio",
-    "kinect",
-    "scan",
-    "lidar",
-)
 BLIND = ("inflation", "static", "keepout", "speed", "filter", "denoise")
 # Of the base where no velocity smoother of the file limits it, m/s^2.
 USUAL_DECELERATION_MPS2 = 1.0
 # Parts of remarks of the check that rules of their own tell.
 OF_RULES = ("sees nothing", "inscribed radius", "has a radius", "velocity smoother lets through")
-SMAC = ("SmacPlannerHybrid", "SmacPlannerLattice")
-
-
-def _text(value: Any) -> str:
-    return str(value or "")
 
 
 def _has_obstacle_layer(f: Facts) -> bool:
     """Tells whether some layer may see obstacles: one that its name does not say to be blind."""
     names = [str(name).lower() for name in f["local_costmap.plugins"] or ()]
     return any(not any(word in name for word in BLIND) for name in names)
-
-
-def _inflation_is_last(f: Facts) -> bool:
-    plugins = [str(name).lower() for name in f["local_costmap.plugins"] or ()]
-    places = [index for index, name in enumerate(plugins) if "inflation" in name]
-    return not places or all(
-        not any(word in name for word in OBSTACLES) for name in plugins[places[0] :]
-    )
-
-
-def _is_smac(f: Facts) -> bool:
-    return any(kind in _text(f["planner.plugin"]) for kind in SMAC)
 
 
 def _stop_m(f: Facts) -> float:
@@ -96,89 +66,6 @@ RULES = (
         (put("local_costmap.plugins"),),
         "drake-navbench run --nav2 FILE --check",
         advice="look at these values",
-    ),
-    Rule(
-        "inflation-below-inscribed-radius",
-        lambda f: 0.0 < f.number("local_costmap.inflation_radius", 1.0) < f.inscribed_radius_m,
-        lambda f: (
-            f"inflation_radius {f['local_costmap.inflation_radius']} m is less than the "
-            f"robot's inscribed radius, {f.inscribed_radius_m:.2f} m"
-        ),
-        {S.COLLISION: 1.0, S.NEAR_MISS: 0.9},
-        (up("local_costmap.inflation_radius"),),
-        f"{CODE}: inflation_layer.cpp",
-    ),
-    Rule(
-        "plans-inflate-little",
-        lambda f: (
-            0.0
-            < f.number("global_costmap.inflation_radius", 1.0)
-            < min(f.inscribed_radius_m + 0.05, 1.2 * f.inscribed_radius_m) - 1e-9
-        ),
-        lambda f: (
-            f"global inflation_radius {f['global_costmap.inflation_radius']} m, and the inscribed "
-            f"radius is {f.inscribed_radius_m:.2f} m: nothing holds plans off walls"
-        ),
-        {S.COLLISION: 0.6, S.NEAR_MISS: 0.8, S.CORNER_CUTTING: 0.6, S.DOOR_STOP: 0.4},
-        (up("global_costmap.inflation_radius"),),
-        f"{CODE}: inflation_layer.cpp; docs.nav2.org, tuning guide: inflation potential fields",
-    ),
-    Rule(
-        "wide-inflation",
-        lambda f: f.number("local_costmap.inflation_radius", 0.55) > 1.0,
-        lambda f: (
-            f"inflation_radius {f['local_costmap.inflation_radius']} m with "
-            f"cost_scaling_factor {f['local_costmap.cost_scaling_factor']}: a door has cost all "
-            "over"
-        ),
-        {S.DOOR_STOP: 0.9, S.TOO_SLOW: 0.4, S.WOBBLE_STRAIGHT: 0.2, S.STALL_BEFORE_GOAL: 0.3},
-        (down("local_costmap.inflation_radius", 0.55), up("local_costmap.cost_scaling_factor")),
-        f"{CODE}: inflation_layer.cpp",
-        is_certain=False,
-    ),
-    Rule(
-        "plans-inflate-much",
-        lambda f: (
-            f.number("global_costmap.inflation_radius", 0.55)
-            > max(0.8, 2.0 * f.circumscribed_radius_m)
-            or (
-                f["global_costmap.robot_radius"] is None
-                and f["global_costmap.footprint"] is not None
-                and f.number("global_costmap.inflation_radius", 0.55) > 0.35
-            )
-        ),
-        lambda f: (
-            f"global inflation_radius {f['global_costmap.inflation_radius']} m: start, goal "
-            "or a passage may lie in it with a corner of the outline"
-        ),
-        {S.PLANNER_FAILS: 0.8, S.DOOR_STOP: 0.4},
-        (down("global_costmap.inflation_radius"),),
-        f"{CODE}; nav2_smac_planner: start occupied",
-        is_certain=False,
-    ),
-    Rule(
-        "steep-costs",
-        lambda f: f.number("local_costmap.cost_scaling_factor", 3.0) > 8.0,
-        lambda f: (
-            f"cost_scaling_factor {f['local_costmap.cost_scaling_factor']}: a hand's breadth "
-            "beside the outline costs nothing any more"
-        ),
-        {S.NEAR_MISS: 1.0, S.COLLISION: 0.4, S.CORNER_CUTTING: 0.3},
-        (down("local_costmap.cost_scaling_factor", 3.0),),
-        f"{CODE}: inflation_layer.cpp",
-        is_certain=False,
-    ),
-    Rule(
-        "flat-costs",
-        lambda f: 0.0 < f.number("local_costmap.cost_scaling_factor", 3.0) < 1.5,
-        lambda f: (
-            f"cost_scaling_factor {f['local_costmap.cost_scaling_factor']}: the middle of a "
-            "door costs nearly as much as its jambs"
-        ),
-        {S.DOOR_STOP: 0.9, S.TOO_SLOW: 0.4},
-        (up("local_costmap.cost_scaling_factor", 3.0),),
-        f"{CODE}: inflation_layer.cpp",
-        is_certain=False,
     ),
     Rule(
         "outline-not-given",
@@ -295,17 +182,6 @@ RULES = (
         CODE,
     ),
     Rule(
-        "inflation-before-obstacles",
-        lambda f: not _inflation_is_last(f),
-        lambda f: (
-            f"local_costmap.plugins {f['local_costmap.plugins']}: what comes after the "
-            "inflation layer is not inflated"
-        ),
-        {S.COLLISION: 0.9, S.NEAR_MISS: 0.9, S.IGNORES_OBSTACLES: 0.3},
-        (put("local_costmap.plugins"),),
-        f"{CODE}: layered_costmap.cpp",
-    ),
-    Rule(
         "window-stands-still",
         lambda f: f["local_costmap.rolling_window"] is False,
         lambda f: "local_costmap.rolling_window is off: the robot drives out of its window",
@@ -388,85 +264,6 @@ RULES = (
         {S.NO_START: 0.7, S.GHOST_OBSTACLES: 0.6, S.NO_RECOVERY: 0.4},
         (put("local_costmap.footprint_clearing_enabled", True),),
         f"{CODE}: obstacle_layer.cpp",
-    ),
-    Rule(
-        "unknown-forbidden",
-        lambda f: f["planner.allow_unknown"] is False,
-        lambda f: "planner.allow_unknown is off: no plan through what nobody has seen",
-        {S.PLANNER_FAILS: 0.6},
-        (put("planner.allow_unknown", True),),
-        "nav2_planner and its plugins",
-        is_certain=False,
-    ),
-    Rule(
-        "planner-insists-on-the-goal",
-        lambda f: f["planner.tolerance"] is not None and f.number("planner.tolerance") < 0.1,
-        lambda f: f"planner.tolerance {f['planner.tolerance']} m: an occupied goal has no plan",
-        {S.PLANNER_FAILS: 0.6, S.GOAL_NOT_REACHED: 0.2},
-        (up("planner.tolerance", 0.25),),
-        "nav2_navfn_planner, nav2_smac_planner",
-        is_certain=False,
-    ),
-    Rule(
-        "planner-has-no-time",
-        lambda f: 0.0 < f.number("planner.max_planning_time", 5.0) < 1.0,
-        lambda f: (
-            f"max_planning_time {f['planner.max_planning_time']} s: large maps are not searched"
-        ),
-        {S.PLANNER_FAILS: 0.9},
-        (up("planner.max_planning_time", 5.0),),
-        "nav2_smac_planner",
-        is_certain=False,
-    ),
-    Rule(
-        "planner-turns-wide",
-        lambda f: _is_smac(f) and f.number("planner.minimum_turning_radius", 0.4) > 0.8,
-        lambda f: (
-            f"minimum_turning_radius {f['planner.minimum_turning_radius']} m: no curve fits "
-            "into a house"
-        ),
-        {S.PLANNER_FAILS: 0.8, S.REVERSE_FAILURE: 0.3},
-        (down("planner.minimum_turning_radius", 0.4),),
-        "nav2_smac_planner",
-        is_certain=False,
-    ),
-    Rule(
-        "amcl-looks-seldom",
-        lambda f: f.number("amcl.update_min_d") > 0.4 or f.number("amcl.update_min_a") > 0.5,
-        lambda f: (
-            f"amcl.update_min_d {f['amcl.update_min_d']} m, update_min_a "
-            f"{f['amcl.update_min_a']} rad: the pose is corrected seldom, and jumps"
-        ),
-        {S.LOCALIZATION_JUMPS: 0.9, S.SPINS: 0.4, S.GOAL_OSCILLATION: 0.4, S.GOAL_NOT_REACHED: 0.3},
-        (down("amcl.update_min_d", 0.2), down("amcl.update_min_a", 0.2)),
-        "nav2_amcl",
-    ),
-    Rule(
-        "amcl-few-particles",
-        lambda f: 0 < f.number("amcl.max_particles") < 1000,
-        lambda f: f"amcl.max_particles {f['amcl.max_particles']}: few to find a lost pose with",
-        {S.LOCALIZATION_JUMPS: 0.7},
-        (up("amcl.max_particles", 2000),),
-        "nav2_amcl",
-    ),
-    Rule(
-        "amcl-odometry-perfect",
-        lambda f: f["amcl.alpha1"] is not None and f.number("amcl.alpha1") < 0.03,
-        lambda f: f"amcl.alpha1 {f['amcl.alpha1']}: turns that slip are believed",
-        {S.LOCALIZATION_JUMPS: 0.7, S.SPINS: 0.5},
-        (up("amcl.alpha1", 0.2),),
-        "nav2_amcl: differential_motion_model.cpp",
-    ),
-    Rule(
-        "amcl-stale-transform",
-        lambda f: 0.0 < f.number("amcl.transform_tolerance", 1.0) < 0.2,
-        lambda f: (
-            f"amcl.transform_tolerance {f['amcl.transform_tolerance']} s: map to odom ends "
-            "before the next update"
-        ),
-        {S.FALSE_ABORT: 0.6, S.PLANNER_FAILS: 0.4, S.LOCALIZATION_JUMPS: 0.4},
-        (up("amcl.transform_tolerance", 1.0),),
-        "nav2_amcl",
     ),
     Rule(
         "frames-differ",

@@ -1,9 +1,10 @@
-"""Rules about Nav2's MPPI."""
+"""Rules about the samples of Nav2's MPPI."""
 
 from __future__ import annotations
 
 from drake_navbench.releases import Release
 from drake_navbench.studies.doctor.facts import Facts
+from drake_navbench.studies.doctor.rules.quantities import braking_m, half_window_m
 from drake_navbench.studies.doctor.rules.rule import Rule, add, down, outside, put, up, upgrade
 from drake_navbench.studies.doctor.symptoms import Symptom
 
@@ -15,9 +16,6 @@ CODE = "nav2_mppi_controller"
 # Samples times steps times rate that a small board manages, 1/s: a Raspberry Pi 4 takes about 25 ms
 # for 1000 samples of 56 steps.
 BOARD_CELLS_PER_S = 1.2e6
-# From this ratio of the two radii on an outline is not round.
-NOT_ROUND = 1.3
-PATH_SPACING_M = 0.05
 
 
 def horizon_s(f: Facts) -> float:
@@ -28,29 +26,6 @@ def horizon_s(f: Facts) -> float:
 def horizon_m(f: Facts) -> float:
     """Returns the length of the horizon at full speed, m."""
     return horizon_s(f) * f.number("controller.vx_max", 0.5)
-
-
-def half_window_m(f: Facts) -> float:
-    """Returns half the smaller side of the local costmap, m; no limit where it is not known."""
-    sides = (f.number("local_costmap.width"), f.number("local_costmap.height"))
-    return 0.5 * min(sides) if all(sides) else 1e9
-
-
-def braking_m(f: Facts, deceleration: float) -> float:
-    """Returns the way to stop from full speed, with one period of delay, m."""
-    return f.speed_mps**2 / (2.0 * max(abs(deceleration), 0.05)) + f.speed_mps * f.period_s
-
-
-def is_not_round(f: Facts) -> bool:
-    """Tells whether the robot's outline is far from a circle."""
-    inner = f.inscribed_radius_m
-    return inner > 0.0 and f.circumscribed_radius_m > NOT_ROUND * inner
-
-
-def has_critic(f: Facts, *names: str) -> bool:
-    """Tells whether one of these critics is listed."""
-    critics = f.controller("critics") or ()
-    return any(name in critics for name in names)
 
 
 def _smoother(f: Facts, axis: int) -> float:
@@ -97,38 +72,6 @@ RULES = (
         {S.WOBBLE_STRAIGHT: 0.3, S.STOP_START_JERK: 0.3},
         (down("model_dt"),),
         f"{CODE}/src/optimizer.cpp: consider setting it equal",
-        MPPI,
-    ),
-    Rule(
-        "mppi-centre-alone",
-        lambda f: (
-            is_not_round(f)
-            and has_critic(f, "CostCritic")
-            and f.controller("CostCritic.consider_footprint") is not True
-        ),
-        lambda f: (
-            "CostCritic looks at the cost under the centre, but the outline reaches from "
-            f"{f.inscribed_radius_m:.2f} to {f.circumscribed_radius_m:.2f} m"
-        ),
-        {S.COLLISION: 1.0, S.NEAR_MISS: 0.7, S.DOOR_STOP: 0.2, S.CORNER_CUTTING: 0.5},
-        (put("CostCritic.consider_footprint", True),),
-        f"{CODE}/src/critics/cost_critic.cpp",
-        MPPI,
-    ),
-    Rule(
-        "mppi-obstacles-centre-alone",
-        lambda f: (
-            is_not_round(f)
-            and has_critic(f, "ObstaclesCritic")
-            and f.controller("ObstaclesCritic.consider_footprint") is not True
-        ),
-        lambda f: (
-            "ObstaclesCritic looks at the cost under the centre, but the outline reaches "
-            f"from {f.inscribed_radius_m:.2f} to {f.circumscribed_radius_m:.2f} m"
-        ),
-        {S.COLLISION: 1.0, S.NEAR_MISS: 0.7, S.CORNER_CUTTING: 0.5},
-        (put("ObstaclesCritic.consider_footprint", True),),
-        f"{CODE}/src/critics/obstacles_critic.cpp",
         MPPI,
     ),
     Rule(
@@ -268,17 +211,6 @@ RULES = (
         is_certain=False,
     ),
     Rule(
-        "mppi-no-obstacle-critic",
-        lambda f: (
-            bool(f.controller("critics")) and not has_critic(f, "CostCritic", "ObstaclesCritic")
-        ),
-        lambda f: "critics lists neither CostCritic nor ObstaclesCritic",
-        {S.COLLISION: 1.0, S.IGNORES_OBSTACLES: 1.0, S.NEAR_MISS: 0.8},
-        (put("critics"),),
-        PAGE,
-        MPPI,
-    ),
-    Rule(
         "mppi-short-plan",
         lambda f: (
             f.is_whole and 0.0 < f.number("controller.prune_distance", 1.5) < 0.9 * horizon_m(f)
@@ -290,118 +222,6 @@ RULES = (
         {S.TOO_SLOW: 0.7, S.STALL_BEFORE_GOAL: 0.3, S.STOP_START_JERK: 0.3},
         (up("prune_distance"),),
         PAGE,
-        MPPI,
-    ),
-    Rule(
-        "mppi-path-align-starts-late",
-        lambda f: f.number("controller.PathAlignCritic.offset_from_furthest", 20) > 30,
-        lambda f: (
-            "PathAlignCritic.offset_from_furthest "
-            f"{f.controller('PathAlignCritic.offset_from_furthest')}: the path counts only after "
-            "so "
-            "many of its points are passed"
-        ),
-        {S.STOP_START_JERK: 0.5, S.CORNER_CUTTING: 0.6, S.WOBBLE_STRAIGHT: 0.3},
-        (down("PathAlignCritic.offset_from_furthest", 20),),
-        f"{CODE}/src/critics/path_align_critic.cpp",
-        MPPI,
-    ),
-    Rule(
-        "mppi-gap-before-goal",
-        lambda f: (
-            f.number("controller.GoalCritic.threshold_to_consider", 1.4)
-            < 0.95 * f.number("controller.PathFollowCritic.threshold_to_consider", 1.4)
-        ),
-        lambda f: (
-            "between "
-            f"{f.controller('PathFollowCritic.threshold_to_consider')} and "
-            f"{f.controller('GoalCritic.threshold_to_consider')} m before the goal neither "
-            "PathFollowCritic nor GoalCritic pulls"
-        ),
-        {S.STALL_BEFORE_GOAL: 1.0, S.GOAL_NOT_REACHED: 0.7},
-        (up("GoalCritic.threshold_to_consider"),),
-        f"{CODE}/src/critics: goal_critic.cpp, path_follow_critic.cpp",
-        MPPI,
-    ),
-    Rule(
-        "mppi-forward-at-any-price",
-        lambda f: f.number("controller.PreferForwardCritic.cost_weight", 5.0) > 10.0,
-        lambda f: (
-            "PreferForwardCritic.cost_weight "
-            f"{f.controller('PreferForwardCritic.cost_weight')} outweighs turning and backing out"
-        ),
-        {S.NO_TURNING: 0.6, S.NO_RECOVERY: 0.6},
-        (down("PreferForwardCritic.cost_weight", 5.0),),
-        f"{CODE}/src/critics/prefer_forward_critic.cpp",
-        MPPI,
-    ),
-    Rule(
-        "mppi-weak-path-angle",
-        lambda f: (
-            f.number("controller.PathAngleCritic.cost_weight", 2.0) < 1.5
-            and has_critic(f, "PathAngleCritic")
-        ),
-        lambda f: (
-            f"PathAngleCritic.cost_weight {f.controller('PathAngleCritic.cost_weight')}: "
-            "little turns it to the path"
-        ),
-        {S.NO_TURNING: 0.8, S.SPINS: 0.2},
-        (up("PathAngleCritic.cost_weight", 2.0),),
-        f"{CODE}/src/critics/path_angle_critic.cpp",
-        MPPI,
-    ),
-    Rule(
-        "mppi-weak-path-align",
-        lambda f: (
-            f.number("controller.PathAlignCritic.cost_weight", 10.0) < 6.0
-            and has_critic(f, "PathAlignCritic")
-        ),
-        lambda f: (
-            f"PathAlignCritic.cost_weight {f.controller('PathAlignCritic.cost_weight')}: "
-            "little holds it on the path"
-        ),
-        {S.CORNER_CUTTING: 0.9, S.NEAR_MISS: 0.3},
-        (up("PathAlignCritic.cost_weight", 14.0),),
-        f"{CODE}/src/critics/path_align_critic.cpp",
-        MPPI,
-    ),
-    Rule(
-        "mppi-strong-path-align",
-        lambda f: f.number("controller.PathAlignCritic.cost_weight", 10.0) > 18.0,
-        lambda f: (
-            f"PathAlignCritic.cost_weight {f.controller('PathAlignCritic.cost_weight')} "
-            "outweighs obstacles and progress"
-        ),
-        {S.WOBBLE_STRAIGHT: 0.7, S.STALL_BEFORE_GOAL: 0.5, S.COLLISION: 0.4, S.NO_RECOVERY: 0.5},
-        (down("PathAlignCritic.cost_weight", 14.0),),
-        f"{CODE}/src/critics/path_align_critic.cpp",
-        MPPI,
-    ),
-    Rule(
-        "mppi-weak-cost",
-        lambda f: (
-            has_critic(f, "CostCritic")
-            and f.number("controller.CostCritic.cost_weight", 3.81) < 2.5
-        ),
-        lambda f: (
-            f"CostCritic.cost_weight {f.controller('CostCritic.cost_weight')}: the pull "
-            "along the path outweighs obstacles"
-        ),
-        {S.NEAR_MISS: 1.0, S.COLLISION: 0.6},
-        (up("CostCritic.cost_weight", 3.81),),
-        f"{CODE}/src/critics/cost_critic.cpp",
-        MPPI,
-    ),
-    Rule(
-        "mppi-strong-cost",
-        lambda f: f.number("controller.CostCritic.cost_weight", 3.81) > 7.0,
-        lambda f: (
-            f"CostCritic.cost_weight {f.controller('CostCritic.cost_weight')}: any cost "
-            "outweighs the pull along the path"
-        ),
-        {S.DOOR_STOP: 1.0, S.STALL_BEFORE_GOAL: 0.6, S.TOO_SLOW: 0.6, S.STOP_START_JERK: 0.4},
-        (down("CostCritic.cost_weight", 3.81),),
-        f"{CODE}/src/critics/cost_critic.cpp",
         MPPI,
     ),
     Rule(
@@ -437,15 +257,6 @@ RULES = (
         MPPI,
     ),
     Rule(
-        "mppi-omni-twirls",
-        lambda f: f.controller("motion_model") == "Omni" and not has_critic(f, "TwirlingCritic"),
-        lambda f: "an omnidirectional base without TwirlingCritic turns for nothing",
-        {S.SPINS: 0.9, S.WOBBLE_STRAIGHT: 0.6},
-        (up("TwirlingCritic.cost_weight", 10.0), down("wz_std")),
-        PAGE,
-        MPPI,
-    ),
-    Rule(
         "mppi-horizon-below-braking",
         lambda f: (
             braking_m(f, f.number("controller.ax_min", -3.0)) > horizon_m(f) or horizon_s(f) < 1.0
@@ -454,22 +265,6 @@ RULES = (
         {S.COLLISION: 0.6, S.GOAL_OVERSHOOT: 0.5, S.CORNER_CUTTING: 0.2, S.STALL_BEFORE_GOAL: 0.3},
         (up("time_steps"), down("vx_max")),
         PAGE,
-        MPPI,
-    ),
-    Rule(
-        "mppi-footprint-for-a-radius",
-        lambda f: (
-            f.robot is not None
-            and f.robot.is_circle
-            and f.controller("CostCritic.consider_footprint") is True
-        ),
-        lambda f: (
-            "consider_footprint is on, but the robot is given by robot_radius: newer releases "
-            "refuse to start"
-        ),
-        {S.NO_START: 0.9, S.LATE_CYCLES: 0.3},
-        (put("CostCritic.consider_footprint", False), put("local_costmap.footprint")),
-        f"{CODE}/src/critics/cost_critic.cpp",
         MPPI,
     ),
     Rule(

@@ -1,0 +1,153 @@
+"""Rules about the goal checker and the progress checker."""
+
+from __future__ import annotations
+
+from drake_navbench.releases import Release
+from drake_navbench.studies.doctor.facts import Facts
+from drake_navbench.studies.doctor.rules.rule import Rule, down, put, up, upgrade
+from drake_navbench.studies.doctor.rules.servers import SERVER, step_m
+from drake_navbench.studies.doctor.symptoms import Symptom
+
+S = Symptom
+
+# A pose estimate that stands still wanders by about so much, m.
+POSE_NOISE_M = 0.06
+
+
+def _progress_mps(f: Facts) -> float:
+    return f.number("progress_checker.required_movement_radius", 0.5) / max(
+        f.number("progress_checker.movement_time_allowance", 10.0), 0.1
+    )
+
+
+RULES = (
+    Rule(
+        "progress-is-noise",
+        lambda f: (
+            f["progress_checker.required_movement_radius"] is not None
+            and f.number("progress_checker.required_movement_radius") < POSE_NOISE_M
+        ),
+        lambda f: (
+            "required_movement_radius "
+            f"{f['progress_checker.required_movement_radius']} m: a pose estimate wanders by about "
+            f"{POSE_NOISE_M} m on most robots, so that one that stands may count as moving"
+        ),
+        {S.NO_RECOVERY: 1.0, S.GIVES_UP_LATE: 1.0},
+        (up("progress_checker.required_movement_radius", 0.2),),
+        f"{SERVER}: simple_progress_checker.cpp",
+    ),
+    Rule(
+        "progress-waits-long",
+        lambda f: f.number("progress_checker.movement_time_allowance") > 45.0,
+        lambda f: (
+            "movement_time_allowance "
+            f"{f['progress_checker.movement_time_allowance']} s: so long it stands before "
+            "anything is "
+            "tried"
+        ),
+        {S.NO_RECOVERY: 0.8, S.GIVES_UP_LATE: 0.9},
+        (down("progress_checker.movement_time_allowance", 20.0),),
+        f"{SERVER}: simple_progress_checker.cpp",
+    ),
+    Rule(
+        "progress-faster-than-allowed-drive",
+        lambda f: (
+            f["progress_checker.movement_time_allowance"] is not None
+            and (
+                _progress_mps(f) > 0.25 * max(f.speed_mps, 0.05)
+                or f.number("progress_checker.movement_time_allowance") <= 10.0
+            )
+        ),
+        lambda f: (
+            f"progress asks for {f['progress_checker.required_movement_radius']} m in "
+            f"{f['progress_checker.movement_time_allowance']} s, which slow pieces, turns and "
+            "jumps of "
+            "the pose do not give"
+        ),
+        {S.FALSE_ABORT: 1.0, S.GOAL_NOT_REACHED: 0.3},
+        (
+            up("progress_checker.movement_time_allowance", 20.0),
+            down("progress_checker.required_movement_radius"),
+        ),
+        f"{SERVER}: simple_progress_checker.cpp",
+        is_certain=False,
+    ),
+    Rule(
+        "progress-forgets-turns",
+        lambda f: (
+            str(f["progress_checker.plugin"]).endswith("SimpleProgressChecker")
+            and f.number("controller.rotate_to_heading_angular_vel", 2.0)
+            * f.number("progress_checker.movement_time_allowance", 10.0)
+            < 6.3
+        ),
+        lambda f: (
+            "SimpleProgressChecker counts turns as standing, and a whole turn takes longer "
+            "than movement_time_allowance"
+        ),
+        {S.FALSE_ABORT: 0.9},
+        (
+            put("progress_checker.plugin", "nav2_controller::PoseProgressChecker"),
+            up("progress_checker.movement_time_allowance"),
+        ),
+        f"{SERVER}: pose_progress_checker.cpp",
+    ),
+    Rule(
+        "goal-smaller-than-a-step",
+        lambda f: 0.0 < f.number("goal_checker.xy_goal_tolerance") < max(step_m(f), POSE_NOISE_M),
+        lambda f: (
+            f"xy_goal_tolerance {f['goal_checker.xy_goal_tolerance']} m is less than "
+            + (
+                f"the {step_m(f):.2f} m between two commands at {f.speed_mps:g} m/s"
+                if step_m(f) > POSE_NOISE_M
+                else f"the {POSE_NOISE_M} m by which a pose estimate wanders on most robots"
+            )
+        ),
+        {
+            S.GOAL_OSCILLATION: 1.0,
+            S.GOAL_NOT_REACHED: 1.0,
+            S.GOAL_OVERSHOOT: 0.5,
+            S.SPINS: 0.6,
+            S.STALL_BEFORE_GOAL: 0.4,
+        },
+        (up("goal_checker.xy_goal_tolerance", 0.2),),
+        f"{SERVER}: simple_goal_checker.cpp",
+    ),
+    Rule(
+        "goal-heading-smaller-than-a-step",
+        lambda f: 0.0 < f.number("goal_checker.yaw_goal_tolerance") < 0.07,
+        lambda f: (
+            f"yaw_goal_tolerance {f['goal_checker.yaw_goal_tolerance']} rad is about what the "
+            "heading of a pose estimate wanders by on most robots"
+        ),
+        {S.GOAL_OSCILLATION: 0.9, S.GOAL_NOT_REACHED: 0.9, S.SPINS: 0.8, S.GOAL_OVERSHOOT: 0.4},
+        (up("goal_checker.yaw_goal_tolerance", 0.2),),
+        f"{SERVER}: simple_goal_checker.cpp",
+    ),
+    Rule(
+        "goal-asked-again-while-turning",
+        lambda f: f["goal_checker.stateful"] is False,
+        lambda f: "goal_checker.stateful is off: a robot that drifts while it turns must come back",
+        {S.GOAL_OSCILLATION: 1.0, S.GOAL_NOT_REACHED: 0.5, S.SPINS: 0.4},
+        (put("goal_checker.stateful", True),),
+        f"{SERVER}: simple_goal_checker.cpp",
+    ),
+    Rule(
+        "goal-kept-by-the-checker-alone",
+        lambda f: (
+            f["goal_checker.stateful"] is True
+            and f.release < Release.LYRICAL
+            and f.is_kind("rpp", "mppi", "graceful")
+        ),
+        lambda f: (
+            "the goal checker keeps that the position was reached, the controller does not: "
+            "it drives there again"
+        ),
+        {S.GOAL_OSCILLATION: 0.4},
+        (
+            up("goal_checker.xy_goal_tolerance"),
+            upgrade("lyrical, with navigation2#6071 and #6124"),
+        ),
+        "navigation2#5166",
+        is_certain=False,
+    ),
+)

@@ -1,0 +1,128 @@
+"""Rules about the inflation layer."""
+
+from __future__ import annotations
+
+from drake_navbench.studies.doctor.facts import Facts
+from drake_navbench.studies.doctor.rules.costmaps import CODE
+from drake_navbench.studies.doctor.rules.rule import Rule, down, put, up
+from drake_navbench.studies.doctor.symptoms import Symptom
+
+S = Symptom
+
+OBSTACLES = (
+    "obstacle",
+    "voxel",
+    "stvl",
+    "range",
+    "nonpersistent",
+    "spatio",
+    "kinect",
+    "scan",
+    "lidar",
+)
+
+
+def _inflation_is_last(f: Facts) -> bool:
+    plugins = [str(name).lower() for name in f["local_costmap.plugins"] or ()]
+    places = [index for index, name in enumerate(plugins) if "inflation" in name]
+    return not places or all(
+        not any(word in name for word in OBSTACLES) for name in plugins[places[0] :]
+    )
+
+
+RULES = (
+    Rule(
+        "inflation-below-inscribed-radius",
+        lambda f: 0.0 < f.number("local_costmap.inflation_radius", 1.0) < f.inscribed_radius_m,
+        lambda f: (
+            f"inflation_radius {f['local_costmap.inflation_radius']} m is less than the "
+            f"robot's inscribed radius, {f.inscribed_radius_m:.2f} m"
+        ),
+        {S.COLLISION: 1.0, S.NEAR_MISS: 0.9},
+        (up("local_costmap.inflation_radius"),),
+        f"{CODE}: inflation_layer.cpp",
+    ),
+    Rule(
+        "plans-inflate-little",
+        lambda f: (
+            0.0
+            < f.number("global_costmap.inflation_radius", 1.0)
+            < min(f.inscribed_radius_m + 0.05, 1.2 * f.inscribed_radius_m) - 1e-9
+        ),
+        lambda f: (
+            f"global inflation_radius {f['global_costmap.inflation_radius']} m, and the inscribed "
+            f"radius is {f.inscribed_radius_m:.2f} m: nothing holds plans off walls"
+        ),
+        {S.COLLISION: 0.6, S.NEAR_MISS: 0.8, S.CORNER_CUTTING: 0.6, S.DOOR_STOP: 0.4},
+        (up("global_costmap.inflation_radius"),),
+        f"{CODE}: inflation_layer.cpp; docs.nav2.org, tuning guide: inflation potential fields",
+    ),
+    Rule(
+        "wide-inflation",
+        lambda f: f.number("local_costmap.inflation_radius", 0.55) > 1.0,
+        lambda f: (
+            f"inflation_radius {f['local_costmap.inflation_radius']} m with "
+            f"cost_scaling_factor {f['local_costmap.cost_scaling_factor']}: a door has cost all "
+            "over"
+        ),
+        {S.DOOR_STOP: 0.9, S.TOO_SLOW: 0.4, S.WOBBLE_STRAIGHT: 0.2, S.STALL_BEFORE_GOAL: 0.3},
+        (down("local_costmap.inflation_radius", 0.55), up("local_costmap.cost_scaling_factor")),
+        f"{CODE}: inflation_layer.cpp",
+        is_certain=False,
+    ),
+    Rule(
+        "plans-inflate-much",
+        lambda f: (
+            f.number("global_costmap.inflation_radius", 0.55)
+            > max(0.8, 2.0 * f.circumscribed_radius_m)
+            or (
+                f["global_costmap.robot_radius"] is None
+                and f["global_costmap.footprint"] is not None
+                and f.number("global_costmap.inflation_radius", 0.55) > 0.35
+            )
+        ),
+        lambda f: (
+            f"global inflation_radius {f['global_costmap.inflation_radius']} m: start, goal "
+            "or a passage may lie in it with a corner of the outline"
+        ),
+        {S.PLANNER_FAILS: 0.8, S.DOOR_STOP: 0.4},
+        (down("global_costmap.inflation_radius"),),
+        f"{CODE}; nav2_smac_planner: start occupied",
+        is_certain=False,
+    ),
+    Rule(
+        "steep-costs",
+        lambda f: f.number("local_costmap.cost_scaling_factor", 3.0) > 8.0,
+        lambda f: (
+            f"cost_scaling_factor {f['local_costmap.cost_scaling_factor']}: a hand's breadth "
+            "beside the outline costs nothing any more"
+        ),
+        {S.NEAR_MISS: 1.0, S.COLLISION: 0.4, S.CORNER_CUTTING: 0.3},
+        (down("local_costmap.cost_scaling_factor", 3.0),),
+        f"{CODE}: inflation_layer.cpp",
+        is_certain=False,
+    ),
+    Rule(
+        "flat-costs",
+        lambda f: 0.0 < f.number("local_costmap.cost_scaling_factor", 3.0) < 1.5,
+        lambda f: (
+            f"cost_scaling_factor {f['local_costmap.cost_scaling_factor']}: the middle of a "
+            "door costs nearly as much as its jambs"
+        ),
+        {S.DOOR_STOP: 0.9, S.TOO_SLOW: 0.4},
+        (up("local_costmap.cost_scaling_factor", 3.0),),
+        f"{CODE}: inflation_layer.cpp",
+        is_certain=False,
+    ),
+    Rule(
+        "inflation-before-obstacles",
+        lambda f: not _inflation_is_last(f),
+        lambda f: (
+            f"local_costmap.plugins {f['local_costmap.plugins']}: what comes after the "
+            "inflation layer is not inflated"
+        ),
+        {S.COLLISION: 0.9, S.NEAR_MISS: 0.9, S.IGNORES_OBSTACLES: 0.3},
+        (put("local_costmap.plugins"),),
+        f"{CODE}: layered_costmap.cpp",
+    ),
+)

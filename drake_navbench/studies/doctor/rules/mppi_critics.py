@@ -1,0 +1,194 @@
+"""Rules about the critics of Nav2's MPPI."""
+
+from __future__ import annotations
+
+from drake_navbench.studies.doctor.rules.mppi import CODE, MPPI, PAGE
+from drake_navbench.studies.doctor.rules.quantities import has_critic, is_not_round
+from drake_navbench.studies.doctor.rules.rule import Rule, down, put, up
+from drake_navbench.studies.doctor.symptoms import Symptom
+
+S = Symptom
+
+
+RULES = (
+    Rule(
+        "mppi-centre-alone",
+        lambda f: (
+            is_not_round(f)
+            and has_critic(f, "CostCritic")
+            and f.controller("CostCritic.consider_footprint") is not True
+        ),
+        lambda f: (
+            "CostCritic looks at the cost under the centre, but the outline reaches from "
+            f"{f.inscribed_radius_m:.2f} to {f.circumscribed_radius_m:.2f} m"
+        ),
+        {S.COLLISION: 1.0, S.NEAR_MISS: 0.7, S.DOOR_STOP: 0.2, S.CORNER_CUTTING: 0.5},
+        (put("CostCritic.consider_footprint", True),),
+        f"{CODE}/src/critics/cost_critic.cpp",
+        MPPI,
+    ),
+    Rule(
+        "mppi-obstacles-centre-alone",
+        lambda f: (
+            is_not_round(f)
+            and has_critic(f, "ObstaclesCritic")
+            and f.controller("ObstaclesCritic.consider_footprint") is not True
+        ),
+        lambda f: (
+            "ObstaclesCritic looks at the cost under the centre, but the outline reaches "
+            f"from {f.inscribed_radius_m:.2f} to {f.circumscribed_radius_m:.2f} m"
+        ),
+        {S.COLLISION: 1.0, S.NEAR_MISS: 0.7, S.CORNER_CUTTING: 0.5},
+        (put("ObstaclesCritic.consider_footprint", True),),
+        f"{CODE}/src/critics/obstacles_critic.cpp",
+        MPPI,
+    ),
+    Rule(
+        "mppi-no-obstacle-critic",
+        lambda f: (
+            bool(f.controller("critics")) and not has_critic(f, "CostCritic", "ObstaclesCritic")
+        ),
+        lambda f: "critics lists neither CostCritic nor ObstaclesCritic",
+        {S.COLLISION: 1.0, S.IGNORES_OBSTACLES: 1.0, S.NEAR_MISS: 0.8},
+        (put("critics"),),
+        PAGE,
+        MPPI,
+    ),
+    Rule(
+        "mppi-path-align-starts-late",
+        lambda f: f.number("controller.PathAlignCritic.offset_from_furthest", 20) > 30,
+        lambda f: (
+            "PathAlignCritic.offset_from_furthest "
+            f"{f.controller('PathAlignCritic.offset_from_furthest')}: the path counts only after "
+            "so "
+            "many of its points are passed"
+        ),
+        {S.STOP_START_JERK: 0.5, S.CORNER_CUTTING: 0.6, S.WOBBLE_STRAIGHT: 0.3},
+        (down("PathAlignCritic.offset_from_furthest", 20),),
+        f"{CODE}/src/critics/path_align_critic.cpp",
+        MPPI,
+    ),
+    Rule(
+        "mppi-gap-before-goal",
+        lambda f: (
+            f.number("controller.GoalCritic.threshold_to_consider", 1.4)
+            < 0.95 * f.number("controller.PathFollowCritic.threshold_to_consider", 1.4)
+        ),
+        lambda f: (
+            "between "
+            f"{f.controller('PathFollowCritic.threshold_to_consider')} and "
+            f"{f.controller('GoalCritic.threshold_to_consider')} m before the goal neither "
+            "PathFollowCritic nor GoalCritic pulls"
+        ),
+        {S.STALL_BEFORE_GOAL: 1.0, S.GOAL_NOT_REACHED: 0.7},
+        (up("GoalCritic.threshold_to_consider"),),
+        f"{CODE}/src/critics: goal_critic.cpp, path_follow_critic.cpp",
+        MPPI,
+    ),
+    Rule(
+        "mppi-forward-at-any-price",
+        lambda f: f.number("controller.PreferForwardCritic.cost_weight", 5.0) > 10.0,
+        lambda f: (
+            "PreferForwardCritic.cost_weight "
+            f"{f.controller('PreferForwardCritic.cost_weight')} outweighs turning and backing out"
+        ),
+        {S.NO_TURNING: 0.6, S.NO_RECOVERY: 0.6},
+        (down("PreferForwardCritic.cost_weight", 5.0),),
+        f"{CODE}/src/critics/prefer_forward_critic.cpp",
+        MPPI,
+    ),
+    Rule(
+        "mppi-weak-path-angle",
+        lambda f: (
+            f.number("controller.PathAngleCritic.cost_weight", 2.0) < 1.5
+            and has_critic(f, "PathAngleCritic")
+        ),
+        lambda f: (
+            f"PathAngleCritic.cost_weight {f.controller('PathAngleCritic.cost_weight')}: "
+            "little turns it to the path"
+        ),
+        {S.NO_TURNING: 0.8, S.SPINS: 0.2},
+        (up("PathAngleCritic.cost_weight", 2.0),),
+        f"{CODE}/src/critics/path_angle_critic.cpp",
+        MPPI,
+    ),
+    Rule(
+        "mppi-weak-path-align",
+        lambda f: (
+            f.number("controller.PathAlignCritic.cost_weight", 10.0) < 6.0
+            and has_critic(f, "PathAlignCritic")
+        ),
+        lambda f: (
+            f"PathAlignCritic.cost_weight {f.controller('PathAlignCritic.cost_weight')}: "
+            "little holds it on the path"
+        ),
+        {S.CORNER_CUTTING: 0.9, S.NEAR_MISS: 0.3},
+        (up("PathAlignCritic.cost_weight", 14.0),),
+        f"{CODE}/src/critics/path_align_critic.cpp",
+        MPPI,
+    ),
+    Rule(
+        "mppi-strong-path-align",
+        lambda f: f.number("controller.PathAlignCritic.cost_weight", 10.0) > 18.0,
+        lambda f: (
+            f"PathAlignCritic.cost_weight {f.controller('PathAlignCritic.cost_weight')} "
+            "outweighs obstacles and progress"
+        ),
+        {S.WOBBLE_STRAIGHT: 0.7, S.STALL_BEFORE_GOAL: 0.5, S.COLLISION: 0.4, S.NO_RECOVERY: 0.5},
+        (down("PathAlignCritic.cost_weight", 14.0),),
+        f"{CODE}/src/critics/path_align_critic.cpp",
+        MPPI,
+    ),
+    Rule(
+        "mppi-weak-cost",
+        lambda f: (
+            has_critic(f, "CostCritic")
+            and f.number("controller.CostCritic.cost_weight", 3.81) < 2.5
+        ),
+        lambda f: (
+            f"CostCritic.cost_weight {f.controller('CostCritic.cost_weight')}: the pull "
+            "along the path outweighs obstacles"
+        ),
+        {S.NEAR_MISS: 1.0, S.COLLISION: 0.6},
+        (up("CostCritic.cost_weight", 3.81),),
+        f"{CODE}/src/critics/cost_critic.cpp",
+        MPPI,
+    ),
+    Rule(
+        "mppi-strong-cost",
+        lambda f: f.number("controller.CostCritic.cost_weight", 3.81) > 7.0,
+        lambda f: (
+            f"CostCritic.cost_weight {f.controller('CostCritic.cost_weight')}: any cost "
+            "outweighs the pull along the path"
+        ),
+        {S.DOOR_STOP: 1.0, S.STALL_BEFORE_GOAL: 0.6, S.TOO_SLOW: 0.6, S.STOP_START_JERK: 0.4},
+        (down("CostCritic.cost_weight", 3.81),),
+        f"{CODE}/src/critics/cost_critic.cpp",
+        MPPI,
+    ),
+    Rule(
+        "mppi-omni-twirls",
+        lambda f: f.controller("motion_model") == "Omni" and not has_critic(f, "TwirlingCritic"),
+        lambda f: "an omnidirectional base without TwirlingCritic turns for nothing",
+        {S.SPINS: 0.9, S.WOBBLE_STRAIGHT: 0.6},
+        (up("TwirlingCritic.cost_weight", 10.0), down("wz_std")),
+        PAGE,
+        MPPI,
+    ),
+    Rule(
+        "mppi-footprint-for-a-radius",
+        lambda f: (
+            f.robot is not None
+            and f.robot.is_circle
+            and f.controller("CostCritic.consider_footprint") is True
+        ),
+        lambda f: (
+            "consider_footprint is on, but the robot is given by robot_radius: newer releases "
+            "refuse to start"
+        ),
+        {S.NO_START: 0.9, S.LATE_CYCLES: 0.3},
+        (put("CostCritic.consider_footprint", False), put("local_costmap.footprint")),
+        f"{CODE}/src/critics/cost_critic.cpp",
+        MPPI,
+    ),
+)

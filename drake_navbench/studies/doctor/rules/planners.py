@@ -1,0 +1,104 @@
+"""Rules about planners and AMCL."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from drake_navbench.studies.doctor.facts import Facts
+from drake_navbench.studies.doctor.rules.rule import Rule, down, put, up
+from drake_navbench.studies.doctor.symptoms import Symptom
+
+S = Symptom
+
+SMAC = ("SmacPlannerHybrid", "SmacPlannerLattice")
+
+
+def _text(value: Any) -> str:
+    return str(value or "")
+
+
+def _is_smac(f: Facts) -> bool:
+    return any(kind in _text(f["planner.plugin"]) for kind in SMAC)
+
+
+RULES = (
+    Rule(
+        "unknown-forbidden",
+        lambda f: f["planner.allow_unknown"] is False,
+        lambda f: "planner.allow_unknown is off: no plan through what nobody has seen",
+        {S.PLANNER_FAILS: 0.6},
+        (put("planner.allow_unknown", True),),
+        "nav2_planner and its plugins",
+        is_certain=False,
+    ),
+    Rule(
+        "planner-insists-on-the-goal",
+        lambda f: f["planner.tolerance"] is not None and f.number("planner.tolerance") < 0.1,
+        lambda f: f"planner.tolerance {f['planner.tolerance']} m: an occupied goal has no plan",
+        {S.PLANNER_FAILS: 0.6, S.GOAL_NOT_REACHED: 0.2},
+        (up("planner.tolerance", 0.25),),
+        "nav2_navfn_planner, nav2_smac_planner",
+        is_certain=False,
+    ),
+    Rule(
+        "planner-has-no-time",
+        lambda f: 0.0 < f.number("planner.max_planning_time", 5.0) < 1.0,
+        lambda f: (
+            f"max_planning_time {f['planner.max_planning_time']} s: large maps are not searched"
+        ),
+        {S.PLANNER_FAILS: 0.9},
+        (up("planner.max_planning_time", 5.0),),
+        "nav2_smac_planner",
+        is_certain=False,
+    ),
+    Rule(
+        "planner-turns-wide",
+        lambda f: _is_smac(f) and f.number("planner.minimum_turning_radius", 0.4) > 0.8,
+        lambda f: (
+            f"minimum_turning_radius {f['planner.minimum_turning_radius']} m: no curve fits "
+            "into a house"
+        ),
+        {S.PLANNER_FAILS: 0.8, S.REVERSE_FAILURE: 0.3},
+        (down("planner.minimum_turning_radius", 0.4),),
+        "nav2_smac_planner",
+        is_certain=False,
+    ),
+    Rule(
+        "amcl-looks-seldom",
+        lambda f: f.number("amcl.update_min_d") > 0.4 or f.number("amcl.update_min_a") > 0.5,
+        lambda f: (
+            f"amcl.update_min_d {f['amcl.update_min_d']} m, update_min_a "
+            f"{f['amcl.update_min_a']} rad: the pose is corrected seldom, and jumps"
+        ),
+        {S.LOCALIZATION_JUMPS: 0.9, S.SPINS: 0.4, S.GOAL_OSCILLATION: 0.4, S.GOAL_NOT_REACHED: 0.3},
+        (down("amcl.update_min_d", 0.2), down("amcl.update_min_a", 0.2)),
+        "nav2_amcl",
+    ),
+    Rule(
+        "amcl-few-particles",
+        lambda f: 0 < f.number("amcl.max_particles") < 1000,
+        lambda f: f"amcl.max_particles {f['amcl.max_particles']}: few to find a lost pose with",
+        {S.LOCALIZATION_JUMPS: 0.7},
+        (up("amcl.max_particles", 2000),),
+        "nav2_amcl",
+    ),
+    Rule(
+        "amcl-odometry-perfect",
+        lambda f: f["amcl.alpha1"] is not None and f.number("amcl.alpha1") < 0.03,
+        lambda f: f"amcl.alpha1 {f['amcl.alpha1']}: turns that slip are believed",
+        {S.LOCALIZATION_JUMPS: 0.7, S.SPINS: 0.5},
+        (up("amcl.alpha1", 0.2),),
+        "nav2_amcl: differential_motion_model.cpp",
+    ),
+    Rule(
+        "amcl-stale-transform",
+        lambda f: 0.0 < f.number("amcl.transform_tolerance", 1.0) < 0.2,
+        lambda f: (
+            f"amcl.transform_tolerance {f['amcl.transform_tolerance']} s: map to odom ends "
+            "before the next update"
+        ),
+        {S.FALSE_ABORT: 0.6, S.PLANNER_FAILS: 0.4, S.LOCALIZATION_JUMPS: 0.4},
+        (up("amcl.transform_tolerance", 1.0),),
+        "nav2_amcl",
+    ),
+)

@@ -1,0 +1,154 @@
+"""Rules about the turns of Regulated Pure Pursuit and its kin, and about its collision check."""
+
+from __future__ import annotations
+
+from drake_navbench.releases import Release
+from drake_navbench.studies.doctor.facts import Facts
+from drake_navbench.studies.doctor.rules.pursuit import CODE, PURSUIT, RPP
+from drake_navbench.studies.doctor.rules.rule import Rule, add, down, put, up, upgrade
+from drake_navbench.studies.doctor.symptoms import Symptom
+
+S = Symptom
+
+
+def _turn_to_stop_rad(f: Facts) -> float:
+    rate = f.number("controller.rotate_to_heading_angular_vel", 1.8)
+    return rate * f.period_s + rate**2 / (
+        2.0 * max(f.number("controller.max_angular_accel", 3.2), 0.1)
+    )
+
+
+RULES = (
+    Rule(
+        "rpp-turns-and-reverses",
+        lambda f: (
+            f.controller("use_rotate_to_heading") is True
+            and f.controller("allow_reversing") is True
+        ),
+        lambda f: "use_rotate_to_heading and allow_reversing are both on; they exclude each other",
+        {S.REVERSE_FAILURE: 1.0, S.SPINS: 0.5, S.NO_START: 0.5},
+        (put("use_rotate_to_heading", False), put("allow_reversing", False)),
+        f"{CODE}: parameter_handler.cpp",
+        RPP,
+    ),
+    Rule(
+        "rpp-checks-nothing",
+        lambda f: f.controller("use_collision_detection") is False,
+        lambda f: "use_collision_detection is off",
+        {S.COLLISION: 1.0, S.IGNORES_OBSTACLES: 0.9, S.NEAR_MISS: 0.4},
+        (put("use_collision_detection", True),),
+        CODE,
+        (*PURSUIT, "graceful"),
+    ),
+    Rule(
+        "rpp-checks-a-short-time",
+        lambda f: f.number("controller.max_allowed_time_to_collision_up_to_carrot", 1.0) < 0.6,
+        lambda f: (
+            "max_allowed_time_to_collision_up_to_carrot "
+            f"{f.controller('max_allowed_time_to_collision_up_to_carrot')} s: too late to brake"
+        ),
+        {S.COLLISION: 0.9},
+        (up("max_allowed_time_to_collision_up_to_carrot", 1.0),),
+        CODE,
+        RPP,
+    ),
+    Rule(
+        "rpp-checks-a-long-time",
+        lambda f: f.number("controller.max_allowed_time_to_collision_up_to_carrot", 1.0) > 1.8,
+        lambda f: (
+            "max_allowed_time_to_collision_up_to_carrot "
+            f"{f.controller('max_allowed_time_to_collision_up_to_carrot')} s: arcs that nobody "
+            "will "
+            "drive to their end stop it"
+        ),
+        {S.DOOR_STOP: 0.9, S.STOP_START_JERK: 0.6, S.NO_RECOVERY: 0.5, S.NO_START: 0.4},
+        (down("max_allowed_time_to_collision_up_to_carrot", 1.0),),
+        CODE,
+        RPP,
+    ),
+    Rule(
+        "rpp-check-shrinks-with-speed",
+        lambda f: (
+            f.number("controller.min_distance_to_obstacle", -1.0) > 0.0
+            and f.controller("use_velocity_scaled_lookahead_dist") is True
+        ),
+        lambda f: (
+            f"min_distance_to_obstacle {f.controller('min_distance_to_obstacle')} m, but the "
+            "check ends at the carrot, which comes nearer as the robot slows down"
+        ),
+        {S.COLLISION: 1.0, S.NEAR_MISS: 1.0, S.STALL_BEFORE_GOAL: 0.3},
+        (
+            put("use_velocity_scaled_lookahead_dist", False),
+            up("max_lookahead_dist"),
+            upgrade("one with navigation2#5677"),
+        ),
+        "navigation2#5989",
+        RPP,
+    ),
+    Rule(
+        "rpp-turns-past-the-heading",
+        lambda f: (
+            _turn_to_stop_rad(f) > f.number("goal_checker.yaw_goal_tolerance", 0.25)
+            and f.release <= Release.JAZZY
+        ),
+        lambda f: (
+            f"a turn of {f.controller('rotate_to_heading_angular_vel')} rad/s needs "
+            f"{_turn_to_stop_rad(f):.2f} rad to stop, the tolerance is "
+            f"{f['goal_checker.yaw_goal_tolerance']} rad"
+        ),
+        {S.GOAL_OVERSHOOT: 0.8, S.GOAL_OSCILLATION: 0.6, S.SPINS: 0.4},
+        (down("rotate_to_heading_angular_vel"), up("goal_checker.yaw_goal_tolerance")),
+        CODE,
+        PURSUIT,
+        is_certain=False,
+    ),
+    Rule(
+        "rpp-turns-for-little",
+        lambda f: (
+            f.controller("use_rotate_to_heading") is True
+            and f.number("controller.rotate_to_heading_min_angle", 0.785) < 0.35
+        ),
+        lambda f: (
+            f"rotate_to_heading_min_angle {f.controller('rotate_to_heading_min_angle')} rad: "
+            "it stops to turn for small errors"
+        ),
+        {S.STOP_START_JERK: 1.0, S.WOBBLE_STRAIGHT: 0.6, S.SPINS: 0.5, S.TOO_SLOW: 0.4},
+        (up("rotate_to_heading_min_angle", 0.785),),
+        CODE,
+        PURSUIT,
+    ),
+    Rule(
+        "rpp-turns-late",
+        lambda f: (
+            not f.is_kind("shim")
+            and (
+                f.controller("use_rotate_to_heading") is False
+                or f.number("controller.rotate_to_heading_min_angle", 0.785) > 1.3
+            )
+        ),
+        lambda f: (
+            "it drives arcs where it could turn on the spot: use_rotate_to_heading "
+            f"{f.controller('use_rotate_to_heading')}, rotate_to_heading_min_angle "
+            f"{f.controller('rotate_to_heading_min_angle')} rad"
+        ),
+        {S.NO_TURNING: 1.0, S.CORNER_CUTTING: 0.6, S.GOAL_NOT_REACHED: 0.6, S.COLLISION: 0.3},
+        (put("use_rotate_to_heading", True), down("rotate_to_heading_min_angle", 0.785)),
+        CODE,
+        PURSUIT,
+        is_certain=False,
+    ),
+    Rule(
+        "rpp-steps-to-the-base",
+        lambda f: (
+            f.is_whole
+            and not f.has_node("velocity_smoother")
+            and f.controller("use_dynamic_window") is not True
+        ),
+        lambda f: "it steps its speed, and no velocity smoother makes ramps of the steps",
+        {S.STOP_START_JERK: 0.7, S.GOAL_OVERSHOOT: 0.3},
+        (add("velocity_smoother"), put("use_dynamic_window", True)),
+        CODE,
+        RPP,
+        is_certain=False,
+    ),
+)

@@ -1,0 +1,139 @@
+"""Rules about the velocity smoother."""
+
+from __future__ import annotations
+
+from drake_navbench.releases import Release
+from drake_navbench.studies.doctor.facts import Facts
+from drake_navbench.studies.doctor.rules.rule import Rule, down, put, up, upgrade
+from drake_navbench.studies.doctor.symptoms import Symptom
+
+S = Symptom
+
+SMOOTHER = "nav2_velocity_smoother"
+# Slower commands than these move hardly any robot.
+SLOW_MPS, SLOW_RADPS = 0.02, 0.05
+# A cycle may take this many periods before somebody must wait for it.
+LATE_PERIODS = 4.0
+
+
+def _accel(f: Facts, name: str, axis: int) -> float | None:
+    return f.axis(f"velocity_smoother.{name}", axis)
+
+
+def _has_deadband(f: Facts) -> bool:
+    """Tells whether commands are cut off that a drive needs to start or to arrive."""
+    x, y, turn = (_accel(f, "deadband_velocity", axis) or 0.0 for axis in range(3))
+    return max(x, y) > SLOW_MPS or turn > SLOW_RADPS
+
+
+RULES = (
+    Rule(
+        "smoother-timeout-below-late-cycles",
+        lambda f: (
+            f["velocity_smoother.velocity_timeout"] is not None
+            and f.number("velocity_smoother.velocity_timeout")
+            < max(LATE_PERIODS * f.period_s + 0.02, 0.25)
+        ),
+        lambda f: (
+            f"velocity_timeout {f['velocity_smoother.velocity_timeout']} s: the smoother "
+            f"stops the robot where a cycle of {f.period_s:.3f} s is a few periods late"
+        ),
+        {S.STOP_START_JERK: 1.0, S.TOO_SLOW: 0.3},
+        (
+            up("velocity_smoother.velocity_timeout", 1.0),
+            down("controller_server.controller_frequency"),
+        ),
+        f"{SMOOTHER}; innate-inc/innate-os#510",
+    ),
+    Rule(
+        "smoother-slower-than-loop",
+        lambda f: (
+            0.0
+            < f.number("velocity_smoother.smoothing_frequency")
+            < 0.95 * f.number("controller_server.controller_frequency", 20.0)
+        ),
+        lambda f: (
+            f"smoothing_frequency {f['velocity_smoother.smoothing_frequency']} Hz is below "
+            f"controller_frequency {f['controller_server.controller_frequency']} Hz"
+        ),
+        {S.STOP_START_JERK: 0.4, S.WOBBLE_STRAIGHT: 0.3},
+        (up("velocity_smoother.smoothing_frequency"),),
+        SMOOTHER,
+    ),
+    Rule(
+        "smoother-cuts-speed",
+        lambda f: 0.0 <= (_accel(f, "max_velocity", 0) or 1e9) < 0.95 * f.speed_mps,
+        lambda f: (
+            f"the velocity smoother lets {_accel(f, 'max_velocity', 0):g} m/s through, the "
+            f"controller asks for {f.speed_mps:g}"
+        ),
+        {S.TOO_SLOW: 1.0, S.STALL_BEFORE_GOAL: 0.2},
+        (up("velocity_smoother.max_velocity"),),
+        SMOOTHER,
+    ),
+    Rule(
+        "smoother-lets-nothing-back",
+        lambda f: (
+            f.axis("velocity_smoother.min_velocity", 0) is not None
+            and (f.axis("velocity_smoother.min_velocity", 0) or 0.0) >= 0.0
+        ),
+        lambda f: (
+            "velocity_smoother.min_velocity forbids driving back, for the behaviour BackUp as well "
+            "where the launch file leads its commands through the smoother"
+        ),
+        {S.NO_RECOVERY: 1.0, S.REVERSE_FAILURE: 0.9},
+        (down("velocity_smoother.min_velocity"),),
+        SMOOTHER,
+    ),
+    Rule(
+        "smoother-deadband",
+        lambda f: _has_deadband(f),
+        lambda f: (
+            f"deadband_velocity {f['velocity_smoother.deadband_velocity']}: smaller commands "
+            "are set to zero"
+        ),
+        {S.STALL_BEFORE_GOAL: 0.8, S.NO_START: 0.9, S.GOAL_NOT_REACHED: 0.6, S.NO_TURNING: 0.4},
+        (down("velocity_smoother.deadband_velocity", 0.0),),
+        SMOOTHER,
+    ),
+    Rule(
+        "smoother-deadband-in-open-loop",
+        lambda f: (
+            f.release <= Release.IRON
+            and _has_deadband(f)
+            and f["velocity_smoother.feedback"] in (None, "OPEN_LOOP")
+        ),
+        lambda f: (
+            "in open loop this release keeps the command after the deadband, so that the ramp "
+            "begins at zero again and again"
+        ),
+        {S.STALL_BEFORE_GOAL: 1.0, S.NO_START: 1.0},
+        (
+            down("velocity_smoother.deadband_velocity", 0.0),
+            upgrade("humble 1.1.9 or newer"),
+        ),
+        "navigation2#3699",
+    ),
+    Rule(
+        "smoother-in-closed-loop",
+        lambda f: f["velocity_smoother.feedback"] == "CLOSED_LOOP",
+        lambda f: (
+            "velocity_smoother.feedback is CLOSED_LOOP: late or coarse odometry holds the ramp back"
+        ),
+        {S.TOO_SLOW: 0.5, S.NO_START: 0.5, S.WOBBLE_STRAIGHT: 0.3, S.STOP_START_JERK: 0.3},
+        (put("velocity_smoother.feedback", "OPEN_LOOP"), put("velocity_smoother.odom_topic")),
+        f"{SMOOTHER}, README",
+        is_certain=False,
+    ),
+    Rule(
+        "smoother-steep",
+        lambda f: (_accel(f, "max_accel", 0) or 0.0) > 3.0,
+        lambda f: (
+            f"velocity_smoother.max_accel {_accel(f, 'max_accel', 0):g} m/s^2 smooths nothing"
+        ),
+        {S.STOP_START_JERK: 0.5},
+        (down("velocity_smoother.max_accel"),),
+        SMOOTHER,
+        is_certain=False,
+    ),
+)
