@@ -46,7 +46,8 @@ def build_parser() -> argparse.ArgumentParser:
         "       drake-navbench doctor FILE [FILE ...] --read-only [options]\n"
         "       drake-navbench doctor --log LOG\n"
         "       drake-navbench doctor --score CASES [--files DIR] [--page FILE]",
-        description="Finds why a robot with this Nav2 file misbehaves. Checks the file by rules for\n"
+        description="Finds why a robot with this Nav2 file misbehaves. Checks the file by "
+        "rules for\n"
         "its release, drives short probes made for the robot, tries the possible causes\n"
         "of a symptom one by one, and writes the smallest change to the file that\n"
         "removes the symptom and makes nothing else worse.",

@@ -43,7 +43,7 @@ class Fingerprint(NamedTuple):
 
 @cache
 def fingerprint() -> Fingerprint:
-    """Returns that of this process."""
+    """Returns the fingerprint of this process."""
     import llvmlite.binding as llvm
 
     software = {

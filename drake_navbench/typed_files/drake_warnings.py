@@ -17,7 +17,7 @@ MAX_WARNINGS = 3
 
 @contextmanager
 def few_warnings(path: Path) -> Iterator[None]:
-    """Lets through the first of Drake's warnings, under a file's name, and counts the others."""
+    """Shows Drake's first warnings with the file's name; counts the others."""
     logger = logging.getLogger("drake")
     count = 0
 
