@@ -60,6 +60,10 @@ bench-compare: $(INSTALLED)
 docs: $(INSTALLED)
 	$(BIN)/python -m drake_navbench docs
 
+# Published figures that are older than the code that they speak of, with their commands.
+docs-figures: $(INSTALLED)
+	$(BIN)/python studies/figure_ages.py
+
 # The site of docs/ in build/site, which loads nothing from other hosts.
 site: $(SITE)/.installed package-links
 	NO_MKDOCS_2_WARNING=1 $(SITE)/bin/mkdocs build --quiet
