@@ -68,6 +68,10 @@ docs-figures: $(INSTALLED)
 site: $(SITE)/.installed package-links
 	NO_MKDOCS_2_WARNING=1 $(SITE)/bin/mkdocs build --quiet
 
+# Wheel and sdist of the tag at HEAD, checked, installed and tried, in dist/.
+release:
+	$(PYTHON) .ci/release.py
+
 lock: $(TOOLS)/.installed
 	$(TOOLS)/bin/uv pip compile pyproject.toml --extra test --universal \
 		--python-version 3.11 --generate-hashes --no-header --no-annotate --no-emit-index-url \
@@ -103,4 +107,4 @@ $(SITE)/.installed: pyproject.toml
 	touch $@
 
 clean:
-	rm -rf $(VENV) $(TOOLS) $(SITE) build bench.json sbom.json *.egg-info .pytest_cache .ruff_cache
+	rm -rf $(VENV) $(TOOLS) $(SITE) build dist bench.json sbom.json *.egg-info .pytest_cache .ruff_cache
