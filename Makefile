@@ -7,6 +7,7 @@ BIN := $(VENV)/bin
 INSTALLED := $(VENV)/.installed$(if $(LOCKED),-locked)
 LOCK := requirements.lock
 TOOLS := .venv-tools
+SITE := .venv-site
 ARGS ?=
 # Tests run in so many processes at once, each of up to 2 GB. The long ones run alone: some measure
 # their own memory or time.
@@ -15,7 +16,8 @@ TEST_JOBS ?= auto --maxprocesses 4
 SUBPACKAGES := analysis controllers models scenarios
 TYPES := build/types
 
-.PHONY: run test test-all fuzz lint types format bench bench-compare docs lock audit sbom clean
+.PHONY: run test test-all fuzz lint types package-links format bench bench-compare docs docs-figures \
+	site release lock audit sbom clean
 
 run: $(INSTALLED)
 	$(BIN)/python -m drake_navbench.run $(ARGS)
@@ -33,11 +35,13 @@ lint: $(INSTALLED) types
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 
-# mypy looks for a subpackage in its package's folder, so it is given a folder of links.
-types: $(INSTALLED)
+# mypy and mkdocstrings look for a subpackage in its package's folder: they get a folder of links.
+package-links:
 	rm -rf $(TYPES)/drake_navbench
 	mkdir -p $(TYPES)/drake_navbench
 	ln -s $(abspath $(wildcard drake_navbench/*) $(SUBPACKAGES)) $(TYPES)/drake_navbench
+
+types: $(INSTALLED) package-links
 	cd $(TYPES) && $(abspath $(BIN))/python -m mypy --config-file $(CURDIR)/pyproject.toml >found; \
 	status=$$?; \
 	sed -E 's:^drake_navbench/($(subst $() ,|,$(SUBPACKAGES)))/:\1/:' found; exit $$status
@@ -55,6 +59,18 @@ bench-compare: $(INSTALLED)
 
 docs: $(INSTALLED)
 	$(BIN)/python -m drake_navbench docs
+
+# Published figures that are older than the code that they speak of, with their commands.
+docs-figures: $(INSTALLED)
+	$(BIN)/python studies/figure_ages.py
+
+# The site of docs/ in build/site, which loads nothing from other hosts.
+site: $(SITE)/.installed package-links
+	NO_MKDOCS_2_WARNING=1 $(SITE)/bin/mkdocs build --quiet
+
+# Wheel and sdist of the tag at HEAD, checked, installed and tried, in dist/.
+release:
+	$(PYTHON) .ci/release.py
 
 lock: $(TOOLS)/.installed
 	$(TOOLS)/bin/uv pip compile pyproject.toml --extra test --universal \
@@ -85,5 +101,10 @@ $(TOOLS)/.installed: Makefile
 	$(TOOLS)/bin/python -m pip install --quiet "cyclonedx-bom>=7" "pip-audit>=2.9" "uv>=0.8"
 	touch $@
 
+$(SITE)/.installed: pyproject.toml
+	$(PYTHON) -m venv $(SITE)
+	$(PYTHON) .ci/extra.py site | $(SITE)/bin/python -m pip install --quiet --requirement /dev/stdin
+	touch $@
+
 clean:
-	rm -rf $(VENV) $(TOOLS) build bench.json sbom.json *.egg-info .pytest_cache .ruff_cache
+	rm -rf $(VENV) $(TOOLS) $(SITE) build dist bench.json sbom.json *.egg-info .pytest_cache .ruff_cache

@@ -78,11 +78,14 @@ def _verdict(label: str, name: str, findings: Sequence[Finding]) -> PairVerdict:
         old, new = "before", label or "after"
     subject = f"{name}: {new}" if not arrow else new
     if all(f.verdict in (Verdict.EQUAL, Verdict.NO_VALUE) for f in findings):
-        text = f"{subject} drives as {old} in every trial"
+        text = f"{subject} drives exactly like {old} in every trial"
     elif better and worse:
         text = f"{subject} is better than {old} in {_named(better)}, and worse in {_named(worse)}"
     elif better:
-        text = f"{subject} is better than {old}, in {_named(better)}, and worse in nothing shown"
+        text = (
+            f"{subject} is better than {old}, in {_named(better)}, and is not shown to be "
+            f"worse in anything"
+        )
     elif worse:
         text = f"{subject} is worse than {old}, in {_named(worse)}"
     else:

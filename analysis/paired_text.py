@@ -21,7 +21,7 @@ from drake_navbench.markdown_text import markdown_table
 MOST_SEEDS = 20
 PROMISE = (
     f"Corrected over everything that is judged: where nothing but noise differs, any change at all "
-    f"is told in at most {ALARM_RATE:.0%} of comparisons "
+    f"is reported in at most {ALARM_RATE:.0%} of comparisons "
     f"({', '.join(f'{family} {rate:.0%}' for family, rate in ALARM_RATES.items())})."
 )
 

@@ -63,7 +63,7 @@ DEFAULT_DIFFERENCE = 0.05
 
 
 class ReportResult(NamedTuple):
-    """Where the report is, which files it had to leave out, and the sentences of its verdict."""
+    """A written report: its path, the files left out, and the sentences of its verdict."""
 
     path: Path
     trial_count: int

@@ -1,4 +1,4 @@
-"""What the report's page says of one scenario: its section, and rows of the tables of all."""
+"""One scenario in the report's page: its section, and its rows in the common tables."""
 
 from __future__ import annotations
 

@@ -249,7 +249,7 @@ def legs_of(scenario: Scenario) -> list[tuple[Scenario, Any, Any]]:
 
 
 def plan_all(folder: Path, kind: str, count: int, planner: str) -> dict[str, float]:
-    """Returns what planning the missions of a kind takes, in a process of its own.
+    """Returns the time and memory of planning the missions of a kind, in a process of its own.
 
     Times are the processor's, the least of some repetitions.
     """

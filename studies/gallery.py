@@ -136,7 +136,7 @@ def robots_picture(names: Sequence[str]) -> Figure:
 
 
 def descriptions() -> dict[str, str]:
-    """Returns what stands on the page beside robots: scenarios, then controllers."""
+    """Returns the sections of the page besides robots: scenarios, then controllers."""
     others = [name for name in SCENARIO_FILES.names if name not in PUBLISHED_SCENARIOS]
     scenarios = {n: load_scenario(n).description for n in (*PUBLISHED_SCENARIOS, *others)}
     return scenarios | {n: load_preset(n).description for n in preset_files()}

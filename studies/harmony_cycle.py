@@ -33,7 +33,7 @@ SAMPLE_COLOR, GROUP_COLOR, CHOSEN_COLOR, STOP_COLOR = "#c2d1df", "#1a8c73", "#cc
 
 
 def observation() -> Observation:
-    """Returns what the robot sees: it drives along x towards the boxes."""
+    """Returns the observation of a robot that drives along x towards the boxes."""
     costs = np.zeros((CELLS, CELLS), dtype=np.uint8)
     half_m = 0.5 * CELLS * RESOLUTION_M
     for x0, y0, x1, y1 in BOXES:

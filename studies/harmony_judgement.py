@@ -1,4 +1,4 @@
-"""How harmony's comparison is judged: rows of trials in, verdicts out. See harmony_comparison.md.
+"""The judgement of harmony's comparison, from rows of trials. See harmony_comparison.md.
 
 A row has scenario, family, seed, controller, outcome and the columns of `MEASURES`.
 """

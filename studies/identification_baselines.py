@@ -21,7 +21,7 @@ from drake_navbench.analysis.reproduction.publication import (
 
 
 class Votes(NamedTuple):
-    """How many published orderings other scenarios foretell; an undecided vote counts one half."""
+    """Number of published orderings that other scenarios predict; undecided votes count half."""
 
     right: float
     orderings: int

@@ -1,4 +1,4 @@
-"""What the polish adds to MPPI: `python studies/mppi_ablation.py` writes docs/mppi_ablation.md.
+"""The gain of MPPI by the polish: `python studies/mppi_ablation.py` writes docs/mppi_ablation.md.
 
 Drives `mppi_nav2` (the sampler alone) and `mppi` (with the polish) through the first three
 published scenarios. Both meet the same noise in a trial, so the differences are paired by seed.

@@ -1,4 +1,4 @@
-"""How the models of people do in crowds: `python studies/people_models.py` writes people_models.md.
+"""Models of people in crowds compared: `python studies/people_models.py` writes people_models.md.
 
 A corridor that closes on itself, people of Weidmann's free speeds in it: how fast they are at which
 density, and whether lanes form where half of them come the other way.

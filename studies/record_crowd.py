@@ -60,7 +60,7 @@ def crowd() -> WalkingPeople:
 
 
 def main() -> None:
-    """Lets them walk and writes who is seen when."""
+    """Makes people walk and writes who is seen when."""
     people = crowd()
     world = load_scenario(SCENARIO).known_world
     now, traits, goals = people.crowd(SEED)

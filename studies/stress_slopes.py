@@ -1,4 +1,4 @@
-"""How metrics answer to each stress: `python studies/stress_slopes.py FOLDER`.
+"""Slopes of the metrics over each stress: `python studies/stress_slopes.py FOLDER`.
 
 Drives the default controllers through one scenario, clean and with one field of the robot changed
 at a time, 32 seeds each, and compares pair by pair: seed 7 of a controller with the field against

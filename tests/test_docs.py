@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import re
-import shlex
 import subprocess
 import sys
-from importlib import import_module
 from importlib.metadata import entry_points
 from pathlib import Path
 
 import pytest
 
-from drake_navbench.__main__ import COMMANDS, main
+from drake_navbench.__main__ import main
 from drake_navbench.commands.documentation import (
     TABLE_BEGIN,
     TABLES,
@@ -173,28 +171,6 @@ def test_releases_are_told_in_few_words():
     assert shown(since="lyrical") == "lyrical"
     assert shown(until="iron") == "humble, iron"
     assert shown(but=["iron"]) == "humble, jazzy, kilted, lyrical"
-
-
-def commands_of(page):
-    """Returns the commands of a page's code blocks and tables, without their remarks."""
-    text = (REPOSITORY / page).read_text(encoding="utf-8")
-    found = re.findall(r"^(drake-navbench [^#\n]*)", text, re.M)
-    return [*found, *re.findall(r"`(drake-navbench [^`]*)`", text)]
-
-
-@pytest.mark.parametrize(
-    "page", ["README.md", "docs/commands.md", "docs/tasks.md", "docs/two_files.md"]
-)
-def test_every_command_of_the_first_pages_is_one_that_is_understood(page):
-    """A wrong option, or one that was renamed, ends in the parser."""
-    commands = [shlex.split(text) for text in commands_of(page)]
-    assert commands
-    for _, name, *arguments in commands:
-        if name == "COMMAND" or "--help" in arguments:
-            continue
-        module = import_module(COMMANDS[name][0])
-        if hasattr(module, "build_parser"):
-            module.build_parser().parse_args(arguments)
 
 
 def test_the_readme_is_read_in_five_minutes():

@@ -211,3 +211,38 @@ def test_an_import_within_a_function_is_found():
         "planted",
         "numpy",
     }
+
+
+# First words that name nothing: a docstring's first line names the thing that it describes.
+WORDLESS = re.compile(
+    r"(what|whatever|who|whoever|all that|that which|those|where|how|lets|says"
+    r"|returns (what|whatever|all that|those|that))\b",
+    re.IGNORECASE,
+)
+HOUSES = ("drake_navbench", "controllers", "analysis", "studies", "examples")
+
+
+def wordless_docstrings(source):
+    """Returns the first lines of docstrings that begin with a word of WORDLESS."""
+    kinds = (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)
+    found = (
+        ast.get_docstring(node) for node in ast.walk(ast.parse(source)) if isinstance(node, kinds)
+    )
+    return [text.partition("\n")[0] for text in found if text and WORDLESS.match(text)]
+
+
+def test_a_docstring_that_names_nothing_is_found():
+    source = '"""What a run holds."""\ndef f():\n    """Returns what it says."""\n'
+    assert wordless_docstrings(source) == ["What a run holds.", "Returns what it says."]
+    assert wordless_docstrings('"""Whatsoever; showers. Returns thatch."""') == []
+
+
+@pytest.mark.parametrize("house", HOUSES)
+def test_the_first_line_of_a_docstring_names_the_thing(house):
+    files = sorted((REPOSITORY / house).rglob("*.py"))
+    assert files
+    found = {
+        str(path.relative_to(REPOSITORY)): wordless_docstrings(path.read_text(encoding="utf-8"))
+        for path in files
+    }
+    assert {path: lines for path, lines in found.items() if lines} == {}

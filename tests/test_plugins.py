@@ -85,7 +85,7 @@ def test_a_plugin_of_another_contract_is_told_what_it_lacks(kind, install):
     install("theirs", kind.group, "odd", "class plugin: pass")
     lacks = re.escape(", ".join(kind.members))
     with pytest.raises(
-        InputError, match=rf"'odd' of package 'theirs': .* is no class with {lacks}"
+        InputError, match=rf"'odd' of package 'theirs': .* is not a class with {lacks}"
     ):
         kind.load("odd")
 
@@ -97,7 +97,7 @@ def test_a_plugin_that_lacks_one_method_is_told_which(kind, install):
     with pytest.raises(InputError) as raised:
         kind.load("odd")
     assert str(raised.value) == (
-        f"{kind.noun} 'odd' of package 'theirs': theirs.theirs:plugin is no class with "
+        f"{kind.noun} 'odd' of package 'theirs': theirs.theirs:plugin is not a class with "
         f"{kind.members[-1]}, as docs/plugins.md describes it"
     )
 
@@ -119,7 +119,7 @@ def test_parameters_that_are_no_model_of_ours_are_refused(kind, install):
 def test_a_node_must_be_a_leaf(install):
     code = "class plugin:\n    Parameters = dict\n    update = None"
     install("theirs", TREE_NODES.group, "odd", code)
-    with pytest.raises(InputError, match=r"'theirs': .* is no subclass of Leaf, as docs"):
+    with pytest.raises(InputError, match=r"'theirs': .* is not a subclass of Leaf, as docs"):
         TREE_NODES.load("odd")
 
 
@@ -130,7 +130,7 @@ def test_a_leaf_that_does_not_say_what_it_does_lacks_update(install):
         Parameters = dict
     """
     install("theirs", TREE_NODES.group, "odd", code)
-    with pytest.raises(InputError, match=r"theirs:plugin is no class with update, as docs"):
+    with pytest.raises(InputError, match=r"theirs:plugin is not a class with update, as docs"):
         TREE_NODES.load("odd")
 
 

@@ -122,7 +122,7 @@ WRONG_MANIFESTS = {
         lambda m: m | {"request": m["request"] | {"trials": 0}},
         "request.trials: input should be greater than or equal to 1, got 0",
     ),
-    "other inputs": (lambda m: m, "is no longer what the run began with"),
+    "other inputs": (lambda m: m, "has changed since the run started"),
 }
 
 

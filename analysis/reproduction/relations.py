@@ -80,7 +80,7 @@ class Inequalities:
 
     @property
     def controllers(self) -> tuple[str, ...]:
-        """Those in any part, in the order of their first appearance."""
+        """The controllers of all parts, in the order of their first appearance."""
         names = (name for part in self.parts for name in (part.lower, part.higher))
         return tuple(dict.fromkeys(names))
 

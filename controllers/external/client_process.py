@@ -178,7 +178,7 @@ class ClientProcess:
         try:
             answer = msgpack.unpackb(body, strict_map_key=True)
         except (ValueError, RecursionError) as error:
-            self.fail(f"its answer is no MessagePack: {error or type(error).__name__}")
+            self.fail(f"its answer is not MessagePack: {error or type(error).__name__}")
         if not isinstance(answer, dict):
             self.fail(f"its answer is {type(answer).__name__}, expected a map")
         return answer

@@ -338,7 +338,7 @@ class MppiParameters(ParametersWithCritics):
 
     @classmethod
     def doubts(cls, values: Mapping[str, Any]) -> Mapping[str, str]:
-        """Returns that of limits in the wrong order the upper one holds, as in Nav2."""
+        """Returns limits in the wrong order, where Nav2 applies the upper one: name -> remark."""
         fields = cls.model_fields
         least, most = (values.get(n, fields[n].default) for n in ("vx_min", "vx_max"))
         if not least > most:

@@ -200,7 +200,7 @@ class RotationShimParameters(ControllerParameters):
         return super().as_read().model_copy(update={PRIMARY: read})
 
     def files_read(self) -> Mapping[str, Path]:
-        """Returns those of the primary controller."""
+        """Returns the parameters of the primary controller."""
         return self.primary_controller.parameters.files_read()
 
     def asked_speeds(self) -> AskedSpeeds:

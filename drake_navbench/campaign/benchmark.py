@@ -196,7 +196,7 @@ def run_from_command_line(arguments: argparse.Namespace, *, began_s: float) -> b
         console.print(line, soft_wrap=True)
     for preset in campaign.presets:
         if preset.read_as:
-            told = f"{preset.source}: drives as in Nav2 {preset.read_as}"
+            told = f"{preset.source}: drives by the rules of Nav2 {preset.read_as}"
             console.print(printable(told), soft_wrap=True)
         if preset.ignored:
             ignored = ", ".join(preset.ignored)
@@ -232,7 +232,7 @@ def run_from_command_line(arguments: argparse.Namespace, *, began_s: float) -> b
                 cluster=cluster,
             )
     except KeyboardInterrupt:
-        console.print(f"Go on with: drake-navbench run --resume {folder.path}", soft_wrap=True)
+        console.print(f"Continue with: drake-navbench run --resume {folder.path}", soft_wrap=True)
         raise
 
 
@@ -344,7 +344,7 @@ def _compile_cold_parts(campaign: Campaign, console: Console, jobs: int) -> None
         return
     parts = ", ".join(cold.names)
     console.print(
-        printable(f"Compiling what is needed for the first time: {parts}"), soft_wrap=False
+        printable(f"Compiling kernels that are used for the first time: {parts}"), soft_wrap=False
     )
     with CompileProgress(console, cache_folder.kernel_folder()) as progress:
         warm_up(cold, jobs=jobs, on_progress=progress.update)

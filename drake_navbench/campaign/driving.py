@@ -182,7 +182,7 @@ def _blamed(ending: Ending, spec: TrialSpec, folder: ResultsFolder) -> Ending:
     manifest = folder.read_manifest()
     killed = manifest.get(KILLED_ONCE, [])
     if trial in killed:
-        reason = f"{ending.sentence}, for the second time: taken for the doing of its controller"
+        reason = f"{ending.sentence}, for the second time: so its controller is blamed"
         return Died(reason, is_from_outside=False)
     folder.write_manifest(manifest | {KILLED_ONCE: [*killed, trial]})
     return ending

@@ -28,7 +28,7 @@ class _QuietServer(ThreadingHTTPServer):
     """Breaks off without a word with whoever says no request, or leaves before the answer."""
 
     def handle_error(self, request: Any, client_address: Any) -> None:
-        """Says nothing: the terminal is for the trials."""
+        """Logs nothing: the terminal is for the trials."""
 
 
 def _is_from_here(hosts: Sequence[str] | None, origin: str | None) -> bool:
@@ -82,7 +82,7 @@ class LiveServer:
                 self.wfile.write(body)
 
             def log_message(self, format: str, *arguments: Any) -> None:
-                """Says nothing: the terminal is for the trials."""
+                """Logs nothing: the terminal is for the trials."""
 
         self._server = _QuietServer((HOST, 0), Handler)
         self._thread = threading.Thread(target=self._server.serve_forever, daemon=True)

@@ -64,16 +64,18 @@ def require_same_inputs(folder: ResultsFolder, campaign: Campaign, begun: Begun)
     for name, digest in _hashes(_inputs(campaign)).items():
         if begun.inputs.get(name) != digest:
             raise InputError(
-                f"--resume {folder.path}: inputs/{name} is no longer what the run began with; "
+                f"--resume {folder.path}: inputs/{name} has changed since the run started; "
                 "expected unchanged scenarios, robots and parameters"
             )
     if begun.drake_navbench != __version__:
         raise InputError(
-            f"--resume {folder.path}: begun with version {begun.drake_navbench}, "
+            f"--resume {folder.path}: started with version {begun.drake_navbench}, "
             f"this is {__version__}"
         )
     if begun.identity != campaign.identity:
-        raise InputError(f"--resume {folder.path}: its trials are no longer those that it began")
+        raise InputError(
+            f"--resume {folder.path}: its trials are no longer those of the started run"
+        )
 
 
 def add_wall_clock(folder: ResultsFolder, wall_s: float) -> None:

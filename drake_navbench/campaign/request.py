@@ -1,4 +1,4 @@
-"""What was asked for: the part of a manifest from which a run can be resumed."""
+"""The request of a run: the part of a manifest from which the run can be resumed."""
 
 from __future__ import annotations
 

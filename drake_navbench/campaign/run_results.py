@@ -146,7 +146,10 @@ class Results:
         logs = [self.log(scenario, name, trial) for name in columns]
         driven = [log for log in logs if len(log.samples)]
         if not driven:
-            raise InputError(f"{scenario}: no trial came to its first sample; nothing to show")
+            raise InputError(
+                f"{scenario}: every trial ended before its first sample, so there is nothing "
+                f"to show"
+            )
         page = ResultsFolder(self.path).replay_path(scenario)
         model = model_of(driven[0])
         write_whole(

@@ -82,7 +82,7 @@ def print_text(text: str, file: Any = None) -> None:
 
 
 def _forget_output(file: Any) -> None:
-    """Lets what is still buffered go nowhere: at the interpreter's end it would be a traceback."""
+    """Discards buffered output, which would be a traceback at the interpreter's end."""
     os.dup2(os.open(os.devnull, os.O_WRONLY), file.fileno())
 
 

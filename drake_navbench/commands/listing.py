@@ -44,7 +44,7 @@ def _robot_description(name: str) -> str:
 def _builds() -> dict[str, dict[str, str]]:
     """Returns the builds of Nav2, if there are any, by name."""
     builds = {name: _origin_of_build(name) for name in build_names()}
-    return {"builds of Nav2; rpp@NAME is the original of rpp": builds} if builds else {}
+    return {"builds of Nav2 (for rpp@NAME)": builds} if builds else {}
 
 
 def _origin_of_build(name: str) -> str:

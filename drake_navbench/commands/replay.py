@@ -91,7 +91,9 @@ def render(log_path: Path, path: Path, model: Path | None, beside: Path | None =
     log = logs[0]
     for entry, own in zip(paths, logs, strict=True):
         if own.samples.empty:
-            raise InputError(f"{entry}: the trial ended before its first sample; nothing to show")
+            raise InputError(
+                f"{entry}: the trial ended before its first sample, so there is nothing to show"
+            )
     if beside is not None:
         _require_a_race(log, logs[1], beside)
     if model is not None and not model.is_file():

@@ -122,7 +122,7 @@ class _Once(argparse.Action):
         option_string: str | None = None,
     ) -> None:
         if getattr(namespace, self.dest) != self.default:
-            parser.error(f"{option_string} is given twice; expected one")
+            parser.error(f"{option_string} is given twice; expected once")
         setattr(namespace, self.dest, values)
 
 
@@ -356,7 +356,7 @@ def _commas_wanted(names: Sequence[str]) -> str:
 
 @contextmanager
 def input_warnings_as_lines(*, quiet: bool) -> Iterator[None]:
-    """Lets warnings about the input be single lines on stderr, or none where it is to be quiet."""
+    """Prints each warning about the input as a line on stderr; with `quiet`, prints none."""
     with warnings.catch_warnings():
         show_others = warnings.showwarning
 

@@ -1,4 +1,4 @@
-"""How a model drives, by its plugins of Gazebo and its ros2_control blocks and files."""
+"""The drive of a model, read from its Gazebo plugins and its ros2_control blocks and files."""
 
 from __future__ import annotations
 

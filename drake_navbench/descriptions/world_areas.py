@@ -1,4 +1,4 @@
-"""What of a world touches a robot and what its lidar sees: areas over the floor with heights.
+"""The parts of a world that a robot can touch or its lidar can see: areas with heights.
 
 A lidar sees one level, a body touches all levels up to its top. So what stands is cut at three
 bands of heights: that of the lidar, what is below it, and what is above it up to the body's top.

@@ -24,7 +24,7 @@ ENCODING = re.compile(rb"<\?xml[^>]*encoding\s*=\s*[\"'](?!utf-8)", re.IGNORECAS
 def read_xml(content: bytes, source: str) -> ElementTree.Element:
     """Returns the root element of a text; tags and attributes without prefixes.
 
-    Raises InputError, one line, where it is no XML, declares entities or nests too deeply.
+    Raises InputError, one line, where it is not XML, declares entities or nests too deeply.
     """
     if ENTITY.search(content):
         raise InputError(f"{source}: declares XML entities; expected none")
@@ -53,9 +53,9 @@ def read_xml(content: bytes, source: str) -> ElementTree.Element:
     except (ElementTree.ParseError, ValueError) as error:
         if root is not None and getattr(error, "code", None) == JUNK_AFTER_ROOT:
             return root
-        raise InputError(f"{source}: is no XML: {as_line(str(error))}") from error
+        raise InputError(f"{source}: is not XML: {as_line(str(error))}") from error
     if root is None:
-        raise InputError(f"{source}: is no XML: it is empty")
+        raise InputError(f"{source}: is not XML: it is empty")
     return root
 
 

@@ -18,8 +18,8 @@ class Status(StrEnum):
 
     USED = "used"
     OTHER_FORM = "used in another form"
-    STAND_IN = "not supported; what stands in"
-    DOUBTFUL = "hardly meant so; as in Nav2"
+    STAND_IN = "not supported; replaced"
+    DOUBTFUL = "probably a mistake; Nav2 does the same"
     UNREAD = "not read by Nav2 either"
     NO_MEANING = "no meaning here"
 

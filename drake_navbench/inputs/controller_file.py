@@ -70,7 +70,7 @@ def _loaded(file: ControllerFile) -> type[Controller]:
     who = f"controller {file.class_name!r} of {file.path}"
     content = read_input(file.path, max_bytes=MAX_FILE_BYTES)
     if hashlib.sha256(content).hexdigest() != file.sha256:
-        raise InputError(f"{who}: the file has changed since it was asked for; start anew")
+        raise InputError(f"{who}: the file has changed since the run started; start the run again")
     module = module_of(file.path, content, file.sha256, "controller_file", who)
     if not hasattr(module, file.class_name):
         raise InputError(

@@ -31,7 +31,9 @@ class Original(NamedTuple):
         """Returns the host of a plugin as parameters of `external`; raises InputError."""
         build = self.build
         if plugin is None:
-            raise InputError(f"controller {self.name}@{build.name}: it is no port of Nav2's")
+            raise InputError(
+                f"controller {self.name}@{build.name}: it is not a port of a Nav2 controller"
+            )
         if plugin in build.controllers:
             return {"command": [str(build.host)]}
         reason = build.left_out.get(plugin, f"it has {', '.join(build.controllers)}")

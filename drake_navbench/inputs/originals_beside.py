@@ -36,7 +36,11 @@ def with_originals(columns: Sequence[str | Preset], build_name: str) -> list[str
     if reasons and len(beside) == len(columns):
         raise InputError(f"--original {build.name}: no column has one: {'; '.join(reasons)}")
     for reason in reasons:
-        warnings.warn(f"--original: {reason}; it drives alone", InputWarning, stacklevel=2)
+        warnings.warn(
+            f"--original: {reason}; this column drives without its original",
+            InputWarning,
+            stacklevel=2,
+        )
     return beside
 
 

@@ -1,4 +1,4 @@
-"""What lies in a robot's repository: model, Nav2 files, maps, worlds, the likeliest first."""
+"""Files of a robot's repository: model, Nav2 files, maps, worlds, the likeliest first."""
 
 from __future__ import annotations
 

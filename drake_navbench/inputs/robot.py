@@ -350,7 +350,9 @@ def _fitting(overrides: Mapping[str, Any], robot: Robot) -> dict[str, Any]:
 
 def _robot_of(data: Mapping[str, Any], source: str, directory: Path) -> Robot:
     if "directory" in data:
-        raise InputError(f"{source}: directory: unknown field; it follows from where the file is")
+        raise InputError(
+            f"{source}: directory: unknown field; the loader sets it from the file's place"
+        )
     if "like" in data:
         raise InputError(f"{source}: like: only a robot file says which other one it is like")
     robot = validate(Robot, data, source).model_copy(update={"directory": str(directory)})

@@ -187,7 +187,9 @@ class Scenario(QuietModel):
         for name in ON_FLOORS:
             usual = Scenario.model_fields[name].get_default(call_default_factory=True)
             if getattr(self, name) != usual:
-                raise ValueError(f"{name}: has no meaning beside a mission; its floors have them")
+                raise ValueError(
+                    f"{name}: has no meaning with a mission, whose floors have their own"
+                )
         end = end_of(self.mission, self.lifts)
         if "goal" in self.model_fields_set and self.goal != end:
             raise ValueError(
@@ -328,7 +330,7 @@ class Scenario(QuietModel):
 
     @cached_property
     def _recorded_people(self) -> RecordedPeople | None:
-        """Those of a recording; raises InputError where it cannot be read."""
+        """The people of the recording; raises InputError where the file cannot be read."""
         people, path = self.world.people, self._recording
         if people is None or people.recording is None or path is None:
             return None
@@ -405,7 +407,7 @@ def load_scenario(name_or_path: str) -> Scenario:
     require_kind(data, SCENARIO, path)
     for field in SET_BY_LOADING:
         if field in data:
-            raise InputError(f"{path}: {field}: unknown field; it follows from the file")
+            raise InputError(f"{path}: {field}: unknown field; the loader sets it from the file")
     scenario = validate(Scenario, data | {"name": path.stem}, str(path))
     scenario = scenario.model_copy(update={"directory": str(path.parent)})
     if scenario.clean_scenario is not None and scenario.clean_scenario not in SCENARIO_FILES.names:

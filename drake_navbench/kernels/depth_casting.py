@@ -41,7 +41,7 @@ class Solids(NamedTuple):
         )
 
     def within(self, bounds: tuple[float, float, float, float]) -> Solids:
-        """Returns those of the shapes that are in a rectangle min_x, min_y, max_x, max_y m.
+        """Returns the shapes that are in a rectangle min_x, min_y, max_x, max_y m.
 
         The place of a shape is the first corner of its outline, that of a circle its centre.
         """

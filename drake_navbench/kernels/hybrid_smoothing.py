@@ -103,7 +103,7 @@ def _relaxed(path, is_backward, grid, footprint, tolerance, max_iterations, w_da
 
 @njit(cache=True)
 def _meet(path, pose, is_backward, is_end, grid, radius):
-    """Lets a path begin, or end, at a pose with a curve that a car can drive, in place."""
+    """Joins a path's start or end to a pose by a curve that a car can drive, in place."""
     n = path.shape[0]
     best_length, best_index = 1e9, 0
     best = np.empty((0, 3))

@@ -38,7 +38,7 @@ class Tracks:
 
     @classmethod
     def of(cls, tracks: Sequence[Array], periods_s: Sequence[float] = ()) -> Tracks:
-        """Returns those of bodies with the given rows (K, 4) each."""
+        """Returns the motions of bodies with the given rows (K, 4) each."""
         firsts = np.cumsum([0, *(len(rows) for rows in tracks)])
         knots = np.vstack([np.empty((0, 4)), *tracks])
         periods = np.array(periods_s, dtype=float) if periods_s else np.zeros(len(tracks))

@@ -16,7 +16,7 @@ from drake_navbench.kernels.grid import Costmap
 # Column -> meaning, as for the columns of drake_navbench.logs.log. A log may be without them.
 COSTMAP_COLUMNS: Mapping[str, str] = {
     "costmap": "a new local costmap: time of its update, lower left corner, edge of a cell, "
-    "columns, whether it tells unseen cells, costs row by row from the lowest",
+    "columns, whether it marks unseen cells, costs row by row from the lowest",
 }
 
 _TYPE = pa.struct(

@@ -47,42 +47,43 @@ COLUMNS: Mapping[str, str] = {
     "time_s": "time since the start of the trial",
     "x_m": "true position, world frame",
     "y_m": "true position, world frame",
-    "yaw_rad": "true heading, not wrapped",
-    "v_mps": "true forward velocity",
+    "yaw_rad": "true heading in the world frame, not wrapped",
+    "v_mps": "true forward velocity, base frame",
     "w_radps": "true yaw rate",
-    "estimated_x_m": "position as the controller is told",
-    "estimated_y_m": "position as the controller is told",
-    "estimated_yaw_rad": "heading as the controller is told",
-    "measured_v_mps": "forward velocity as the controller is told",
-    "measured_w_radps": "yaw rate as the controller is told",
-    "command_v_mps": "last commanded forward velocity",
+    "estimated_x_m": "estimated position, map frame",
+    "estimated_y_m": "estimated position, map frame",
+    "estimated_yaw_rad": "estimated heading, map frame",
+    "measured_v_mps": "measured forward velocity, base frame",
+    "measured_w_radps": "measured yaw rate",
+    "command_v_mps": "last commanded forward velocity, base frame",
     "command_w_radps": "last commanded yaw rate",
-    "clearance_m": "from the footprint to the nearest obstacle, every 0.05 s; 0 at a contact",
-    "obstacle_cell_distance_m": "reference point to the nearest centre of a lethal cell of the "
-    "local costmap",
-    "obstacle_corner_distance_m": "reference point to the nearest lower left corner of a lethal "
-    "cell, which the publication takes for the cell",
-    "cycle_count": "control cycles so far",
+    "clearance_m": "distance from the footprint to the nearest obstacle, every 0.05 s; 0 at a "
+    "contact",
+    "obstacle_cell_distance_m": "distance from the base origin to the nearest centre of a "
+    "lethal cell of the local costmap",
+    "obstacle_corner_distance_m": "distance from the base origin to the nearest lower left "
+    "corner of a lethal cell, which the publication uses as the cell's position",
+    "cycle_count": "number of control cycles so far",
     "compute_time_ms": "wall-clock time of the last control cycle (varies from run to run)",
     "compute_cpu_time_ms": "processor time of the thread in the last control cycle (likewise); "
     "empty in logs from before it was measured",
 }
 # Only in logs of robots that move sideways.
 LATERAL_COLUMNS: Mapping[str, str] = {
-    "vy_mps": "true velocity to the left",
-    "measured_vy_mps": "velocity to the left as the controller is told",
-    "command_vy_mps": "last commanded velocity to the left",
+    "vy_mps": "true velocity to the left, base frame",
+    "measured_vy_mps": "measured velocity to the left, base frame",
+    "command_vy_mps": "last commanded velocity to the left, base frame",
 }
 # Only in logs of robots whose odometry has a frame of its own.
 ODOMETRY_COLUMNS: Mapping[str, str] = {
-    "odometry_x_m": "position in the odometry's frame, in which local costmaps and what the "
-    "controller left lie",
-    "odometry_y_m": "position in the odometry's frame",
-    "odometry_yaw_rad": "heading in the odometry's frame",
+    "odometry_x_m": "true position, odometry frame: the frame of local costmaps and of the "
+    "controller's diagnostics",
+    "odometry_y_m": "true position, odometry frame",
+    "odometry_yaw_rad": "true heading, odometry frame",
 }
 # Only in logs of missions over several floors.
 MISSION_COLUMNS: Mapping[str, str] = {
-    "floor": "index of the floor that the robot is on, among the header's `floors`",
+    "floor": "index of the robot's floor in the list `floors` of the header",
     "leg": "index of the leg of the mission; a ride belongs to the leg before it",
 }
 # Columns of some logs: all of a group, or none.

@@ -141,7 +141,7 @@ def read_checkout(root: Path) -> Checkout:
     packages = {package.name: package for package in map(read_package, _package_files(root))}
     if CORE not in packages:
         raise InputError(
-            f"{root}: no checkout of navigation2: no package {CORE} in it or its folders"
+            f"{root}: not a checkout of navigation2: no package {CORE} in it or its folders"
         )
     version = packages[CORE].version
     release = RELEASE_OF_VERSION.get(".".join(version.split(".")[:2]))

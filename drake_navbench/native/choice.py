@@ -86,7 +86,7 @@ def choose(
     for name in choice.chosen:
         missing = missing_libraries(checkout.packages[name].dependencies, compiler)
         if missing:
-            lacking[name] = f"{name} needs what is missing: {', '.join(missing)}"
+            lacking[name] = f"{name} cannot be built, as this is missing: {', '.join(missing)}"
     if lacking:
         choice = choice.without(lacking)
     headers = MissingHeaders(checkout, compiler, folders_of)

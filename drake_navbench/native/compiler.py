@@ -61,7 +61,7 @@ class Compiler:
         return self._output(["-std=c++17", *include_arguments(()), "-E"], text) is not None
 
     def absent_headers(self, names: Sequence[str]) -> set[str]:
-        """Returns those of some names of headers that the system does not have."""
+        """Returns the headers, among those given, that the system does not have."""
         plain = [name for name in names if _HEADER_NAME.fullmatch(name)]
         lines = [f"#if !__has_include(<{name}>)\n{_ABSENT} {name}\n#endif\n" for name in plain]
         text = self._output(["-std=c++17", *include_arguments(()), "-E"], "".join(lines)) or ""

@@ -52,7 +52,7 @@ class MissingHeaders:
                 place = source.relative_to(package.folder).as_posix()
                 return (
                     f"{package.name}: {place} needs {header}, "
-                    "of which there is neither a file nor a stand-in"
+                    "for which there is neither a file nor a stand-in"
                 )
         return None
 

@@ -192,4 +192,4 @@ def _xml(path: Path) -> ElementTree.Element:
     try:
         return ElementTree.fromstring(read_input(path, max_bytes=MAX_SOURCE_BYTES))
     except ElementTree.ParseError as error:
-        raise InputError(f"{path}: no XML: {error}") from error
+        raise InputError(f"{path}: not XML: {error}") from error

@@ -53,7 +53,7 @@ def read_collision_monitor(reader: NodeReader, *, range_sensors: Collection[str]
     if faults:
         for name in reader.node.parameters:
             reader.note(Status.NO_MEANING, name)
-        remark = f"{faults[0]}: Nav2's does not start, there is none"
+        remark = f"{faults[0]}: Nav2's collision monitor does not start, so there is none here"
         reader.note(Status.STAND_IN, "polygons", remark)
         return {"collision_monitor": None}
     names = ("enabled", "source_timeout", "base_shift_correction")
@@ -84,9 +84,9 @@ def _fault(reader: NodeReader, name: str) -> str:
         return f"{name} is listed, but has no type"
     is_other = isinstance(kind, str) and kind not in SHAPES
     if is_other or (kind == "velocity_polygon" and release < Release.JAZZY):
-        return f"{name} is a {kind}, which {release} has not"
+        return f"{name} is a {kind}, which {release} does not have"
     if action in ACTIONS_SINCE_IRON and release is Release.HUMBLE:
-        return f"{name} has the action {action}, which {release} has not"
+        return f"{name} has the action {action}, which {release} does not have"
     is_text = isinstance(found(f"{name}.points"), str)
     if kind == "polygon" and is_text and not _takes_text(release) and _has_corners(reader, name):
         return f"{name}.points is a text, where {release} takes a list of numbers"
@@ -124,9 +124,7 @@ def _sources(reader: NodeReader, range_sensors: Collection[str]) -> Fields:
             sees_range = True
             continue
         if kind in OTHER_SENSORS:
-            remark = (
-                f"{kind}: no such sensor here, nothing stands in for it; the lidar is looked at"
-            )
+            remark = f"{kind}: the robot has no such sensor; the lidar is used instead"
             reader.note_block(Status.STAND_IN, source, remark)
         elif scans:
             remark = "left out; the robot has one lidar"

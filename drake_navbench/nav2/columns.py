@@ -88,7 +88,7 @@ def _rows(server: Node, plugin: str, preset: Preset, told: Collection[str]) -> l
         elif not model.is_read(bare, release):
             rows.append(_row(Status.UNREAD, server, full, f"{release} does not read it"))
         elif name in others_count and name in model.model_fields:
-            remark = "its older name prevails"
+            remark = "the parameter's older name overrides it"
             if release != NEWEST_RELEASE:
                 remark = f"{release} does not read it"
             rows.append(_row(Status.UNREAD, server, full, remark))

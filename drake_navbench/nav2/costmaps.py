@@ -235,7 +235,7 @@ class _CostmapReader:
         values = reader.block(RangeSensorLayerParameters, f"{name}.", names=names)
         missing = ", ".join(topic for topic, sensor in known.items() if sensor is None)
         if missing:
-            remark = f"{missing}: the robot has no such range sensor, nothing stands in for it"
+            remark = f"{missing}: the robot has no such range sensor, and no other one replaces it"
             reader.note(Status.STAND_IN, place, remark)
         else:
             remark = f"the robot's range sensors {', '.join(sensors)}"

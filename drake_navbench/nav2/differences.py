@@ -1,4 +1,4 @@
-"""What differs between whole Nav2 files, parameter by parameter, and what of it has no effect here.
+"""Differences between whole Nav2 files, by parameter; those without effect here are marked.
 
 Compared are the values that the nodes have: those that a file gives, and where it gives none the
 default that holds here, as far as a setting of the same name tells it.

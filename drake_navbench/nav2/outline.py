@@ -50,7 +50,7 @@ def read_outline(reader: NodeReader) -> Outline:
     if footprint is None:
         return Outline(None, reader.value("robot_radius"), padding)
     if reader.given("robot_radius"):
-        reader.note(Status.UNREAD, "robot_radius", "footprint is given, which counts more")
+        reader.note(Status.UNREAD, "robot_radius", "footprint is given, too, and overrides it")
     return Outline(footprint, None, padding)
 
 

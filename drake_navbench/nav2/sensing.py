@@ -119,7 +119,7 @@ class SensingLayers:
         """Returns the sources of a layer; notes where there are none, and blocks of others."""
         sources = self._sources(name)
         if not sources:
-            remark = "left out; without observation_sources it sees nothing, in Nav2 as well"
+            remark = "left out; without observation_sources the layer sees nothing, as in Nav2"
             self._reader.note_block(Status.DOUBTFUL, name, remark)
         else:
             self._note_unlisted(f"{name}.", sources)
@@ -159,11 +159,13 @@ class SensingLayers:
         if found in ((0, 1) if is_old else (0, 1, 2)):
             return {}
         if is_old:
-            remark = f"left out; with combination_method {found} it writes nothing, in Nav2 as well"
+            remark = (
+                f"left out; with combination_method {found} the layer writes nothing, as in Nav2"
+            )
             self._reader.note_block(Status.OTHER_FORM, name, remark)
             return None
         self._reader.value(place)
-        remark = f"{found}, which Nav2 does not know: the larger cost counts"
+        remark = f"{found}, an unknown value: the larger cost is taken, as in Nav2"
         self._reader.note(Status.OTHER_FORM, place, remark)
         return {"combination_method": MAXIMUM}
 
@@ -181,7 +183,7 @@ class SensingLayers:
         for source in scans:
             if topics[source] == different[0]:
                 continue
-            remark = "the robot's lidar, which sees all around, is this scanner, too"
+            remark = "the robot's lidar, which sees all around, replaces this scanner, too"
             if not sees_all:
                 remark = "no such scanner here; the robot's lidar stands in for it"
             status = Status.OTHER_FORM if sees_all else Status.STAND_IN
@@ -254,7 +256,7 @@ class SensingLayers:
         self._note_persistence(place)
         if not (self._sees(given) and low <= self._height_m <= high):
             self._note_blindness(place, given)
-            remark = "left out; all of its points are too low or too high for it"
+            remark = "left out; all points of the source are too low or too high for the layer"
             reader.note_block(Status.DOUBTFUL, name, remark)
             return None
         taken = {k: v for k, v in given.items() if k in ObstacleLayerSettings.model_fields}

@@ -22,7 +22,7 @@ from drake_navbench.plugins.parameters import chosen_plugin, normalized
 
 
 class _AnyOfThem:
-    """Lets editors accept parameters that more than one of the plugins has, without a name.
+    """A schema by which editors accept parameters that several plugins have, without a name.
 
     And those of plugins that they cannot know.
     """

@@ -123,12 +123,12 @@ class PluginKind:
         missing = [name for name in self.members if not _has_own(loaded, name, base)]
         if missing or (self.members and not isinstance(loaded, type)):
             raise InputError(
-                f"{who}: {where} is no class with {', '.join(missing or self.members)}, "
+                f"{who}: {where} is not a class with {', '.join(missing or self.members)}, "
                 f"as {self.guide} describes it"
             )
         if self.base is not None and not issubclass(loaded, base):
             raise InputError(
-                f"{who}: {where} is no subclass of {base.__name__}, as {self.guide} describes it"
+                f"{who}: {where} is not a subclass of {base.__name__}, as {self.guide} describes it"
             )
         if self.parameters is not None and not _is_class_of(loaded.Parameters, self.parameters):
             raise InputError(

@@ -45,7 +45,7 @@ class Fingerprint(NamedTuple):
 
 @cache
 def fingerprint() -> Fingerprint:
-    """Returns that of this process."""
+    """Returns the fingerprint of this process."""
     software = {
         "drake_navbench": __version__,
         "code": _code_digest(),

@@ -234,7 +234,7 @@ class _Crew:
                 yield worker.task, TimedOut(worker.task.time_limit_s)
             else:
                 self._waiting.put_back(worker.task)
-                self._count_failed_start(f"one did not begin within {START_LIMIT_S:g} s")
+                self._count_failed_start(f"one did not start within {START_LIMIT_S:g} s")
 
     def dismiss(self) -> None:
         """Ends all workers at once."""

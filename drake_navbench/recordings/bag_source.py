@@ -184,7 +184,7 @@ def _reader_of_folder(path: Path, found: list[Path], files: BagFiles) -> Any | N
             return None
         if "files are missing" not in str(error):
             raise
-        files.losses.append(f"{metadata}: names files that are not there; those that are are read")
+        files.losses.append(f"{metadata}: names files that are missing; the others are read")
         return None
     reader.close()
     return Reader(path)

@@ -285,7 +285,7 @@ def _robot(path: Path, request: ImportRequest, told: Mapping[str, Any] | None) -
         return load_robot(request.robot)
     if told is None:
         raise InputError(
-            f"{path}: does not tell the robot's outline and limits; name its file with --robot"
+            f"{path}: does not contain the robot's outline and limits; name its file with --robot"
         )
     return Robot.model_validate(told["info"]["robot"])
 

@@ -139,11 +139,11 @@ class RecordedPiece:
         first: Beams = column.values[rows[0]]
         mounting = self._motion.mounting(first.frame)
         if mounting is None:
-            missing["scan"] = f"no fixed transform tells where {first.frame} is on the robot"
+            missing["scan"] = f"no fixed transform gives the pose of {first.frame} on the robot"
             return ()
         upright = float(mounting.rotation[2, 2])
         if abs(upright) < LEAST_UPRIGHT:
-            missing["scan"] = f"{first.frame} is tilted: its scans are not of the plane"
+            missing["scan"] = f"{first.frame} is tilted: its scans are not horizontal"
             return ()
         self.scanner_place = [float(value) for value in mounting.pose]
         # Upside down, beams are counted the other way round.
@@ -176,7 +176,7 @@ class RecordedPiece:
         frame = column.values[rows[0]].frame
         seen = self._motion.base_in(frame, self._stamps)
         if seen is None:
-            missing["costmap"] = f"no transform tells where the robot is in {frame}"
+            missing["costmap"] = f"no transform gives the robot's pose in {frame}"
             return (), {}
         times = self._motion.clock.times(column)[rows]
         places = self._motion.in_world(frame, times)
@@ -227,10 +227,11 @@ class RecordedPiece:
 
 def _why_missing(column: str) -> str:
     if column in ("cycle_count", *UNREPEATABLE_COLUMNS):
-        return "a recording does not tell how long the controller computed"
+        return "a recording does not contain the controller's compute times"
     if column == "clearance_m":
         return (
-            "a recording does not tell where all obstacles truly were; see min_scan_clearance_m "
+            "a recording does not contain the true positions of all obstacles; see "
+            "min_scan_clearance_m "
             "and min_map_clearance_m"
         )
     return "the recording has no local costmap"

@@ -142,7 +142,7 @@ def _info(
     walls = _walls_near(subject.map, path) if subject.map is not None else []
     if subject.map is None:
         missing["map"] = "no map was given, and the recording has none"
-    missing["obstacles"] = "a recording does not tell where all obstacles truly were"
+    missing["obstacles"] = "a recording does not contain the true positions of all obstacles"
     outcome, reason = _outcome(piece, subject.robot, path[-1], goal, missing)
     return {
         "scenario": scenario.model_dump(mode="json"),
@@ -176,7 +176,7 @@ def _outcome(
     if task.outcome is not None:
         return task.outcome, task.reason
     if "goal" in missing:
-        return Outcome.TIMED_OUT, "cut by hand; nothing tells of a goal"
+        return Outcome.TIMED_OUT, "cut by hand; the recording has no goal"
     left_m = float(np.hypot(*(end - goal)[:2]))
     tolerance_m = robot.navigation.goal_checker.xy_goal_tolerance
     said = f"cut by hand; {left_m:.3f} m from the goal at the end, tolerance {tolerance_m:g} m"

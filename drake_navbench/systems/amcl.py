@@ -149,7 +149,7 @@ class Amcl(FloorAware):
         )
 
     def set_start(self, context: Context, pose: Array, seed: int) -> None:
-        """Lets it believe, with the spread of its settings, that the robot starts at pose (3,)."""
+        """Sets the belief to a start pose (3,), with the spread of the settings."""
         context.get_mutable_abstract_parameter(self.seed_parameter).set_value(seed)
         particles, weights = self._around(pose, _generator(seed, 0))
         context.SetAbstractState(self.belief_state, Belief(particles, weights, np.zeros(POSE_SIZE)))

@@ -44,10 +44,10 @@ class _Activity(Immutable):
 class BehaviorServer(LeafSystem):
     """Nav2's behaviour server, as one unrestricted update a cycle.
 
-    Inputs `estimate` [x m, y m, yaw rad, v m/s, w rad/s, vy m/s], `costmap` (Costmap or None),
-    `goal` (BehaviorGoal or None) and `controller_command` [v m/s, w rad/s, vy m/s]. Outputs
-    `command`, the running behaviour's where it moves the robot and else the controller's, and
-    `status` (TaskStatus).
+    Inputs `odometry_estimate` [x m, y m, yaw rad, v m/s, w rad/s, vy m/s] and `costmap` (Costmap or
+    None), both in the odometry frame, `goal` (BehaviorGoal or None) and `controller_command` [v
+    m/s, w rad/s, vy m/s]. Outputs `command` (of the running behaviour where it moves the robot,
+    otherwise of the controller) and `status` (TaskStatus).
 
     Cycles run at cycle_frequency from `offset_s` on; a new task starts with the next of them, where
     Nav2 starts a loop of its own at once: it is late by less than a cycle. Both servers of Nav2
@@ -67,7 +67,7 @@ class BehaviorServer(LeafSystem):
         self._footprint = np.ascontiguousarray(footprint)
         self._behaviors = make_behaviors(parameters)
         self._activity = self.DeclareAbstractState(AbstractValue.Make(_Activity()))
-        self._estimate_port = self.DeclareVectorInputPort("estimate", STATE_SIZE)
+        self._estimate_port = self.DeclareVectorInputPort("odometry_estimate", STATE_SIZE)
         self._costmap_port = declare_object_input(self, "costmap")
         self._goal_port = declare_object_input(self, "goal")
         self._command_port = self.DeclareVectorInputPort("controller_command", COMMAND_SIZE)

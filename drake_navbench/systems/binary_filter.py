@@ -36,8 +36,8 @@ class BinaryFilterState(Immutable):
 class BinaryFilter(FloorAware):
     """Looks the switch up where the robot believes to be, once a period from `offset_s` on.
 
-    Input `estimate` [x m, y m, ...]. Output `filter_state` (BinaryFilterState). As in Nav2 it
-    starts switched off, whatever the default state, and so it does on another floor.
+    Input `estimate` [x m, y m, ...], in the map frame. Output `filter_state` (BinaryFilterState).
+    As in Nav2 it starts switched off, whatever the default state, also on every other floor.
 
     floors: the mask of each floor, None for one without any, where there are several; their clock
     comes with them.

@@ -100,13 +100,14 @@ class ServerState(NamedTuple):
 class ControllerServer(LeafSystem):
     """Nav2's controller server around one controller, as one unrestricted update a control period.
 
-    Inputs `estimate` [x m, y m, yaw rad, v m/s, w rad/s, vy m/s] and `costmap` (Costmap or None),
-    both in the odometry's frame, `plan` (GlobalPlan or None) in the map's, `map_from_odometry`
-    (3,), the pose of the former in the latter (not connected: they are one), `speed_limit`
-    (SpeedLimit or None; not connected: no limit) and `clear_request` (ClearRequest or None; not
-    connected: none). As in Nav2, a controller sees all in the odometry's frame, the plan brought
-    over in every cycle. Outputs `command` [v m/s, w rad/s, vy m/s], `server_state` (ServerState)
-    and `status` (TaskStatus). Abstract parameter `seed_parameter` holds the trial's seed.
+    Inputs in the odometry frame: `odometry_estimate` [x m, y m, yaw rad, v m/s, w rad/s, vy m/s]
+    and `costmap` (Costmap or None). Input in the map frame: `plan` (GlobalPlan or None). Other
+    inputs: `map_from_odometry` (3,), the pose of the odometry frame in the map frame (not
+    connected: the two are one), `speed_limit` (SpeedLimit or None; not connected: no limit) and
+    `clear_request` (ClearRequest or None; not connected: none). As in Nav2, a controller sees
+    everything in the odometry frame; the server transforms the plan in every cycle. Outputs
+    `command` [v m/s, w rad/s, vy m/s], `server_state` (ServerState) and `status` (TaskStatus).
+    Abstract parameter `seed_parameter` holds the trial's seed.
 
     Order of a cycle as in nav2_controller's computeControl: cancel, new path, wait for a current
     costmap, cut of the path, goal test, progress test, command. A costmap is not current from the
@@ -147,7 +148,7 @@ class ControllerServer(LeafSystem):
         self._offset_s = offset_s
         self._moves_sideways = moves_sideways
         self.seed_parameter = self.DeclareAbstractParameter(AbstractValue.Make(0))
-        self._estimate_port = self.DeclareVectorInputPort("estimate", STATE_SIZE)
+        self._estimate_port = self.DeclareVectorInputPort("odometry_estimate", STATE_SIZE)
         self._costmap_port = declare_object_input(self, "costmap")
         self._plan_port = declare_object_input(self, "plan")
         self._speed_limit_port = declare_object_input(self, "speed_limit")

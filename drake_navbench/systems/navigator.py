@@ -32,8 +32,9 @@ class _NavigatorState(Immutable):
 class Navigator(LeafSystem):
     """Nav2's FollowPath use: plan once at the start, follow it, end when the controller ends.
 
-    Inputs `estimate` [x m, y m, yaw rad, ...] and `controller_status` (TaskStatus). Outputs `plan`
-    (GlobalPlan, or None before there is one) and `task_status` (TaskStatus of the whole task).
+    Inputs `estimate` [x m, y m, yaw rad, ...], in the map frame, and `controller_status`
+    (TaskStatus). Outputs `plan` (GlobalPlan, or None before there is one) and `task_status`
+    (TaskStatus of the whole task).
     The planner is a function from a start pose (3,) to plan poses (N, 3) that raises PlanningError.
     It starts from the true pose: the localization draws its first noise after the planning.
     """

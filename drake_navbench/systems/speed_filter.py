@@ -45,8 +45,9 @@ class SpeedFilterState(Immutable):
 class SpeedFilter(FloorAware):
     """Looks the speed limit up where the robot believes to be, once a period from `offset_s` on.
 
-    Input `estimate` [x m, y m, ...]. Outputs `speed_limit` (SpeedLimit or None) and `filter_state`
-    (SpeedFilterState). In Nav2 the costmap that lists the filter runs it with each of its updates.
+    Input `estimate` [x m, y m, ...], in the map frame. Outputs `speed_limit` (SpeedLimit or None)
+    and `filter_state` (SpeedFilterState). In Nav2 the costmap that lists the filter runs it with
+    each of its updates.
 
     floors: the mask of each floor, None for one without any, where there are several; their clock
     comes with them. There is no limit when the robot comes to another floor.

@@ -72,12 +72,12 @@ class NavigatorState(Immutable):
 class TreeNavigator(LeafSystem):
     """Nav2's bt_navigator with its default tree, and its waypoint follower.
 
-    Inputs `estimate` [x m, y m, yaw rad, ...], `global_costmap` (Costmap), `controller_status` and
-    `behavior_status` (TaskStatus). Outputs `plan` (GlobalPlan or None), `behavior_goal`
-    (BehaviorGoal or None), `clear_local` and `clear_global` (ClearRequest or None), `task_status`
-    (TaskStatus of the whole task) and `navigator_state` (NavigatorState); for a mission over
-    several floors also `floor_switch` (FloorSwitch or None), the last one, whose time may be yet to
-    come.
+    Inputs `estimate` [x m, y m, yaw rad, ...], in the map frame, `global_costmap` (Costmap),
+    `controller_status` and `behavior_status` (TaskStatus). Outputs `plan` (GlobalPlan or None),
+    `behavior_goal` (BehaviorGoal or None), `clear_local` and `clear_global` (ClearRequest or None),
+    `task_status` (TaskStatus of the whole task) and `navigator_state` (NavigatorState); for a
+    mission over several floors also `floor_switch` (FloorSwitch or None), the last one, whose
+    time may be yet to come.
 
     The tree is ticked when the trial starts, and then once a period from `offset_s` on. The first
     tick sees the true pose: the localization draws its first noise after it. Nav2 ticks it every 10

@@ -306,6 +306,6 @@ def _add_controller_server(
             clock=clock,
         ),
     )
-    connect_inputs(builder, server, estimate=signals.odometry_estimate, costmap=costmap)
+    connect_inputs(builder, server, odometry_estimate=signals.odometry_estimate, costmap=costmap)
     connect_frame(builder, signals, server)
     return server

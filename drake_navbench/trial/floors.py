@@ -102,7 +102,7 @@ def mission_follower(floors: TrialFloors, navigation: NavigationSettings) -> Mis
 def connect_floors(
     builder: DiagramBuilder, navigator: TreeNavigator, systems: Sequence[object]
 ) -> None:
-    """Lets systems hear from the navigator when the floor changes."""
+    """Connects the navigator's `floor_switch` to systems that know floors."""
     switch = navigator.GetOutputPort("floor_switch")
     for system in systems:
         if isinstance(system, FloorAware) and system.knows_floors:

@@ -37,12 +37,13 @@ from drake_navbench.trial.timing import (
 class Signals:
     """The output ports of the robot and its sensors, to which most systems connect.
 
-    state: the true state in the world. estimate: the estimated one in the map's frame. odometry,
-    odometry_estimate: the same two in the odometry's frame. odometry_from_world: the pose of the
-    world in the odometry's frame. map_from_odometry: the pose of the odometry's frame in the map.
-    Where the odometry has no frame of its own, these two are None, and odometry and
-    odometry_estimate are state and estimate. clouds: of the depth sensors; None where there are
-    none. ranges: of the range sensors, likewise.
+    state: the true state in the world frame. estimate: the estimated state in the map frame.
+    odometry, odometry_estimate: the true and the estimated state in the odometry frame.
+    odometry_from_world: the pose of the world frame in the odometry frame. map_from_odometry: the
+    pose of the odometry frame in the map frame. Where the odometry has no frame of its own, these
+    two are None, and odometry and odometry_estimate are state and estimate. clouds: the point
+    clouds of the depth sensors, None without such sensors. ranges: the readings of the range
+    sensors, likewise.
     """
 
     state: OutputPort
@@ -166,7 +167,7 @@ def _add_tree_navigation(
     connect_inputs(
         builder,
         behaviors,
-        estimate=signals.odometry_estimate,
+        odometry_estimate=signals.odometry_estimate,
         costmap=local_costmap.GetOutputPort("costmap"),
         goal=navigator.GetOutputPort("behavior_goal"),
         controller_command=server.GetOutputPort("command"),

@@ -32,7 +32,7 @@ def array_of(content: bytes) -> NDArray[Any]:
         shape, is_fortran, dtype = HEADERS[version](file)
     except Exception as error:
         # Of a header that is no header NumPy, and Python's parser below it, raise much.
-        raise NoArray("no array of NumPy") from error
+        raise NoArray("not a NumPy array") from error
     if not np.issubdtype(dtype, np.number):
         raise NoArray(f"an array of {dtype}, expected numbers")
     count = math.prod(shape)
@@ -60,5 +60,5 @@ def arrays_of(content: bytes, names: Sequence[str], *, max_bytes: int) -> dict[s
         raise
     except Exception as error:
         # As of a damaged header: zipfile and what unpacks for it raise much.
-        raise NoArray("no file of numpy.savez") from error
+        raise NoArray("not a file of numpy.savez") from error
     return arrays

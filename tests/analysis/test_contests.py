@@ -97,7 +97,10 @@ def test_a_task_counts_once_however_many_trials_it_has():
 
 def test_the_verdict_pools_the_tasks_of_a_map():
     (verdict,) = verdicts_within(pd.concat([A, B]), {}, SUITES)
-    assert verdict.text == "b is better than a, in time to the goal, and worse in nothing shown."
+    assert (
+        verdict.text
+        == "b is better than a, in time to the goal, and is not shown to be worse in anything."
+    )
     (detail,) = verdict.details
     assert detail.startswith("time to the goal better in map: 10.9 -> 10 s (-0.9, 95% ")
 

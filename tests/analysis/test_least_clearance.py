@@ -132,7 +132,9 @@ def test_what_comes_near_after_the_end_does_not_count():
 def test_what_no_sample_has_near_is_left_out():
     log = make_log(log_times(1.0), clearance_m=0.4)
     assert safety.min_clearance_m(log) == 0.4
-    log.info["missing"] = {"obstacles": "a recording does not tell where all obstacles truly were"}
+    log.info["missing"] = {
+        "obstacles": "a recording does not contain the true positions of all obstacles"
+    }
     assert safety.min_clearance_m(log) == 0.4
 
 

@@ -219,7 +219,7 @@ def test_a_downloaded_model_of_fuel_is_taken_from_packages(tmp_path):
 @pytest.mark.parametrize(
     ("text", "reason"),
     [
-        ("<sdf><world", "is no XML"),
+        ("<sdf><world", "is not XML"),
         ("<html/>", "expected <sdf> with a <world>, found <html>"),
         ('<!DOCTYPE s [<!ENTITY a "b">]><sdf/>', "declares XML entities"),
         ("<sdf><world>" + "<model>" * 300 + "</model>" * 300 + "</world></sdf>", "too deeply"),

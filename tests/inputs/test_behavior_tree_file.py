@@ -66,8 +66,8 @@ def test_other_trees_of_the_file_stand_where_they_are_named(tmp_path):
         ("<FollowPath", "<DockRobot", "line 11, DockRobot: no such node here"),
         ('hz="0.5"', 'hz="fast"', "line 5, RateController: hz: expected a number, got 'fast'"),
         ('hz="0.5"', 'hz="0"', "hz: expected a number above 0"),
-        ('spin_dist="0.5"', 'spin="0.5"', "line 13, Spin: spin: is not heeded here"),
-        ("<RoundRobin>", '<RoundRobin><IsPathValid max_cots="9"/>', "max_cots: is not heeded here"),
+        ('spin_dist="0.5"', 'spin="0.5"', "line 13, Spin: spin: has no effect here"),
+        ("<RoundRobin>", '<RoundRobin><IsPathValid max_cots="9"/>', "max_cots: has no effect here"),
         ("<RoundRobin>", '<RoundRobin><IsPathValid max_cost="a"/>', "max_cost: expected a number"),
         ("local_costmap/clear_entirely_local", "some/clear_entirely_some", "service_name"),
         ('<SubTree ID="Following"/>', "<RateController/>", "expected 1 children, got 0"),
@@ -87,7 +87,7 @@ def test_what_is_not_ours_is_named_with_its_line_and_the_default_tree_stands_in(
 @pytest.mark.parametrize(
     ("text", "reason"),
     [
-        ("<root>", "line 1: no XML"),
+        ("<root>", "line 1: not XML"),
         ("<tree/>", "expected a behaviour tree's <root>, got <tree>"),
         (PLAIN.replace('execute="Main"', 'execute="Other"'), "called 'Other'"),
         (PLAIN.replace('SubTree ID="Following"', 'SubTree ID="F"'), "line 6: no BehaviorTree is"),

@@ -188,11 +188,17 @@ BROKEN_PLUGINS = {
     "pretends Ctrl-C when imported": ("raise KeyboardInterrupt", "KeyboardInterrupt"),
     "leaves Python when imported": ("raise SystemExit('no licence')", "SystemExit: no licence"),
     "has no such class": ("", "AttributeError: "),
-    "is a number": ("Plugin = 3", "is no class with Parameters, nav2_plugin, initial_memory, step"),
-    "is an object": (PLUGIN + "Plugin = Plugin(None, None)", "is no class with Parameters, nav2_"),
+    "is a number": (
+        "Plugin = 3",
+        "is not a class with Parameters, nav2_plugin, initial_memory, step",
+    ),
+    "is an object": (
+        PLUGIN + "Plugin = Plugin(None, None)",
+        "is not a class with Parameters, nav2_",
+    ),
     "has no step": (
         PLUGIN.replace("def step(", "def walk("),
-        "is no class with step, as docs/controllers.md describes it",
+        "is not a class with step, as docs/controllers.md describes it",
     ),
 }
 

@@ -69,7 +69,7 @@ def test_a_robot_file_beside_it_counts_more(tmp_path):
 @pytest.mark.parametrize(
     ("text", "reason"),
     [
-        ("<robot", "is no XML: "),
+        ("<robot", "is not XML: "),
         ("<html/>", "cannot be read as a robot's model: expected <robot> or <sdf>, found <html>"),
         ('<robot name="a"><link name="base_link"/></robot>', "found none"),
     ],

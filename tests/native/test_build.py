@@ -77,7 +77,7 @@ def test_what_cannot_be_built_is_left_out_with_the_reason(tiny, copied, capsys):
     assert main(["nav2-build", str(copied), "--as", "whole"]) == 0
     reason = (
         "system_tests: src/system_tests.cpp needs tiny_msgs/srv/clear_all.hpp, "
-        "of which there is neither a file nor a stand-in"
+        "for which there is neither a file nor a stand-in"
     )
     assert f"left out: {reason}\n" in capsys.readouterr().out
     build = find_build("whole")
@@ -218,7 +218,7 @@ def test_the_command_builds_and_says_what_there_is(tiny, copied, capsys):
 def test_builds_are_listed(tiny, capsys):
     assert main(["list"]) == 0
     shown = capsys.readouterr().out
-    assert "builds of Nav2; rpp@NAME is the original of rpp" in shown
+    assert "builds of Nav2 (for rpp@NAME)" in shown
     assert "Nav2 jazzy 1.3.99" in shown
 
 
@@ -244,7 +244,7 @@ def test_an_unknown_release_is_one_line(copied, capsys):
 
 def test_a_package_that_is_no_xml_is_one_line(copied, capsys):
     (copied / "tiny_controller" / "package.xml").write_text("<package>")
-    assert "tiny_controller/package.xml: no XML" in _fails(copied, capsys=capsys)
+    assert "tiny_controller/package.xml: not XML" in _fails(copied, capsys=capsys)
 
 
 def test_a_compile_error_tells_its_first_line_and_where_the_log_is(tiny, copied, capsys, builds):
@@ -276,7 +276,10 @@ def test_a_missing_library_is_one_line_with_the_package_that_has_it(copied, caps
     path.write_text(
         path.read_text().replace("<depend>tiny", "<depend>nowhere</depend><depend>tiny")
     )
-    expected = "tiny_controller needs what is missing: nowhere (apt-get install libnowhere-dev)"
+    expected = (
+        "tiny_controller cannot be built, as this is missing: nowhere (apt-get install "
+        "libnowhere-dev)"
+    )
     assert expected in _fails(copied, capsys=capsys)
     assert expected in _fails(copied, "--packages", "tiny_controller", capsys=capsys)
 

@@ -379,9 +379,7 @@ def test_the_lidar_is_looked_at_where_the_robot_has_no_such_range_sensor(setup_o
     assert sources_of(setup) == {"scan": ("scan", "", None)}
     row = row_of(setup, "rear")
     assert row.status is Status.STAND_IN
-    assert row.remark == (
-        "range: no such sensor here, nothing stands in for it; the lidar is looked at"
-    )
+    assert row.remark == ("range: the robot has no such sensor; the lidar is used instead")
     setup = setup_of(COLUMN, MONITOR % "[rear, left]", base=with_sonars)
     assert list(sources_of(setup)) == ["lidar", "left"]
 

@@ -241,8 +241,8 @@ collision_monitor:
     assert setup.robot.navigation.collision_monitor is None
     (row,) = setup.check.stand_ins
     assert row.text == (
-        "collision_monitor: polygons (line 5): Slow is listed, but has no type: Nav2's does not "
-        "start, there is none"
+        "collision_monitor: polygons (line 5): Slow is listed, but has no type: Nav2's collision "
+        "monitor does not start, so there is none here"
     )
 
 

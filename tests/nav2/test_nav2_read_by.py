@@ -211,9 +211,21 @@ def test_the_collision_monitor_of_humble_has_max_points_only(read_as):
     [
         ("humble", "polygon", "stop", f"points: {CORNERS}", "humble takes a list of numbers"),
         ("iron", "polygon", "stop", f"points: {CORNERS}", "iron takes a list of numbers"),
-        ("humble", "circle", "limit", "radius: 1.0", "the action limit, which humble has not"),
-        ("iron", "velocity_polygon", "stop", "radius: 1.0", "a velocity_polygon, which iron has"),
-        ("jazzy", "PolygonStop", "stop", "radius: 1.0", "a PolygonStop, which jazzy has not"),
+        (
+            "humble",
+            "circle",
+            "limit",
+            "radius: 1.0",
+            "the action limit, which humble does not have",
+        ),
+        (
+            "iron",
+            "velocity_polygon",
+            "stop",
+            "radius: 1.0",
+            "a velocity_polygon, which iron does not have",
+        ),
+        ("jazzy", "PolygonStop", "stop", "radius: 1.0", "a PolygonStop, which jazzy does not have"),
     ],
 )
 def test_a_collision_monitor_that_the_release_cannot_start_is_not_there(

@@ -308,5 +308,5 @@ def test_up_to_jazzy_mppi_checks_the_polygon_of_a_round_robot(release, tmp_path,
         assert "ObstaclesCritic.consider_footprint: got true, expected false for a robot" in err
     else:
         assert code == 0
-        doubtful = out.partition("Hardly meant so")[2]
+        doubtful = out.partition("Probably a mistake")[2]
         assert "F.ObstaclesCritic.consider_footprint (line 1): the robot" in doubtful

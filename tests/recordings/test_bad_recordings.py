@@ -357,7 +357,7 @@ def test_a_file_that_was_named_anew_in_its_folder_is_read(importing, bag, make, 
     path = bag(turtlebot(make))
     (path / "lab.mcap").rename(path / "tuesday.mcap")
     assert importing(path) == 0
-    assert "metadata.yaml: names files that are not there" in capsys.readouterr().err
+    assert "metadata.yaml: names files that are missing" in capsys.readouterr().err
 
 
 def test_a_folder_whose_files_are_pointers_tells_how_to_get_them(importing, bag, make):

@@ -101,9 +101,9 @@ def test_what_a_recording_cannot_tell_is_empty_with_its_reason(log):
     values = measure_all(log)
     for name in ("min_clearance_m", "clearance_p05_m", "danger_time_ratio"):
         assert math.isnan(values[name].value)
-        assert "does not tell where all obstacles truly were" in values[name].reason
+        assert "does not contain the true positions of all obstacles" in values[name].reason
     assert "obstacles" in values["time_to_collision_min_s"].reason
-    assert "how long the controller computed" in values["compute_time_p50_ms"].reason
+    assert "the controller's compute times" in values["compute_time_p50_ms"].reason
     assert "no map was given" in values["min_map_clearance_m"].reason
     undefined = {entry.name for entry in all_metrics() if math.isnan(values[entry.name].value)}
     assert all(values[name].reason for name in undefined)
@@ -304,11 +304,11 @@ def test_import_report_compare_and_replay_serve_recording_and_simulation_side_by
     command += ["--out", str(results.path), "--no-report"]
     assert main(command) == 0
     said = capsys.readouterr().out
-    assert "without clearance_m: a recording does not tell" in said
+    assert "without clearance_m: a recording does not contain" in said
     assert main(["report", str(results.path), "--jobs", "1", "--figures", "all"]) == 0
     report = (results.path / "report.html").read_text()
     assert "recording" in report
-    assert "does not tell where all obstacles truly were" in report
+    assert "does not contain the true positions of all obstacles" in report
     assert main(["compare", str(results.path), str(results.path), "--jobs", "1"]) == 0
     recorded = results.log_path("empty", "recording", 0)
     assert main(["replay", str(recorded)]) == 0

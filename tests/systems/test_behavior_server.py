@@ -22,7 +22,7 @@ class Rig:
         self.simulator = Simulator(self.server)
         self.context = self.simulator.get_mutable_context()
         free = Costmap(np.zeros((120, 120), dtype=np.uint8), -3.0, -3.0, 0.05)
-        self.give(estimate=np.zeros(6), costmap=free, goal=None)
+        self.give(odometry_estimate=np.zeros(6), costmap=free, goal=None)
         self.give(controller_command=np.array([0.4, 0.0, 0.0]))
 
     def give(self, **inputs):
@@ -50,7 +50,7 @@ def test_a_behaviour_that_moves_the_robot_takes_the_command_and_gives_it_back():
     command, status = rig.run(0.15)
     np.testing.assert_array_equal(command, [-0.15, 0.0, 0.0])
     assert (status.state, status.task_id) == (TaskState.RUNNING, 1)
-    rig.give(estimate=np.array([-0.3, 0.0, 0.0, 0.0, 0.0, 0.0]))
+    rig.give(odometry_estimate=np.array([-0.3, 0.0, 0.0, 0.0, 0.0, 0.0]))
     command, status = rig.run(0.1)
     np.testing.assert_array_equal(command, [0.4, 0.0, 0.0])
     assert status.state is TaskState.SUCCEEDED

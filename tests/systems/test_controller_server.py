@@ -73,7 +73,7 @@ class Rig:
         self.simulator = Simulator(self.server)
         self.context = self.simulator.get_mutable_context()
         self.cycle_count = 0
-        self.give(estimate=np.zeros(6), costmap=costmap(), plan=None)
+        self.give(odometry_estimate=np.zeros(6), costmap=costmap(), plan=None)
 
     def give(self, **inputs):
         for name, value in inputs.items():

@@ -87,7 +87,7 @@ class RotateToGoal(Critic):
         return RotateToGoalMemory()
 
     def reset(self, memory: RotateToGoalMemory) -> RotateToGoalMemory:
-        """Lets go of both flags."""
+        """Clears both flags."""
         return RotateToGoalMemory()
 
     def prepare(self, situation: Situation, memory: RotateToGoalMemory) -> RotateToGoalMemory:

@@ -23,7 +23,7 @@ def load_critics(parameters: MppiParameters, context: CriticContext) -> list[Cri
     critics: list[Critic] = []
     for name in parameters.critics:
         loaded = CRITICS.load(name)
-        # One that is no subclass of `Critic` scores the same in all releases.
+        # One that is not a subclass of `Critic` scores the same in all releases.
         of_release = getattr(loaded, "of_release", lambda release, loaded=loaded: loaded)
         critics.append(of_release(context.release)(parameters.critic(name), context))
     return critics

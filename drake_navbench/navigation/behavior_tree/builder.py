@@ -69,7 +69,7 @@ def faults_of(description: NodeDescription) -> Iterator[NotOurs]:
     """Yields the nodes and attributes of a tree that are not supported; none if it can be built."""
 
     def plan_nothing(*_: object) -> None:
-        raise AssertionError("a tree that is only looked at plans nothing")
+        raise AssertionError("a tree that is only checked plans nothing")
 
     unknown = {n.node: n for n in description.iterate() if n.node not in (*NODE_KINDS, *SELECTORS)}
     for node in unknown.values():

@@ -119,4 +119,4 @@ class Attributes:
     def finish(self) -> None:
         for name in self._left:
             if name not in WITHOUT_EFFECT:
-                raise self.fault(f"{name}: is not heeded here")
+                raise self.fault(f"{name}: has no effect here")

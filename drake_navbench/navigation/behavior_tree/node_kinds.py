@@ -219,7 +219,7 @@ def _compute_path(name: str, a: Attributes, _: Sequence[TreeNode], board: Board)
 
 def _smooth(name: str, a: Attributes, _: Sequence[TreeNode], board: Board) -> TreeNode:
     if a.flag("check_for_collisions", False):
-        raise a.fault("check_for_collisions: a smoothed path is not looked at here")
+        raise a.fault("check_for_collisions: a smoothed path is not checked here")
     source, result = a.source("unsmoothed_path"), a.result("smoothed_path")
     return SmoothPath(name, board, source=source, result=result)
 
@@ -265,7 +265,7 @@ def _behavior(behavior: str, names: Mapping[str, tuple[str, float]]) -> NodeKind
     def make(name: str, a: Attributes, _: Sequence[TreeNode], board: Board) -> TreeNode:
         arguments = {ours: a.number(theirs, default) for theirs, (ours, default) in names.items()}
         if a.flag("disable_collision_checks", False):
-            raise a.fault("disable_collision_checks: collisions are always looked for")
+            raise a.fault("disable_collision_checks: collisions are always checked")
         return RunBehavior(name, board, behavior=behavior, arguments=arguments)
 
     return NodeKind(make)

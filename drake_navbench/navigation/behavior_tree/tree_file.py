@@ -167,7 +167,7 @@ def _parsed(path: Path) -> _Element:
         parser.Parse(text, True)
     except expat.ExpatError as error:
         reason = expat.ErrorString(error.code)
-        raise InputError(f"{path}, line {error.lineno}: no XML: {reason}") from error
+        raise InputError(f"{path}, line {error.lineno}: not XML: {reason}") from error
     if top.children[0].tag != "root":
         raise InputError(f"{path}: expected a behaviour tree's <root>, got <{top.children[0].tag}>")
     return top.children[0]

@@ -1,4 +1,4 @@
-"""What may be at fault: a parameter and a direction, or a thing outside of the file."""
+"""Causes of a symptom: a parameter and a direction, or a thing outside the file."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the words of a complaint speak for."""
+"""Clues to a cause in the words of a complaint."""
 
 from __future__ import annotations
 

@@ -55,7 +55,7 @@ def _touches(d: Drive) -> float:
 
 
 def _shortfall(d: Drive) -> float:
-    """How much less than 5 cm is left beside something while the robot drives."""
+    """The clearance missing from 5 cm while the robot drives, m."""
     moves = np.abs(d.v_mps) > STANDS_MPS
     near = d.clearance_m[moves & np.isfinite(d.clearance_m)]
     return max(0.0, 0.05 - float(near.min())) if len(near) else 0.0
@@ -128,7 +128,7 @@ def _off_path(d: Drive) -> float:
 
 
 def _beyond_goal(d: Drive) -> float:
-    """How far beyond the tolerance the robot goes away again, once it was within it, m."""
+    """The distance beyond the tolerance that the robot leaves the goal again, m."""
     inside = np.flatnonzero(d.to_goal_m < d.tolerance_m)
     if not len(inside):
         return 0.0
@@ -173,7 +173,7 @@ def _stands_before_goal(d: Drive) -> float:
 
 
 def _stands_on_the_way(d: Drive) -> float:
-    """How long it stands away from the goal, s; to refuse every command is to stand for ever."""
+    """The time that the robot stands away from the goal, s; all if it refuses every command."""
     if d.is_impossible:
         return 0.0
     if d.is_refused:
@@ -219,7 +219,7 @@ def _backward(d: Drive) -> float:
 
 
 def _turning_late(d: Drive) -> float:
-    """How long the robot stands or drives with the plan more than 70 degrees to its side, s."""
+    """The time with the plan more than 70 degrees beside the robot's heading, s."""
     if len(d.plan_m) < 2 or d.is_impossible:
         return 0.0
     error = np.abs(np.angle(np.exp(1j * _heading_error(d))))

@@ -124,7 +124,7 @@ def _facts(case: Case, files: Sequence[Path]) -> Facts:
     release = next((r for r in Release if r in case.release.lower()), None)
     setup = read_nav2_files(files, base, "wheelchair", release=release)
     if not setup.presets:
-        raise InputError(f"{files[0]}: no controller that is there")
+        raise InputError(f"{files[0]}: no controller that is available here")
     return facts_of(setup, setup.presets[0])
 
 

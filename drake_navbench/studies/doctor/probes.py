@@ -37,7 +37,7 @@ Fields = dict[str, Any]
 
 @dataclass(frozen=True)
 class Size:
-    """What probes are made for: the outline's half width, its two radii about the base, its reach
+    """Dimensions of the robot that probes depend on: half width, two radii about the base, reach
     ahead and behind, m, and the speed that the file asks for, m/s."""
 
     half_width_m: float

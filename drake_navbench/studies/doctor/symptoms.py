@@ -107,5 +107,5 @@ def symptom_called(text: str) -> Symptom:
         if re.search(pattern, plain):
             return symptom
     raise InputError(
-        f"--symptom {text!r}: no class of symptoms; expected one of {', '.join(Symptom)}"
+        f"--symptom {text!r}: unknown class of symptoms; expected one of {', '.join(Symptom)}"
     )

@@ -31,7 +31,7 @@ def verdict(visit: Visit) -> str:
     outside = [e.suspicion.cause.told for e in visit.tried if e.verdict is Verdict.OUTSIDE]
     could = f" It may lie {outside[0]}." if outside else ""
     ended = " There was no time to try more." if _is_unfinished(visit) else ""
-    return f"{what} I could not find the cause: no change that I tried takes it away.{could}{ended}"
+    return f"{what} No cause found: no change that was tried removes the symptom.{could}{ended}"
 
 
 def _nothing_seen(visit: Visit) -> str:
@@ -40,11 +40,11 @@ def _nothing_seen(visit: Visit) -> str:
     if visit.asked is None:
         return "Nothing to improve: no probe shows a symptom."
     others = ", ".join(symptom.value for symptom in visit.seen)
-    seen = f" What I saw is {others}: ask for one of these." if others else ""
+    seen = f" The probes show {others}: ask for one of these." if others else ""
     suspects = "; ".join(s.cause.told for s in visit.suspicions[:MOST_NAMED])
     return (
-        f"I could not find it: no probe shows {visit.asked} with this file and robot.{seen} "
-        f"By the rules and by what users found, look first at: {suspects}."
+        f"No cause found: no probe shows {visit.asked} with this file and robot.{seen} "
+        f"By the rules and by users' reports, look first at: {suspects}."
     )
 
 

@@ -115,7 +115,7 @@ class RobotSimulation:
         self._simulator.AdvanceTo(CONTROLLER_OFFSET_S + self._steps * self._period_s)
 
     def close(self) -> None:
-        """Lets the diagram be freed; nothing can be driven after that."""
+        """Frees the diagram; nothing can be driven afterwards."""
         release(self._diagram)
 
     @property

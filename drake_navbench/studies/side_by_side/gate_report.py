@@ -59,7 +59,7 @@ def to_markdown(result: GateResult) -> str:
     known = [trial for trial in judged.lost if trial.base_fails]
     for title, told in (
         ("Came to no end", lost_lines(judged.new_failures)),
-        ("Came to no end, as trials of the base do", lost_lines(known)),
+        ("Ended in errors, as trials of the base do", lost_lines(known)),
         ("Losses that are not decided", map(undecided_sentence, judged.undecided_losses)),
     ):
         if entries := [f"- {line}" for line in told]:
@@ -72,7 +72,7 @@ def to_markdown(result: GateResult) -> str:
         if found := judged.of(verdict):
             lines += [f"## {title}", "", *table(found), ""]
     lines += ["## What would have been seen", "", *_outcomes_seen(judged, result.trials), ""]
-    lines += ["The mean change that would turn the gate with a probability of 80%.", ""]
+    lines += ["The mean change that would turn the gate red with a probability of 80%.", ""]
     return "\n".join([*lines, *_detectable(judged), ""])
 
 
@@ -162,10 +162,11 @@ def _outcomes_seen(judged: Judged, trials: int) -> list[str]:
     own = [f for f in judged.findings if f.quantity.family is Family.OUTCOMES]
     tested = [f for f in own if not f.is_one_trial]
     if not tested:
-        return ["Nothing is random in these trials: every change of an outcome turns the gate."]
+        return ["Nothing is random in these trials: every change of an outcome turns the gate red."]
     fewest = tested[0].fewest_differing
     text = (
-        f"A trial that comes to no end turns the gate. So do {fewest} trials of a scenario and "
+        f"A trial that ends in an error turns the gate red. So do {fewest} trials of a "
+        f"scenario and "
         f"controller that touch, or do not arrive, in the head alone."
     )
     if fewest > trials:

@@ -112,7 +112,7 @@ def compare_port(
     robot = load_robot(robot_name)
     plugin = original_plugin(split_column(name)[0])
     if plugin is None:
-        raise InputError(f"controller {name!r}: it is no port of Nav2's")
+        raise InputError(f"controller {name!r}: it is not a port of a Nav2 controller")
     defaults, not_read = _told_by(original, port, robot)
     tell(f"{name}: {scenes} scenes")
     in_scenes = compare_in_scenes(port, original, robot, scenes)

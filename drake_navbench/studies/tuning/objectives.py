@@ -81,7 +81,9 @@ def require_comparable(
             )
         require_random(scenario, own, objectives)
     if all(map(has_failed, rows)):
-        raise InputError("the baseline reaches no goal on the map; nothing to compare with")
+        raise InputError(
+            "the baseline reaches no goal on the map, so there is nothing to compare with"
+        )
 
 
 def require_random(scenario: str, rows: Sequence[Row], objectives: Sequence[Objective]) -> None:

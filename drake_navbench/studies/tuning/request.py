@@ -109,7 +109,9 @@ def require_scenarios_and_bounds(request: TuningRequest) -> None:
         raise InputError("--scenarios: expected none beside --map")
     doubled = sorted(set(names_of(request.scenarios)) & set(names_of(request.held_out)))
     if doubled:
-        raise InputError(f"--held-out {doubled[0]}: is searched in; expected another scenario")
+        raise InputError(
+            f"--held-out {doubled[0]}: is a scenario of the search as well; expected another one"
+        )
     counts = {
         "--pairs": request.most_pairs,
         "--fresh": request.fresh,

@@ -113,7 +113,7 @@ def _configuration_of(trial: FrozenTrial) -> Configuration:
 
 
 def front_of(configurations: Sequence[Configuration], most: int) -> list[Configuration]:
-    """Returns those that no other beats in all objectives, of too many the best on the whole.
+    """Returns the configurations that no other beats in all objectives; of too many, the best ones.
 
     Only those that came through the race, touch nothing, and fail no more often than is allowed.
     """

@@ -16,7 +16,7 @@ COLLISION_COST = 253
 
 
 class MyControllerParameters(ControllerParameters):
-    """What a preset, a Nav2 file or the command line may set; all with bounds and units."""
+    """Parameters that a preset, a Nav2 file or the command line sets, with bounds and units."""
 
     speed: Speed = Field(0.4, gt=0.0, description="Cruise speed [m/s].")
     acceleration: Acceleration = Field(0.5, gt=0.0, description="With which it starts [m/s^2].")

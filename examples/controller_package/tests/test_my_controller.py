@@ -1,4 +1,4 @@
-"""What every controller should be held to, and what this one does."""
+"""The contract of every controller, and the behaviour of this one."""
 
 from __future__ import annotations
 

@@ -191,7 +191,7 @@ def test_a_client_that_is_not_graceful_is_at_rest_at_once(start):
             "it printed last: ZeroDivisionError: division by zero",
         ),
         ("sends too much", "announced an answer of 2147483648 bytes, expected at most 16777216"),
-        ("sends garbage", "its answer is no MessagePack"),
+        ("sends garbage", "its answer is not MessagePack"),
         ("sends half", "no answer to compute within 0.2 s"),
         ("sends two", "bytes behind its answer"),
         ("sends a list", "its answer is list, expected a map"),

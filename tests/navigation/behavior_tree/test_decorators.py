@@ -243,7 +243,7 @@ def test_a_snapshot_holds_all_that_they_remember():
         ("SpeedController", {"min_speed": "0.5"}, "expected two speeds"),
         ("Repeat", {}, "num_cycles: expected -1 or at least 1, got 0"),
         ("RetryUntilSuccessful", {"num_attempts": "x"}, "num_attempts: expected a number"),
-        ("DistanceController", {"far": "1"}, "far: is not heeded here"),
+        ("DistanceController", {"far": "1"}, "far: has no effect here"),
     ],
 )
 def test_an_attribute_that_makes_no_sense_is_named(node, attributes, message):

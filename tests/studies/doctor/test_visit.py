@@ -223,7 +223,7 @@ def test_nothing_seen_is_a_verdict(patient):
     found = visits.Visit(patient.facts(), probes=PROBES)
     assert verdict(found) == "Nothing to improve: no probe shows a symptom."
     asked = visits.Visit(patient.facts(), probes=PROBES, asked=Symptom.SPINS)
-    assert verdict(asked).startswith("I could not find it: no probe shows spins")
+    assert verdict(asked).startswith("No cause found: no probe shows spins")
 
 
 @pytest.mark.parametrize("robot", ["wheelchair", "turtlebot4", "jackal"])

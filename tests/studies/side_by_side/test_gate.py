@@ -132,7 +132,7 @@ def test_a_green_gate_says_what_it_would_have_seen():
     text = to_markdown(result)
     assert text.startswith("# Nav2 gate: green\n")
     seen = text.partition("What would have been seen")[2]
-    assert "A trial that comes to no end turns the gate. So do 7 trials" in seen
+    assert "A trial that ends in an error turns the gate red. So do 7 trials" in seen
     # One test of a listed metric has noise, and so all of its family's 1%.
     assert f" {detectable_difference(finding.comparison.sd, PAIRS, 0.01):.2g} |" in seen
 

@@ -182,7 +182,10 @@ def test_where_none_wins_the_page_says_so(planted_trials, tmp_path, capsys):
     ("changed", "told"),
     [
         ({"doorway,one_obstacle": "dorway"}, "'dorway'"),
-        ({"static_obstacles": "doorway"}, "is searched in; expected another scenario"),
+        (
+            {"static_obstacles": "doorway"},
+            "is a scenario of the search as well; expected another one",
+        ),
         ({"doorway,one_obstacle": ""}, "--scenarios: expected at least one"),
         ({"8": "1000000000"}, "--pairs: got 1000000000, expected at most 100000"),
         ({"4": "1000000000"}, "--fresh: got 1000000000, expected at most 100000"),

@@ -1,0 +1,60 @@
+"""Published figures: each has its command on its page, and is older when its code changed later."""
+
+from __future__ import annotations
+
+import subprocess
+from importlib import import_module
+from pathlib import Path
+
+import pytest
+
+REPOSITORY = Path(__file__).parents[1]
+
+
+@pytest.fixture
+def ages(monkeypatch):
+    monkeypatch.syspath_prepend(str(REPOSITORY / "studies"))
+    return import_module("figure_ages")
+
+
+def test_every_figure_has_its_command_on_its_page_and_code_that_is_there(ages):
+    for figure in ages.figures():
+        assert figure.command in (REPOSITORY / figure.page).read_text(encoding="utf-8"), figure
+        for path in (*figure.made, *figure.code):
+            assert (REPOSITORY / path).exists(), path
+
+
+def test_every_picture_of_the_pages_is_listed(ages):
+    made = {path for figure in ages.figures() for path in figure.made}
+    # Made by hand: a screenshot of a replay.
+    shown = {f"docs/images/{path.name}" for path in (REPOSITORY / "docs/images").iterdir()}
+    assert shown - made == {"docs/images/replay.png"}
+
+
+def test_a_figure_is_older_once_its_code_changes(ages, tmp_path):
+    def commit(name, text):
+        (tmp_path / name).write_text(text)
+        told = ["git", "-C", str(tmp_path), "-c", "user.name=a", "-c", "user.email=a@b"]
+        subprocess.run([*told, "add", name], check=True)
+        subprocess.run([*told, "commit", "-q", "-m", f"{name} {text}"], check=True)
+
+    subprocess.run(["git", "init", "-q", str(tmp_path)], check=True)
+    figure = ages.Figure("page.md", "make it", ("page.md",), ("code.py",))
+    commit("code.py", "speed = 1")
+    commit("page.md", "of 1")
+    assert ages.changed_since(figure, tmp_path) == []
+    commit("code.py", "# In m/s.\nspeed = 1")
+    assert ages.changed_since(figure, tmp_path) == []
+    commit("code.py", "speed = 2")
+    assert ages.changed_since(figure, tmp_path) == ["code.py"]
+    commit("page.md", "of 2")
+    assert ages.changed_since(figure, tmp_path) == []
+
+
+def test_sentences_of_a_file_do_not_make_a_figure_older(ages):
+    told = 'def f(x):\n    """Says it."""\n    raise ValueError(f"{x} is wrong")\n'
+    retold = 'def f(x):\n    raise ValueError(f"expected more than {x}")\n'
+    assert ages.without_words(told.replace('    """Says it."""\n', "")) == ages.without_words(
+        retold
+    )
+    assert ages.without_words("a = 1") != ages.without_words("a = 2")
