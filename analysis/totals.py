@@ -8,16 +8,15 @@ own mean.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
-from itertools import combinations
 from typing import NamedTuple
 
 import pandas as pd
 
+from drake_navbench.analysis.every_pair import compare_every_pair
 from drake_navbench.analysis.statistics import (
     Interval,
     PairedComparison,
     Summary,
-    holm,
     paired_comparison,
     share_interval,
     summarize,
@@ -119,15 +118,12 @@ def differences(trials: pd.DataFrame) -> list[Difference]:
     for suite, own in _suites(trials):
         by_world = {name: _by_world(rows) for name, rows in own.groupby("controller", sort=False)}
         for quantity in COMPARED:
-            pairs = [
-                (first, second, _compared(by_world[first], by_world[second], quantity))
-                for first, second in combinations(by_world, 2)
-            ]
-            adjusted = holm([comparison.p_value for *_, comparison in pairs])
-            found += [
-                Difference(suite, quantity, str(first), str(second), comparison, float(p))
-                for (first, second, comparison), p in zip(pairs, adjusted, strict=True)
-            ]
+            values = {str(name): rows[quantity] for name, rows in by_world.items()}
+            pairs = compare_every_pair(
+                values,
+                lambda a, b, values=values: paired_comparison(*values[a].align(values[b])),
+            )
+            found += [Difference(suite, quantity, *pair) for pair in pairs]
     return found
 
 
@@ -208,7 +204,3 @@ def _share(values: Iterable[float]) -> Share:
     shares = list(values)
     mean = sum(shares) / len(shares)
     return Share(mean, share_interval(mean, len(shares)))
-
-
-def _compared(first: pd.DataFrame, second: pd.DataFrame, quantity: str) -> PairedComparison:
-    return paired_comparison(*first[quantity].align(second[quantity]))
