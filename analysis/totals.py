@@ -8,6 +8,7 @@ own mean.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
+from functools import partial
 from typing import NamedTuple
 
 import pandas as pd
@@ -119,10 +120,7 @@ def differences(trials: pd.DataFrame) -> list[Difference]:
         by_world = {name: _by_world(rows) for name, rows in own.groupby("controller", sort=False)}
         for quantity in COMPARED:
             values = {str(name): rows[quantity] for name, rows in by_world.items()}
-            pairs = compare_every_pair(
-                values,
-                lambda a, b, values=values: paired_comparison(*values[a].align(values[b])),
-            )
+            pairs = compare_every_pair(values, partial(_compared, values))
             found += [Difference(suite, quantity, *pair) for pair in pairs]
     return found
 
@@ -204,3 +202,8 @@ def _share(values: Iterable[float]) -> Share:
     shares = list(values)
     mean = sum(shares) / len(shares)
     return Share(mean, share_interval(mean, len(shares)))
+
+
+def _compared(values: Mapping[str, pd.Series], first: str, second: str) -> PairedComparison:
+    """Returns the comparison in the worlds that both drove."""
+    return paired_comparison(*values[first].align(values[second]))
