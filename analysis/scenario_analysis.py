@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from itertools import combinations
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import pandas as pd
 
+from drake_navbench.analysis.every_pair import compare_every_pair
 from drake_navbench.analysis.gaps import compare_columns, values_by_seed
 from drake_navbench.analysis.invariants import Violation, violations_of
 from drake_navbench.analysis.journey import Deed, Leg, deeds_of, legs_of
@@ -22,7 +22,6 @@ from drake_navbench.analysis.statistics import (
     Interval,
     PairedComparison,
     Summary,
-    holm,
     smallest_p_value,
     success_interval,
     summarize,
@@ -242,23 +241,18 @@ def _pairs(
 ) -> list[Pair]:
     once = repeated if entry.is_repeatable else frozenset()
     values = values_by_seed(table, scenario, entry.name)
-    compared = [
-        (first, second, compare_columns(values, first, second, repeated=once))
-        for first, second in combinations(values.columns, 2)
-    ]
-    adjusted = holm([comparison.p_value for *_, comparison in compared])
-    tested = sum(comparison.pairs > 0 for *_, comparison in compared)
+    compared = compare_every_pair(
+        values.columns, lambda first, second: compare_columns(values, first, second, repeated=once)
+    )
+    tested = sum(pair.comparison.pairs > 0 for pair in compared)
     # No p-value is adjusted to less than the smallest of them is.
-    most_pairs = max((comparison.pairs for *_, comparison in compared), default=0)
+    most_pairs = max((pair.comparison.pairs for pair in compared), default=0)
     floor = smallest_p_value(most_pairs, tested)
     return [
         Pair(
             entry.name,
-            first,
-            second,
-            comparison,
-            float(p),
-            max(floor, smallest_p_value(comparison.pairs, 1)) < 1.0 - CONFIDENCE,
+            *pair,
+            max(floor, smallest_p_value(pair.comparison.pairs, 1)) < 1.0 - CONFIDENCE,
         )
-        for (first, second, comparison), p in zip(compared, adjusted, strict=True)
+        for pair in compared
     ]

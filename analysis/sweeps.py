@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
-from itertools import combinations
 from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
 
+from drake_navbench.analysis.every_pair import compare_every_pair
 from drake_navbench.analysis.statistics import (
     Interval,
-    holm,
     mean_interval,
     paired_comparison,
     success_interval,
@@ -178,21 +178,22 @@ def slope_differences(table: pd.DataFrame, field: str, metric: str) -> list[Slop
     1 - 0.05 / (number of pairs of controllers), after Bonferroni.
     """
     each = {name: seed_slopes(rows, field, metric) for name, rows in _by_controller(table, field)}
-    pairs = list(combinations((name for name, found in each.items() if len(found) > 1), 2))
-    confidence = 1.0 - 0.05 / max(len(pairs), 1)
-    compared = [paired_comparison(each[a], each[b], confidence=confidence) for a, b in pairs]
-    adjusted = holm([entry.p_value for entry in compared])
+    known = [name for name, found in each.items() if len(found) > 1]
+    confidence = 1.0 - 0.05 / max(math.comb(len(known), 2), 1)
+    compared = compare_every_pair(
+        known, lambda a, b: paired_comparison(each[a], each[b], confidence=confidence)
+    )
     return [
         SlopeDifference(
-            first,
-            second,
-            entry.difference,
-            entry.interval,
-            float(p_value),
-            is_apart=not entry.interval.low <= 0.0 <= entry.interval.high,
+            pair.first,
+            pair.second,
+            pair.comparison.difference,
+            pair.comparison.interval,
+            pair.p_holm,
+            is_apart=not pair.comparison.interval.low <= 0.0 <= pair.comparison.interval.high,
         )
-        for (first, second), entry, p_value in zip(pairs, compared, adjusted, strict=True)
-        if entry.pairs > 1
+        for pair in compared
+        if pair.comparison.pairs > 1
     ]
 
 

@@ -8,16 +8,16 @@ own mean.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
-from itertools import combinations
+from functools import partial
 from typing import NamedTuple
 
 import pandas as pd
 
+from drake_navbench.analysis.every_pair import compare_every_pair
 from drake_navbench.analysis.statistics import (
     Interval,
     PairedComparison,
     Summary,
-    holm,
     paired_comparison,
     share_interval,
     summarize,
@@ -119,15 +119,9 @@ def differences(trials: pd.DataFrame) -> list[Difference]:
     for suite, own in _suites(trials):
         by_world = {name: _by_world(rows) for name, rows in own.groupby("controller", sort=False)}
         for quantity in COMPARED:
-            pairs = [
-                (first, second, _compared(by_world[first], by_world[second], quantity))
-                for first, second in combinations(by_world, 2)
-            ]
-            adjusted = holm([comparison.p_value for *_, comparison in pairs])
-            found += [
-                Difference(suite, quantity, str(first), str(second), comparison, float(p))
-                for (first, second, comparison), p in zip(pairs, adjusted, strict=True)
-            ]
+            values = {str(name): rows[quantity] for name, rows in by_world.items()}
+            pairs = compare_every_pair(values, partial(_compared, values))
+            found += [Difference(suite, quantity, *pair) for pair in pairs]
     return found
 
 
@@ -210,5 +204,6 @@ def _share(values: Iterable[float]) -> Share:
     return Share(mean, share_interval(mean, len(shares)))
 
 
-def _compared(first: pd.DataFrame, second: pd.DataFrame, quantity: str) -> PairedComparison:
-    return paired_comparison(*first[quantity].align(second[quantity]))
+def _compared(values: Mapping[str, pd.Series], first: str, second: str) -> PairedComparison:
+    """Returns the comparison in the worlds that both drove."""
+    return paired_comparison(*values[first].align(values[second]))

@@ -14,6 +14,7 @@ from pydantic import Field, WithJsonSchema, model_validator
 from drake_navbench.costmaps.grid_size import require_grid_size
 from drake_navbench.costmaps.layer_plugin import COSTMAP_LAYERS
 from drake_navbench.costmaps.observation_source import ObservationSourceSettings
+from drake_navbench.costmaps.sensing_fields import VoxelFields
 from drake_navbench.errors import InputError, nearest_name_hint
 from drake_navbench.plugins.kinds import PluginKind
 from drake_navbench.plugins.parameters import PluginBlocks
@@ -78,35 +79,10 @@ def _one_scan() -> dict[str, ObservationSourceSettings]:
     return {"scan": ObservationSourceSettings(clearing=True, max_obstacle_height=2.0)}
 
 
-class VoxelLayerSettings(FrozenModel):
+class VoxelLayerSettings(VoxelFields):
     """Nav2's voxel layer."""
 
     enabled: bool = Field(True, description="Let the layer write into the costmap.")
-    footprint_clearing_enabled: bool = Field(True, description="Free the cells under the robot.")
-    min_obstacle_height: float = Field(
-        0.0, description="Height below which points do not mark [m]."
-    )
-    max_obstacle_height: float = Field(
-        2.0, description="Height above which points do not mark [m]."
-    )
-    z_voxels: int = Field(
-        10, ge=1, le=16, description="Number of levels of the voxel grid [voxels]."
-    )
-    origin_z: float = Field(0.0, description="Height of the floor of the lowest level [m].")
-    z_resolution: float = Field(0.2, gt=0.0, description="Height of a level [m].")
-    unknown_threshold: int = Field(
-        15,
-        ge=0,
-        description="Number of unknown voxels above which a column stays unknown [voxels].",
-    )
-    mark_threshold: int = Field(
-        0, ge=0, description="Number of marked voxels above which a column is lethal [voxels]."
-    )
-    combination_method: Literal[0, 1, 2] = Field(
-        1,
-        description="How costs are written: 0 overwrites, 1 takes the larger cost, 2 as 1 but "
-        "keeps unknown cells.",
-    )
     observation_sources: dict[str, ObservationSourceSettings] = Field(
         default_factory=_one_scan, description="Names of the observation sources, in order."
     )

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, ClassVar, Literal
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +18,7 @@ from pydantic import Field
 from drake_navbench.costmaps.layer_plugin import LayerParameters, LayerSetup, Observed, Seen
 from drake_navbench.costmaps.observation_source import BufferedSourceSettings
 from drake_navbench.costmaps.observations import Buffer, observed_by
+from drake_navbench.costmaps.sensing_fields import SensingFields, VoxelFields
 from drake_navbench.kernels.grid import Grid
 from drake_navbench.kernels.layer_grid import MergeRule, merge_layer, moved_cells
 from drake_navbench.kernels.observation import Observation
@@ -31,19 +32,7 @@ Voxels = NDArray[np.uint32]
 Array = NDArray[np.float64]
 
 
-class _SensingParameters(LayerParameters):
-    footprint_clearing_enabled: bool = Field(True, description="Free the cells under the robot.")
-    min_obstacle_height: float = Field(
-        0.0, description="Height below which points do not mark [m]."
-    )
-    max_obstacle_height: float = Field(
-        2.0, description="Height above which points do not mark [m]."
-    )
-    combination_method: Literal[0, 1, 2] = Field(
-        1,
-        description="How costs are written: 0 overwrites, 1 takes the larger cost, 2 as 1 but "
-        "keeps unknown cells.",
-    )
+class _SensingParameters(SensingFields, LayerParameters):
     observation_sources: dict[str, BufferedSourceSettings] = Field(
         description="Names of the observation sources, in order."
     )
@@ -53,22 +42,8 @@ class ObstacleLayerParameters(_SensingParameters):
     """Nav2's obstacle layer."""
 
 
-class VoxelLayerParameters(_SensingParameters):
+class VoxelLayerParameters(VoxelFields, _SensingParameters):
     """Nav2's voxel layer."""
-
-    z_voxels: int = Field(
-        10, ge=1, le=16, description="Number of levels of the voxel grid [voxels]."
-    )
-    origin_z: float = Field(0.0, description="Height of the floor of the lowest level [m].")
-    z_resolution: float = Field(0.2, gt=0.0, description="Height of a level [m].")
-    unknown_threshold: int = Field(
-        15,
-        ge=0,
-        description="Number of unknown voxels above which a column stays unknown [voxels].",
-    )
-    mark_threshold: int = Field(
-        0, ge=0, description="Number of marked voxels above which a column is lethal [voxels]."
-    )
 
 
 @dataclass(frozen=True, eq=False)

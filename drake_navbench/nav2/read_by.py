@@ -15,9 +15,8 @@ from drake_navbench.costmaps.costmap_settings import (
     CostmapSettings,
     KeepoutFilterSettings,
     StaticLayerSettings,
-    VoxelLayerSettings,
 )
-from drake_navbench.costmaps.observation_layers import VoxelLayerParameters
+from drake_navbench.costmaps.sensing_fields import VoxelFields
 from drake_navbench.inputs.navigation_settings import ControllerServerSettings
 from drake_navbench.navigation.behaviors import DriveLimits
 from drake_navbench.navigation.collision_monitor import (
@@ -62,9 +61,6 @@ _SHAPE: Mapping[str, ReadBy] = {
     "trigger_consecutive_points": since(LYRICAL),
     "release_consecutive_points": since(LYRICAL),
 }
-_VOXEL_LAYER: Mapping[str, ReadBy] = {
-    "min_obstacle_height": since(JAZZY, before(JAZZY, ANY_HEIGHT_M)),
-}
 _REFINEMENT: Mapping[str, ReadBy] = {
     "refinement_num": since(IRON, before(IRON, REFINEMENTS_OF_HUMBLE)),
 }
@@ -91,8 +87,9 @@ READ_BY: Mapping[type[BaseModel], Mapping[str, ReadBy]] = {
     StaticLayerSettings: {
         "restore_cleared_footprint": since(KILTED, before(KILTED, False)),
     },
-    VoxelLayerSettings: _VOXEL_LAYER,
-    VoxelLayerParameters: _VOXEL_LAYER,
+    VoxelFields: {
+        "min_obstacle_height": since(JAZZY, before(JAZZY, ANY_HEIGHT_M)),
+    },
     KeepoutFilterSettings: {
         "override_lethal_cost": since(JAZZY),
         "lethal_override_cost": since(JAZZY),
