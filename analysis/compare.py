@@ -20,6 +20,7 @@ from drake_navbench.analysis.contests import (
     contest_of,
     matches_between,
     matches_within,
+    read_matches,
 )
 from drake_navbench.analysis.folder_analysis import FolderAnalysis, analyse_folder, find_logs
 from drake_navbench.analysis.metrics.definition import Better
@@ -145,11 +146,11 @@ def compare_folders(
     listed: Sequence[str] = DEFAULT_LISTED,
     tolerance: float = DEFAULT_TOLERANCE,
     jobs: int = 2,
-    matches: Sequence[Match] = (),
+    matches: Sequence[str] = (),
 ) -> FolderComparison:
     """Compares every folder with the first one; of a single folder its columns with the first.
 
-    matches: columns of different names to compare; see `contests` for those that are found.
+    matches: columns of different names to compare, 'OLD=NEW'; see `contests` for those found.
 
     listed: names of metrics whose getting worse counts as a regression; success_rate and touch_rate
     are always among them unless there is none: who fails has no time to the goal that could get
@@ -195,18 +196,18 @@ def _columns(folder: FolderAnalysis) -> list[str]:
     return list(dict.fromkeys(folder.trials["controller"]))
 
 
-def _matches(
-    baseline: FolderAnalysis, other: FolderAnalysis, asked: Sequence[Match]
-) -> list[Match]:
-    return matches_between(_columns(baseline), _columns(other), asked)
+def _matches(baseline: FolderAnalysis, other: FolderAnalysis, asked: Sequence[str]) -> list[Match]:
+    before, after = _columns(baseline), _columns(other)
+    return matches_between(before, after, read_matches(asked, before, after))
 
 
-def _matches_within(folder: FolderAnalysis, asked: Sequence[Match]) -> list[Match]:
+def _matches_within(folder: FolderAnalysis, asked: Sequence[str]) -> list[Match]:
     """Returns the pairs of columns of one folder; raises InputError where it has one column."""
     columns = _columns(folder)
     if len(columns) < 2:
         raise InputError(f"{folder.path}: has one column; expected a second folder to compare with")
-    return matches_within(columns, folder.manifest.get("nav2_columns", {}), asked)
+    asked_pairs = read_matches(asked, columns, columns)
+    return matches_within(columns, folder.manifest.get("nav2_columns", {}), asked_pairs)
 
 
 def _contest(baseline: FolderAnalysis, other: FolderAnalysis, matches: Sequence[Match]) -> Contest:

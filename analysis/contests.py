@@ -89,19 +89,30 @@ def _require_known(names: Sequence[str], columns: Sequence[str]) -> None:
             raise InputError(f"--match: no column {name!r}{nearest_name_hint(name, columns)}")
 
 
-def read_matches(texts: Sequence[str]) -> list[Match]:
+def read_matches(texts: Sequence[str], before: Sequence[str], after: Sequence[str]) -> list[Match]:
     """Returns the matches of `--match OLD=NEW`; raises InputError.
 
-    A name with an equals sign, as of a variant, is parted at the sign in the middle.
+    before, after: the columns that there are. A name may have equals signs, as of a variant: the
+    text is parted where both names are columns.
     """
-    matches = []
-    for text in texts:
-        parts = text.split("=")
-        middle = len(parts) // 2
-        if len(parts) % 2 or not all(parts):
-            raise InputError(f"--match {text!r}: expected OLD=NEW")
-        matches.append(Match("=".join(parts[:middle]), "=".join(parts[middle:])))
-    return matches
+    return [_read_match(text, before, after) for text in texts]
+
+
+def _read_match(text: str, before: Sequence[str], after: Sequence[str]) -> Match:
+    ways = [
+        Match(text[:place], text[place + 1 :])
+        for place, letter in enumerate(text)
+        if letter == "=" and 0 < place < len(text) - 1
+    ]
+    if not ways:
+        raise InputError(f"--match {text!r}: expected OLD=NEW")
+    known = [way for way in ways if way.old in before and way.new in after]
+    if len(known) > 1:
+        told = " or ".join(f"{way.old!r} with {way.new!r}" for way in known)
+        raise InputError(f"--match {text!r}: may be {told}; rename a column by --name")
+    # Of no two columns: that of which one name is right, whose other name is then told.
+    half = [way for way in ways if way.old in before or way.new in after]
+    return (known or half or ways)[0]
 
 
 def contest_of(

@@ -211,8 +211,6 @@ def run_from_command_line(arguments: argparse.Namespace, *, began_s: float) -> b
     jobs = arguments.jobs or available_cores()
     cluster = cluster_place(arguments)
     if cluster is not None:
-        if request.metrics:
-            raise InputError("--metric: is measured on this machine; expected no --cluster")
         # That nobody answers is known before anything is written.
         require_cluster(cluster)
     try:

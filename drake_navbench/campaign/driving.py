@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 import pandas as pd
 
+from drake_navbench.analysis.metrics.metric_file import asked_metrics
 from drake_navbench.campaign.campaign import Campaign
 from drake_navbench.campaign.cluster import TrialEnding, drive_on_cluster
 from drake_navbench.campaign.cluster_connection import ClusterPlace, connected
@@ -132,14 +133,26 @@ def _drive_there(
     on_refused_worker: Callable[[str], None],
 ) -> Generator[TrialEnding, None, None]:
     with connected(place) as client:
-        yield from drive_on_cluster(
+        for ended in drive_on_cluster(
             client,
             campaign.specs,
             indices,
             folder,
             campaign.identity,
             on_refused_worker=on_refused_worker,
-        )
+        ):
+            yield _with_own_metrics(ended, campaign.specs[ended.place], folder)
+
+
+def _with_own_metrics(ended: TrialEnding, spec: TrialSpec, folder: ResultsFolder) -> TrialEnding:
+    """Returns the ending of a cluster's trial with the metrics of `--metric`, measured here.
+
+    Their files are on this machine alone, as is every log once its trial has ended.
+    """
+    if not asked_metrics() or not isinstance(ended.ending, Returned):
+        return ended
+    log = TrialLog.read(folder.log_path(spec.scenario.name, spec.preset.name, spec.trial))
+    return ended._replace(ending=Returned(table_row(log)))
 
 
 def _read_back(

@@ -114,7 +114,6 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 def _compare(arguments: argparse.Namespace) -> int:
     from drake_navbench.analysis import compare
-    from drake_navbench.analysis.contests import read_matches
     from drake_navbench.analysis.metrics.registry import use_metric_files
     from drake_navbench.analysis.paired_tests import DEFAULT_LISTED
     from drake_navbench.analysis.paired_text import lost_lines, sentence
@@ -125,7 +124,7 @@ def _compare(arguments: argparse.Namespace) -> int:
         listed=_listed(arguments.fail_on, DEFAULT_LISTED),
         tolerance=arguments.tolerance,
         jobs=arguments.jobs,
-        matches=read_matches(arguments.match),
+        matches=arguments.match,
     )
     if arguments.markdown is not None:
         _write(arguments.markdown, compare.to_markdown(comparison))

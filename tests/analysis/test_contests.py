@@ -69,14 +69,29 @@ def test_columns_of_whole_files_are_paired_by_their_plugin():
     assert matches_within(["x", "y", "z"], {}) == [Match("x", "y"), Match("x", "z")]
 
 
-@pytest.mark.parametrize("text", ["a", "a=", "=b", "a=b=c"])
+@pytest.mark.parametrize("text", ["a", "a=", "=b"])
 def test_a_match_is_two_names(text):
     with pytest.raises(InputError, match="expected OLD=NEW"):
-        read_matches([text])
+        read_matches([text], ["a"], ["b"])
 
 
-def test_variants_are_parted_at_the_sign_in_the_middle():
-    assert read_matches(["rpp:a=1=rpp:a=2"]) == [Match("rpp:a=1", "rpp:a=2")]
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [("rpp:a=1", "rpp:a=2"), ("rpp:a=1", "rpp"), ("rpp", "rpp:a=1:b=2"), ("a=b=c", "d")],
+)
+def test_names_with_equals_signs_are_parted_where_both_are_columns(old, new):
+    assert read_matches([f"{old}={new}"], [old, "x"], [new, "y"]) == [Match(old, new)]
+
+
+def test_a_match_that_may_be_two_is_refused():
+    with pytest.raises(InputError, match="may be 'a' with 'b=c' or 'a=b' with 'c'"):
+        read_matches(["a=b=c"], ["a", "a=b"], ["c", "b=c"])
+
+
+def test_of_a_match_with_one_known_name_the_other_is_told():
+    (found,) = read_matches(["rpp:a=1=dbw"], ["rpp:a=1"], ["dwb"])
+    with pytest.raises(InputError, match="no column 'dbw'; did you mean 'dwb'"):
+        matches_between(["rpp:a=1"], ["dwb"], [found])
 
 
 def test_a_column_that_is_not_there_is_named():
@@ -148,9 +163,8 @@ def test_folders_with_one_column_each_are_compared_whatever_its_name(renamed, ca
 def test_columns_of_other_names_are_compared_where_they_are_matched(tmp_path, capsys):
     folder = write_folder(tmp_path / "both")
     arguments = [str(folder), str(folder), "--jobs", "1", "--match", "rpp:v=0.4=rpp"]
-    assert command.main(arguments) == 2
-    assert "expected OLD=NEW" in capsys.readouterr().err
-    assert command.main([str(folder), str(folder), "--jobs", "1"]) == 0
+    assert command.main(arguments) == 0
+    assert "between rpp:v=0.4 and rpp in 3 pairs" in capsys.readouterr().out
 
 
 def test_a_page_says_the_verdict_first_and_names_what_makes_the_replays(renamed, tmp_path):

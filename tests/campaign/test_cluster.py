@@ -8,13 +8,16 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator
+from contextlib import nullcontext
 from pathlib import Path
 
 import pandas as pd
 import pytest
 
+from drake_navbench.analysis.metrics import registry
+from drake_navbench.analysis.metrics.metric_file import metric_in_file
 from drake_navbench.analysis.metrics.registry import unrepeatable_names
-from drake_navbench.campaign import cluster
+from drake_navbench.campaign import cluster, driving
 from drake_navbench.campaign.campaign import Campaign, plan_campaign
 from drake_navbench.campaign.cluster import TRIALS_PER_CHUNK, chunks_of
 from drake_navbench.campaign.cluster_connection import ClusterPlace
@@ -26,6 +29,15 @@ from drake_navbench.processes.fingerprint import fingerprint
 from drake_navbench.processes.worker_process import Returned
 
 SCENARIO = "description: nothing in the way\ngoal: [0.6, 0.0, 0.0]\ntimeout_s: 20.0\n"
+METRIC = """
+from drake_navbench.analysis.metrics import metric
+
+
+@metric(unit="", better="neither")
+def samples(log):
+    \"\"\"How many samples the log has.\"\"\"
+    return float(len(log.samples))
+"""
 PATIENCE_S = 300.0
 
 
@@ -156,6 +168,27 @@ def start_run(tmp_path: Path, trials: int, address: str, out: Path) -> subproces
         [sys.executable, "-m", "drake_navbench.run", "--quiet", *asked, *rest],
         stderr=subprocess.DEVNULL,
     )
+
+
+def test_a_metric_of_a_file_is_measured_here_where_a_cluster_drives(tmp_path, monkeypatch):
+    """The cluster's machines do not have the file, so that their rows lack its metric."""
+    campaign = short_campaign(tmp_path, 1)
+    folder = begun(tmp_path / "here", campaign)
+
+    def drive_there(client, specs, indices, folder, identity, **_):
+        chunk = cluster._drive_chunk(specs, tmp_path / "gone", "id", fingerprint())
+        cluster._keep_logs(chunk, specs, folder)
+        yield cluster.TrialEnding(0, chunk.endings[0], fingerprint(), 1)
+
+    monkeypatch.setattr(driving, "drive_on_cluster", drive_there)
+    monkeypatch.setattr(driving, "connected", lambda place: nullcontext())
+    (tmp_path / "my.py").write_text(METRIC)
+    own = metric_in_file(f"{tmp_path / 'my.py'}:samples")
+    monkeypatch.setattr(driving, "asked_metrics", lambda: (own,))
+    monkeypatch.setattr(registry, "asked_metrics", lambda: (own,))
+    driven = run_campaign(campaign, folder, jobs=1, cluster=ClusterPlace("tcp://nobody:1"))
+    log = TrialLog.read(folder.log_path("short", "rpp", 0))
+    assert driven.trials["samples"].tolist() == [len(log.samples)]
 
 
 @pytest.mark.long
