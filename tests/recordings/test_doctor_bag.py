@@ -52,6 +52,13 @@ def test_without_commands_the_base_is_the_robots_and_that_is_told(hear):
     assert heard.remarks == ("drive has no commands: the base's lag is that of the robot file.",)
 
 
+def test_a_cars_base_is_not_fitted(make, tmp_path):
+    bag = write_ros2(tmp_path / "drive", turtlebot(make))
+    heard = heard_in(bag, "ackermann_robot", {})
+    assert heard.overrides == {}
+    assert "a car's is not fitted" in heard.remarks[0]
+
+
 def test_a_recording_without_odometry_is_one_line(hear):
     with pytest.raises(InputError, match=r"drive: no odometry on /odom .* --topics odom=TOPIC"):
         hear("/odom")

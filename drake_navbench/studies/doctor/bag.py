@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from drake_navbench.errors import InputError, as_line
+from drake_navbench.inputs.robot import Robot, load_robot
 from drake_navbench.recordings.drive_fit import DriveFit, fit_drive
 from drake_navbench.recordings.import_bags import (
     Imported,
@@ -56,7 +57,7 @@ def heard_in(path: Path, robot: str, topics: Mapping[str, str]) -> Heard:
         for name, value in severities(log).items():
             symptom = Symptom(name)
             severity[symptom] = max(severity.get(symptom, 0.0), value)
-    overrides, remarks = _base(path, imported)
+    overrides, remarks = _base(path, imported, load_robot(robot))
     return Heard(severity, [as_line(line) for line in lines], overrides, remarks)
 
 
@@ -68,7 +69,9 @@ def _read(path: Path, request: ImportRequest) -> Imported:
         return read_recording(path, replace(request, start_s=0.0))
 
 
-def _base(path: Path, imported: Imported) -> tuple[dict[str, Any], tuple[str, ...]]:
+def _base(path: Path, imported: Imported, robot: Robot) -> tuple[dict[str, Any], tuple[str, ...]]:
+    if robot.drive.turning_radius_m:
+        return {}, ("The base is that of the robot file: a car's is not fitted to a recording.",)
     if imported.drive is None:
         return {}, (f"{path.name} has no commands: the base's lag is that of the robot file.",)
     try:

@@ -35,6 +35,12 @@ OF_SOURCES = frozenset(
         "raytrace_max_range",
     }
 )
+# Flags by which MPPI looks at the outline.
+LOOK_AT_OUTLINE = frozenset(
+    f"{CONTROLLER}.{critic}.consider_footprint" for critic in ("CostCritic", "ObstaclesCritic")
+)
+# Inflation reaches beyond the outline by this, m.
+CELL_M = 0.05
 OWN_NODES = {"planner": PLANNER_SERVER, "behavior_tree": BT_NAVIGATOR}
 # Parameters whose value is that of another one.
 COPIES = {
@@ -75,7 +81,22 @@ def trials_of(cause: Cause, facts: Facts, setup: Nav2Setup) -> list[Trial]:
                 changes[where] = new
         if changes and changes not in [trial.changes for trial in found]:
             found.append(Trial(cause, changes))
+    if found and cause.place in LOOK_AT_OUTLINE and cause.to is True:
+        wide = _inflation_for_the_outline(facts, setup)
+        found += [Trial(cause, {**found[-1].changes, **wide})] if wide else []
     return found
+
+
+def _inflation_for_the_outline(facts: Facts, setup: Nav2Setup) -> dict[Place, Any]:
+    """Returns the change by which the local costmap's inflation reaches as far as the outline.
+
+    A cell beyond it costs nothing, and MPPI looks at the outline only where the centre's cell costs
+    what one at the outline's reach does.
+    """
+    place, reach_m = "local_costmap.inflation_radius", facts.circumscribed_radius_m
+    if facts.number(place) >= reach_m:
+        return {}
+    return dict.fromkeys(file_places(place, facts, setup), round(reach_m + CELL_M, 2))
 
 
 def file_places(place: str, facts: Facts, setup: Nav2Setup) -> Iterator[Place]:

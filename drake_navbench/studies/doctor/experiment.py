@@ -34,6 +34,10 @@ FIRST_LOOK, FIRST_FALL = 4, 0.1
 # What falls by less is of no use to anybody, as a share.
 LEAST_FALL = 0.3
 MOST_CANDIDATES = 16
+# Candidates that are still tried after one that takes the symptom away.
+FURTHER_CANDIDATES = 3
+# By so much the symptom falls where it counts as taken away.
+NEARLY_ALL = 0.9
 PAIRED_BEST = 3
 
 
@@ -70,6 +74,11 @@ class Tried:
         """The share by which the severity falls."""
         return (self.before - self.after) / self.before if self.before > 0.0 else 0.0
 
+    @property
+    def takes_all(self) -> bool:
+        """Whether the symptom is nearly gone, in all pairs, without more touches."""
+        return self.pairs >= PAIRS and self.fall >= NEARLY_ALL and not self.touches
+
 
 class Experiment:
     """Tries changes for a symptom on the probes that show it.
@@ -96,13 +105,15 @@ class Experiment:
     def run(self, suspicions: Sequence[Suspicion]) -> list[Tried]:
         """Tries the suspicions in their order, then pairs of the best; the best first."""
         raw: list[Tried] = []
-        tried = 0
+        tried, most = 0, MOST_CANDIDATES
         for suspicion in suspicions:
-            if tried >= MOST_CANDIDATES or self.is_out_of_time:
+            if tried >= most or self.is_out_of_time:
                 break
             found = self._of(suspicion)
             raw += found
             tried += any(entry.trial is not None and entry.pairs for entry in found)
+            if any(entry.takes_all for entry in found):
+                most = min(most, tried + FURTHER_CANDIDATES)
         if not self.is_out_of_time:
             raw += self._pairs_of(raw)
         return _corrected(raw)
@@ -116,7 +127,7 @@ class Experiment:
             return [Tried(suspicion, None, Verdict.NOT_TRIED, reason=reason)]
         found: list[Tried] = []
         for trial in trials:
-            if found and found[-1].fall >= 0.9:
+            if found and found[-1].takes_all:
                 break
             entry = self._try(suspicion, trial)
             if entry is None:

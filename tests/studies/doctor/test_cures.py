@@ -35,6 +35,17 @@ def test_a_change_of_the_outline_is_not_tried_for_it_would_change_the_robot(pati
         round_robot.before_and_after({Place("local_costmap/local_costmap", "robot_radius"): 0.3})
 
 
+def test_to_look_at_the_outline_is_tried_alone_and_then_with_an_inflation_that_reaches_it(patient):
+    # The outline reaches 0.46 m with its padding.
+    text = nav2_text(MPPI_BLOCK, plugin=MPPI).replace("radius: 0.7", "radius: 0.4")
+    cause = Cause("controller.CostCritic.consider_footprint", Direction.SET, True)
+    flag = Place("controller_server", "FollowPath.CostCritic.consider_footprint")
+    radius = Place("local_costmap/local_costmap", "inflation_layer.inflation_radius")
+    assert changes(patient(text), cause) == [{flag: True}, {flag: True, radius: 0.51}]
+    wide = nav2_text(MPPI_BLOCK, plugin=MPPI)
+    assert changes(patient(wide), cause) == [{flag: True}]
+
+
 def test_a_number_goes_to_the_usual_range_and_then_to_its_middle(patient):
     # The usual wz_std is 0.25 to 0.4 rad/s.
     found = changes(

@@ -79,6 +79,17 @@ def test_a_critic_that_looks_at_the_centre_alone_is_found_for_a_long_robot(facts
     assert "mppi-centre-alone" not in fired(facts(nav2_text(heeded, plugin=MPPI)))
 
 
+def test_an_outline_that_reaches_beyond_the_inflation_is_found_where_it_is_not_looked_at(facts):
+    # The outline reaches 0.46 m with its padding; cells farther than 0.4 m cost nothing.
+    text = nav2_text(MPPI_BLOCK | {"CostCritic": {"consider_footprint": True}}, plugin=MPPI)
+    narrow = text.replace("inflation_radius: 0.7", "inflation_radius: 0.4")
+    rule = "mppi-outline-beyond-inflation"
+    assert "reaches 0.46 m" in fired(facts(narrow, release="iron"))[rule]
+    # Jazzy's CostCritic looks at every outline then.
+    assert rule not in fired(facts(narrow))
+    assert rule not in fired(facts(text, release="iron"))
+
+
 def test_dwb_without_the_outlines_critic_is_found(facts):
     assert "dwb-centre-alone" in fired(facts(nav2_text(DWB_BLOCK, plugin=DWB)))
     heeded = DWB_BLOCK | {"critics": [*DWB_BLOCK["critics"], "ObstacleFootprint"]}

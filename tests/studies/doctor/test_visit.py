@@ -19,7 +19,7 @@ from drake_navbench.studies.doctor.experiment import Experiment, Tried, Verdict,
 from drake_navbench.studies.doctor.files import Patient
 from drake_navbench.studies.doctor.page import write_outputs
 from drake_navbench.studies.doctor.probes import LONGEST_S, MAKERS, ROUGH, probes_for
-from drake_navbench.studies.doctor.reading import Suspicion, findings_of
+from drake_navbench.studies.doctor.reading import Suspicion, findings_of, suspicions_of
 from drake_navbench.studies.doctor.symptoms import Symptom
 from drake_navbench.studies.doctor.words import change_told, verdict
 
@@ -153,6 +153,19 @@ def test_only_a_change_that_does_something_is_driven_to_the_end(
     assert (found.p_value < 1.0) == (reason == "")
 
 
+def test_after_a_change_that_takes_the_symptom_away_three_more_are_tried(patient):
+    def places(driver):
+        experiment = Experiment(
+            patient, patient.facts(), Symptom.WOBBLE_STRAIGHT, list(PROBES.values()), driver, seed=0
+        )
+        suspicions = suspicions_of(patient.facts(), Symptom.WOBBLE_STRAIGHT)
+        found = experiment.run(suspicions)
+        return {entry.suspicion.cause.place for entry in found if entry.pairs}
+
+    assert len(places(Counted(9.5, 0.0))) == 1 + 3
+    assert len(places(Counted(9.5, 1.9))) > 1 + 3
+
+
 def test_a_change_that_no_trial_depends_on_is_not_driven(patient):
     text = nav2_text(MPPI_BLOCK, plugin=MPPI, amcl={"max_particles": 2000})
     patient.paths[0].write_text(text)
@@ -261,7 +274,7 @@ def test_the_wall_is_found_and_cured(tmp_path, capsys):
     critics = {"critics": [*MPPI_BLOCK["critics"], "GoalAngleCritic", "PathAngleCritic"]}
     path.write_text(nav2_text(MPPI_BLOCK | critics, plugin=MPPI, local_costmap=local))
     out = tmp_path / "out"
-    arguments = [str(path), "--symptom", "collision", "--out", str(out), "--budget", "10m"]
+    arguments = [str(path), "--symptom", "collision", "--out", str(out), "--budget", "2h"]
     assert main(arguments) == 0
     assert "consider_footprint: true" in (out / "patched.yaml").read_text()
     assert "CostCritic.consider_footprint = true" in capsys.readouterr().out

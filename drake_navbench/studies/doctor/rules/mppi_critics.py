@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from drake_navbench.releases import Release
+from drake_navbench.studies.doctor.facts import Facts
 from drake_navbench.studies.doctor.rules.mppi import CODE, MPPI, PAGE
 from drake_navbench.studies.doctor.rules.quantities import has_critic, is_not_round
 from drake_navbench.studies.doctor.rules.rule import Rule, down, put, up
@@ -10,7 +12,36 @@ from drake_navbench.studies.doctor.symptoms import Symptom
 S = Symptom
 
 
+def _looks_where_it_costs(f: Facts) -> bool:
+    """Tells whether a critic looks at the outline only where the centre's cell costs something.
+
+    From Jazzy on CostCritic looks everywhere while the inflation is too narrow.
+    """
+    critics = ["ObstaclesCritic", *(["CostCritic"] if f.release <= Release.IRON else [])]
+    return any(
+        has_critic(f, critic) and f.controller(f"{critic}.consider_footprint") is True
+        for critic in critics
+    )
+
+
 RULES = (
+    Rule(
+        "mppi-outline-beyond-inflation",
+        lambda f: (
+            is_not_round(f)
+            and _looks_where_it_costs(f)
+            and f.number("local_costmap.inflation_radius", 1e9) < f.circumscribed_radius_m
+        ),
+        lambda f: (
+            f"consider_footprint is on, but inflation_radius {f['local_costmap.inflation_radius']} "
+            f"m ends within the outline, which reaches {f.circumscribed_radius_m:.2f} m: where the "
+            "centre's cell costs nothing the outline is not looked at"
+        ),
+        {S.COLLISION: 0.9, S.NEAR_MISS: 0.6},
+        (up("local_costmap.inflation_radius"),),
+        f"{CODE}/src/critics/cost_critic.cpp: findCircumscribedCost",
+        MPPI,
+    ),
     Rule(
         "mppi-centre-alone",
         lambda f: (
