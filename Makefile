@@ -64,9 +64,10 @@ docs: $(INSTALLED)
 docs-figures: $(INSTALLED)
 	$(BIN)/python studies/figure_ages.py
 
-# The site of docs/ in build/site, which loads nothing from other hosts.
+# The site of docs/ in build/site, which loads nothing from other hosts. A dead link fails it (not
+# with --quiet, which would drop the warnings that --strict counts).
 site: $(SITE)/.installed package-links
-	NO_MKDOCS_2_WARNING=1 $(SITE)/bin/mkdocs build --quiet
+	NO_MKDOCS_2_WARNING=1 $(SITE)/bin/mkdocs build --strict
 
 # Wheel and sdist of the tag at HEAD, checked, installed and tried, in dist/.
 release:

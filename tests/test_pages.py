@@ -242,6 +242,13 @@ def test_every_page_is_in_the_navigation_of_the_site_two_clicks_away():
     assert sorted(named) == sorted(shown - {"package.md"})
 
 
+def test_a_dead_link_fails_the_build_of_the_site():
+    """mkdocs counts warnings only where it shows them: --quiet would undo --strict."""
+    (build,) = re.findall(r"mkdocs build.*", (REPOSITORY / "Makefile").read_text(encoding="utf-8"))
+    assert build == "mkdocs build --strict"
+    assert SITE["validation"]["anchors"] == SITE["validation"]["links"]["not_found"] == "warn"
+
+
 def test_the_site_loads_nothing_from_other_hosts(monkeypatch):
     assert SITE["theme"]["font"] is False
     monkeypatch.syspath_prepend(str(REPOSITORY / "studies"))
