@@ -69,12 +69,12 @@ class ReadBy(NamedTuple):
 
 
 def since(release: Release, defaults: Mapping[Release, Any] | None = None) -> ReadBy:
-    """Returns that a release and the newer ones read a parameter; defaults: of the older ones."""
+    """Returns the mark of a parameter that a release and newer ones read; defaults: of older ones."""
     return ReadBy(frozenset(other for other in Release if other >= release), defaults or {})
 
 
 def until(release: Release) -> ReadBy:
-    """Returns that a release and the older ones read a parameter."""
+    """Returns the mark of a parameter that a release and older ones read."""
     return ReadBy(frozenset(other for other in Release if other <= release))
 
 

@@ -269,7 +269,7 @@ def _is_read(fault: Fault) -> bool:
 
 
 def read_score(faults: list[Fault]) -> list[dict[str, Any]]:
-    """Returns what the first look says of each fault, with what methods without skill say."""
+    """Returns the answer of the first look to each fault, beside those of methods without skill."""
     rows = []
     for fault in faults:
         with tempfile.TemporaryDirectory() as name:

@@ -67,7 +67,7 @@ class BarnTask(FrozenModel):
 
 
 class Shown(NamedTuple):
-    """What a request names, loaded: scenarios, columns and the robot of what is no Nav2 file."""
+    """The loaded scenarios and columns of a request; the robot of columns without a Nav2 file."""
 
     scenarios: tuple[Scenario, ...]
     presets: tuple[Preset, ...]
@@ -223,7 +223,7 @@ class Request(FrozenModel):
         return replace(campaign, nav2=tuple(columns.with_rows(rows) for columns in nav2))
 
     def shown(self) -> Shown:
-        """Returns what it names to be looked at, without the trials; raises InputError.
+        """Returns the scenarios, columns and robot of the request for a picture; raises InputError.
 
         Nothing stands for what is not named: neither published scenarios nor default presets.
         """

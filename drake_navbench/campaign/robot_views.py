@@ -1,4 +1,4 @@
-"""What is around a robot, to scale: its sensors' fields, and what a column's parameters reach."""
+"""The surroundings of a robot, to scale: its sensors' fields, a column's lengths."""
 
 from __future__ import annotations
 

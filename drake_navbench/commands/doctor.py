@@ -249,7 +249,7 @@ def _measure_board(arguments: argparse.Namespace) -> None:
 def _surroundings(
     patient: Patient, arguments: argparse.Namespace, heard: Heard | None
 ) -> Surroundings:
-    """Returns what the probes are driven in besides: map, base and computer; raises InputError."""
+    """Returns the map, base and computer that probes are driven with; raises InputError."""
     from drake_navbench.inputs.robot import merged
     from drake_navbench.studies.doctor.board import overrides_of_board
     from drake_navbench.studies.doctor.surroundings import Surroundings

@@ -119,7 +119,7 @@ def _show(arguments: argparse.Namespace) -> None:
 
 
 def _views(request: Request, *, has_robot: bool, has_columns: bool) -> tuple[list[Any], list[str]]:
-    """Returns what is to be drawn, scenes first, and lines to print."""
+    """Returns the views to draw, scenes first, and the lines to print."""
     from drake_navbench.campaign.robot_views import column_view, robot_view
     from drake_navbench.campaign.scene_views import scene_view, scenes_of
 

@@ -22,7 +22,7 @@ LEAST_SHARE = 0.5
 
 def free_on_both(floor: OccupancyMap, known: OccupancyMap) -> OccupancyMap:
     """Returns a world's floor where cells that its map does not show as free are unknown."""
-    rows, columns = np.indices(floor.occupancy.shape)
+    rows, columns = np.indices(floor.occupancy.shape, dtype=np.int64)
     values = _values(known, *_centres(floor, rows, columns))
     occupancy = np.where((floor.occupancy == 0) & (values != 0), UNKNOWN, floor.occupancy)
     return replace(floor, occupancy=occupancy.astype(np.int8))
@@ -54,8 +54,9 @@ def _centres(
     grid: OccupancyMap, rows: NDArray[np.int64], columns: NDArray[np.int64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Returns x and y of the centres of cells, m."""
-    x = grid.origin_x + (columns + 0.5) * grid.resolution
-    return x, grid.origin_y + (rows + 0.5) * grid.resolution
+    x = np.asarray(grid.origin_x + (columns + 0.5) * grid.resolution, dtype=np.float64)
+    y = np.asarray(grid.origin_y + (rows + 0.5) * grid.resolution, dtype=np.float64)
+    return x, y
 
 
 def _values(grid: OccupancyMap, x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.int8]:

@@ -94,7 +94,7 @@ def declare_state_part_output(
 
 
 def value_to_store(value: Any) -> Any:
-    """Returns what an abstract value holds for an object: NOTHING for None."""
+    """Returns the content of an abstract value for an object: NOTHING for None."""
     return NOTHING if value is None else value
 
 

@@ -106,7 +106,7 @@ class TrialDiagram:
 
 
 class Looks(NamedTuple):
-    """What is kept and shown of a trial besides its log.
+    """The outputs of a trial besides its log.
 
     watch: is called with the present moment whenever the recorder samples. keeps_costmaps: whether
     the recorder keeps the local costmaps.

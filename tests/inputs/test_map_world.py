@@ -10,7 +10,8 @@ from hypothesis import given
 from hypothesis.extra.numpy import arrays
 from PIL import Image
 
-from drake_navbench.commands.run import EXIT_WRONG_INPUT, main
+from drake_navbench.commands.command_line import EXIT_WRONG_INPUT
+from drake_navbench.commands.run import main
 from drake_navbench.costmaps.map_file import OCCUPIED, UNKNOWN, OccupancyMap
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.map_world import occupied_boxes

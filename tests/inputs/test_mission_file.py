@@ -66,8 +66,8 @@ RIDE = {"lift": "main", "to": "upper"}
         ({"mission": [{"lift": "main"}]}, "mission[0]: expected either a goal and its floor, or"),
         ({"mission": [RIDE | GOAL]}, "mission[0]: expected either a goal and its floor, or"),
         ({"navigation_mode": "follow_path"}, "navigation_mode: expected navigate_to_pose for a"),
-        ({"goal": [1.0, 0.0, 0.0]}, "goal: has no meaning beside a mission, which ends at [5.0"),
-        ({"waypoints": [[1.0, 0.0, 0.0]]}, "waypoints: has no meaning beside a mission"),
+        ({"goal": [1.0, 0.0, 0.0]}, "goal: has no meaning with a mission, which ends at [5.0"),
+        ({"waypoints": [[1.0, 0.0, 0.0]]}, "waypoints: has no meaning with a mission"),
         (
             {"floors": [SMALL["floors"][0], {"name": "upper"}, {"name": "upper"}]},
             "floors[2].name: 'upper' is the name of one before",

@@ -186,7 +186,7 @@ def test_a_file_of_several_models_is_refused(tmp_path):
 
 def test_a_model_that_is_none_is_refused(tmp_path):
     line = refused(tmp_path, "model: chair.sdf\ndrive: {physics: multibody}", sdf="<sdf")
-    assert re.search(r"chair\.sdf: is no XML: ", line)
+    assert re.search(r"chair\.sdf: is not XML: ", line)
 
 
 def test_a_link_with_an_inertia_that_no_body_has_is_refused(tmp_path):

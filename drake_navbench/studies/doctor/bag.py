@@ -25,7 +25,7 @@ DIGITS = 3
 
 
 class Heard(NamedTuple):
-    """What a recording tells.
+    """The findings of a recording.
 
     severity: of each symptom, the largest over its tasks. lines: for the terminal. overrides: of
     the robot file, the base that was fitted; empty where the recording does not show it. remarks:

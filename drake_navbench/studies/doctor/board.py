@@ -1,4 +1,4 @@
-"""How much slower the robot's computer is: cycle times measured there and here.
+"""The slowness of the robot's computer: cycle times measured there and here.
 
 Both are of the controller as it is here, not of Nav2's C++; their ratio is that of the computers.
 The trials then take `compute_time: scaled`, by which late cycles come as on the robot.

@@ -241,7 +241,7 @@ def _is_same(before: Preset, after: Preset) -> bool:
 
 
 def _told(rows: Sequence[Row]) -> list[tuple[Any, ...]]:
-    """Returns what the rows say of the drives, without the column's name."""
+    """Returns the outcomes of the drives in the rows, without the column's name."""
     return [(row["outcome"], row["end"], row["severity"]) for row in rows]
 
 

@@ -1,4 +1,4 @@
-"""What probes are driven in besides the robot's own: the user's map, base and computer."""
+"""The user's map, base and computer, with which probes are driven."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from drake_navbench.trial.goal_sampling import sample_tasks
 
 @dataclass(frozen=True)
 class Surroundings:
-    """What probes are driven in besides the robot's own.
+    """The map, base and computer with which probes are driven.
 
     map_file, goals: the user's map, on which so many tasks are drawn. overrides: fields of the
     robot file, of a base that a recording shows and of a computer that was measured. remarks: how

@@ -41,7 +41,7 @@ class Rule:
         return (not self.kinds or facts.is_kind(*self.kinds)) and self.when(facts)
 
     def finding(self, facts: Facts) -> Finding:
-        """Returns what the rule has found."""
+        """Returns the rule's finding."""
         return Finding(self, self.seen(facts), tuple(_fitting(c, facts) for c in self.cures))
 
 
