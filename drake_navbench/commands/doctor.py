@@ -188,7 +188,21 @@ def main(argv: Sequence[str] | None = None) -> int:
     )
 
 
+def _require_options_that_are_used(arguments: argparse.Namespace) -> None:
+    """Raises InputError where an option says something of what is not done."""
+    for use in ("score", "log", "measure_board", "read_only"):
+        if getattr(arguments, use) in (None, False):
+            continue
+        unused = {"map": "--map", "board": "--board", "bag": "--bag"}
+        if use == "read_only":
+            del unused["bag"]
+        for name, option in unused.items():
+            if getattr(arguments, name) is not None:
+                raise InputError(f"{option}: is of no use with --{use.replace('_', '-')}")
+
+
 def _doctor(arguments: argparse.Namespace) -> int:
+    _require_options_that_are_used(arguments)
     if arguments.score is not None:
         _score(arguments)
         return EXIT_DONE

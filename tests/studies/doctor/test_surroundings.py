@@ -77,6 +77,20 @@ def test_a_map_goes_with_goals(tmp_path, capsys, option, value):
     assert "--map: expected --goals N with it" in capsys.readouterr().err
 
 
+@pytest.mark.parametrize(
+    ("use", "option"),
+    [
+        (["--read-only"], "--map"),
+        (["--read-only"], "--board"),
+        (["--measure-board", "b.yaml"], "--bag"),
+        (["--log", "l.parquet"], "--bag"),
+    ],
+)
+def test_an_option_that_would_do_nothing_is_refused(capsys, use, option):
+    assert main(["nav2.yaml", *use, option, "x.yaml"]) == 2
+    assert capsys.readouterr().err.startswith(f"{option}: is of no use with {use[0]}")
+
+
 def test_a_board_is_slower_by_the_ratio_of_its_cycles():
     assert slowness(times(12.0), times(1.5), BOARD) == 8.0
     with pytest.raises(InputError, match=r"--board board.yaml: parameters: .* measure again"):
