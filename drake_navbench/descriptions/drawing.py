@@ -41,6 +41,11 @@ def write_drawing(model: Model, base: str) -> Path:
     return file
 
 
+def is_drawing(path: Path) -> bool:
+    """Tells whether a file is a drawing in the user's cache."""
+    return path.absolute().parent == (user_cache_folder() / FOLDER).absolute()
+
+
 def drawing_of(model: Model, base: str) -> str:
     """Returns the text of the drawing."""
     root = ElementTree.Element("sdf", version="1.8")

@@ -9,6 +9,7 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 from drake_navbench.descriptions.clearpath_robot import clearpath_xacro, is_clearpath
+from drake_navbench.descriptions.drawing import is_drawing
 from drake_navbench.descriptions.model import Model
 from drake_navbench.descriptions.sdf import SdfReader
 from drake_navbench.descriptions.urdf import read_urdf
@@ -49,7 +50,7 @@ def read_source(
 
     arguments: for xacro. folders: where packages are looked for besides the repository.
     """
-    packages = Packages(path, folders)
+    packages = Packages(path, folders, is_own=is_drawing(path))
     text = read_input(path, max_bytes=MAX_FILE_BYTES).decode(errors="replace")
     written, left_out = clearpath_xacro(path, packages) if is_clearpath(path) else (None, [])
     is_xacro = path.suffix == XACRO or XACRO_MARKS.search(text) is not None

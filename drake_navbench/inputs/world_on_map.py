@@ -14,6 +14,8 @@ from drake_navbench.costmaps.map_file import OCCUPIED, UNKNOWN, OccupancyMap, lo
 from drake_navbench.errors import InputWarning
 from drake_navbench.inputs.gazebo_world import GazeboWorld, occupancy_of
 
+Array = NDArray[np.float64]
+
 # As far from what stands in the world an occupied cell of its map may be, m.
 NEAR_M = 0.3
 # Below this share of such cells the map is one of another world, or of another frame.
@@ -22,8 +24,7 @@ LEAST_SHARE = 0.5
 
 def free_on_both(floor: OccupancyMap, known: OccupancyMap) -> OccupancyMap:
     """Returns a world's floor where cells that its map does not show as free are unknown."""
-    rows, columns = np.indices(floor.occupancy.shape, dtype=np.int64)
-    values = _values(known, *_centres(floor, rows, columns))
+    values = _values(known, *_centres(floor, np.indices(floor.occupancy.shape)))
     occupancy = np.where((floor.occupancy == 0) & (values != 0), UNKNOWN, floor.occupancy)
     return replace(floor, occupancy=occupancy.astype(np.int8))
 
@@ -41,25 +42,23 @@ def warn_of_other_world(world: GazeboWorld, file: Path) -> None:
 
 def share_that_stands(floor: OccupancyMap, known: OccupancyMap) -> float:
     """Returns the share of a map's occupied cells that are near something in a world."""
-    rows, columns = np.nonzero(known.occupancy == OCCUPIED)
-    if not len(rows):
+    occupied = np.array(np.nonzero(known.occupancy == OCCUPIED))
+    if not occupied.size:
         return 1.0
     stands = np.pad(floor.occupancy == OCCUPIED, 1)
     distance = ndimage.distance_transform_edt(~stands)[1:-1, 1:-1] * floor.resolution
     near = replace(floor, occupancy=np.where(distance <= NEAR_M, OCCUPIED, 0).astype(np.int8))
-    return float((_values(near, *_centres(known, rows, columns)) == OCCUPIED).mean())
+    return float((_values(near, *_centres(known, occupied)) == OCCUPIED).mean())
 
 
-def _centres(
-    grid: OccupancyMap, rows: NDArray[np.int64], columns: NDArray[np.int64]
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Returns x and y of the centres of cells, m."""
-    x = np.asarray(grid.origin_x + (columns + 0.5) * grid.resolution, dtype=np.float64)
-    y = np.asarray(grid.origin_y + (rows + 0.5) * grid.resolution, dtype=np.float64)
-    return x, y
+def _centres(grid: OccupancyMap, cells: NDArray[np.int64]) -> tuple[Array, Array]:
+    """Returns x and y of the centres of cells, m; cells: (2, ...) rows and columns."""
+    rows, columns = cells.astype(float)
+    x = grid.origin_x + (columns + 0.5) * grid.resolution
+    return x, grid.origin_y + (rows + 0.5) * grid.resolution
 
 
-def _values(grid: OccupancyMap, x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.int8]:
+def _values(grid: OccupancyMap, x: Array, y: Array) -> NDArray[np.int8]:
     """Returns the occupancy at places, unknown off the grid."""
     columns = np.floor((x - grid.origin_x) / grid.resolution).astype(int)
     rows = np.floor((y - grid.origin_y) / grid.resolution).astype(int)

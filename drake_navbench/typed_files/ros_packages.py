@@ -32,16 +32,18 @@ NO_SOURCES = frozenset({"build", "install", "log", "node_modules", "__pycache__"
 class Packages:
     """The packages around a file, with those below the folders that the user named.
 
-    is_told_folders: whether there are such folders.
+    is_told_folders: whether there are such folders. is_own: whether this program wrote the file, so
+    that it may name files anywhere.
     """
 
-    def __init__(self, file: Path, folders: Sequence[Path] = ()) -> None:
+    def __init__(self, file: Path, folders: Sequence[Path] = (), *, is_own: bool = False) -> None:
         self._folder = file.parent.absolute()
         for folder in folders:
             if not folder.is_dir():
                 raise InputError(f"--packages {folder}: expected a folder")
         self.root = repository_of(file)
         self.is_told_folders = bool(folders)
+        self._is_own = is_own
         self._roots = (*(folder.absolute() for folder in folders), self.root)
         self.found: dict[str, Path] = {}
 
@@ -123,6 +125,8 @@ class Packages:
             resolved = path.resolve()
         except (OSError, ValueError):
             return None
+        if self._is_own:
+            return path
         allowed = (*self._roots, self._folder, *self.found.values())
         is_inside = any(resolved.is_relative_to(root.resolve()) for root in allowed)
         return path if is_inside else None

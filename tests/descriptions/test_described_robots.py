@@ -453,3 +453,16 @@ def test_the_limits_are_those_of_the_controllers_file_that_xacro_is_given(tmp_pa
     )
     drive = load_robot(str(path)).drive
     assert (drive.max_linear_velocity_mps, drive.max_linear_acceleration_mps2) == (2.0, 20.0)
+
+
+def test_the_meshes_of_a_robot_in_xacro_are_drawn(tmp_path):
+    """The drawing lies in the user's cache and names meshes in the robot's repository."""
+    (tmp_path / "hull.stl").write_text(TRIANGLE)
+    path = tmp_path / "cart.urdf.xacro"
+    mesh = '<visual name="hull"><geometry><mesh filename="hull.stl"/></geometry></visual>'
+    path.write_text(f'<robot name="a"><link name="base_link">{BOX}{mesh}</link></robot>')
+    drawing = load_robot(str(path)).model_path
+    assert drawing is not None
+    assert drawing.parent != tmp_path
+    (hull,) = load_model(drawing, np.zeros((0, 2))).visuals
+    assert hull.shape.extension() == ".obj"
