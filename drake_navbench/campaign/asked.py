@@ -174,7 +174,7 @@ def print_check(arguments: argparse.Namespace) -> None:
         print(printable(f"Robot: {arguments.robot}"))
         _print_table(described.check)
     columns = request.nav2_columns()
-    for line in difference_lines(columns, differences(columns)) if len(columns) > 1 else ():
+    for line in _differences(columns):
         print(line)
     for entry in columns:
         setup = entry.setup
@@ -185,6 +185,12 @@ def print_check(arguments: argparse.Namespace) -> None:
         names = ", ".join(preset.name for preset in setup.presets) or "none"
         print(printable(f"Columns: {names}"))
         _print_table(setup.check)
+
+
+def _differences(columns: Sequence[FileColumns]) -> list[str]:
+    if len(columns) < 2:
+        return []
+    return difference_lines(columns, differences(columns), is_whole=True)
 
 
 def _print_table(check: Check) -> None:

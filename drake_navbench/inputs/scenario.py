@@ -193,7 +193,7 @@ class Scenario(QuietModel):
         end = end_of(self.mission, self.lifts)
         if "goal" in self.model_fields_set and self.goal != end:
             raise ValueError(
-                f"goal: has no meaning beside a mission, which ends at {list(end)}, got "
+                f"goal: has no meaning with a mission, which ends at {list(end)}, got "
                 f"{list(self.goal)}"
             )
         # The end of the task, on its floor's map.

@@ -16,10 +16,14 @@ from drake_navbench.inputs.check import WIDTH, CheckRow, Status
 from drake_navbench.nav2.controllers import SERVER
 from drake_navbench.nav2.whole_files import FileColumns
 from drake_navbench.plugins.names import flattened
+from drake_navbench.plugins.parameters import normalized
 
 NOT_GIVEN = "not given"
 WITHOUT_EFFECT = (Status.NO_MEANING, Status.UNREAD, Status.STAND_IN)
 MAX_SHOWN = 40
+# More differences without effect are counted, unless all are asked for.
+MOST_IDLE = 12
+PLUGIN = "plugin"
 # Fields of the robot's navigation by the node that they are of, where the names differ.
 FIELDS = {
     "local_costmap/local_costmap": "local_costmap",
@@ -58,6 +62,9 @@ def differences(columns: Sequence[FileColumns]) -> list[Difference]:
             values.get(key, defaults.get(key, NOT_GIVEN))
             for values, defaults in zip(given, resolved, strict=True)
         ]
+        if key[1].rpartition(".")[2] == PLUGIN:
+            # 'nav2_behaviors/Spin' and 'nav2_behaviors::Spin' are one plugin.
+            known = [normalized(value) for value in known]
         if all(_is_same(known[0], value) for value in known[1:]):
             continue
         shown = tuple(
@@ -81,24 +88,69 @@ def require_different(columns: Sequence[FileColumns], found: Sequence[Difference
 
 
 def difference_lines(
-    columns: Sequence[FileColumns], found: Sequence[Difference], width: int = WIDTH
+    columns: Sequence[FileColumns],
+    found: Sequence[Difference],
+    width: int = WIDTH,
+    *,
+    is_whole: bool = False,
 ) -> list[str]:
-    """Returns the differences as terminal lines: those with an effect, then those without."""
+    """Returns the differences as terminal lines: those with an effect, then those without.
+
+    is_whole: every parameter. Otherwise those that only some files can have, as their plugin is
+    another or the others lack the node, are counted, as are many without effect.
+    """
     names = [column.name for column in columns]
     files = ", ".join(f"{column.name} = {column.file.told}" for column in columns)
     effective = [entry for entry in found if not entry.reason]
     count = f"{len(effective)} parameter{'s' * (len(effective) != 1)}"
     lines = _wrapped(f"{files}: {count} differ{'s' * (len(effective) == 1)}", width, "    ")
+    groups = {} if is_whole else _groups(columns, effective)
+    grouped = {id(entry) for own in groups.values() for entry in own}
     for entry in effective:
-        lines += _wrapped(f"  {entry.place}: {_side_by_side(names, entry.values)}", width)
+        if id(entry) not in grouped:
+            lines += _wrapped(f"  {entry.place}: {_side_by_side(names, entry.values)}", width)
+    for place, own in groups.items():
+        counts = [sum(entry.values[i] != NOT_GIVEN for entry in own) for i in range(len(names))]
+        told = [f"{name} {count}" for name, count in zip(names, counts, strict=True) if count]
+        text = f"  {place}: parameters that not all have: {', '.join(told)} (--check lists them)"
+        lines += _wrapped(text, width)
     idle = [entry for entry in found if entry.reason]
-    if idle:
+    if idle and not is_whole and len(idle) > MOST_IDLE:
+        lines.append(f"No effect here: {len(idle)} (--check lists them)")
+        idle = []
+    elif idle:
         lines.append(f"No effect here ({len(idle)}):")
     for reason in dict.fromkeys(entry.reason for entry in idle):
         own = [entry for entry in idle if entry.reason == reason]
         texts = [f"{entry.place} {_side_by_side(names, entry.values)}" for entry in own]
         lines += _wrapped(f"  {reason}: {'; '.join(texts)}", width)
     return [printable(line) for line in [*lines, *_robot_lines(columns, width)]]
+
+
+def _groups(
+    columns: Sequence[FileColumns], effective: Sequence[Difference]
+) -> dict[str, list[Difference]]:
+    """Returns differences that follow from another plugin or a missing node, by their block.
+
+    They are those that a file does not give; the plugin itself is none of them.
+    """
+    nodes = [{node for node, _ in column.setup.given} for column in columns]
+    blocks = {
+        (entry.node, entry.parameter.rpartition(".")[0])
+        for entry in effective
+        if entry.parameter.rpartition(".")[2] == PLUGIN and "." in entry.parameter
+    }
+    groups: dict[str, list[Difference]] = {}
+    for entry in effective:
+        if NOT_GIVEN not in entry.values:
+            continue
+        block = entry.parameter.partition(".")[0]
+        shown = FIELDS.get(entry.node, entry.node)
+        if not all(entry.node in own for own in nodes):
+            groups.setdefault(shown, []).append(entry)
+        elif (entry.node, block) in blocks and entry.parameter != f"{block}.{PLUGIN}":
+            groups.setdefault(f"{shown}.{block}", []).append(entry)
+    return groups
 
 
 def _robot_lines(columns: Sequence[FileColumns], width: int) -> Iterator[str]:

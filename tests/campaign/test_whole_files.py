@@ -114,6 +114,29 @@ def test_a_parameter_that_one_file_leaves_out_is_compared_by_its_default(files):
     ]
 
 
+def test_two_spellings_of_a_plugin_are_no_difference(files):
+    files({RADIUS: 0.4})
+    text = Path("b.yaml").read_text()
+    assert "nav2_behaviors::Spin" in text
+    Path("b.yaml").write_text(text.replace("nav2_behaviors::Spin", "nav2_behaviors/Spin"))
+    columns = request_of("--nav2", "a.yaml", "--against", "b.yaml").nav2_columns()
+    assert [entry.place for entry in differences(columns)] == [RADIUS]
+
+
+def test_parameters_of_another_plugin_are_counted_and_told_by_check(files, capsys):
+    files({})
+    humble = str(JAZZY.with_name("humble.yaml"))
+    request = request_of("--nav2", "a.yaml", "--against", humble)
+    lines = told_of_files(request, request.nav2_columns())
+    (counted,) = [line for line in lines if line.startswith("  controller_server.FollowPath: ")]
+    assert "parameters that not all have: a " in counted
+    assert any(line.startswith("  controller_server.FollowPath.plugin: ") for line in lines)
+    assert any(line.startswith("No effect here: ") for line in lines)
+    assert len(lines) < 60
+    assert main(["--nav2", "a.yaml", "--against", humble, "--check"]) == 0
+    assert "controller_server.FollowPath.time_steps: " in capsys.readouterr().out
+
+
 @pytest.mark.parametrize(
     ("changes", "told"),
     [
