@@ -69,7 +69,7 @@ class ReadBy(NamedTuple):
 
 
 def since(release: Release, defaults: Mapping[Release, Any] | None = None) -> ReadBy:
-    """Returns the mark of a parameter that a release and newer ones read; defaults: of older ones."""
+    """Returns the mark of a parameter read from a release on; defaults: those of older ones."""
     return ReadBy(frozenset(other for other in Release if other >= release), defaults or {})
 
 
