@@ -246,7 +246,7 @@ def occupancy_from_grey(
     unknown. In mode raw the grey value itself counts, unknown above 100.
     """
     if mode == MapMode.RAW:
-        return np.where(grey <= OCCUPIED, grey, UNKNOWN).astype(np.int8)
+        return np.where(grey <= OCCUPIED, grey.astype(np.int16), UNKNOWN).astype(np.int8)
     share = grey.astype(np.float32) / np.float32(MAX_GREY)
     if not negate:
         share = np.float32(1.0) - share
