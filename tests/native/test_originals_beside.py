@@ -5,7 +5,8 @@ from __future__ import annotations
 import pytest
 
 from drake_navbench.campaign.asked import request_from_arguments
-from drake_navbench.commands.run import EXIT_WRONG_INPUT, build_parser, main
+from drake_navbench.commands.command_line import EXIT_WRONG_INPUT
+from drake_navbench.commands.run import build_parser, main
 from drake_navbench.errors import InputError, InputWarning
 from drake_navbench.inputs.originals_beside import with_originals
 from drake_navbench.inputs.robot import load_robot

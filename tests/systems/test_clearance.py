@@ -16,6 +16,7 @@ from drake_navbench.inputs.world import Box, Cylinder, World
 from drake_navbench.kernels.grid import LETHAL, Costmap
 from drake_navbench.kernels.poses import place_outline
 from drake_navbench.systems.clearance import MAX_DISTANCE_M, Clearance
+from drake_navbench.systems.ports import value_to_store
 
 # The front reaches 0.85 m ahead of the reference point, which stands at the origin.
 FRONT_M = 0.85
@@ -49,7 +50,7 @@ def distances_at(pose, world, footprint=WHEELCHAIR, costmap=None):
     builder.Connect(state.get_output_port(), clearance.GetInputPort("state"))
     simulator = Simulator(builder.Build())
     own = clearance.GetMyMutableContextFromRoot(simulator.get_mutable_context())
-    clearance.GetInputPort("costmap").FixValue(own, AbstractValue.Make(costmap))
+    clearance.GetInputPort("costmap").FixValue(own, AbstractValue.Make(value_to_store(costmap)))
     simulator.Initialize()
     return clearance.GetOutputPort("distances").Eval(own)
 
