@@ -63,9 +63,9 @@ INK, MUTED, LIDAR_COLOR = "#1f2933", "#6b7480", "#c0392b"
 HEADER = f"""\
 # Gallery
 
-Made by `python studies/gallery.py`. All pictures show one trial with seed {SEED}; the dashed line
-is the plan, the star the goal. [Scenarios and robots](scenarios.md) and
-[controllers](controllers.md) say how to make your own.
+`python studies/gallery.py` makes this page. Each picture shows one trial with seed {SEED}: first
+of every scenario, then of every preset. The dashed line is the plan, the star is the goal. To make
+your own, see [scenarios and robots](scenarios.md) and [controllers](controllers.md).
 """
 
 
