@@ -424,17 +424,17 @@ def page_lines() -> Iterator[str]:
     yield f"| of {count} faults | number | share |"
     yield "|---|---|---|"
     for name, told in (
-        ("first", "the first look's first cure is the spoilt parameter, led back"),
-        ("named", "some cure of its findings is"),
+        ("first", "the rules' first cure names the spoilt parameter and the right direction"),
+        ("named", "some cure of the rules does"),
     ):
         number = sum(row[name] for row in rows)
         yield f"| {told} | {number} | {number / count:.0%} |"
     silent = sum(row["findings"] == 0 for row in rows)
-    yield f"| it finds nothing | {silent} | {silent / count:.0%} |"
+    yield f"| no rule fires | {silent} | {silent / count:.0%} |"
     farthest = sum(row["farthest"] for row in rows)
-    yield f"| no skill: farthest from Nav2's default | {farthest} | {farthest / count:.0%} |"
+    yield f"| no skill: the parameter farthest from Nav2's default | {farthest} | {farthest / count:.0%} |"
     chance = sum(row["chance"] for row in rows)
-    yield f"| no skill: any parameter, any direction | {chance:.1f} | {chance / count:.0%} |"
+    yield f"| no skill: any parameter and direction at random | {chance:.1f} | {chance / count:.0%} |"
     yield from _driven_lines(faults)
     yield ""
 
@@ -442,7 +442,7 @@ def page_lines() -> Iterator[str]:
 def _driven_lines(faults: list[Fault]) -> Iterator[str]:
     done = json.loads(DRIVEN.read_text()) if DRIVEN.exists() else {}
     own = [(f, done[f.name]) for f in faults if f.name in done]
-    yield from ["", "## Driven", "", f"{len(own)} of {len(faults)} were driven."]
+    yield from ["", "## Driven", "", f"{len(own)} of the {len(faults)} faults were driven."]
     if not own:
         return
     harmful = [(f, row) for f, row in own if row["harmful"]]
@@ -470,12 +470,12 @@ def _driven_lines(faults: list[Fault]) -> Iterator[str]:
 HEAD = f"""\
 # Planted faults
 
-Made by `python studies/planted_faults.py page`. In sound Nav2 files of five controllers (Regulated
-Pure Pursuit, DWB, MPPI, TEB, Graceful) for the TurtleBot 4, one parameter was spoilt: {FAULTS_EACH}
-times a controller, drawn by a seed from all numbers and switches of the file with equal chances, a
-number times 1/4, 2/5, 5/2 or 4, a switch turned round. The draw and the score's rules (in the
-study's head) were written before anything was read or driven. A draw that no rule and no probe can
-see, such as a patience or a search's effort, counts like all others.
+Made by `python studies/planted_faults.py page`. Each fault is one spoilt parameter in a sound Nav2
+file for the TurtleBot 4: {FAULTS_EACH} faults for each of five controllers (Regulated Pure Pursuit, DWB, MPPI,
+TEB, Graceful). A seed draws the parameter from all numbers and switches of the file with equal
+chances. A number is multiplied by 1/4, 2/5, 5/2 or 4, a switch is flipped. The draw and the rules of
+the score (at the top of the study) were written before any file was read or driven. A fault that no
+rule and no probe can see, such as in a patience or a search's effort, counts like all others.
 
 ## Read
 """

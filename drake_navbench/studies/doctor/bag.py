@@ -51,7 +51,7 @@ def heard_in(path: Path, robot: str, topics: Mapping[str, str]) -> Heard:
     imported = _read(path, ImportRequest(robot=robot, topics=topics))
     severity: dict[Symptom, float] = {}
     count = len(imported.logs)
-    lines = [f"{path.name}: {count} drive{'s' * (count != 1)} in it, and what they show:"]
+    lines = [f"{path.name} contains {count} drive{'s' * (count != 1)}, which show:"]
     for log in imported.logs:
         lines += [f"- {line}" for line in told_of(log)]
         for name, value in severities(log).items():
@@ -71,13 +71,15 @@ def _read(path: Path, request: ImportRequest) -> Imported:
 
 def _base(path: Path, imported: Imported, robot: Robot) -> tuple[dict[str, Any], tuple[str, ...]]:
     if robot.drive.turning_radius_m:
-        return {}, ("The base is that of the robot file: a car's is not fitted to a recording.",)
+        return {}, (
+            "The base is the robot file's: the doctor does not fit a car's base to a recording.",
+        )
     if imported.drive is None:
-        return {}, (f"{path.name} has no commands: the base's lag is that of the robot file.",)
+        return {}, (f"{path.name} has no commands: the base's lag is the robot file's.",)
     try:
         fit = fit_drive(imported.drive)
     except InputError as error:
-        return {}, (f"The base's lag is that of the robot file: {error}.",)
+        return {}, (f"The base's lag is the robot file's: {error}.",)
     return overrides_of(fit), (f"The base is fitted to {path.name}: {_told(fit)}.",)
 
 
@@ -103,7 +105,7 @@ def _told(fit: DriveFit) -> str:
         if axis.acceleration is not None:
             parts.append(f"at most {axis.acceleration:.2g} {unit}^2")
         if axis.deadband is not None:
-            parts.append(f"nothing below {axis.deadband:.2g} {unit}")
+            parts.append(f"no motion below {axis.deadband:.2g} {unit}")
     return ", ".join(parts)
 
 

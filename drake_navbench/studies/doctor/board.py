@@ -38,8 +38,8 @@ class CycleTimes(FrozenModel):
     parameters: dict[str, float | int | bool | str | None] = Field(
         description="Those of its parameters that a cycle's work depends on."
     )
-    period_ms: float = Field(gt=0.0, description="Of the controller server [ms].")
-    cycles: int = Field(ge=LEAST_CYCLES, description="So many were timed.")
+    period_ms: float = Field(gt=0.0, description="Period of the controller server [ms].")
+    cycles: int = Field(ge=LEAST_CYCLES, description="Number of cycles that were timed.")
     median_ms: float = Field(gt=0.0, description="Half of the cycles take longer [ms].")
     p95_ms: float = Field(gt=0.0, description="One in twenty takes longer [ms].")
     late_share: float = Field(ge=0.0, le=1.0, description="Share of cycles longer than the period.")
@@ -48,8 +48,8 @@ class CycleTimes(FrozenModel):
     def told(self) -> str:
         """The times in one sentence."""
         return (
-            f"a cycle of {self.controller} takes {self.median_ms:.3g} ms, one in twenty more than "
-            f"{self.p95_ms:.3g} ms, of a period of {self.period_ms:.3g} ms; "
+            f"half of the cycles of {self.controller} take more than {self.median_ms:.3g} ms, one "
+            f"in twenty more than {self.p95_ms:.3g} ms; the period is {self.period_ms:.3g} ms, and "
             f"{100 * self.late_share:.0f}% are late"
         )
 

@@ -10,18 +10,42 @@ OUTSIDE = "outside"
 RELEASE = "release"
 # What things outside of the file are called.
 OUTSIDE_TOLD = {
-    "clock": "the clocks: use_sim_time, time synchronisation",
-    "compute": "the computer: build type, load, processor",
-    "deadband": "the drives: the least command that moves them",
-    "enable_stamped_cmd_vel": "the type of the command message that the base listens for",
-    "frames": "the tree of frames (TF)",
-    "imu_frame": "the frame of the IMU in the robot's description",
-    "lag": "the base: how late it answers commands",
-    "localization": "the localization: pose jumps, drift, map",
-    "odometry": "the odometry: slip, delay, scale",
-    "rear_sensor": "the sensors: nothing looks behind",
-    "sensor_frame": "the sensor's frame in the robot's description",
+    "clock": "check the clocks: use_sim_time on all nodes, time synchronisation",
+    "compute": "check the computer: a release build, its load, its processor",
+    "deadband": "check the motors: the smallest command that moves the robot",
+    "enable_stamped_cmd_vel": "check enable_stamped_cmd_vel: the base must expect the message type "
+    "that Nav2 sends",
+    "frames": "check the tree of frames (TF)",
+    "imu_frame": "check the IMU's frame in the robot's description",
+    "lag": "check the base: how late it answers commands",
+    "localization": "check the localization: jumps of the pose, drift, the map",
+    "odometry": "check the odometry: slip, delay, scale",
+    "rear_sensor": "check the sensors: none may see behind the robot",
+    "sensor_frame": "check the sensor's frame in the robot's description",
 }
+
+
+# Units of the parameters for which a rule knows a number; the others are counts, gains and ratios.
+_NAMES_BY_UNIT = {
+    "m": "forward_sampling_distance inflation_dist inflation_radius linear_granularity "
+    "lookahead_dist max_lookahead max_lookahead_dist max_obstacle_height min_obstacle_dist "
+    "min_obstacle_height minimum_turning_radius motion_target_dist "
+    "regulated_linear_scaling_min_radius required_movement_radius resolution slowdown_radius "
+    "tolerance update_min_d xy_goal_tolerance global_plan_viapoint_sep",
+    "rad": "angular_dist_threshold rotate_to_heading_min_angle update_min_a yaw_goal_tolerance",
+    "m/s": "min_approach_linear_velocity min_vel_x min_x_velocity_threshold v_linear_min vx_min "
+    "vx_std trans_stopped_velocity",
+    "rad/s": "min_theta_velocity_threshold rotate_to_heading_angular_vel v_angular_min_in_place "
+    "wz_max wz_std",
+    "m/s^2": "acc_lim_x ax_max",
+    "rad/s^2": "acc_lim_theta max_angular_accel",
+    "s": "failure_tolerance max_allowed_time_to_collision_up_to_carrot max_planning_time "
+    "movement_time_allowance observation_persistence sim_time simulate_ahead_time source_timeout "
+    "switching_blocking_period time_before_collision transform_tolerance velocity_timeout",
+    "ms": "default_server_timeout",
+    "Hz": "controller_frequency update_frequency",
+}
+UNITS = {name: unit for unit, names in _NAMES_BY_UNIT.items() for name in names.split()}
 
 
 class Direction(StrEnum):
@@ -59,18 +83,21 @@ class Cause(NamedTuple):
 
     @property
     def told(self) -> str:
-        """The culprit and its cure in words."""
+        """The cure as an instruction: 'raise goal_checker.xy_goal_tolerance to 0.2 m'."""
         if self.place == RELEASE:
-            return f"release: {self.to or 'upgrade to a newer one'}"
+            return f"upgrade to {self.to or 'a newer release'}"
         first, _, rest = self.place.partition(".")
         if first == OUTSIDE:
             return f"outside the file: {OUTSIDE_TOLD.get(rest, rest)}"
         place = self.place.removeprefix("controller.")
         if self.direction is Direction.ADD:
-            return f"{place}: add one"
-        if self.to is not None:
-            return f"{place}: {self.direction} to {self.to}" if self.is_number else self._set_told
-        return f"{place}: {'check and set' if self.direction is Direction.SET else self.direction}"
+            return "add a rotation shim" if place == "plugin" else f"add {place}"
+        if self.is_number:
+            verb = "raise" if self.direction is Direction.UP else "lower"
+            return f"{verb} {place}{self._to_told}"
+        if self.to is None:
+            return f"check {place} and set it"
+        return f"add {self.to} to critics" if place == "critics" else f"set {place}{self._to_told}"
 
     @property
     def is_number(self) -> bool:
@@ -78,7 +105,8 @@ class Cause(NamedTuple):
         return self.direction in (Direction.UP, Direction.DOWN)
 
     @property
-    def _set_told(self) -> str:
+    def _to_told(self) -> str:
+        """The cure's value with its unit: ' to 0.2 m'; nothing where no value is known."""
         value = str(self.to).lower() if isinstance(self.to, bool) else self.to
-        place = self.place.removeprefix("controller.")
-        return f"{place}: {'add ' if place == 'critics' else ''}{value}"
+        unit = UNITS.get(self.place.rpartition(".")[2], "")
+        return "" if self.to is None else f" to {value} {unit}".rstrip()

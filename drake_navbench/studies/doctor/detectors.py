@@ -251,41 +251,41 @@ def _late(d: Drive) -> float:
 
 
 DETECTORS: tuple[Detector, ...] = (
-    Detector(Symptom.COLLISION, _touches, 0.5, "touches", "one touch is a touch"),
+    Detector(Symptom.COLLISION, _touches, 0.5, "touches", "a drive must be free of touches"),
     Detector(
         Symptom.NEAR_MISS,
         _shortfall,
         0.03,
         "m below 0.05 m",
-        "the 2 cm that are left are what a pose estimate errs by",
+        "the other 0.02 m are the error of a pose estimate",
     ),
     Detector(
         Symptom.WOBBLE_STRAIGHT,
         _swings,
         4.0,
         "swings per 10 s",
-        "whoever stands by sees one in 2.5 s",
+        "a person who watches sees one swing in 2.5 s",
     ),
     Detector(
         Symptom.CORNER_CUTTING,
         _off_path,
         0.35,
         "m off the plan",
-        "a corridor of the probes has 0.4 m to each side",
+        "the probes' corridor leaves 0.4 m on each side of the robot",
     ),
     Detector(
         Symptom.GOAL_OVERSHOOT,
         _beyond_goal,
         0.1,
         "m beyond the tolerance",
-        "two cells of a costmap",
+        "two cells of a costmap of 0.05 m",
     ),
     Detector(
         Symptom.GOAL_OSCILLATION,
         _hunting,
         4.5,
         "reversals",
-        "two corrections on each axis are fair",
+        "two corrections in driving and two in turning are normal",
     ),
     Detector(
         Symptom.STALL_BEFORE_GOAL,
@@ -299,10 +299,12 @@ DETECTORS: tuple[Detector, ...] = (
         _stands_on_the_way,
         4.0,
         "s",
-        "a new plan takes 1 s, a turn 3 s; a behaviour that waits takes 5 s",
+        "a new plan takes 1 s, a turn 3 s, the behaviour Wait 5 s",
     ),
     Detector(Symptom.NO_START, _does_not_start, 4.0, "s", "a plan takes 1 s, a turn 3 s"),
-    Detector(Symptom.STOP_START_JERK, _stops, 1.5, "stops", "one stop may be for an obstacle"),
+    Detector(
+        Symptom.STOP_START_JERK, _stops, 1.5, "stops", "the robot may stop once for an obstacle"
+    ),
     Detector(
         Symptom.SPINS, _spin, 3.0, "rad beyond a turn", "half a turn more than any goal needs"
     ),
@@ -311,43 +313,47 @@ DETECTORS: tuple[Detector, ...] = (
         _slowness,
         1.6,
         "times slower",
-        "to slow down in bends takes a third of the speed",
+        "slowing down in bends costs a third of the speed",
     ),
     Detector(
         Symptom.REVERSE_FAILURE,
         _backward,
         0.5,
         "m backward",
-        "the default tree backs up by 0.3 m, once",
+        "the default behaviour tree backs up by 0.3 m, once",
     ),
     Detector(
-        Symptom.NO_TURNING, _turning_late, 8.0, "s", "twice the 4 s of half a turn at 0.8 rad/s"
+        Symptom.NO_TURNING,
+        _turning_late,
+        8.0,
+        "s",
+        "half a turn at 0.8 rad/s takes 4 s; this is twice as long",
     ),
     Detector(
-        Symptom.FALSE_ABORT, _gave_up, 0.5, "aborts", "the task can be done, and the robot gives up"
+        Symptom.FALSE_ABORT, _gave_up, 0.5, "aborts", "the task can be done, but the robot gives up"
     ),
     Detector(
         Symptom.GIVES_UP_LATE,
         _goes_on,
         0.5,
         "trials",
-        "it stands for 20 s before a closed way and does not give up",
+        "the robot stands for 20 s before a closed way and does not give up",
     ),
     Detector(
         Symptom.GOAL_NOT_REACHED,
         _not_there,
         0.5,
         "trials",
-        "it is near the goal at the end and does not count as arrived",
+        "the robot ends near the goal but does not count as arrived",
     ),
     Detector(
         Symptom.NO_RECOVERY,
         _stuck,
         0.5,
         "trials",
-        "it is far from the goal at the end and still tries",
+        "the robot ends far from the goal and still tries",
     ),
-    Detector(Symptom.LATE_CYCLES, _late, 0.1, "share", "one cycle in ten may be late"),
+    Detector(Symptom.LATE_CYCLES, _late, 0.1, "share", "one control cycle in ten may be late"),
 )
 
 

@@ -123,7 +123,7 @@ class Experiment:
             return [Tried(suspicion, None, Verdict.OUTSIDE)]
         trials = trials_of(suspicion.cause, self._facts, self._columns.setup)
         if not trials:
-            reason = "no value is known to try"
+            reason = "the doctor knows no value to try"
             return [Tried(suspicion, None, Verdict.NOT_TRIED, reason=reason)]
         found: list[Tried] = []
         for trial in trials:

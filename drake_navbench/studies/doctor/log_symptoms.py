@@ -31,7 +31,7 @@ def told_of(log: TrialLog) -> list[str]:
         value = float(detector.measure(drive))
         if value > detector.threshold:
             lines.append(
-                f"{detector.symptom}: {LOOKS_LIKE[detector.symptom]}; {value:.3g} {detector.unit}, "
-                f"threshold {detector.threshold:g}, since {detector.reason}"
+                f"{detector.symptom}: the robot {LOOKS_LIKE[detector.symptom]}: {value:.3g} "
+                f"{detector.unit}, threshold {detector.threshold:g} ({detector.reason})"
             )
     return lines or ["no symptom"]

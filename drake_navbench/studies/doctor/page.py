@@ -115,9 +115,9 @@ def _change(visit: Visit, cure: Judged, patient: Patient) -> list[str]:
         f"<p><code>{escape(change_told(cure.trial))}</code></p>",
         f"<p>Why: {escape(reasons)} <small>Source: {escape(_source(cure.tried))}</small></p>",
         f"<pre>{escape(patch)}</pre>",
-        f"<h2>Before and after, on fresh seeds</h2><p>Trials, of {cure.trials}, in which the robot "
-        f"…; what is no touch is counted over the {cure.compared} in which the file as it is "
-        "touches nothing.</p>",
+        f"<h2>Before and after, on fresh seeds</h2><p>Number of trials, of {cure.trials}, in which "
+        "the robot shows the symptom. Symptoms other than touches are counted only in the "
+        f"{cure.compared} trials that touch nothing before the change.</p>",
         '<table><tr><th>symptom</th><th class="n">before</th><th class="n">after</th></tr>',
         *rows,
         "</table>",
@@ -140,12 +140,17 @@ def _tried(visit: Visit) -> list[str]:
             f"<td>{escape(evidence(entry))}</td></tr>"
         )
     head = (
-        f"<h2>Causes of {escape(str(visit.treated))} that were tried</h2><p>Each alone against the "
-        "file as it is, on the same probes and seeds. The severity is what was measured over its "
-        "threshold: above 1 the symptom is there. All p-values are corrected for all that was "
-        "tried.</p>"
+        f"<h2>Causes of {escape(str(visit.treated))} that were tried</h2><p>Each change "
+        "was driven alone against the unchanged file, on the same probes and seeds. The severity "
+        "is the measured number divided by its threshold: above 1 the robot shows the symptom. "
+        "The p-values are corrected for the number of changes that were driven.</p>"
     )
-    return [head, "<table><tr><th>change</th><th></th><th>evidence</th></tr>", *rows, "</table>"]
+    return [
+        head,
+        "<table><tr><th>change</th><th>verdict</th><th>evidence</th></tr>",
+        *rows,
+        "</table>",
+    ]
 
 
 def _seen(visit: Visit) -> list[str]:
@@ -157,9 +162,10 @@ def _seen(visit: Visit) -> list[str]:
         for symptom, names in visit.seen.items()
     ]
     if not rows:
-        return ["<h2>What the probes show</h2><p>No symptom.</p>"]
+        return ["<h2>What the probes show</h2><p>No probe shows a symptom.</p>"]
     return [
-        "<h2>What the probes show</h2><p>Of the file as it is, in at least half of the seeds.</p>",
+        "<h2>What the probes show</h2><p>Symptoms of the unchanged file, in at least half of a "
+        "probe's trials.</p>",
         "<table><tr><th>class</th><th>the robot</th><th>probes</th></tr>",
         *rows,
         "</table>",
@@ -168,7 +174,7 @@ def _seen(visit: Visit) -> list[str]:
 
 def _findings(visit: Visit) -> list[str]:
     if not visit.findings:
-        return ["<h2>What the rules find</h2><p>Nothing.</p>"]
+        return ["<h2>What the rules find</h2><p>No rule fires.</p>"]
     rows = [
         f"<tr><td><code>{escape(f.rule.name)}</code></td><td>{escape(f.seen)}</td>"
         f"<td>{escape(f.cure_told)}</td>"
@@ -177,7 +183,7 @@ def _findings(visit: Visit) -> list[str]:
     ]
     return [
         "<h2>What the rules find</h2>",
-        "<table><tr><th>rule</th><th>in the file</th><th>cure</th><th>source</th></tr>",
+        "<table><tr><th>rule</th><th>seen in the file</th><th>cure</th><th>source</th></tr>",
         *rows,
         "</table>",
     ]

@@ -232,18 +232,18 @@ def _slow_zone(s: Size) -> Fields:
 
 
 MAKERS: Mapping[str, tuple[str, Callable[[Size], Fields]]] = {
-    "straight": ("straight ahead, nothing near", _straight),
+    "straight": ("straight ahead, no obstacle near", _straight),
     "bends": ("two bends of 60 degrees", _bends),
     "right_angle": ("a right angle between walls", _right_angle),
-    "goal_behind": ("the goal behind", _goal_behind),
+    "goal_behind": ("the goal behind the robot", _goal_behind),
     "goal_beside_wall": ("the goal beside a wall", _goal_beside_wall),
     "exact_heading": ("a quarter turn at the goal", _exact_heading),
     "door": ("a door 0.2 m wider than the robot", _door),
     "corridor": ("a corridor", _corridor),
     "box_on_path": ("a box on the path that the planner does not know", _box_on_path),
     "dead_end": ("out of a dead end", _dead_end),
-    "closed_way": ("a closed way: must stop without a touch", _closed_way),
-    "beside_obstacle": ("start in front of an obstacle", _beside_obstacle),
+    "closed_way": ("a closed way: the robot must stop without a touch", _closed_way),
+    "beside_obstacle": ("a start in front of an obstacle", _beside_obstacle),
     "person_crossing": ("a person steps onto the path and stays", _person_crossing),
     "slow_zone": ("through a zone of half speed", _slow_zone),
 }
@@ -299,7 +299,7 @@ def _made_for(size: Size, robot: Robot, overrides: Mapping[str, Any]) -> dict[st
         if name in ROUGH:
             rough = merged({"localization": ROUGH_NOISE, "timing": ROUGH_TIMING}, overrides)
             fields = fields | {
-                "description": f"{about}, with a late base and noise",
+                "description": f"{about}, with a late base and more pose noise",
                 "robot_overrides": rough,
             }
             found[f"{name}_rough"] = _scenario(f"{name}_rough", fields)

@@ -41,21 +41,27 @@ def told_of_reading(
 ) -> list[str]:
     """Returns the lines of the first look: the findings, and what may cause the symptom."""
     kinds = " before ".join(facts.kinds) or "unknown"
-    told_by = f", told by {facts.mark}; --nav2-release for another" if facts.mark else ""
+    told_by = f", told by {facts.mark} (--nav2-release sets another)" if facts.mark else ""
     borrowed = [name for name in TAKEN_OVER if facts.nodes and not facts.has_node(name)]
-    lacks = f" Without {' and '.join(borrowed)}: the robot's." if borrowed else ""
-    more = f" Not read: {', '.join(facts.others)} (--controller)." if facts.others else ""
+    lacks = (
+        f" The file has no {' and no '.join(borrowed)}: the robot's is taken." if borrowed else ""
+    )
+    others = ", ".join(facts.others)
+    more = f" Not read: {others} (--controller NAME reads one)." if others else ""
     what = f"{facts.plugin or 'controller'} ({kinds}), Nav2 {facts.release}{told_by}"
     lines = wrapped(f"Read: {what}.{lacks}{more}", rest="  ")
     lines += ["", f"Findings ({len(findings)})" if findings else "No rule fires."]
     for finding in findings:
         lines += _finding_lines(finding)
     if symptom is not None:
-        lines += ["", *wrapped(f"What may cause {symptom} ({LOOKS_LIKE[symptom]}):", rest="  ")]
+        lines += [
+            "",
+            *wrapped(f"What may cause {symptom} (the robot {LOOKS_LIKE[symptom]}):", rest="  "),
+        ]
         for number, suspicion in enumerate(suspects[:MOST_SUSPECTS], 1):
             lines += _suspicion_lines(number, suspicion)
         if not suspects:
-            lines.append("  nothing that is known of this controller")
+            lines.append("  the doctor knows no cause for this controller")
     return lines
 
 
@@ -63,9 +69,8 @@ def _finding_lines(finding: Finding) -> Iterator[str]:
     yield from wrapped(f"{finding.rule.name}: {finding.seen}", "- ")
     likely = finding.likely[:MOST_SYMPTOMS]
     if likely:
-        yield from wrapped(
-            f"it may be that it {', or '.join(LOOKS_LIKE[s] for s in likely)}", INDENT
-        )
+        looks = ", or ".join(LOOKS_LIKE[s] for s in likely)
+        yield from wrapped(f"possible symptom: the robot {looks}", INDENT)
     yield from wrapped(f"cure: {finding.cure_told}", INDENT)
     yield from wrapped(f"source: {finding.rule.source}", INDENT)
 

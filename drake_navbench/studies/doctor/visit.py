@@ -111,7 +111,7 @@ def _look(found: Visit, patient: Patient, driver: Driver, *, seed: int) -> None:
     robot = columns.setup.robot
     found.probes = probes_for(robot, speed_asked(found.facts, robot), found.around, seed=seed)
     count = len(found.probes) * FIRST_SEEDS
-    driver.tell(f"driving {count} probes of the file as it is, about {count * 4} s on one core")
+    driver.tell(f"driving {count} trials of the unchanged file, about {count * 4} s on one core")
     found.rows = driver.drive(
         preset, list(found.probes.values()), FIRST_SEEDS, seed=seed, must=True
     )

@@ -25,26 +25,26 @@ def verdict(visit: Visit) -> str:
     if visit.shown:
         best = visit.shown[0]
         return (
-            f"{what} {_cause_told(best)} helps against it, by experiment, but no change was found "
-            f"that makes nothing else worse{_why_not(visit)}."
+            f"{what} In the experiment {_cause_told(best)} reduces this, but the doctor found no "
+            f"change that makes nothing else worse{_why_not(visit)}."
         )
     outside = [e.suspicion.cause.told for e in visit.tried if e.verdict is Verdict.OUTSIDE]
-    could = f" It may lie {outside[0]}." if outside else ""
+    could = f" The cause may lie {outside[0]}." if outside else ""
     ended = " There was no time to try more." if _is_unfinished(visit) else ""
     return f"{what} No cause found: no change that was tried removes the symptom.{could}{ended}"
 
 
 def _nothing_seen(visit: Visit) -> str:
     if _is_unfinished(visit):
-        return "The visit ended before the probes were driven; what the rules found stands below."
+        return "The visit ended before the probes were driven; the rules' findings stand below."
     if visit.asked is None:
         return "Nothing to improve: no probe shows a symptom."
     others = ", ".join(symptom.value for symptom in visit.seen)
-    seen = f" The probes show {others}: ask for one of these." if others else ""
+    seen = f" The probes show {others}: give one of these to --symptom." if others else ""
     suspects = "; ".join(s.cause.told for s in visit.suspicions[:MOST_NAMED])
     return (
         f"No cause found: no probe shows {visit.asked} with this file and robot.{seen} "
-        f"By the rules and by users' reports, look first at: {suspects}."
+        f"By the rules and by users' reports, try first: {suspects}."
     )
 
 
@@ -63,24 +63,28 @@ def _cured(cure: Judged) -> str:
     instead = ""
     if cure.instead:
         names = ", ".join(f"{name} in {count}" for name, count in cure.instead.items())
-        instead = f" Where it touched something before, it shows now: {names} trials."
+        instead = f" In trials that touched something before, the robot now shows: {names} trials."
     touches = (cure.before[Symptom.COLLISION], cure.after[Symptom.COLLISION])
     touched = ""
     if any(touches):
         touched = f" Touches in all {cure.trials} trials: {touches[0]} before, {touches[1]} after."
     return (
-        f"The change is {change_told(cure.trial)}. On seeds that the search had not seen, "
+        f"The change is {change_told(cure.trial)}. On fresh seeds, which the search did not use, "
         f"{cure.before_target} of {cure.target_trials} trials showed it before and "
-        f"{cure.after_target} after; nothing else became worse in the {cure.compared} trials of "
-        f"all probes that can be compared.{touched}{instead}"
+        f"{cure.after_target} after; no other symptom became worse in the {cure.compared} trials "
+        f"of all probes that touched nothing before.{touched}{instead}"
     )
 
 
 def _why_not(visit: Visit) -> str:
     if not visit.judged:
-        return " in the time that there was" if _is_unfinished(visit) else ""
+        return " within the time" if _is_unfinished(visit) else ""
     worse = visit.judged[0].worse
-    return f" (on fresh seeds it shows {', '.join(worse)})" if worse else " (not on fresh seeds)"
+    return (
+        f" (on fresh seeds the best one adds {', '.join(worse)})"
+        if worse
+        else " (on fresh seeds the symptom stays in too many trials)"
+    )
 
 
 def _cause_told(entry: Tried) -> str:
@@ -115,27 +119,28 @@ def evidence(entry: Tried) -> str:
     touches = f"; {entry.touches} more touches" if entry.touches else ""
     pairs = f"{entry.pairs} pair{'s' * (entry.pairs != 1)}"
     return (
-        f"severity {entry.before:.2f} -> {entry.after:.2f} in {pairs}, p = {entry.p_value:.2g} "
-        f"corrected{touches}{left}"
+        f"severity {entry.before:.2f} -> {entry.after:.2f} in {pairs}, corrected "
+        f"p = {entry.p_value:.2g}{touches}{left}"
     )
 
 
 def assumed(visit: Visit, robot: str) -> list[str]:
     """Returns the assumptions of a visit, a sentence each."""
     cause: list[Cause] = [e.suspicion.cause for e in visit.tried if e.suspicion.cause.is_outside]
-    cycles = ["Cycles take no time here: what comes of a slow computer is in the findings alone."]
+    cycles = ["Control cycles take no time in the probes: only the rules can find a slow computer."]
     if "compute_time" in visit.around.overrides.get("timing", {}):
         cycles = []
     lines = [
-        f"Mass, lag, accelerations, lidar and localization are those of {robot}; no Nav2 file "
-        "tells them.",
+        f"Mass, lag, accelerations, lidar and localization are those of the robot {robot}, because "
+        "no Nav2 file contains them.",
         *visit.around.remarks,
         *cycles,
-        "A trial with another symptom than before may be chance; two more count as worse, of "
-        "touches one.",
+        "A symptom counts as worse if two more trials show it than before, since one may be "
+        "chance; a touch counts from one more trial on.",
     ]
     if cause:
         lines.append(
-            "Not tried, because no file mends it: " + "; ".join(c.told for c in cause[:MOST_NAMED])
+            "Not tried, because no change of the file mends it: "
+            + "; ".join(c.told for c in cause[:MOST_NAMED])
         )
     return lines

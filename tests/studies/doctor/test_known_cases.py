@@ -95,7 +95,7 @@ def test_the_command_reads_a_file(tmp_path, capsys):
     assert main([str(path), "--read-only", "--symptom", "collision"]) == 0
     told = capsys.readouterr().out
     assert "mppi-centre-alone" in told
-    assert "1. CostCritic.consider_footprint: true" in told
+    assert "1. set CostCritic.consider_footprint to true" in told
     assert max(map(len, told.splitlines())) <= 80
 
 

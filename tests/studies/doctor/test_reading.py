@@ -175,14 +175,14 @@ def test_a_cure_leads_away_from_the_value_in_the_file(facts):
         "xy_goal_tolerance: 0.25", "xy_goal_tolerance: 0.1"
     )
     told = {f.rule.name: f.cure_told for f in findings_of(facts(text))}
-    assert told["goal-smaller-than-a-step"] == "goal_checker.xy_goal_tolerance: up to 0.2"
+    assert told["goal-smaller-than-a-step"] == "raise goal_checker.xy_goal_tolerance to 0.2 m"
     # vx_std is 0.2 already.
-    assert told["mppi-narrow-speed-samples"] == "vx_std: up"
+    assert told["mppi-narrow-speed-samples"] == "raise vx_std"
 
 
 def test_what_is_not_read_is_told_to_have_no_effect_and_no_symptom(facts):
     (finding,) = findings_of(facts(nav2_text(RPP_BLOCK | {"look_ahead": 1.0}, plugin=RPP)))
-    assert finding.seen == "jazzy does not read FollowPath.look_ahead: without effect"
+    assert finding.seen == "jazzy does not read FollowPath.look_ahead: no effect"
     assert finding.likely == []
     assert "critics" not in finding.cure_told
 

@@ -27,8 +27,9 @@ RULES = (
         "teb-reversing-is-cheap",
         lambda f: f.number("controller.weight_kinematics_forward_drive", 1.0) < 10.0,
         lambda f: (
-            "weight_kinematics_forward_drive "
-            f"{f.controller('weight_kinematics_forward_drive')}: reversing is cheaper than turning"
+            "weight_kinematics_forward_drive is "
+            f"{f.controller('weight_kinematics_forward_drive')}: TEB finds driving backward "
+            "cheaper than turning"
         ),
         {S.REVERSE_FAILURE: 1.0, S.GOAL_OSCILLATION: 0.5, S.NO_TURNING: 0.5},
         (up("weight_kinematics_forward_drive", 1000.0),),
@@ -43,9 +44,9 @@ RULES = (
             >= f.number("controller.penalty_epsilon", 0.05)
         ),
         lambda f: (
-            f"max_vel_x_backwards {f.controller('max_vel_x_backwards')} m/s with "
-            f"penalty_epsilon {f.controller('penalty_epsilon')}: a reverse speed within the margin "
-            "costs nothing"
+            f"max_vel_x_backwards is {f.controller('max_vel_x_backwards')} m/s and "
+            f"penalty_epsilon {f.controller('penalty_epsilon')} m/s: TEB does not punish a "
+            "backward speed below penalty_epsilon"
         ),
         {S.REVERSE_FAILURE: 1.0},
         (
@@ -61,8 +62,9 @@ RULES = (
         "teb-keeps-doors-closed",
         lambda f: f.inscribed_radius_m > 0.0 and _free_m(f) > DOOR_M,
         lambda f: (
-            f"min_obstacle_dist {f.controller('min_obstacle_dist')} m: a passage must be "
-            f"{_free_m(f):.2f} m wide"
+            f"min_obstacle_dist is {f.controller('min_obstacle_dist')} m: TEB enters only "
+            f"passages wider than {_free_m(f):.2f} m, the outline and this distance on both "
+            "sides"
         ),
         {S.DOOR_STOP: 1.0, S.WOBBLE_STRAIGHT: 0.5, S.STALL_BEFORE_GOAL: 0.4, S.NO_START: 0.3},
         (down("min_obstacle_dist"),),
@@ -72,7 +74,10 @@ RULES = (
     Rule(
         "teb-keeps-little-free",
         lambda f: f.number("controller.min_obstacle_dist", 0.5) < 0.06,
-        lambda f: f"min_obstacle_dist {f.controller('min_obstacle_dist')} m: no room for errors",
+        lambda f: (
+            f"min_obstacle_dist is {f.controller('min_obstacle_dist')} m: TEB leaves no "
+            "room for errors of pose and motion"
+        ),
         {S.COLLISION: 1.0, S.NEAR_MISS: 1.0},
         (up("min_obstacle_dist", 0.2),),
         TEB_CODE,
@@ -81,7 +86,10 @@ RULES = (
     Rule(
         "teb-pushed-from-afar",
         lambda f: f.number("controller.inflation_dist", 0.6) > 0.8,
-        lambda f: f"inflation_dist {f.controller('inflation_dist')} m: walls on both sides push",
+        lambda f: (
+            f"inflation_dist is {f.controller('inflation_dist')} m: walls on both sides "
+            "push the band"
+        ),
         {S.WOBBLE_STRAIGHT: 0.9, S.DOOR_STOP: 0.6},
         (down("inflation_dist", 0.4),),
         f"{TEB_CODE}; teb_local_planner#92",
@@ -94,8 +102,9 @@ RULES = (
             or f.number("controller.max_vel_theta", 0.3) < 0.3
         ),
         lambda f: (
-            f"max_vel_theta {f.controller('max_vel_theta')} rad/s, acc_lim_theta "
-            f"{f.controller('acc_lim_theta')} rad/s^2: limits of the turn bind on every correction"
+            f"max_vel_theta is {f.controller('max_vel_theta')} rad/s and acc_lim_theta "
+            f"{f.controller('acc_lim_theta')} rad/s^2: these limits slow down every "
+            "correction of the heading"
         ),
         {S.WOBBLE_STRAIGHT: 0.8, S.NO_TURNING: 0.7, S.CORNER_CUTTING: 0.4},
         (up("acc_lim_theta"), up("max_vel_theta")),
@@ -105,7 +114,9 @@ RULES = (
     Rule(
         "teb-follows-no-plan",
         lambda f: f.number("controller.global_plan_viapoint_sep", -0.1) <= 0.0,
-        lambda f: "global_plan_viapoint_sep is off: nothing holds the band on the plan",
+        lambda f: (
+            "global_plan_viapoint_sep is off (0 m or less): nothing holds the band on the plan"
+        ),
         {S.CORNER_CUTTING: 0.9, S.WOBBLE_STRAIGHT: 0.3},
         (put("global_plan_viapoint_sep", 0.3), up("weight_viapoint")),
         TEB_CODE,
@@ -115,7 +126,7 @@ RULES = (
     Rule(
         "teb-arrives-at-speed",
         lambda f: f.controller("free_goal_vel") is True,
-        lambda f: "free_goal_vel is on: the goal may be crossed at speed",
+        lambda f: "free_goal_vel is on: the robot may cross the goal at speed",
         {S.GOAL_OVERSHOOT: 1.0, S.GOAL_OSCILLATION: 0.7},
         (put("free_goal_vel", False),),
         TEB_CODE,
@@ -127,7 +138,10 @@ RULES = (
             f.controller("enable_homotopy_class_planning") is True
             and f.number("controller.max_number_classes", 4) > 3
         ),
-        lambda f: f"{f.controller('max_number_classes')} ways around are optimised in every cycle",
+        lambda f: (
+            f"max_number_classes is {f.controller('max_number_classes')}: TEB optimises up "
+            "to this many ways around the obstacles in every cycle"
+        ),
         {S.LATE_CYCLES: 0.8, S.STOP_START_JERK: 0.3},
         (down("max_number_classes", 2), put("enable_homotopy_class_planning", False)),
         "teb_local_planner: homotopy_class_planner.cpp",
@@ -142,8 +156,8 @@ RULES = (
             and f.number("controller.switching_blocking_period") == 0.0
         ),
         lambda f: (
-            "nothing keeps the band on its side: selection_cost_hysteresis 1, "
-            "switching_blocking_period 0"
+            "selection_cost_hysteresis is 1 or more and switching_blocking_period 0 s: "
+            "nothing keeps the band on one side of an obstacle"
         ),
         {S.WOBBLE_STRAIGHT: 0.5, S.SPINS: 0.4, S.STOP_START_JERK: 0.4},
         (down("selection_cost_hysteresis", 0.9), up("switching_blocking_period", 1.0)),
@@ -154,7 +168,7 @@ RULES = (
     Rule(
         "teb-obstacles-left-out",
         lambda f: f.controller("include_costmap_obstacles") is False,
-        lambda f: "include_costmap_obstacles is off",
+        lambda f: "include_costmap_obstacles is off: TEB ignores the costmap's obstacles",
         {S.COLLISION: 1.0, S.IGNORES_OBSTACLES: 1.0},
         (put("include_costmap_obstacles", True),),
         TEB_CODE,
@@ -164,8 +178,8 @@ RULES = (
         "teb-checks-far-poses",
         lambda f: f.number("controller.feasibility_check_no_poses", 5) > 8,
         lambda f: (
-            f"feasibility_check_no_poses {f.controller('feasibility_check_no_poses')}: a pose "
-            "far ahead that touches stops it"
+            f"feasibility_check_no_poses is {f.controller('feasibility_check_no_poses')}: "
+            "TEB stops the robot when one of this many poses ahead touches something"
         ),
         {S.STOP_START_JERK: 0.7, S.DOOR_STOP: 0.6, S.FALSE_ABORT: 0.4},
         (down("feasibility_check_no_poses", 4),),
@@ -179,8 +193,8 @@ RULES = (
             f.number("controller.k_phi", 2.0) > 2.5 or f.number("controller.k_delta", 1.0) > 1.5
         ),
         lambda f: (
-            f"k_phi {f.controller('k_phi')}, k_delta {f.controller('k_delta')}: gains made "
-            "for docking curl onto the path"
+            f"k_phi is {f.controller('k_phi')} and k_delta {f.controller('k_delta')}: gains "
+            "this high are made for docking, and the robot curls onto the path"
         ),
         {S.WOBBLE_STRAIGHT: 1.0, S.SPINS: 0.5, S.GOAL_OSCILLATION: 0.4},
         (down("k_phi", 2.0), down("k_delta", 1.0), upgrade("jazzy or newer, with other defaults")),
@@ -190,7 +204,9 @@ RULES = (
     Rule(
         "graceful-slow-in-bends",
         lambda f: f.number("controller.beta", 0.4) > 1.0,
-        lambda f: f"beta {f.controller('beta')}: the speed falls in every bend",
+        lambda f: (
+            f"beta is {f.controller('beta')}: the controller slows the robot down in every bend"
+        ),
         {S.TOO_SLOW: 1.0, S.STOP_START_JERK: 0.6},
         (down("beta", 0.4),),
         f"{CODE}: smooth_control_law.cpp",
@@ -203,9 +219,9 @@ RULES = (
             or f.number("controller.motion_target_dist", 0.6) > 1.2
         ),
         lambda f: (
-            "targets far ahead (max_lookahead "
-            f"{f.controller('max_lookahead')} m, motion_target_dist "
-            f"{f.controller('motion_target_dist')} m) cut bends"
+            f"max_lookahead is {f.controller('max_lookahead')} m and motion_target_dist "
+            f"{f.controller('motion_target_dist')} m: targets this far ahead make the robot "
+            "cut bends"
         ),
         {S.CORNER_CUTTING: 1.0, S.NEAR_MISS: 0.5, S.DOOR_STOP: 0.3},
         (down("max_lookahead", 1.0), down("motion_target_dist", 0.6)),
@@ -221,7 +237,7 @@ RULES = (
                 and f.number("controller.motion_target_dist", 0.6) < 0.8 * f.speed_mps
             )
         ),
-        lambda f: f"targets are less than 0.8 s of driving ahead at {f.speed_mps:g} m/s",
+        lambda f: f"at {f.speed_mps:g} m/s the target lies less than 0.8 s of driving ahead",
         {S.WOBBLE_STRAIGHT: 0.9},
         (up("max_lookahead"), up("motion_target_dist")),
         CODE,
@@ -231,8 +247,8 @@ RULES = (
         "graceful-slow-turn",
         lambda f: f.number("controller.v_angular_min_in_place", 0.25) < 0.08,
         lambda f: (
-            f"v_angular_min_in_place {f.controller('v_angular_min_in_place')} rad/s: slower "
-            "than most drives turn"
+            f"v_angular_min_in_place is {f.controller('v_angular_min_in_place')} rad/s: "
+            "most motors do not move the robot at such a rate"
         ),
         {S.NO_TURNING: 0.8, S.STALL_BEFORE_GOAL: 0.9, S.GOAL_NOT_REACHED: 0.8, S.NO_START: 0.6},
         (up("v_angular_min_in_place", 0.25),),
@@ -242,7 +258,10 @@ RULES = (
     Rule(
         "graceful-slow-arrival",
         lambda f: f.number("controller.v_linear_min", 0.1) < 0.03,
-        lambda f: f"v_linear_min {f.controller('v_linear_min')} m/s: slower than most drives turn",
+        lambda f: (
+            f"v_linear_min is {f.controller('v_linear_min')} m/s: most motors do not move "
+            "the robot at such a speed"
+        ),
         {S.STALL_BEFORE_GOAL: 0.9, S.GOAL_NOT_REACHED: 0.7, S.NO_START: 0.5},
         (up("v_linear_min", 0.1),),
         CODE,
@@ -252,8 +271,8 @@ RULES = (
         "graceful-late-slowdown",
         lambda f: f.number("controller.slowdown_radius", 1.5) < 1.2 * f.speed_mps,
         lambda f: (
-            f"slowdown_radius {f.controller('slowdown_radius')} m is a short way to slow down "
-            f"from {f.speed_mps:g} m/s"
+            f"slowdown_radius is {f.controller('slowdown_radius')} m: a short distance to "
+            f"slow down from {f.speed_mps:g} m/s"
         ),
         {S.GOAL_OVERSHOOT: 1.0, S.GOAL_OSCILLATION: 0.5},
         (up("slowdown_radius", 1.5),),
@@ -265,7 +284,7 @@ RULES = (
         lambda f: (
             f.controller("initial_rotation") is True and f.controller("allow_backward") is True
         ),
-        lambda f: "initial_rotation and allow_backward are both on; they exclude each other",
+        lambda f: "initial_rotation and allow_backward are both on, but they exclude each other",
         {S.REVERSE_FAILURE: 1.0, S.NO_START: 0.5},
         (put("initial_rotation", False), put("allow_backward", False)),
         f"{CODE}: parameter_handler.cpp",

@@ -28,9 +28,9 @@ RULES = (
             and f.number("progress_checker.required_movement_radius") < POSE_NOISE_M
         ),
         lambda f: (
-            "required_movement_radius "
-            f"{f['progress_checker.required_movement_radius']} m: a pose estimate wanders by about "
-            f"{POSE_NOISE_M} m on most robots, so that one that stands may count as moving"
+            f"required_movement_radius is {f['progress_checker.required_movement_radius']} "
+            f"m: on most robots the estimated pose wanders by about {POSE_NOISE_M} m, so a "
+            "robot that stands may count as moving"
         ),
         {S.NO_RECOVERY: 1.0, S.GIVES_UP_LATE: 1.0},
         (up("progress_checker.required_movement_radius", 0.2),),
@@ -40,10 +40,8 @@ RULES = (
         "progress-waits-long",
         lambda f: f.number("progress_checker.movement_time_allowance") > 45.0,
         lambda f: (
-            "movement_time_allowance "
-            f"{f['progress_checker.movement_time_allowance']} s: so long it stands before "
-            "anything is "
-            "tried"
+            f"movement_time_allowance is {f['progress_checker.movement_time_allowance']} s: "
+            "the robot stands this long before a recovery starts"
         ),
         {S.NO_RECOVERY: 0.8, S.GIVES_UP_LATE: 0.9},
         (down("progress_checker.movement_time_allowance", 20.0),),
@@ -59,10 +57,9 @@ RULES = (
             )
         ),
         lambda f: (
-            f"progress asks for {f['progress_checker.required_movement_radius']} m in "
-            f"{f['progress_checker.movement_time_allowance']} s, which slow pieces, turns and "
-            "jumps of "
-            "the pose do not give"
+            f"the progress checker expects {f['progress_checker.required_movement_radius']} "
+            f"m in {f['progress_checker.movement_time_allowance']} s: the robot may move "
+            "less while it drives slowly, turns, or its estimated pose jumps"
         ),
         {S.FALSE_ABORT: 1.0, S.GOAL_NOT_REACHED: 0.3},
         (
@@ -81,8 +78,8 @@ RULES = (
             < 6.3
         ),
         lambda f: (
-            "SimpleProgressChecker counts turns as standing, and a whole turn takes longer "
-            "than movement_time_allowance"
+            "SimpleProgressChecker counts turns on the spot as no progress, and a whole "
+            "turn takes longer than movement_time_allowance"
         ),
         {S.FALSE_ABORT: 0.9},
         (
@@ -95,11 +92,11 @@ RULES = (
         "goal-smaller-than-a-step",
         lambda f: 0.0 < f.number("goal_checker.xy_goal_tolerance") < max(step_m(f), POSE_NOISE_M),
         lambda f: (
-            f"xy_goal_tolerance {f['goal_checker.xy_goal_tolerance']} m is less than "
+            f"xy_goal_tolerance is {f['goal_checker.xy_goal_tolerance']} m: less than "
             + (
                 f"the {step_m(f):.2f} m between two commands at {f.speed_mps:g} m/s"
                 if step_m(f) > POSE_NOISE_M
-                else f"the {POSE_NOISE_M} m by which a pose estimate wanders on most robots"
+                else f"the {POSE_NOISE_M} m by which the estimated pose wanders on most robots"
             )
         ),
         {
@@ -116,8 +113,8 @@ RULES = (
         "goal-heading-smaller-than-a-step",
         lambda f: 0.0 < f.number("goal_checker.yaw_goal_tolerance") < 0.07,
         lambda f: (
-            f"yaw_goal_tolerance {f['goal_checker.yaw_goal_tolerance']} rad is about what the "
-            "heading of a pose estimate wanders by on most robots"
+            f"yaw_goal_tolerance is {f['goal_checker.yaw_goal_tolerance']} rad: on most "
+            "robots the estimated heading wanders by about as much"
         ),
         {S.GOAL_OSCILLATION: 0.9, S.GOAL_NOT_REACHED: 0.9, S.SPINS: 0.8, S.GOAL_OVERSHOOT: 0.4},
         (up("goal_checker.yaw_goal_tolerance", 0.2),),
@@ -126,7 +123,10 @@ RULES = (
     Rule(
         "goal-asked-again-while-turning",
         lambda f: f["goal_checker.stateful"] is False,
-        lambda f: "goal_checker.stateful is off: a robot that drifts while it turns must come back",
+        lambda f: (
+            "goal_checker.stateful is off: a robot that drifts off the position while it "
+            "turns must drive back"
+        ),
         {S.GOAL_OSCILLATION: 1.0, S.GOAL_NOT_REACHED: 0.5, S.SPINS: 0.4},
         (put("goal_checker.stateful", True),),
         f"{SERVER}: simple_goal_checker.cpp",
@@ -139,13 +139,13 @@ RULES = (
             and f.is_kind("rpp", "mppi", "graceful")
         ),
         lambda f: (
-            "the goal checker keeps that the position was reached, the controller does not: "
-            "it drives there again"
+            "the goal checker remembers that the position was reached, but the controller "
+            "does not, and drives to it again"
         ),
         {S.GOAL_OSCILLATION: 0.4},
         (
             up("goal_checker.xy_goal_tolerance"),
-            upgrade("lyrical, with navigation2#6071 and #6124"),
+            upgrade("lyrical or newer, with navigation2#6071 and #6124"),
         ),
         "navigation2#5166",
         is_certain=False,

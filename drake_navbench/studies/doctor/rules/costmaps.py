@@ -51,8 +51,9 @@ RULES = (
         "layer-sees-nothing",
         lambda f: bool(_blind_layers(f)),
         lambda f: (
-            f"{', '.join(_blind_layers(f))} of the local costmap: the band of heights misses "
-            "the sensor, so that the layer marks nothing (max_obstacle_height is 0 where not given)"
+            f"{', '.join(_blind_layers(f))} of the local costmap marks nothing: the "
+            "sensor's height lies outside min_obstacle_height to max_obstacle_height "
+            "(max_obstacle_height is 0 m where the file does not give it)"
         ),
         {S.COLLISION: 1.2, S.IGNORES_OBSTACLES: 1.2, S.NEAR_MISS: 0.9},
         (up("local_costmap.max_obstacle_height", 2.0), outside("sensor_frame")),
@@ -65,12 +66,15 @@ RULES = (
         {S.COLLISION: 0.2, S.TOO_SLOW: 0.2, S.NO_START: 0.2, S.GOAL_NOT_REACHED: 0.1},
         (put("local_costmap.plugins"),),
         "drake-navbench run --nav2 FILE --check",
-        advice="look at these values",
+        advice="check these values",
     ),
     Rule(
         "outline-not-given",
         lambda f: f.is_whole and not f.has_outline,
-        lambda f: "the local costmap is given neither robot_radius nor footprint: Nav2 takes 0.1 m",
+        lambda f: (
+            "the file gives the local costmap neither robot_radius nor footprint: Nav2 "
+            "takes a radius of 0.1 m"
+        ),
         {S.COLLISION: 1.0, S.NEAR_MISS: 0.8},
         (put("local_costmap.footprint"), up("local_costmap.robot_radius")),
         f"{CODE}: costmap_2d_ros.cpp",
@@ -79,8 +83,8 @@ RULES = (
         "outline-of-another-robot",
         lambda f: 0.0 < f.number("local_costmap.robot_radius", 1.0) < 0.11,
         lambda f: (
-            f"robot_radius {f['local_costmap.robot_radius']} m is smaller than nearly every "
-            "robot with a lidar"
+            f"robot_radius is {f['local_costmap.robot_radius']} m: nearly every robot with "
+            "a lidar is larger"
         ),
         {S.COLLISION: 1.0, S.NEAR_MISS: 0.8},
         (up("local_costmap.robot_radius"),),
@@ -95,9 +99,9 @@ RULES = (
             > f.number("local_costmap.raytrace_max_range", 3.0)
         ),
         lambda f: (
-            f"obstacle_max_range {f['local_costmap.obstacle_max_range']} m is more than "
-            f"raytrace_max_range {f['local_costmap.raytrace_max_range']} m: far marks are never "
-            "cleared"
+            f"obstacle_max_range is {f['local_costmap.obstacle_max_range']} m, more than "
+            f"raytrace_max_range {f['local_costmap.raytrace_max_range']} m: no beam clears "
+            "marks beyond raytrace_max_range"
         ),
         {S.GHOST_OBSTACLES: 1.0, S.NO_RECOVERY: 0.4, S.DOOR_STOP: 0.4, S.PLANNER_FAILS: 0.4},
         (up("local_costmap.raytrace_max_range"),),
@@ -112,14 +116,14 @@ RULES = (
             and f.release < Release.LYRICAL
         ),
         lambda f: (
-            f"obstacle_max_range {f['local_costmap.obstacle_max_range']} m is less than "
-            f"raytrace_max_range {f['local_costmap.raytrace_max_range']} m: a hit between the two "
-            "clears its own cell in this release"
+            f"obstacle_max_range is {f['local_costmap.obstacle_max_range']} m, less than "
+            f"raytrace_max_range {f['local_costmap.raytrace_max_range']} m: in this release "
+            "a beam that hits something between the two clears the cell that it hits"
         ),
         {S.COLLISION: 0.45, S.IGNORES_OBSTACLES: 0.9},
         (
             put("local_costmap.raytrace_max_range"),
-            upgrade("one with navigation2#5697"),
+            upgrade("a release with navigation2#5697"),
         ),
         "navigation2#5476",
         is_certain=False,
@@ -128,8 +132,8 @@ RULES = (
         "seldom-updated",
         lambda f: 0.0 < f.number("local_costmap.update_frequency", 5.0) < 3.0,
         lambda f: (
-            f"the local costmap is updated at {f['local_costmap.update_frequency']} Hz: what "
-            "moves is seen late"
+            f"local_costmap.update_frequency is {f['local_costmap.update_frequency']} Hz: "
+            "moving obstacles reach the local costmap late"
         ),
         {S.COLLISION: 0.7, S.IGNORES_OBSTACLES: 0.6, S.GHOST_OBSTACLES: 0.4, S.FALSE_ABORT: 0.3},
         (up("local_costmap.update_frequency", 5.0),),
@@ -138,7 +142,10 @@ RULES = (
     Rule(
         "coarse-cells",
         lambda f: f.number("local_costmap.resolution", 0.05) > 0.075,
-        lambda f: f"cells of {f['local_costmap.resolution']} m close a door on both sides",
+        lambda f: (
+            f"local_costmap.resolution is {f['local_costmap.resolution']} m: cells this "
+            "large close a door on both sides"
+        ),
         {S.DOOR_STOP: 0.8, S.WOBBLE_STRAIGHT: 0.1},
         (down("local_costmap.resolution", 0.05),),
         CODE,
@@ -147,7 +154,10 @@ RULES = (
     Rule(
         "fine-cells",
         lambda f: 0.0 < f.number("local_costmap.resolution", 0.05) < 0.025,
-        lambda f: f"cells of {f['local_costmap.resolution']} m are many to update",
+        lambda f: (
+            f"local_costmap.resolution is {f['local_costmap.resolution']} m: updating so "
+            "many cells takes time"
+        ),
         {S.LATE_CYCLES: 0.7},
         (up("local_costmap.resolution", 0.05),),
         CODE,
@@ -156,7 +166,10 @@ RULES = (
     Rule(
         "large-window",
         lambda f: half_window_m(f) < 1e8 and half_window_m(f) > 5.0,
-        lambda f: f"the local costmap reaches {half_window_m(f):.0f} m to each side",
+        lambda f: (
+            f"the local costmap reaches {half_window_m(f):.0f} m to each side: updating it "
+            "takes time"
+        ),
         {S.LATE_CYCLES: 0.5},
         (down("local_costmap.width"),),
         CODE,
@@ -166,8 +179,9 @@ RULES = (
         "window-ends-before-the-stop",
         lambda f: half_window_m(f) < _stop_m(f),
         lambda f: (
-            f"the local costmap reaches {half_window_m(f):.1f} m; from {f.speed_mps:g} m/s the "
-            f"front of the robot stops {_stop_m(f):.1f} m from here, a second of delay included"
+            f"the local costmap reaches {half_window_m(f):.1f} m from the robot's centre, "
+            f"but from {f.speed_mps:g} m/s and with 1 s of delay the robot's front stops "
+            f"only after {_stop_m(f):.1f} m"
         ),
         {S.COLLISION: 0.7, S.TOO_SLOW: 0.6, S.STOP_START_JERK: 0.3},
         (up("local_costmap.width"),),
@@ -176,7 +190,10 @@ RULES = (
     Rule(
         "no-obstacle-layer",
         lambda f: f.is_whole and bool(f["local_costmap.plugins"]) and not _has_obstacle_layer(f),
-        lambda f: f"local_costmap.plugins {f['local_costmap.plugins']} has no layer of obstacles",
+        lambda f: (
+            f"local_costmap.plugins is {f['local_costmap.plugins']}: it lists no layer that "
+            "marks obstacles"
+        ),
         {S.COLLISION: 1.0, S.IGNORES_OBSTACLES: 1.0},
         (put("local_costmap.plugins"),),
         CODE,
@@ -184,7 +201,7 @@ RULES = (
     Rule(
         "window-stands-still",
         lambda f: f["local_costmap.rolling_window"] is False,
-        lambda f: "local_costmap.rolling_window is off: the robot drives out of its window",
+        lambda f: "local_costmap.rolling_window is off: the robot drives out of the local costmap",
         {S.COLLISION: 0.8, S.FALSE_ABORT: 0.6, S.IGNORES_OBSTACLES: 0.6},
         (put("local_costmap.rolling_window", True),),
         CODE,
@@ -196,8 +213,8 @@ RULES = (
             and f.number("local_costmap.max_obstacle_height", 2.0) < 0.3
         ),
         lambda f: (
-            f"max_obstacle_height {f['local_costmap.max_obstacle_height']} m: what the sensor "
-            "sees above is left out"
+            f"max_obstacle_height is {f['local_costmap.max_obstacle_height']} m: the layer "
+            "ignores obstacles above it"
         ),
         {S.IGNORES_OBSTACLES: 1.0, S.COLLISION: 0.8},
         (up("local_costmap.max_obstacle_height", 2.0),),
@@ -207,8 +224,8 @@ RULES = (
         "floor-is-marked",
         lambda f: f.number("local_costmap.min_obstacle_height") < -0.05,
         lambda f: (
-            f"min_obstacle_height {f['local_costmap.min_obstacle_height']} m: points of the "
-            "floor are obstacles"
+            f"min_obstacle_height is {f['local_costmap.min_obstacle_height']} m: the layer "
+            "marks points of the floor as obstacles"
         ),
         {S.GHOST_OBSTACLES: 0.9, S.DOOR_STOP: 0.2, S.STOP_START_JERK: 0.2},
         (up("local_costmap.min_obstacle_height", 0.05),),
@@ -223,8 +240,8 @@ RULES = (
             and "local_costmap.z_voxels" in f.given
         ),
         lambda f: (
-            "z_voxels times z_resolution ends below max_obstacle_height: what is higher is "
-            "not marked"
+            "z_voxels times z_resolution ends below max_obstacle_height: the layer does "
+            "not mark obstacles between the two heights"
         ),
         {S.IGNORES_OBSTACLES: 0.7, S.COLLISION: 0.4},
         (up("local_costmap.z_voxels", 16), up("local_costmap.z_resolution")),
@@ -235,8 +252,8 @@ RULES = (
         "old-marks-kept",
         lambda f: f.number("local_costmap.observation_persistence") > 1.0,
         lambda f: (
-            f"observation_persistence {f['local_costmap.observation_persistence']} s: where "
-            "somebody was stays occupied"
+            f"observation_persistence is {f['local_costmap.observation_persistence']} s: a "
+            "place stays occupied this long after an obstacle has left it"
         ),
         {S.GHOST_OBSTACLES: 1.0, S.DOOR_STOP: 0.5, S.NO_RECOVERY: 0.3},
         (down("local_costmap.observation_persistence", 0.0),),
@@ -247,7 +264,7 @@ RULES = (
         lambda f: (
             f["local_costmap.inf_is_valid"] is False and "local_costmap.inf_is_valid" in f.given
         ),
-        lambda f: "inf_is_valid is off: beams that meet nothing do not clear",
+        lambda f: "inf_is_valid is off: beams that hit nothing do not clear marks",
         {S.GHOST_OBSTACLES: 0.5},
         (put("local_costmap.inf_is_valid", True),),
         f"{CODE}: obstacle_layer.cpp",
@@ -260,7 +277,9 @@ RULES = (
             f["local_costmap.footprint_clearing_enabled"] is False
             and "local_costmap.footprint_clearing_enabled" in f.given
         ),
-        lambda f: "footprint_clearing_enabled is off: what the robot sees of itself stays",
+        lambda f: (
+            "footprint_clearing_enabled is off: marks of the robot's own body stay in the costmap"
+        ),
         {S.NO_START: 0.7, S.GHOST_OBSTACLES: 0.6, S.NO_RECOVERY: 0.4},
         (put("local_costmap.footprint_clearing_enabled", True),),
         f"{CODE}: obstacle_layer.cpp",

@@ -37,7 +37,9 @@ RULES = (
         lambda f: (
             bool(f.controller("critics")) and not has_critic(f, "BaseObstacle", "ObstacleFootprint")
         ),
-        lambda f: "critics lists neither BaseObstacle nor ObstacleFootprint",
+        lambda f: (
+            "critics lists neither BaseObstacle nor ObstacleFootprint: no critic looks at obstacles"
+        ),
         {S.COLLISION: 1.0, S.IGNORES_OBSTACLES: 1.0, S.NEAR_MISS: 0.8},
         (put("critics", "ObstacleFootprint"),),
         f"{CODE}: base_obstacle.cpp, obstacle_footprint.cpp",
@@ -51,8 +53,8 @@ RULES = (
             and not has_critic(f, "ObstacleFootprint")
         ),
         lambda f: (
-            "BaseObstacle looks at the cost under the centre, but the outline reaches from "
-            f"{f.inscribed_radius_m:.2f} to {f.circumscribed_radius_m:.2f} m"
+            "BaseObstacle checks only the cell under the robot's centre, but the outline "
+            f"reaches from {f.inscribed_radius_m:.2f} to {f.circumscribed_radius_m:.2f} m"
         ),
         {S.COLLISION: 1.0, S.NEAR_MISS: 0.6, S.CORNER_CUTTING: 0.4},
         (put("critics", "ObstacleFootprint"),),
@@ -62,7 +64,10 @@ RULES = (
     Rule(
         "dwb-coarse-samples",
         lambda f: _spacing_m(f) > COARSE_M,
-        lambda f: f"a sample is checked every {_spacing_m(f):.2f} m: an obstacle fits between",
+        lambda f: (
+            f"DWB checks a pose every {_spacing_m(f):.2f} m of a sample: an obstacle fits "
+            "between two poses"
+        ),
         {S.COLLISION: 1.0, S.CORNER_CUTTING: 0.7, S.NEAR_MISS: 0.4},
         (down("linear_granularity", 0.05),),
         f"{CODE}: standard_traj_generator.cpp; navigation2#669",
@@ -76,8 +81,9 @@ RULES = (
             < 0.5 * f.number("controller.PathDist.scale", 1.0)
         ),
         lambda f: (
-            f"BaseObstacle.scale {f.controller('BaseObstacle.scale')} beside PathDist.scale "
-            f"{f.controller('PathDist.scale')}: half a cell off the path outweighs the worst cost"
+            f"BaseObstacle.scale is {f.controller('BaseObstacle.scale')} and PathDist.scale "
+            f"{f.controller('PathDist.scale')}: half a cell off the path costs more than "
+            "the worst obstacle cost"
         ),
         {S.NEAR_MISS: 1.0, S.COLLISION: 0.5},
         (up("BaseObstacle.scale"), down("PathDist.scale")),
@@ -91,8 +97,8 @@ RULES = (
             f.speed_mps * f.number("controller.sim_time", 1.7) < braking_m(f, deceleration(f))
         ),
         lambda f: (
-            f"sim_time {f.controller('sim_time')} s at {f.speed_mps:g} m/s is shorter than "
-            "the way to stop"
+            f"sim_time is {f.controller('sim_time')} s: at {f.speed_mps:g} m/s the samples "
+            "are shorter than the braking distance"
         ),
         {S.COLLISION: 0.9, S.GOAL_OVERSHOOT: 0.6},
         (up("sim_time"), down("max_vel_x")),
@@ -103,8 +109,8 @@ RULES = (
         "dwb-looks-a-short-way",
         lambda f: f.number("controller.sim_time", 1.7) < 1.0,
         lambda f: (
-            f"sim_time {f.controller('sim_time')} s: arcs so short hardly differ, so that it "
-            "steers hard"
+            f"sim_time is {f.controller('sim_time')} s: samples this short hardly differ, "
+            "so DWB steers hard"
         ),
         {S.WOBBLE_STRAIGHT: 1.0, S.COLLISION: 0.5, S.STOP_START_JERK: 0.3},
         (up("sim_time", 1.7),),
@@ -115,8 +121,8 @@ RULES = (
         "dwb-looks-a-long-way",
         lambda f: f.number("controller.sim_time", 1.7) > 2.5,
         lambda f: (
-            f"sim_time {f.controller('sim_time')} s: long arcs all leave a curved path or "
-            "touch something"
+            f"sim_time is {f.controller('sim_time')} s: samples this long all leave a "
+            "curved path or touch something"
         ),
         {S.DOOR_STOP: 0.8, S.CORNER_CUTTING: 0.9, S.TOO_SLOW: 0.4, S.STALL_BEFORE_GOAL: 0.4},
         (down("sim_time", 1.7),),
@@ -127,8 +133,9 @@ RULES = (
         "dwb-beyond-window",
         lambda f: f.speed_mps * f.number("controller.sim_time", 1.7) > half_window_m(f),
         lambda f: (
-            f"fast samples reach {f.speed_mps * f.number('controller.sim_time', 1.7):.1f} m, "
-            f"the local costmap only {half_window_m(f):.1f} m: they are rejected"
+            "the fastest samples reach "
+            f"{f.speed_mps * f.number('controller.sim_time', 1.7):.1f} m, but the local "
+            f"costmap only {half_window_m(f):.1f} m: DWB rejects these samples"
         ),
         {S.TOO_SLOW: 0.9, S.STOP_START_JERK: 0.3},
         (up("local_costmap.width"), down("sim_time")),
@@ -138,7 +145,7 @@ RULES = (
     Rule(
         "dwb-few-speeds",
         lambda f: f.number("controller.vx_samples", 20) < 6,
-        lambda f: f"vx_samples {f.controller('vx_samples')}: the speeds are far apart",
+        lambda f: f"vx_samples is {f.controller('vx_samples')}: the sampled speeds are far apart",
         {S.STOP_START_JERK: 0.8, S.GOAL_OVERSHOOT: 0.4, S.STALL_BEFORE_GOAL: 0.3, S.TOO_SLOW: 0.4},
         (up("vx_samples", 20),),
         CODE,
@@ -147,7 +154,10 @@ RULES = (
     Rule(
         "dwb-few-turn-rates",
         lambda f: f.number("controller.vtheta_samples", 20) < 10,
-        lambda f: f"vtheta_samples {f.controller('vtheta_samples')}: the turn rates are far apart",
+        lambda f: (
+            f"vtheta_samples is {f.controller('vtheta_samples')}: the sampled turn rates "
+            "are far apart"
+        ),
         {S.WOBBLE_STRAIGHT: 1.0, S.DOOR_STOP: 0.6, S.STOP_START_JERK: 0.5, S.CORNER_CUTTING: 0.4},
         (up("vtheta_samples", 20),),
         CODE,
@@ -162,8 +172,9 @@ RULES = (
             > 600
         ),
         lambda f: (
-            f"{f.controller('vx_samples')} x {f.controller('vtheta_samples')} samples, and "
-            "sideways ones for a base that has none"
+            f"vx_samples {f.controller('vx_samples')} and vtheta_samples "
+            f"{f.controller('vtheta_samples')} make many samples, and vy_samples multiplies "
+            "them although max_vel_y is 0 m/s"
         ),
         {S.LATE_CYCLES: 0.6},
         (down("vx_samples"), down("vtheta_samples"), down("vy_samples")),
@@ -177,7 +188,9 @@ RULES = (
             bool(f.controller("critics"))
             and not has_critic(f, "GoalDist", "PathDist", "PathProgress")
         ),
-        lambda f: "critics lists neither PathDist nor GoalDist: nothing pulls along the plan",
+        lambda f: (
+            "critics lists neither PathDist nor GoalDist: nothing pulls the robot along the plan"
+        ),
         {S.NO_START: 1.0, S.STALL_BEFORE_GOAL: 1.0, S.SPINS: 0.5},
         (put("critics", "PathDist"),),
         CODE,
@@ -186,7 +199,7 @@ RULES = (
     Rule(
         "dwb-oscillation-not-watched",
         lambda f: bool(f.controller("critics")) and not has_critic(f, "Oscillation"),
-        lambda f: "critics lists no Oscillation: nothing forbids to change sides",
+        lambda f: "critics lists no Oscillation: nothing keeps the robot from changing sides",
         {S.WOBBLE_STRAIGHT: 0.5, S.GOAL_OSCILLATION: 0.5, S.SPINS: 0.5, S.DOOR_STOP: 0.3},
         (put("critics", "Oscillation"),),
         f"{CODE}: oscillation.cpp",
@@ -199,9 +212,9 @@ RULES = (
             and f.number("controller.GoalDist.scale") > 16.0
         ),
         lambda f: (
-            f"PathDist {f.controller('PathDist.scale')} and GoalDist "
-            f"{f.controller('GoalDist.scale')} outweigh everything that speaks for waiting or "
-            "turning"
+            f"PathDist.scale is {f.controller('PathDist.scale')} and GoalDist.scale "
+            f"{f.controller('GoalDist.scale')}: they outweigh every critic that favours "
+            "waiting or turning"
         ),
         {S.DOOR_STOP: 0.8},
         (down("PathDist.scale"), down("GoalDist.scale")),
@@ -216,7 +229,7 @@ RULES = (
             or f.controller("publish_cost_grid_pc") is True
         ),
         lambda f: (
-            "debug_trajectory_details or publish_cost_grid_pc is on, which takes time in "
+            "debug_trajectory_details or publish_cost_grid_pc is on: either takes time in "
             "every cycle"
         ),
         {S.LATE_CYCLES: 0.8},

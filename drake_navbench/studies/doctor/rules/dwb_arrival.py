@@ -26,7 +26,7 @@ RULES = (
             and not f.is_kind("shim")
             and f.number("goal_checker.yaw_goal_tolerance", 0.25) < 3.1
         ),
-        lambda f: "critics lists no RotateToGoal: nothing turns to the goal's heading",
+        lambda f: "critics lists no RotateToGoal: nothing turns the robot to the goal's heading",
         {S.GOAL_NOT_REACHED: 1.0, S.GOAL_OSCILLATION: 0.6},
         (put("critics", "RotateToGoal"),),
         f"{CODE}: rotate_to_goal.cpp",
@@ -40,8 +40,9 @@ RULES = (
             > 1.2 * f.number("goal_checker.xy_goal_tolerance")
         ),
         lambda f: (
-            f"the controller turns at the goal from {f.controller('xy_goal_tolerance')} m on, "
-            f"the goal checker wants {f['goal_checker.xy_goal_tolerance']} m"
+            f"RotateToGoal begins to turn within {f.controller('xy_goal_tolerance')} m of "
+            "the goal, but the goal checker accepts only "
+            f"{f['goal_checker.xy_goal_tolerance']} m"
         ),
         {S.GOAL_NOT_REACHED: 1.0, S.STALL_BEFORE_GOAL: 0.9, S.GOAL_OSCILLATION: 0.5},
         (down("xy_goal_tolerance"), up("goal_checker.xy_goal_tolerance")),
@@ -55,9 +56,9 @@ RULES = (
             and f.number("controller.trans_stopped_velocity", 0.25) <= f.speed_mps
         ),
         lambda f: (
-            f"trans_stopped_velocity {f.controller('trans_stopped_velocity')} m/s: it counts as "
-            f"stopped where it still rolls {_rolls_on_m(f):.2f} m, more than half of the goal's "
-            "tolerance"
+            f"trans_stopped_velocity is {f.controller('trans_stopped_velocity')} m/s: "
+            f"RotateToGoal turns the robot while it still rolls {_rolls_on_m(f):.2f} m, "
+            "more than half of xy_goal_tolerance"
         ),
         {S.GOAL_OVERSHOOT: 0.7, S.GOAL_OSCILLATION: 0.4},
         (down("trans_stopped_velocity"),),
@@ -68,8 +69,8 @@ RULES = (
         "dwb-never-counts-as-stopped",
         lambda f: f.number("controller.trans_stopped_velocity", 0.25) < 0.02,
         lambda f: (
-            f"trans_stopped_velocity {f.controller('trans_stopped_velocity')} m/s is below "
-            "the noise of odometry: it never begins to turn at the goal"
+            f"trans_stopped_velocity is {f.controller('trans_stopped_velocity')} m/s, below "
+            "the noise of odometry: RotateToGoal may never begin the turn at the goal"
         ),
         {S.GOAL_NOT_REACHED: 0.9, S.STALL_BEFORE_GOAL: 0.8},
         (up("trans_stopped_velocity", 0.25),),
@@ -79,7 +80,7 @@ RULES = (
     Rule(
         "dwb-no-reverse",
         lambda f: f.number("controller.min_vel_x") >= 0.0,
-        lambda f: f"min_vel_x {f.controller('min_vel_x')} m/s: no sample drives back",
+        lambda f: f"min_vel_x is {f.controller('min_vel_x')} m/s: no sample drives backward",
         {S.NO_RECOVERY: 0.7},
         (down("min_vel_x", -0.1),),
         CODE,
@@ -92,9 +93,9 @@ RULES = (
             f.number("controller.min_speed_xy") > 0.15 or f.number("controller.min_vel_x") > 0.05
         ),
         lambda f: (
-            f"min_speed_xy {f.controller('min_speed_xy')}, min_vel_x "
-            f"{f.controller('min_vel_x')} m/s: it cannot drive slowly, nor stop in front of the "
-            "goal"
+            f"min_speed_xy is {f.controller('min_speed_xy')} m/s and min_vel_x "
+            f"{f.controller('min_vel_x')} m/s: the robot can neither drive slowly nor stop "
+            "in front of the goal"
         ),
         {S.GOAL_OVERSHOOT: 0.9, S.STOP_START_JERK: 0.6, S.DOOR_STOP: 0.4},
         (down("min_speed_xy"), down("min_vel_x", 0.0)),
@@ -108,8 +109,10 @@ RULES = (
             > 1.5 * (f.axis("velocity_smoother.max_accel", 0) or 1e9)
         ),
         lambda f: (
-            f"samples accelerate by {f.controller('acc_lim_x')} m/s^2, the velocity smoother "
-            f"lets through {f.axis('velocity_smoother.max_accel', 0):g}"
+            f"acc_lim_x is {f.controller('acc_lim_x')} m/s^2, but "
+            "velocity_smoother.max_accel lets through only "
+            f"{f.axis('velocity_smoother.max_accel', 0):g} m/s^2: the robot accelerates "
+            "less than the samples"
         ),
         {S.WOBBLE_STRAIGHT: 0.3, S.GOAL_OVERSHOOT: 0.5, S.STOP_START_JERK: 0.4},
         (down("acc_lim_x"), up("velocity_smoother.max_accel")),
@@ -122,7 +125,7 @@ RULES = (
             f.number("controller.acc_lim_x", 2.5) == 0.0
             or f.number("controller.acc_lim_theta", 3.2) == 0.0
         ),
-        lambda f: "acc_lim_x or acc_lim_theta is 0: the window of speeds is empty",
+        lambda f: "acc_lim_x or acc_lim_theta is 0: DWB has no speeds to choose from",
         {S.NO_START: 1.0, S.TOO_SLOW: 0.8, S.NO_TURNING: 0.8},
         (up("acc_lim_x", 2.5), up("acc_lim_theta", 3.2)),
         CODE,
@@ -132,7 +135,8 @@ RULES = (
         "dwb-two-speed-limits",
         lambda f: 0.0 < f.number("controller.max_speed_xy", 1e9) < f.speed_mps,
         lambda f: (
-            f"max_speed_xy {f.controller('max_speed_xy')} m/s is below max_vel_x {f.speed_mps:g}"
+            f"max_speed_xy is {f.controller('max_speed_xy')} m/s, less than max_vel_x "
+            f"{f.speed_mps:g} m/s: the robot never reaches max_vel_x"
         ),
         {S.TOO_SLOW: 1.0},
         (up("max_speed_xy"),),
@@ -142,7 +146,7 @@ RULES = (
     Rule(
         "dwb-no-shim",
         lambda f: not f.is_kind("shim") and f.is_whole,
-        lambda f: "no rotation shim before DWB, which turns on the spot unwillingly",
+        lambda f: "the file has no rotation shim before DWB, and DWB is poor at turns on the spot",
         {S.NO_TURNING: 0.5},
         (add("plugin"),),
         "docs.nav2.org, tuning guide: rotate in place behaviour",

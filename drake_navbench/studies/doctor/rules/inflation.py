@@ -35,8 +35,8 @@ RULES = (
         "inflation-below-inscribed-radius",
         lambda f: 0.0 < f.number("local_costmap.inflation_radius", 1.0) < f.inscribed_radius_m,
         lambda f: (
-            f"inflation_radius {f['local_costmap.inflation_radius']} m is less than the "
-            f"robot's inscribed radius, {f.inscribed_radius_m:.2f} m"
+            f"inflation_radius is {f['local_costmap.inflation_radius']} m, less than the "
+            f"robot's inscribed radius of {f.inscribed_radius_m:.2f} m"
         ),
         {S.COLLISION: 1.0, S.NEAR_MISS: 0.9},
         (up("local_costmap.inflation_radius"),),
@@ -50,8 +50,9 @@ RULES = (
             < min(f.inscribed_radius_m + 0.05, 1.2 * f.inscribed_radius_m) - 1e-9
         ),
         lambda f: (
-            f"global inflation_radius {f['global_costmap.inflation_radius']} m, and the inscribed "
-            f"radius is {f.inscribed_radius_m:.2f} m: nothing holds plans off walls"
+            f"global_costmap.inflation_radius is {f['global_costmap.inflation_radius']} m "
+            f"and the robot's inscribed radius {f.inscribed_radius_m:.2f} m: nothing keeps "
+            "plans away from walls"
         ),
         {S.COLLISION: 0.6, S.NEAR_MISS: 0.8, S.CORNER_CUTTING: 0.6, S.DOOR_STOP: 0.4},
         (up("global_costmap.inflation_radius"),),
@@ -61,9 +62,9 @@ RULES = (
         "wide-inflation",
         lambda f: f.number("local_costmap.inflation_radius", 0.55) > 1.0,
         lambda f: (
-            f"inflation_radius {f['local_costmap.inflation_radius']} m with "
-            f"cost_scaling_factor {f['local_costmap.cost_scaling_factor']}: a door has cost all "
-            "over"
+            f"inflation_radius is {f['local_costmap.inflation_radius']} m and "
+            f"cost_scaling_factor {f['local_costmap.cost_scaling_factor']}: a door is full "
+            "of cost"
         ),
         {S.DOOR_STOP: 0.9, S.TOO_SLOW: 0.4, S.WOBBLE_STRAIGHT: 0.2, S.STALL_BEFORE_GOAL: 0.3},
         (down("local_costmap.inflation_radius", 0.55), up("local_costmap.cost_scaling_factor")),
@@ -82,8 +83,9 @@ RULES = (
             )
         ),
         lambda f: (
-            f"global inflation_radius {f['global_costmap.inflation_radius']} m: start, goal "
-            "or a passage may lie in it with a corner of the outline"
+            f"global_costmap.inflation_radius is {f['global_costmap.inflation_radius']} m: "
+            "at the start, the goal or in a passage a corner of the outline may lie within "
+            "the inflation"
         ),
         {S.PLANNER_FAILS: 0.8, S.DOOR_STOP: 0.4},
         (down("global_costmap.inflation_radius"),),
@@ -94,8 +96,8 @@ RULES = (
         "steep-costs",
         lambda f: f.number("local_costmap.cost_scaling_factor", 3.0) > 8.0,
         lambda f: (
-            f"cost_scaling_factor {f['local_costmap.cost_scaling_factor']}: a hand's breadth "
-            "beside the outline costs nothing any more"
+            f"cost_scaling_factor is {f['local_costmap.cost_scaling_factor']}: about 0.1 m "
+            "beside the outline there is hardly any cost"
         ),
         {S.NEAR_MISS: 1.0, S.COLLISION: 0.4, S.CORNER_CUTTING: 0.3},
         (down("local_costmap.cost_scaling_factor", 3.0),),
@@ -106,8 +108,8 @@ RULES = (
         "flat-costs",
         lambda f: 0.0 < f.number("local_costmap.cost_scaling_factor", 3.0) < 1.5,
         lambda f: (
-            f"cost_scaling_factor {f['local_costmap.cost_scaling_factor']}: the middle of a "
-            "door costs nearly as much as its jambs"
+            f"cost_scaling_factor is {f['local_costmap.cost_scaling_factor']}: the middle "
+            "of a door costs nearly as much as its jambs"
         ),
         {S.DOOR_STOP: 0.9, S.TOO_SLOW: 0.4},
         (up("local_costmap.cost_scaling_factor", 3.0),),
@@ -118,8 +120,8 @@ RULES = (
         "inflation-before-obstacles",
         lambda f: not _inflation_is_last(f),
         lambda f: (
-            f"local_costmap.plugins {f['local_costmap.plugins']}: what comes after the "
-            "inflation layer is not inflated"
+            f"local_costmap.plugins is {f['local_costmap.plugins']}: the inflation layer "
+            "does not inflate what later layers mark"
         ),
         {S.COLLISION: 0.9, S.NEAR_MISS: 0.9, S.IGNORES_OBSTACLES: 0.3},
         (put("local_costmap.plugins"),),

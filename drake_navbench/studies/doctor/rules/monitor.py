@@ -42,8 +42,8 @@ RULES = (
         "monitor-stops-the-way-back",
         lambda f: bool(_polygons_that(f, "stop")),
         lambda f: (
-            f"{', '.join(_polygons_that(f, 'stop'))} of the collision monitor stops every "
-            "command while something is in it, also those that lead away"
+            f"while something is in {', '.join(_polygons_that(f, 'stop'))}, the collision "
+            "monitor stops every command, also those that lead away"
         ),
         {
             S.NO_RECOVERY: 1.0,
@@ -61,8 +61,8 @@ RULES = (
         "monitor-slows-hard",
         lambda f: bool(_polygons_that(f, "slowdown")) and _least(f, "slowdown_ratio", 1.0) < 0.35,
         lambda f: (
-            f"a zone of the collision monitor slows down to "
-            f"{_least(f, 'slowdown_ratio', 1.0):g} of the command"
+            "a zone of the collision monitor slows the robot down to "
+            f"{_least(f, 'slowdown_ratio', 1.0):g} of the commanded speed"
         ),
         {S.TOO_SLOW: 0.6, S.STALL_BEFORE_GOAL: 0.5, S.STOP_START_JERK: 0.4},
         (up("collision_monitor.*.slowdown_ratio", 0.5), put("collision_monitor.*.points")),
@@ -73,8 +73,8 @@ RULES = (
         "monitor-believes-single-points",
         lambda f: bool(_polygons(f)) and _least(f, "min_points", 4) < 3,
         lambda f: (
-            f"min_points {_least(f, 'min_points', 4):g}: noise of the scan is enough for the "
-            "collision monitor"
+            f"min_points of the collision monitor is {_least(f, 'min_points', 4):g}: this "
+            "few noisy points of the scan trigger it"
         ),
         {S.STOP_START_JERK: 0.9, S.NO_START: 0.4, S.DOOR_STOP: 0.4},
         (up("collision_monitor.*.min_points", 4),),
@@ -84,7 +84,8 @@ RULES = (
         "monitor-without-patience",
         lambda f: 0.0 < f.number("collision_monitor.source_timeout", 2.0) < 0.3,
         lambda f: (
-            f"source_timeout {f['collision_monitor.source_timeout']} s: a late scan stops the robot"
+            f"source_timeout is {f['collision_monitor.source_timeout']} s: the collision "
+            "monitor stops the robot when a scan is later than this"
         ),
         {S.STOP_START_JERK: 0.9, S.NO_START: 0.7},
         (up("collision_monitor.source_timeout", 1.0),),
@@ -97,8 +98,8 @@ RULES = (
             for p in _polygons_that(f, "approach")
         ),
         lambda f: (
-            "time_before_collision of the collision monitor is above 2.5 s: it slows down for "
-            "what it will never touch"
+            "time_before_collision of the collision monitor is above 2.5 s: it slows the "
+            "robot down for obstacles that the robot will not reach"
         ),
         {S.TOO_SLOW: 0.8, S.DOOR_STOP: 0.7, S.STALL_BEFORE_GOAL: 0.6},
         (down("collision_monitor.*.time_before_collision", 1.2),),

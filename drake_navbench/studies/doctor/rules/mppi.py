@@ -42,8 +42,8 @@ RULES = (
         "mppi-horizon-beyond-window",
         lambda f: horizon_m(f) > 1.05 * half_window_m(f),
         lambda f: (
-            f"samples reach {horizon_m(f):.1f} m at full speed, the local costmap only "
-            f"{half_window_m(f):.1f} m"
+            f"at full speed the samples reach {horizon_m(f):.1f} m, but the local costmap "
+            f"only {half_window_m(f):.1f} m"
         ),
         {S.COLLISION: 0.4, S.TOO_SLOW: 0.4, S.STOP_START_JERK: 0.4, S.WOBBLE_STRAIGHT: 0.2},
         (up("local_costmap.width"), down("time_steps"), down("vx_max")),
@@ -54,8 +54,8 @@ RULES = (
         "mppi-step-below-period",
         lambda f: f.period_s > 1.001 * f.number("controller.model_dt", 0.05),
         lambda f: (
-            f"model_dt {f.controller('model_dt')} s is below the period {f.period_s:.3f} s, "
-            "which MPPI refuses"
+            f"model_dt is {f.controller('model_dt')} s, less than the control period of "
+            f"{f.period_s:.3f} s: MPPI refuses to start"
         ),
         {S.NO_START: 1.0, S.NO_TURNING: 0.7, S.WOBBLE_STRAIGHT: 0.5, S.LATE_CYCLES: 0.3},
         (up("controller_server.controller_frequency"), up("model_dt")),
@@ -66,8 +66,8 @@ RULES = (
         "mppi-step-above-period",
         lambda f: f.number("controller.model_dt", 0.05) > 1.001 * f.period_s,
         lambda f: (
-            f"model_dt {f.controller('model_dt')} s is above the period {f.period_s:.4f} s: "
-            "the sequence is not shifted from cycle to cycle"
+            f"model_dt is {f.controller('model_dt')} s, more than the control period of "
+            f"{f.period_s:.4f} s: MPPI does not shift its commands from cycle to cycle"
         ),
         {S.WOBBLE_STRAIGHT: 0.3, S.STOP_START_JERK: 0.3},
         (down("model_dt"),),
@@ -77,7 +77,10 @@ RULES = (
     Rule(
         "mppi-wide-turn-samples",
         lambda f: f.number("controller.wz_std", 0.4) > 0.45,
-        lambda f: f"wz_std {f.controller('wz_std')} rad/s spreads samples wider than driving needs",
+        lambda f: (
+            f"wz_std is {f.controller('wz_std')} rad/s: the sampled turn rates spread wider "
+            "than driving needs"
+        ),
         {S.WOBBLE_STRAIGHT: 1.0, S.STOP_START_JERK: 0.5, S.SPINS: 0.6, S.GOAL_OSCILLATION: 0.4},
         (down("wz_std", 0.4),),
         f"{PAGE}; navigation2#5281",
@@ -90,8 +93,9 @@ RULES = (
             and f.number("controller.vx_max", 0.5) > 0.8
         ),
         lambda f: (
-            f"wz_std {f.controller('wz_std')} rad/s at {f.controller('vx_max')} m/s: the "
-            "same spread moves the robot farther sideways"
+            f"wz_std is {f.controller('wz_std')} rad/s and vx_max {f.controller('vx_max')} "
+            "m/s: at this speed the same spread of turn rates moves the robot farther "
+            "sideways"
         ),
         {S.WOBBLE_STRAIGHT: 0.8},
         (down("wz_std", 0.25),),
@@ -101,7 +105,7 @@ RULES = (
     Rule(
         "mppi-narrow-turn-samples",
         lambda f: f.number("controller.wz_std", 0.4) < 0.25,
-        lambda f: f"wz_std {f.controller('wz_std')} rad/s: hardly any sample turns",
+        lambda f: f"wz_std is {f.controller('wz_std')} rad/s: hardly any sample turns",
         {S.NO_TURNING: 1.0, S.REVERSE_FAILURE: 0.4, S.CORNER_CUTTING: 0.3},
         (up("wz_std", 0.4),),
         f"{CODE}/src/noise_generator.cpp",
@@ -114,8 +118,8 @@ RULES = (
             or f.number("controller.vx_std", 0.2) < 0.2 * f.number("controller.vx_max", 0.5)
         ),
         lambda f: (
-            f"vx_std {f.controller('vx_std')} m/s of at most {f.controller('vx_max')} m/s: "
-            "samples around a low speed stay low"
+            f"vx_std is {f.controller('vx_std')} m/s and vx_max {f.controller('vx_max')} "
+            "m/s: samples around a low speed stay low"
         ),
         {S.STALL_BEFORE_GOAL: 0.8, S.TOO_SLOW: 0.8, S.NO_START: 0.5},
         (up("vx_std", 0.2),),
@@ -126,18 +130,18 @@ RULES = (
         "mppi-slow-ramp-in-rollouts",
         lambda f: f.release >= Release.JAZZY and f.number("controller.ax_max", 3.0) < 1.0,
         lambda f: (
-            f"ax_max {f.controller('ax_max')} m/s^2: samples reach little more than the "
-            "speed that they start from, and their mean less"
+            f"ax_max is {f.controller('ax_max')} m/s^2: the samples gain little speed, and "
+            "their weighted mean less"
         ),
         {S.STALL_BEFORE_GOAL: 0.7, S.TOO_SLOW: 0.6, S.NO_START: 0.5},
-        (up("ax_max", 2.5), upgrade("lyrical, which mends low accelerations")),
+        (up("ax_max", 2.5), upgrade("lyrical or newer, which mends low accelerations")),
         "navigation2#6072",
         MPPI,
     ),
     Rule(
         "mppi-no-reverse",
         lambda f: f.number("controller.vx_min", -0.35) >= 0.0,
-        lambda f: f"vx_min {f.controller('vx_min')} m/s: no sample drives back",
+        lambda f: f"vx_min is {f.controller('vx_min')} m/s: no sample drives backward",
         {S.NO_RECOVERY: 0.7, S.NO_TURNING: 0.25, S.REVERSE_FAILURE: 0.3},
         (down("vx_min", -0.2),),
         f"{CODE}/src/optimizer.cpp",
@@ -151,8 +155,9 @@ RULES = (
             and 0.0 < _smoother(f, 0) < 0.8 * f.number("controller.ax_max", 3.0)
         ),
         lambda f: (
-            f"samples accelerate by {f.controller('ax_max')} m/s^2, the velocity smoother "
-            f"lets through {_smoother(f, 0):g}"
+            f"ax_max is {f.controller('ax_max')} m/s^2, but velocity_smoother.max_accel "
+            f"lets through only {_smoother(f, 0):g} m/s^2: the robot accelerates less than "
+            "the samples"
         ),
         {S.STOP_START_JERK: 0.5, S.GOAL_OVERSHOOT: 0.5, S.WOBBLE_STRAIGHT: 0.3},
         (down("ax_max"), up("velocity_smoother.max_accel")),
@@ -166,8 +171,9 @@ RULES = (
             and 0.0 < _smoother(f, 2) < 0.8 * f.number("controller.az_max", 3.5)
         ),
         lambda f: (
-            f"samples turn up by {f.controller('az_max')} rad/s^2, the velocity smoother "
-            f"lets through {_smoother(f, 2):g}"
+            f"az_max is {f.controller('az_max')} rad/s^2, but velocity_smoother.max_accel "
+            f"lets through only {_smoother(f, 2):g} rad/s^2: the robot's turn rate rises "
+            "less than the samples'"
         ),
         {S.WOBBLE_STRAIGHT: 0.4, S.STOP_START_JERK: 0.3, S.GOAL_OSCILLATION: 0.3},
         (down("az_max"), up("velocity_smoother.max_accel")),
@@ -177,7 +183,10 @@ RULES = (
     Rule(
         "mppi-steep-ramps",
         lambda f: f.number("controller.ax_max", 3.0) > 3.5,
-        lambda f: f"ax_max {f.controller('ax_max')} m/s^2 is more than wheels on a floor hold",
+        lambda f: (
+            f"ax_max is {f.controller('ax_max')} m/s^2: wheels on a floor slip at such an "
+            "acceleration"
+        ),
         {S.STOP_START_JERK: 1.0, S.GOAL_OVERSHOOT: 0.4},
         (down("ax_max", 2.0),),
         PAGE,
@@ -187,8 +196,9 @@ RULES = (
         "mppi-heavy-for-a-board",
         lambda f: _cells_per_s(f) > BOARD_CELLS_PER_S,
         lambda f: (
-            f"{f.controller('batch_size')} samples of {f.controller('time_steps')} steps at "
-            f"{1.0 / f.period_s:.0f} Hz: more than a small board computes in time"
+            f"batch_size {f.controller('batch_size')}, time_steps "
+            f"{f.controller('time_steps')} and {1.0 / f.period_s:.0f} Hz: more than a small "
+            "board computes in time"
         ),
         {S.LATE_CYCLES: 0.9, S.STOP_START_JERK: 0.5},
         (
@@ -203,7 +213,7 @@ RULES = (
     Rule(
         "mppi-visualises",
         lambda f: f.controller("visualize") is True,
-        lambda f: "visualize is on: the samples are published in every cycle",
+        lambda f: "visualize is on: MPPI publishes its samples in every cycle, which takes time",
         {S.LATE_CYCLES: 0.6, S.STOP_START_JERK: 0.3, S.WOBBLE_STRAIGHT: 0.15},
         (put("visualize", False),),
         PAGE,
@@ -216,8 +226,9 @@ RULES = (
             f.is_whole and 0.0 < f.number("controller.prune_distance", 1.5) < 0.9 * horizon_m(f)
         ),
         lambda f: (
-            f"prune_distance {f.controller('prune_distance')} m is less than the horizon, "
-            f"{horizon_m(f):.1f} m: the plan ends within the samples"
+            f"prune_distance is {f.controller('prune_distance')} m, less than the "
+            f"{horizon_m(f):.1f} m that samples reach at full speed: the plan ends within "
+            "the samples"
         ),
         {S.TOO_SLOW: 0.7, S.STALL_BEFORE_GOAL: 0.3, S.STOP_START_JERK: 0.3},
         (up("prune_distance"),),
@@ -228,8 +239,8 @@ RULES = (
         "mppi-hot-mean",
         lambda f: f.number("controller.temperature", 0.3) > 0.5,
         lambda f: (
-            f"temperature {f.controller('temperature')}: bad samples count as well, and "
-            "their mean is slow"
+            f"temperature is {f.controller('temperature')}: bad samples count as well, and "
+            "their weighted mean is slow"
         ),
         {S.TOO_SLOW: 0.7, S.STALL_BEFORE_GOAL: 0.6, S.CORNER_CUTTING: 0.3},
         (down("temperature", 0.3),),
@@ -240,7 +251,8 @@ RULES = (
         "mppi-cold-mean",
         lambda f: f.number("controller.temperature", 0.3) < 0.12,
         lambda f: (
-            f"temperature {f.controller('temperature')}: a single sample decides, which is noisy"
+            f"temperature is {f.controller('temperature')}: the best sample alone decides, "
+            "which is noisy"
         ),
         {S.WOBBLE_STRAIGHT: 0.6, S.STOP_START_JERK: 0.6},
         (up("temperature", 0.3),),
@@ -250,7 +262,10 @@ RULES = (
     Rule(
         "mppi-few-samples",
         lambda f: f.number("controller.batch_size", 1000) < 500,
-        lambda f: f"{f.controller('batch_size')} samples: their mean is noisy",
+        lambda f: (
+            f"batch_size is {f.controller('batch_size')}: the weighted mean of so few "
+            "samples is noisy"
+        ),
         {S.WOBBLE_STRAIGHT: 0.7, S.STOP_START_JERK: 0.4, S.DOOR_STOP: 0.3, S.COLLISION: 0.3},
         (up("batch_size", 1000),),
         PAGE,
@@ -261,7 +276,10 @@ RULES = (
         lambda f: (
             braking_m(f, f.number("controller.ax_min", -3.0)) > horizon_m(f) or horizon_s(f) < 1.0
         ),
-        lambda f: f"the horizon of {horizon_s(f):.1f} s ends before the robot could stop or turn",
+        lambda f: (
+            f"the horizon (time_steps times model_dt) is {horizon_s(f):.1f} s: it ends "
+            "before the robot could stop or turn"
+        ),
         {S.COLLISION: 0.6, S.GOAL_OVERSHOOT: 0.5, S.CORNER_CUTTING: 0.2, S.STALL_BEFORE_GOAL: 0.3},
         (up("time_steps"), down("vx_max")),
         PAGE,
@@ -273,7 +291,7 @@ RULES = (
             f.controller("motion_model") == "Omni"
             and (f.axis("velocity_smoother.max_velocity", 2) == 0.0)
         ),
-        lambda f: "samples turn, but the velocity smoother lets no turn through",
+        lambda f: "the samples turn, but velocity_smoother.max_velocity lets no turn through",
         {S.WOBBLE_STRAIGHT: 1.0, S.SPINS: 0.3},
         (put("wz_max", 0.0), down("wz_std", 0.0)),
         "navigation2#5021",
@@ -284,9 +302,12 @@ RULES = (
         lambda f: (
             f.release is Release.HUMBLE and f.is_whole and not f.has_node("velocity_smoother")
         ),
-        lambda f: "Humble's MPPI knows no accelerations, and no velocity smoother follows it",
+        lambda f: (
+            "Humble's MPPI has no limits of acceleration, and the file has no velocity "
+            "smoother after it"
+        ),
         {S.STOP_START_JERK: 0.9, S.GOAL_OVERSHOOT: 0.6},
-        (add("velocity_smoother"), upgrade("jazzy, which reads ax_max and az_max")),
+        (add("velocity_smoother"), upgrade("jazzy or newer, which reads ax_max and az_max")),
         f"{CODE} of humble",
         MPPI,
     ),
@@ -297,9 +318,9 @@ RULES = (
             and f.robot.drive.response_time_constant_s > 0.3
             and f.number("controller.model_delay_vx") == 0.0
         ),
-        lambda f: "the robot answers late, and the rollouts do not know it",
+        lambda f: "the base answers late, and MPPI's samples do not model it",
         {S.WOBBLE_STRAIGHT: 0.5, S.GOAL_OVERSHOOT: 0.5},
-        (up("model_delay_vx"), outside("lag"), upgrade("lyrical, which models the delay")),
+        (up("model_delay_vx"), outside("lag"), upgrade("lyrical or newer, which models the delay")),
         "navigation2#6154",
         MPPI,
     ),

@@ -33,9 +33,10 @@ RULES = (
             and f.number("local_costmap.inflation_radius", 1e9) < f.circumscribed_radius_m
         ),
         lambda f: (
-            f"consider_footprint is on, but inflation_radius {f['local_costmap.inflation_radius']} "
-            f"m ends within the outline, which reaches {f.circumscribed_radius_m:.2f} m: where the "
-            "centre's cell costs nothing the outline is not looked at"
+            "consider_footprint is on, but inflation_radius is "
+            f"{f['local_costmap.inflation_radius']} m and the outline reaches "
+            f"{f.circumscribed_radius_m:.2f} m: where the cell under the centre has no "
+            "cost, MPPI does not check the outline"
         ),
         {S.COLLISION: 0.9, S.NEAR_MISS: 0.6},
         (up("local_costmap.inflation_radius"),),
@@ -50,8 +51,8 @@ RULES = (
             and f.controller("CostCritic.consider_footprint") is not True
         ),
         lambda f: (
-            "CostCritic looks at the cost under the centre, but the outline reaches from "
-            f"{f.inscribed_radius_m:.2f} to {f.circumscribed_radius_m:.2f} m"
+            "CostCritic checks only the cell under the robot's centre, but the outline "
+            f"reaches from {f.inscribed_radius_m:.2f} to {f.circumscribed_radius_m:.2f} m"
         ),
         {S.COLLISION: 1.0, S.NEAR_MISS: 0.7, S.DOOR_STOP: 0.2, S.CORNER_CUTTING: 0.5},
         (put("CostCritic.consider_footprint", True),),
@@ -66,8 +67,9 @@ RULES = (
             and f.controller("ObstaclesCritic.consider_footprint") is not True
         ),
         lambda f: (
-            "ObstaclesCritic looks at the cost under the centre, but the outline reaches "
-            f"from {f.inscribed_radius_m:.2f} to {f.circumscribed_radius_m:.2f} m"
+            "ObstaclesCritic checks only the cell under the robot's centre, but the "
+            f"outline reaches from {f.inscribed_radius_m:.2f} to "
+            f"{f.circumscribed_radius_m:.2f} m"
         ),
         {S.COLLISION: 1.0, S.NEAR_MISS: 0.7, S.CORNER_CUTTING: 0.5},
         (put("ObstaclesCritic.consider_footprint", True),),
@@ -79,7 +81,9 @@ RULES = (
         lambda f: (
             bool(f.controller("critics")) and not has_critic(f, "CostCritic", "ObstaclesCritic")
         ),
-        lambda f: "critics lists neither CostCritic nor ObstaclesCritic",
+        lambda f: (
+            "critics lists neither CostCritic nor ObstaclesCritic: no critic looks at obstacles"
+        ),
         {S.COLLISION: 1.0, S.IGNORES_OBSTACLES: 1.0, S.NEAR_MISS: 0.8},
         (put("critics"),),
         PAGE,
@@ -89,10 +93,9 @@ RULES = (
         "mppi-path-align-starts-late",
         lambda f: f.number("controller.PathAlignCritic.offset_from_furthest", 20) > 30,
         lambda f: (
-            "PathAlignCritic.offset_from_furthest "
-            f"{f.controller('PathAlignCritic.offset_from_furthest')}: the path counts only after "
-            "so "
-            "many of its points are passed"
+            "PathAlignCritic.offset_from_furthest is "
+            f"{f.controller('PathAlignCritic.offset_from_furthest')}: PathAlignCritic "
+            "begins to pull only after this many points of the path"
         ),
         {S.STOP_START_JERK: 0.5, S.CORNER_CUTTING: 0.6, S.WOBBLE_STRAIGHT: 0.3},
         (down("PathAlignCritic.offset_from_furthest", 20),),
@@ -106,10 +109,9 @@ RULES = (
             < 0.95 * f.number("controller.PathFollowCritic.threshold_to_consider", 1.4)
         ),
         lambda f: (
-            "between "
-            f"{f.controller('PathFollowCritic.threshold_to_consider')} and "
+            f"between {f.controller('PathFollowCritic.threshold_to_consider')} and "
             f"{f.controller('GoalCritic.threshold_to_consider')} m before the goal neither "
-            "PathFollowCritic nor GoalCritic pulls"
+            "PathFollowCritic nor GoalCritic pulls the robot"
         ),
         {S.STALL_BEFORE_GOAL: 1.0, S.GOAL_NOT_REACHED: 0.7},
         (up("GoalCritic.threshold_to_consider"),),
@@ -120,8 +122,9 @@ RULES = (
         "mppi-forward-at-any-price",
         lambda f: f.number("controller.PreferForwardCritic.cost_weight", 5.0) > 10.0,
         lambda f: (
-            "PreferForwardCritic.cost_weight "
-            f"{f.controller('PreferForwardCritic.cost_weight')} outweighs turning and backing out"
+            "PreferForwardCritic.cost_weight is "
+            f"{f.controller('PreferForwardCritic.cost_weight')}: it outweighs turning and "
+            "backing out"
         ),
         {S.NO_TURNING: 0.6, S.NO_RECOVERY: 0.6},
         (down("PreferForwardCritic.cost_weight", 5.0),),
@@ -135,8 +138,8 @@ RULES = (
             and has_critic(f, "PathAngleCritic")
         ),
         lambda f: (
-            f"PathAngleCritic.cost_weight {f.controller('PathAngleCritic.cost_weight')}: "
-            "little turns it to the path"
+            f"PathAngleCritic.cost_weight is {f.controller('PathAngleCritic.cost_weight')}: "
+            "it turns the robot too weakly to the path's heading"
         ),
         {S.NO_TURNING: 0.8, S.SPINS: 0.2},
         (up("PathAngleCritic.cost_weight", 2.0),),
@@ -150,8 +153,8 @@ RULES = (
             and has_critic(f, "PathAlignCritic")
         ),
         lambda f: (
-            f"PathAlignCritic.cost_weight {f.controller('PathAlignCritic.cost_weight')}: "
-            "little holds it on the path"
+            f"PathAlignCritic.cost_weight is {f.controller('PathAlignCritic.cost_weight')}: "
+            "it holds the robot too weakly on the path"
         ),
         {S.CORNER_CUTTING: 0.9, S.NEAR_MISS: 0.3},
         (up("PathAlignCritic.cost_weight", 14.0),),
@@ -162,8 +165,8 @@ RULES = (
         "mppi-strong-path-align",
         lambda f: f.number("controller.PathAlignCritic.cost_weight", 10.0) > 18.0,
         lambda f: (
-            f"PathAlignCritic.cost_weight {f.controller('PathAlignCritic.cost_weight')} "
-            "outweighs obstacles and progress"
+            f"PathAlignCritic.cost_weight is {f.controller('PathAlignCritic.cost_weight')}: "
+            "it outweighs obstacles and progress along the path"
         ),
         {S.WOBBLE_STRAIGHT: 0.7, S.STALL_BEFORE_GOAL: 0.5, S.COLLISION: 0.4, S.NO_RECOVERY: 0.5},
         (down("PathAlignCritic.cost_weight", 14.0),),
@@ -177,8 +180,8 @@ RULES = (
             and f.number("controller.CostCritic.cost_weight", 3.81) < 2.5
         ),
         lambda f: (
-            f"CostCritic.cost_weight {f.controller('CostCritic.cost_weight')}: the pull "
-            "along the path outweighs obstacles"
+            f"CostCritic.cost_weight is {f.controller('CostCritic.cost_weight')}: the pull "
+            "along the path outweighs the cost of obstacles"
         ),
         {S.NEAR_MISS: 1.0, S.COLLISION: 0.6},
         (up("CostCritic.cost_weight", 3.81),),
@@ -189,7 +192,7 @@ RULES = (
         "mppi-strong-cost",
         lambda f: f.number("controller.CostCritic.cost_weight", 3.81) > 7.0,
         lambda f: (
-            f"CostCritic.cost_weight {f.controller('CostCritic.cost_weight')}: any cost "
+            f"CostCritic.cost_weight is {f.controller('CostCritic.cost_weight')}: any cost "
             "outweighs the pull along the path"
         ),
         {S.DOOR_STOP: 1.0, S.STALL_BEFORE_GOAL: 0.6, S.TOO_SLOW: 0.6, S.STOP_START_JERK: 0.4},
@@ -200,7 +203,10 @@ RULES = (
     Rule(
         "mppi-omni-twirls",
         lambda f: f.controller("motion_model") == "Omni" and not has_critic(f, "TwirlingCritic"),
-        lambda f: "an omnidirectional base without TwirlingCritic turns for nothing",
+        lambda f: (
+            "motion_model is Omni and critics lists no TwirlingCritic: nothing keeps the "
+            "robot from turning without need"
+        ),
         {S.SPINS: 0.9, S.WOBBLE_STRAIGHT: 0.6},
         (up("TwirlingCritic.cost_weight", 10.0), down("wz_std")),
         PAGE,
@@ -214,8 +220,8 @@ RULES = (
             and f.controller("CostCritic.consider_footprint") is True
         ),
         lambda f: (
-            "consider_footprint is on, but the robot is given by robot_radius: newer releases "
-            "refuse to start"
+            "CostCritic.consider_footprint is on, but robot_radius gives the outline: "
+            "newer releases of Nav2 refuse to start"
         ),
         {S.NO_START: 0.9, S.LATE_CYCLES: 0.3},
         (put("CostCritic.consider_footprint", False), put("local_costmap.footprint")),

@@ -25,7 +25,7 @@ RULES = (
     Rule(
         "unknown-forbidden",
         lambda f: f["planner.allow_unknown"] is False,
-        lambda f: "planner.allow_unknown is off: no plan through what nobody has seen",
+        lambda f: "planner.allow_unknown is off: the planner makes no plan through unknown cells",
         {S.PLANNER_FAILS: 0.6},
         (put("planner.allow_unknown", True),),
         "nav2_planner and its plugins",
@@ -34,7 +34,10 @@ RULES = (
     Rule(
         "planner-insists-on-the-goal",
         lambda f: f["planner.tolerance"] is not None and f.number("planner.tolerance") < 0.1,
-        lambda f: f"planner.tolerance {f['planner.tolerance']} m: an occupied goal has no plan",
+        lambda f: (
+            f"planner.tolerance is {f['planner.tolerance']} m: the planner finds no plan to "
+            "an occupied goal"
+        ),
         {S.PLANNER_FAILS: 0.6, S.GOAL_NOT_REACHED: 0.2},
         (up("planner.tolerance", 0.25),),
         "nav2_navfn_planner, nav2_smac_planner",
@@ -44,7 +47,8 @@ RULES = (
         "planner-has-no-time",
         lambda f: 0.0 < f.number("planner.max_planning_time", 5.0) < 1.0,
         lambda f: (
-            f"max_planning_time {f['planner.max_planning_time']} s: large maps are not searched"
+            f"max_planning_time is {f['planner.max_planning_time']} s: too short to search "
+            "a large map"
         ),
         {S.PLANNER_FAILS: 0.9},
         (up("planner.max_planning_time", 5.0),),
@@ -55,8 +59,8 @@ RULES = (
         "planner-turns-wide",
         lambda f: _is_smac(f) and f.number("planner.minimum_turning_radius", 0.4) > 0.8,
         lambda f: (
-            f"minimum_turning_radius {f['planner.minimum_turning_radius']} m: no curve fits "
-            "into a house"
+            f"minimum_turning_radius is {f['planner.minimum_turning_radius']} m: curves "
+            "this wide do not fit into a house"
         ),
         {S.PLANNER_FAILS: 0.8, S.REVERSE_FAILURE: 0.3},
         (down("planner.minimum_turning_radius", 0.4),),
@@ -67,8 +71,9 @@ RULES = (
         "amcl-looks-seldom",
         lambda f: f.number("amcl.update_min_d") > 0.4 or f.number("amcl.update_min_a") > 0.5,
         lambda f: (
-            f"amcl.update_min_d {f['amcl.update_min_d']} m, update_min_a "
-            f"{f['amcl.update_min_a']} rad: the pose is corrected seldom, and jumps"
+            f"amcl.update_min_d is {f['amcl.update_min_d']} m and amcl.update_min_a "
+            f"{f['amcl.update_min_a']} rad: AMCL corrects the pose seldom, and the pose "
+            "jumps"
         ),
         {S.LOCALIZATION_JUMPS: 0.9, S.SPINS: 0.4, S.GOAL_OSCILLATION: 0.4, S.GOAL_NOT_REACHED: 0.3},
         (down("amcl.update_min_d", 0.2), down("amcl.update_min_a", 0.2)),
@@ -77,7 +82,7 @@ RULES = (
     Rule(
         "amcl-few-particles",
         lambda f: 0 < f.number("amcl.max_particles") < 1000,
-        lambda f: f"amcl.max_particles {f['amcl.max_particles']}: few to find a lost pose with",
+        lambda f: f"amcl.max_particles is {f['amcl.max_particles']}: few to find a lost pose with",
         {S.LOCALIZATION_JUMPS: 0.7},
         (up("amcl.max_particles", 2000),),
         "nav2_amcl",
@@ -85,7 +90,10 @@ RULES = (
     Rule(
         "amcl-odometry-perfect",
         lambda f: f["amcl.alpha1"] is not None and f.number("amcl.alpha1") < 0.03,
-        lambda f: f"amcl.alpha1 {f['amcl.alpha1']}: turns that slip are believed",
+        lambda f: (
+            f"amcl.alpha1 is {f['amcl.alpha1']}: AMCL trusts the odometry's turns although "
+            "wheels slip"
+        ),
         {S.LOCALIZATION_JUMPS: 0.7, S.SPINS: 0.5},
         (up("amcl.alpha1", 0.2),),
         "nav2_amcl: differential_motion_model.cpp",
@@ -94,8 +102,8 @@ RULES = (
         "amcl-stale-transform",
         lambda f: 0.0 < f.number("amcl.transform_tolerance", 1.0) < 0.2,
         lambda f: (
-            f"amcl.transform_tolerance {f['amcl.transform_tolerance']} s: map to odom ends "
-            "before the next update"
+            f"amcl.transform_tolerance is {f['amcl.transform_tolerance']} s: the transform "
+            "from map to odom expires before the next update"
         ),
         {S.FALSE_ABORT: 0.6, S.PLANNER_FAILS: 0.4, S.LOCALIZATION_JUMPS: 0.4},
         (up("amcl.transform_tolerance", 1.0),),

@@ -43,8 +43,8 @@ RULES = (
         "pursuit-near-carrot",
         lambda f: lookahead_m(f) < LEAST_LOOKAHEAD_S * f.speed_mps,
         lambda f: (
-            f"{_names_of_lookahead(f)}: the carrot is {lookahead_m(f):.2f} m ahead at "
-            f"{f.speed_mps:g} m/s, less than {LEAST_LOOKAHEAD_S} s of driving"
+            f"{_names_of_lookahead(f)}: at {f.speed_mps:g} m/s the carrot is "
+            f"{lookahead_m(f):.2f} m ahead, less than {LEAST_LOOKAHEAD_S} s of driving"
         ),
         {S.WOBBLE_STRAIGHT: 1.0, S.GOAL_OSCILLATION: 0.6, S.GOAL_OVERSHOOT: 0.4, S.SPINS: 0.4},
         (up("lookahead_dist"), up("min_lookahead_dist"), up("max_lookahead_dist")),
@@ -55,8 +55,8 @@ RULES = (
         "pursuit-far-carrot",
         lambda f: lookahead_m(f) > FAR_M,
         lambda f: (
-            f"{_names_of_lookahead(f)}: the carrot is {lookahead_m(f):.2f} m ahead, so that "
-            "bends are cut"
+            f"{_names_of_lookahead(f)}: the carrot is {lookahead_m(f):.2f} m ahead, so the "
+            "robot cuts bends"
         ),
         {S.CORNER_CUTTING: 1.0, S.NEAR_MISS: 0.7, S.COLLISION: 0.5, S.DOOR_STOP: 0.5},
         (down("lookahead_dist", 0.6), down("max_lookahead_dist", 0.9)),
@@ -67,8 +67,8 @@ RULES = (
         "pursuit-carrot-beyond-window",
         lambda f: lookahead_m(f) > half_window_m(f),
         lambda f: (
-            f"the carrot, {lookahead_m(f):.1f} m ahead, lies beyond the local costmap, "
-            f"{half_window_m(f):.1f} m"
+            f"the carrot is {lookahead_m(f):.1f} m ahead, but the local costmap reaches "
+            f"only {half_window_m(f):.1f} m"
         ),
         {S.TOO_SLOW: 0.7, S.COLLISION: 0.4},
         (up("local_costmap.width"), down("lookahead_dist")),
@@ -79,8 +79,8 @@ RULES = (
         "pursuit-check-beyond-window",
         lambda f: _projection_m(f) > half_window_m(f),
         lambda f: (
-            f"commands are checked {_projection_m(f):.1f} m ahead, the local costmap ends at "
-            f"{half_window_m(f):.1f} m"
+            f"the collision check goes {_projection_m(f):.1f} m ahead, but the local "
+            f"costmap reaches only {half_window_m(f):.1f} m"
         ),
         {S.TOO_SLOW: 1.0, S.COLLISION: 0.3, S.FALSE_ABORT: 0.3},
         (up("local_costmap.width"), down("max_linear_vel")),
@@ -94,9 +94,9 @@ RULES = (
             < max(0.8 * f.speed_mps, f.speed_mps**2 / (2.0 * GENTLE_MPS2))
         ),
         lambda f: (
-            "approach_velocity_scaling_dist "
-            f"{f.controller('approach_velocity_scaling_dist')} m is a short way to slow down from "
-            f"{f.speed_mps:g} m/s"
+            "approach_velocity_scaling_dist is "
+            f"{f.controller('approach_velocity_scaling_dist')} m: a short distance to slow "
+            f"down from {f.speed_mps:g} m/s"
         ),
         {S.GOAL_OVERSHOOT: 0.9, S.GOAL_OSCILLATION: 0.8},
         (up("approach_velocity_scaling_dist"), down("max_linear_vel")),
@@ -107,8 +107,9 @@ RULES = (
         "rpp-approach-below-drives",
         lambda f: f.number("controller.min_approach_linear_velocity", 0.05) < 0.03,
         lambda f: (
-            "min_approach_linear_velocity "
-            f"{f.controller('min_approach_linear_velocity')} m/s: slower than most drives turn"
+            "min_approach_linear_velocity is "
+            f"{f.controller('min_approach_linear_velocity')} m/s: most motors do not move "
+            "the robot at such a speed"
         ),
         {S.STALL_BEFORE_GOAL: 1.0, S.GOAL_NOT_REACHED: 0.7},
         (up("min_approach_linear_velocity", 0.05),),
@@ -122,9 +123,9 @@ RULES = (
             > max(0.5 * f.number("goal_checker.xy_goal_tolerance", 0.25), 0.12)
         ),
         lambda f: (
-            "min_approach_linear_velocity "
-            f"{f.controller('min_approach_linear_velocity')} m/s crosses the tolerance of "
-            f"{f['goal_checker.xy_goal_tolerance']} m in less than a few moments"
+            "min_approach_linear_velocity is "
+            f"{f.controller('min_approach_linear_velocity')} m/s: the robot soon crosses "
+            f"xy_goal_tolerance, {f['goal_checker.xy_goal_tolerance']} m"
         ),
         {S.GOAL_OVERSHOOT: 0.6, S.GOAL_OSCILLATION: 0.6},
         (down("min_approach_linear_velocity", 0.05),),
@@ -144,9 +145,10 @@ RULES = (
             > 0.01
         ),
         lambda f: (
-            f"inflation_cost_scaling_factor {f.controller('inflation_cost_scaling_factor')}, "
-            f"but the costmap has {f['local_costmap.cost_scaling_factor']}: distances are taken "
-            "wrongly"
+            "inflation_cost_scaling_factor is "
+            f"{f.controller('inflation_cost_scaling_factor')}, but cost_scaling_factor of "
+            f"the local costmap {f['local_costmap.cost_scaling_factor']}: the controller "
+            "computes wrong distances to obstacles"
         ),
         {S.TOO_SLOW: 0.8, S.NEAR_MISS: 0.4, S.COLLISION: 0.2},
         (put("inflation_cost_scaling_factor"),),
@@ -161,9 +163,9 @@ RULES = (
             > 1.25 * f.number("local_costmap.inflation_radius", 0.55)
         ),
         lambda f: (
-            f"cost_scaling_dist {f.controller('cost_scaling_dist')} m is more than the "
-            f"inflation_radius {f['local_costmap.inflation_radius']} m, beyond which there is no "
-            "cost"
+            f"cost_scaling_dist is {f.controller('cost_scaling_dist')} m, more than "
+            f"inflation_radius {f['local_costmap.inflation_radius']} m, beyond which there "
+            "is no cost"
         ),
         {S.TOO_SLOW: 0.6},
         (down("cost_scaling_dist"), up("local_costmap.inflation_radius")),
@@ -177,8 +179,9 @@ RULES = (
             and f.number("controller.regulated_linear_scaling_min_radius", 0.9) > 1.3
         ),
         lambda f: (
-            "regulated_linear_scaling_min_radius "
-            f"{f.controller('regulated_linear_scaling_min_radius')} m: every bend counts as tight"
+            "regulated_linear_scaling_min_radius is "
+            f"{f.controller('regulated_linear_scaling_min_radius')} m: the robot slows down "
+            "in every bend tighter than this, which is nearly every bend"
         ),
         {S.TOO_SLOW: 1.0, S.STOP_START_JERK: 0.5},
         (down("regulated_linear_scaling_min_radius", 0.9),),
@@ -190,7 +193,9 @@ RULES = (
         lambda f: (
             f.controller("use_regulated_linear_velocity_scaling") is False and f.speed_mps > 0.4
         ),
-        lambda f: "use_regulated_linear_velocity_scaling is off: bends are taken at full speed",
+        lambda f: (
+            "use_regulated_linear_velocity_scaling is off: the robot takes bends at full speed"
+        ),
         {S.CORNER_CUTTING: 0.8, S.COLLISION: 0.3},
         (put("use_regulated_linear_velocity_scaling", True),),
         CODE,
@@ -199,7 +204,7 @@ RULES = (
     Rule(
         "rpp-carrot-jumps",
         lambda f: f.controller("use_interpolation") is False,
-        lambda f: "use_interpolation is off: the carrot jumps from pose to pose",
+        lambda f: "use_interpolation is off: the carrot jumps from pose to pose of the path",
         {S.WOBBLE_STRAIGHT: 0.8, S.STOP_START_JERK: 0.5},
         (put("use_interpolation", True),),
         CODE,
@@ -213,9 +218,9 @@ RULES = (
             > 0.0
         ),
         lambda f: (
-            "regulated_linear_scaling_min_speed "
-            f"{f.controller('regulated_linear_scaling_min_speed')} m/s of {f.speed_mps:g}: nothing "
-            "slows down in bends or near walls"
+            "regulated_linear_scaling_min_speed is "
+            f"{f.controller('regulated_linear_scaling_min_speed')} m/s and the full speed "
+            f"{f.speed_mps:g} m/s: the robot hardly slows down in bends or near walls"
         ),
         {S.CORNER_CUTTING: 0.6, S.NEAR_MISS: 0.3},
         (down("regulated_linear_scaling_min_speed"),),

@@ -17,8 +17,8 @@ UNREAD = re.compile(r"does not read it|unknown|no such|another name")
 # A block of MPPI that is read for this kind of base alone.
 OF_CARS = "AckermannConstraints"
 OF_NAMES = (
-    "take them out, or name them as the release does; `drake-navbench run --nav2 FILE --check` "
-    "lists each"
+    "remove these parameters, or name them as the release does; "
+    "`drake-navbench run --nav2 FILE --check` lists each"
 )
 MANY = {
     S.NO_TURNING: 0.3,
@@ -64,11 +64,9 @@ RULES = (
     Rule(
         "controller-parameters-not-read",
         lambda f: bool(_unread(f, "controller_server")),
-        lambda f: (
-            f"{f.release} does not read {_first(_unread(f, 'controller_server'))}: without effect"
-        ),
+        lambda f: f"{f.release} does not read {_first(_unread(f, 'controller_server'))}: no effect",
         MANY | {S.NO_TURNING: 0.45},
-        (put("critics"), upgrade("one that reads them")),
+        (put("critics"), upgrade("a release that reads them")),
         "the parameters that each release of Nav2 declares",
         advice=OF_NAMES,
     ),
@@ -77,7 +75,7 @@ RULES = (
         lambda f: bool(_unread(f, "local_costmap")),
         lambda f: (
             f"{f.release} does not read {_first(_unread(f, 'local_costmap'))} of the local "
-            "costmap: without effect"
+            "costmap: no effect"
         ),
         {S.IGNORES_OBSTACLES: 0.4, S.GHOST_OBSTACLES: 0.3},
         (put("local_costmap.observation_sources"),),
@@ -89,18 +87,21 @@ RULES = (
         "recoveries-server",
         lambda f: f.has_node(OLD_NODE),
         lambda f: (
-            f"{OLD_NODE} is of Galactic and older; {f.release} calls it behavior_server and does "
-            "not read this one"
+            f"{OLD_NODE} is a node of Galactic and older: {f.release} names it "
+            f"behavior_server and does not read {OLD_NODE}"
         ),
         {S.NO_RECOVERY: 0.45},
         (put("behavior_server.behavior_plugins"),),
         "docs.nav2.org, migration to humble",
-        advice=f"on Humble and newer rename {OLD_NODE}; on Galactic and older it is right",
+        advice=f"on Humble and newer rename {OLD_NODE} to behavior_server; before, keep it",
     ),
     Rule(
         "rpp-outline-check-of-galactic",
         lambda f: f.is_kind("rpp") and f.told.get("release") == "old",
-        lambda f: "the outline's check of this release of RPP stops in doors without a collision",
+        lambda f: (
+            "in this release RPP's check of the outline stops the robot in doors without a "
+            "collision"
+        ),
         {S.DOOR_STOP: 1.0, S.FALSE_ABORT: 0.5, S.STOP_START_JERK: 0.4},
         (upgrade("humble or newer"),),
         "navigation2#2766",
@@ -108,7 +109,9 @@ RULES = (
     Rule(
         "rpp-slows-within-the-lookahead",
         lambda f: f.is_kind("rpp") and f.release is Release.HUMBLE,
-        lambda f: "before August 2022 RPP slowed down within the lookahead distance only",
+        lambda f: (
+            "before August 2022 RPP slowed down only within the lookahead distance of the goal"
+        ),
         {S.GOAL_OVERSHOOT: 0.4, S.GOAL_OSCILLATION: 0.4},
         (
             up("approach_velocity_scaling_dist"),
@@ -122,8 +125,8 @@ RULES = (
         "graceful-of-iron-and-jazzy",
         lambda f: f.is_kind("graceful") and f.release in (Release.IRON, Release.JAZZY),
         lambda f: (
-            "gains and targets of this release come from docking; newer ones choose among "
-            "several targets"
+            "this release's gains and targets come from docking; newer releases choose "
+            "among several targets"
         ),
         {S.WOBBLE_STRAIGHT: 0.7, S.CORNER_CUTTING: 0.3},
         (down("k_phi", 2.0), down("k_delta", 1.0), upgrade("kilted or newer")),
@@ -133,7 +136,7 @@ RULES = (
     Rule(
         "mppi-first-release",
         lambda f: f.is_kind("mppi") and f.release is Release.HUMBLE,
-        lambda f: "Humble's MPPI knows no accelerations of the base; Jazzy does",
+        lambda f: "Humble's MPPI does not limit accelerations; Jazzy's does",
         {S.STOP_START_JERK: 0.3, S.WOBBLE_STRAIGHT: 0.2, S.GOAL_OVERSHOOT: 0.2},
         (upgrade("jazzy or newer"),),
         "docs.nav2.org, migration to jazzy",
@@ -142,7 +145,10 @@ RULES = (
     Rule(
         "shim-without-goal-heading",
         lambda f: f.is_kind("shim") and f.release in (Release.HUMBLE, Release.IRON),
-        lambda f: "this release's shim does not turn to the goal's heading; Jazzy's does",
+        lambda f: (
+            "in this release the rotation shim does not turn the robot to the goal's "
+            "heading; from Jazzy on it does"
+        ),
         {S.GOAL_NOT_REACHED: 0.6, S.STALL_BEFORE_GOAL: 0.4},
         (
             upgrade("jazzy or newer, for rotate_to_goal_heading"),
@@ -154,7 +160,7 @@ RULES = (
     Rule(
         "vector-pursuit-turns-past",
         lambda f: f.is_kind("vector_pursuit"),
-        lambda f: "vector_pursuit_controller of 2024 speeds up its turn whatever angle is left",
+        lambda f: "vector_pursuit_controller of 2024 accelerates its turn whatever angle is left",
         {S.GOAL_OVERSHOOT: 0.7, S.SPINS: 0.4},
         (
             down("rotate_to_heading_angular_vel"),
@@ -166,9 +172,11 @@ RULES = (
     Rule(
         "limits-that-nobody-reads",
         lambda f: bool(_limits(f)),
-        lambda f: f"{f.release} does not read {_first(_limits(f))}: no limits of acceleration",
+        lambda f: (
+            f"{f.release} does not read {_first(_limits(f))}: the file limits no acceleration"
+        ),
         {S.STOP_START_JERK: 0.7, S.GOAL_OVERSHOOT: 0.6, S.COLLISION: 0.2},
-        (upgrade("one that reads them"), outside("lag")),
+        (upgrade("a release that reads them"), outside("lag")),
         "the parameters that each release of Nav2 declares",
     ),
 )

@@ -25,7 +25,9 @@ RULES = (
             f.controller("use_rotate_to_heading") is True
             and f.controller("allow_reversing") is True
         ),
-        lambda f: "use_rotate_to_heading and allow_reversing are both on; they exclude each other",
+        lambda f: (
+            "use_rotate_to_heading and allow_reversing are both on, but they exclude each other"
+        ),
         {S.REVERSE_FAILURE: 1.0, S.SPINS: 0.5, S.NO_START: 0.5},
         (put("use_rotate_to_heading", False), put("allow_reversing", False)),
         f"{CODE}: parameter_handler.cpp",
@@ -34,7 +36,7 @@ RULES = (
     Rule(
         "rpp-checks-nothing",
         lambda f: f.controller("use_collision_detection") is False,
-        lambda f: "use_collision_detection is off",
+        lambda f: "use_collision_detection is off: the controller checks no command for collisions",
         {S.COLLISION: 1.0, S.IGNORES_OBSTACLES: 0.9, S.NEAR_MISS: 0.4},
         (put("use_collision_detection", True),),
         CODE,
@@ -44,8 +46,9 @@ RULES = (
         "rpp-checks-a-short-time",
         lambda f: f.number("controller.max_allowed_time_to_collision_up_to_carrot", 1.0) < 0.6,
         lambda f: (
-            "max_allowed_time_to_collision_up_to_carrot "
-            f"{f.controller('max_allowed_time_to_collision_up_to_carrot')} s: too late to brake"
+            "max_allowed_time_to_collision_up_to_carrot is "
+            f"{f.controller('max_allowed_time_to_collision_up_to_carrot')} s: the "
+            "controller sees a collision too late to brake"
         ),
         {S.COLLISION: 0.9},
         (up("max_allowed_time_to_collision_up_to_carrot", 1.0),),
@@ -56,10 +59,10 @@ RULES = (
         "rpp-checks-a-long-time",
         lambda f: f.number("controller.max_allowed_time_to_collision_up_to_carrot", 1.0) > 1.8,
         lambda f: (
-            "max_allowed_time_to_collision_up_to_carrot "
-            f"{f.controller('max_allowed_time_to_collision_up_to_carrot')} s: arcs that nobody "
-            "will "
-            "drive to their end stop it"
+            "max_allowed_time_to_collision_up_to_carrot is "
+            f"{f.controller('max_allowed_time_to_collision_up_to_carrot')} s: the robot "
+            "stops for collisions at the far end of arcs that it will not drive to their "
+            "end"
         ),
         {S.DOOR_STOP: 0.9, S.STOP_START_JERK: 0.6, S.NO_RECOVERY: 0.5, S.NO_START: 0.4},
         (down("max_allowed_time_to_collision_up_to_carrot", 1.0),),
@@ -73,14 +76,15 @@ RULES = (
             and f.controller("use_velocity_scaled_lookahead_dist") is True
         ),
         lambda f: (
-            f"min_distance_to_obstacle {f.controller('min_distance_to_obstacle')} m, but the "
-            "check ends at the carrot, which comes nearer as the robot slows down"
+            f"min_distance_to_obstacle is {f.controller('min_distance_to_obstacle')} m, but "
+            "the collision check ends at the carrot, which comes nearer as the robot slows "
+            "down"
         ),
         {S.COLLISION: 1.0, S.NEAR_MISS: 1.0, S.STALL_BEFORE_GOAL: 0.3},
         (
             put("use_velocity_scaled_lookahead_dist", False),
             up("max_lookahead_dist"),
-            upgrade("one with navigation2#5677"),
+            upgrade("a release with navigation2#5677"),
         ),
         "navigation2#5989",
         RPP,
@@ -93,7 +97,7 @@ RULES = (
         ),
         lambda f: (
             f"a turn of {f.controller('rotate_to_heading_angular_vel')} rad/s needs "
-            f"{_turn_to_stop_rad(f):.2f} rad to stop, the tolerance is "
+            f"{_turn_to_stop_rad(f):.2f} rad to stop, but yaw_goal_tolerance is "
             f"{f['goal_checker.yaw_goal_tolerance']} rad"
         ),
         {S.GOAL_OVERSHOOT: 0.8, S.GOAL_OSCILLATION: 0.6, S.SPINS: 0.4},
@@ -109,8 +113,8 @@ RULES = (
             and f.number("controller.rotate_to_heading_min_angle", 0.785) < 0.35
         ),
         lambda f: (
-            f"rotate_to_heading_min_angle {f.controller('rotate_to_heading_min_angle')} rad: "
-            "it stops to turn for small errors"
+            f"rotate_to_heading_min_angle is {f.controller('rotate_to_heading_min_angle')} "
+            "rad: the robot stops to turn for small errors of the heading"
         ),
         {S.STOP_START_JERK: 1.0, S.WOBBLE_STRAIGHT: 0.6, S.SPINS: 0.5, S.TOO_SLOW: 0.4},
         (up("rotate_to_heading_min_angle", 0.785),),
@@ -127,9 +131,9 @@ RULES = (
             )
         ),
         lambda f: (
-            "it drives arcs where it could turn on the spot: use_rotate_to_heading "
-            f"{f.controller('use_rotate_to_heading')}, rotate_to_heading_min_angle "
-            f"{f.controller('rotate_to_heading_min_angle')} rad"
+            f"use_rotate_to_heading is {f.controller('use_rotate_to_heading')} and "
+            f"rotate_to_heading_min_angle {f.controller('rotate_to_heading_min_angle')} "
+            "rad: the robot drives arcs where it could turn on the spot"
         ),
         {S.NO_TURNING: 1.0, S.CORNER_CUTTING: 0.6, S.GOAL_NOT_REACHED: 0.6, S.COLLISION: 0.3},
         (put("use_rotate_to_heading", True), down("rotate_to_heading_min_angle", 0.785)),
@@ -144,7 +148,10 @@ RULES = (
             and not f.has_node("velocity_smoother")
             and f.controller("use_dynamic_window") is not True
         ),
-        lambda f: "it steps its speed, and no velocity smoother makes ramps of the steps",
+        lambda f: (
+            "RPP changes its speed in steps, and the file has no velocity smoother that "
+            "smooths them"
+        ),
         {S.STOP_START_JERK: 0.7, S.GOAL_OVERSHOOT: 0.3},
         (add("velocity_smoother"), put("use_dynamic_window", True)),
         CODE,

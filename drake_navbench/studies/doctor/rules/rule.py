@@ -62,8 +62,8 @@ class Finding:
 
     @property
     def cure_told(self) -> str:
-        """The cures in words."""
-        return self.rule.advice or " | ".join(cause.told for cause in self.cures)
+        """The cures as instructions, the best first."""
+        return self.rule.advice or "; or ".join(cause.told for cause in self.cures)
 
 
 def _fitting(cause: Cause, facts: Facts) -> Cause:

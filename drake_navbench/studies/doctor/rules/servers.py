@@ -28,8 +28,8 @@ RULES = (
             )
         ),
         lambda f: (
-            f"controller_frequency {f['controller_server.controller_frequency']} Hz: "
-            f"{step_m(f):.2f} m between two commands at {f.speed_mps:g} m/s"
+            f"controller_frequency is {f['controller_server.controller_frequency']} Hz: at "
+            f"{f.speed_mps:g} m/s the robot drives {step_m(f):.2f} m between two commands"
         ),
         {
             S.WOBBLE_STRAIGHT: 1.0,
@@ -46,8 +46,8 @@ RULES = (
         "fast-loop",
         lambda f: f.number("controller_server.controller_frequency", 20.0) > 35.0,
         lambda f: (
-            f"controller_frequency {f['controller_server.controller_frequency']} Hz is more "
-            "than most computers keep"
+            f"controller_frequency is {f['controller_server.controller_frequency']} Hz: "
+            "more than most computers keep"
         ),
         {S.LATE_CYCLES: 0.8, S.STOP_START_JERK: 0.4},
         (down("controller_server.controller_frequency", 20.0),),
@@ -60,7 +60,7 @@ RULES = (
             f["controller_server.failure_tolerance"] is not None
             and f.number("controller_server.failure_tolerance") == 0.0
         ),
-        lambda f: "failure_tolerance 0: the first failed cycle ends the task",
+        lambda f: "failure_tolerance is 0 s: the first failed control cycle ends the task",
         {S.FALSE_ABORT: 0.8, S.STOP_START_JERK: 0.4, S.DOOR_STOP: 0.4},
         (up("controller_server.failure_tolerance", 0.3),),
         f"{SERVER}: controller_server.cpp",
@@ -73,8 +73,9 @@ RULES = (
             or f.number("controller_server.failure_tolerance") > 10.0
         ),
         lambda f: (
-            f"failure_tolerance {f['controller_server.failure_tolerance']} s: failing cycles "
-            "are borne without end"
+            f"failure_tolerance is {f['controller_server.failure_tolerance']} s: control "
+            "cycles fail for longer than 10 s, or for ever if it is negative, before the "
+            "controller server gives up"
         ),
         {S.NO_RECOVERY: 0.7, S.GIVES_UP_LATE: 0.8},
         (down("controller_server.failure_tolerance", 0.3),),
@@ -91,7 +92,9 @@ RULES = (
             )
             < 0.15
         ),
-        lambda f: "a transform_tolerance below 0.15 s: one late transform fails the cycle",
+        lambda f: (
+            "a transform_tolerance is below 0.15 s: one late transform makes the control cycle fail"
+        ),
         {S.FALSE_ABORT: 0.6, S.LATE_CYCLES: 0.6, S.NO_START: 0.5, S.STOP_START_JERK: 0.4},
         (up("controller_server.transform_tolerance", 0.3),),
         f"{SERVER}; nav2_util",
@@ -104,11 +107,10 @@ RULES = (
             or f.number("controller_server.min_theta_velocity_threshold") > 0.1
         ),
         lambda f: (
-            "min_x_velocity_threshold "
-            f"{f['controller_server.min_x_velocity_threshold']} m/s, min_theta_velocity_threshold "
-            f"{f['controller_server.min_theta_velocity_threshold']} rad/s: slow drives are taken "
-            "as "
-            "standing, so that every ramp begins at zero"
+            f"min_x_velocity_threshold is {f['controller_server.min_x_velocity_threshold']} "
+            "m/s and min_theta_velocity_threshold "
+            f"{f['controller_server.min_theta_velocity_threshold']} rad/s: the controller "
+            "takes slower measured speeds as 0, so it accelerates from 0 in every cycle"
         ),
         {S.NO_START: 0.8, S.TOO_SLOW: 0.6, S.STALL_BEFORE_GOAL: 0.7, S.NO_TURNING: 0.6},
         (
@@ -121,8 +123,9 @@ RULES = (
         "behaviours-look-far-ahead",
         lambda f: f.number("behavior_server.simulate_ahead_time", 2.0) > 2.5,
         lambda f: (
-            f"behavior_server.simulate_ahead_time {f['behavior_server.simulate_ahead_time']} "
-            "s: Spin and BackUp refuse where anything is near"
+            "behavior_server.simulate_ahead_time is "
+            f"{f['behavior_server.simulate_ahead_time']} s: Spin and BackUp refuse to start "
+            "near any obstacle"
         ),
         {S.NO_RECOVERY: 0.8},
         (down("behavior_server.simulate_ahead_time", 1.5),),
@@ -132,8 +135,8 @@ RULES = (
         "tree-without-patience",
         lambda f: 0.0 < f.number("bt_navigator.default_server_timeout", 20.0) <= 10.0,
         lambda f: (
-            f"default_server_timeout {f['bt_navigator.default_server_timeout']} ms: a server "
-            "that answers later counts as failed"
+            f"default_server_timeout is {f['bt_navigator.default_server_timeout']} ms: the "
+            "behaviour tree counts a server that answers later as failed"
         ),
         {S.FALSE_ABORT: 0.8, S.PLANNER_FAILS: 0.3},
         (up("bt_navigator.default_server_timeout", 100),),
@@ -153,8 +156,8 @@ RULES = (
             > 1
         ),
         lambda f: (
-            "use_sim_time is on for some nodes and off for others, unless the launch file sets it "
-            "for all, as nav2_bringup's does"
+            "use_sim_time is on for some nodes and off for others, unless the launch file "
+            "sets it for all nodes, as nav2_bringup's does"
         ),
         {S.FALSE_ABORT: 0.8, S.NO_START: 0.8, S.LOCALIZATION_JUMPS: 0.5, S.IGNORES_OBSTACLES: 0.5},
         (outside("clock"),),
@@ -174,8 +177,8 @@ RULES = (
             > 1
         ),
         lambda f: (
-            "enable_stamped_cmd_vel is on for some nodes and off for others: they do not hear "
-            "each other"
+            "enable_stamped_cmd_vel is on for some nodes and off for others: they do not "
+            "receive each other's commands"
         ),
         {S.NO_START: 1.0, S.NO_RECOVERY: 0.6},
         (outside("enable_stamped_cmd_vel"),),

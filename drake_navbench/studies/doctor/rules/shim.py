@@ -45,10 +45,9 @@ RULES = (
             < f.number("controller.angular_dist_threshold", 0.785)
         ),
         lambda f: (
-            f"between the goal's tolerance, {f['goal_checker.yaw_goal_tolerance']} rad, and "
-            f"angular_dist_threshold, {f.controller('angular_dist_threshold')} rad, the shim does "
-            "not "
-            "turn: rotate_to_goal_heading is off"
+            "rotate_to_goal_heading is off: for errors between yaw_goal_tolerance, "
+            f"{f['goal_checker.yaw_goal_tolerance']} rad, and angular_dist_threshold, "
+            f"{f.controller('angular_dist_threshold')} rad, the shim does not turn the robot"
         ),
         {S.GOAL_NOT_REACHED: 1.0, S.STALL_BEFORE_GOAL: 0.8, S.GOAL_OSCILLATION: 0.5},
         (put("rotate_to_goal_heading", True), down("angular_dist_threshold")),
@@ -59,8 +58,9 @@ RULES = (
         "shim-slow-ramp",
         lambda f: _first_step_radps(f) < SMALL_RADPS,
         lambda f: (
-            f"max_angular_accel {f.controller('max_angular_accel')} rad/s^2: the first cycle "
-            f"of a turn commands {_first_step_radps(f):.2f} rad/s, which many drives do not follow"
+            f"max_angular_accel is {f.controller('max_angular_accel')} rad/s^2: the first "
+            f"cycle of a turn commands {_first_step_radps(f):.2f} rad/s, at which many "
+            "motors do not move the robot"
         ),
         {S.STOP_START_JERK: 1.0, S.NO_TURNING: 0.9, S.NO_START: 0.7, S.TOO_SLOW: 0.5},
         (
@@ -75,7 +75,9 @@ RULES = (
         "shim-slow-turn",
         lambda f: f.number("controller.rotate_to_heading_angular_vel", 1.8) < 0.5,
         lambda f: (
-            f"rotate_to_heading_angular_vel {f.controller('rotate_to_heading_angular_vel')} rad/s"
+            "rotate_to_heading_angular_vel is "
+            f"{f.controller('rotate_to_heading_angular_vel')} rad/s: the shim turns the "
+            "robot slowly"
         ),
         {S.TOO_SLOW: 0.8, S.NO_TURNING: 0.6, S.STOP_START_JERK: 0.4},
         (up("rotate_to_heading_angular_vel", 1.8),),
@@ -87,8 +89,8 @@ RULES = (
         "shim-turns-for-little",
         lambda f: f.number("controller.angular_dist_threshold", 0.785) < 0.4,
         lambda f: (
-            f"angular_dist_threshold {f.controller('angular_dist_threshold')} rad: it stops "
-            "to turn for small errors"
+            f"angular_dist_threshold is {f.controller('angular_dist_threshold')} rad: the "
+            "shim stops the robot to turn for small errors of the heading"
         ),
         {S.STOP_START_JERK: 1.0, S.WOBBLE_STRAIGHT: 0.8, S.SPINS: 0.7, S.TOO_SLOW: 0.5},
         (up("angular_dist_threshold", 0.785),),
@@ -99,8 +101,8 @@ RULES = (
         "shim-samples-noise",
         lambda f: f.number("controller.forward_sampling_distance", 0.5) < 0.25,
         lambda f: (
-            f"forward_sampling_distance {f.controller('forward_sampling_distance')} m: the "
-            "heading of so short a piece of the plan is noise"
+            f"forward_sampling_distance is {f.controller('forward_sampling_distance')} m: "
+            "on a piece of the plan this short the shim takes noise for the heading"
         ),
         {S.WOBBLE_STRAIGHT: 0.7, S.STOP_START_JERK: 0.7, S.SPINS: 0.7},
         (up("forward_sampling_distance", 0.5),),
@@ -111,8 +113,8 @@ RULES = (
         "shim-checks-a-long-turn",
         lambda f: f.number("controller.simulate_ahead_time", 1.0) > 1.8,
         lambda f: (
-            f"simulate_ahead_time {f.controller('simulate_ahead_time')} s: a turn that "
-            "touches something far round is not begun"
+            f"simulate_ahead_time is {f.controller('simulate_ahead_time')} s: the shim "
+            "checks so much of the turn that a touch far round keeps it from starting"
         ),
         {S.NO_TURNING: 0.8, S.NO_START: 0.6, S.NO_RECOVERY: 0.6},
         (down("simulate_ahead_time", 1.0),),
@@ -127,8 +129,8 @@ RULES = (
         ),
         lambda f: (
             "up to Jazzy of 2024 the shim turns at "
-            f"{f.controller('rotate_to_heading_angular_vel')} rad/s up to the heading, without "
-            "braking"
+            f"{f.controller('rotate_to_heading_angular_vel')} rad/s until the heading is "
+            "reached, without braking before"
         ),
         {S.GOAL_OVERSHOOT: 1.0, S.GOAL_OSCILLATION: 0.6, S.SPINS: 0.4},
         (
@@ -144,9 +146,11 @@ RULES = (
         _topics_differ,
         lambda f: (
             "controller_server.odom_topic is "
-            f"{f['controller_server.odom_topic'] or 'not given, so odom'}, but others in the file "
-            f"listen to {f['bt_navigator.odom_topic'] or f['velocity_smoother.odom_topic']}: where "
-            "nobody publishes the first, the controller takes the robot as standing"
+            f"{f['controller_server.odom_topic'] or 'not given, so odom'}, but other nodes "
+            "of the file listen to "
+            f"{f['bt_navigator.odom_topic'] or f['velocity_smoother.odom_topic']}: if "
+            "nothing publishes the first topic, the controller takes the measured speed as "
+            "0 m/s"
         ),
         {
             S.TOO_SLOW: 1.0,

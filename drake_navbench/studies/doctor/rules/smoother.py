@@ -35,8 +35,9 @@ RULES = (
             < max(LATE_PERIODS * f.period_s + 0.02, 0.25)
         ),
         lambda f: (
-            f"velocity_timeout {f['velocity_smoother.velocity_timeout']} s: the smoother "
-            f"stops the robot where a cycle of {f.period_s:.3f} s is a few periods late"
+            f"velocity_timeout {f['velocity_smoother.velocity_timeout']} s: the velocity "
+            f"smoother stops the robot when a control cycle of {f.period_s:.3f} s comes a "
+            "few periods late"
         ),
         {S.STOP_START_JERK: 1.0, S.TOO_SLOW: 0.3},
         (
@@ -53,8 +54,9 @@ RULES = (
             < 0.95 * f.number("controller_server.controller_frequency", 20.0)
         ),
         lambda f: (
-            f"smoothing_frequency {f['velocity_smoother.smoothing_frequency']} Hz is below "
-            f"controller_frequency {f['controller_server.controller_frequency']} Hz"
+            f"smoothing_frequency is {f['velocity_smoother.smoothing_frequency']} Hz, less "
+            f"than controller_frequency {f['controller_server.controller_frequency']} Hz: "
+            "the smoother drops commands"
         ),
         {S.STOP_START_JERK: 0.4, S.WOBBLE_STRAIGHT: 0.3},
         (up("velocity_smoother.smoothing_frequency"),),
@@ -64,8 +66,8 @@ RULES = (
         "smoother-cuts-speed",
         lambda f: 0.0 <= (_accel(f, "max_velocity", 0) or 1e9) < 0.95 * f.speed_mps,
         lambda f: (
-            f"the velocity smoother lets {_accel(f, 'max_velocity', 0):g} m/s through, the "
-            f"controller asks for {f.speed_mps:g}"
+            f"the velocity smoother lets through at most {_accel(f, 'max_velocity', 0):g} "
+            f"m/s, but the controller asks for {f.speed_mps:g} m/s"
         ),
         {S.TOO_SLOW: 1.0, S.STALL_BEFORE_GOAL: 0.2},
         (up("velocity_smoother.max_velocity"),),
@@ -78,8 +80,8 @@ RULES = (
             and (f.axis("velocity_smoother.min_velocity", 0) or 0.0) >= 0.0
         ),
         lambda f: (
-            "velocity_smoother.min_velocity forbids driving back, for the behaviour BackUp as well "
-            "where the launch file leads its commands through the smoother"
+            "velocity_smoother.min_velocity forbids driving backward, for the behaviour "
+            "BackUp as well if the launch file routes its commands through the smoother"
         ),
         {S.NO_RECOVERY: 1.0, S.REVERSE_FAILURE: 0.9},
         (down("velocity_smoother.min_velocity"),),
@@ -89,8 +91,8 @@ RULES = (
         "smoother-deadband",
         lambda f: _has_deadband(f),
         lambda f: (
-            f"deadband_velocity {f['velocity_smoother.deadband_velocity']}: smaller commands "
-            "are set to zero"
+            f"deadband_velocity is {f['velocity_smoother.deadband_velocity']}: the velocity "
+            "smoother sets smaller commands to 0"
         ),
         {S.STALL_BEFORE_GOAL: 0.8, S.NO_START: 0.9, S.GOAL_NOT_REACHED: 0.6, S.NO_TURNING: 0.4},
         (down("velocity_smoother.deadband_velocity", 0.0),),
@@ -104,8 +106,8 @@ RULES = (
             and f["velocity_smoother.feedback"] in (None, "OPEN_LOOP")
         ),
         lambda f: (
-            "in open loop this release keeps the command after the deadband, so that the ramp "
-            "begins at zero again and again"
+            "in open loop this release accelerates from the command after the deadband, so "
+            "from 0 in every cycle"
         ),
         {S.STALL_BEFORE_GOAL: 1.0, S.NO_START: 1.0},
         (
@@ -118,7 +120,8 @@ RULES = (
         "smoother-in-closed-loop",
         lambda f: f["velocity_smoother.feedback"] == "CLOSED_LOOP",
         lambda f: (
-            "velocity_smoother.feedback is CLOSED_LOOP: late or coarse odometry holds the ramp back"
+            "velocity_smoother.feedback is CLOSED_LOOP: late or coarse odometry slows down "
+            "every acceleration"
         ),
         {S.TOO_SLOW: 0.5, S.NO_START: 0.5, S.WOBBLE_STRAIGHT: 0.3, S.STOP_START_JERK: 0.3},
         (put("velocity_smoother.feedback", "OPEN_LOOP"), put("velocity_smoother.odom_topic")),
@@ -129,7 +132,8 @@ RULES = (
         "smoother-steep",
         lambda f: (_accel(f, "max_accel", 0) or 0.0) > 3.0,
         lambda f: (
-            f"velocity_smoother.max_accel {_accel(f, 'max_accel', 0):g} m/s^2 smooths nothing"
+            f"velocity_smoother.max_accel is {_accel(f, 'max_accel', 0):g} m/s^2: so high "
+            "that the smoother smooths nothing"
         ),
         {S.STOP_START_JERK: 0.5},
         (down("velocity_smoother.max_accel"),),
