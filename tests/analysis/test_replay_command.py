@@ -61,7 +61,7 @@ def test_a_model_that_cannot_be_drawn_is_one_line(path, tmp_path, capsys):
     model = tmp_path / "robot.sdf"
     assert f"--model {model}: no such file" in refused(capsys, path, "--model", model)
     model.write_text("<sdf>")
-    assert f"{model}: cannot be drawn" in refused(capsys, path, "--model", model)
+    assert f"{model}: is not XML" in refused(capsys, path, "--model", model)
 
 
 def test_of_a_folder_the_worst_trial_is_shown(tmp_path, capsys):

@@ -119,8 +119,7 @@ def test_a_client_that_is_killed_is_an_error_the_second_time(campaign, folder):
     assert driving._blamed(killed, client, folder) is killed
     again = driving._blamed(killed, client, folder)
     assert again == Died(
-        "client: was ended by signal 9 (Killed), for the second time: taken for the doing of its "
-        "controller",
+        "client: was ended by signal 9 (Killed), for the second time: so its controller is blamed",
         is_from_outside=False,
     )
     # One of ours kills nobody.

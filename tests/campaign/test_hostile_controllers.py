@@ -152,8 +152,8 @@ def test_what_kills_its_own_worker_is_an_error_the_second_time(installed, tmp_pa
     rows = second.trials.set_index("controller")
     assert rows.loc["KillsItself", "outcome"] == "error"
     assert rows.loc["KillsItself", "reason"] == (
-        "the worker process was ended by signal 9 (Killed), for the second time: taken for the "
-        "doing of its controller"
+        "the worker process was ended by signal 9 (Killed), for the second time: so its "
+        "controller is blamed"
     )
     assert rows.loc["rpp", "outcome"] == "succeeded"
 

@@ -158,7 +158,10 @@ def test_a_command_passes_the_same_check_as_a_plan():
 TELLING_WORLDS = (2, 4, 6, 13)
 
 
-@pytest.mark.parametrize("first", range(0, 200, 20))
+@pytest.mark.parametrize(
+    "first",
+    [0, 20, 40, *(pytest.param(first, marks=pytest.mark.long) for first in range(60, 200, 20))],
+)
 def test_no_drive_ends_in_a_contact_while_errors_are_within_the_bound(first):
     assert pytest.approx(0.03) == ERROR_M
     found = [drive(seed) for seed in range(first, first + 20)]

@@ -131,7 +131,7 @@ def test_a_subclass_without_parameters_of_its_own_has_what_every_critic_has(inst
     [
         (
             "class Theirs:\n    def score(self, batch): ...",
-            "no class with Parameters, as docs/contr",
+            "is not a class with Parameters, as docs/contr",
         ),
         (
             "class Theirs:\n    Parameters = dict\n    def score(self, batch): ...",
