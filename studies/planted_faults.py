@@ -430,11 +430,13 @@ def page_lines() -> Iterator[str]:
         number = sum(row[name] for row in rows)
         yield f"| {told} | {number} | {number / count:.0%} |"
     silent = sum(row["findings"] == 0 for row in rows)
-    yield f"| no rule fires | {silent} | {silent / count:.0%} |"
+    yield f"| the rules find no more than in the sound file | {silent} | {silent / count:.0%} |"
     farthest = sum(row["farthest"] for row in rows)
-    yield f"| no skill: the parameter farthest from Nav2's default | {farthest} | {farthest / count:.0%} |"
+    told = "no skill: the value farthest from its default in Nav2"
+    yield f"| {told} | {farthest} | {farthest / count:.0%} |"
     chance = sum(row["chance"] for row in rows)
-    yield f"| no skill: any parameter and direction at random | {chance:.1f} | {chance / count:.0%} |"
+    told = "no skill: any parameter and direction at random"
+    yield f"| {told} | {chance:.1f} | {chance / count:.0%} |"
     yield from _driven_lines(faults)
     yield ""
 
@@ -471,11 +473,12 @@ HEAD = f"""\
 # Planted faults
 
 Made by `python studies/planted_faults.py page`. Each fault is one spoilt parameter in a sound Nav2
-file for the TurtleBot 4: {FAULTS_EACH} faults for each of five controllers (Regulated Pure Pursuit, DWB, MPPI,
-TEB, Graceful). A seed draws the parameter from all numbers and switches of the file with equal
-chances. A number is multiplied by 1/4, 2/5, 5/2 or 4, a switch is flipped. The draw and the rules of
-the score (at the top of the study) were written before any file was read or driven. A fault that no
-rule and no probe can see, such as in a patience or a search's effort, counts like all others.
+file for the TurtleBot 4. Five controllers (Regulated Pure Pursuit, DWB, MPPI, TEB, Graceful) have
+{FAULTS_EACH} faults each. A seed draws the parameter from all numbers and switches of the file with
+equal chances. A number is multiplied by 1/4, 2/5, 5/2 or 4, a switch is flipped. The draw and the
+score's rules (at the top of the study) were written before any file was read or driven. A fault
+that no rule and no probe can see, such as in a patience or a search's effort, counts like all
+others.
 
 ## Read
 """

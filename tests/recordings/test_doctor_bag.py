@@ -49,14 +49,14 @@ def test_a_recording_without_a_goal_shows_nothing_that_only_a_goal_could_tell(he
 def test_without_commands_the_base_is_the_robots_and_that_is_told(hear):
     heard = hear("/cmd_vel")
     assert heard.overrides == {}
-    assert heard.remarks == ("drive has no commands: the base's lag is that of the robot file.",)
+    assert heard.remarks == ("drive has no commands: the base's lag is the robot file's.",)
 
 
 def test_a_cars_base_is_not_fitted(make, tmp_path):
     bag = write_ros2(tmp_path / "drive", turtlebot(make))
     heard = heard_in(bag, "ackermann_robot", {})
     assert heard.overrides == {}
-    assert "a car's is not fitted" in heard.remarks[0]
+    assert "does not fit a car's base" in heard.remarks[0]
 
 
 def test_a_recording_without_odometry_is_one_line(hear):

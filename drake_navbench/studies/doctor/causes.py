@@ -23,8 +23,6 @@ OUTSIDE_TOLD = {
     "rear_sensor": "check the sensors: none may see behind the robot",
     "sensor_frame": "check the sensor's frame in the robot's description",
 }
-
-
 # Units of the parameters for which a rule knows a number; the others are counts, gains and ratios.
 _NAMES_BY_UNIT = {
     "m": "forward_sampling_distance inflation_dist inflation_radius linear_granularity "
@@ -46,6 +44,11 @@ _NAMES_BY_UNIT = {
     "Hz": "controller_frequency update_frequency",
 }
 UNITS = {name: unit for unit, names in _NAMES_BY_UNIT.items() for name in names.split()}
+# Parameters whose right value is that of another one.
+COPIES = {
+    "local_costmap.raytrace_max_range": "local_costmap.obstacle_max_range",
+    "controller.inflation_cost_scaling_factor": "local_costmap.cost_scaling_factor",
+}
 
 
 class Direction(StrEnum):
@@ -89,12 +92,14 @@ class Cause(NamedTuple):
         first, _, rest = self.place.partition(".")
         if first == OUTSIDE:
             return f"outside the file: {OUTSIDE_TOLD.get(rest, rest)}"
-        place = self.place.removeprefix("controller.")
+        place = self.place.removeprefix("controller.").replace("*", "<polygon>")
         if self.direction is Direction.ADD:
             return "add a rotation shim" if place == "plugin" else f"add {place}"
         if self.is_number:
             verb = "raise" if self.direction is Direction.UP else "lower"
             return f"{verb} {place}{self._to_told}"
+        if self.to is None and self.place in COPIES:
+            return f"set {place} to the value of {COPIES[self.place]}"
         if self.to is None:
             return f"check {place} and set it"
         return f"add {self.to} to critics" if place == "critics" else f"set {place}{self._to_told}"

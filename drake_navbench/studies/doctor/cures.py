@@ -9,7 +9,7 @@ from drake_navbench.nav2.controllers import SERVER
 from drake_navbench.nav2.patch import Place
 from drake_navbench.nav2.robot import BT_NAVIGATOR, PLANNER_SERVER, Nav2Setup
 from drake_navbench.releases import Release
-from drake_navbench.studies.doctor.causes import Cause, Direction
+from drake_navbench.studies.doctor.causes import COPIES, Cause, Direction
 from drake_navbench.studies.doctor.facts import CONTROLLER, COSTMAPS, Facts
 from drake_navbench.studies.doctor.suspects import ranges
 
@@ -42,11 +42,6 @@ LOOK_AT_OUTLINE = frozenset(
 # Inflation reaches beyond the outline by this, m.
 CELL_M = 0.05
 OWN_NODES = {"planner": PLANNER_SERVER, "behavior_tree": BT_NAVIGATOR}
-# Parameters whose value is that of another one.
-COPIES = {
-    "local_costmap.raytrace_max_range": "local_costmap.obstacle_max_range",
-    "controller.inflation_cost_scaling_factor": "local_costmap.cost_scaling_factor",
-}
 
 
 class Trial(NamedTuple):

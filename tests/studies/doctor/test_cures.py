@@ -118,3 +118,28 @@ def test_a_change_that_asks_more_of_the_base_is_refused(patient):
     one = patient(nav2_text(RPP_BLOCK, plugin=RPP))
     with pytest.raises(InputError, match="asks more of the base"):
         one.before_and_after({Place("controller_server", "FollowPath.desired_linear_vel"): 2.0})
+
+
+@pytest.mark.parametrize(
+    ("cause", "told"),
+    [
+        (Cause("controller.wz_std", Direction.DOWN, 0.4), "lower wz_std to 0.4 rad/s"),
+        (Cause("controller.batch_size", Direction.UP), "raise batch_size"),
+        (Cause("goal_checker.stateful", Direction.SET, True), "set goal_checker.stateful to true"),
+        (Cause("controller.critics", Direction.SET, "PathDist"), "add PathDist to critics"),
+        (
+            Cause("controller.inflation_cost_scaling_factor", Direction.SET),
+            "set inflation_cost_scaling_factor to the value of local_costmap.cost_scaling_factor",
+        ),
+        (Cause("local_costmap.plugins", Direction.SET), "check local_costmap.plugins and set it"),
+        (
+            Cause("collision_monitor.*.min_points", Direction.UP, 4),
+            "raise collision_monitor.<polygon>.min_points to 4",
+        ),
+        (Cause("controller.plugin", Direction.ADD), "add a rotation shim"),
+        (Cause("release", Direction.UPGRADE), "upgrade to a newer release"),
+    ],
+    ids=lambda value: value.place if isinstance(value, Cause) else "",
+)
+def test_a_cure_is_an_instruction_with_the_values_unit(cause, told):
+    assert cause.told == told
