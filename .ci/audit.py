@@ -17,7 +17,7 @@ COMMAND = (sys.executable, "-m", "pip_audit", "--require-hashes", "--disable-pip
 
 
 def judge(output: str) -> tuple[list[str], int]:
-    """Returns what to print and the exit status, from what pip-audit prints as JSON."""
+    """Returns the lines to print and the exit status for pip-audit's JSON."""
     try:
         dependencies: list[Mapping[str, Any]] = json.loads(output)["dependencies"]
     except (ValueError, KeyError, TypeError):

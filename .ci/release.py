@@ -66,7 +66,7 @@ def wrong_versions(repository: Path, version: str) -> list[str]:
 
 
 def lacking(archive: Path, version: str) -> list[str]:
-    """Returns what a wheel or sdist lacks of the files that it must have."""
+    """Returns the files that a wheel or sdist must have and lacks."""
     if archive.suffix == ".whl":
         names, wanted = zipfile.ZipFile(archive).namelist(), list(IN_THE_WHEEL)
         wanted.append(f"drake_navbench-{version}.dist-info/METADATA")

@@ -252,7 +252,7 @@ def _wanted(analysis: FolderAnalysis) -> Iterator[tuple[str, str, int]]:
 
 
 def _missing(analysis: FolderAnalysis) -> dict[str, Counter[str]]:
-    """Returns how many trials an interrupted run still lacks: scenario -> controller -> count."""
+    """Returns the number of trials that an interrupted run lacks, by scenario and controller."""
     results = ResultsFolder(analysis.path)
     missing: dict[str, Counter[str]] = {}
     for scenario, controller, trial in _wanted(analysis):

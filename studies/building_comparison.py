@@ -314,7 +314,7 @@ def _peak_mb() -> float:
 def drive_all(
     folder: Path, kind: str, count: int, planner: str, controller: str
 ) -> dict[str, float]:
-    """Returns how the missions of a kind went, in a process of its own."""
+    """Returns the outcomes of the missions of a kind, driven in a process of its own."""
     succeeded, driven_s, way_m, recoveries = 0, [], [], 0
     begin_s = time.process_time()
     for number in range(count):

@@ -53,7 +53,7 @@ MANOEUVRES: dict[str, tuple[list[tuple[float, float, float]], float]] = {
 
 
 def manoeuvre_rows() -> Iterator[Sequence[str]]:
-    """Yields how far the planar model and the ideal base end from the multibody after 10 s."""
+    """Yields the distances of planar model and ideal base from the multibody after 10 s."""
     yield ("manoeuvre", "way", "planar: position", "heading", "ideal: position", "heading")
     time_s = np.linspace(0.0, 10.0, 501)
     for name, (commands, angle) in MANOEUVRES.items():
@@ -78,7 +78,7 @@ def manoeuvre_rows() -> Iterator[Sequence[str]]:
 
 
 def wobble_rows() -> Iterator[Sequence[str]]:
-    """Yields how restless each controller drives 7.5 m straight ahead in an empty world."""
+    """Yields the restlessness of each controller on 7.5 m straight ahead in an empty world."""
     controllers = (*CONTROLLERS, FAR_LOOKAHEAD)
     yield ("robot", *(f"`{controller}`" for controller in controllers))
     scenario = load_scenario("empty")
@@ -92,7 +92,7 @@ def wobble_rows() -> Iterator[Sequence[str]]:
 
 
 def scenario_rows() -> Iterator[Sequence[str]]:
-    """Yields how trials in other scenarios end on each robot."""
+    """Yields the ends of trials in other scenarios on each robot."""
     yield ("scenario", "controller", "robot", "ended", "time", "clearance", "yaw rate")
     for name in ("doorway", "one_obstacle", "restricted_small"):
         scenario = load_scenario(name)

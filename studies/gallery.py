@@ -84,7 +84,7 @@ def scenario_picture(scenario: str) -> Figure:
 
 
 def controller_picture(log: TrialLog, preset: str) -> Figure:
-    """Returns where a controller drove, with the outline once a second, over its velocities."""
+    """Returns the figure of one drive: path with an outline each second, above its velocities."""
     figure, (above, below) = new_figure(2, 1, axes_size_in=(WIDTH_IN, CURVES_HEIGHT_IN))
     times_s = log.samples["time_s"].to_numpy()
     line = Look([preset]).line(preset)

@@ -43,7 +43,7 @@ class Measure(NamedTuple):
     ratio: float = 0.0
 
     def margin(self, rivals_mean: float) -> float:
-        """Returns how much worse is allowed."""
+        """Returns the margin by which ours may be worse."""
         return max(self.absolute, self.ratio * abs(rivals_mean))
 
 
@@ -114,7 +114,7 @@ def success_lost(trials: pd.DataFrame, rival: str) -> tuple[int, int, float]:
 
 
 def difference(trials: pd.DataFrame, measure: Measure, rival: str) -> Difference | None:
-    """Returns how ours compares over the units in which both succeeded; None where too few are.
+    """Returns ours against theirs over units where both succeeded; None where these are too few.
 
     Who never moved did not arrive: such a trial has no clearance, path error or acceleration.
     """

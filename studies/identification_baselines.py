@@ -50,7 +50,7 @@ def errors_of_row_means() -> list[float]:
 
 
 def votes_of_other_scenarios(*, ties_vote: bool) -> Votes:
-    """Returns how often the order of two controllers is that in most of the other scenarios.
+    """Returns the share of pairs of controllers ordered as in most of the other scenarios.
 
     ties_vote: numbers that are printed too near to each other to be an ordering have a vote, too.
     """

@@ -93,7 +93,7 @@ def weidmann_mps(density_per_m2: float) -> float:
 
 
 def lane_order(sides_m: Array, ways: Array, generator: np.random.Generator) -> float:
-    """Returns how much people walk in lanes, from 0, as if at random, to 1.
+    """Returns the order of people in lanes, from 0 (as if at random) to 1.
 
     sides_m: (P,) across the corridor. ways: (P,) 1 or -1 along it.
     """
@@ -109,7 +109,7 @@ def lane_order(sides_m: Array, ways: Array, generator: np.random.Generator) -> f
 def flow(
     model: str, density_per_m2: float, seed: int, *, time_gap_s: float, is_counterflow: bool = False
 ) -> Flow:
-    """Returns how people walk in the corridor once they have settled."""
+    """Returns speed and lanes of the people in the corridor once they have settled."""
     generator = np.random.default_rng(seed)
     people = _placed(round(density_per_m2 * LENGTH_M * WIDTH_M), generator)
     ways = np.ones(len(people))

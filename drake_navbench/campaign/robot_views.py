@@ -138,7 +138,7 @@ def _distances(parameters: Any) -> Iterator[Shape]:
 
 
 def _horizon(time_s: float, speed_mps: float, turn_radps: float | None) -> Shape:
-    """Returns where a robot gets at full speed with the turns that it can make."""
+    """Returns the area that a robot reaches at full speed, from its sharpest left to right turn."""
     most = min((turn_radps or 0.0) * time_s, MOST_TURN_RAD)
     length_m = time_s * speed_mps
     label = f"horizon {time_s:g} s at {speed_mps:g} m/s = {length_m:.3g} m"
@@ -157,7 +157,7 @@ def _arc(length_m: float, turn_rad: float) -> Array:
 
 
 def _ranges(local: Any) -> Iterator[Shape]:
-    """Yields how far sensors mark and clear in a local costmap, equal distances once."""
+    """Yields the ranges in which a local costmap's sensors mark and clear, equal ones once."""
     reaches: dict[tuple[str, float], list[str]] = {}
     for block in _layers(local):
         sources = getattr(block, "observation_sources", None)

@@ -23,7 +23,7 @@ from drake_navbench.commands.command_line import (
 from drake_navbench.errors import InputError
 
 if TYPE_CHECKING:
-    from drake_navbench.studies.doctor.bag import Heard
+    from drake_navbench.studies.doctor.bag import BagReport
     from drake_navbench.studies.doctor.files import Patient
     from drake_navbench.studies.doctor.surroundings import Surroundings
     from drake_navbench.studies.doctor.symptoms import Symptom
@@ -223,17 +223,30 @@ def _doctor(arguments: argparse.Namespace) -> int:
     if not arguments.read_only and arguments.out is None:
         raise InputError("--out: missing; expected a folder for page, patch and journal, "
                          "or --read-only")  # fmt: skip
+    _require_readable_files(arguments)
     patient, symptom = _patient(arguments), _symptom(arguments)
-    heard = _hear(arguments)
-    if symptom is None and heard is not None:
-        symptom = heard.weightiest
+    report = _examine_bag(arguments)
+    if symptom is None and report is not None:
+        symptom = report.weightiest
     _read(patient, symptom, arguments)
     if arguments.read_only:
         return EXIT_DONE
-    return _visit(patient, symptom, arguments, heard)
+    return _visit(patient, symptom, arguments, report)
 
 
-def _hear(arguments: argparse.Namespace) -> Heard | None:
+def _require_readable_files(arguments: argparse.Namespace) -> None:
+    """Raises InputError where the map or the board's file cannot be used, before much is told."""
+    if arguments.map is not None:
+        from drake_navbench.studies.doctor.surroundings import load_map
+
+        load_map(arguments.map)
+    if arguments.board is not None:
+        from drake_navbench.studies.doctor.board import read_times
+
+        read_times(arguments.board)
+
+
+def _examine_bag(arguments: argparse.Namespace) -> BagReport | None:
     """Prints the symptoms in the user's recording; returns what else it tells."""
     if arguments.bag is None:
         if arguments.topics:
@@ -241,13 +254,13 @@ def _hear(arguments: argparse.Namespace) -> Heard | None:
         return None
     from drake_navbench.commands.command_line import print_text
     from drake_navbench.commands.import_bag import topics_of
-    from drake_navbench.studies.doctor.bag import heard_in
+    from drake_navbench.studies.doctor.bag import report_on
     from drake_navbench.studies.doctor.told import wrapped
 
-    heard = heard_in(arguments.bag, arguments.robot, topics_of(arguments.topics))
-    lines = [*heard.lines, *heard.remarks]
+    report = report_on(arguments.bag, arguments.robot, topics_of(arguments.topics))
+    lines = [*report.lines, *report.remarks]
     print_text("\n".join([*(part for line in lines for part in wrapped(line)), ""]) + "\n")
-    return heard
+    return report
 
 
 def _measure_board(arguments: argparse.Namespace) -> None:
@@ -261,19 +274,19 @@ def _measure_board(arguments: argparse.Namespace) -> None:
 
 
 def _surroundings(
-    patient: Patient, arguments: argparse.Namespace, heard: Heard | None
+    patient: Patient, arguments: argparse.Namespace, report: BagReport | None
 ) -> Surroundings:
     """Returns the map, base and computer that probes are driven with; raises InputError."""
     from drake_navbench.inputs.robot import merged
     from drake_navbench.studies.doctor.board import overrides_of_board
     from drake_navbench.studies.doctor.surroundings import Surroundings
 
-    overrides = dict(heard.overrides) if heard is not None else {}
-    remarks = heard.remarks if heard is not None else ()
+    overrides = dict(report.overrides) if report is not None else {}
+    remarks = report.remarks if report is not None else ()
     if arguments.board is not None:
         timing, remark = overrides_of_board(patient, arguments.board, arguments.out)
         overrides, remarks = merged(overrides, timing), (*remarks, remark)
-    lines = tuple(heard.lines) if heard is not None else ()
+    lines = tuple(report.lines) if report is not None else ()
     return Surroundings(arguments.map, arguments.goals, overrides, remarks, lines)
 
 
@@ -320,7 +333,7 @@ def _visit(
     patient: Patient,
     symptom: Symptom | None,
     arguments: argparse.Namespace,
-    heard: Heard | None,
+    report: BagReport | None,
 ) -> int:
     """Drives, prints the verdict and writes the page; returns the exit status."""
     from drake_navbench.commands.command_line import print_text
@@ -352,7 +365,7 @@ def _visit(
         _words(arguments),
         driver,
         seed=arguments.seed,
-        around=_surroundings(patient, arguments, heard),
+        around=_surroundings(patient, arguments, report),
     )
     print_text("\n".join(["", *wrapped(verdict(found), rest=""), ""]))
     for path in write_outputs(found, patient, arguments.out, driver):

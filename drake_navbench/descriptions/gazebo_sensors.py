@@ -68,7 +68,7 @@ def sensors_of(model: Model, to_base: Array, floor_m: float) -> FoundSensors:
 
 
 def lidar_link(model: Model, base: str, floor_m: float) -> FoundSensor | None:
-    """Returns where the first link is that is called as a lidar; None where none is.
+    """Returns the pose of the first link with a lidar's name; None where no link has one.
 
     Of a chain such as mount, laser the last one counts.
     """

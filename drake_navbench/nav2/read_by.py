@@ -141,6 +141,6 @@ READ_BY: Mapping[type[BaseModel], Mapping[str, ReadBy]] = {
 
 
 def read_by(model: type[BaseModel], name: str) -> ReadBy:
-    """Returns which releases read a model's parameter; READ_BY may list it under a base class."""
+    """Returns the releases that read a parameter; READ_BY may list it under a base of `model`."""
     known = (READ_BY.get(base, {}).get(name) for base in model.__mro__)
     return next((found for found in known if found is not None), ReadBy())

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from drake_navbench.recordings.heard import Column
+from drake_navbench.recordings.recorded_columns import Column
 from drake_navbench.recordings.recorded_motion import RecordedMotion
 
 Array = NDArray[np.float64]

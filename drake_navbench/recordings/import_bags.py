@@ -21,8 +21,8 @@ from drake_navbench.recordings.decoded_messages import Cells
 from drake_navbench.recordings.drive_data import DriveData, drive_data
 from drake_navbench.recordings.drive_fit import DriveFit, as_yaml, fit_drive
 from drake_navbench.recordings.gap_page import as_plain, write_curves, write_gap_page
-from drake_navbench.recordings.heard import Column
 from drake_navbench.recordings.reading import Piece, read_bag
+from drake_navbench.recordings.recorded_columns import Column
 from drake_navbench.recordings.recorded_motion import RecordedMotion, recorded_motion
 from drake_navbench.recordings.recorded_tasks import RecordedTask, task_by_hand, tasks_by_status
 from drake_navbench.recordings.recorded_trial import Subject, recorded_trial

@@ -18,7 +18,7 @@ from drake_navbench.processes.worker_process import Raised, Returned
 from drake_navbench.processes.workers import Task, run_tasks, start_server
 from drake_navbench.recordings.bag_files import BagFiles, size_of
 from drake_navbench.recordings.bag_source import BagSource, open_bag
-from drake_navbench.recordings.heard import Column, choose_topics, read_columns
+from drake_navbench.recordings.recorded_columns import Column, choose_topics, read_columns
 from drake_navbench.recordings.rosbags_extra import require_rosbags
 
 NANOSECONDS = 1e9

@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 
 from drake_navbench.errors import InputError
 from drake_navbench.recordings.decoded_messages import Motion, Transform
-from drake_navbench.recordings.heard import Column
 from drake_navbench.recordings.planar_transforms import (
     Mounting,
     Track,
@@ -23,6 +22,7 @@ from drake_navbench.recordings.planar_transforms import (
     rotation_of,
     yaw_of,
 )
+from drake_navbench.recordings.recorded_columns import Column
 
 Array = NDArray[np.float64]
 Stamps = NDArray[np.int64]

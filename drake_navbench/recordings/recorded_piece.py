@@ -18,9 +18,9 @@ from drake_navbench.logs.log import COLUMNS, LATERAL_COLUMNS, UNREPEATABLE_COLUM
 from drake_navbench.logs.plans import Plan
 from drake_navbench.logs.scans import Scan
 from drake_navbench.recordings.decoded_messages import Beams, Cells, Poses
-from drake_navbench.recordings.heard import Column
 from drake_navbench.recordings.occupancy import costs_from_occupancy
 from drake_navbench.recordings.planar_transforms import composed, inverted
+from drake_navbench.recordings.recorded_columns import Column
 from drake_navbench.recordings.recorded_motion import RecordedMotion
 from drake_navbench.recordings.recorded_tasks import RecordedTask
 from drake_navbench.recordings.topics import SCALAR_COLUMNS

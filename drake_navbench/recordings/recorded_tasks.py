@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from drake_navbench.errors import InputError
 from drake_navbench.logs.log import Outcome
-from drake_navbench.recordings.heard import Column
+from drake_navbench.recordings.recorded_columns import Column
 
 Array = NDArray[np.float64]
 

@@ -25,7 +25,7 @@ from drake_navbench.inputs.scenario import Scenario
 from drake_navbench.inputs.world import Obstacle
 from drake_navbench.logs.log import Outcome, TrialLog
 from drake_navbench.logs.plans import Plan, as_logged
-from drake_navbench.recordings.heard import Column
+from drake_navbench.recordings.recorded_columns import Column
 from drake_navbench.recordings.recorded_motion import RecordedMotion
 from drake_navbench.recordings.recorded_piece import POSE_COLUMNS, RecordedPiece
 from drake_navbench.recordings.recorded_tasks import RecordedTask

@@ -6,59 +6,59 @@ import pytest
 from robot_bags import turtlebot, without, write_ros2
 
 from drake_navbench.errors import InputError
-from drake_navbench.studies.doctor.bag import Heard, heard_in
+from drake_navbench.studies.doctor.bag import BagReport, report_on
 from drake_navbench.studies.doctor.symptoms import Symptom
 
 STATUS = "/navigate_to_pose/_action/status"
 
 
 @pytest.fixture
-def hear(make, tmp_path, robot_file):
+def report_of(make, tmp_path, robot_file):
     def of(*missing):
         bag = write_ros2(tmp_path / "drive", without(turtlebot(make), *missing))
-        return heard_in(bag, str(robot_file), {})
+        return report_on(bag, str(robot_file), {})
 
     return of
 
 
-def shown(heard):
-    return {symptom for symptom, severity in heard.severity.items() if severity > 1.0}
+def shown(report):
+    return {symptom for symptom, severity in report.severity.items() if severity > 1.0}
 
 
 def test_the_weightiest_symptom_of_a_recording_is_treated():
     severity = {Symptom.TOO_SLOW: 3.0, Symptom.SPINS: 1.2, Symptom.COLLISION: 0.0}
-    assert Heard(severity, [], {}, ()).weightiest is Symptom.SPINS
+    assert BagReport(severity, [], {}, ()).weightiest is Symptom.SPINS
 
 
-def test_a_sound_drive_shows_no_symptom_and_its_base(hear):
+def test_a_sound_drive_shows_no_symptom_and_its_base(report_of):
     # It follows its commands at once.
-    heard = hear()
-    assert shown(heard) == set()
-    assert heard.weightiest is None
-    assert heard.overrides["drive"]["response_time_constant_s"] < 0.05
-    assert heard.remarks[0].startswith("The base is fitted to drive: lag 0.0")
+    report = report_of()
+    assert shown(report) == set()
+    assert report.weightiest is None
+    assert report.overrides["drive"]["response_time_constant_s"] < 0.05
+    assert report.remarks[0].startswith("The base is fitted to drive: lag 0.0")
 
 
-def test_a_recording_without_a_goal_shows_nothing_that_only_a_goal_could_tell(hear):
+def test_a_recording_without_a_goal_shows_nothing_that_only_a_goal_could_tell(report_of):
     # It rests for a second, drives for ten and rests again; nobody says where it should go.
-    heard = hear(STATUS, "/plan")
-    assert shown(heard) == set()
-    assert Symptom.GOAL_NOT_REACHED in heard.severity
+    report = report_of(STATUS, "/plan")
+    assert shown(report) == set()
+    assert Symptom.GOAL_NOT_REACHED in report.severity
 
 
-def test_without_commands_the_base_is_the_robots_and_that_is_told(hear):
-    heard = hear("/cmd_vel")
-    assert heard.overrides == {}
-    assert heard.remarks == ("drive has no commands: the base's lag is the robot file's.",)
+def test_without_commands_the_base_is_the_robots_and_that_is_told(report_of):
+    report = report_of("/cmd_vel")
+    assert report.overrides == {}
+    assert report.remarks == ("drive has no commands: the base's lag is the robot file's.",)
 
 
 def test_a_cars_base_is_not_fitted(make, tmp_path):
     bag = write_ros2(tmp_path / "drive", turtlebot(make))
-    heard = heard_in(bag, "ackermann_robot", {})
-    assert heard.overrides == {}
-    assert "does not fit a car's base" in heard.remarks[0]
+    report = report_on(bag, "ackermann_robot", {})
+    assert report.overrides == {}
+    assert "does not fit a car's base" in report.remarks[0]
 
 
-def test_a_recording_without_odometry_is_one_line(hear):
+def test_a_recording_without_odometry_is_one_line(report_of):
     with pytest.raises(InputError, match=r"drive: no odometry on /odom .* --topics odom=TOPIC"):
-        hear("/odom")
+        report_of("/odom")

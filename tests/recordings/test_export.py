@@ -21,13 +21,13 @@ from drake_navbench.inputs.robot import load_robot
 from drake_navbench.inputs.world import Box, World
 from drake_navbench.kernels.grid import LETHAL
 from drake_navbench.logs.log import TrialLog
-from drake_navbench.recordings.heard import ROLES
 from drake_navbench.recordings.messages import MessageMaker
 from drake_navbench.recordings.occupancy import (
     costs_from_occupancy,
     map_of_world,
     occupancy_from_costs,
 )
+from drake_navbench.recordings.recorded_columns import ROLES
 from drake_navbench.recordings.robot_description import urdf_of
 from drake_navbench.recordings.rosbags_extra import ros2_types
 from drake_navbench.recordings.topics import SCALARS, TOPICS

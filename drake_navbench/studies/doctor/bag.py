@@ -24,7 +24,7 @@ from drake_navbench.studies.doctor.visit import BY_WEIGHT
 DIGITS = 3
 
 
-class Heard(NamedTuple):
+class BagReport(NamedTuple):
     """The findings of a recording.
 
     severity: of each symptom, the largest over its tasks. lines: for the terminal. overrides: of
@@ -43,7 +43,7 @@ class Heard(NamedTuple):
         return next((s for s in BY_WEIGHT if self.severity.get(s, 0.0) > 1.0), None)
 
 
-def heard_in(path: Path, robot: str, topics: Mapping[str, str]) -> Heard:
+def report_on(path: Path, robot: str, topics: Mapping[str, str]) -> BagReport:
     """Returns the symptoms in a recording and the base that is fitted to it; raises InputError.
 
     robot: name or file, for its outline and limits. topics: of the recording, by role.
@@ -58,7 +58,7 @@ def heard_in(path: Path, robot: str, topics: Mapping[str, str]) -> Heard:
             symptom = Symptom(name)
             severity[symptom] = max(severity.get(symptom, 0.0), value)
     overrides, remarks = _base(path, imported, load_robot(robot))
-    return Heard(severity, [as_line(line) for line in lines], overrides, remarks)
+    return BagReport(severity, [as_line(line) for line in lines], overrides, remarks)
 
 
 def _read(path: Path, request: ImportRequest) -> Imported:

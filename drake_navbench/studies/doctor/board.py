@@ -107,7 +107,7 @@ def overrides_of_board(patient: Patient, path: Path, folder: Path) -> tuple[dict
 
 
 def slowness(board: CycleTimes, here: CycleTimes, path: Path) -> float:
-    """Returns how much slower the robot's computer is, to two digits; raises InputError."""
+    """Returns the robot's cycle time over that measured here, to two digits; raises InputError."""
     for name in ("controller", "parameters"):
         there, own = getattr(board, name), getattr(here, name)
         if there != own:

@@ -104,7 +104,7 @@ def _is_driven(samples: pd.DataFrame) -> Array:
 
 
 def _board_scale(info: Mapping[str, Any]) -> float:
-    """Returns how much longer a cycle counts than it took, where the robot's computer is slower."""
+    """Returns the factor by which the board's file lengthens the measured time of a cycle."""
     timing = info.get("robot", {}).get("timing", {})
     is_scaled = timing.get("compute_time") == "scaled"
     return float(timing.get("compute_time_scale", 1.0)) if is_scaled else 1.0

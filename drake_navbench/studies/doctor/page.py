@@ -86,8 +86,8 @@ def page(visit: Visit, patient: Patient, replay: Path | None = None) -> str:
         )
     parts += _tried(visit)
     parts += _seen(visit)
-    if visit.around.heard:
-        lines = "".join(f"<li>{escape(line)}</li>" for line in visit.around.heard)
+    if visit.around.recorded:
+        lines = "".join(f"<li>{escape(line)}</li>" for line in visit.around.recorded)
         parts.append(f"<h2>What the recording shows</h2><ul>{lines}</ul>")
     parts += _findings(visit)
     parts += ["<h2>What was assumed</h2><ul>"]

@@ -7,9 +7,12 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from drake_navbench.costmaps.map_file import load_map
 from drake_navbench.inputs.robot import Robot
 from drake_navbench.inputs.scenario import Scenario, Variation
 from drake_navbench.trial.goal_sampling import sample_tasks
+
+__all__ = ["Surroundings", "load_map", "tasks_on_map"]
 
 
 @dataclass(frozen=True)
@@ -18,14 +21,14 @@ class Surroundings:
 
     map_file, goals: the user's map, on which so many tasks are drawn. overrides: fields of the
     robot file, of a base that a recording shows and of a computer that was measured. remarks: how
-    these were found, a sentence each. heard: what a recording of the robot shows, a line each.
+    these were found, a sentence each. recorded: what a recording of the robot shows, a line each.
     """
 
     map_file: Path | None = None
     goals: int = 0
     overrides: Mapping[str, Any] = field(default_factory=dict)
     remarks: tuple[str, ...] = ()
-    heard: tuple[str, ...] = ()
+    recorded: tuple[str, ...] = ()
 
 
 def tasks_on_map(

@@ -133,3 +133,18 @@ def test_the_file_of_a_board_tells_median_and_late_cycles(tmp_path, monkeypatch,
 
 def test_late_cycles_are_treated_last_but_for_giving_up_late():
     assert BY_WEIGHT.index(Symptom.LATE_CYCLES) == len(BY_WEIGHT) - 2
+
+
+@pytest.mark.parametrize(
+    "options", [["--board", "none.json"], ["--map", "none.yaml", "--goals", "2"]]
+)
+def test_a_file_that_cannot_be_read_is_one_line_before_the_file_is_examined(
+    options, tmp_path, monkeypatch, capsys
+):
+    monkeypatch.chdir(tmp_path)
+    Path("nav2.yaml").write_text("controller_server:\n  ros__parameters: {}\n")
+    assert main(["nav2.yaml", *options, "--out", "visit"]) == 2
+    printed = capsys.readouterr()
+    assert printed.out == ""
+    assert printed.err == f"{options[1]}: cannot be read: No such file or directory\n"
+    assert not Path("visit").exists()
