@@ -33,6 +33,7 @@ NANOSECONDS = 1e9
 RECORDED = "recording"
 # A robot that is slower stands still, m/s and rad/s.
 STANDING_MPS, STANDING_RADPS = 0.01, 0.02
+NO_ROBOT = "does not contain the robot's outline and limits; name its file with --robot"
 
 
 class NoTasks(InputError):
@@ -80,14 +81,18 @@ class Imported:
 
 def read_recording(path: Path, request: ImportRequest, *, first_trial: int = 0) -> Imported:
     """Returns the trials in a recording; raises InputError where anything is wrong with it."""
-    piece = Piece(request.topics, request.namespace, request.start_s, request.end_s)
+    # The user's own files first: a large recording takes minutes.
+    given_robot = None if request.robot is None else load_robot(request.robot)
+    given_map = None if request.map_file is None else load_map(request.map_file)
+    needed = (("trial", NO_ROBOT),) if given_robot is None else ()
+    piece = Piece(request.topics, request.namespace, request.start_s, request.end_s, needed)
     recording = read_bag(path, piece)
     columns = recording.columns
     told = _told(columns)
-    robot = _robot(path, request, told)
+    robot = given_robot or _told_robot(path, told)
     motion = recorded_motion(path, columns)
     tasks = _tasks(path, request, recording.start_ns, columns, motion)
-    known_map = _map(request, columns, motion)
+    known_map = given_map or _recorded_map(columns, motion)
     notes = {"topics": recording.topics, "losses": list(recording.losses)}
     scenario, controller = path.stem, RECORDED
     if told is not None:
@@ -280,22 +285,14 @@ def _told(columns: Mapping[str, Column]) -> dict[str, Any] | None:
     return None
 
 
-def _robot(path: Path, request: ImportRequest, told: Mapping[str, Any] | None) -> Robot:
-    if request.robot is not None:
-        return load_robot(request.robot)
+def _told_robot(path: Path, told: Mapping[str, Any] | None) -> Robot:
     if told is None:
-        raise InputError(
-            f"{path}: does not contain the robot's outline and limits; name its file with --robot"
-        )
+        raise InputError(f"{path}: {NO_ROBOT}")
     return Robot.model_validate(told["info"]["robot"])
 
 
-def _map(
-    request: ImportRequest, columns: Mapping[str, Column], motion: RecordedMotion
-) -> OccupancyMap | None:
-    """Returns the map of the place: the given one, else the recording's last one."""
-    if request.map_file is not None:
-        return load_map(request.map_file)
+def _recorded_map(columns: Mapping[str, Column], motion: RecordedMotion) -> OccupancyMap | None:
+    """Returns the recording's last map; None where it has none, or one that is turned."""
     column = columns.get("map")
     if column is None or not column.values:
         return None

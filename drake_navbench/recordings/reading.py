@@ -34,12 +34,14 @@ class Piece(NamedTuple):
     """The part of a recording that is wanted.
 
     topics: role -> topic as the user says. start_s, end_s: since its beginning, None for all.
+    needed: roles without whose topic the recording is refused, each with the reason.
     """
 
     topics: Mapping[str, str]
     namespace: str | None
     start_s: float | None
     end_s: float | None
+    needed: tuple[tuple[str, str], ...] = ()
 
 
 class Recording(NamedTuple):
@@ -95,6 +97,9 @@ def _read_whole(path: Path, piece: Piece, files: BagFiles) -> Recording:
     with open_bag(path, files) as source:
         begin_ns, past_ns = _bounds(source, piece)
         topics, remarks = choose_topics(source, piece.topics, piece.namespace)
+        for role, reason in piece.needed:
+            if role not in topics:
+                raise InputError(f"{path}: {reason}")
         columns = read_columns(source, topics, begin_ns, past_ns)
         losses = [*source.losses, *remarks, *_left_out(path, topics, columns)]
         return Recording(topics, columns, source.start_ns, tuple(map(as_line, losses)))

@@ -304,6 +304,16 @@ def test_other_wrong_input_is_told(importing, bag, make, tmp_path):
     assert not (tmp_path / "out").exists()
 
 
+def test_a_missing_robot_is_told_before_the_messages_are_read(bag, make, tmp_path, capsys):
+    # No goal was worked on, which only the messages tell.
+    path = bag([*drive(make), *states(make, (3.0, CANCELED))])
+    assert main(["import-bag", str(path), "--out", str(tmp_path / "out")]) == 2
+    assert "outline and limits; name its file with --robot" in capsys.readouterr().err
+    command = ["import-bag", str(tmp_path / "none"), "--robot", "nosuch", "--out", "out"]
+    assert main(command) == 2
+    assert "robot 'nosuch' is not known" in capsys.readouterr().err
+
+
 def test_a_wrong_recording_among_others_leaves_nothing(importing, bag, make, tmp_path):
     good, bad = bag(turtlebot(make)), bag(drive(make), "bad")
     command = ["import-bag", str(good), str(bad), "--out", str(importing.out)]
