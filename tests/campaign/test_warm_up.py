@@ -83,7 +83,7 @@ def test_after_the_warm_up_a_trial_with_people_compiles_next_to_nothing(tmp_path
         text=True,
         check=True,
     )
-    told = re.search(r"needed for the first time: rpp, .*people \(social_force\)", done.stdout)
+    told = re.search(r"used for the first time: rpp, .*people \(social_force\)", done.stdout)
     assert told is not None
     (before,) = re.findall(r"(\d+) compiled,", done.stdout)
     after = len(list((tmp_path / "kernels").glob("*/*.nbc")))
