@@ -11,7 +11,8 @@ import pandas as pd
 from markupsafe import Markup
 from matplotlib.figure import Figure
 
-from drake_navbench.analysis.figures.style import SVG, Look, figure_style, write_figure
+from drake_navbench.analysis.figures.choice import SVG
+from drake_navbench.analysis.figures.style import Look, figure_style, write_figure
 from drake_navbench.analysis.figures.sweeps import (
     ResponsePanel,
     heat_map_figure,

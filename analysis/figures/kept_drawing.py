@@ -63,8 +63,8 @@ def _figure(own: Path, scenario: str, kept: Mapping[str, Any]) -> FigureEntry:
         ):
             raise ValueError(suffix)
     width, height = map(int, kept["size"])
-    words = [str(kept[key]) for key in ("controller", "kind", "title")]
-    return FigureEntry(scenario, *words, f"{own.name}/{name}", (width, height))
+    controller, kind, title = (str(kept[key]) for key in ("controller", "kind", "title"))
+    return FigureEntry(scenario, controller, kind, title, f"{own.name}/{name}", (width, height))
 
 
 def write_drawing(
