@@ -11,30 +11,37 @@ from typing import Any, NamedTuple
 
 import pandas as pd
 
-from drake_navbench.analysis.chart_data import Chart, chart_data
-from drake_navbench.analysis.figures.album import (
-    FigureChoice,
-    FigureEntry,
-    drawable_logs,
-    headline_metrics,
-    write_scenario_figures,
+from drake_navbench.analysis.content_stamps import file_stamps
+from drake_navbench.analysis.figures.choice import FIGURES_FOLDER, FigureChoice, FigureEntry
+from drake_navbench.analysis.figures.kept_drawing import (
+    Drawing,
+    drawing_stamp,
+    read_drawing,
+    write_drawing,
 )
-from drake_navbench.analysis.many_trials import has_many, read_some_trials, rows_of_table
+from drake_navbench.analysis.many_trials import (
+    has_many,
+    logs_drawn,
+    read_some_trials,
+    rows_by_path,
+)
+from drake_navbench.analysis.measured_trials import MeasuredTrials, read_measured, write_measured
 from drake_navbench.analysis.scenario_analysis import (
     KnownValues,
     LeftOut,
     ScenarioAnalysis,
+    TrialEntry,
     analyse,
+    headline_metrics,
     read_trials,
 )
 from drake_navbench.analysis.totals import told_by_totals
 from drake_navbench.errors import InputError
-from drake_navbench.logs.log import Outcome, TrialLog
+from drake_navbench.logs.log import Outcome, TrialLog, read_info
 from drake_navbench.logs.results import ResultsFolder
 from drake_navbench.processes.worker_process import Raised, Returned
 from drake_navbench.processes.workers import Task, run_tasks, start_server
 
-FIGURES_FOLDER = "figures"
 DEFAULT_JOBS = 2
 
 
@@ -50,7 +57,7 @@ class FolderAnalysis:
     manifest: Mapping[str, Any]
     scenarios: tuple[ScenarioAnalysis, ...]
     figures: tuple[FigureEntry, ...]
-    charts: tuple[Chart, ...] = ()
+    charts: tuple[dict[str, Any], ...] = ()
 
     @cached_property
     def trials(self) -> pd.DataFrame:
@@ -64,7 +71,7 @@ class FolderAnalysis:
 
 
 class _ScenarioTask(NamedTuple):
-    """The arguments of `_analyse_scenario`."""
+    """The arguments of `_analyse_scenario`. stamp: of the scenario's drawing."""
 
     root: Path
     paths: Sequence[Path]
@@ -72,6 +79,7 @@ class _ScenarioTask(NamedTuple):
     figures: FigureChoice
     known: KnownValues
     told: frozenset[str]
+    stamp: str = ""
 
     @property
     def name(self) -> str:
@@ -79,7 +87,7 @@ class _ScenarioTask(NamedTuple):
         return self.paths[0].parent.parent.name
 
 
-_ScenarioResult = tuple[ScenarioAnalysis, list[FigureEntry], Chart | None]
+_ScenarioResult = tuple[ScenarioAnalysis, list[FigureEntry], dict[str, Any] | None]
 
 
 def analyse_folder(
@@ -88,41 +96,38 @@ def analyse_folder(
     figures: FigureChoice = FigureChoice.NONE,
     jobs: int = DEFAULT_JOBS,
     measured: pd.DataFrame | None = None,
+    keeps: bool = False,
 ) -> FolderAnalysis:
     """Computes everything from the logs of a results folder.
 
-    A scenario of very many trials is told from the table of trials, see `many_trials`.
+    Logs, figures and charts of which an earlier report kept everything are not read or drawn again,
+    see `measured_trials` and `kept_drawing`. A scenario of very many trials is told from their
+    rows, see `many_trials`.
     figures: which of them to draw into the folder. jobs: processes; 1 stays in this one.
     measured: rows as from `tables.trial_row` of some of these logs, not to be measured again.
+    keeps: whether to keep what was measured for the next time.
     Raises InputError where the folder is no results folder or holds no readable log.
     """
     manifest, files = find_logs(path)
-    controllers = list(manifest.get("controllers", []))
-    # The longest scenarios first: the last worker should not start with the most work.
-    order = sorted(files, key=lambda key: -sum(file.stat().st_size for file in files[key]))
-    known: KnownValues = {}
-    if measured is not None or any(map(has_many, files.values())):
-        known = rows_of_table(ResultsFolder(path), measured)
-    told = told_by_totals(manifest.get("suites", {}))
-    tasks = [
-        _ScenarioTask(
-            path,
-            files[key],
-            controllers,
-            figures,
-            {p: known[p] for p in files[key] if p in known},
-            told,
+    stamps = file_stamps(file for own in files.values() for file in own)
+    before = read_measured(path, stamps)
+    if measured is not None:
+        rows = rows_by_path(ResultsFolder(path), measured)
+        before = MeasuredTrials(before.entries, {**before.values, **rows})
+    tasks = _tasks(path, manifest, files, figures, before, stamps)
+    kept = [_kept_scenario(task, before) for task in tasks]
+    results = [result for result in kept if result is not None]
+    left = [task for task, result in zip(tasks, kept, strict=True) if result is None]
+    if left:
+        results += (
+            [_analyse_scenario(*t) for t in left] if jobs == 1 else _analyse_apart(left, jobs)
         )
-        for key in order
-    ]
-    if jobs == 1:
-        results = [_analyse_scenario(*task) for task in tasks]
-    else:
-        results = _analyse_apart(tasks, jobs)
     wanted = list(manifest.get("scenarios", []))
     results.sort(key=lambda result: _place(result[0].scenario, wanted))
     if not any(analysis.trials for analysis, *_ in results):
         raise InputError(f"{path}: none of its {sum(map(len, files.values()))} logs can be read")
+    if keeps and left:
+        write_measured(path, [e for analysis, *_ in results for e in analysis.trials], stamps)
     return FolderAnalysis(
         path=path,
         manifest=manifest,
@@ -130,6 +135,47 @@ def analyse_folder(
         figures=tuple(entry for _, written, _ in results for entry in written),
         charts=tuple(chart for *_, chart in results if chart is not None),
     )
+
+
+def _tasks(
+    path: Path,
+    manifest: Mapping[str, Any],
+    files: Mapping[Path, Sequence[Path]],
+    figures: FigureChoice,
+    before: MeasuredTrials,
+    stamps: Mapping[Path, str],
+) -> list[_ScenarioTask]:
+    """Returns a task a scenario. files: logs by the folder of their scenario."""
+    controllers = list(manifest.get("controllers", []))
+    told = told_by_totals(manifest.get("suites", {}))
+    # The longest scenarios first: the last worker should not start with the most work.
+    order = sorted(files, key=lambda key: -sum(file.stat().st_size for file in files[key]))
+    tasks = []
+    for key in order:
+        own = files[key]
+        known = {p: before.values[p] for p in own if p in before.values}
+        logs = {p.relative_to(path).as_posix(): stamps[p] for p in own}
+        stamp = drawing_stamp(logs, figures, controllers)
+        tasks.append(_ScenarioTask(path, own, controllers, figures, known, told, stamp))
+    return tasks
+
+
+def _kept_scenario(task: _ScenarioTask, before: MeasuredTrials) -> _ScenarioResult | None:
+    """Returns a scenario's result from what was kept; None where a log must be read for it."""
+    entries = [before.entries[path] for path in task.paths if path in before.entries]
+    if len(entries) < len(task.paths):
+        return None
+    entries = _in_order(entries, task.controllers)
+    scenario = str(entries[0].row["scenario"])
+    drawing: Drawing | None = Drawing([], None, len(logs_drawn(task.paths)))
+    if _is_drawn(task.figures, scenario in task.told):
+        drawing = read_drawing(task.root, scenario, task.stamp)
+    if drawing is None:
+        return None
+    analysis = analyse(scenario, entries, [])
+    _describe(analysis, read_info(task.root / entries[0].path), task.told)
+    analysis.drawn = drawing.log_count
+    return analysis, drawing.figures, drawing.chart
 
 
 def find_logs(path: Path) -> tuple[Mapping[str, Any], dict[Path, list[Path]]]:
@@ -194,29 +240,44 @@ def _analyse_scenario(
     figures: FigureChoice,
     known: KnownValues,
     told: frozenset[str],
+    stamp: str,
 ) -> _ScenarioResult:
     read = read_some_trials if has_many(paths) else read_trials
     logs, entries, left_out = read(paths, root, known)
     logs.sort(key=lambda log: (_place(log.info["controller"], controllers), log.info["trial"]))
-    entries.sort(key=lambda e: (_place(e.row["controller"], controllers), e.row["trial"]))
+    entries = _in_order(entries, controllers)
     scenario = str(entries[0].row["scenario"]) if entries else paths[0].parent.parent.name
     analysis = analyse(scenario, entries, left_out)
     analysis.drawn = len(logs)
     if not logs:
         return analysis, [], None
-    asked = logs[0].info["scenario"]
-    analysis.description = str(asked.get("description", ""))
-    analysis.is_impossible = asked.get("expected_outcome") == Outcome.ABORTED
-    analysis.clean_scenario = str(asked.get("clean_scenario") or "")
-    analysis.is_told_by_totals = scenario in told
-    if analysis.is_told_by_totals and figures is not FigureChoice.ALL:
+    _describe(analysis, logs[0].info, told)
+    if not _is_drawn(figures, analysis.is_told_by_totals):
         return analysis, [], None
+    drawing = _drawn(root / FIGURES_FOLDER, analysis, logs, figures, controllers)
+    if drawing.figures:
+        write_drawing(root, scenario, stamp, figures, drawing)
+    return analysis, drawing.figures, drawing.chart
+
+
+def _drawn(
+    folder: Path,
+    analysis: ScenarioAnalysis,
+    logs: Sequence[TrialLog],
+    figures: FigureChoice,
+    controllers: Sequence[str],
+) -> Drawing:
+    """Draws the figures of a scenario into a folder; returns them, with its chart."""
+    # They import matplotlib, which a report that draws nothing does without.
+    from drake_navbench.analysis.chart_data import chart_data
+    from drake_navbench.analysis.figures.album import drawable_logs, write_scenario_figures
+
     by_controller: dict[str, list[TrialLog]] = {}
     for log in logs:
         by_controller.setdefault(log.info["controller"], []).append(log)
-    table = analysis.table
+    scenario, table = analysis.scenario, analysis.table
     written = write_scenario_figures(
-        root / FIGURES_FOLDER,
+        folder,
         scenario,
         by_controller,
         table,
@@ -225,11 +286,30 @@ def _analyse_scenario(
         columns=controllers,
     )
     drawable = drawable_logs(by_controller)
-    is_drawn = bool(drawable) and figures is not FigureChoice.NONE
-    chart = (
-        chart_data(scenario, drawable, table, headline_metrics(), controllers) if is_drawn else None
-    )
-    return analysis, written, chart
+    chart = None
+    if drawable:
+        chart = chart_data(scenario, drawable, table, headline_metrics(), controllers)
+    return Drawing(written, chart, len(logs))
+
+
+def _is_drawn(figures: FigureChoice, is_told_by_totals: bool) -> bool:
+    if is_told_by_totals:
+        return figures is FigureChoice.ALL
+    return figures is not FigureChoice.NONE
+
+
+def _describe(analysis: ScenarioAnalysis, info: Mapping[str, Any], told: frozenset[str]) -> None:
+    """Adds what the header of a log of the scenario tells of it."""
+    asked = info["scenario"]
+    analysis.description = str(asked.get("description", ""))
+    analysis.is_impossible = asked.get("expected_outcome") == Outcome.ABORTED
+    analysis.clean_scenario = str(asked.get("clean_scenario") or "")
+    analysis.is_told_by_totals = analysis.scenario in told
+
+
+def _in_order(entries: Sequence[TrialEntry], controllers: Sequence[str]) -> list[TrialEntry]:
+    """Returns trials by controller, in the order of the results' columns, then by number."""
+    return sorted(entries, key=lambda e: (_place(e.row["controller"], controllers), e.row["trial"]))
 
 
 def _place(name: str, order: Sequence[str]) -> tuple[int, str]:

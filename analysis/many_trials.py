@@ -1,8 +1,8 @@
-"""Reads a scenario of very many trials from the table of trials, and opens few of its logs.
+"""Reads a scenario of very many trials from their rows, and opens few of its logs.
 
-The rows come from trials.parquet. Logs are opened only for data that the table lacks: the paths and
-curves of each controller's first trials, the reason why a metric has no value, and violations of
-invariants.
+The rows come from the run that drove them, or from the report before. Logs are opened only for data
+that the rows lack: the paths and curves of each controller's first trials, the reason why a metric
+has no value, and violations of invariants.
 """
 
 from __future__ import annotations
@@ -10,7 +10,6 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
 
 import pandas as pd
 
@@ -39,35 +38,28 @@ def has_many(paths: Sequence[Path]) -> bool:
     return len(paths) > MOST_LOGS_OPENED
 
 
-def rows_of_table(folder: ResultsFolder, measured: pd.DataFrame | None) -> KnownValues:
-    """Returns the rows of the table of trials by the paths of their logs.
-
-    measured: the table, where it is at hand. Otherwise it is read, and rows of logs that are newer
-    than it are left out, as after a run that was interrupted when it had been resumed. Empty where
-    there is no table, or it lacks a metric that is installed now.
-    """
-    if measured is not None:
-        return _by_path(folder, measured)
-    try:
-        table = pd.read_parquet(folder.trials_path)
-        written_s = folder.trials_path.stat().st_mtime
-    except (OSError, ValueError):
-        return {}
-    wanted = [*IDENTITY, *(entry.name for entry in all_metrics()), "violations"]
-    if not set(wanted) <= set(table.columns):
-        return {}
-    return {
-        path: row
-        for path, row in _by_path(folder, table).items()
-        if path.is_file() and path.stat().st_mtime <= written_s
-    }
-
-
-def _by_path(folder: ResultsFolder, table: pd.DataFrame) -> dict[Path, Mapping[str, Any]]:
+def rows_by_path(folder: ResultsFolder, table: pd.DataFrame) -> KnownValues:
+    """Returns the rows of a table of trials by the paths of their logs."""
     names = [*IDENTITY, *(entry.name for entry in all_metrics()), "violations"]
     kept = table[[name for name in names if name in table]]
     rows = kept.to_dict("records")
     return {folder.log_path(row["scenario"], row["controller"], row["trial"]): row for row in rows}
+
+
+def logs_drawn(paths: Sequence[Path]) -> list[Path]:
+    """Returns the logs of a scenario that are drawn: all, or of very many each column's first."""
+    if not has_many(paths):
+        return list(paths)
+    by_controller = _by_controller(paths)
+    count = max(1, LOGS_DRAWN // len(by_controller))
+    return [path for own in by_controller.values() for path in own[:count]]
+
+
+def _by_controller(paths: Sequence[Path]) -> dict[Path, list[Path]]:
+    by_controller: dict[Path, list[Path]] = {}
+    for path in paths:
+        by_controller.setdefault(path.parent, []).append(path)
+    return by_controller
 
 
 def read_some_trials(
@@ -75,15 +67,13 @@ def read_some_trials(
 ) -> tuple[list[TrialLog], list[TrialEntry], list[LeftOut]]:
     """Returns the same as `read_trials`, except that it returns only the logs that are drawn.
 
-    rows: as from `rows_of_table`. A log without a row is opened and measured. Of the logs that are
-    not drawn, only one at a time is in memory.
+    rows: of the logs that are measured already. A log without a row, or one that lacks a metric, is
+    opened and measured. Of the logs that are not drawn, only one at a time is in memory.
     """
-    by_controller: dict[Path, list[Path]] = {}
-    for path in paths:
-        by_controller.setdefault(path.parent, []).append(path)
-    count = max(1, LOGS_DRAWN // len(by_controller))
-    drawn = {path for own in by_controller.values() for path in own[:count]}
-    opened = drawn | _unexplained(by_controller, rows) | _violating(paths, rows)
+    names = {*IDENTITY, *(entry.name for entry in all_metrics()), "violations"}
+    rows = {path: row for path, row in rows.items() if names <= row.keys()}
+    drawn = set(logs_drawn(paths))
+    opened = drawn | _unexplained(_by_controller(paths), rows) | _violating(paths, rows)
     logs, entries, left_out = [], [], []
     for path in paths:
         if path in rows and path not in opened:

@@ -13,8 +13,8 @@ import pandas as pd
 
 from drake_navbench.analysis.chart_library import chart_library
 from drake_navbench.analysis.circumstances import compute_note
-from drake_navbench.analysis.figures.album import FigureChoice
-from drake_navbench.analysis.folder_analysis import FIGURES_FOLDER, FolderAnalysis, analyse_folder
+from drake_navbench.analysis.figures.choice import FIGURES_FOLDER, FigureChoice
+from drake_navbench.analysis.folder_analysis import FolderAnalysis, analyse_folder
 from drake_navbench.analysis.html import inline_svg, page_environment, script_json
 from drake_navbench.analysis.invariants import warnings_of
 from drake_navbench.analysis.lead import lead_of
@@ -41,8 +41,7 @@ from drake_navbench.analysis.reproduction.reproduction import (
 )
 from drake_navbench.analysis.scenario_analysis import HEADLINE_METRICS, LeftOut, ScenarioAnalysis
 from drake_navbench.analysis.statistics import Interval
-from drake_navbench.analysis.sweep_page import PAGE_NAME as SWEEP_PAGE_NAME
-from drake_navbench.analysis.sweep_page import write_sweep
+from drake_navbench.analysis.sweeps import PAGE_NAME as SWEEP_PAGE_NAME
 from drake_navbench.analysis.tables import scenario_table, table_to_markdown
 from drake_navbench.analysis.totals import differences, totals, totals_csv
 from drake_navbench.csv_text import csv_text
@@ -89,7 +88,7 @@ def build_report(
     results folder, or has links to others in it.
     """
     require_own_folders(folder)
-    analysis = analyse_folder(folder, figures=figures, jobs=jobs, measured=measured)
+    analysis = analyse_folder(folder, figures=figures, jobs=jobs, measured=measured, keeps=True)
     results = ResultsFolder(folder)
     trials = analysis.trials
     for scenario in analysis.scenarios:
@@ -109,6 +108,8 @@ def build_report(
     if has_published_scenarios(trials["scenario"]):
         publication = write_reproduction(folder, trials, parameters_of).sentence
     if sweep := analysis.manifest.get("sweep"):
+        from drake_navbench.analysis.sweep_page import write_sweep
+
         write_sweep(folder, trials, sweep)
     path = folder / REPORT_NAME
     page = _page(analysis, difference) | {"publication": publication}

@@ -50,6 +50,12 @@ HEADLINE_METRICS = (
 )
 
 
+def headline_metrics() -> list[Metric]:
+    """Returns the metrics that box plots and ranks show."""
+    by_name = {entry.name: entry for entry in all_metrics()}
+    return [by_name[name] for name in HEADLINE_METRICS]
+
+
 # Values measured before: path of a log -> metric -> value.
 KnownValues = Mapping[Path, Mapping[str, Any]]
 

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike, NDArray
-from scipy import stats
+from scipy import special
 
 Array = NDArray[np.float64]
 
@@ -109,8 +109,9 @@ def success_interval(successes: int, trials: int) -> Interval:
     """Returns Wilson's 95% interval of a success rate, shares from 0 to 1."""
     if trials == 0:
         return UNDEFINED_INTERVAL
-    test = stats.binomtest(successes, trials)
-    return Interval(*test.proportion_ci(CONFIDENCE, method="wilson"))
+    low, high = share_interval(successes / trials, trials)
+    # Without what rounding leaves of the ends.
+    return Interval(low if successes else 0.0, high if successes < trials else 1.0)
 
 
 def share_interval(share: float, count: int) -> Interval:
@@ -121,7 +122,7 @@ def share_interval(share: float, count: int) -> Interval:
     """
     if count == 0:
         return UNDEFINED_INTERVAL
-    squared = stats.norm.ppf(0.5 + 0.5 * CONFIDENCE) ** 2
+    squared = float(special.ndtri(0.5 + 0.5 * CONFIDENCE)) ** 2
     centre = (share + squared / (2.0 * count)) / (1.0 + squared / count)
     spread = squared * (share * (1.0 - share) / count + squared / (4.0 * count**2))
     half = math.sqrt(spread) / (1.0 + squared / count)
@@ -170,7 +171,7 @@ def student_interval(mean: float, sd: float, count: int, *, confidence: float) -
 # Asked for anew for every metric of every cell, each time with the few numbers of a campaign.
 @lru_cache
 def _student_quantile(probability: float, freedom: int) -> float:
-    return float(stats.t.ppf(probability, freedom))
+    return float(special.stdtrit(freedom, probability))
 
 
 def signed_ranks(differences: Array) -> Array:
@@ -178,7 +179,10 @@ def signed_ranks(differences: Array) -> Array:
     differences = differences[differences != 0.0]
     if len(differences) == 0:
         return differences
-    return np.sort(np.sign(differences) * stats.rankdata(np.abs(differences)))
+    _, places, counts = np.unique(np.abs(differences), return_inverse=True, return_counts=True)
+    # Equal ones share the mean of their ranks.
+    ranks = np.cumsum(counts) - 0.5 * (counts - 1)
+    return np.sort(np.sign(differences) * ranks[places])
 
 
 # Of few pairs there are few signed ranks, and a report asks for hundreds of p-values.
@@ -189,7 +193,7 @@ def _p_value_of_ranks(own_ranks: tuple[float, ...]) -> float:
         return 1.0
     ranks = np.array(own_ranks)
     if len(ranks) > EXACT_PAIRS:
-        return float(stats.wilcoxon(ranks).pvalue)
+        return _normal_p_value(ranks)
     # The average of two ranks may end in a half.
     doubled = np.rint(2.0 * np.abs(ranks)).astype(int)
     # chances[t]: that the ranks with a plus sum to t / 2, each sign being as likely as the other.
@@ -202,6 +206,21 @@ def _p_value_of_ranks(own_ranks: tuple[float, ...]) -> float:
     positive = int(doubled[ranks > 0.0].sum())
     smaller_tail = min(positive, len(chances) - 1 - positive)
     return min(2.0 * float(chances[: smaller_tail + 1].sum()), 1.0)
+
+
+def _normal_p_value(ranks: Array) -> float:
+    """Returns Wilcoxon's two-sided p-value of very many signed ranks by the normal approximation.
+
+    The variance is corrected for equal ranks; no correction for continuity.
+    """
+    count = len(ranks)
+    positive = float(ranks[ranks > 0.0].sum())
+    _, ties = np.unique(np.abs(ranks), return_counts=True)
+    variance = (
+        count * (count + 1.0) * (2.0 * count + 1.0) / 24.0 - float((ties**3 - ties).sum()) / 48.0
+    )
+    distance = abs(positive - count * (count + 1.0) / 4.0) / math.sqrt(variance)
+    return float(2.0 * special.ndtr(-distance))
 
 
 def smallest_p_value(pairs: int, comparisons: int) -> float:
@@ -220,7 +239,7 @@ def sign_test_p_value(wins: int, losses: int) -> float:
     that differ.
     """
     changed = wins + losses
-    return min(2.0 * float(stats.binom.cdf(min(wins, losses), changed, 0.5)), 1.0)
+    return min(2.0 * float(special.bdtr(min(wins, losses), changed, 0.5)), 1.0)
 
 
 def _effect_of_ranks(ranks: Array) -> float:
@@ -260,7 +279,7 @@ def trials_needed(sd: float, difference: float, *, confidence: float = CONFIDENC
         return 2
     effect = difference / sd
     # The normal approximation is at most a few trials off.
-    quantiles = stats.norm.ppf(0.5 + 0.5 * confidence) + stats.norm.ppf(POWER)
+    quantiles = float(special.ndtri(0.5 + 0.5 * confidence) + special.ndtri(POWER))
     count = max(math.ceil((quantiles / effect) ** 2), 2)
     if count > MAX_TRIALS_NEEDED:
         return MAX_TRIALS_NEEDED
@@ -278,7 +297,7 @@ def detectable_difference(sd: float, pairs: int, level: float) -> float:
     """
     if pairs < 2:
         return math.nan
-    quantile = float(stats.t.ppf(1.0 - 0.5 * level, pairs - 1)) + float(stats.norm.ppf(POWER))
+    quantile = _student_quantile(1.0 - 0.5 * level, pairs - 1) + float(special.ndtri(POWER))
     return quantile * sd / math.sqrt(pairs)
 
 
@@ -296,6 +315,7 @@ def pareto_front(costs: Array) -> NDArray[np.bool_]:
 
 def _power(count: int, effect: float, confidence: float) -> float:
     freedom = count - 1
-    critical = stats.t.ppf(0.5 + 0.5 * confidence, freedom)
+    critical = _student_quantile(0.5 + 0.5 * confidence, freedom)
     shift = effect * math.sqrt(count)
-    return float(stats.nct.sf(critical, freedom, shift) + stats.nct.cdf(-critical, freedom, shift))
+    below = special.nctdtr(freedom, shift, [-critical, critical])
+    return float(1.0 - below[1] + below[0])

@@ -11,8 +11,8 @@ import pandas as pd
 from markupsafe import Markup
 from matplotlib.figure import Figure
 
-from drake_navbench.analysis.figures.album import headline_metrics
-from drake_navbench.analysis.figures.style import SVG, Look, figure_style, write_figure
+from drake_navbench.analysis.figures.choice import SVG
+from drake_navbench.analysis.figures.style import Look, figure_style, write_figure
 from drake_navbench.analysis.figures.sweeps import (
     ResponsePanel,
     heat_map_figure,
@@ -20,7 +20,9 @@ from drake_navbench.analysis.figures.sweeps import (
 )
 from drake_navbench.analysis.html import page_environment
 from drake_navbench.analysis.numbers import number, typeset
+from drake_navbench.analysis.scenario_analysis import headline_metrics
 from drake_navbench.analysis.sweeps import (
+    PAGE_NAME,
     SUCCEEDED,
     Slope,
     SlopeDifference,
@@ -36,7 +38,6 @@ from drake_navbench.analysis.sweeps import (
 from drake_navbench.csv_text import csv_text
 from drake_navbench.logs.results import ResultsFolder, file_name, write_text
 
-PAGE_NAME = "sweep.html"
 TABLE_NAME = "sweep"
 FIGURES = Path("figures") / "sweep"
 # Shown over two fields; all others are in the table.

@@ -18,6 +18,7 @@ from drake_navbench.analysis.statistics import (
 )
 from drake_navbench.logs.log import Outcome
 
+PAGE_NAME = "sweep.html"
 SUCCEEDED = "succeeded"
 WHO = ("scenario", "controller")
 

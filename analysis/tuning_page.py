@@ -9,7 +9,8 @@ from typing import Any
 from markupsafe import Markup
 from matplotlib.figure import Figure
 
-from drake_navbench.analysis.figures.style import SVG, figure_style, write_figure
+from drake_navbench.analysis.figures.choice import SVG
+from drake_navbench.analysis.figures.style import figure_style, write_figure
 from drake_navbench.analysis.figures.tuning import front_figure, slices_figure
 from drake_navbench.analysis.html import page_environment
 from drake_navbench.analysis.numbers import number

@@ -13,7 +13,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from drake_navbench.analysis.figures.style import SVG, figure_style, new_figure, write_figure
+from drake_navbench.analysis.figures.choice import SVG
+from drake_navbench.analysis.figures.style import figure_style, new_figure, write_figure
 from drake_navbench.inputs.people import OrcaSettings
 from drake_navbench.kernels import walking
 from drake_navbench.kernels.orca import linked_edges, step_orca

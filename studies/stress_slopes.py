@@ -19,7 +19,8 @@ from matplotlib.figure import Figure
 
 from drake_navbench import run_benchmark
 from drake_navbench.analysis.colors import controller_color
-from drake_navbench.analysis.figures.style import SVG, figure_style, write_figure
+from drake_navbench.analysis.figures.choice import SVG
+from drake_navbench.analysis.figures.style import figure_style, write_figure
 from drake_navbench.analysis.metrics.registry import all_metrics
 from drake_navbench.analysis.paired_tests import (
     ALARM_RATES,

@@ -1,15 +1,14 @@
-"""The figures of a scenario: their kinds, their choice, and the files that are written."""
+"""The figures of a scenario: their kinds, and the files that are written."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from enum import StrEnum
 from pathlib import Path
-from typing import NamedTuple
 
 import pandas as pd
 from matplotlib.figure import Figure
 
+from drake_navbench.analysis.figures.choice import FigureChoice, FigureEntry
 from drake_navbench.analysis.figures.comparison import (
     box_figure,
     box_panels,
@@ -27,52 +26,15 @@ from drake_navbench.analysis.figures.ranking import (
     rank_rows,
 )
 from drake_navbench.analysis.figures.style import (
-    PNG,
-    SVG,
     Look,
     figure_style,
     size_of,
     write_figure,
 )
-from drake_navbench.analysis.metrics.definition import Metric
-from drake_navbench.analysis.metrics.registry import all_metrics
-from drake_navbench.analysis.scenario_analysis import HEADLINE_METRICS
+from drake_navbench.analysis.scenario_analysis import headline_metrics
 from drake_navbench.analysis.verdicts import Verdict, is_failed
 from drake_navbench.logs.log import TrialLog
 from drake_navbench.logs.results import file_name
-
-
-class FigureChoice(StrEnum):
-    """The choice of figures to draw.
-
-    KEY: those that compare the controllers of a scenario, as SVG. ALL: also the motion of each
-    controller, and each figure as PNG too, which takes three times as long.
-    """
-
-    NONE = "none"
-    KEY = "key"
-    ALL = "all"
-
-
-class FigureEntry(NamedTuple):
-    """A figure that was written.
-
-    controller: '' where the figure compares all controllers. stem: its path in the figures folder,
-    without suffix, in POSIX form. size: width and height, points.
-    """
-
-    scenario: str
-    controller: str
-    kind: str
-    title: str
-    stem: str
-    size: tuple[int, int]
-
-
-def headline_metrics() -> list[Metric]:
-    """Returns the metrics that box plots and ranks show."""
-    by_name = {entry.name: entry for entry in all_metrics()}
-    return [by_name[name] for name in HEADLINE_METRICS]
 
 
 def drawable_logs(logs: Mapping[str, Sequence[TrialLog]]) -> dict[str, list[TrialLog]]:
@@ -104,18 +66,17 @@ def write_scenario_figures(
     if not drawable or choice is FigureChoice.NONE:
         return []
     look = Look(list(dict.fromkeys([*logs, *trials["controller"]])), columns)
-    suffixes = (SVG, PNG) if choice is FigureChoice.ALL else (SVG,)
     name = file_name(scenario)
     entries = []
     with figure_style():
         for kind, title, figure in _comparisons(scenario, drawable, trials, verdicts, look):
             stem = f"{name}/{kind}"
-            write_figure(figure, folder / stem, suffixes)
+            write_figure(figure, folder / stem, choice.suffixes)
             entries.append(FigureEntry(scenario, "", kind, title, stem, size_of(figure)))
         sheets = _motion_sheets(drawable, look) if choice is FigureChoice.ALL else ()
         for controller, figure in sheets:
             stem = f"{name}/motion-{file_name(controller)}"
-            write_figure(figure, folder / stem, suffixes)
+            write_figure(figure, folder / stem, choice.suffixes)
             size = size_of(figure)
             entries.append(FigureEntry(scenario, controller, "motion", controller, stem, size))
     return entries

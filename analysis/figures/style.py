@@ -19,9 +19,9 @@ from matplotlib.lines import Line2D
 from matplotlib.transforms import ScaledTranslation
 
 from drake_navbench.analysis.colors import controller_color
+from drake_navbench.analysis.figures.choice import PNG, SVG
 from drake_navbench.logs.results import write_whole
 
-SVG, PNG = ".svg", ".png"
 SUFFIXES = (SVG, PNG)
 POINTS_PER_INCH = 72
 INK, MUTED, GRID = "#1f2933", "#6b7480", "#e3e7eb"

@@ -259,7 +259,7 @@ def _run(
     started = time.perf_counter()
     start_worker_server()
     # The report and its figures take as long to import as the server of the workers to start.
-    from drake_navbench.analysis.figures.album import FigureChoice
+    from drake_navbench.analysis.figures.choice import FigureChoice
     from drake_navbench.analysis.report import build_report
 
     with CampaignProgress(console) as progress:

@@ -67,7 +67,8 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _import(arguments: argparse.Namespace) -> None:
-    from drake_navbench.analysis.figures.style import PNG, figure_style, write_figure
+    from drake_navbench.analysis.figures.choice import PNG
+    from drake_navbench.analysis.figures.style import figure_style, write_figure
     from drake_navbench.analysis.figures.views import scene_figure
     from drake_navbench.campaign.scene_views import scene_view
     from drake_navbench.inputs.gazebo_world import load_gazebo_world, scenario_in_world

@@ -9,6 +9,7 @@ import argparse
 import sys
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 from drake_navbench.commands.command_line import (
     CommandParser,
@@ -60,10 +61,9 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _report(arguments: argparse.Namespace) -> None:
-    from drake_navbench.analysis.figures.album import FigureChoice
+    from drake_navbench.analysis.figures.choice import FigureChoice
     from drake_navbench.analysis.metrics.registry import use_metric_files
     from drake_navbench.analysis.report import build_report
-    from drake_navbench.inputs.presets import resolved_parameters
 
     use_metric_files(arguments.metric)
     result = build_report(
@@ -71,11 +71,18 @@ def _report(arguments: argparse.Namespace) -> None:
         figures=FigureChoice(arguments.figures),
         jobs=arguments.jobs,
         difference=arguments.difference,
-        parameters_of=resolved_parameters,
+        parameters_of=_parameters_of_preset,
     )
     for entry in result.left_out:
         print(as_line(f"left out: {entry.path}: {entry.reason}"), file=sys.stderr)
     print(f"{result.path}: {result.trial_count} trial{'s' if result.trial_count > 1 else ''}")
+
+
+def _parameters_of_preset(name: str) -> dict[str, Any]:
+    # Only a report on the publication asks, and the controllers take long to import.
+    from drake_navbench.inputs.presets import resolved_parameters
+
+    return resolved_parameters(name)
 
 
 if __name__ == "__main__":

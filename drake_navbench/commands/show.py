@@ -143,7 +143,8 @@ def _views(request: Request, *, has_robot: bool, has_columns: bool) -> tuple[lis
 
 def _written(views: Sequence[Any], out: Path | None) -> list[Path]:
     """Draws views; returns the files, one page or one picture each."""
-    from drake_navbench.analysis.figures.style import SVG, figure_style, write_figure
+    from drake_navbench.analysis.figures.choice import SVG
+    from drake_navbench.analysis.figures.style import figure_style, write_figure
     from drake_navbench.analysis.figures.views import SceneView, around_figure, scene_figure
 
     with figure_style():

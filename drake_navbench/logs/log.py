@@ -290,20 +290,7 @@ class TrialLog:
         # A name of a column may be no text.
         except (OSError, UnicodeDecodeError, pa.ArrowException) as error:
             raise InputError(f"{path}: not a readable trial log: {as_line(str(error))}") from error
-        metadata = (table.schema.metadata or {}).get(METADATA_KEY)
-        if metadata is None:
-            raise InputError(f"{path}: a Parquet file, but not a trial log")
-        try:
-            info = json.loads(metadata)
-        except (ValueError, RecursionError) as error:
-            raise InputError(f"{path}: a trial log with unreadable metadata: {error}") from error
-        if not isinstance(info, dict):
-            raise InputError(f"{path}: a trial log with unreadable metadata: expected an object")
-        version = info.pop("schema_version", None)
-        if version != SCHEMA_VERSION:
-            raise InputError(
-                f"{path}: schema version {version}, expected {SCHEMA_VERSION}; run the trial again"
-            )
+        info = _info_of(table.schema.metadata, path)
         found = set(table.column_names)
         missing = {*COLUMNS, *PLAN_COLUMNS, "scan", "diagnostics"} - LATER_COLUMNS - found
         for columns in OWN_COLUMNS:
@@ -313,8 +300,6 @@ class TrialLog:
             raise InputError(
                 f"{path}: a trial log without the columns {', '.join(sorted(missing))}"
             )
-        header = {name: info[name] for name in _Header.model_fields if name in info}
-        validate(_Header, header, str(path))
         try:
             return cls._of(table, info)
         except (
@@ -350,6 +335,35 @@ class TrialLog:
             costmaps=read_costmaps(table),
             people=read_people(table),
         )
+
+
+def read_info(path: Path) -> dict[str, Any]:
+    """Returns a log's header, as `TrialLog.info`; raises InputError where the file has none."""
+    try:
+        return _info_of(pq.read_metadata(path).metadata, path)
+    except (OSError, UnicodeDecodeError, pa.ArrowException) as error:
+        raise InputError(f"{path}: not a readable trial log: {as_line(str(error))}") from error
+
+
+def _info_of(metadata: Mapping[bytes, bytes] | None, path: Path) -> dict[str, Any]:
+    """Returns the header that stands in a file's metadata; raises InputError where it is wrong."""
+    content = (metadata or {}).get(METADATA_KEY)
+    if content is None:
+        raise InputError(f"{path}: a Parquet file, but not a trial log")
+    try:
+        info = json.loads(content)
+    except (ValueError, RecursionError) as error:
+        raise InputError(f"{path}: a trial log with unreadable metadata: {error}") from error
+    if not isinstance(info, dict):
+        raise InputError(f"{path}: a trial log with unreadable metadata: expected an object")
+    version = info.pop("schema_version", None)
+    if version != SCHEMA_VERSION:
+        raise InputError(
+            f"{path}: schema version {version}, expected {SCHEMA_VERSION}; run the trial again"
+        )
+    header = {name: info[name] for name in _Header.model_fields if name in info}
+    validate(_Header, header, str(path))
+    return info
 
 
 def _own_columns(found: Collection[str]) -> list[str]:

@@ -1,7 +1,7 @@
 """A results folder: the request of the run, one log a trial, the table of trials.
 
 manifest.json, inputs/, trials/<scenario>/<controller>/trial_000.parquet, trials.parquet, tables/,
-replays/. Every file appears whole or not at all.
+replays/, kept/. Every file appears whole or not at all.
 """
 
 from __future__ import annotations
@@ -129,6 +129,11 @@ class ResultsFolder:
     def trials_path(self) -> Path:
         """The table with one row a trial."""
         return self.path / "trials.parquet"
+
+    @property
+    def kept_path(self) -> Path:
+        """The folder of what reports keep for the next one; it may be deleted at any time."""
+        return self.path / "kept"
 
     def log_path(self, scenario: str, controller: str, trial: int) -> Path:
         """Returns the path of a trial's log, which need not exist yet."""

@@ -6,7 +6,7 @@ import pyarrow.parquet as pq
 import pytest
 from results_folders import write_folder
 
-from drake_navbench.analysis.figures.album import FigureChoice
+from drake_navbench.analysis.figures.choice import FigureChoice
 from drake_navbench.analysis.report import ReportResult, build_report
 from drake_navbench.logs.log import METADATA_KEY, SCHEMA_VERSION
 from drake_navbench.logs.results import ResultsFolder

@@ -13,7 +13,8 @@ import results_folders
 from results_folders import write_folder
 
 from drake_navbench.analysis import folder_analysis
-from drake_navbench.analysis.figures.album import FigureChoice
+from drake_navbench.analysis.figures import album
+from drake_navbench.analysis.figures.choice import FigureChoice
 from drake_navbench.analysis.figures.style import Look, figure_style, legend_below, new_figure
 from drake_navbench.analysis.report import build_report
 from drake_navbench.commands.report import main
@@ -52,7 +53,7 @@ def kill_worker(*arguments):
 
 def killed_while(monkeypatch, tmp_path, times):
     """Lets the first workers that draw figures be killed, so many of them."""
-    drawn = folder_analysis.write_scenario_figures
+    drawn = album.write_scenario_figures
 
     def draw(folder, scenario, *rest, **named):
         if scenario == "empty" and rest[-1] is not FigureChoice.NONE:
@@ -63,7 +64,7 @@ def killed_while(monkeypatch, tmp_path, times):
                     kill_worker()
         return drawn(folder, scenario, *rest, **named)
 
-    monkeypatch.setattr(folder_analysis, "write_scenario_figures", draw)
+    monkeypatch.setattr(album, "write_scenario_figures", draw)
     # Forked, so that workers have what is patched here.
     context = multiprocessing.get_context("fork")
     monkeypatch.setattr(multiprocessing, "get_context", lambda kind=None: context)

@@ -1,15 +1,16 @@
-"""A scenario of very many trials is told from the table of trials, with few of its logs opened."""
+"""A scenario of very many trials is told from their rows, with few of its logs opened."""
 
 from __future__ import annotations
 
-import os
 import re
+import shutil
 
 import pandas as pd
 import pytest
 from results_folders import CONTROLLERS, SCENARIOS, write_folder
 
 from drake_navbench.analysis import many_trials, report_sections
+from drake_navbench.analysis.figures.choice import FigureChoice
 from drake_navbench.analysis.folder_analysis import analyse_folder
 from drake_navbench.analysis.report import build_report
 from drake_navbench.logs.log import TrialLog
@@ -18,10 +19,10 @@ from drake_navbench.logs.results import ResultsFolder
 
 @pytest.fixture
 def folder(tmp_path, monkeypatch) -> ResultsFolder:
-    """Twelve trials, of which two logs a scenario are to be opened, and their table."""
+    """Twelve measured trials, of which two logs a scenario are to be opened."""
     path = write_folder(tmp_path / "results", failing=("rpp:v=0.4",))
     folder = ResultsFolder(path)
-    folder.write_trials(analyse_folder(path, jobs=1).trials)
+    analyse_folder(path, jobs=1, keeps=True)
     monkeypatch.setattr(many_trials, "MOST_LOGS_OPENED", 2)
     monkeypatch.setattr(many_trials, "LOGS_DRAWN", 2)
     return folder
@@ -50,7 +51,7 @@ def test_the_numbers_are_those_of_all_logs(folder, monkeypatch):
 
 
 def test_only_logs_that_are_drawn_or_explain_something_are_opened(folder, opened):
-    analysis = analyse_folder(folder.path, jobs=1)
+    analysis = analyse_folder(folder.path, figures=FigureChoice.KEY, jobs=1)
     drawn = {
         "/".join(folder.log_path(scenario, controller, 0).parts[-3:])
         for scenario in SCENARIOS
@@ -63,28 +64,20 @@ def test_only_logs_that_are_drawn_or_explain_something_are_opened(folder, opened
     assert [scenario.drawn for scenario in analysis.scenarios] == [2, 2]
 
 
-def test_a_log_that_is_newer_than_the_table_is_measured(folder, opened):
-    log = folder.log_path("empty", "rpp", 1)
-    os.utime(log, (log.stat().st_atime, folder.trials_path.stat().st_mtime + 10.0))
-    analyse_folder(folder.path, jobs=1)
-    assert "empty/rpp/trial_001.parquet" in opened
+def test_the_rows_of_the_run_are_enough(folder, opened):
+    rows = analyse_folder(folder.path, jobs=1).trials
+    shutil.rmtree(folder.kept_path)
+    found = analyse_folder(folder.path, jobs=1, measured=rows)
+    assert len(opened) < 12
+    pd.testing.assert_frame_equal(found.trials, rows, check_exact=True)
 
 
-@pytest.mark.parametrize("damage", ["none", "no metric", "no table"])
-def test_without_a_table_that_fits_the_logs_are_measured(folder, opened, damage):
-    table = pd.read_parquet(folder.trials_path)
-    whole = analyse_folder(folder.path, jobs=1, measured=table).trials
-    opened.clear()
-    if damage == "none":
-        folder.trials_path.unlink()
-    elif damage == "no metric":
-        folder.write_trials(table.drop(columns="min_clearance_m"))
-    else:
-        folder.trials_path.write_bytes(b"PAR1")
-    found = analyse_folder(folder.path, jobs=1)
+def test_a_row_that_lacks_a_metric_is_measured(folder, opened):
+    rows = analyse_folder(folder.path, jobs=1).trials
+    shutil.rmtree(folder.kept_path)
+    found = analyse_folder(folder.path, jobs=1, measured=rows.drop(columns="min_clearance_m"))
     assert len(opened) == 12
-    pd.testing.assert_frame_equal(found.trials, whole, check_exact=True)
-    assert [scenario.drawn for scenario in found.scenarios] == [2, 2]
+    pd.testing.assert_frame_equal(found.trials, rows, check_exact=True)
 
 
 def test_the_page_lists_the_failed_trials_and_tells_of_the_others(folder, monkeypatch):

@@ -11,7 +11,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from results_folders import CONTROLLERS, SCENARIOS, SEEDS, trial_log, write_manifest
 
-from drake_navbench.analysis.figures.album import FigureChoice
+from drake_navbench.analysis.figures.choice import FigureChoice
 from drake_navbench.analysis.report import REPORT_NAME, build_report
 from drake_navbench.analysis.reproduction.reproduction import PAGE_NAME
 from drake_navbench.logs.log import TrialLog

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+import shutil
 from collections import Counter
 from html import unescape
 from html.parser import HTMLParser
@@ -15,7 +16,7 @@ from results_folders import trial_log, write_folder, write_manifest
 from synthetic_logs import straight_log
 
 from drake_navbench.analysis.chart_library import chart_library
-from drake_navbench.analysis.figures.album import FigureChoice
+from drake_navbench.analysis.figures.choice import FigureChoice
 from drake_navbench.analysis.folder_analysis import analyse_folder
 from drake_navbench.analysis.metrics.definition import Metric
 from drake_navbench.analysis.report import build_report, render
@@ -280,8 +281,9 @@ def test_made_again_it_is_the_same(reported, text, tmp_path):
     assert figure.read_bytes() == before
 
 
-def test_what_was_measured_already_is_not_measured_again(reported, monkeypatch):
-    folder = reported.path.parent
+def test_what_was_measured_already_is_not_measured_again(reported, tmp_path, monkeypatch):
+    folder = tmp_path / "driven"
+    shutil.copytree(reported.path.parent, folder, ignore=shutil.ignore_patterns("kept"))
     anew = analyse_folder(folder, jobs=1)
     computed = []
     compute = Metric.__call__

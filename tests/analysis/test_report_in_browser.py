@@ -15,7 +15,7 @@ from browser import CHROMIUM, NO_CHROMIUM, Browser
 from PIL import Image
 from replay_logs import replay_log
 
-from drake_navbench.analysis.figures.album import FigureChoice
+from drake_navbench.analysis.figures.choice import FigureChoice
 from drake_navbench.analysis.replay import write_race_replay
 from drake_navbench.analysis.report import build_report
 from drake_navbench.inputs.robot import load_robot

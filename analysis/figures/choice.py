@@ -1,0 +1,41 @@
+"""The choice of figures, and a figure that was written; imports no drawing."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from typing import NamedTuple
+
+FIGURES_FOLDER = "figures"
+SVG, PNG = ".svg", ".png"
+
+
+class FigureChoice(StrEnum):
+    """The choice of figures to draw.
+
+    KEY: those that compare the controllers of a scenario, as SVG. ALL: also the motion of each
+    controller, and each figure as PNG too, which takes three times as long.
+    """
+
+    NONE = "none"
+    KEY = "key"
+    ALL = "all"
+
+    @property
+    def suffixes(self) -> tuple[str, ...]:
+        """The suffixes of a figure's files."""
+        return {FigureChoice.NONE: (), FigureChoice.KEY: (SVG,)}.get(self, (SVG, PNG))
+
+
+class FigureEntry(NamedTuple):
+    """A figure that was written.
+
+    controller: '' where the figure compares all controllers. stem: its path in the figures folder,
+    without suffix, in POSIX form. size: width and height, points.
+    """
+
+    scenario: str
+    controller: str
+    kind: str
+    title: str
+    stem: str
+    size: tuple[int, int]
