@@ -18,6 +18,7 @@ from drake_navbench.errors import InputError, as_line
 from drake_navbench.typed_files.ros_packages import Packages
 
 UNDEFINED = re.compile(r"Undefined substitution argument (\w+)")
+UNSET = re.compile(r"environment variable '(\w+)' is not set")
 # Files of packages that are not there, asked for one by one.
 MAX_MISSING = 100
 LINK = re.compile(r"<link\b")
@@ -36,10 +37,11 @@ def expand(asked: dict[str, Any]) -> dict[str, Any]:
     given = path.read_bytes() if asked["text"] is None else asked["text"].encode()
     content = without_late_declaration(given).decode(errors="replace")
     text, arguments, remarks = _expanded_with(path, content, asked)
-    call = robot_macro(content, path) if not LINK.search(text) else None
+    call = None if LINK.search(text) else robot_macro(content, path, asked["arguments"])
     if call is not None:
-        text, arguments, remarks = _expanded_with(path, with_call(content, call), asked)
-        remarks.append(f"only defines a macro; expanded as {call}")
+        text, arguments, remarks = _expanded_with(path, with_call(content, call.text), asked)
+        arguments |= call.values
+        remarks.append(f"only defines a macro; expanded as {call.text}")
     return {"text": text, "arguments": arguments, "remarks": remarks}
 
 
@@ -157,6 +159,12 @@ def _expanded(path: Path, content: str, arguments: _Arguments) -> str:
         if name is not None:
             raise PackageNotFoundError(name) from error
         said = as_line(str(error))
+        unset = UNSET.search(said)
+        if unset:
+            raise InputError(
+                f"asks for the environment variable {unset[1]}, which is not set; set it before "
+                f"the command: {unset[1]}=VALUE drake-navbench ..."
+            ) from error
         undefined = UNDEFINED.search(said)
         hint = f"; give it by --set {undefined[1]}=VALUE" if undefined else ""
         raise InputError(f"xacro cannot expand it: {said}{hint}") from error
