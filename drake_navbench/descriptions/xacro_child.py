@@ -12,7 +12,7 @@ from xacrodoc import XacroDoc
 from xacrodoc import packages as found_packages
 from xacrodoc.packages import PackageNotFoundError
 
-from drake_navbench.descriptions.xacro_macro import robot_macro, with_call
+from drake_navbench.descriptions.xacro_macro import call_of, robot_macro, with_call
 from drake_navbench.descriptions.xml_file import without_late_declaration
 from drake_navbench.errors import InputError, as_line
 from drake_navbench.typed_files.ros_packages import Packages
@@ -37,8 +37,9 @@ def expand(asked: dict[str, Any]) -> dict[str, Any]:
     given = path.read_bytes() if asked["text"] is None else asked["text"].encode()
     content = without_late_declaration(given).decode(errors="replace")
     text, arguments, remarks = _expanded_with(path, content, asked)
-    call = None if LINK.search(text) else robot_macro(content, path, asked["arguments"])
-    if call is not None:
+    macro = None if LINK.search(text) else robot_macro(content, path)
+    if macro is not None:
+        call = call_of(content, macro, asked["arguments"])
         text, arguments, remarks = _expanded_with(path, with_call(content, call.text), asked)
         arguments |= call.values
         remarks.append(f"only defines a macro; expanded as {call.text}")

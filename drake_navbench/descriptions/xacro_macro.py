@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Container, Mapping
 from pathlib import Path
 from typing import NamedTuple
 from xml.sax.saxutils import quoteattr
@@ -37,30 +37,33 @@ def parameters_of(text: str, macro: str) -> dict[str, bool]:
     return {}
 
 
-def robot_macro(text: str, path: Path, given: Mapping[str, str]) -> Call | None:
-    """Returns the call of the macro that is named as its file; None where there is none.
-
-    given: values of the macro's parameters by name; a prefix that is not given is empty. Raises
-    InputError where another parameter without a default is not given.
-    """
+def robot_macro(text: str, path: Path) -> str | None:
+    """Returns the macro that a text defines and that is named as its file; None without one."""
     stem = path.name.partition(".")[0]
     defined = {found[1] for found in MACRO.finditer(COMMENT.sub("", text))}
-    name = next((name for name in (stem, stem.removesuffix("_macro")) if name in defined), None)
-    if name is None:
-        return None
-    takes = parameters_of(text, name)
-    values = {own: given.get(own, "") for own in takes if own in given or own in EMPTY}
-    lacking = [own for own, must in takes.items() if must and own not in values]
-    if lacking:
-        needed = " ".join(f"--set {own}=VALUE" for own in lacking if not own.startswith("*"))
-        raise InputError(
-            f"only defines the macro {name}; expected a file that calls it"
-            + (f", or its parameters by {needed}" if needed else "")
-        )
-    # A prefix with a default keeps it.
-    values = {own: value for own, value in values.items() if takes[own] or own in given}
-    listed = "".join(f" {own}={quoteattr(value)}" for own, value in values.items())
-    return Call(f"<xacro:{name}{listed}/>", values)
+    return next((name for name in (stem, stem.removesuffix("_macro")) if name in defined), None)
+
+
+def lacking(text: str, macro: str, given: Container[str] = ()) -> list[str]:
+    """Returns the parameters that a macro needs and that are not given; a prefix may be empty."""
+    takes = parameters_of(text, macro).items()
+    return [name for name, must in takes if must and name not in given and name not in EMPTY]
+
+
+def call_of(text: str, macro: str, given: Mapping[str, str]) -> Call:
+    """Returns the call of a macro; given: values of its parameters, by name.
+
+    Raises InputError where a parameter without a default is not given.
+    """
+    needed = lacking(text, macro, given)
+    if needed:
+        listed = " ".join(f"--set {name}=VALUE" for name in needed if not name.startswith("*"))
+        way = f", or its parameters by {listed}" if listed else ""
+        raise InputError(f"only defines the macro {macro}; expected a file that calls it{way}")
+    takes = parameters_of(text, macro).items()
+    values = {name: given.get(name, "") for name, must in takes if must or name in given}
+    listed = "".join(f" {name}={quoteattr(value)}" for name, value in values.items())
+    return Call(f"<xacro:{macro}{listed}/>", values)
 
 
 def with_call(text: str, call: str) -> str:

@@ -13,7 +13,7 @@ from drake_navbench.descriptions.gazebo_drive import has_drive
 from drake_navbench.descriptions.gazebo_sensors import LIDARS
 from drake_navbench.descriptions.model_source import read_source
 from drake_navbench.descriptions.world import is_world
-from drake_navbench.descriptions.xacro_macro import robot_macro
+from drake_navbench.descriptions.xacro_macro import lacking, robot_macro
 from drake_navbench.errors import InputError
 from drake_navbench.typed_files.input_file import MEGABYTE
 from drake_navbench.typed_files.ros_packages import files_below
@@ -136,7 +136,8 @@ def _is_robot(file: Path) -> bool:
     if file.suffix not in (".urdf", ".xacro") and file.name != "model.sdf":
         return False
     text = _head(file)
-    if file.suffix == ".xacro" and robot_macro(text, file) is not None and "<link" in text:
+    macro = robot_macro(text, file) if file.suffix == ".xacro" and "<link" in text else None
+    if macro is not None and not lacking(text, macro):
         return True
     if "<world" in text or not WHOLE_ROBOT.search(text):
         return False

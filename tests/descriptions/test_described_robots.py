@@ -334,7 +334,7 @@ def test_a_file_that_only_defines_a_macro_of_its_name_is_that_robot(tmp_path):
     remark = 'only defines a macro; expanded as <xacro:j1 prefix=""/>'
     assert any(remark in row for row in rows(path, Status.STAND_IN))
     path.write_text(f'{head}"j1" params="side">{body}'.replace("0.6 0.4", "${side} 0.4"))
-    with pytest.raises(InputError, match="only defines the macro j1; .* by --set side=VALUE"):
+    with pytest.raises(InputError, match=r"only defines the macro j1; .* by --set side=VALUE"):
         load_robot(str(path))
     told = describe_robot(path, arguments={"side": "0.8"}).check.as_text(200)
     assert "footprint (0.8 x 0.4 m" in told
