@@ -255,6 +255,8 @@ class _Table:
         missing = [name for name in names if name not in fields and name != LIMITS[1]]
         if missing:
             self.add(Status.OTHER_FORM, ", ".join(missing), DEFAULTS)
+        if found.remark:
+            self.add(Status.STAND_IN, "limits", found.remark)
         return {"drive": fields} if fields else {}
 
 

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from drake_navbench.descriptions.body import base_of, wheels_of
+from drake_navbench.descriptions.body import base_of, wheel_joints
 from drake_navbench.descriptions.clearpath_robot import is_clearpath, platform_of
 from drake_navbench.descriptions.gazebo_drive import has_drive
 from drake_navbench.descriptions.gazebo_sensors import LIDARS
@@ -160,8 +160,12 @@ def _robot_rank(file: Path, words: set[str]) -> tuple[bool, bool, int, int]:
 
 
 def _driving_first(files: Sequence[Path], roots: Sequence[Path]) -> tuple[Path, ...]:
-    """Returns models with the first in front that drives; of those in one folder with a lidar."""
+    """Returns models with the first in front that drives.
+
+    Of those in one folder that is the first with a lidar, and of these with a drive's plugin.
+    """
     best: Path | None = None
+    most = (False, False)
     # The same file of another robot of the kind fails as its first one did.
     tried: set[str] = set()
     for file in files:
@@ -174,11 +178,12 @@ def _driving_first(files: Sequence[Path], roots: Sequence[Path]) -> tuple[Path, 
             model = read_source(file, folders=[root.absolute() for root in roots]).model
         except InputError:
             continue
-        drives = has_drive(model) or len(wheels_of(model, base_of(model))) >= 2
-        has_lidar = any(sensor.kind in LIDARS for sensor in model.sensors)
-        if drives and (best is None or has_lidar):
-            best = file
-        if drives and has_lidar:
+        is_driven = has_drive(model)
+        value = (any(sensor.kind in LIDARS for sensor in model.sensors), is_driven)
+        drives = is_driven or len(wheel_joints(model, base_of(model))) >= 2
+        if drives and (best is None or value > most):
+            best, most = file, value
+        if most == (True, True):
             break
     return tuple(files) if best is None else (best, *(other for other in files if other != best))
 
