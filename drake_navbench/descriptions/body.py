@@ -43,7 +43,7 @@ class Body(NamedTuple):
 
 
 class Wheel(NamedTuple):
-    """A wheel; position: of its tyre's centre in the base frame (3,) m; radius_m: None if unknown."""
+    """A wheel; position: centre of its tyre (3,) m in the base frame; radius_m: None if unknown."""
 
     joint: Joint
     position: Array
