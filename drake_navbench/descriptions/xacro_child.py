@@ -82,7 +82,7 @@ OLD = {
     "unless": "value",
     "insert_block": "name",
 }
-PARSE = xacro.parse
+PARSE, CALL_MACRO = xacro.parse, xacro.handle_macro_call
 
 
 class _Missing:
@@ -140,7 +140,7 @@ class _Arguments(dict[str, str]):
 
 
 def _expanded(path: Path, content: str, arguments: _Arguments) -> str:
-    xacro.parse = _parse_old
+    xacro.parse, xacro.handle_macro_call = _parse_old, _call_old
     try:
         document = XacroDoc.from_string(
             content,
@@ -180,6 +180,21 @@ def _parse_old(inp: Any, filename: str | None = None) -> Any:
             if element.hasAttribute(needed):
                 element.tagName = element.nodeName = f"xacro:{name}"
     return document
+
+
+def _call_old(node: Any, macros: Any, symbols: Any) -> Any:
+    """Calls a macro as xacro does; of ROS 1, an element without prefix calls the one called so.
+
+    It does where its attributes are the macro's parameters, of which it needs at least one.
+    """
+    name = node.tagName
+    if ":" not in name and name in macros:
+        macro, given = macros[name], set(node.attributes.keys())
+        takes = {parameter for parameter in macro.params if not parameter.startswith("*")}
+        needed = takes - macro.defaultmap.keys()
+        if needed and needed <= given <= takes:
+            node.tagName = node.nodeName = f"xacro:{name}"
+    return CALL_MACRO(node, macros, symbols)
 
 
 def _missing_package(error: BaseException) -> str | None:

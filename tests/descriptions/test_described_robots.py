@@ -11,6 +11,7 @@ import shapely
 from descriptions_scenes import XACRO, write_repository
 
 from drake_navbench.analysis.replay.robot_model import load_model
+from drake_navbench.descriptions.model_source import read_source
 from drake_navbench.descriptions.xacro_file import expand_xacro
 from drake_navbench.errors import InputError, InputWarning
 from drake_navbench.inputs.check import Status
@@ -323,6 +324,20 @@ def test_xacro_of_ros_1_without_prefixes_is_read(tmp_path):
     box = collision('<box size="${length} 0.4 0.2"/>')
     path.write_text(f'<robot name="a"><include filename="sizes.xacro"/>{link(box)}</robot>')
     assert load_robot(str(path)).outline[:, 0].max() == pytest.approx(0.4)
+
+
+def test_a_macro_of_ros_1_is_called_without_prefix(tmp_path):
+    """Not by an element of URDF that is called as a macro and has other attributes."""
+    path = tmp_path / "cart.urdf.xacro"
+    macros = (
+        '<macro name="base" params="length"><link name="base_link">'
+        + collision('<box size="${length} 0.4 0.2"/>')
+        + '</link></macro><macro name="box" params="side"><link name="${side}"/></macro>'
+    )
+    path.write_text(f'<robot name="a">{macros}<base length="0.8"/><box side="left"/></robot>')
+    source = read_source(path)
+    assert list(source.model.links) == ["base_link", "left"]
+    assert source.model.links["base_link"].collisions[0].size == (0.8, 0.4, 0.2)
 
 
 def test_a_file_that_only_defines_a_macro_of_its_name_is_that_robot(tmp_path):
