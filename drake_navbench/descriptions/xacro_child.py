@@ -185,14 +185,14 @@ def _parse_old(inp: Any, filename: str | None = None) -> Any:
 def _call_old(node: Any, macros: Any, symbols: Any) -> Any:
     """Calls a macro as xacro does; of ROS 1, an element without prefix calls the one called so.
 
-    It does where its attributes are the macro's parameters, of which it needs at least one.
+    It does where its attributes are the macro's parameters; without any it must be empty.
     """
     name = node.tagName
     if ":" not in name and name in macros:
         macro, given = macros[name], set(node.attributes.keys())
         takes = {parameter for parameter in macro.params if not parameter.startswith("*")}
         needed = takes - macro.defaultmap.keys()
-        if needed and needed <= given <= takes:
+        if needed <= given <= takes and (needed or not node.hasChildNodes()):
             node.tagName = node.nodeName = f"xacro:{name}"
     return CALL_MACRO(node, macros, symbols)
 

@@ -333,10 +333,12 @@ def test_a_macro_of_ros_1_is_called_without_prefix(tmp_path):
         '<macro name="base" params="length"><link name="base_link">'
         + collision('<box size="${length} 0.4 0.2"/>')
         + '</link></macro><macro name="box" params="side"><link name="${side}"/></macro>'
+        '<xacro:macro name="tail"><link name="tail"/></xacro:macro>'
     )
-    path.write_text(f'<robot name="a">{macros}<base length="0.8"/><box side="left"/></robot>')
+    calls = '<base length="0.8"/><box side="left"/><tail/>'
+    path.write_text(f'<robot name="a" xmlns:xacro="http://ros.org/xacro">{macros}{calls}</robot>')
     source = read_source(path)
-    assert list(source.model.links) == ["base_link", "left"]
+    assert list(source.model.links) == ["base_link", "left", "tail"]
     assert source.model.links["base_link"].collisions[0].size == (0.8, 0.4, 0.2)
 
 
