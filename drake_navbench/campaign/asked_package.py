@@ -56,6 +56,9 @@ def with_package(
     if taken[MAP] is None and taken[WORLD] is None and not has_place:
         values["scenarios"] = [ELSEWHERE]
         lines.append(f"neither map nor world: drives in the built-in scenario {ELSEWHERE}")
+        if arguments.goals is not None:
+            values["goals"] = None
+            lines.append(f"--goals is not used: {ELSEWHERE} has its own start and goal")
     has_task = arguments.goal is not None or arguments.goals is not None
     if not has_task and (taken[MAP] is not None or taken[WORLD] is not None):
         values["goals"] = DEFAULT_GOALS

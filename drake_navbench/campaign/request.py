@@ -17,6 +17,7 @@ from drake_navbench.errors import InputError, nearest_name_hint
 from drake_navbench.inputs.barn import barn_scenarios
 from drake_navbench.inputs.check import CheckRow, Status
 from drake_navbench.inputs.gazebo_world import load_gazebo_world, scenario_in_world
+from drake_navbench.inputs.known_base import KnownBase
 from drake_navbench.inputs.originals_beside import with_originals
 from drake_navbench.inputs.presets import Preset, default_presets, load_preset
 from drake_navbench.inputs.robot import Robot, body_top_m, is_model, load_robot
@@ -24,7 +25,7 @@ from drake_navbench.inputs.scenario import Pose, Scenario, load_scenario, scenar
 from drake_navbench.inputs.world_on_map import warn_of_other_world
 from drake_navbench.nav2.differences import differences, require_different
 from drake_navbench.nav2.parameter_files import load_parameter_file
-from drake_navbench.nav2.robot import base_frame_of
+from drake_navbench.nav2.robot import known_base_of
 from drake_navbench.nav2.whole_files import (
     FileColumns,
     WholeFile,
@@ -156,7 +157,7 @@ class Request(FrozenModel):
         from drake_navbench.inputs.described_robot import describe_robot
 
         found = describe_robot(
-            Path(self.robot), self.substitutions, self._folders, self._base_frame
+            Path(self.robot), self.substitutions, self._folders, self._known_base
         )
         if not self.nav2_files:
             require_declared(Path(self.robot), list(self.substitutions), found.source.arguments)
@@ -167,7 +168,7 @@ class Request(FrozenModel):
             self.robot,
             arguments=self.substitutions,
             packages=self._folders,
-            base_frame=self._base_frame,
+            known=self._known_base,
         )
 
     @property
@@ -175,10 +176,10 @@ class Request(FrozenModel):
         return list(map(Path, self.packages))
 
     @property
-    def _base_frame(self) -> str | None:
+    def _known_base(self) -> KnownBase:
         if not (self.nav2_files and is_model(self.robot)):
-            return None
-        return base_frame_of(list(map(Path, self.nav2_files)))
+            return KnownBase()
+        return known_base_of(list(map(Path, self.nav2_files)))
 
     def campaign(self) -> Campaign:
         """Returns the trials of this request, all input checked; raises InputError.

@@ -21,6 +21,8 @@ TOLERANCE_M = 1e-3
 TURNING = ("continuous", "revolute")
 # Links on joints with these words in a name are wheels and casters.
 ROLLING = ("wheel", "caster", "castor")
+# A wheel's mesh is round where its length and its height differ by less than this share.
+ROUND_SHARE = 0.05
 # An axle lies flatter than this: the part of its axis that is upright.
 LEVEL_AXIS = math.sqrt(0.5)
 
@@ -41,7 +43,7 @@ class Body(NamedTuple):
 
 
 class Wheel(NamedTuple):
-    """A wheel: its joint, where it is in the base frame (3,) m, its radius m, None if unknown."""
+    """A wheel; position: centre of its tyre (3,) m in the base frame; radius_m: None if unknown."""
 
     joint: Joint
     position: Array
@@ -152,29 +154,59 @@ def rolls(joint: Joint) -> bool:
     return joint.kind in TURNING and any(word in words for word in ROLLING)
 
 
+def wheel_joints(model: Model, base: str) -> list[Joint]:
+    """Returns the joints of links called wheels that turn about a level axis; no casters."""
+    turn = to_base_of(model, base)[:3, :3]
+    joints = []
+    for joint in model.joints:
+        name = joint.child.lower()
+        if joint.kind not in TURNING or joint.child not in model.links:
+            continue
+        axis = turn @ joint.axis
+        is_level = abs(axis[2]) <= LEVEL_AXIS * float(np.linalg.norm(axis))
+        if is_level and "wheel" in name and "caster" not in name:
+            joints.append(joint)
+    return joints
+
+
 def wheels_of(model: Model, base: str) -> list[Wheel]:
-    """Returns the wheels: links called so, on joints that turn about a level axis."""
+    """Returns the wheels: each where its tyre is, and where it has no shape, where its link is."""
     to_base = to_base_of(model, base)
     wheels = []
-    for joint in model.joints:
-        link = model.links.get(joint.child)
-        if joint.kind not in TURNING or link is None or "wheel" not in joint.child.lower():
-            continue
-        if "caster" in joint.child.lower():
-            continue
-        axis = to_base[:3, :3] @ joint.axis
-        if abs(axis[2]) > LEVEL_AXIS * float(np.linalg.norm(axis)):
-            continue
-        position = (to_base @ link.pose)[:3, 3]
-        wheels.append(Wheel(joint, position, _radius(link)))
+    for joint in wheel_joints(model, base):
+        link = model.links[joint.child]
+        tyre = _round_tyre(link, to_base) or _mesh_tyre(link, to_base)
+        position, radius_m = tyre or ((to_base @ link.pose)[:3, 3], None)
+        wheels.append(Wheel(joint, position, radius_m))
     return wheels
 
 
-def _radius(link: Link) -> float | None:
-    """Returns the radius of a wheel's shape; None where that is a mesh."""
+def _round_tyre(link: Link, to_base: Array) -> tuple[Array, float] | None:
+    """Returns centre (3,) and radius of the largest cylinder or sphere of a wheel; None without."""
+    for shapes in (link.collisions, link.visuals):
+        tyres = [s for s in shapes if s.kind in ("cylinder", "sphere") and s.size[0] > 0.0]
+        if tyres:
+            tyre = max(tyres, key=lambda shape: shape.size[0])
+            return (to_base @ tyre.pose)[:3, 3], float(tyre.size[0])
+    return None
+
+
+def _mesh_tyre(link: Link, to_base: Array) -> tuple[Array, float] | None:
+    """Returns centre (3,) and radius of a wheel's mesh as high as it is long; None without one."""
     for shape in (*link.collisions, *link.visuals):
-        if shape.kind in ("cylinder", "sphere") and shape.size[0] > 0.0:
-            return float(shape.size[0])
+        if shape.kind != "mesh" or shape.mesh is None:
+            continue
+        answer = mesh_outlines([shape], to_base)[0]
+        if "fault" in answer:
+            continue
+        corners = np.array(answer["corners"])
+        height_m = answer["high"] - answer["low"]
+        long_m, wide_m = sorted(np.ptp(corners, axis=0), reverse=True)
+        # A wheel is as long as high; of one that is turned neither side of the box is its length.
+        if abs(height_m - long_m) < ROUND_SHARE * height_m and wide_m <= height_m:
+            middle = 0.5 * (corners.min(axis=0) + corners.max(axis=0))
+            centre = np.array([*middle, 0.5 * (answer["low"] + answer["high"])])
+            return centre, 0.5 * float(height_m)
     return None
 
 

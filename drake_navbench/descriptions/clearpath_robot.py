@@ -69,16 +69,23 @@ def clearpath_xacro(path: Path, packages: Packages) -> tuple[str, list[str]]:
     lines = [f'<xacro:include filename="{package}/{file}.urdf.xacro"/>' for file in files]
     lines.append(f"<xacro:{platform}/>")
     for name, place, macro, item in _parts(data, platform):
-        folder = packages.folder(place)
-        file = None if folder is None else folder / f"urdf/{macro}.urdf.xacro"
-        # Longer names than files have cannot be looked up.
-        if file is not None and FILE_NAME.fullmatch(macro) and file.is_file():
+        file = _file_of(packages.folder(place), macro)
+        if file is not None:
             lines += _call(file, name, item)
         else:
             remarks.append(as_line(f"left out {name[:80]}: {place} has no {macro[:80]}"))
     body = "\n".join(lines)
     text = f'<robot name="{platform}" xmlns:xacro="http://ros.org/wiki/xacro">{body}</robot>'
     return text, remarks
+
+
+def _file_of(package: Path | None, macro: str) -> Path | None:
+    """Returns the xacro file of a part; None where the package has none. Risers are in pacs/."""
+    # Longer names than files have cannot be looked up.
+    if package is None or not FILE_NAME.fullmatch(macro):
+        return None
+    files = (package / "urdf" / folder / f"{macro}.urdf.xacro" for folder in ("", "pacs"))
+    return next((file for file in files if file.is_file()), None)
 
 
 def _parts(data: Mapping[str, Any], platform: str) -> Iterator[tuple[str, str, str, Any]]:

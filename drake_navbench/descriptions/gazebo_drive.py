@@ -40,16 +40,21 @@ CONTROL = ("ros2_control", "ros_control")
 # Where this is the fastest, the model gives a bound of its simulator, none of a robot.
 FASTEST_MPS, FASTEST_RADPS, LARGEST_MPS2 = 20.0, 50.0, 200.0
 LEAST = 1e-3
-# The bound that stands in the template of every ros2_control block, and means none, rad/s.
-TEMPLATE_RADPS = 1.0
+# The bound of every joint in ros2_control's examples, rad/s. Robots copy it for their wheels, which
+# would drive at 3 to 10 cm/s by it; they drive faster.
+EXAMPLE_RADPS = 1.0
 
 
 class FoundDrive(NamedTuple):
-    """kind: '' where nothing tells it. source: what told it. values: by our own names, SI units."""
+    """kind: '' where nothing tells it. source: what told it. values: by our own names, SI units.
+
+    remark: a limit in the files that is not used, and why; '' without one.
+    """
 
     kind: str
     source: str
     values: dict[str, float]
+    remark: str = ""
 
 
 def drive_of(
@@ -74,8 +79,8 @@ def drive_of(
     sides = [float(w.position[1]) for w in wheels]
     if len(sides) >= 2 and max(sides) - min(sides) > LEAST:
         values.setdefault("wheel_separation_m", max(sides) - min(sides))
-    _add_wheel_limits(values, model, wheels)
-    return found._replace(values=_sensible(values))
+    remark = _add_wheel_limits(values, model, wheels)
+    return found._replace(values=_sensible(values), remark=remark)
 
 
 def has_drive(model: Model) -> bool:
@@ -198,10 +203,11 @@ def _controller_values(parameters: Mapping[str, Any]) -> dict[str, float]:
     return {name: value for name, value in values.items() if value is not None}
 
 
-def _add_wheel_limits(values: dict[str, float], model: Model, wheels: Sequence[Wheel]) -> None:
-    """Adds the speed at which the wheels turn as fast as their joints may, where none is given."""
+def _add_wheel_limits(values: dict[str, float], model: Model, wheels: Sequence[Wheel]) -> str:
+    """Adds the speed at which the wheels turn as fast as they may; returns what is not used."""
     limits = [w.joint.velocity_radps for w in wheels if w.joint.velocity_radps]
     names = {w.joint.name for w in wheels}
+    commands = []
     for plugin in model.plugins:
         for joint in plugin.element.iter("joint"):
             if plugin.name != "ros2_control" or joint.get("name") not in names:
@@ -209,10 +215,14 @@ def _add_wheel_limits(values: dict[str, float], model: Model, wheels: Sequence[W
             for interface in joint.findall("command_interface"):
                 if interface.get("name") == "velocity":
                     most = [number(p.text) for p in interface if p.get("name") == "max"]
-                    limits += [value for value in most if value and value != TEMPLATE_RADPS]
+                    commands += [value for value in most if value]
+    limits += [value for value in commands if value != EXAMPLE_RADPS]
     radius = values.get("wheel_radius_m")
     if limits and radius and "max_linear_velocity_mps" not in values:
         values["max_linear_velocity_mps"] = min(limits) * radius
+    if EXAMPLE_RADPS not in commands:
+        return ""
+    return "ros2_control's bound of 1 rad/s on the wheels is its examples' and not used"
 
 
 def _sensible(values: Mapping[str, float]) -> dict[str, float]:

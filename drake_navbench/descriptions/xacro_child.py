@@ -12,12 +12,13 @@ from xacrodoc import XacroDoc
 from xacrodoc import packages as found_packages
 from xacrodoc.packages import PackageNotFoundError
 
-from drake_navbench.descriptions.xacro_macro import robot_macro, with_call
+from drake_navbench.descriptions.xacro_macro import call_of, robot_macro, with_call
 from drake_navbench.descriptions.xml_file import without_late_declaration
 from drake_navbench.errors import InputError, as_line
 from drake_navbench.typed_files.ros_packages import Packages
 
 UNDEFINED = re.compile(r"Undefined substitution argument (\w+)")
+UNSET = re.compile(r"environment variable '(\w+)' is not set")
 # Files of packages that are not there, asked for one by one.
 MAX_MISSING = 100
 LINK = re.compile(r"<link\b")
@@ -36,10 +37,12 @@ def expand(asked: dict[str, Any]) -> dict[str, Any]:
     given = path.read_bytes() if asked["text"] is None else asked["text"].encode()
     content = without_late_declaration(given).decode(errors="replace")
     text, arguments, remarks = _expanded_with(path, content, asked)
-    call = robot_macro(content, path) if not LINK.search(text) else None
-    if call is not None:
-        text, arguments, remarks = _expanded_with(path, with_call(content, call), asked)
-        remarks.append(f"only defines a macro; expanded as {call}")
+    macro = None if LINK.search(text) else robot_macro(content, path)
+    if macro is not None:
+        call = call_of(content, macro, asked["arguments"])
+        text, arguments, remarks = _expanded_with(path, with_call(content, call.text), asked)
+        arguments |= call.values
+        remarks.append(f"only defines a macro; expanded as {call.text}")
     return {"text": text, "arguments": arguments, "remarks": remarks}
 
 
@@ -79,7 +82,7 @@ OLD = {
     "unless": "value",
     "insert_block": "name",
 }
-PARSE = xacro.parse
+PARSE, CALL_MACRO = xacro.parse, xacro.handle_macro_call
 
 
 class _Missing:
@@ -137,7 +140,7 @@ class _Arguments(dict[str, str]):
 
 
 def _expanded(path: Path, content: str, arguments: _Arguments) -> str:
-    xacro.parse = _parse_old
+    xacro.parse, xacro.handle_macro_call = _parse_old, _call_old
     try:
         document = XacroDoc.from_string(
             content,
@@ -157,6 +160,12 @@ def _expanded(path: Path, content: str, arguments: _Arguments) -> str:
         if name is not None:
             raise PackageNotFoundError(name) from error
         said = as_line(str(error))
+        unset = UNSET.search(said)
+        if unset:
+            raise InputError(
+                f"asks for the environment variable {unset[1]}, which is not set; set it before "
+                f"the command: {unset[1]}=VALUE drake-navbench ..."
+            ) from error
         undefined = UNDEFINED.search(said)
         hint = f"; give it by --set {undefined[1]}=VALUE" if undefined else ""
         raise InputError(f"xacro cannot expand it: {said}{hint}") from error
@@ -171,6 +180,21 @@ def _parse_old(inp: Any, filename: str | None = None) -> Any:
             if element.hasAttribute(needed):
                 element.tagName = element.nodeName = f"xacro:{name}"
     return document
+
+
+def _call_old(node: Any, macros: Any, symbols: Any) -> Any:
+    """Calls a macro as xacro does; of ROS 1, an element without prefix calls the one called so.
+
+    It does where its attributes are the macro's parameters; without any it must be empty.
+    """
+    name = node.tagName
+    if ":" not in name and name in macros:
+        macro, given = macros[name], set(node.attributes.keys())
+        takes = {parameter for parameter in macro.params if not parameter.startswith("*")}
+        needed = takes - macro.defaultmap.keys()
+        if needed <= given <= takes and (needed or not node.hasChildNodes()):
+            node.tagName = node.nodeName = f"xacro:{name}"
+    return CALL_MACRO(node, macros, symbols)
 
 
 def _missing_package(error: BaseException) -> str | None:

@@ -37,6 +37,7 @@ from drake_navbench.descriptions.model import Array, Shape
 from drake_navbench.descriptions.model_source import Source, read_source
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.check import Check, CheckRow, Status
+from drake_navbench.inputs.known_base import NOTHING_KNOWN, KnownBase
 
 # Names of a drive's values that are fields of every base; the others tell of wheels.
 LIMITS = (
@@ -55,7 +56,7 @@ class DescribedRobot:
     """A robot's model, read: fields of a robot file; rows of a table, as of `--check`.
 
     base: the link that is the base frame. height_m: of its highest point over the floor. source:
-    the model itself.
+    the model itself. tells_outline: whether its shapes do.
     """
 
     fields: Mapping[str, Any]
@@ -63,25 +64,26 @@ class DescribedRobot:
     base: str
     height_m: float
     source: Source
+    tells_outline: bool = True
 
 
 def describe_robot(
     path: Path,
     arguments: Mapping[str, str] | None = None,
     folders: Sequence[Path] = (),
-    base_frame: str | None = None,
+    known: KnownBase = NOTHING_KNOWN,
 ) -> DescribedRobot:
     """Reads a robot's URDF, SDF or xacro file; raises InputError.
 
     arguments: for xacro. folders: searched for packages, besides the repository around the file.
-    base_frame: the name of the base's link, where the model has it.
+    known: the base's link, where the model has it, and an outline, where its shapes tell none.
     """
     try:
         changed_ns = path.stat().st_mtime_ns
     except (OSError, ValueError):
         changed_ns = 0
     given = tuple(sorted((arguments or {}).items()))
-    return _described(path.absolute(), str(path), given, tuple(folders), base_frame, changed_ns)
+    return _described(path.absolute(), str(path), given, tuple(folders), known, changed_ns)
 
 
 @lru_cache(maxsize=8)
@@ -90,19 +92,19 @@ def _described(
     shown: str,
     arguments: tuple[tuple[str, str], ...],
     folders: tuple[Path, ...],
-    base_frame: str | None,
+    known: KnownBase,
     changed_ns: int,
 ) -> DescribedRobot:
     source = read_source(path, dict(arguments), folders)
     model = source.model
-    base = base_of(model, base_frame)
+    base = base_of(model, known.link)
     body = read_body(model, base)
     wheels = wheels_of(model, base)
     floor_m = floor_of(model, body, wheels)
     table = _Table(f"model {path.name}")
-    table.note_base(base, base_frame, source)
+    table.note_base(base, known.link, source)
     fields: dict[str, Any] = {"description": f"robot of {path.name}"}
-    fields |= table.body(body, source, shown)
+    fields |= table.body(body, source, known, shown)
     fields |= table.mass(model.mass_kg)
     found = sensors_of(model, to_base_of(model, base), floor_m)
     if found.scanners or found.clouds:
@@ -113,7 +115,8 @@ def _described(
     for remark in dict.fromkeys((*body.left_out, *model.remarks)):
         table.add(Status.STAND_IN, "shapes", remark)
     height_m = max(body.high_m - floor_m, 0.05)
-    return DescribedRobot(fields, Check(tuple(table.rows)), base, height_m, source)
+    check, tells_outline = Check(tuple(table.rows)), body.outline is not None
+    return DescribedRobot(fields, check, base, height_m, source, tells_outline)
 
 
 class _Table:
@@ -137,13 +140,19 @@ class _Table:
         else:
             self.add(Status.USED, "base frame", base)
 
-    def body(self, body: Body, source: Source, shown: str) -> dict[str, Any]:
-        """Returns the footprint; raises InputError where the model does not have it."""
+    def body(self, body: Body, source: Source, known: KnownBase, shown: str) -> dict[str, Any]:
+        """Returns the outline; raises InputError where nothing tells it."""
         if body.outline is None:
             why = "; ".join(body.left_out) or "expected links with collision or visual shapes"
             if not body.left_out:
                 why += ", found none"
-            raise InputError(f"{shown}: tells no outline: {why}; give it in a robot file")
+            if known.outline:
+                self.add(Status.STAND_IN, "footprint", f"{why}; that of the Nav2 file is taken")
+                return known.outline
+            raise InputError(
+                f"{shown}: tells no outline: {why}; give it in a robot file, or by a Nav2 file's "
+                "footprint or robot_radius"
+            )
         outline = _around_origin(body.outline)
         if len(outline) != len(body.outline) or not np.allclose(outline, body.outline):
             self.add(Status.STAND_IN, "footprint", f"made larger: {body.base} lies outside of it")
@@ -255,6 +264,8 @@ class _Table:
         missing = [name for name in names if name not in fields and name != LIMITS[1]]
         if missing:
             self.add(Status.OTHER_FORM, ", ".join(missing), DEFAULTS)
+        if found.remark:
+            self.add(Status.STAND_IN, "limits", found.remark)
         return {"drive": fields} if fields else {}
 
 

@@ -7,13 +7,13 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from drake_navbench.descriptions.body import base_of, wheels_of
+from drake_navbench.descriptions.body import base_of, wheel_joints
 from drake_navbench.descriptions.clearpath_robot import is_clearpath, platform_of
 from drake_navbench.descriptions.gazebo_drive import has_drive
 from drake_navbench.descriptions.gazebo_sensors import LIDARS
 from drake_navbench.descriptions.model_source import read_source
 from drake_navbench.descriptions.world import is_world
-from drake_navbench.descriptions.xacro_macro import robot_macro
+from drake_navbench.descriptions.xacro_macro import lacking, robot_macro
 from drake_navbench.errors import InputError
 from drake_navbench.typed_files.input_file import MEGABYTE
 from drake_navbench.typed_files.ros_packages import files_below
@@ -136,7 +136,8 @@ def _is_robot(file: Path) -> bool:
     if file.suffix not in (".urdf", ".xacro") and file.name != "model.sdf":
         return False
     text = _head(file)
-    if file.suffix == ".xacro" and robot_macro(text, file) is not None and "<link" in text:
+    macro = robot_macro(text, file) if file.suffix == ".xacro" and "<link" in text else None
+    if macro is not None and not lacking(text, macro):
         return True
     if "<world" in text or not WHOLE_ROBOT.search(text):
         return False
@@ -159,8 +160,12 @@ def _robot_rank(file: Path, words: set[str]) -> tuple[bool, bool, int, int]:
 
 
 def _driving_first(files: Sequence[Path], roots: Sequence[Path]) -> tuple[Path, ...]:
-    """Returns models with the first in front that drives; of those in one folder with a lidar."""
+    """Returns models with the first in front that drives.
+
+    Of those in one folder that is the first with a lidar, and of these with a drive's plugin.
+    """
     best: Path | None = None
+    most = (False, False)
     # The same file of another robot of the kind fails as its first one did.
     tried: set[str] = set()
     for file in files:
@@ -173,11 +178,12 @@ def _driving_first(files: Sequence[Path], roots: Sequence[Path]) -> tuple[Path, 
             model = read_source(file, folders=[root.absolute() for root in roots]).model
         except InputError:
             continue
-        drives = has_drive(model) or len(wheels_of(model, base_of(model))) >= 2
-        has_lidar = any(sensor.kind in LIDARS for sensor in model.sensors)
-        if drives and (best is None or has_lidar):
-            best = file
-        if drives and has_lidar:
+        is_driven = has_drive(model)
+        value = (any(sensor.kind in LIDARS for sensor in model.sensors), is_driven)
+        drives = is_driven or len(wheel_joints(model, base_of(model))) >= 2
+        if drives and (best is None or value > most):
+            best, most = file, value
+        if most == (True, True):
             break
     return tuple(files) if best is None else (best, *(other for other in files if other != best))
 

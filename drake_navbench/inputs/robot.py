@@ -24,6 +24,7 @@ from drake_navbench.inputs.actuators import ActuatorSettings
 from drake_navbench.inputs.depth_sensor import DepthSensorSettings
 from drake_navbench.inputs.drive import DifferentialDrive, Drive, overrides_for
 from drake_navbench.inputs.file_kinds import ROBOT, require_kind
+from drake_navbench.inputs.known_base import NOTHING_KNOWN, KnownBase
 from drake_navbench.inputs.lidar import LidarSettings
 from drake_navbench.inputs.localization import LocalizationSettings
 from drake_navbench.inputs.named_files import NamedFiles
@@ -239,18 +240,18 @@ def load_robot(
     overrides_source: str = "overrides",
     arguments: Mapping[str, str] | None = None,
     packages: Sequence[Path] = (),
-    base_frame: str | None = None,
+    known: KnownBase = NOTHING_KNOWN,
 ) -> Robot:
     """Returns a built-in robot by name, or one from a file; `overrides` replace single fields.
 
     A model in SDF, URDF or xacro alone is a robot as it describes itself, by default where it does
     not. Raises InputError where the name is unknown, or the file or an override is wrong;
     `overrides_source` names the overrides in it. arguments: of xacro. packages: folders searched
-    for ROS packages. base_frame: the link of a model that is its base.
+    for ROS packages. known: of a model's base, from elsewhere.
     """
     if is_model(name_or_path):
         path = Path(name_or_path).absolute()
-        data: Mapping[str, Any] = _read_model(Path(name_or_path), arguments, packages, base_frame)
+        data: Mapping[str, Any] = _read_model(Path(name_or_path), arguments, packages, known)
     else:
         path = ROBOT_FILES.find(name_or_path)
         data = _read_robot(path)
@@ -271,14 +272,14 @@ def _read_model(
     path: Path,
     arguments: Mapping[str, str] | None = None,
     packages: Sequence[Path] = (),
-    base_frame: str | None = None,
+    known: KnownBase = NOTHING_KNOWN,
 ) -> dict[str, Any]:
     """Returns the fields of a robot that its model alone describes."""
     # Drake takes a while to load, and most robots do without.
     from drake_navbench.inputs.described_robot import describe_robot
     from drake_navbench.inputs.robot_model import described_fields, warn_of_shapes
 
-    found = describe_robot(path, arguments, packages, base_frame)
+    found = describe_robot(path, arguments, packages, known)
     warn_of_shapes(found)
     return described_fields(found)
 

@@ -23,6 +23,8 @@ def contradictions(setup: Nav2Setup, described: DescribedRobot) -> list[CheckRow
 
 
 def _outline(setup: Nav2Setup, described: DescribedRobot) -> list[tuple[str, str]]:
+    if not described.tells_outline:
+        return []
     body = shapely.Polygon(described.fields["footprint"])
     padded = shapely.Polygon(setup.robot.padded_outline)
     uncovered_m = max(padded.distance(shapely.Point(p)) for p in body.exterior.coords)

@@ -62,7 +62,7 @@ def _footprint(reader: NodeReader) -> list[list[float]] | None:
     if isinstance(given, list):
         remark = "a list; Nav2 takes text only, '[[x, y], ...]'"
         reader.note(Status.OTHER_FORM, "footprint", remark)
-    if not _are_corners(corners) or len(corners) < 3:
+    if not are_corners(corners) or len(corners) < 3:
         text = "expected '[[x, y], [x, y], ...]' with at least 3 corners"
         raise reader.fault("footprint", f"{text}, got {str(given)[:60]!r}")
     return [[float(x), float(y)] for x, y in corners]
@@ -85,7 +85,7 @@ def parse_points(text: str) -> Any:
         return None
 
 
-def _are_corners(corners: Any) -> bool:
+def are_corners(corners: Any) -> bool:
     return isinstance(corners, list) and all(
         isinstance(corner, list)
         and len(corner) == 2

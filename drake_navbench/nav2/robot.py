@@ -18,6 +18,7 @@ import yaml
 from drake_navbench.controller import AskedSpeeds
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.check import Check, CheckRow, Status
+from drake_navbench.inputs.known_base import KnownBase
 from drake_navbench.inputs.presets import Preset
 from drake_navbench.inputs.robot import Robot, check_wheels, merged
 from drake_navbench.nav2.body import costmap_body, note_body, with_body
@@ -28,7 +29,13 @@ from drake_navbench.nav2.controllers import SERVER, has_controllers
 from drake_navbench.nav2.costmaps import read_global_costmap, read_local_costmap
 from drake_navbench.nav2.drive import drive_for
 from drake_navbench.nav2.node_reader import NodeReader, Rows
-from drake_navbench.nav2.outline import Outline, note_small_inflation, read_outline
+from drake_navbench.nav2.outline import (
+    Outline,
+    are_corners,
+    note_small_inflation,
+    parse_points,
+    read_outline,
+)
 from drake_navbench.nav2.parameters import (
     PARAMETERS_KEY,
     Node,
@@ -130,16 +137,27 @@ class Nav2Setup:
         return yaml.safe_dump(data, sort_keys=False)
 
 
-def base_frame_of(paths: Sequence[Path]) -> str | None:
-    """Returns the link that Nav2 files name as the robot's base; None where they name none."""
+def known_base_of(paths: Sequence[Path]) -> KnownBase:
+    """Returns what Nav2 files say of the robot's base: its link, and the costmaps' outline."""
     sections = [section for path in paths for section in read_parameter_file(path).sections]
-    for name in (LOCAL_COSTMAP, GLOBAL_COSTMAP):
-        for node in nodes_called(name, sections):
-            frame = node.get("robot_base_frame")
-            if isinstance(frame, str) and frame:
-                # Behind the namespace of a robot among several.
-                return frame.rpartition("/")[2]
-    return None
+    nodes = [
+        node for name in (LOCAL_COSTMAP, GLOBAL_COSTMAP) for node in nodes_called(name, sections)
+    ]
+    frames = [node.get("robot_base_frame") for node in nodes]
+    # Behind the namespace of a robot among several.
+    links = [frame.rpartition("/")[2] for frame in frames if isinstance(frame, str) and frame]
+    outlines = [outline for node in nodes for outline in (_outline_in(node),) if outline]
+    return (outlines[0] if outlines else KnownBase())._replace(link=links[0] if links else None)
+
+
+def _outline_in(node: Node) -> KnownBase | None:
+    """Returns the outline that a costmap's parameters give; None without, or where it is wrong."""
+    given, radius_m = node.get("footprint"), node.get("robot_radius")
+    corners = parse_points(given) if isinstance(given, str) else given
+    if are_corners(corners) and len(corners) >= 3:
+        return KnownBase(footprint=tuple((float(x), float(y)) for x, y in corners))
+    is_number = isinstance(radius_m, int | float) and not isinstance(radius_m, bool)
+    return KnownBase(radius_m=float(radius_m)) if is_number and radius_m > 0.0 else None
 
 
 def read_nav2_files(

@@ -11,6 +11,7 @@ import shapely
 from descriptions_scenes import XACRO, write_repository
 
 from drake_navbench.analysis.replay.robot_model import load_model
+from drake_navbench.descriptions.model_source import read_source
 from drake_navbench.descriptions.xacro_file import expand_xacro
 from drake_navbench.errors import InputError, InputWarning
 from drake_navbench.inputs.check import Status
@@ -325,6 +326,22 @@ def test_xacro_of_ros_1_without_prefixes_is_read(tmp_path):
     assert load_robot(str(path)).outline[:, 0].max() == pytest.approx(0.4)
 
 
+def test_a_macro_of_ros_1_is_called_without_prefix(tmp_path):
+    """Not by an element of URDF that is called as a macro and has other attributes."""
+    path = tmp_path / "cart.urdf.xacro"
+    macros = (
+        '<macro name="base" params="length"><link name="base_link">'
+        + collision('<box size="${length} 0.4 0.2"/>')
+        + '</link></macro><macro name="box" params="side"><link name="${side}"/></macro>'
+        '<xacro:macro name="tail"><link name="tail"/></xacro:macro>'
+    )
+    calls = '<base length="0.8"/><box side="left"/><tail/>'
+    path.write_text(f'<robot name="a" xmlns:xacro="http://ros.org/xacro">{macros}{calls}</robot>')
+    source = read_source(path)
+    assert list(source.model.links) == ["base_link", "left", "tail"]
+    assert source.model.links["base_link"].collisions[0].size == (0.8, 0.4, 0.2)
+
+
 def test_a_file_that_only_defines_a_macro_of_its_name_is_that_robot(tmp_path):
     path = tmp_path / "j1.urdf.xacro"
     head = '<robot xmlns:xacro="http://www.ros.org/wiki/xacro"><xacro:macro name='
@@ -333,9 +350,20 @@ def test_a_file_that_only_defines_a_macro_of_its_name_is_that_robot(tmp_path):
     assert load_robot(str(path)).outline[:, 0].max() == pytest.approx(0.3)
     remark = 'only defines a macro; expanded as <xacro:j1 prefix=""/>'
     assert any(remark in row for row in rows(path, Status.STAND_IN))
-    path.write_text(f'{head}"j1" params="side">{body}')
-    with pytest.raises(InputError, match="expected links, found none"):
+    path.write_text(f'{head}"j1" params="side">{body}'.replace("0.6 0.4", "${side} 0.4"))
+    with pytest.raises(InputError, match=r"only defines the macro j1; .* by --set side=VALUE"):
         load_robot(str(path))
+    told = describe_robot(path, arguments={"side": "0.8"}).check.as_text(200)
+    assert "footprint (0.8 x 0.4 m" in told
+
+
+def test_a_xacro_file_that_asks_the_environment_is_told_in_words(tmp_path, monkeypatch):
+    path = tmp_path / "cart.urdf.xacro"
+    path.write_text(f'<robot name="a">{link(BOX.replace("0.6", "$(env CART_LENGTH)"))}</robot>')
+    with pytest.raises(InputError, match="CART_LENGTH=VALUE drake-navbench"):
+        load_robot(str(path))
+    monkeypatch.setenv("CART_LENGTH", "0.8")
+    assert load_robot(str(path)).outline[:, 0].max() == pytest.approx(0.4)
 
 
 @pytest.mark.parametrize(
@@ -378,6 +406,7 @@ ROBOT_YAML = """serial_number: a200-0001
 version: 0
 platform:
   attachments: [{name: plate, type: a200.plate, parent: base_link, size: 0.8}]
+mounts: {bracket: [{parent: base_link, model: horizontal}]}
 sensors:
   lidar2d:
     - {model: ust, parent: base_link, xyz: [0.3, 0, 0.2], rpy: [0, 0, 0],
@@ -405,6 +434,10 @@ def test_a_robot_yaml_of_clearpath_is_the_robot_of_its_packages(tmp_path):
         "clearpath_platform_description/urdf/a200/attachments/plate": (
             f'{head}"plate" params="name parent_link size *origin">{fixed}'
         ),
+        # Where Clearpath's generator looks for risers and brackets.
+        "clearpath_mounts_description/urdf/pacs/bracket": (
+            f'{head}"bracket" params="name parent_link size:=0.1 *origin">{fixed}'
+        ),
         "clearpath_sensors_description/urdf/ust": (
             f'{head}"ust" params="name parent_link size:=0.1 min_ang:=-2 *origin">'
             + fixed.replace("</xacro:macro></robot>", sensor)
@@ -428,6 +461,7 @@ def test_a_robot_yaml_of_clearpath_is_the_robot_of_its_packages(tmp_path):
     assert (robot.lidar.angle_min_rad, robot.lidar.beam_count) == (-1.5, 90)
     told = describe_robot(path, folders=[tmp_path / "common"]).check.as_text(200)
     assert "left out lidar2d_1" in told
+    assert "left out bracket_0" not in told
     for text, reason in (
         (ROBOT_YAML, "needs the package 'clearpath_platform_description'"),
         (ROBOT_YAML.replace("a200-0001", "7"), "serial_number: expected one such as a200-0000"),

@@ -93,6 +93,9 @@ def test_without_map_and_world_a_built_in_scenario_is_driven_and_told(tmp_path):
     arguments, lines = filled("--package", str(tmp_path / "cart"))
     assert arguments.scenarios == ["static_obstacles"]
     assert lines[-1].startswith("neither map nor world")
+    arguments, lines = filled("--package", str(tmp_path / "cart"), "--goals", "2")
+    assert arguments.goals is None
+    assert lines[-1] == "--goals is not used: static_obstacles has its own start and goal"
 
 
 def test_a_folder_without_a_robot_is_one_line(tmp_path, capsys):
@@ -111,3 +114,17 @@ def test_what_nav2_file_and_model_contradict_is_told(repository, capsys):
     assert "linear speed: asks for up to 0.9 m/s, the model allows 0.4 m/s" in told
     assert "the costmap's padded outline reaches 0.6" in told
     assert "base frame (base_footprint)" in told
+
+
+def test_a_model_without_shapes_has_the_outline_of_the_nav2_file(tmp_path, capsys):
+    """A file of frames alone, as for TF; so is one whose meshes are not there."""
+    (tmp_path / "nav2.yaml").write_text(NAV2)
+    path = tmp_path / "cart.urdf"
+    path.write_text('<robot name="a"><link name="base_footprint"/></robot>')
+    robot = ["--robot", str(path)]
+    assert main([*robot, "--check"]) == 2
+    assert "or by a Nav2 file's footprint or robot_radius" in capsys.readouterr().err
+    assert main([*robot, "--nav2", str(tmp_path / "nav2.yaml"), "--check"]) == 0
+    told = " ".join(capsys.readouterr().out.split())
+    assert "found none; that of the Nav2 file is taken" in told
+    assert "costmap's padded outline" not in told

@@ -1,0 +1,93 @@
+"""The wheels of a model: where their tyres are, how large, and how fast they may turn."""
+
+from __future__ import annotations
+
+import pytest
+import trimesh
+
+from drake_navbench.descriptions.body import base_of, wheels_of
+from drake_navbench.descriptions.gazebo_drive import drive_of
+from drake_navbench.descriptions.model_source import read_source
+from drake_navbench.inputs.described_robot import describe_robot
+from drake_navbench.inputs.package_files import ROBOT, find_package_files
+
+BODY = (
+    '<link name="base_link"><collision><geometry><box size="0.6 0.4 0.2"/></geometry></collision>'
+    "</link>"
+)
+CYLINDER = '<cylinder radius="{}" length="0.04"/>'
+
+
+def wheel(name, y, *geometries, offset=0.0):
+    """A wheel whose joint is at y, and its shapes by offset further along the axle."""
+    shapes = "".join(
+        f'<collision><origin xyz="0 {offset} 0" rpy="1.5708 0 0"/><geometry>{text}</geometry>'
+        "</collision>"
+        for text in geometries
+    )
+    return (
+        f'<link name="{name}_wheel">{shapes}</link><joint name="{name}_joint" type="continuous">'
+        f'<parent link="base_link"/><child link="{name}_wheel"/><origin xyz="0 {y} -0.05"/>'
+        '<axis xyz="0 1 0"/></joint>'
+    )
+
+
+def robot(folder, *parts, name="cart.urdf"):
+    path = folder / name
+    path.write_text(f'<robot name="a">{BODY}{"".join(parts)}</robot>')
+    return path
+
+
+def drive(path):
+    source = read_source(path)
+    wheels = wheels_of(source.model, base_of(source.model))
+    return drive_of(source.model, wheels, source.packages)
+
+
+def test_the_separation_is_that_of_the_tyres_not_of_the_joints(tmp_path):
+    """As of Leo: the joint is at the outer face, the tyre 0.04 m further in; hub and tyre."""
+    shapes = (CYLINDER.format(0.057), CYLINDER.format(0.0625))
+    path = robot(
+        tmp_path,
+        wheel("left", 0.22, *shapes, offset=-0.04),
+        wheel("right", -0.22, *shapes, offset=0.04),
+    )
+    values = drive(path).values
+    assert values["wheel_separation_m"] == pytest.approx(0.36)
+    assert values["wheel_radius_m"] == pytest.approx(0.0625)
+
+
+def test_the_radius_of_a_mesh_is_measured_where_the_mesh_is_round(tmp_path):
+    trimesh.creation.cylinder(radius=0.05, height=0.03).export(tmp_path / "round.stl")
+    trimesh.creation.box((0.3, 0.1, 0.03)).export(tmp_path / "fender.stl")
+    for file, radius_m in (("round.stl", 0.05), ("fender.stl", None)):
+        mesh = f'<mesh filename="{file}"/>'
+        parts = (wheel("left", 0.2, mesh), wheel("right", -0.2, mesh))
+        values = drive(robot(tmp_path, *parts)).values
+        assert values.get("wheel_radius_m") == (radius_m and pytest.approx(radius_m, rel=1e-3))
+        assert values["wheel_separation_m"] == pytest.approx(0.4)
+
+
+@pytest.mark.parametrize(("bound", "speed_mps"), [("1.0", None), ("5", 0.5)])
+def test_the_bound_of_ros2_controls_examples_is_left_out_and_told(tmp_path, bound, speed_mps):
+    def commanded(name):
+        return (
+            f'<joint name="{name}_joint"><command_interface name="velocity">'
+            f'<param name="min">-{bound}</param><param name="max">{bound}</param>'
+            "</command_interface></joint>"
+        )
+
+    wheels = [wheel(n, y, CYLINDER.format(0.1)) for n, y in (("left", 0.2), ("right", -0.2))]
+    control = f'<ros2_control name="a">{commanded("left")}{commanded("right")}</ros2_control>'
+    path = robot(tmp_path, *wheels, control)
+    assert drive(path).values.get("max_linear_velocity_mps") == speed_mps
+    told = "bound of 1 rad/s on the wheels is its examples' and not used"
+    assert (told in describe_robot(path).check.as_text(200)) == (speed_mps is None)
+
+
+def test_of_two_models_in_a_folder_the_one_with_a_drive_comes_first(tmp_path):
+    wheels = [wheel(n, y, CYLINDER.format(0.1)) for n, y in (("left", 0.2), ("right", -0.2))]
+    robot(tmp_path, *wheels, name="leo.urdf")
+    plugin = '<gazebo><plugin filename="libdiff-drive-system.so" name="d"/></gazebo>'
+    simulated = robot(tmp_path, *wheels, plugin, name="leo_sim.urdf")
+    assert find_package_files([tmp_path]).files[ROBOT][0] == simulated
