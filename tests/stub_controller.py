@@ -32,6 +32,7 @@ class StubPreset:
 
     name = "stub"
     controller = "stub"
+    is_running_stack = False
     parameters = _Parameters()
     file = None
     file_hashes: ClassVar = {}

@@ -113,7 +113,7 @@ def built_in(group):
 
 # Controllers that no Nav2 file names: hosts of what is somebody's own, a second port of TEB, and
 # one that was made here.
-OURS_ALONE = {"external", "harmony", "learned", "teb_upstream"}
+OURS_ALONE = {"external", "harmony", "learned", "live", "teb_upstream"}
 # Metrics are no plugins of a robot's navigation.
 GROUPS = {name for name in entry_points().groups if name.startswith("drake_navbench.")}
 

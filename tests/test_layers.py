@@ -45,6 +45,7 @@ MAY_IMPORT: dict[str, set[str]] = {
     "systems": BELOW_ALL | {"costmaps", "navigation", "inputs"},
     "trial": BELOW_ALL | {"costmaps", "navigation", "inputs", "systems"},
     "analysis": BELOW_ALL | {"descriptions"},
+    "live": BELOW_ALL | {"costmaps", "inputs", "navigation", "recordings", "systems"},
     "recordings": BELOW_ALL | {"costmaps", "inputs", "trial", "analysis"},
     "campaign": BELOW_ALL | {"descriptions", "inputs", "nav2", "trial", "analysis"},
     "studies": BELOW_ALL
@@ -68,6 +69,7 @@ MAY_IMPORT: dict[str, set[str]] = {
         "trial",
         "analysis",
         "campaign",
+        "live",
         "recordings",
         "native",
         "studies",

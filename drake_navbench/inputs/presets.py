@@ -100,6 +100,11 @@ class Preset:
         return CONTROLLERS.load(self.controller) if self.file is None else self.file.load()
 
     @property
+    def is_running_stack(self) -> bool:
+        """Whether it is a whole navigation stack that runs outside, not a controller in ours."""
+        return getattr(self.controller_class, "is_running_stack", False)
+
+    @property
     def parameters(self) -> ControllerParameters:
         """The typed parameters; raises InputError where a value is wrong."""
         values = nested(flattened(self.values), self.source)

@@ -22,6 +22,8 @@ Pose = Sequence[float] | Array
 NANOSECONDS_PER_SECOND = 1_000_000_000
 LINE_STRIP, LINE_LIST = 4, 5
 COVARIANCE_SIZE = 36
+# Of sensor_msgs/PointField.
+POINT_FIELD_FLOAT32 = 7
 # Indices of the variances of x, y and yaw in a covariance of x, y, z, roll, pitch, yaw.
 X_X, Y_Y, YAW_YAW = 0, 7, 35
 
@@ -195,6 +197,32 @@ class MessageMaker:
             range_max=range_limits_m[1],
             ranges=np.ascontiguousarray(ranges_m, dtype=np.float32),
             intensities=np.empty(0, dtype=np.float32),
+        )
+
+    def point_cloud(self, stamp_ns: int, frame: str, points: NDArray[np.float32]) -> Any:
+        """Returns sensor_msgs/PointCloud2 of (N, 3) x, y, z m."""
+        size = points.itemsize
+        fields = [
+            self.make(
+                "sensor_msgs/msg/PointField",
+                name=name,
+                offset=size * place,
+                datatype=POINT_FIELD_FLOAT32,
+                count=1,
+            )
+            for place, name in enumerate("xyz")
+        ]
+        return self.make(
+            "sensor_msgs/msg/PointCloud2",
+            header=self.header(stamp_ns, frame),
+            height=1,
+            width=len(points),
+            fields=fields,
+            is_bigendian=False,
+            point_step=3 * size,
+            row_step=3 * size * len(points),
+            data=np.frombuffer(points.astype("<f4").tobytes(), dtype=np.uint8),
+            is_dense=True,
         )
 
     def polygon(self, stamp_ns: int, frame: str, corners: Array) -> Any:

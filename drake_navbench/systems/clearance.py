@@ -19,7 +19,6 @@ from drake_navbench.systems.ports import (
     POSE_SIZE,
     STATE_SIZE,
     declare_object_input,
-    read_object,
     value_or_none,
 )
 
@@ -32,7 +31,8 @@ DISTANCE_COUNT = 3
 class Clearance(FloorAware):
     """Measures the distance to obstacles at the start, at `offset_s`, and once a period from then.
 
-    Inputs `state` [x m, y m, yaw rad, ...], `costmap` (Costmap or None), `odometry_from_world`
+    Inputs `state` [x m, y m, yaw rad, ...], `costmap` (Costmap or None; need not be
+    connected), `odometry_from_world`
     (3,), the world's pose in the costmap's frame (not connected: they are one), and `moving` (edges
     (E, 4) and circles (D, 3) of moving bodies, m; need not be connected). Output `distances` [m]:
     first the distance between the footprint and the nearest thing that stands or moves in the
@@ -90,7 +90,7 @@ class Clearance(FloorAware):
             edges, circles = moving
             to_moving = clearance_at(self._footprint, x, y, yaw, edges, circles, MAX_DISTANCE_M)
             clearance = min(clearance, to_moving)
-        costmap = read_object(self._costmap_port, context)
+        costmap = value_or_none(self._costmap_port, context)
         to_centre = to_corner = math.inf
         if costmap is not None and len(costmap.lethal_centres):
             frame = value_or_none(self._frame_port, context)

@@ -21,11 +21,11 @@ from drake_navbench.systems.ports import (
 class Viewer(LeafSystem):
     """Calls a function with every Moment, once a period.
 
-    Inputs `state`, `scan`, `costmap`, `plan` and `server_state`, as the recorder's and the
-    controller server's, `odometry_from_world` (3,), where the world lies in the odometry's frame
-    (need not be connected), and where anything moves its `moving_poses` [x m, y m, yaw rad] of
-    each. The period should be the recorder's: at any other instant the integrator's steps would
-    end there too, and the motion differ in its last digits.
+    Inputs `state`, `scan`, `costmap` (need not be connected), `plan` and `server_state`, as the
+    recorder's and the controller server's, `odometry_from_world` (3,), where the world lies in the
+    odometry's frame (need not be connected), and where anything moves its `moving_poses` [x m, y m,
+    yaw rad] of each. The period should be the recorder's: at any other instant the
+    integrator's steps would end there too, and the motion differ in its last digits.
     """
 
     def __init__(
@@ -53,7 +53,7 @@ class Viewer(LeafSystem):
                 context.get_time(),
                 self._state_port.Eval(context),
                 read_object(self._scan_port, context),
-                read_object(self._costmap_port, context),
+                value_or_none(self._costmap_port, context),
                 None if plan is None else plan.poses,
                 read_object(self._server_port, context).diagnostics,
                 np.reshape(moving, (-1, POSE_SIZE)),

@@ -37,6 +37,7 @@ from drake_navbench.systems.moving_world import MovingWorld
 from drake_navbench.systems.navigator import Navigator
 from drake_navbench.systems.range_sensors import RangeSensors
 from drake_navbench.systems.recorder import Recorder
+from drake_navbench.systems.running_stack import RunningStack, RunningStackSystem, StackTask
 from drake_navbench.systems.speed_filter import SpeedFilter
 from drake_navbench.systems.tree_navigator import TreeNavigator
 from drake_navbench.trial.base_wiring import add_base
@@ -52,6 +53,7 @@ from drake_navbench.trial.navigation_wiring import (
     connect_senses,
 )
 from drake_navbench.trial.recording_wiring import add_clearance, add_recorder, add_viewer
+from drake_navbench.trial.running_stack_wiring import add_running_stack
 from drake_navbench.trial.sensor_wiring import add_moving_world, add_sensors
 from drake_navbench.trial.spec import FollowPlan, NavigateToPoses
 from drake_navbench.trial.timing import CONTROLLER_OFFSET_S, COSTMAP_OFFSET_S
@@ -63,15 +65,18 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class TrialDiagram:
-    """A built diagram, and the systems in it that a trial or a test talks to."""
+    """A built diagram, and the systems in it that a trial or a test talks to.
+
+    A running stack is navigator and controller server in one, and has costmaps of its own.
+    """
 
     diagram: Diagram
     base: Base
     lidar: Lidar
     localization: LocalizationSystem
-    local_costmap: LocalCostmap
-    navigator: Navigator | TreeNavigator
-    controller_server: ControllerServer
+    local_costmap: LocalCostmap | None
+    navigator: Navigator | TreeNavigator | RunningStackSystem
+    controller_server: ControllerServer | RunningStackSystem
     clearance: Clearance
     recorder: Recorder
     moving_world: MovingWorld | None = None
@@ -96,7 +101,10 @@ class TrialDiagram:
         self.base.set_pose(self.base.GetMyMutableContextFromRoot(context), start_pose)
         self.localization.set_start(context, start_pose, seed)
         sensors = (self.lidar,) if self.range_sensors is None else (self.lidar, self.range_sensors)
-        for system in (*sensors, self.controller_server, *self.to_wheels):
+        seeded = (*sensors, *self.to_wheels)
+        if not isinstance(self.controller_server, RunningStackSystem):
+            seeded = (*seeded, self.controller_server)
+        for system in seeded:
             own = system.GetMyMutableContextFromRoot(context)
             own.get_mutable_abstract_parameter(system.seed_parameter).set_value(seed)
         if self.moving_world is not None:
@@ -131,9 +139,9 @@ class TrialMaps(NamedTuple):
 def build_trial_diagram(
     robot: Robot,
     world: World,
-    controller: Controller,
+    controller: Controller | RunningStack,
     *,
-    task: FollowPlan | NavigateToPoses,
+    task: FollowPlan | NavigateToPoses | StackTask,
     maps: TrialMaps | None = None,
     conditions: Conditions | None = None,
     compute_times_ms: ComputeTimes | None = None,
@@ -141,10 +149,10 @@ def build_trial_diagram(
 ) -> TrialDiagram:
     """Wires one trial.
 
-    task: of the robot; it decides on the navigator. maps: those of the scenario, none where not
-    given. conditions: the settings of the robot's parts at each time; those of its file where not
-    given. compute_times_ms: of all cycles, in place of those that are measured. looks: what
-    is kept and shown of the trial; costmaps are kept where not given.
+    task: of the robot; it decides on the navigator, or on a running stack in its place. maps: those
+    of the scenario, none where not given. conditions: the settings of the robot's parts at each
+    time; those of its file where not given. compute_times_ms: of all cycles, in place of those that
+    are measured. looks: what is kept and shown of the trial; costmaps are kept where not given.
     """
     maps, looks = maps or TrialMaps(), looks or Looks()
     builder = DiagramBuilder()
@@ -173,22 +181,16 @@ def build_trial_diagram(
         floors=floors,
     )
 
-    local_costmap = _add_local_costmap(builder, robot, signals, maps, floors)
-    costmap = local_costmap.GetOutputPort("costmap")
-    server = _add_controller_server(
-        builder,
-        robot,
-        controller,
-        signals,
-        costmap,
-        ComputeClock(conditions.timing, compute_times_ms),
-    )
-    navigator, command = add_navigation(
-        builder, robot, task, signals, local_costmap=local_costmap, server=server
-    )
-    command = add_command_chain(builder, robot, signals, command)
+    times = ComputeClock(conditions.timing, compute_times_ms)
+    driver = _add_driver(builder, robot, controller, task, maps, signals, times)
+    navigator, server, command = driver.navigator, driver.server, driver.command
+    local_costmap = driver.local_costmap
+    costmap = None if local_costmap is None else local_costmap.GetOutputPort("costmap")
     to_wheels = _add_way_to_base(builder, robot, conditions, command, base, localization, state)
-    filters = add_filters(builder, robot.navigation, maps.masks, signals.estimate, floors, server)
+    filters: tuple[SpeedFilter | BinaryFilter, ...] = ()
+    if isinstance(server, ControllerServer):
+        navigation, estimate = robot.navigation, signals.estimate
+        filters = add_filters(builder, navigation, maps.masks, estimate, floors, server)
 
     clearance = add_clearance(builder, robot, world, moving_world, signals, costmap, clock)
     recorder = add_recorder(
@@ -224,6 +226,39 @@ def build_trial_diagram(
         transport=transport,
         range_sensors=range_sensors,
     )
+
+
+class _Driver(NamedTuple):
+    """The systems that decide on a robot's motion, and the port of its command."""
+
+    navigator: Navigator | TreeNavigator | RunningStackSystem
+    server: ControllerServer | RunningStackSystem
+    command: OutputPort
+    local_costmap: LocalCostmap | None = None
+
+
+def _add_driver(
+    builder: DiagramBuilder,
+    robot: Robot,
+    controller: Controller | RunningStack,
+    task: FollowPlan | NavigateToPoses | StackTask,
+    maps: TrialMaps,
+    signals: Signals,
+    clock: ComputeClock,
+) -> _Driver:
+    """Adds costmaps, controller server, navigator and the chain behind them, or a running stack."""
+    if isinstance(task, StackTask) or isinstance(controller, RunningStack):
+        stack = add_running_stack(builder, controller, task, signals)
+        return _Driver(stack, stack, stack.GetOutputPort("command"))
+    floors = NavigateToPoses.floors_of(task)
+    local_costmap = _add_local_costmap(builder, robot, signals, maps, floors)
+    costmap = local_costmap.GetOutputPort("costmap")
+    server = _add_controller_server(builder, robot, controller, signals, costmap, clock)
+    navigator, command = add_navigation(
+        builder, robot, task, signals, local_costmap=local_costmap, server=server
+    )
+    command = add_command_chain(builder, robot, signals, command)
+    return _Driver(navigator, server, command, local_costmap)
 
 
 def _state_of(base: Base, transport: FloorTransport | None) -> OutputPort:

@@ -15,6 +15,7 @@ from drake_navbench.systems.floor_aware import FloorClock
 from drake_navbench.systems.moving_world import MovingWorld
 from drake_navbench.systems.navigator import Navigator
 from drake_navbench.systems.recorder import Recorder
+from drake_navbench.systems.running_stack import RunningStackSystem
 from drake_navbench.systems.tree_navigator import TreeNavigator
 from drake_navbench.systems.viewer import Viewer
 from drake_navbench.trial.navigation_wiring import Signals, connect_inputs, connect_world
@@ -31,7 +32,7 @@ def add_clearance(
     world: World,
     moving_world: MovingWorld | None,
     signals: Signals,
-    costmap: OutputPort,
+    costmap: OutputPort | None,
     floor_clock: FloorClock | None,
 ) -> Clearance:
     """Adds the system that measures the robot's distance to the obstacles."""
@@ -45,7 +46,9 @@ def add_clearance(
             floor_clock=floor_clock,
         ),
     )
-    connect_inputs(builder, clearance, state=signals.state, costmap=costmap)
+    connect_inputs(builder, clearance, state=signals.state)
+    if costmap is not None:
+        connect_inputs(builder, clearance, costmap=costmap)
     connect_world(builder, signals, clearance)
     if moving_world is not None:
         connect_inputs(builder, clearance, moving=moving_world.GetOutputPort("outlines"))
@@ -54,8 +57,8 @@ def add_clearance(
 
 def add_recorder(
     builder: DiagramBuilder,
-    navigator: Navigator | TreeNavigator,
-    server: ControllerServer,
+    navigator: Navigator | TreeNavigator | RunningStackSystem,
+    server: ControllerServer | RunningStackSystem,
     moving_world: MovingWorld | None,
     signals: Signals,
     *,
@@ -95,11 +98,11 @@ def add_recorder(
 def add_viewer(
     builder: DiagramBuilder,
     watch: Callable[[Moment], None],
-    navigator: Navigator | TreeNavigator,
-    server: ControllerServer,
+    navigator: Navigator | TreeNavigator | RunningStackSystem,
+    server: ControllerServer | RunningStackSystem,
     moving_world: MovingWorld | None,
     signals: Signals,
-    costmap: OutputPort,
+    costmap: OutputPort | None,
 ) -> Viewer:
     """Adds the system that hands each sample to `watch`."""
     moving_count = 0 if moving_world is None else moving_world.body_count
@@ -112,9 +115,10 @@ def add_viewer(
         state=signals.state,
         scan=signals.scan,
         plan=navigator.GetOutputPort("plan"),
-        costmap=costmap,
         server_state=server.GetOutputPort("server_state"),
     )
+    if costmap is not None:
+        connect_inputs(builder, viewer, costmap=costmap)
     connect_world(builder, signals, viewer)
     if moving_world is not None:
         connect_inputs(builder, viewer, moving_poses=moving_world.GetOutputPort("poses"))

@@ -123,6 +123,6 @@ class NavigateToPoses:
     floors: TrialFloors | None = None
 
     @classmethod
-    def floors_of(cls, task: FollowPlan | NavigateToPoses) -> TrialFloors | None:
+    def floors_of(cls, task: object) -> TrialFloors | None:
         """Returns the floors of a task, None where it has none."""
         return task.floors if isinstance(task, cls) else None

@@ -30,6 +30,7 @@ from drake_navbench.logs.moment import Moment
 from drake_navbench.processes.worker_process import Returned
 from drake_navbench.processes.workers import Died, Failure, Task, TimedOut, run_tasks, start_server
 from drake_navbench.systems.lifetime import release
+from drake_navbench.systems.running_stack import StackTask
 from drake_navbench.trial.column_controller import built_controller
 from drake_navbench.trial.contact_watch import Contact, ContactWatch
 from drake_navbench.trial.diagram import Looks, TrialDiagram, TrialMaps, build_trial_diagram
@@ -152,9 +153,11 @@ def simulate(
 
     watch: is called with the present moment whenever the recorder samples; it changes nothing.
 
-    It is rehearsed before, so that compute times do not contain work that a process does once.
+    It is rehearsed before, so that compute times do not contain work that a process does once. A
+    running stack is not: it takes no time of ours, keeps its own pace, and would drive for real.
     """
-    rehearse(spec, _simulate)
+    if not spec.preset.is_running_stack:
+        rehearse(spec, _simulate)
     return _simulate(spec, watch=watch, realtime_rate=realtime_rate)
 
 
@@ -198,7 +201,8 @@ def _driven(spec: TrialSpec, trial: TrialDiagram, realtime_rate: float) -> Trial
     context = trial.create_context(spec.scenario.start_pose(spec.seed), spec.seed)
     simulator = Simulator(trial.diagram, context)
     ApplySimulatorConfig(INTEGRATION, simulator)
-    simulator.set_target_realtime_rate(realtime_rate)
+    if not spec.preset.is_running_stack:
+        simulator.set_target_realtime_rate(realtime_rate)
     contact_watch = ContactWatch(
         spec.robot.drive,
         spec.scenario.true_world,
@@ -213,9 +217,11 @@ def _driven(spec: TrialSpec, trial: TrialDiagram, realtime_rate: float) -> Trial
     return make_log(spec, trial, context, contact_watch)
 
 
-def trial_task(spec: TrialSpec) -> FollowPlan | NavigateToPoses:
-    """Returns the robot's task in the scenario's navigation mode."""
+def trial_task(spec: TrialSpec) -> FollowPlan | NavigateToPoses | StackTask:
+    """Returns the robot's task in the scenario's navigation mode, or for a running stack."""
     scenario, robot = spec.scenario, spec.robot
+    if spec.preset.is_running_stack:
+        return _stack_task(spec)
     if scenario.navigation_mode == "follow_path":
         return FollowPlan(partial(make_plan, scenario, robot))
 
@@ -229,6 +235,17 @@ def trial_task(spec: TrialSpec) -> FollowPlan | NavigateToPoses:
         start_pose=scenario.start_pose(spec.seed),
         floors=trial_floors(scenario, robot, spec.seed),
     )
+
+
+def _stack_task(spec: TrialSpec) -> StackTask:
+    """Returns the task of a running stack; raises InputError for a mission over floors."""
+    scenario, robot = spec.scenario, spec.robot
+    if scenario.floors:
+        raise InputError(
+            f"scenario {scenario.name}: a running stack drives on one floor; expected no floors"
+        )
+    start = scenario.start_pose(spec.seed)
+    return StackTask(robot, scenario.goals, start, known_map(scenario.places[0], robot))
 
 
 def _static_map(spec: TrialSpec) -> OccupancyMap | None:

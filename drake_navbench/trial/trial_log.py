@@ -21,6 +21,7 @@ from drake_navbench.navigation.mission import MissionProgress
 from drake_navbench.navigation.task import TaskState, TaskStatus
 from drake_navbench.systems.ports import read_object
 from drake_navbench.systems.recorder import Recording
+from drake_navbench.systems.running_stack import RunningStackSystem
 from drake_navbench.systems.tree_navigator import TreeNavigator
 from drake_navbench.trial.contact_watch import ContactWatch
 from drake_navbench.trial.diagram import TrialDiagram
@@ -53,7 +54,12 @@ def make_log(
     if contact and contact_watch.moving is not None:
         info["contact"] = contact
     navigator_context, mission = trial.navigator.GetMyContextFromRoot(context), None
-    if isinstance(trial.navigator, TreeNavigator):
+    if isinstance(trial.navigator, RunningStackSystem):
+        answer = trial.navigator.GetOutputPort("answer").Eval(navigator_context)
+        info["legs"] = [leg.as_plain() for leg in answer.legs]
+        info["running_stack"] = trial.navigator.account()
+        plans = answer.plans
+    elif isinstance(trial.navigator, TreeNavigator):
         navigator = trial.navigator.GetOutputPort("navigator_state").Eval(navigator_context)
         info["legs"] = [leg.as_plain() for leg in navigator.progress.legs]
         plans = navigator.plans

@@ -1,0 +1,82 @@
+"""The lock of a domain, for one user at a time, and a time that never goes back there.
+
+A stack that lives through several trials must not see /clock jump back. The last stamp of a domain
+is kept in a small file, and whoever has the file locked drives there.
+"""
+
+from __future__ import annotations
+
+import fcntl
+import os
+import tempfile
+import time
+from pathlib import Path
+from typing import IO
+
+from drake_navbench.errors import CannotBeWritten, InputError
+
+# A stamp of 0 means "the latest" to TF.
+FIRST_STAMP_NS = 10_000_000_000
+# Between two trials, so that no transform of the one is taken for one of the other.
+GAP_NS = 2_000_000_000
+FREE_PATIENCE_S = 5.0
+# A process that is killed cannot write its last stamp, so each writes one ahead of it.
+AHEAD_NS = 60_000_000_000
+
+
+class ClockFile:
+    """The lock and the last stamp of a domain; raises InputError where another holds it.
+
+    first_stamp_ns: the stamp with which a trial begins.
+    """
+
+    def __init__(self, domain: int, folder: Path | None = None) -> None:
+        folder = folder or Path(tempfile.gettempdir()) / f"drake_navbench-live-{os.getuid()}"
+        path = folder / f"domain-{domain}"
+        try:
+            folder.mkdir(mode=0o700, exist_ok=True)
+            self._file: IO[str] = path.open("a+", encoding="ascii")
+        except OSError as error:
+            reason = error.strerror or str(error)
+            raise CannotBeWritten(f"{path}: cannot be opened: {reason}") from error
+        self._lock(domain)
+        self._file.seek(0)
+        text = self._file.read().strip()
+        last_ns = int(text) if text.isdecimal() else 0
+        self.first_stamp_ns = max(FIRST_STAMP_NS, last_ns + GAP_NS)
+        self._kept_ns = 0
+        self.keep(self.first_stamp_ns)
+
+    def keep(self, stamp_ns: int) -> None:
+        """Notes that the clock has come to a stamp."""
+        if stamp_ns >= self._kept_ns:
+            self._write(stamp_ns + AHEAD_NS)
+
+    def close(self, last_stamp_ns: int) -> None:
+        """Keeps the last stamp and lets others drive."""
+        if not self._file.closed:
+            self._write(last_stamp_ns)
+            self._file.close()
+
+    def _write(self, stamp_ns: int) -> None:
+        self._kept_ns = stamp_ns
+        self._file.seek(0)
+        self._file.truncate()
+        self._file.write(str(stamp_ns))
+        self._file.flush()
+
+    def _lock(self, domain: int) -> None:
+        deadline = time.monotonic() + FREE_PATIENCE_S
+        while True:
+            try:
+                fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except OSError:
+                if time.monotonic() >= deadline:
+                    self._file.close()
+                    raise InputError(
+                        f"live: domain {domain}: another drake_navbench drives there; expected a "
+                        "free domain, such as domain=1 with ROS_DOMAIN_ID=1 for the stack"
+                    ) from None
+                time.sleep(0.1)
+            else:
+                return

@@ -1,0 +1,19 @@
+"""The libraries that speak to a ROS 2 system, which not every installation has."""
+
+from __future__ import annotations
+
+from importlib.util import find_spec
+
+from drake_navbench.errors import InputError
+
+HOW_TO_INSTALL = "pip install 'drake-navbench[live]'"
+
+
+def require_live_libraries() -> None:
+    """Raises InputError where cyclonedds or rosbags is not installed."""
+    for name in ("cyclonedds", "rosbags"):
+        if find_spec(name) is None:
+            raise InputError(
+                f"live: a ROS 2 system is reached by the library {name}, which is not installed: "
+                f"{HOW_TO_INSTALL}"
+            )

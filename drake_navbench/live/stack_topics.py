@@ -1,0 +1,141 @@
+"""The messages that come from a running stack: commands, plans, and the state of its goals."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from contextlib import suppress
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drake_navbench.live.domain import LATCHED, LiveDomain, Subscription
+from drake_navbench.live.endpoints import (
+    RELIABLE,
+    Endpoint,
+    OwnTopic,
+    Quality,
+    publishers_of,
+)
+from drake_navbench.live.goal_watch import GoalEntry, GoalState, GoalWatch
+from drake_navbench.live.parameters import LiveParameters
+from drake_navbench.live.wire_types import type_hash
+from drake_navbench.logs.plans import Plan
+from drake_navbench.recordings import topics
+
+Array = NDArray[np.float64]
+TWIST, TWIST_STAMPED = "geometry_msgs/msg/Twist", "geometry_msgs/msg/TwistStamped"
+STATUS_TYPE = topics.NAVIGATE_STATUS.type
+
+
+class StackTopics:
+    """The subscriptions to a running stack.
+
+    goals: the course of the goal. plans: those that came, newest last. command_count: commands so
+    far. command_type: Twist or TwistStamped, as the stack's publisher has it; '' before there is
+    one.
+    """
+
+    def __init__(self, domain: LiveDomain, parameters: LiveParameters) -> None:
+        self._domain = domain
+        self._command_topic = parameters.topic("cmd_vel")
+        self._status_topic = parameters.topic("goal_status")
+        self._plan_topic = parameters.topic("plan")
+        self._goal_topic = parameters.topic("goal_pose")
+        self._status = domain.subscription(self._status_topic, STATUS_TYPE, LATCHED)
+        self._plan = domain.subscription(self._plan_topic, topics.PLAN.type)
+        self._commands: Subscription | None = None
+        self._command_quality = Quality()
+        self.command_type = ""
+        self.command_count = 0
+        self.goals = GoalWatch()
+        self.plans: list[Plan] = []
+
+    @property
+    def own(self) -> tuple[OwnTopic, ...]:
+        """All topics that it listens to, as the stack must have them."""
+        commands = (TWIST, TWIST_STAMPED)
+        hashes = tuple(map(type_hash, commands))
+        return (
+            OwnTopic(self._command_topic, commands, False, self._command_quality, hashes),
+            OwnTopic(self._status_topic, (STATUS_TYPE,), False, LATCHED, (type_hash(STATUS_TYPE),)),
+        )
+
+    def missing(self, endpoints: Sequence[Endpoint], *, with_goals: bool) -> list[str]:
+        """Returns a sentence for each endpoint of a stack that nobody in the domain has."""
+        found = []
+        if with_goals:
+            if not any(one.topic == self._goal_topic and not one.is_publisher for one in endpoints):
+                found.append(f"nobody listens to {self._goal_topic}")
+            if not publishers_of(endpoints, self._status_topic):
+                found.append(f"nobody publishes {self._status_topic}")
+        if not publishers_of(endpoints, self._command_topic):
+            found.append(f"nobody publishes {self._command_topic}")
+        return found
+
+    def follow(self, endpoints: Sequence[Endpoint]) -> None:
+        """Listens to the commands with the type and the quality that the stack has for them."""
+        for one in publishers_of(endpoints, self._command_topic):
+            if one.type not in (TWIST, TWIST_STAMPED):
+                continue
+            quality = Quality(one.quality.reliability)
+            if self._commands is None or one.type != self.command_type:
+                self._commands = self._domain.subscription(self._command_topic, one.type, quality)
+                self.command_type, self._command_quality = one.type, quality
+            elif quality.reliability != RELIABLE == self._command_quality.reliability:
+                self._commands = self._domain.subscription(self._command_topic, one.type, quality)
+                self._command_quality = quality
+            return
+
+    def newest_command(self, patience_s: float) -> Array | None:
+        """Returns the newest command, v m/s, w rad/s, vy m/s; None where none has come.
+
+        patience_s: wall-clock time to wait for one. A command that is not finite is none.
+        """
+        if self._commands is None:
+            return None
+        received = self._commands.take()
+        if not received and patience_s > 0.0 and self._commands.wait(patience_s):
+            received = self._commands.take()
+        for one in reversed(received):
+            with suppress(ValueError):
+                twist = one.decoded()
+                twist = twist.twist if one.type_name == TWIST_STAMPED else twist
+                command = np.array([twist.linear.x, twist.angular.z, twist.linear.y])
+                if np.isfinite(command).all():
+                    self.command_count += len(received)
+                    return command
+        return None
+
+    def read(self, time_s: float, leg: int) -> None:
+        """Reads the plans and the states of the goals that have come.
+
+        time_s: of the simulation. leg: the number of the goal that the plans lead to.
+        """
+        for received in self._status.take():
+            with suppress(ValueError):
+                self.goals.note(map(_entry, received.decoded().status_list))
+        for received in self._plan.take()[-1:]:
+            with suppress(ValueError):
+                poses = np.array([_planar(one.pose) for one in received.decoded().poses])
+                if len(poses) > 1 and np.isfinite(poses).all():
+                    poses.flags.writeable = False
+                    self.plans.append(Plan(time_s, poses, leg))
+
+
+def _entry(status: Any) -> GoalEntry:
+    accepted = status.goal_info.stamp
+    known = {state.value for state in GoalState}
+    return GoalEntry(
+        bytes(status.goal_info.goal_id.uuid),
+        GoalState(status.status if status.status in known else 0),
+        accepted.sec * 1_000_000_000 + accepted.nanosec,
+    )
+
+
+def _planar(pose: Any) -> tuple[float, float, float]:
+    """Returns x m, y m and yaw rad of a geometry_msgs/Pose."""
+    q = pose.orientation
+    yaw = math.atan2(2.0 * (q.w * q.z + q.x * q.y), 1.0 - 2.0 * (q.y * q.y + q.z * q.z))
+    return pose.position.x, pose.position.y, yaw

@@ -1,0 +1,106 @@
+"""The stand-in stack over Cyclone DDS: `python stand_in_cyclone.py DOMAIN [--stamped]`."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import uuid
+from pathlib import Path
+
+import numpy as np
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+from stand_in_brain import Brain
+
+from drake_navbench.live.domain import LATCHED, LiveDomain
+from drake_navbench.live.stack_topics import TWIST, TWIST_STAMPED, _planar
+from drake_navbench.recordings import topics
+from drake_navbench.recordings.messages import MessageMaker
+
+
+class CycloneStack:
+    """The topics of the stand-in."""
+
+    def __init__(self, domain: LiveDomain, *, stamped: bool) -> None:
+        self._make = MessageMaker()
+        self._brain = Brain()
+        self._stamped = stamped
+        self._clock = domain.subscription("/clock", topics.CLOCK.type)
+        self._odometry = domain.subscription("/odom", topics.ODOMETRY.type)
+        self._scan = domain.subscription("/scan", topics.SCAN.type)
+        self._map = domain.subscription("/map", topics.MAP.type, LATCHED)
+        self._goal = domain.subscription("/goal_pose", topics.GOAL.type)
+        self._command = domain.publisher("/cmd_vel", TWIST_STAMPED if stamped else TWIST)
+        self._plan = domain.publisher("/plan", topics.PLAN.type)
+        self._status = domain.publisher(
+            topics.NAVIGATE_STATUS.name, topics.NAVIGATE_STATUS.type, LATCHED
+        )
+        self._goals: list[tuple[bytes, int, int]] = []
+
+    def spin_once(self) -> None:
+        """Waits for the next clock and works."""
+        self._clock.wait(0.5)
+        for message in self._map.take():
+            grid = message.decoded()
+            data = np.asarray(grid.data).reshape(grid.info.height, grid.info.width)
+            origin = grid.info.origin.position
+            self._brain.take_map(data, (origin.x, origin.y), grid.info.resolution)
+        for message in self._odometry.take()[-1:]:
+            self._brain.pose = _planar(message.decoded().pose.pose)
+        self._scan.take()
+        ticks = self._clock.take()
+        for message in self._goal.take():
+            stamp_ns = nanoseconds(ticks[-1].decoded().clock) if ticks else 0
+            self._take_goal(message.decoded(), stamp_ns)
+        for message in ticks[-1:]:
+            self._work(nanoseconds(message.decoded().clock))
+
+    def _take_goal(self, message, stamp_ns: int) -> None:
+        self._goals = [(one, 6 if state == 2 else state, ns) for one, state, ns in self._goals]
+        self._brain.take_goal(_planar(message.pose))
+        self._goals = [*self._goals[-5:], (uuid.uuid4().bytes, 2, stamp_ns)]
+        self._tell()
+        if self._brain.path is not None:
+            poses = np.column_stack([self._brain.path, np.zeros(len(self._brain.path))])
+            self._plan.send(self._make.path(stamp_ns, "map", poses))
+
+    def _work(self, stamp_ns: int) -> None:
+        command = self._brain.tick(stamp_ns / 1e9)
+        if command is not None:
+            if self._stamped:
+                self._command.send(self._make.twist_stamped(stamp_ns, "base_link", *command))
+            else:
+                self._command.send(self._make.twist(*command))
+        if self._goals and self._goals[-1][1] == 2 and self._brain.state != 2:
+            goal_id, _, accepted_ns = self._goals[-1]
+            self._goals[-1] = goal_id, self._brain.state, accepted_ns
+            self._tell()
+
+    def _tell(self) -> None:
+        """Sends the states of all goals, as an action server does."""
+        entries = [
+            self._make.goal_status(ns, goal_id, state).status_list[0]
+            for goal_id, state, ns in self._goals
+        ]
+        message = self._make.make(topics.NAVIGATE_STATUS.type, status_list=entries)
+        self._status.send(message)
+
+
+def nanoseconds(stamp) -> int:
+    """Returns a builtin_interfaces/Time as nanoseconds."""
+    return stamp.sec * 1_000_000_000 + stamp.nanosec
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser()
+    parser.add_argument("domain", type=int)
+    parser.add_argument("--stamped", action="store_true")
+    arguments = parser.parse_args()
+    stack = CycloneStack(LiveDomain(arguments.domain), stamped=arguments.stamped)
+    while True:
+        stack.spin_once()
+
+
+if __name__ == "__main__":
+    main()
