@@ -29,7 +29,7 @@ NUMBERS = ("trial", "seed", "violations")
 
 
 class MeasuredTrials(NamedTuple):
-    """What was measured before and still holds.
+    """Measurements of earlier reports that still hold.
 
     entries: of logs of which everything is known. values: of all known logs, the metrics that hold.
     """

@@ -1,4 +1,4 @@
-"""What is known of a robot besides its model: the base's link, and an outline in a Nav2 file."""
+"""A robot's base as known besides its model: its link, and the outline of a Nav2 file."""
 
 from __future__ import annotations
 

@@ -138,7 +138,7 @@ class Nav2Setup:
 
 
 def known_base_of(paths: Sequence[Path]) -> KnownBase:
-    """Returns what Nav2 files say of the robot's base: its link, and the costmaps' outline."""
+    """Returns the robot's base in Nav2 files: its link, and the costmaps' outline."""
     sections = [section for path in paths for section in read_parameter_file(path).sections]
     nodes = [
         node for name in (LOCAL_COSTMAP, GLOBAL_COSTMAP) for node in nodes_called(name, sections)
