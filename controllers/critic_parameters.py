@@ -12,7 +12,7 @@ from abc import abstractmethod
 from collections.abc import Mapping
 from typing import Any, ClassVar
 
-from pydantic import ConfigDict, SerializeAsAny, ValidationError, model_validator
+from pydantic import ConfigDict, ValidationError, model_validator
 from pydantic_core import InitErrorDetails, PydanticCustomError
 
 from drake_navbench.controller import ControllerParameters
@@ -39,7 +39,6 @@ class ParametersWithCritics(ControllerParameters):
 
     # The blocks of the critics are fields whose names the file chooses; each is validated below.
     model_config = ConfigDict(extra="allow")
-    __pydantic_extra__: dict[str, SerializeAsAny[CriticBlock]]
 
     def critic(self, name: str) -> Any:
         """Returns the block of a critic in `critics`, an instance of the critic's `Parameters`."""

@@ -47,6 +47,15 @@ def _excess(planes, index, x, y):
 
 
 @njit(cache=True)
+def _worst(planes, first, last, x, y):
+    """Returns the largest excess of a velocity (x, y) over the half-planes first to last, m/s."""
+    worst = -math.inf
+    for index in range(first, last + 1):
+        worst = max(worst, _excess(planes, index, x, y))
+    return worst
+
+
+@njit(cache=True)
 def _nearest(planes, count, top_speed, wished_x, wished_y, is_direction):
     """Returns (kept, x, y): the best velocity, within the first `kept` half-planes.
 
@@ -125,8 +134,10 @@ def _least_broken(planes, count, hard_count, first, top_speed, x, y):
             equal[used, 2], equal[used, 3] = (ex - dx) / length, (ey - dy) / length
             used += 1
         kept, new_x, new_y = _nearest(equal, used, top_speed, -dy, dx, True)
-        # It fails by rounding alone: then the one before is as good.
-        if kept == used:
+        # It fails by rounding alone, where edges are almost parallel: either may be better.
+        if kept == used or _worst(planes, hard_count, index, new_x, new_y) < _worst(
+            planes, hard_count, index, x, y
+        ):
             x, y = new_x, new_y
         largest = _excess(planes, index, x, y)
     return x, y

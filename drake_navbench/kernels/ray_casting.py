@@ -51,7 +51,9 @@ def _meet_segments(ranges, cosines, sines, origin_x, origin_y, segments, range_m
             side_0 = cosines[k] * y0 - sines[k] * x0
             side_1 = cosines[k] * y1 - sines[k] * x1
             distance = area / (side_1 - side_0)
-            if (side_0 * side_1 <= 0.0) & (distance >= 0.0) & (distance < ranges[k]):
+            # Signs, not their product: that of two tiny numbers is 0.
+            is_across = ((side_0 <= 0.0) & (side_1 >= 0.0)) | ((side_0 >= 0.0) & (side_1 <= 0.0))
+            if is_across & (distance >= 0.0) & (distance < ranges[k]):
                 ranges[k] = distance
 
 

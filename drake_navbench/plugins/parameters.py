@@ -14,7 +14,6 @@ from pydantic import (
     ConfigDict,
     Field,
     GetJsonSchemaHandler,
-    SerializeAsAny,
     ValidationError,
     model_validator,
 )
@@ -81,7 +80,6 @@ class PluginBlocks(FrozenModel):
     PLUGINS: ClassVar[PluginKind]
 
     model_config = ConfigDict(extra="allow")
-    __pydantic_extra__: dict[str, SerializeAsAny[PluginParameters]]
 
     @property
     def plugin_blocks(self) -> Mapping[str, Any]:

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from drake_navbench.kernels.half_planes import allowed_velocity
@@ -56,12 +56,20 @@ half_planes = st.builds(
     st.floats(-0.9, 0.9),
     angles,
 )  # fmt: skip
+# Between -0.5 and 0 m/s along y, but for 1e-9: found by chance.
+ALMOST_PARALLEL = [
+    [0.0, -0.5, 1.0, 0.0],
+    [0.0, -3.7e-9, -1.0, -1.9e-9],
+    [0.0, 0.0, -1.0, 1.9e-9],
+    [0.0, 0.0, 1.0, 0.0],
+]
 GRID = np.stack(np.meshgrid(*2 * [np.linspace(-1.0, 1.0, 41)]), axis=-1).reshape(-1, 2)
 GRID = GRID[np.hypot(*GRID.T) <= 1.0]
 
 
 @settings(max_examples=100)
 @given(st.lists(half_planes, max_size=6), st.floats(-1.5, 1.5), st.floats(-1.5, 1.5))
+@example(ALMOST_PARALLEL, 1.0, 0.0)
 def test_no_point_of_a_grid_is_better(planes, x, y):
     chosen = allowed(planes, (x, y), top_speed=1.0)
     assert np.hypot(*chosen) <= 1.0 + 1e-9
