@@ -27,6 +27,7 @@ The score's rules, written before anything was read or driven:
 
 from __future__ import annotations
 
+import copy
 import json
 import math
 import sys
@@ -118,7 +119,7 @@ class Fault(NamedTuple):
         """The direction of the cure."""
         if isinstance(self.sound, bool):
             return Direction.SET
-        return Direction.DOWN if abs(self.spoilt) > abs(self.sound) else Direction.UP
+        return Direction.DOWN if self.spoilt > self.sound else Direction.UP
 
 
 def sound_file(controller: str) -> dict[str, dict[str, Any]]:
@@ -202,7 +203,9 @@ def text_of(file: Mapping[str, Mapping[str, Any]]) -> str:
 
 def spoilt_file(fault: Fault) -> dict[str, dict[str, Any]]:
     """Returns the file of a fault."""
-    file = sound_file(fault.controller)
+    # Both costmaps have the same layers; only one of them is spoilt.
+    sound = sound_file(fault.controller)
+    file = {node: copy.deepcopy(block) for node, block in sound.items()}
     node, _, name = fault.place.partition(": ")
     *blocks, last = name.split(".")
     inner = file[node]

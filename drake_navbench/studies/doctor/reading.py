@@ -11,10 +11,12 @@ from drake_navbench.studies.doctor.attempts import is_among, named_in, tried_in_
 from drake_navbench.studies.doctor.causes import RELEASE, Cause, Direction
 from drake_navbench.studies.doctor.clues import factor_for, favours_of
 from drake_navbench.studies.doctor.facts import CONTROLLER, Facts
+from drake_navbench.studies.doctor.far_values import far_values
 from drake_navbench.studies.doctor.partial_files import facts_of_values
 from drake_navbench.studies.doctor.rules import (
     bands,
     checkers,
+    costmap_pairs,
     costmaps,
     dwb,
     dwb_arrival,
@@ -36,7 +38,9 @@ from drake_navbench.studies.doctor.symptoms import Symptom
 from drake_navbench.studies.doctor.usual import unusual_value
 
 MODULES = (mppi, mppi_critics, dwb, dwb_arrival, pursuit, rpp_turns, shim, bands)
-MODULES_OF_SERVERS = (servers, smoother, checkers, monitor, costmaps, inflation, planners, releases)
+MODULES_OF_SERVERS = (
+    servers, smoother, checkers, monitor, costmaps, inflation, costmap_pairs, planners, releases,
+)  # fmt: skip
 RULES: tuple[Rule, ...] = tuple(
     rule for module in (*MODULES, *MODULES_OF_SERVERS) for rule in module.RULES
 )
@@ -61,6 +65,8 @@ NAMED_FAR, NAMED_NEAR = 0.6, 0.3
 OTHER_WAY = 0.5
 # Of what a user has tried without success.
 TRIED = 0.3
+# Plugins that Foxy and Galactic have not (Humble has this one from 1.1.7 on).
+SINCE_HUMBLE = ("nav2_controller::PoseProgressChecker",)
 # What adds to the best evidence for a cause, of each further piece.
 FURTHER = 0.25
 
@@ -84,7 +90,7 @@ def findings_of(facts: Facts, symptom: Symptom | None = None) -> list[Finding]:
             is_wanted = is_wanted and (bool(rule.advice) or _rests_on_given(facts, rule))
         if is_wanted and rule.fires(facts):
             fired.append(rule.finding(facts))
-    return fired
+    return fired if symptom is not None else [*fired, *far_values(facts, fired)]
 
 
 class Words(NamedTuple):
@@ -194,6 +200,8 @@ def _is_there(facts: Facts, cause: Cause) -> bool:
     if first in ("velocity_smoother", "collision_monitor", "amcl") and is_missing:
         return False
     if cause.place in facts.unreadable:
+        return False
+    if cause.to in SINCE_HUMBLE and facts.told.get("release") == "old":
         return False
     is_in_block = first == CONTROLLER and cause.place.count(".") > 1
     if is_in_block and facts.is_whole and facts[cause.place] is None:

@@ -36,6 +36,7 @@ OF_BRINGUP: Mapping[str, tuple[float, ...]] = {
     "global_costmap.resolution": (0.05,),
     "global_costmap.update_frequency": (1.0,),
     "planner.tolerance": (0.5,),
+    "planner.max_planning_time": (5.0,),
     "velocity_smoother.smoothing_frequency": (20.0,),
     "velocity_smoother.velocity_timeout": (1.0,),
 }
@@ -70,8 +71,8 @@ class Unusual(NamedTuple):
 
     @property
     def back(self) -> Direction:
-        """The direction that leads back."""
-        return Direction.DOWN if self.ratio > 1.0 else Direction.UP
+        """The direction that leads back, of a negative value as well."""
+        return Direction.DOWN if self.value > self.nearest else Direction.UP
 
 
 def unusual_value(facts: Facts, place: str) -> Unusual | None:
@@ -82,8 +83,10 @@ def unusual_value(facts: Facts, place: str) -> Unusual | None:
     value = facts[place]
     if isinstance(value, bool) or not isinstance(value, int | float):
         return None
-    usual = [u for u in usual_values(facts.kinds).get(place, ()) if u * value > 0.0]
-    if not usual:
+    known = usual_values(facts.kinds).get(place, ())
+    usual = [u for u in known if u * value > 0.0]
+    # Between 0 and another usual value nothing is far.
+    if not usual or (0.0 in known and abs(value) < max(map(abs, known))):
         return None
     nearest = min(usual, key=lambda u: abs(math.log(value / u)))
     ratio = value / nearest
