@@ -43,7 +43,7 @@ def far_values(facts: Facts, fired: Sequence[Finding]) -> list[Finding]:
     seen = " ".join(finding.seen for finding in fired)
     found = []
     for place in sorted(facts.given - told - facts.unreadable):
-        is_told = place.rpartition(".")[2] in seen
+        is_told = place.partition(".")[2] in seen
         far = unusual_value(facts, place) if place in _known() and not is_told else None
         if far is not None and not _is_robots(far) and not _is_in_range(far):
             found.append(far)
