@@ -9,6 +9,7 @@ from functools import cache
 
 from drake_navbench.studies.doctor.causes import Cause, Direction
 from drake_navbench.studies.doctor.facts import Facts
+from drake_navbench.studies.doctor.in_effect import is_in_effect
 from drake_navbench.studies.doctor.rules.rule import Finding, Rule
 from drake_navbench.studies.doctor.suspects import all_suspects, ranges
 from drake_navbench.studies.doctor.symptoms import Symptom
@@ -44,7 +45,8 @@ def far_values(facts: Facts, fired: Sequence[Finding]) -> list[Finding]:
     found = []
     for place in sorted(facts.given - told - facts.unreadable):
         is_told = place.partition(".")[2] in seen
-        far = unusual_value(facts, place) if place in _known() and not is_told else None
+        is_drives = place in _known() and is_in_effect(facts, place)
+        far = unusual_value(facts, place) if is_drives and not is_told else None
         if far is not None and not _is_robots(far) and not _is_in_range(far):
             found.append(far)
     found.sort(key=lambda far: (-abs(math.log(far.ratio)), far.place))

@@ -12,6 +12,7 @@ from drake_navbench.studies.doctor.causes import RELEASE, Cause, Direction
 from drake_navbench.studies.doctor.clues import factor_for, favours_of
 from drake_navbench.studies.doctor.facts import CONTROLLER, Facts
 from drake_navbench.studies.doctor.far_values import far_values
+from drake_navbench.studies.doctor.in_effect import is_in_effect
 from drake_navbench.studies.doctor.partial_files import facts_of_values
 from drake_navbench.studies.doctor.rules import (
     bands,
@@ -199,7 +200,7 @@ def _is_there(facts: Facts, cause: Cause) -> bool:
         return is_missing if first != CONTROLLER else not facts.is_kind("shim")
     if first in ("velocity_smoother", "collision_monitor", "amcl") and is_missing:
         return False
-    if cause.place in facts.unreadable:
+    if cause.place in facts.unreadable or not is_in_effect(facts, cause.place):
         return False
     if cause.to in SINCE_HUMBLE and facts.told.get("release") == "old":
         return False
