@@ -75,7 +75,7 @@ def _is_in_range(far: Unusual) -> bool:
 def _finding(far: Unusual, kinds: tuple[str, ...]) -> Finding:
     name = far.place.removeprefix("controller.")
     seen = (
-        f"{name} is {far.value:g}, {far.ratio:.2g} times the {far.nearest:g} of Nav2 or "
+        f"{name} is {far.value:g}, {_plain(far.ratio)} times the {far.nearest:g} of Nav2 or "
         "nav2_bringup; nothing else in the file explains it, but it may be meant so"
     )
     cause = Cause(far.place, far.back, far.nearest, seen, SOURCE)
@@ -104,3 +104,8 @@ def _known() -> frozenset[str]:
     own = {s.cause.place for s in all_suspects()} | {*ranges()}
     others = {place.replace("local_costmap.", "global_costmap.") for place in own}
     return frozenset(own | others)
+
+
+def _plain(ratio: float) -> str:
+    """Returns a ratio with two figures: '0.25', '4.8', '110'."""
+    return f"{float(f'{ratio:.2g}'):g}"
