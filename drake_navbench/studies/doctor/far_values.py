@@ -56,7 +56,12 @@ def far_values(facts: Facts, fired: Sequence[Finding]) -> list[Finding]:
 def _is_robots(far: Unusual) -> bool:
     """Tells whether a value is the robot's own matter."""
     name = far.place.rpartition(".")[2]
-    if far.place.startswith(ELSEWHERE) or any(fnmatchcase(name, p) for p in OF_THE_ROBOT):
+    # A value of 0 mostly switches off.
+    if (
+        far.value == 0.0
+        or far.place.startswith(ELSEWHERE)
+        or any(fnmatchcase(name, p) for p in OF_THE_ROBOT)
+    ):
         return True
     is_acceleration = any(fnmatchcase(name, pattern) for pattern in ACCELERATIONS)
     is_free = name == "yaw_goal_tolerance" and far.value >= NO_HEADING_RAD

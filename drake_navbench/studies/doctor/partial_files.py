@@ -70,7 +70,11 @@ BARE = {
     ),
 }
 # Words for the size of a value that is not told.
-SIZES = {"low": r"^(low|small|short|tight|tiny|near)", "high": r"^(high|large|big|long|far|wide)"}
+SIZES = {
+    "low": r"^(low|small|short|tight|tiny|near)",
+    "high": r"^(high|large|big|long|far|wide)",
+    "missing": r"^(missing|not set|not given|unset)",
+}
 OLD_RELEASES = r"galactic|foxy|eloquent|dashing|crystal|kinetic|melodic|noetic|ros ?1"
 # What nav2_bringup's own file has, which nearly every file begins as.
 OF_BRINGUP = {

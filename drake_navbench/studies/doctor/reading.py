@@ -68,6 +68,11 @@ OTHER_WAY = 0.5
 TRIED = 0.3
 # Plugins that Foxy and Galactic have not (Humble has this one from 1.1.7 on).
 SINCE_HUMBLE = ("nav2_controller::PoseProgressChecker",)
+# Of a parameter that a user tells to be missing.
+MISSING = 6.0
+# Of a lower limit of the speed, for a robot that is too slow.
+AGAINST = 0.4
+SPEEDS = ("vx_max", "max_linear_vel", "max_vel_x", "max_speed_xy", "v_linear_max", "max_velocity")
 # What adds to the best evidence for a cause, of each further piece.
 FURTHER = 0.25
 
@@ -121,7 +126,7 @@ def suspicions_of(facts: Facts, symptom: Symptom, words: str = "") -> list[Suspi
     evidence: dict[tuple[str, Direction], list[tuple[float, Cause, str, Finding | None]]] = {}
 
     def add(weight: float, cause: Cause, why: str, finding: Finding | None = None) -> None:
-        weight *= told.factor(cause)
+        weight *= told.factor(cause) * _fit(symptom, cause)
         if weight > 0.0:
             evidence.setdefault(cause.key, []).append((weight, cause, why, finding))
 
@@ -149,6 +154,12 @@ def suspicions_of(facts: Facts, symptom: Symptom, words: str = "") -> list[Suspi
     return sorted(found, key=lambda s: (-s.score, s.cause.place))
 
 
+def _fit(symptom: Symptom, cause: Cause) -> float:
+    """Returns the factor of a cure that is against the complaint."""
+    is_against = symptom is Symptom.TOO_SLOW and cause.direction is Direction.DOWN
+    return AGAINST if is_against and cause.place.rpartition(".")[2] in SPEEDS else 1.0
+
+
 def _named_causes(facts: Facts, told: Words) -> Iterator[tuple[float, Cause]]:
     """Yields both directions of each number that a user names, the likelier one heavier."""
     names = {place: Cause(place, Direction.UP) for place in sorted(facts.values)}
@@ -158,7 +169,8 @@ def _named_causes(facts: Facts, told: Words) -> Iterator[tuple[float, Cause]]:
     for place in places:
         size = facts.told.get(place)
         value = facts[place]
-        if size is None and (isinstance(value, bool) or not isinstance(value, int | float)):
+        is_number = isinstance(value, int | float) and not isinstance(value, bool)
+        if size == "missing" or (size is None and not is_number):
             continue
         for direction in (Direction.UP, Direction.DOWN):
             suspect = Suspect(facts.kinds, Symptom.COLLISION, Cause(place, direction), 1.0)
@@ -230,7 +242,7 @@ def value_factor(facts: Facts, suspect: Suspect) -> float:
     if cause.is_outside or cause.direction in (Direction.ADD, Direction.SET):
         return 1.0
     told = facts.told.get(cause.place)
-    if told is not None:
+    if told in ("low", "high"):
         is_suspicious = (told == "low") == (cause.direction is Direction.UP)
         return BEYOND if is_suspicious else OPPOSITE
     values = [facts[place] for place in facts.matching(cause.place)]
@@ -270,4 +282,6 @@ def _named_factor(facts: Facts, cause: Cause, told: Words) -> float:
     is_named = is_among(cause, told.named) or (
         not facts.is_whole and any(p in facts.given for p in facts.matching(cause.place))
     )
+    if facts.told.get(cause.place) == "missing":
+        return MISSING
     return NAMED if is_named else 1.0

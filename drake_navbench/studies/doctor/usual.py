@@ -84,6 +84,8 @@ def unusual_value(facts: Facts, place: str) -> Unusual | None:
     if isinstance(value, bool) or not isinstance(value, int | float):
         return None
     known = usual_values(facts.kinds).get(place, ())
+    if value == 0.0 and known and min(known) > 0.0:
+        return Unusual(place, 0.0, min(known), 1e-9)
     usual = [u for u in known if u * value > 0.0]
     # Between 0 and another usual value nothing is far.
     if not usual or (0.0 in known and abs(value) < max(map(abs, known))):

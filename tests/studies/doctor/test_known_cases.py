@@ -155,6 +155,27 @@ def test_what_the_user_tried_in_vain_counts_less():
     assert "controller.vx_max" not in [cause.place for cause in told]
 
 
+def test_a_parameter_that_is_told_to_be_missing_is_to_be_set():
+    weaves = {"controller": "RPP", "symptom": "weaves", "culprits": {}}
+    missing = {"controller_server.odom_topic": "missing"}
+    assert ranked(**weaves, parameters=missing)[0].key == (
+        "controller_server.odom_topic",
+        Direction.SET,
+    )
+
+
+def test_a_robot_that_is_too_slow_is_not_made_slower():
+    # 56 steps of 0.05 s at 3 m/s reach 8.4 m, beyond half the window: as a rule, slower helps.
+    fast = {"vx_max": 3.0}
+    found = facts_of_values("MPPI", "jazzy", fast)
+    scores = {
+        symptom: {s.cause.key: s.score for s in suspicions_of(found, symptom)}
+        for symptom in (Symptom.TOO_SLOW, Symptom.STOP_START_JERK)
+    }
+    key = ("controller.vx_max", Direction.DOWN)
+    assert scores[Symptom.TOO_SLOW][key] < 0.5 * scores[Symptom.STOP_START_JERK][key]
+
+
 def test_a_simulation_is_no_word_about_an_imu():
     sim = suspicions_of(facts_of_values("TEB", "ROS 1", {}), Symptom.SPINS, "a simulation")
     imu = suspicions_of(facts_of_values("TEB", "ROS 1", {}), Symptom.SPINS, "an IMU")
