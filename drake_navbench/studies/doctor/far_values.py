@@ -15,6 +15,8 @@ from drake_navbench.studies.doctor.suspects import all_suspects, ranges
 from drake_navbench.studies.doctor.symptoms import Symptom
 from drake_navbench.studies.doctor.usual import Unusual, unusual_value
 
+# How the names of these findings begin.
+FAR = "far-"
 # More of them tell of another robot, not of a slip.
 MOST = 3
 # A symptom that the knowledge has for the way back is told from this weight on.
@@ -85,7 +87,7 @@ def _finding(far: Unusual, kinds: tuple[str, ...]) -> Finding:
     )
     cause = Cause(far.place, far.back, far.nearest, seen, SOURCE)
     rule = Rule(
-        f"far-{far.place.rpartition('.')[2]}", lambda facts: True, lambda facts: seen,
+        f"{FAR}{far.place.rpartition('.')[2]}", lambda facts: True, lambda facts: seen,
         _symptoms(far.place, far.back, kinds), (cause,), SOURCE,
     )  # fmt: skip
     return Finding(rule, seen, (cause,))

@@ -54,7 +54,8 @@ _GROWTH = {
     "speed": "lookahead_dist min_lookahead_dist max_lookahead_dist min_lookahead max_lookahead "
     "prune_distance approach_velocity_scaling_dist slowdown_radius motion_target_dist vx_std "
     "max_global_plan_lookahead_dist width height min_distance_to_obstacle cost_scaling_dist "
-    "curvature_lookahead_dist forward_sampling_distance",
+    "curvature_lookahead_dist forward_sampling_distance min_approach_linear_velocity "
+    "regulated_linear_scaling_min_speed",
     "size": "inflation_radius footprint_padding min_obstacle_dist inflation_dist width height "
     "xy_goal_tolerance required_movement_radius regulated_linear_scaling_min_radius",
 }

@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 from doctor_texts import DWB, DWB_BLOCK, MPPI, MPPI_BLOCK, RPP, RPP_BLOCK, nav2_text
 
+from drake_navbench.commands.doctor import main
 from drake_navbench.inputs.robot import load_robot
 from drake_navbench.nav2.robot import read_nav2_files
 from drake_navbench.studies.doctor.causes import Direction
@@ -94,3 +95,13 @@ def test_brakes_that_are_weak_beside_the_accelerations_are_found(found):
     assert "dwb-brakes-weaker-than-it-accelerates" in weak
     even = {f.rule.name for f in found(nav2_text(DWB_BLOCK | {"decel_lim_x": -1.25}, plugin=DWB))}
     assert "dwb-brakes-weaker-than-it-accelerates" not in even
+
+
+def test_the_command_tells_far_values_after_the_rules_of_the_symptom(tmp_path, capsys):
+    path = tmp_path / "nav2.yaml"
+    block = MPPI_BLOCK | {"vx_min": 0.0, "GoalCritic": {"cost_weight": 1.25}}
+    path.write_text(nav2_text(block, plugin=MPPI))
+    main([str(path), "--read-only", "--symptom", "no_turning"])
+    names = [line[2:] for line in capsys.readouterr().out.splitlines() if line.startswith("- ")]
+    assert names[-1].startswith("far-cost_weight")
+    assert any(name.startswith("mppi-no-reverse") for name in names[:-1])
