@@ -20,6 +20,7 @@ from drake_navbench.studies.doctor.facts import (
     shortened,
 )
 from drake_navbench.studies.doctor.suspects import ELSEWHERE
+from drake_navbench.studies.doctor.usual import OF_BRINGUP
 
 # Words for controllers, and the preset that has the defaults of Nav2's own files.
 PRESETS = (
@@ -76,12 +77,12 @@ SIZES = {
     "missing": r"^(missing|not set|not given|unset)",
 }
 OLD_RELEASES = r"galactic|foxy|eloquent|dashing|crystal|kinetic|melodic|noetic|ros ?1"
-# What nav2_bringup's own file has, which nearly every file begins as.
-OF_BRINGUP = {
-    f"{costmap}.{name}": value
+# Where nobody keeps the code's defaults, nav2_bringup's count.
+AS_IN_BRINGUP = [
+    f"{costmap}.{name}"
     for costmap in ("local_costmap", "global_costmap")
-    for name, value in {"cost_scaling_factor": 3.0, "inflation_radius": 0.7}.items()
-}
+    for name in ("cost_scaling_factor", "inflation_radius")
+]
 # Other names for the same, most of them of ROS 1's planners, costmap_2d and amcl.
 OTHER_NAMES = {
     "path_distance_bias": "PathDist.scale",
@@ -155,7 +156,7 @@ def _defaults() -> Iterator[tuple[str, Any]]:
     """Yields the servers' defaults; nav2_bringup's values where nobody keeps the code's."""
     for name, value in flattened(NavigationSettings().model_dump(mode="json")):
         yield shortened(name), value
-    yield from OF_BRINGUP.items()
+    yield from ((place, OF_BRINGUP[place][-1]) for place in AS_IN_BRINGUP)
 
 
 def _place(name: str, known: Mapping[str, Any]) -> str:

@@ -51,7 +51,7 @@ NEXT_CURE = 0.85
 # Of a rule about values that nobody gave, where the file is not a whole one: they may be others.
 OF_DEFAULTS = 0.5
 # Of a rule that fires on nav2_bringup's own values as well: nearly every file has them.
-OF_BRINGUP = 0.5
+ON_BRINGUP = 0.5
 # Of a suspect whose value lies beyond the usual range on the side of the fault, within, and on the
 # other side; and of a parameter that the controller has not.
 BEYOND, WITHIN, OPPOSITE, ABSENT = 1.5, 1.0, 0.35, 0.45
@@ -132,10 +132,10 @@ def suspicions_of(facts: Facts, symptom: Symptom, words: str = "") -> list[Suspi
 
     for finding in findings_of(facts, symptom):
         weight = OF_A_RULE * finding.rule.symptoms[symptom]
-        if finding.rule.name in _of_bringup(facts.kinds, facts.release) and not (
+        if finding.rule.name in _firing_on_bringup(facts.kinds, facts.release) and not (
             not facts.is_whole and _rests_on_given(facts, finding.rule)
         ):
-            weight *= OF_BRINGUP
+            weight *= ON_BRINGUP
         elif not facts.is_whole and not _rests_on_given(facts, finding.rule):
             weight *= OF_DEFAULTS
         for cause in finding.cures:
@@ -180,7 +180,7 @@ def _named_causes(facts: Facts, told: Words) -> Iterator[tuple[float, Cause]]:
 
 
 @cache
-def _of_bringup(kinds: tuple[str, ...], release: Release) -> frozenset[str]:
+def _firing_on_bringup(kinds: tuple[str, ...], release: Release) -> frozenset[str]:
     """Returns the names of the rules that fire on nav2_bringup's own values."""
     facts = facts_of_values(" ".join(reversed(kinds)), release, {})
     return frozenset(rule.name for rule in RULES if rule.fires(facts))

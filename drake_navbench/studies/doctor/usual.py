@@ -8,10 +8,10 @@ from functools import cache
 from typing import Any, NamedTuple
 
 from drake_navbench.inputs.navigation_settings import NavigationSettings
-from drake_navbench.inputs.presets import Preset, load_preset
+from drake_navbench.inputs.presets import load_preset
 from drake_navbench.plugins.names import flattened
 from drake_navbench.studies.doctor.causes import Direction
-from drake_navbench.studies.doctor.facts import CONTROLLER, Facts, controller_values, shortened
+from drake_navbench.studies.doctor.facts import Facts, controller_values, defaults_of, shortened
 
 # By kind of controller, the preset with the values of nav2_bringup's or the controller's own file.
 PRESETS = {
@@ -118,7 +118,7 @@ def usual_values(kinds: tuple[str, ...]) -> Mapping[str, tuple[float, ...]]:
     for kind in kinds:
         if kind in PRESETS:
             preset = load_preset(PRESETS[kind])
-            pairs += [*controller_values(preset), *_defaults(preset)]
+            pairs += [*controller_values(preset), *defaults_of(preset).items()]
     for place, value in pairs:
         if isinstance(value, int | float) and not isinstance(value, bool):
             found.setdefault(place, set()).add(float(value))
@@ -126,10 +126,3 @@ def usual_values(kinds: tuple[str, ...]) -> Mapping[str, tuple[float, ...]]:
         for place, values in more.items():
             found.setdefault(place, set()).update(values)
     return {place: tuple(sorted(values)) for place, values in found.items()}
-
-
-def _defaults(preset: Preset) -> Iterator[tuple[str, Any]]:
-    """Yields the defaults of a controller's own parameters, by place."""
-    for name, entry in type(preset.parameters).model_fields.items():
-        if not entry.is_required():
-            yield f"{CONTROLLER}.{name}", entry.get_default()

@@ -7,13 +7,12 @@ import math
 from drake_navbench.studies.doctor.facts import Facts
 from drake_navbench.studies.doctor.rules.rule import Rule, down, up
 from drake_navbench.studies.doctor.symptoms import Symptom
+from drake_navbench.studies.doctor.usual import OF_BRINGUP, USUAL_RADIUS_M
 
 S = Symptom
 
 # From this ratio on the two costmaps tell of different robots or distances.
 DIFFERENT = 2.5
-# What nav2_bringup has, for the question which of the two is the odd one.
-OF_BRINGUP = {"inflation_radius": 0.6, "cost_scaling_factor": 3.0, "robot_radius": 0.22}
 MEANING = {
     "inflation_radius": "the planner plans through cells that the controller avoids, or avoids "
     "those that the controller would take",
@@ -37,7 +36,7 @@ def _is_odd(f: Facts, costmap: str, name: str, above: bool) -> bool:
     own, other = (f.number(place) for place in places)
     if min(own, other) <= 0.0 or max(own / other, other / own) < DIFFERENT - 1e-9:
         return False
-    usual = OF_BRINGUP[name]
+    usual = OF_BRINGUP.get(places[0], (USUAL_RADIUS_M,))[0]
     is_odder = abs(math.log(own / usual)) >= abs(math.log(other / usual))
     return is_odder and (own > other) == above
 
