@@ -316,6 +316,7 @@ def _words(arguments: argparse.Namespace) -> str:
 def _read(patient: Patient, symptom: Symptom | None, arguments: argparse.Namespace) -> None:
     """Prints the first look: the rules that fire, and what may cause the symptom."""
     from drake_navbench.commands.command_line import print_text
+    from drake_navbench.studies.doctor.far_values import FAR
     from drake_navbench.studies.doctor.reading import findings_of, suspicions_of
     from drake_navbench.studies.doctor.told import told_of_reading
 
@@ -326,6 +327,7 @@ def _read(patient: Patient, symptom: Symptom | None, arguments: argparse.Namespa
         suspects = suspicions_of(facts, symptom, _words(arguments))
         known = {finding.rule.name for finding in findings}
         findings += [f for f in findings_of(facts, symptom) if f.rule.name not in known]
+        findings.sort(key=lambda finding: finding.rule.name.startswith(FAR))
     print_text("\n".join(told_of_reading(facts, findings, suspects, symptom)) + "\n")
 
 

@@ -43,8 +43,8 @@ class Facts:
     kinds: of the controller: 'mppi', or 'shim' and 'rpp' of a shim before RPP. values: by place.
     given: places whose values are in the file. defaults: of the controller's model, by place.
     unread: names in the file that the release does not read, with the remark of the check. nodes:
-    base names of all nodes in the file. told: places that a user calls 'low' or 'high' without a
-    number. plugin: the controller's name in the file. is_whole: whether the
+    base names of all nodes in the file. told: places that a user calls 'low', 'high'
+    or 'missing' without a number. plugin: the controller's name in the file. is_whole: whether the
     file is a whole one, so that what is missing in it is missing on the robot.
     unreadable: places that the release does not read. doubts: parameters whose values are probably
     mistakes, with what Nav2 makes of them, from the check. mark: what in the file told the release.

@@ -20,6 +20,7 @@ from drake_navbench.studies.doctor.facts import (
     shortened,
 )
 from drake_navbench.studies.doctor.suspects import ELSEWHERE
+from drake_navbench.studies.doctor.usual import OF_BRINGUP
 
 # Words for controllers, and the preset that has the defaults of Nav2's own files.
 PRESETS = (
@@ -32,45 +33,78 @@ PRESETS = (
     (r"teb", "teb_upstream"),
     (r"dwb|dwa", "dwb_bringup"),
 )
-# Parameters of servers that users name without the server.
+# Servers whose parameters users name without the server, in the order in which they are meant.
+SERVERS = (
+    "goal_checker",
+    "progress_checker",
+    "controller_server",
+    "local_costmap",
+    "planner",
+    "behavior_server",
+)
+# Their parameters that no model of this program has as a default, and those of other nodes.
 BARE = {
-    "controller_frequency": "controller_server",
-    "failure_tolerance": "controller_server",
     "odom_topic": "controller_server",
-    "required_movement_radius": "progress_checker",
-    "movement_time_allowance": "progress_checker",
-    "xy_goal_tolerance": "goal_checker",
-    "yaw_goal_tolerance": "goal_checker",
-    "stateful": "goal_checker",
-    "velocity_timeout": "velocity_smoother",
-    "smoothing_frequency": "velocity_smoother",
-    "deadband_velocity": "velocity_smoother",
-    "feedback": "velocity_smoother",
-    "max_accel": "velocity_smoother",
-    "max_velocity": "velocity_smoother",
-    "inflation_radius": "local_costmap",
-    "cost_scaling_factor": "local_costmap",
+    "transform_tolerance": "controller_server",
     "robot_radius": "local_costmap",
     "footprint": "local_costmap",
-    "footprint_padding": "local_costmap",
-    "obstacle_max_range": "local_costmap",
-    "raytrace_max_range": "local_costmap",
     "observation_persistence": "local_costmap",
+    "observation_sources": "local_costmap",
+    "minimum_turning_radius": "planner",
+    "default_server_timeout": "bt_navigator",
+    "bt_loop_duration": "bt_navigator",
+    **dict.fromkeys(
+        (
+            "velocity_timeout",
+            "smoothing_frequency",
+            "deadband_velocity",
+            "feedback",
+            "max_accel",
+            "max_decel",
+            "max_velocity",
+            "min_velocity",
+        ),
+        "velocity_smoother",
+    ),
+    **dict.fromkeys(
+        ("update_min_d", "update_min_a", "max_particles", "min_particles", "sigma_hit"), "amcl"
+    ),
 }
 # Words for the size of a value that is not told.
-SIZES = {"low": r"^(low|small|short|tight|tiny|near)", "high": r"^(high|large|big|long|far|wide)"}
-OLD_RELEASES = r"galactic|foxy|eloquent|dashing|crystal|kinetic|melodic|noetic|ros ?1"
-# What nav2_bringup's own file has, which nearly every file begins as.
-OF_BRINGUP = {
-    f"{costmap}.{name}": value
-    for costmap in ("local_costmap", "global_costmap")
-    for name, value in {"cost_scaling_factor": 3.0, "inflation_radius": 0.7}.items()
+SIZES = {
+    "low": r"^(low|small|short|tight|tiny|near)",
+    "high": r"^(high|large|big|long|far|wide)",
+    "missing": r"^(missing|not set|not given|unset)",
 }
-# Other names for the same.
+OLD_RELEASES = r"galactic|foxy|eloquent|dashing|crystal|kinetic|melodic|noetic|ros ?1"
+# Where nobody keeps the code's defaults, nav2_bringup's count.
+AS_IN_BRINGUP = [
+    f"{costmap}.{name}"
+    for costmap in ("local_costmap", "global_costmap")
+    for name in ("cost_scaling_factor", "inflation_radius")
+]
+# Other names for the same, most of them of ROS 1's planners, costmap_2d and amcl.
 OTHER_NAMES = {
     "path_distance_bias": "PathDist.scale",
     "goal_distance_bias": "GoalDist.scale",
     "occdist_scale": "BaseObstacle.scale",
+    "pdist_scale": "PathDist.scale",
+    "gdist_scale": "GoalDist.scale",
+    "forward_point_distance": "PathAlign.forward_point_distance",
+    "max_trans_vel": "max_speed_xy",
+    "min_trans_vel": "min_speed_xy",
+    "max_rot_vel": "max_vel_theta",
+    "min_rot_vel": "min_speed_theta",
+    "min_in_place_vel_theta": "min_speed_theta",
+    "acc_lim_th": "acc_lim_theta",
+    "vth_samples": "vtheta_samples",
+    "sim_granularity": "linear_granularity",
+    "angular_sim_granularity": "angular_granularity",
+    "trans_stopped_vel": "trans_stopped_velocity",
+    "max_allowed_time_to_collision": "max_allowed_time_to_collision_up_to_carrot",
+    "obstacle_range": "obstacle_max_range",
+    "raytrace_range": "raytrace_max_range",
+    **{f"odom_alpha{number}": f"amcl.alpha{number}" for number in range(1, 6)},
     "size": "width",
     **ALIASES,
 }
@@ -122,23 +156,29 @@ def _defaults() -> Iterator[tuple[str, Any]]:
     """Yields the servers' defaults; nav2_bringup's values where nobody keeps the code's."""
     for name, value in flattened(NavigationSettings().model_dump(mode="json")):
         yield shortened(name), value
-    yield from OF_BRINGUP.items()
+    yield from ((place, OF_BRINGUP[place][-1]) for place in AS_IN_BRINGUP)
 
 
 def _place(name: str, known: Mapping[str, Any]) -> str:
     """Returns the place that a user's name of a parameter stands for."""
+    name = OTHER_NAMES.get(name, name)
     first, _, rest = name.partition(".")
-    last = OTHER_NAMES.get(name.rpartition(".")[2], name.rpartition(".")[2])
     if first == "collision_monitor":
         return f"collision_monitor.polygons.{rest}"
     if first in ELSEWHERE and rest:
         return shortened(f"{first}.{OTHER_NAMES.get(rest, rest)}")
-    own = f"{CONTROLLER}.{OTHER_NAMES.get(name, name)}"
-    if own not in known and last in BARE:
-        return f"{BARE[last]}.{last}"
-    if "." not in name and last in BARE and BARE[last] in ("goal_checker", "progress_checker"):
-        return f"{BARE[last]}.{last}"
-    return own
+    own = f"{CONTROLLER}.{name}"
+    last = name.rpartition(".")[2]
+    checked = [f"{server}.{last}" for server in SERVERS if f"{server}.{last}" in known]
+    # TEB and DWB have tolerances of their own, but the checkers' decide.
+    of_a_checker = [place for place in checked if place.partition(".")[0].endswith("checker")]
+    if "." not in name and of_a_checker:
+        return of_a_checker[0]
+    if own in known:
+        return own
+    if checked:
+        return checked[0]
+    return f"{BARE[last]}.{last}" if last in BARE else own
 
 
 def _size(value: Any) -> str | None:

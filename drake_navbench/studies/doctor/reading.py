@@ -2,14 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
+from functools import cache
 from typing import NamedTuple
 
+from drake_navbench.releases import Release
+from drake_navbench.studies.doctor.attempts import is_among, named_in, tried_in_vain
 from drake_navbench.studies.doctor.causes import RELEASE, Cause, Direction
 from drake_navbench.studies.doctor.clues import factor_for, favours_of
 from drake_navbench.studies.doctor.facts import CONTROLLER, Facts
+from drake_navbench.studies.doctor.far_values import far_values
+from drake_navbench.studies.doctor.in_effect import is_in_effect
+from drake_navbench.studies.doctor.partial_files import facts_of_values
 from drake_navbench.studies.doctor.rules import (
     bands,
     checkers,
+    costmap_pairs,
     costmaps,
     dwb,
     dwb_arrival,
@@ -28,9 +36,12 @@ from drake_navbench.studies.doctor.rules import (
 from drake_navbench.studies.doctor.rules.rule import Finding, Rule
 from drake_navbench.studies.doctor.suspects import Suspect, ranges, suspects_of
 from drake_navbench.studies.doctor.symptoms import Symptom
+from drake_navbench.studies.doctor.usual import unusual_value
 
 MODULES = (mppi, mppi_critics, dwb, dwb_arrival, pursuit, rpp_turns, shim, bands)
-MODULES_OF_SERVERS = (servers, smoother, checkers, monitor, costmaps, inflation, planners, releases)
+MODULES_OF_SERVERS = (
+    servers, smoother, checkers, monitor, costmaps, inflation, costmap_pairs, planners, releases,
+)  # fmt: skip
 RULES: tuple[Rule, ...] = tuple(
     rule for module in (*MODULES, *MODULES_OF_SERVERS) for rule in module.RULES
 )
@@ -39,13 +50,29 @@ OF_A_RULE = 1.6
 NEXT_CURE = 0.85
 # Of a rule about values that nobody gave, where the file is not a whole one: they may be others.
 OF_DEFAULTS = 0.5
+# Of a rule that fires on nav2_bringup's own values as well: nearly every file has them.
+ON_BRINGUP = 0.5
 # Of a suspect whose value lies beyond the usual range on the side of the fault, within, and on the
 # other side; and of a parameter that the controller has not.
-BEYOND, WITHIN, OPPOSITE, ABSENT = 1.7, 1.0, 0.35, 0.45
+BEYOND, WITHIN, OPPOSITE, ABSENT = 1.5, 1.0, 0.35, 0.45
 # A parameter that somebody changed away from its default on the side of the fault.
 CHANGED = 1.25
-# Of what a user names in a file that is not a whole one.
-NAMED = 1.5
+# Of what a user names, in words or as one of a few values.
+NAMED = 2.0
+# Of a named value that no suspect of the symptom is: on the side where it is far from the usual
+# value, and on either side where it is not.
+NAMED_FAR, NAMED_NEAR = 0.6, 0.3
+# Of the way in which a named value has no suspect where it has one the other way.
+OTHER_WAY = 0.5
+# Of what a user has tried without success.
+TRIED = 0.3
+# Plugins that Foxy and Galactic have not (Humble has this one from 1.1.7 on).
+SINCE_HUMBLE = ("nav2_controller::PoseProgressChecker",)
+# Of a parameter that a user tells to be missing.
+MISSING = 6.0
+# Of a lower limit of the speed, for a robot that is too slow.
+AGAINST = 0.4
+SPEEDS = ("vx_max", "max_linear_vel", "max_vel_x", "max_speed_xy", "v_linear_max", "max_velocity")
 # What adds to the best evidence for a cause, of each further piece.
 FURTHER = 0.25
 
@@ -69,7 +96,25 @@ def findings_of(facts: Facts, symptom: Symptom | None = None) -> list[Finding]:
             is_wanted = is_wanted and (bool(rule.advice) or _rests_on_given(facts, rule))
         if is_wanted and rule.fires(facts):
             fired.append(rule.finding(facts))
-    return fired
+    return fired if symptom is not None else [*fired, *far_values(facts, fired)]
+
+
+class Words(NamedTuple):
+    """What a user's words tell: factors of causes, and the names of parameters."""
+
+    favours: list[Mapping[str, float]]
+    named: frozenset[str]
+    in_vain: frozenset[str]
+
+    @classmethod
+    def of(cls, text: str) -> Words:
+        """Returns what words tell."""
+        return cls(favours_of(text), named_in(text), tried_in_vain(text))
+
+    def factor(self, cause: Cause) -> float:
+        """Returns by how much the words make a cause likelier."""
+        tried = TRIED if is_among(cause, self.in_vain) else 1.0
+        return tried * factor_for(cause, self.favours)
 
 
 def suspicions_of(facts: Facts, symptom: Symptom, words: str = "") -> list[Suspicion]:
@@ -77,27 +122,68 @@ def suspicions_of(facts: Facts, symptom: Symptom, words: str = "") -> list[Suspi
 
     words: of the user, about symptom and robot.
     """
-    favours = favours_of(words)
+    told = Words.of(words)
     evidence: dict[tuple[str, Direction], list[tuple[float, Cause, str, Finding | None]]] = {}
 
     def add(weight: float, cause: Cause, why: str, finding: Finding | None = None) -> None:
-        weight *= factor_for(cause, favours)
+        weight *= told.factor(cause) * _fit(symptom, cause)
         if weight > 0.0:
             evidence.setdefault(cause.key, []).append((weight, cause, why, finding))
 
     for finding in findings_of(facts, symptom):
         weight = OF_A_RULE * finding.rule.symptoms[symptom]
-        if not facts.is_whole and not _rests_on_given(facts, finding.rule):
+        if finding.rule.name in _firing_on_bringup(facts.kinds, facts.release) and not (
+            not facts.is_whole and _rests_on_given(facts, finding.rule)
+        ):
+            weight *= ON_BRINGUP
+        elif not facts.is_whole and not _rests_on_given(facts, finding.rule):
             weight *= OF_DEFAULTS
         for cause in finding.cures:
             if _is_there(facts, cause):
-                add(weight * _named_factor(facts, cause), cause, finding.seen, finding)
+                add(weight * _named_factor(facts, cause, told), cause, finding.seen, finding)
                 weight *= NEXT_CURE
     for suspect in suspects_of(symptom, facts.kinds):
         if _is_there(facts, suspect.cause):
-            add(suspect.weight * value_factor(facts, suspect), suspect.cause, suspect.cause.why)
+            factor = value_factor(facts, suspect) * _named_factor(facts, suspect.cause, told)
+            add(suspect.weight * factor, suspect.cause, suspect.cause.why)
+    places = {place for place, _ in evidence}
+    for weight, cause in _named_causes(facts, told):
+        if cause.key not in evidence:
+            add(weight * (OTHER_WAY if cause.place in places else 1.0), cause, cause.why)
     found = [_merged(pieces) for pieces in evidence.values()]
     return sorted(found, key=lambda s: (-s.score, s.cause.place))
+
+
+def _fit(symptom: Symptom, cause: Cause) -> float:
+    """Returns the factor of a cure that is against the complaint."""
+    is_against = symptom is Symptom.TOO_SLOW and cause.direction is Direction.DOWN
+    return AGAINST if is_against and cause.place.rpartition(".")[2] in SPEEDS else 1.0
+
+
+def _named_causes(facts: Facts, told: Words) -> Iterator[tuple[float, Cause]]:
+    """Yields both directions of each number that a user names, the likelier one heavier."""
+    names = {place: Cause(place, Direction.UP) for place in sorted(facts.values)}
+    places = [p for p, cause in names.items() if is_among(cause, told.named)]
+    if not facts.is_whole:
+        places += sorted(facts.given - {*places})
+    for place in places:
+        size = facts.told.get(place)
+        value = facts[place]
+        is_number = isinstance(value, int | float) and not isinstance(value, bool)
+        if size == "missing" or (size is None and not is_number):
+            continue
+        for direction in (Direction.UP, Direction.DOWN):
+            suspect = Suspect(facts.kinds, Symptom.COLLISION, Cause(place, direction), 1.0)
+            factor = value_factor(facts, suspect)
+            weight = NAMED_FAR if factor >= BEYOND else NAMED_NEAR if factor >= WITHIN else 0.0
+            yield weight, Cause(place, direction, None, "You named its value.")
+
+
+@cache
+def _firing_on_bringup(kinds: tuple[str, ...], release: Release) -> frozenset[str]:
+    """Returns the names of the rules that fire on nav2_bringup's own values."""
+    facts = facts_of_values(" ".join(reversed(kinds)), release, {})
+    return frozenset(rule.name for rule in RULES if rule.fires(facts))
 
 
 def _rests_on_given(facts: Facts, rule: Rule) -> bool:
@@ -126,7 +212,9 @@ def _is_there(facts: Facts, cause: Cause) -> bool:
         return is_missing if first != CONTROLLER else not facts.is_kind("shim")
     if first in ("velocity_smoother", "collision_monitor", "amcl") and is_missing:
         return False
-    if cause.place in facts.unreadable:
+    if cause.place in facts.unreadable or not is_in_effect(facts, cause.place):
+        return False
+    if cause.to in SINCE_HUMBLE and facts.told.get("release") == "old":
         return False
     is_in_block = first == CONTROLLER and cause.place.count(".") > 1
     if is_in_block and facts.is_whole and facts[cause.place] is None:
@@ -151,37 +239,49 @@ def _has(facts: Facts, cause: Cause) -> bool:
 def value_factor(facts: Facts, suspect: Suspect) -> float:
     """Returns the factor by which a parameter's value raises or lowers a suspect's weight."""
     cause = suspect.cause
-    factor = _named_factor(facts, cause)
     if cause.is_outside or cause.direction in (Direction.ADD, Direction.SET):
-        return factor
+        return 1.0
     told = facts.told.get(cause.place)
-    if told is not None:
+    if told in ("low", "high"):
         is_suspicious = (told == "low") == (cause.direction is Direction.UP)
-        return factor * (BEYOND if is_suspicious else OPPOSITE)
+        return BEYOND if is_suspicious else OPPOSITE
     values = [facts[place] for place in facts.matching(cause.place)]
     value = next((v for v in values if v is not None), None)
     if value is None:
-        return factor * ABSENT
+        return ABSENT
     if isinstance(value, bool) or not isinstance(value, int | float):
-        return factor
-    return factor * _side(facts, cause, float(value))
+        return 1.0
+    return _side(facts, cause, float(value))
 
 
 def _side(facts: Facts, cause: Cause, value: float) -> float:
-    low, high = ranges().get(cause.place, (None, None))
+    low, high = ranges().get(cause.place) or _range_of_the_other_costmap(cause.place)
     is_up = cause.direction is Direction.UP
     below = low is not None and value < low - 1e-9
     above = high is not None and value > high + 1e-9
     if below or above:
         return BEYOND if below == is_up else OPPOSITE
+    far = unusual_value(facts, cause.place) if low is None and high is None else None
+    if far is not None:
+        return BEYOND if far.back is cause.direction else OPPOSITE
     default = facts.defaults.get(cause.place)
     if isinstance(default, int | float) and not isinstance(default, bool) and value != default:
         return CHANGED if (value < default) == is_up else 1.0 / CHANGED
     return WITHIN
 
 
-def _named_factor(facts: Facts, cause: Cause) -> float:
-    """Returns the weight of what a user names who shows a few parameters only."""
-    if facts.is_whole or cause.place == RELEASE:
+def _range_of_the_other_costmap(place: str) -> tuple[float | None, float | None]:
+    """Returns the range of the local costmap's parameter for the global one's."""
+    return ranges().get(place.replace("global_costmap.", "local_costmap."), (None, None))
+
+
+def _named_factor(facts: Facts, cause: Cause, told: Words) -> float:
+    """Returns the weight of what a user names, in words or as one of a few values."""
+    if cause.place == RELEASE or cause.is_outside:
         return 1.0
-    return NAMED if any(place in facts.given for place in facts.matching(cause.place)) else 1.0
+    is_named = is_among(cause, told.named) or (
+        not facts.is_whole and any(p in facts.given for p in facts.matching(cause.place))
+    )
+    if facts.told.get(cause.place) == "missing":
+        return MISSING
+    return NAMED if is_named else 1.0

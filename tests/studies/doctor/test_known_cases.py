@@ -10,6 +10,8 @@ from drake_navbench.commands.doctor import main
 from drake_navbench.studies.doctor.causes import Cause, Direction
 from drake_navbench.studies.doctor.known_cases import Case, is_hit, read_cases, score_case, score_of
 from drake_navbench.studies.doctor.partial_files import facts_of_values
+from drake_navbench.studies.doctor.reading import suspicions_of
+from drake_navbench.studies.doctor.symptoms import Symptom
 
 CASE = {
     "id": "A1",
@@ -116,3 +118,88 @@ def test_wrong_input_is_one_line(arguments, told, tmp_path, capsys):
     error = capsys.readouterr().err
     assert told in error
     assert error.count("\n") == 1
+
+
+def ranked(**changed):
+    return [s.cause for s in score_case(case(**changed), None).causes]
+
+
+def test_names_of_ros_1_stand_for_nav2s():
+    old = {"release": "ROS 1 kinetic", "controller": "DWA", "symptom_class": "spins"}
+    found = facts_of_values("DWA", "ROS 1 kinetic", {"max_rot_vel": 6.0, "odom_alpha1": 1.5})
+    assert found["controller.max_vel_theta"] == 6.0
+    assert found["amcl.alpha1"] == 1.5
+    first = ranked(**old, parameters={"max_rot_vel": 6.0}, culprits={})[0]
+    assert first.key == ("controller.max_vel_theta", Direction.DOWN)
+
+
+def test_a_costmaps_parameter_needs_no_costmap_before_its_name():
+    found = facts_of_values("DWB", "humble", {"min_obstacle_height": 0.25})
+    assert found["local_costmap.min_obstacle_height"] == 0.25
+
+
+def test_a_value_that_the_user_names_is_a_cause_without_a_suspect_of_it():
+    # No suspect of near_miss is about k_phi; 9.0 is 4.5 times Nav2's 2.0.
+    named = {"controller": "Graceful", "symptom_class": "near_miss", "symptom": "hugs walls"}
+    places = [c.key for c in ranked(**named, parameters={"k_phi": 9.0}, culprits={})]
+    assert ("controller.k_phi", Direction.DOWN) in places
+    places = [c.key for c in ranked(**named, parameters={}, culprits={})]
+    assert ("controller.k_phi", Direction.DOWN) not in places
+
+
+def test_what_the_user_tried_in_vain_counts_less():
+    slow = {"symptom_class": "too_slow", "parameters": {"vx_max": 1.0}, "culprits": {}}
+    plain = ranked(**slow, symptom="drives slowly")
+    assert plain[0].place == "controller.vx_max"
+    told = ranked(**slow, symptom="drives slowly; raising vx_max changes nothing")
+    assert "controller.vx_max" not in [cause.place for cause in told]
+
+
+def test_a_parameter_that_is_told_to_be_missing_is_to_be_set():
+    weaves = {"controller": "RPP", "symptom": "weaves", "culprits": {}}
+    missing = {"controller_server.odom_topic": "missing"}
+    assert ranked(**weaves, parameters=missing)[0].key == (
+        "controller_server.odom_topic",
+        Direction.SET,
+    )
+
+
+def test_a_robot_that_is_too_slow_is_not_made_slower():
+    # 56 steps of 0.05 s at 3 m/s reach 8.4 m, beyond half the window: as a rule, slower helps.
+    fast = {"vx_max": 3.0}
+    found = facts_of_values("MPPI", "jazzy", fast)
+    scores = {
+        symptom: {s.cause.key: s.score for s in suspicions_of(found, symptom)}
+        for symptom in (Symptom.TOO_SLOW, Symptom.STOP_START_JERK)
+    }
+    key = ("controller.vx_max", Direction.DOWN)
+    assert scores[Symptom.TOO_SLOW][key] < 0.5 * scores[Symptom.STOP_START_JERK][key]
+
+
+def test_a_simulation_is_no_word_about_an_imu():
+    sim = suspicions_of(facts_of_values("TEB", "ROS 1", {}), Symptom.SPINS, "a simulation")
+    imu = suspicions_of(facts_of_values("TEB", "ROS 1", {}), Symptom.SPINS, "an IMU")
+    plain, told = ({s.cause.place: s.score for s in found} for found in (sim, imu))
+    assert plain["outside.imu_frame"] < told["outside.imu_frame"]
+
+
+def test_a_rule_that_fires_on_bringups_own_values_weighs_less():
+    # raytrace_max_range 3.0 beside obstacle_max_range 2.5 is bringup's own; so told it is evidence.
+    names = {"obstacle_max_range": 2.5, "raytrace_max_range": 3.0}
+    key = ("local_costmap.raytrace_max_range", Direction.SET)
+
+    def score(values):
+        found = facts_of_values("DWB", "jazzy", values)
+        return {s.cause.key: s.score for s in suspicions_of(found, Symptom.COLLISION)}[key]
+
+    assert score({}) < 0.5 * score(names)
+
+
+def test_a_plugin_that_a_release_has_not_is_not_proposed():
+    def proposed(release):
+        found = facts_of_values("DWB", release, {})
+        causes = [s.cause for s in suspicions_of(found, Symptom.FALSE_ABORT)]
+        return "nav2_controller::PoseProgressChecker" in [cause.to for cause in causes]
+
+    assert proposed("humble")
+    assert not proposed("galactic")

@@ -150,6 +150,17 @@ def test_a_value_beyond_its_range_makes_a_suspect_of_it(facts):
     assert "controller.wz_std" not in places
 
 
+def test_what_a_switch_turns_off_is_no_suspect(facts):
+    def places(is_scaled):
+        block = RPP_BLOCK | {"use_velocity_scaled_lookahead_dist": is_scaled}
+        found = suspicions_of(facts(nav2_text(block, plugin=RPP)), Symptom.WOBBLE_STRAIGHT)
+        return {s.cause.place.removeprefix("controller.") for s in found}
+
+    near, scaled = places(False), places(True)
+    assert ("lookahead_dist" in near, "lookahead_time" in near) == (True, False)
+    assert ("lookahead_dist" in scaled, "lookahead_time" in scaled) == (False, True)
+
+
 def test_what_nav2_bringup_ships_is_no_fault(facts):
     # trans_stopped_velocity 0.25 of 0.26 m/s: it stops within 0.25^2 / 5 + 0.25 / 20 = 0.025 m.
     block = DWB_BLOCK | {"max_vel_x": 0.26, "trans_stopped_velocity": 0.25}

@@ -86,7 +86,7 @@ RULES = (
             put("progress_checker.plugin", "nav2_controller::PoseProgressChecker"),
             up("progress_checker.movement_time_allowance"),
         ),
-        f"{SERVER}: pose_progress_checker.cpp",
+        f"{SERVER}: pose_progress_checker.cpp (in Humble from 1.1.7 on)",
     ),
     Rule(
         "goal-smaller-than-a-step",

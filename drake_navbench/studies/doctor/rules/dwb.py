@@ -14,6 +14,9 @@ from drake_navbench.studies.doctor.symptoms import Symptom
 
 S = Symptom
 
+# From this ratio of the two on, braking is weak beside accelerating.
+WEAKER = 2.5
+
 DWB = ("dwb",)
 CODE = "dwb_core, dwb_plugins, dwb_critics"
 # Poses of a sample that are farther apart leave room for a chair's leg between them, m.
@@ -103,6 +106,23 @@ RULES = (
         {S.COLLISION: 0.9, S.GOAL_OVERSHOOT: 0.6},
         (up("sim_time"), down("max_vel_x")),
         CODE,
+        DWB,
+    ),
+    Rule(
+        "dwb-brakes-weaker-than-it-accelerates",
+        lambda f: (
+            0.0
+            < abs(f.number("controller.decel_lim_x"))
+            <= f.number("controller.acc_lim_x") / WEAKER + 1e-9
+        ),
+        lambda f: (
+            f"decel_lim_x is {f.controller('decel_lim_x')} m/s^2 and acc_lim_x "
+            f"{f.controller('acc_lim_x')} m/s^2: the samples gain speed that they need much "
+            "longer to lose"
+        ),
+        {S.GOAL_OVERSHOOT: 0.6, S.STALL_BEFORE_GOAL: 0.3, S.COLLISION: 0.3},
+        (down("decel_lim_x"), down("acc_lim_x")),
+        "dwb_plugins: xy_theta_iterator, one_d_velocity_iterator",
         DWB,
     ),
     Rule(

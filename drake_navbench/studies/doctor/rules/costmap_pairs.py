@@ -1,0 +1,63 @@
+"""Rules about values that the local and the global costmap should share."""
+
+from __future__ import annotations
+
+import math
+
+from drake_navbench.studies.doctor.facts import Facts
+from drake_navbench.studies.doctor.rules.rule import Rule, down, up
+from drake_navbench.studies.doctor.symptoms import Symptom
+from drake_navbench.studies.doctor.usual import OF_BRINGUP, USUAL_RADIUS_M
+
+S = Symptom
+
+# From this ratio on the two costmaps tell of different robots or distances.
+DIFFERENT = 2.5
+MEANING = {
+    "inflation_radius": "the planner plans through cells that the controller avoids, or avoids "
+    "those that the controller would take",
+    "cost_scaling_factor": "the planner plans through cells that the controller avoids, or avoids "
+    "those that the controller would take",
+    "robot_radius": "the planner and the controller plan for robots of different size",
+}
+SYMPTOMS = {
+    "inflation_radius": {S.DOOR_STOP: 0.6, S.NEAR_MISS: 0.6, S.STOP_START_JERK: 0.3},
+    "cost_scaling_factor": {S.NEAR_MISS: 0.6, S.DOOR_STOP: 0.6, S.WOBBLE_STRAIGHT: 0.3},
+    "robot_radius": {S.PLANNER_FAILS: 0.8, S.DOOR_STOP: 0.7, S.COLLISION: 0.7},
+}
+OTHER = {"local_costmap": "global_costmap", "global_costmap": "local_costmap"}
+
+
+def _is_odd(f: Facts, costmap: str, name: str, above: bool) -> bool:
+    """Tells whether a costmap's value is above, or below, the other's and the odder of the two."""
+    places = f"{costmap}.{name}", f"{OTHER[costmap]}.{name}"
+    if not {*places} <= f.given:
+        return False
+    own, other = (f.number(place) for place in places)
+    if min(own, other) <= 0.0 or max(own / other, other / own) < DIFFERENT - 1e-9:
+        return False
+    usual = OF_BRINGUP.get(places[0], (USUAL_RADIUS_M,))[0]
+    is_odder = abs(math.log(own / usual)) >= abs(math.log(other / usual))
+    return is_odder and (own > other) == above
+
+
+def _rule(costmap: str, name: str, above: bool) -> Rule:
+    cure = down if above else up
+    place, other = f"{costmap}.{name}", f"{OTHER[costmap]}.{name}"
+    return Rule(
+        f"{costmap.partition('_')[0]}-{name.replace('_', '-')}-{'above' if above else 'below'}",
+        lambda f: _is_odd(f, costmap, name, above),
+        lambda f: f"{place} is {f[place]}, but {other} {f[other]}: {MEANING[name]}",
+        SYMPTOMS[name],
+        (cure(place),),
+        "nav2_costmap_2d: inflation_layer.cpp, costmap_2d_ros.cpp; nav2_bringup gives both the "
+        "same value",
+    )
+
+
+RULES = tuple(
+    _rule(costmap, name, above)
+    for name in ("robot_radius", "inflation_radius", "cost_scaling_factor")
+    for costmap in OTHER
+    for above in (True, False)
+)

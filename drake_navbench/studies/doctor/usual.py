@@ -1,0 +1,128 @@
+"""The usual values of parameters: Nav2's defaults and those of nav2_bringup's own file."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from functools import cache
+from typing import Any, NamedTuple
+
+from drake_navbench.inputs.navigation_settings import NavigationSettings
+from drake_navbench.inputs.presets import load_preset
+from drake_navbench.plugins.names import flattened
+from drake_navbench.studies.doctor.causes import Direction
+from drake_navbench.studies.doctor.facts import Facts, controller_values, defaults_of, shortened
+
+# By kind of controller, the preset with the values of nav2_bringup's or the controller's own file.
+PRESETS = {
+    "mppi": "mppi_bringup",
+    "dwb": "dwb_bringup",
+    "rpp": "rpp_bringup",
+    "teb": "teb_upstream",
+    "graceful": "graceful",
+    "vector_pursuit": "vector_pursuit",
+    "shim": "rotation_shim",
+}
+# What nav2_bringup's own file has, which nearly every file begins as.
+OF_BRINGUP: Mapping[str, tuple[float, ...]] = {
+    "controller_server.failure_tolerance": (0.3,),
+    "local_costmap.inflation_radius": (0.55, 0.7),
+    "local_costmap.cost_scaling_factor": (3.0,),
+    "local_costmap.resolution": (0.05,),
+    "local_costmap.width": (3.0,),
+    "local_costmap.height": (3.0,),
+    "global_costmap.inflation_radius": (0.55, 0.7),
+    "global_costmap.cost_scaling_factor": (3.0,),
+    "global_costmap.resolution": (0.05,),
+    "global_costmap.update_frequency": (1.0,),
+    "planner.tolerance": (0.5,),
+    "planner.max_planning_time": (5.0,),
+    "velocity_smoother.smoothing_frequency": (20.0,),
+    "velocity_smoother.velocity_timeout": (1.0,),
+}
+# The costmap's code has these defaults, which nobody keeps.
+OF_CODE: Mapping[str, tuple[float, ...]] = {
+    "local_costmap.cost_scaling_factor": (10.0,),
+    "global_costmap.cost_scaling_factor": (10.0,),
+}
+# From this ratio on a value is far from the usual ones.
+FAR = 2.5
+# What the defaults are made for: 0.5 m/s and a TurtleBot's radius.
+USUAL_SPEED_MPS, USUAL_RADIUS_M = 0.5, 0.22
+# Parameters whose right value grows with the robot's speed, or with its size.
+_GROWTH = {
+    "speed": "lookahead_dist min_lookahead_dist max_lookahead_dist min_lookahead max_lookahead "
+    "prune_distance approach_velocity_scaling_dist slowdown_radius motion_target_dist vx_std "
+    "max_global_plan_lookahead_dist width height min_distance_to_obstacle cost_scaling_dist "
+    "curvature_lookahead_dist forward_sampling_distance min_approach_linear_velocity "
+    "regulated_linear_scaling_min_speed",
+    "size": "inflation_radius footprint_padding min_obstacle_dist inflation_dist width height "
+    "xy_goal_tolerance required_movement_radius regulated_linear_scaling_min_radius",
+}
+WITH_SPEED, WITH_SIZE = (frozenset(names.split()) for names in _GROWTH.values())
+
+
+class Unusual(NamedTuple):
+    """A value far from the usual ones. ratio: to the nearest usual one, above 1 or below."""
+
+    place: str
+    value: float
+    nearest: float
+    ratio: float
+
+    @property
+    def back(self) -> Direction:
+        """The direction that leads back, of a negative value as well."""
+        return Direction.DOWN if self.value > self.nearest else Direction.UP
+
+
+def unusual_value(facts: Facts, place: str) -> Unusual | None:
+    """Returns a value that is far from Nav2's default and nav2_bringup's; None of others.
+
+    A length that grows with the robot's speed or size is far if it stays so beside the robot's.
+    """
+    value = facts[place]
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        return None
+    known = usual_values(facts.kinds).get(place, ())
+    if value == 0.0 and known and min(known) > 0.0:
+        return Unusual(place, 0.0, min(known), 1e-9)
+    usual = [u for u in known if u * value > 0.0]
+    # Between 0 and another usual value nothing is far.
+    if not usual or (0.0 in known and abs(value) < max(map(abs, known))):
+        return None
+    nearest = min(usual, key=lambda u: abs(math.log(value / u)))
+    ratio = value / nearest
+    least = min([abs(math.log(ratio / scale)) for scale in _scales(facts, place)])
+    if min(least, abs(math.log(ratio))) < math.log(FAR) - 1e-9:
+        return None
+    return Unusual(place, float(value), nearest, ratio)
+
+
+def _scales(facts: Facts, place: str) -> Iterator[float]:
+    """Yields by how much the robot's speed and size may change a parameter's right value."""
+    name = place.rpartition(".")[2]
+    yield 1.0
+    if name in WITH_SPEED and facts.speed_mps > 0.0:
+        yield facts.speed_mps / USUAL_SPEED_MPS
+    if name in WITH_SIZE and facts.circumscribed_radius_m > 0.0:
+        yield facts.circumscribed_radius_m / USUAL_RADIUS_M
+
+
+@cache
+def usual_values(kinds: tuple[str, ...]) -> Mapping[str, tuple[float, ...]]:
+    """Returns the numbers that Nav2's code and nav2_bringup have, by place."""
+    found: dict[str, set[float]] = {}
+    settings = NavigationSettings().model_dump(mode="json")
+    pairs: list[tuple[str, Any]] = [(shortened(n), v) for n, v in flattened(settings)]
+    for kind in kinds:
+        if kind in PRESETS:
+            preset = load_preset(PRESETS[kind])
+            pairs += [*controller_values(preset), *defaults_of(preset).items()]
+    for place, value in pairs:
+        if isinstance(value, int | float) and not isinstance(value, bool):
+            found.setdefault(place, set()).add(float(value))
+    for more in (OF_BRINGUP, OF_CODE):
+        for place, values in more.items():
+            found.setdefault(place, set()).update(values)
+    return {place: tuple(sorted(values)) for place, values in found.items()}

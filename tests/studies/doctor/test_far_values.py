@@ -1,0 +1,107 @@
+"""Values far from Nav2's default and nav2_bringup's, and costmaps that disagree."""
+
+from __future__ import annotations
+
+import pytest
+from doctor_texts import DWB, DWB_BLOCK, MPPI, MPPI_BLOCK, RPP, RPP_BLOCK, nav2_text
+
+from drake_navbench.commands.doctor import main
+from drake_navbench.inputs.robot import load_robot
+from drake_navbench.nav2.robot import read_nav2_files
+from drake_navbench.studies.doctor.causes import Direction
+from drake_navbench.studies.doctor.facts import facts_of
+from drake_navbench.studies.doctor.far_values import MOST
+from drake_navbench.studies.doctor.reading import findings_of
+
+
+@pytest.fixture
+def found(tmp_path):
+    def of(text):
+        path = tmp_path / "nav2.yaml"
+        path.write_text(text)
+        setup = read_nav2_files([path], load_robot("wheelchair"), "wheelchair", release="jazzy")
+        return findings_of(facts_of(setup, setup.presets[0]))
+
+    return of
+
+
+def far(findings):
+    return [f for f in findings if f.rule.name.startswith("far-")]
+
+
+def test_a_value_far_from_both_is_told_last_with_its_way_back(found):
+    # GoalCritic's weight is 5.0 in Nav2: 5.0 / 1.25 = 4.
+    block = MPPI_BLOCK | {"GoalCritic": {"cost_weight": 1.25}}
+    findings = found(nav2_text(block, plugin=MPPI))
+    (finding,) = far(findings)
+    assert findings[-1] is finding
+    assert finding.seen.startswith("GoalCritic.cost_weight is 1.25, 0.25 times the 5 of Nav2")
+    assert finding.cure_told == "raise GoalCritic.cost_weight to 5.0"
+    # 5.0 / 2.5 = 2 is near enough.
+    near = MPPI_BLOCK | {"GoalCritic": {"cost_weight": 2.5}}
+    assert far(found(nav2_text(near, plugin=MPPI))) == []
+
+
+def test_a_length_that_the_speed_explains_is_not_far(found):
+    # Three times bringup's lookahead of 0.6 m, at three times its speed of 0.5 m/s.
+    fast = RPP_BLOCK | {"lookahead_dist": 1.8, "desired_linear_vel": 1.5}
+    assert far(found(nav2_text(fast, plugin=RPP))) == []
+    slow = RPP_BLOCK | {"lookahead_dist": 1.8}
+    told = " ".join(f.seen for f in found(nav2_text(slow, plugin=RPP)))
+    assert "lookahead_dist" in told
+
+
+def test_what_is_the_robots_own_matter_is_never_far(found):
+    # Speeds, low accelerations, sensors, and a heading that nobody asks for.
+    block = DWB_BLOCK | {"max_vel_theta": 0.3, "acc_lim_theta": 0.8, "vy_samples": 1}
+    text = nav2_text(block, plugin=DWB).replace("yaw_goal_tolerance: 0.25", "yaw_goal_tolerance: 6")
+    assert far(found(text)) == []
+    steep = DWB_BLOCK | {"acc_lim_theta": 12.8}
+    assert [f.rule.name for f in far(found(nav2_text(steep, plugin=DWB)))] == ["far-acc_lim_theta"]
+
+
+def test_at_most_three_far_values_are_told_and_none_that_a_rule_tells(found):
+    # Weights of 5, 14 and 5, all far below; a rule tells of PathAlignCritic's.
+    block = MPPI_BLOCK | {name: {"cost_weight": 0.5} for name in MPPI_BLOCK["critics"][1:]}
+    findings = found(nav2_text(block | {"gamma": 0.2, "sgf_order": 5}, plugin=MPPI))
+    assert "mppi-weak-path-align" in {f.rule.name for f in findings}
+    told = far(findings)
+    assert len(told) == MOST
+    assert "PathAlignCritic" not in " ".join(f.seen for f in told)
+
+
+def _with_global(radius_m):
+    inflation = {"plugin": "nav2_costmap_2d::InflationLayer", "inflation_radius": radius_m}
+    parameters = {"plugins": ["inflation_layer"], "inflation_layer": inflation}
+    text = nav2_text(RPP_BLOCK, plugin=RPP, global_costmap=parameters)
+    return text.replace("global_costmap:\n", "global_costmap/global_costmap:\n")
+
+
+def test_two_costmaps_that_inflate_differently_are_found_with_the_odder_one(found):
+    # 0.7 m / 0.25 m = 2.8; bringup has 0.55 to 0.7 m, so the global one is the odd one.
+    told = {f.rule.name: f for f in found(_with_global(0.25))}
+    finding = told["global-inflation-radius-below"]
+    assert "global_costmap.inflation_radius is 0.25, but local_costmap.inflation_radius 0.7" in (
+        finding.seen
+    )
+    assert finding.cures[0].key == ("global_costmap.inflation_radius", Direction.UP)
+    # 0.7 / 0.35 = 2.
+    assert not {f.rule.name for f in found(_with_global(0.35))} & {*told} - {"plans-inflate-little"}
+
+
+def test_brakes_that_are_weak_beside_the_accelerations_are_found(found):
+    # 2.5 / 1.0 = 2.5.
+    weak = {f.rule.name for f in found(nav2_text(DWB_BLOCK | {"decel_lim_x": -1.0}, plugin=DWB))}
+    assert "dwb-brakes-weaker-than-it-accelerates" in weak
+    even = {f.rule.name for f in found(nav2_text(DWB_BLOCK | {"decel_lim_x": -1.25}, plugin=DWB))}
+    assert "dwb-brakes-weaker-than-it-accelerates" not in even
+
+
+def test_the_command_tells_far_values_after_the_rules_of_the_symptom(tmp_path, capsys):
+    path = tmp_path / "nav2.yaml"
+    block = MPPI_BLOCK | {"vx_min": 0.0, "GoalCritic": {"cost_weight": 1.25}}
+    path.write_text(nav2_text(block, plugin=MPPI))
+    main([str(path), "--read-only", "--symptom", "no_turning"])
+    names = [line[2:] for line in capsys.readouterr().out.splitlines() if line.startswith("- ")]
+    assert names[-1].startswith("far-cost_weight")
+    assert any(name.startswith("mppi-no-reverse") for name in names[:-1])
