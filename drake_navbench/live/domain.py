@@ -58,6 +58,9 @@ LOOPBACK = "127.0.0.1"
 MAX_PARTICIPANTS = 60
 # What waits for a reader that has stopped must not stop the simulation.
 MAX_UNREAD = "64 MB"
+# All vendors of DDS. Descriptions of types that Fast DDS sends are none that Cyclone DDS can read,
+# and it would wait for better ones; without, topics match by the names of their types, as in ROS.
+VENDORS = ",".join(f"1.{number}" for number in range(2, 33))
 BLOCKED_FOR = duration(milliseconds=50)
 DEPTH = 10
 MAX_ENDPOINTS = 10_000
@@ -84,6 +87,7 @@ def configuration(peers: Sequence[str] = ()) -> str:
         "<Discovery><ParticipantIndex>auto</ParticipantIndex>"
         f"<MaxAutoParticipantIndex>{MAX_PARTICIPANTS}</MaxAutoParticipantIndex>"
         f"<SPDPInterval>1s</SPDPInterval><Peers>{addresses}</Peers></Discovery>"
+        f"<Compatibility><IgnoreTypeInformation>{VENDORS}</IgnoreTypeInformation></Compatibility>"
         f"<Internal><Watermarks><WhcHigh>{MAX_UNREAD}</WhcHigh></Watermarks></Internal>"
         "</Domain></CycloneDDS>"
     )

@@ -68,6 +68,7 @@ class LiveSession:
         self._stack_localizes = parameters.localization == "stack"
         self._answer = StackAnswer(status=TaskStatus(TaskState.RUNNING))
         self._moves_sideways = task.robot.drive.lateral_speed_mps > 0.0
+        self._has_told_pose = False
         self._leg, self._leg_start_s = 0, 0.0
         self._command_s = -np.inf
         self._scan_sent_at: float | None = None
@@ -80,25 +81,19 @@ class LiveSession:
 
     def begin(self, sensed: Sensed) -> StackAnswer:
         """Opens the topics; lets the stack see the robot stand until it takes the first goal."""
-        parameters, pose = self._parameters, self._task.start_pose
+        parameters = self._parameters
         listened = self._domain.wait_until(self._is_foreign, LISTEN_S)
         self._refuse_robots(listened)
         self._robot.open(self._task.known_map, listened, self._stamp_ns)
         deadline = time.monotonic() + parameters.start_timeout_s
         ready_since: float | None = None
-        told_pose = was_sent = False
+        was_sent = False
         while parameters.sends_goal and not (was_sent and self._stack.goals.is_taken):
             endpoints = self._stand_still(sensed)
             now = time.monotonic()
             if endpoints is not None:
-                missing = self._stack.missing(endpoints, with_goals=True)
-                heard = listeners_of(endpoints, parameters.topic("initialpose"))
-                if parameters.localization == "auto":
-                    self._stack_localizes = bool(heard)
-                if self._stack_localizes and heard and not told_pose:
-                    self._robot.send_pose("initialpose", self._stamp_ns, pose)
-                    told_pose = True
-                if missing:
+                self._tell_pose(endpoints, sensed)
+                if self._stack.missing(endpoints, with_goals=True):
                     ready_since = None
                 elif ready_since is None:
                     ready_since = now
@@ -125,7 +120,7 @@ class LiveSession:
         self._stamp_ns = self._offset_ns + nanoseconds(sensed.time_s)
         self._tell(sensed)
         self._clock_file.keep(self._stamp_ns)
-        self._look_around(sensed.time_s)
+        self._look_around(sensed)
         patience_s = 0.0
         if self._gone_since is None:
             patience_s = self._pace.patience_for_command_s(sensed.time_s)
@@ -209,6 +204,15 @@ class LiveSession:
                 self._faults.append(fault)
         return endpoints
 
+    def _tell_pose(self, endpoints: Sequence[Endpoint], sensed: Sensed) -> None:
+        """Tells a stack that localizes the robot where it is, once it listens."""
+        heard = listeners_of(endpoints, self._parameters.topic("initialpose"))
+        if self._parameters.localization == "auto":
+            self._stack_localizes = bool(heard)
+        if self._stack_localizes and heard and not self._has_told_pose:
+            self._robot.send_pose("initialpose", self._stamp_ns, sensed.state[:3])
+            self._has_told_pose = True
+
     def _end_old_goal(self, sensed: Sensed) -> None:
         """Has the stack end the goal of the trial before, by the place where the robot is."""
         self._stack.goals.expect()
@@ -253,16 +257,19 @@ class LiveSession:
             plan = GlobalPlan(plan_id=len(plans), poses=plans[-1].poses)
             self._answer = self._answer._replace(plan=plan, plans=tuple(plans))
 
-    def _look_around(self, time_s: float) -> None:
+    def _look_around(self, sensed: Sensed) -> None:
         """Notices that the stack went away, or was started anew."""
         endpoints = self._look()
-        if endpoints is None or not self._parameters.sends_goal:
+        if endpoints is None:
+            return
+        if not self._parameters.sends_goal:
+            self._tell_pose(endpoints, sensed)
             return
         missing = self._stack.missing(endpoints, with_goals=True)
         now = time.monotonic()
         if missing:
             self._gone_since = now if self._gone_since is None else self._gone_since
-            self._pace.rest(time_s)
+            self._pace.rest(sensed.time_s)
             gone_s = now - self._gone_since
             if gone_s > self._parameters.restart_timeout_s:
                 raise StackMissing(f"live: the stack went away: {missing[0]} for {gone_s:.0f} s")
@@ -274,6 +281,8 @@ class LiveSession:
             self._remember_stack(endpoints)
             self._stack.goals.forget()
             self._goal_sent_at = -np.inf
+            self._has_told_pose = False
+            self._tell_pose(endpoints, sensed)
 
     def _remember_stack(self, endpoints: Sequence[Endpoint]) -> None:
         self._stack_keys |= self._status_keys(endpoints)

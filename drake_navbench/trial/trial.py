@@ -51,6 +51,8 @@ INTEGRATION = SimulatorConfig(
 )
 HAS_ENDED = SimulatorStatus.ReturnReason.kReachedTerminationCondition
 DEFAULT_ROBOT = "wheelchair"
+# The column that rehearses in place of a running stack.
+STAND_IN = "rpp"
 
 
 class NotDriven(NavbenchError):
@@ -154,9 +156,12 @@ def simulate(
     watch: is called with the present moment whenever the recorder samples; it changes nothing.
 
     It is rehearsed before, so that compute times do not contain work that a process does once. A
-    running stack is not: it takes no time of ours, keeps its own pace, and would drive for real.
+    running stack would drive for real: there another column rehearses the world and the robot.
     """
-    if not spec.preset.is_running_stack:
+    if spec.preset.is_running_stack:
+        spec_of_parts = replace(spec, preset=load_preset(STAND_IN))
+        rehearse(spec_of_parts, _simulate)
+    else:
         rehearse(spec, _simulate)
     return _simulate(spec, watch=watch, realtime_rate=realtime_rate)
 

@@ -1,0 +1,147 @@
+"""Trials of a running stack, with the stand-in stack over Cyclone DDS on the other side."""
+
+from __future__ import annotations
+
+import itertools
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+
+from drake_navbench.inputs.presets import Preset
+from drake_navbench.inputs.scenario import Scenario
+from drake_navbench.live import session
+from drake_navbench.live.domain import PLAIN, LiveDomain
+from drake_navbench.live.endpoints import TRANSIENT_LOCAL, Quality
+from drake_navbench.logs.log import Outcome, TrialLog
+from drake_navbench.trial.trial import run_trial
+
+HERE = Path(__file__).parent
+ROBOT = "turtlebot3_waffle"
+SCAN = "sensor_msgs/msg/LaserScan"
+TWIST = "geometry_msgs/msg/Twist"
+_domains = itertools.count(os.getpid() % 40)
+
+
+@pytest.fixture
+def domain():
+    """A domain that no other test of this machine uses now."""
+    return 30 + next(_domains) % 70
+
+
+@contextmanager
+def stand_in(domain, *options):
+    command = [sys.executable, str(HERE / "stand_in_cyclone.py"), str(domain), *options]
+    process = subprocess.Popen(command)
+    try:
+        yield process
+    finally:
+        process.kill()
+        process.wait()
+
+
+def way(length_m=1.0, timeout_s=30.0):
+    return Scenario(
+        name="way",
+        description="straight ahead",
+        plan={"type": "polyline", "points": [[0.0, 0.0], [length_m, 0.0]]},
+        goal=(length_m, 0.0, 0.0),
+        timeout_s=timeout_s,
+    )
+
+
+def live(domain, **parameters):
+    values = {
+        "domain": domain,
+        "rate": "max",
+        "settle_s": 0.1,
+        "start_timeout_s": 20.0,
+        **parameters,
+    }
+    return Preset("live", "live", "the stand-in", values, "test").checked()
+
+
+@pytest.fixture(autouse=True)
+def _short_listening(monkeypatch):
+    monkeypatch.setattr(session, "LISTEN_S", 0.3)
+
+
+def test_a_stack_drives_to_the_goal_and_the_log_is_a_trials(domain, tmp_path):
+    with stand_in(domain, "--stamped"):
+        log = run_trial(way(), live(domain), robot=ROBOT)
+        again = run_trial(way(), live(domain), robot=ROBOT, seed=1)
+    assert (log.outcome, again.outcome) == (Outcome.SUCCEEDED, Outcome.SUCCEEDED)
+    last = log.samples.iloc[-1]
+    # The stand-in is content with 0.12 m; the waffle drives 0.26 m/s.
+    assert last["x_m"] == pytest.approx(1.0, abs=0.13)
+    assert 3.0 < log.end_time_s < 6.0
+    assert (log.samples["cycle_count"] == 0).all()
+    facts = log.info["running_stack"]
+    assert facts["command_type"] == "geometry_msgs/msg/TwistStamped"
+    assert facts["missed_command_count"] <= 3
+    assert facts["command_count"] >= 50
+    assert len(log.plans) == 1
+    assert len(log.info["legs"]) == 1
+    path = tmp_path / "log.parquet"
+    log.write(path)
+    assert TrialLog.read(path).info["running_stack"] == facts
+
+
+def test_without_a_stack_the_trial_ends_with_one_line(domain):
+    log = run_trial(way(), live(domain, start_timeout_s=0.3), robot=ROBOT)
+    assert log.outcome is Outcome.ERROR
+    assert log.info["reason"] == (
+        f"live: no stack in domain {domain} within 0.3 s: nobody listens to /goal_pose"
+    )
+
+
+def test_another_robot_in_the_domain_is_left_alone(domain):
+    other = LiveDomain(domain)
+    scans = other.publisher("/scan", SCAN, PLAIN)
+    log = run_trial(way(), live(domain), robot=ROBOT)
+    del scans
+    other.close()
+    assert log.outcome is Outcome.ERROR
+    assert log.info["reason"] == (
+        f"live: domain {domain} is in use by another robot: an unknown node publishes /scan; "
+        "expected a domain without one"
+    )
+
+
+def test_a_listener_that_asks_for_more_is_named_in_the_log(domain):
+    other = LiveDomain(domain)
+    scans = other.subscription("/scan", SCAN, Quality(durability=TRANSIENT_LOCAL))
+    log = run_trial(way(), live(domain, start_timeout_s=0.5), robot=ROBOT)
+    del scans
+    other.close()
+    assert log.info["running_stack"]["faults"] == [
+        "/scan: an unknown node asks for durability transient_local, drake_navbench offers "
+        "volatile: nothing arrives"
+    ]
+    assert log.info["reason"].endswith("offers volatile: nothing arrives")
+
+
+def test_a_stack_that_is_started_anew_in_a_trial_gets_the_goal_again(domain):
+    with stand_in(domain) as first:
+        timer = threading.Timer(2.0, first.send_signal, [signal.SIGINT])
+        timer.start()
+        second: list[subprocess.Popen[bytes]] = []
+
+        def start_again():
+            first.wait()
+            time.sleep(0.5)
+            command = [sys.executable, str(HERE / "stand_in_cyclone.py"), str(domain)]
+            second.append(subprocess.Popen(command))
+
+        threading.Thread(target=start_again, daemon=True).start()
+        log = run_trial(way(1.5, 60.0), live(domain, rate=2.0), robot=ROBOT)
+        for process in second:
+            process.kill()
+    assert log.outcome is Outcome.SUCCEEDED, log.info["reason"]
+    assert log.info["running_stack"]["restart_count"] == 1
