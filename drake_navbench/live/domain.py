@@ -128,6 +128,10 @@ class Subscription:
         """Waits for a message, `patience_s` at most; returns whether there is one."""
         return bool(self._waitset.wait(duration(seconds=patience_s)))
 
+    def wait_with(self, other: Subscription) -> None:
+        """Makes `wait` end with a message of another subscription as well."""
+        self._waitset.attach(ReadCondition(other._reader, NEW))
+
 
 class LiveDomain:
     """This side's participant of a domain; raises InputError where it cannot be opened."""

@@ -78,6 +78,7 @@ class LiveSession:
         self._stack_keys: set[bytes] = set()
         self._faults: list[str] = []
         self._restart_count = 0
+        self._began_at = time.monotonic()
 
     def begin(self, sensed: Sensed) -> StackAnswer:
         """Opens the topics; lets the stack see the robot stand until it takes the first goal."""
@@ -110,6 +111,7 @@ class LiveSession:
         self._remember_stack(self._domain.endpoints())
         self._offset_ns = self._stamp_ns - nanoseconds(sensed.time_s)
         self._pace.begin(sensed.time_s)
+        self._began_at = time.monotonic()
         self._leg_start_s = sensed.time_s
         self._command_s = sensed.time_s
         return self._answer
@@ -147,6 +149,7 @@ class LiveSession:
             "localization": "stack" if self._stack_localizes else "benchmark",
             "restart_count": self._restart_count,
             "lost_message_count": self._robot.lost_count,
+            "wall_s": round(time.monotonic() - self._began_at, 3),
             "faults": list(self._faults),
             **self._pace.account(),
             **{f"scan_to_command_p{share}_ms": value for share, value in answered.items()},
@@ -235,8 +238,11 @@ class LiveSession:
         self._robot.send_new_readings(self._offset_ns, sensed)
         if self._robot.sent_scan is not scan_before:
             self._scan_sent_at = time.perf_counter()
-        with_map = not self._stack_localizes
-        self._robot.send_motion(self._stamp_ns, sensed, with_map=with_map)
+        parameters = self._parameters
+        every = max(1, round(parameters.odom_period_s / parameters.clock_period_s))
+        if round(sensed.time_s / parameters.clock_period_s) % every == 0:
+            with_map = not self._stack_localizes
+            self._robot.send_motion(self._stamp_ns, sensed, with_map=with_map)
         self._robot.send_clock(self._stamp_ns)
 
     def _obey(self, command: Any, time_s: float) -> None:

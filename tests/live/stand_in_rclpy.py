@@ -9,6 +9,7 @@ import argparse
 import math
 import sys
 import uuid
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
@@ -17,6 +18,7 @@ from action_msgs.msg import GoalInfo, GoalStatus, GoalStatusArray
 from geometry_msgs.msg import PoseStamped, Twist, TwistStamped
 from nav_msgs.msg import OccupancyGrid, Odometry
 from nav_msgs.msg import Path as PathMessage
+from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy, qos_profile_sensor_data
@@ -37,11 +39,11 @@ LATCHED = QoSProfile(
 class StandIn(Node):
     """The topics of the stand-in, with the qualities that Nav2 asks for."""
 
-    def __init__(self, *, stamped: bool) -> None:
+    def __init__(self, *, stamped: bool, echo: bool) -> None:
         use_time = Parameter("use_sim_time", Parameter.Type.BOOL, True)
         super().__init__("stand_in", parameter_overrides=[use_time])
         self._brain = Brain()
-        self._stamped = stamped
+        self._stamped, self._echo = stamped, echo
         self._goals: list[tuple[bytes, int]] = []
         self.create_subscription(Clock, "/clock", self._on_clock, 10)
         self.create_subscription(Odometry, "/odom", self._on_odometry, 10)
@@ -57,6 +59,8 @@ class StandIn(Node):
 
     def _on_scan(self, message) -> None:
         assert len(message.ranges)
+        if self._echo:
+            self._command.publish(self._twist(0.0, 0.0))
 
     def _on_map(self, message) -> None:
         info = message.info
@@ -84,7 +88,7 @@ class StandIn(Node):
     def _on_clock(self, message) -> None:
         self._stamp = message.clock
         command = self._brain.tick(message.clock.sec + 1e-9 * message.clock.nanosec)
-        if command is not None:
+        if command is not None and not self._echo:
             self._command.publish(self._twist(*command))
         if self._goals and self._goals[-1][1] == EXECUTING != self._brain.state:
             self._goals[-1] = self._goals[-1][0], self._brain.state
@@ -120,8 +124,11 @@ def planar(pose) -> tuple[float, float, float]:
 def main() -> None:
     parser = argparse.ArgumentParser()
     parser.add_argument("--stamped", action="store_true")
+    parser.add_argument("--echo", action="store_true", help="answer each scan with a standstill")
+    arguments = parser.parse_args()
     rclpy.init()
-    rclpy.spin(StandIn(stamped=parser.parse_args().stamped))
+    with suppress(KeyboardInterrupt, ExternalShutdownException):
+        rclpy.spin(StandIn(stamped=arguments.stamped, echo=arguments.echo))
 
 
 if __name__ == "__main__":
