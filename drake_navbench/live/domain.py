@@ -161,9 +161,15 @@ class LiveDomain:
         dds = Topic(self._participant, dds_topic(topic), wire_type(type_name))
         return Publisher(DataWriter(self._participant, dds, qos), type_name)
 
-    def subscription(self, topic: str, type_name: str, quality: Quality = PLAIN) -> Subscription:
-        """Returns a subscription to a topic such as /cmd_vel."""
-        return self._subscribe(dds_topic(topic), type_name, quality)
+    def subscription(
+        self, topic: str, type_name: str, quality: Quality = PLAIN, *, hears_own: bool = True
+    ) -> Subscription:
+        """Returns a subscription to a topic such as /cmd_vel.
+
+        hears_own: whether to messages of this participant, too.
+        """
+        own = () if hears_own else (Policy.IgnoreLocal.Participant,)
+        return self._subscribe(dds_topic(topic), type_name, quality, *own)
 
     def endpoints(self) -> list[Endpoint]:
         """Returns the publishers and subscriptions of all other participants on ROS's topics."""
@@ -203,10 +209,12 @@ class LiveDomain:
         with suppress(DDSException):
             self._participant._delete(self._participant._ref)
 
-    def _subscribe(self, dds_name: str, type_name: str, quality: Quality) -> Subscription:
+    def _subscribe(
+        self, dds_name: str, type_name: str, quality: Quality, *further: Any
+    ) -> Subscription:
         user_data = Policy.Userdata(f"typehash={type_hash(type_name)};".encode())
         dds = Topic(self._participant, dds_name, wire_type(type_name))
-        reader = DataReader(self._participant, dds, _qos(quality, user_data))
+        reader = DataReader(self._participant, dds, _qos(quality, user_data, *further))
         return Subscription(self._participant, reader)
 
     def _read_nodes(self) -> None:

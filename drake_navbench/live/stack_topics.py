@@ -43,10 +43,13 @@ class StackTopics:
         self._status_topic = parameters.topic("goal_status")
         self._plan_topic = parameters.topic("plan")
         self._goal_topic = parameters.topic("goal_pose")
+        self._tf_topic, self._odom_frame = parameters.topic("tf"), parameters.odom_frame
         self._status = domain.subscription(self._status_topic, STATUS_TYPE, LATCHED)
         self._plan = domain.subscription(self._plan_topic, topics.PLAN.type)
         self._commands: dict[str, Subscription] = {}
         self._qualities: dict[str, Quality] = {}
+        self._transforms: Subscription | None = None
+        self._has_localized = False
         self.command_type = ""
         self.command_count = 0
         self.goals = GoalWatch()
@@ -108,6 +111,24 @@ class StackTopics:
                     self.command_count += len(received)
                     return command
         return None
+
+    def has_localized(self) -> bool:
+        """Returns whether the stack has sent the transform from map to odometry.
+
+        Only for a stack that localizes: the benchmark does not send that transform then.
+        """
+        if self._transforms is None:
+            topic, kind = self._tf_topic, topics.TF.type
+            self._transforms = self._domain.subscription(topic, kind, hears_own=False)
+        for received in self._transforms.take():
+            with suppress(ValueError):
+                for one in received.decoded().transforms:
+                    self._has_localized |= one.child_frame_id == self._odom_frame
+        return self._has_localized
+
+    def forget_localization(self) -> None:
+        """Forgets that transform: the stack was started anew."""
+        self._has_localized = False
 
     def _taken(self) -> list[WireMessage]:
         """Returns the commands that have come since the last call, of any type."""

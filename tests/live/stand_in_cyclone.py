@@ -24,7 +24,8 @@ class CycloneStack:
     """The topics of the stand-in."""
 
     def __init__(self, domain: LiveDomain, *, stamped: bool, echo: bool) -> None:
-        self._echo = echo
+        self._echo, self._domain = echo, domain
+        self._pose, self._poses_told = None, 0
         self.command_count = 0
         self._make = MessageMaker()
         self._brain = Brain()
@@ -40,6 +41,18 @@ class CycloneStack:
             topics.NAVIGATE_STATUS.name, topics.NAVIGATE_STATUS.type, LATCHED
         )
         self._goals: list[tuple[bytes, int, int]] = []
+
+    def localize(self) -> None:
+        """Takes on the transform from map to odometry, from when it is told a pose."""
+        self._pose = self._domain.subscription("/initialpose", topics.ESTIMATE.type)
+        self._transforms = self._domain.publisher("/tf", topics.TF.type)
+
+    def _send_transform(self, stamp_ns: int) -> None:
+        """Sends that transform; the pose told first is forgotten, as by an inactive AMCL."""
+        self._poses_told += len(self._pose.take())
+        if self._poses_told > 1:
+            transform = self._make.transform(stamp_ns, "map", "odom", (0.0, 0.0, 0.0))
+            self._transforms.send(self._make.make(topics.TF.type, transforms=[transform]))
 
     def spin_once(self) -> None:
         """Waits for the next clock and works."""
@@ -71,6 +84,10 @@ class CycloneStack:
             self._plan.send(self._make.path(stamp_ns, "map", poses))
 
     def _work(self, stamp_ns: int) -> None:
+        if self._pose is not None:
+            self._send_transform(stamp_ns)
+        if self._pose is not None and self._poses_told < 2:
+            return
         command = self._brain.tick(stamp_ns / 1e9)
         if command is not None and not self._echo:
             self.command_count += 1
@@ -103,11 +120,14 @@ def main() -> None:
     parser.add_argument("domain", type=int)
     parser.add_argument("--stamped", action="store_true")
     parser.add_argument("--quits-after", type=int, metavar="COMMANDS")
+    parser.add_argument("--localizes", action="store_true", help="as AMCL does")
     parser.add_argument("--echo", action="store_true", help="answer each scan with a standstill")
     arguments = parser.parse_args()
     stack = CycloneStack(
         LiveDomain(arguments.domain), stamped=arguments.stamped, echo=arguments.echo
     )
+    if arguments.localizes:
+        stack.localize()
     with suppress(KeyboardInterrupt):
         while arguments.quits_after is None or stack.command_count < arguments.quits_after:
             stack.spin_once()
