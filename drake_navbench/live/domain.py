@@ -1,7 +1,7 @@
 """One participant of a DDS domain: publishers, subscriptions, and who else is there.
 
-Without peers it is bound to 127.0.0.1 and finds others there by asking every port that a
-participant may have. Whatever CYCLONEDDS_URI says is not read: it could open the network.
+Without peers it sends to 127.0.0.1 alone, hears this machine alone, and finds others by asking
+every port that a participant may have. CYCLONEDDS_URI is not read: it could open the network.
 """
 
 from __future__ import annotations
@@ -43,6 +43,7 @@ from drake_navbench.live.endpoints import (
     Endpoint,
     Quality,
 )
+from drake_navbench.live.loopback import bind_to_loopback
 from drake_navbench.live.wire_types import (
     WireMessage,
     dds_topic,
@@ -231,7 +232,10 @@ def _open_domain(number: int, peers: tuple[str, ...]) -> None:
     """Configures a domain, the first time that this process opens it."""
     known = _domains.get(number)
     if known is None:
-        _domains[number] = peers, Domain(number, configuration(peers))
+        domain = Domain(number, configuration(peers))
+        if not peers:
+            bind_to_loopback(number)
+        _domains[number] = peers, domain
     elif known[0] != peers:
         raise InputError(
             f"live: domain {number}: this process has it open with the peers "

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import os
+import socket
 import subprocess
 import sys
 from concurrent.futures import ThreadPoolExecutor
@@ -14,11 +15,13 @@ import pytest
 
 from drake_navbench.analysis.metrics.compute import cycle_times_ms
 from drake_navbench.analysis.metrics.definition import Undefined
+from drake_navbench.errors import InputError
 from drake_navbench.inputs.presets import Preset
 from drake_navbench.inputs.scenario import Scenario
 from drake_navbench.live import lookout
 from drake_navbench.live.domain import PLAIN, LiveDomain
 from drake_navbench.live.endpoints import TRANSIENT_LOCAL, Quality
+from drake_navbench.live.loopback import domain_sockets
 from drake_navbench.logs.log import Outcome, TrialLog
 from drake_navbench.trial.trial import run_trial
 
@@ -147,3 +150,16 @@ def test_a_stack_that_is_started_anew_in_a_trial_gets_the_goal_again(domain):
     assert log.info["running_stack"]["restart_count"] == 1
     # The base stopped by itself in between.
     assert (log.samples["command_v_mps"] == 0.0).iloc[50:-10].any()
+
+
+def test_a_domain_without_peers_hears_this_machine_alone(domain):
+    other = LiveDomain(domain)
+    sockets = list(domain_sockets(domain))
+    devices = [one.getsockopt(socket.SOL_SOCKET, socket.SO_BINDTODEVICE, 16) for one in sockets]
+    for one in sockets:
+        one.close()
+    other.close()
+    assert len(devices) >= 2
+    assert all(device.rstrip(b"\0") == b"lo" for device in devices)
+    with pytest.raises(InputError, match="open with the peers none; expected the same"):
+        LiveDomain(domain, ["192.0.2.1"])
