@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
+from contextlib import ExitStack
 from typing import Any
 
 import numpy as np
@@ -44,9 +45,13 @@ class LiveSession:
         self._clock_file = ClockFile(parameters.domain)
         self._stamp_ns = self._clock_file.first_stamp_ns
         self._offset_ns = self._stamp_ns
-        self._domain = LiveDomain(parameters.domain, parameters.peers)
-        self._robot = RobotTopics(self._domain, parameters, task.robot)
-        self._stack = StackTopics(self._domain, parameters)
+        with ExitStack() as undo:
+            undo.callback(self._clock_file.close, self._stamp_ns)
+            self._domain = LiveDomain(parameters.domain, parameters.peers)
+            undo.callback(self._domain.close)
+            self._robot = RobotTopics(self._domain, parameters, task.robot)
+            self._stack = StackTopics(self._domain, parameters)
+            undo.pop_all()
         self._lookout = Lookout(
             self._domain,
             parameters,

@@ -13,12 +13,14 @@ from pathlib import Path
 
 import pytest
 
+from drake_navbench.__main__ import main
 from drake_navbench.analysis.metrics.compute import cycle_times_ms
 from drake_navbench.analysis.metrics.definition import Undefined
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.presets import Preset
 from drake_navbench.inputs.scenario import Scenario
-from drake_navbench.live import lookout
+from drake_navbench.inputs.scenario_plan import GridPlan
+from drake_navbench.live import live_extra, lookout
 from drake_navbench.live.domain import PLAIN, LiveDomain
 from drake_navbench.live.endpoints import TRANSIENT_LOCAL, Quality
 from drake_navbench.live.loopback import domain_sockets
@@ -163,3 +165,46 @@ def test_a_domain_without_peers_hears_this_machine_alone(domain):
     assert all(device.rstrip(b"\0") == b"lo" for device in devices)
     with pytest.raises(InputError, match="open with the peers none; expected the same"):
         LiveDomain(domain, ["192.0.2.1"])
+
+
+def test_waypoints_are_sent_one_after_another(domain):
+    both = way(0.9).model_copy(
+        update={
+            "waypoints": [(0.5, 0.0, 0.0)],
+            "navigation_mode": "navigate_to_pose",
+            "plan": GridPlan(type="planner"),
+        }
+    )
+    with stand_in(domain):
+        log = run_trial(both, live(domain), robot=ROBOT)
+    assert log.outcome is Outcome.SUCCEEDED, log.info["reason"]
+    assert [leg["goal"][0] for leg in log.info["legs"]] == [0.5, 0.9]
+    assert [plan.leg for plan in log.plans] == [0, 1]
+
+
+def test_wrong_input_is_one_line_before_anything_drives(domain, monkeypatch):
+    with pytest.raises(InputError, match="two_floors: live is a running stack, which"):
+        run_trial("two_floors", live(domain))
+    log = run_trial(way(), live(domain, topics={"scam": "/front"}), robot=ROBOT)
+    assert log.info["reason"] == (
+        "live: topics: 'scam' is no topic of this robot; did you mean 'scan'?"
+    )
+    monkeypatch.setattr(live_extra, "find_spec", lambda name: None)
+    with pytest.raises(InputError, match=r"pip install 'drake-navbench\[live\]'"):
+        run_trial(way(), live(domain), robot=ROBOT)
+
+
+def test_the_command_is_a_simulator_whose_log_is_exported(domain, tmp_path, capfd):
+    out = str(tmp_path / "session")
+    options = ["--no-page", "--duration", "0.3", "--domain", str(domain), "--robot", ROBOT]
+    assert main(["live", "empty", *options, "--out", out]) == 0
+    assert "Ended after 0.3 s" in capfd.readouterr().out
+    assert main(["export", out, "--mcap"]) == 0
+    assert main(["live", "empty", *options, "--out", out]) == 2
+    assert main(["live", "--map", "map.yaml"]) == 2
+    assert main(["live", "--frame", "wheel=w"]) == 2
+    assert main(["run", "empty", "--controllers", "live", "--jobs", "2"]) == 2
+    told = capfd.readouterr().err
+    assert "--map and --start: expected both or none" in told
+    assert "--frame wheel: expected one of map, odom, base, scan" in told
+    assert "--jobs: the running stack live drives one trial at a time; expected 1, got 2" in told
