@@ -1,6 +1,6 @@
-"""Measures the figures of docs/live.md: `python tests/live/figures.py [--ros PYTHON] [WHAT ...]`.
+"""Measures the figures of docs/live.md: `python tests/live/figures.py [--ros] [WHAT ...]`.
 
---ros: a Python with ROS's wheels, on which the stand-in runs as a node of rclpy over Fast DDS;
+--ros: the stand-in runs as a node of rclpy over Fast DDS (`make test-ros` installs ROS's wheels);
 without, it runs over Cyclone DDS. WHAT: speed, jitter, latency, repeats, goals (all).
 """
 
@@ -9,50 +9,20 @@ from __future__ import annotations
 import argparse
 import os
 import resource
-import subprocess
-import sys
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager
-from pathlib import Path
 
 import numpy as np
+from stand_ins import CYCLONE, RCLPY, ROBOT, live, stand_in, way
 
-from drake_navbench.inputs.presets import Preset
 from drake_navbench.inputs.scenario import Scenario, load_scenario
 from drake_navbench.logs.log import Outcome, TrialLog
 from drake_navbench.trial.trial import run_trial
 
-HERE = Path(__file__).parent
-ROBOT = "turtlebot3_waffle"
 DOMAIN = 29
 BEAMS = 720
 SCENARIOS = ("empty", "doorway", "static_obstacles")
 REPEATS, GOALS = 10, 100
 KB_PER_MB = 1024.0
-
-
-@contextmanager
-def stand_in(ros: str | None, domain: int = DOMAIN, *, echo: bool = False) -> Iterator[None]:
-    """Runs the stand-in stack; echo: one that answers each scan with a standstill at once."""
-    options = ["--echo"] if echo else []
-    if ros is None:
-        command = [sys.executable, str(HERE / "stand_in_cyclone.py"), str(domain), *options]
-    else:
-        command = [ros, str(HERE / "stand_in_rclpy.py"), *options]
-    own = {"ROS_DOMAIN_ID": str(domain), "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
-    process = subprocess.Popen(command, env=os.environ | own)
-    try:
-        yield
-    finally:
-        process.kill()
-        process.wait()
-
-
-def live(domain: int = DOMAIN, **parameters: object) -> Preset:
-    """Returns the column with a rate of max, unless said otherwise."""
-    values = {"domain": domain, "rate": "max", **parameters}
-    return Preset("live", "live", "the stand-in", values, "figures").checked()
 
 
 def with_beams(scenario: Scenario) -> Scenario:
@@ -63,7 +33,7 @@ def with_beams(scenario: Scenario) -> Scenario:
 
 def driven(scenario: Scenario, **parameters: object) -> tuple[TrialLog, float]:
     """Returns the log of a trial, and the wall-clock time of its driving, s."""
-    log = run_trial(scenario, live(**parameters), robot=ROBOT)
+    log = run_trial(scenario, live(DOMAIN, **parameters), robot=ROBOT)
     facts = log.info["running_stack"]
     return log, facts["wall_s"]
 
@@ -92,7 +62,7 @@ def measure_latency() -> None:
 def measure_repeats() -> None:
     for rate in ("max", 1.0):
         logs = [
-            run_trial(load_scenario("doorway"), live(rate=rate), robot=ROBOT)
+            run_trial(load_scenario("doorway"), live(DOMAIN, rate=rate), robot=ROBOT)
             for _ in range(REPEATS if rate == "max" else 3)
         ]
         times = np.array([log.end_time_s for log in logs])
@@ -106,14 +76,8 @@ def measure_repeats() -> None:
 
 
 def measure_goals() -> None:
-    scenario = Scenario(
-        name="way",
-        description="straight ahead",
-        plan={"type": "polyline", "points": [[0.0, 0.0], [0.5, 0.0]]},
-        goal=(0.5, 0.0, 0.0),
-        timeout_s=30.0,
-    )
-    preset = live(settle_s=0.1)
+    scenario = way(0.5)
+    preset = live(DOMAIN)
     reached, memory_mb, began = 0, [], time.monotonic()
     for _ in range(GOALS):
         log = run_trial(scenario, preset, robot=ROBOT)
@@ -139,10 +103,11 @@ MEASURES = {
 def main() -> None:
     parser = argparse.ArgumentParser()
     parser.add_argument("what", nargs="*", metavar="WHAT")
-    parser.add_argument("--ros")
+    parser.add_argument("--ros", action="store_true")
     arguments = parser.parse_args()
+    middleware = RCLPY if arguments.ros else CYCLONE
     for name in arguments.what or MEASURES:
-        with stand_in(arguments.ros, echo=name == "latency"):
+        with stand_in(middleware, DOMAIN, *(["--echo"] if name == "latency" else [])):
             MEASURES[name]()
 
 

@@ -2,23 +2,16 @@
 
 from __future__ import annotations
 
-import itertools
-import os
 import socket
-import subprocess
-import sys
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import contextmanager
-from pathlib import Path
 
 import pytest
+from stand_ins import CYCLONE, ROBOT, live, stand_in, way
 
 from drake_navbench.__main__ import main
 from drake_navbench.analysis.metrics.compute import cycle_times_ms
 from drake_navbench.analysis.metrics.definition import Undefined
 from drake_navbench.errors import InputError
-from drake_navbench.inputs.presets import Preset
-from drake_navbench.inputs.scenario import Scenario
 from drake_navbench.inputs.scenario_plan import GridPlan
 from drake_navbench.live import live_extra, lookout
 from drake_navbench.live.domain import PLAIN, LiveDomain
@@ -27,49 +20,7 @@ from drake_navbench.live.loopback import domain_sockets
 from drake_navbench.logs.log import Outcome, TrialLog
 from drake_navbench.trial.trial import run_trial
 
-HERE = Path(__file__).parent
-ROBOT = "turtlebot3_waffle"
 SCAN = "sensor_msgs/msg/LaserScan"
-TWIST = "geometry_msgs/msg/Twist"
-_domains = itertools.count(os.getpid() % 40)
-
-
-@pytest.fixture
-def domain():
-    """A domain that no other test of this machine uses now."""
-    return 30 + next(_domains) % 70
-
-
-@contextmanager
-def stand_in(domain, *options):
-    command = [sys.executable, str(HERE / "stand_in_cyclone.py"), str(domain), *options]
-    process = subprocess.Popen(command)
-    try:
-        yield process
-    finally:
-        process.kill()
-        process.wait()
-
-
-def way(length_m=1.0, timeout_s=30.0):
-    return Scenario(
-        name="way",
-        description="straight ahead",
-        plan={"type": "polyline", "points": [[0.0, 0.0], [length_m, 0.0]]},
-        goal=(length_m, 0.0, 0.0),
-        timeout_s=timeout_s,
-    )
-
-
-def live(domain, **parameters):
-    values = {
-        "domain": domain,
-        "rate": "max",
-        "settle_s": 0.1,
-        "start_timeout_s": 20.0,
-        **parameters,
-    }
-    return Preset("live", "live", "the stand-in", values, "test").checked()
 
 
 @pytest.fixture(autouse=True)
@@ -78,7 +29,7 @@ def _short_listening(monkeypatch):
 
 
 def test_a_stack_drives_to_the_goal_and_the_log_is_a_trials(domain, tmp_path):
-    with stand_in(domain, "--stamped"):
+    with stand_in(CYCLONE, domain, "--stamped"):
         log = run_trial(way(), live(domain), robot=ROBOT)
         again = run_trial(way(), live(domain), robot=ROBOT, seed=1)
     assert (log.outcome, again.outcome) == (Outcome.SUCCEEDED, Outcome.SUCCEEDED)
@@ -101,7 +52,7 @@ def test_a_stack_drives_to_the_goal_and_the_log_is_a_trials(domain, tmp_path):
 
 
 def test_a_stack_that_listens_for_the_pose_localizes_the_robot_itself(domain):
-    with stand_in(domain, "--localizes"):
+    with stand_in(CYCLONE, domain, "--localizes"):
         log = run_trial(way(), live(domain), robot=ROBOT)
     assert log.outcome is Outcome.SUCCEEDED, log.info["reason"]
     assert log.info["running_stack"]["localization"] == "stack"
@@ -142,11 +93,11 @@ def test_a_listener_that_asks_for_more_is_named_in_the_log(domain):
 
 
 def test_a_stack_that_is_started_anew_in_a_trial_gets_the_goal_again(domain):
-    with ThreadPoolExecutor() as pool, stand_in(domain, "--quits-after", "40") as first:
+    with ThreadPoolExecutor() as pool, stand_in(CYCLONE, domain, "--quits-after", "40") as first:
         preset = live(domain, command_timeout_s=0.2)
         driving = pool.submit(run_trial, way(), preset, robot=ROBOT)
         first.wait(60.0)
-        with stand_in(domain):
+        with stand_in(CYCLONE, domain):
             log = driving.result(60.0)
     assert log.outcome is Outcome.SUCCEEDED, log.info["reason"]
     assert log.info["running_stack"]["restart_count"] == 1
@@ -175,7 +126,7 @@ def test_waypoints_are_sent_one_after_another(domain):
             "plan": GridPlan(type="planner"),
         }
     )
-    with stand_in(domain):
+    with stand_in(CYCLONE, domain):
         log = run_trial(both, live(domain), robot=ROBOT)
     assert log.outcome is Outcome.SUCCEEDED, log.info["reason"]
     assert [leg["goal"][0] for leg in log.info["legs"]] == [0.5, 0.9]
