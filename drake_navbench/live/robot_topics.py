@@ -145,6 +145,8 @@ class RobotTopics:
 
     def send_readings_again(self, stamp_ns: int, sensed: Sensed) -> None:
         """Sends the newest scan and clouds with a new stamp: the world stands still."""
+        self.sent_scan = sensed.scan
+        self._sent_clouds = dict(sensed.clouds)
         if sensed.scan is not None:
             self._send_scan(stamp_ns, sensed.scan)
         for name, cloud in sensed.clouds.items():
