@@ -30,8 +30,10 @@ def _short_listening(monkeypatch):
 
 def test_a_stack_drives_to_the_goal_and_the_log_is_a_trials(domain, tmp_path):
     with stand_in(CYCLONE, domain, "--stamped"):
-        log = run_trial(way(), live(domain), robot=ROBOT)
-        again = run_trial(way(), live(domain), robot=ROBOT, seed=1)
+        # However busy the machine is.
+        preset = live(domain, patience_s=5.0)
+        log = run_trial(way(), preset, robot=ROBOT)
+        again = run_trial(way(), preset, robot=ROBOT, seed=1)
     assert (log.outcome, again.outcome) == (Outcome.SUCCEEDED, Outcome.SUCCEEDED)
     last = log.samples.iloc[-1]
     # The stand-in is content with 0.12 m; the waffle drives 0.26 m/s.
@@ -40,7 +42,7 @@ def test_a_stack_drives_to_the_goal_and_the_log_is_a_trials(domain, tmp_path):
     assert (log.samples["cycle_count"] == 0).all()
     facts = log.info["running_stack"]
     assert facts["command_type"] == "geometry_msgs/msg/TwistStamped"
-    assert facts["missed_command_count"] <= 3
+    assert facts["missed_command_count"] == 0
     assert facts["command_count"] >= 50
     assert len(log.plans) == 1
     assert len(log.info["legs"]) == 1
