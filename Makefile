@@ -13,6 +13,7 @@ unexport PYTHONDONTWRITEBYTECODE
 LOCK := requirements.lock
 TOOLS := .venv-tools
 SITE := .venv-site
+ROS := .venv-ros
 ARGS ?=
 # Tests run in so many processes at once, each of up to 2 GB. The long ones run alone: some measure
 # their own memory or time.
@@ -22,7 +23,7 @@ SUBPACKAGES := analysis controllers models scenarios
 TYPES := build/types
 
 .PHONY: run test test-all fuzz lint types package-links format bench bench-compare docs docs-figures \
-	site release lock audit sbom clean
+	site release lock audit sbom test-ros clean
 
 run: $(RUN_INSTALLED)
 	$(BIN)/python -m drake_navbench.run $(ARGS)
@@ -32,6 +33,11 @@ test: $(INSTALLED)
 
 test-all: $(INSTALLED)
 	$(BIN)/python -m pytest -m "long or not long" $(ARGS)
+
+# Drives with a stack of the real rclpy. ROS's wheels (264 MB) stand in an environment of their own,
+# which plain `make test` uses where it is there. They exist for Python 3.11 alone.
+test-ros: $(INSTALLED) $(ROS)/.installed
+	$(BIN)/python -m pytest tests/live -m "long or not long" $(ARGS)
 
 fuzz: $(INSTALLED)
 	FUZZ_CASES=10000 $(BIN)/python -m pytest tests/fuzz $(ARGS)
@@ -116,5 +122,10 @@ $(SITE)/.installed: pyproject.toml
 	$(PYTHON) .ci/extra.py site | $(SITE)/bin/python -m pip install --quiet --requirement /dev/stdin
 	touch $@
 
+$(ROS)/.installed: pyproject.toml
+	$(PYTHON) -m venv $(ROS)
+	$(PYTHON) .ci/extra.py ros | $(ROS)/bin/python -m pip install --quiet --requirement /dev/stdin
+	touch $@
+
 clean:
-	rm -rf $(VENV) $(TOOLS) $(SITE) build dist bench.json sbom.json *.egg-info .pytest_cache .ruff_cache
+	rm -rf $(VENV) $(TOOLS) $(SITE) $(ROS) build dist bench.json sbom.json *.egg-info .pytest_cache .ruff_cache

@@ -16,6 +16,7 @@ from drake_navbench.errors import nearest_name_hint
 # Command -> module with `main(argv)`, and the line that --help prints.
 COMMANDS = {
     "run": ("drake_navbench.run", "drive controllers through scenarios and compare them"),
+    "live": ("drake_navbench.commands.live", "simulate a robot for a running ROS 2 stack"),
     "show": ("drake_navbench.commands.show", "draw what run would drive, before anything does"),
     "report": (
         "drake_navbench.commands.report",

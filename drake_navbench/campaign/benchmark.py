@@ -142,7 +142,7 @@ def run_benchmark(
     folder = ResultsFolder(out or Path(temporary.name if temporary else ""))
     with only_run_in(folder.path):
         require_writable(folder.path)
-        jobs = jobs or available_cores()
+        jobs = _jobs(campaign, jobs)
         begin(folder, campaign, request if is_told_by_names else None, jobs)
         table, undriven, _ = run_campaign(campaign, folder, jobs=jobs)
     if undriven:
@@ -208,8 +208,13 @@ def run_from_command_line(arguments: argparse.Namespace, *, began_s: float) -> b
     if campaign.model is not None:
         told = f"Robot's model: {campaign.model.summary()} (--check tells all)"
         console.print(printable(told), soft_wrap=True)
-    jobs = arguments.jobs or available_cores()
+    jobs = _jobs(campaign, arguments.jobs)
     cluster = cluster_place(arguments)
+    if cluster is not None and _running_stacks(campaign):
+        raise InputError(
+            f"--cluster: {_running_stacks(campaign)[0]} is a stack on this machine; expected "
+            "no --cluster"
+        )
     if cluster is not None:
         # That nobody answers is known before anything is written.
         require_cluster(cluster)
@@ -232,6 +237,27 @@ def run_from_command_line(arguments: argparse.Namespace, *, began_s: float) -> b
     except KeyboardInterrupt:
         console.print(f"Continue with: drake-navbench run --resume {folder.path}", soft_wrap=True)
         raise
+
+
+def _running_stacks(campaign: Campaign) -> list[str]:
+    """Returns the columns that are running stacks."""
+    return [preset.name for preset in campaign.presets if preset.is_running_stack]
+
+
+def _jobs(campaign: Campaign, asked: int | None) -> int:
+    """Returns the number of workers: one where a running stack drives, one trial at a time.
+
+    Raises InputError where more were asked for.
+    """
+    stacks = _running_stacks(campaign)
+    if not stacks:
+        return asked or available_cores()
+    if asked not in (None, 1):
+        raise InputError(
+            f"--jobs: the running stack {stacks[0]} drives one trial at a time; expected 1, "
+            f"got {asked}"
+        )
+    return 1
 
 
 def default_results_path() -> Path:

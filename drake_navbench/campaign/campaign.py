@@ -19,7 +19,7 @@ from drake_navbench.inputs.scenario import PUBLISHED_SCENARIOS, Scenario, load_s
 from drake_navbench.inputs.task_check import check_task, warn_of_rotation
 from drake_navbench.nav2.whole_files import FileColumns
 from drake_navbench.trial.column_controller import check_controller
-from drake_navbench.trial.plugin_check import check_plugins
+from drake_navbench.trial.plugin_check import check_plugins, check_running_stack
 from drake_navbench.trial.spec import TrialSpec
 from drake_navbench.trial.task_cost import check_cost
 from drake_navbench.trial.trial import DEFAULT_ROBOT
@@ -145,6 +145,7 @@ def plan_campaign(
             if (preset, loaded_robot) not in checked:
                 check_controller(preset, loaded_robot)
                 checked.append((preset, loaded_robot))
+            check_running_stack(scenario, preset)
             warn_of_rotation(preset, loaded_robot)
         paired_with = scenario.clean_scenario or entry.base
         firsts = [

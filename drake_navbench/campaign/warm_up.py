@@ -58,9 +58,14 @@ def cold_parts(specs: Sequence[TrialSpec]) -> Cold:
     """Returns the trials that have something to compile.
 
     Controllers of somebody else are left to the trials: they may do anything when they are called.
+    So are running stacks, which have no kernels of ours.
     """
     compiled = compiled_parts()
-    columns = {_column_name(spec): spec for spec in specs if not spec.code_owner}
+    columns = {
+        _column_name(spec): spec
+        for spec in specs
+        if not (spec.code_owner or spec.preset.is_running_stack)
+    }
     cold_columns = {name: spec for name, spec in columns.items() if name not in compiled}
     with_columns = {
         part

@@ -1,7 +1,7 @@
 """One participant of a DDS domain: publishers, subscriptions, and who else is there.
 
-Without peers it is bound to 127.0.0.1 and finds others there by asking every port that a
-participant may have. Whatever CYCLONEDDS_URI says is not read: it could open the network.
+Without peers it sends to 127.0.0.1 alone, hears this machine alone, and finds others by asking
+every port that a participant may have. CYCLONEDDS_URI is not read: it could open the network.
 """
 
 from __future__ import annotations
@@ -43,6 +43,7 @@ from drake_navbench.live.endpoints import (
     Endpoint,
     Quality,
 )
+from drake_navbench.live.loopback import bind_to_loopback
 from drake_navbench.live.wire_types import (
     WireMessage,
     dds_topic,
@@ -58,6 +59,9 @@ LOOPBACK = "127.0.0.1"
 MAX_PARTICIPANTS = 60
 # What waits for a reader that has stopped must not stop the simulation.
 MAX_UNREAD = "64 MB"
+# All vendors of DDS. Descriptions of types that Fast DDS sends are none that Cyclone DDS can read,
+# and it would wait for better ones; without, topics match by the names of their types, as in ROS.
+VENDORS = ",".join(f"1.{number}" for number in range(2, 33))
 BLOCKED_FOR = duration(milliseconds=50)
 DEPTH = 10
 MAX_ENDPOINTS = 10_000
@@ -84,6 +88,7 @@ def configuration(peers: Sequence[str] = ()) -> str:
         "<Discovery><ParticipantIndex>auto</ParticipantIndex>"
         f"<MaxAutoParticipantIndex>{MAX_PARTICIPANTS}</MaxAutoParticipantIndex>"
         f"<SPDPInterval>1s</SPDPInterval><Peers>{addresses}</Peers></Discovery>"
+        f"<Compatibility><IgnoreTypeInformation>{VENDORS}</IgnoreTypeInformation></Compatibility>"
         f"<Internal><Watermarks><WhcHigh>{MAX_UNREAD}</WhcHigh></Watermarks></Internal>"
         "</Domain></CycloneDDS>"
     )
@@ -124,6 +129,10 @@ class Subscription:
         """Waits for a message, `patience_s` at most; returns whether there is one."""
         return bool(self._waitset.wait(duration(seconds=patience_s)))
 
+    def wait_with(self, other: Subscription) -> None:
+        """Makes `wait` end with a message of another subscription as well."""
+        self._waitset.attach(ReadCondition(other._reader, NEW))
+
 
 class LiveDomain:
     """This side's participant of a domain; raises InputError where it cannot be opened."""
@@ -153,9 +162,15 @@ class LiveDomain:
         dds = Topic(self._participant, dds_topic(topic), wire_type(type_name))
         return Publisher(DataWriter(self._participant, dds, qos), type_name)
 
-    def subscription(self, topic: str, type_name: str, quality: Quality = PLAIN) -> Subscription:
-        """Returns a subscription to a topic such as /cmd_vel."""
-        return self._subscribe(dds_topic(topic), type_name, quality)
+    def subscription(
+        self, topic: str, type_name: str, quality: Quality = PLAIN, *, hears_own: bool = True
+    ) -> Subscription:
+        """Returns a subscription to a topic such as /cmd_vel.
+
+        hears_own: whether to messages of this participant, too.
+        """
+        own = () if hears_own else (Policy.IgnoreLocal.Participant,)
+        return self._subscribe(dds_topic(topic), type_name, quality, *own)
 
     def endpoints(self) -> list[Endpoint]:
         """Returns the publishers and subscriptions of all other participants on ROS's topics."""
@@ -195,10 +210,12 @@ class LiveDomain:
         with suppress(DDSException):
             self._participant._delete(self._participant._ref)
 
-    def _subscribe(self, dds_name: str, type_name: str, quality: Quality) -> Subscription:
+    def _subscribe(
+        self, dds_name: str, type_name: str, quality: Quality, *further: Any
+    ) -> Subscription:
         user_data = Policy.Userdata(f"typehash={type_hash(type_name)};".encode())
         dds = Topic(self._participant, dds_name, wire_type(type_name))
-        reader = DataReader(self._participant, dds, _qos(quality, user_data))
+        reader = DataReader(self._participant, dds, _qos(quality, user_data, *further))
         return Subscription(self._participant, reader)
 
     def _read_nodes(self) -> None:
@@ -215,7 +232,10 @@ def _open_domain(number: int, peers: tuple[str, ...]) -> None:
     """Configures a domain, the first time that this process opens it."""
     known = _domains.get(number)
     if known is None:
-        _domains[number] = peers, Domain(number, configuration(peers))
+        domain = Domain(number, configuration(peers))
+        if not peers:
+            bind_to_loopback(number)
+        _domains[number] = peers, domain
     elif known[0] != peers:
         raise InputError(
             f"live: domain {number}: this process has it open with the peers "

@@ -59,6 +59,9 @@ class LiveParameters(ControllerParameters):
     clock_period_s: float = Field(
         0.01, ge=0.001, le=0.1, description="Time between two messages of /clock [s]."
     )
+    odom_period_s: float = Field(
+        0.02, ge=0.001, le=1.0, description="Time between two messages of /odom and /tf [s]."
+    )
     command_period_s: float = Field(
         0.05, gt=0.0, le=1.0, description="Time between two commands of the stack [s]."
     )

@@ -10,10 +10,11 @@ import numpy as np
 
 from drake_navbench.costmaps.map_file import OccupancyMap
 from drake_navbench.costmaps.point_cloud import PointCloud
+from drake_navbench.errors import InputError, nearest_name_hint
 from drake_navbench.inputs.robot import Robot
 from drake_navbench.live.domain import LATCHED, PLAIN, LiveDomain, Publisher
 from drake_navbench.live.endpoints import Endpoint, OwnTopic, Quality, publishers_of
-from drake_navbench.live.parameters import LiveParameters
+from drake_navbench.live.parameters import TOPIC_NAMES, LiveParameters
 from drake_navbench.live.wire_types import type_hash
 from drake_navbench.logs.scans import Scan
 from drake_navbench.recordings import topics
@@ -57,6 +58,10 @@ class RobotTopics:
         self._scans = ["scan", *(f"scan_{number}" for number in extra)]
         kinds |= {name: TYPES["scan"] for name in self._scans}
         self._kinds = kinds
+        for name in parameters.topics:
+            if name not in kinds and name not in TOPIC_NAMES:
+                hint = nearest_name_hint(name, [*kinds, *TOPIC_NAMES])
+                raise InputError(f"live: topics: {name!r} is no topic of this robot{hint}")
         self.sent_scan: Scan | None = None
         self._sent_clouds: dict[str, PointCloud] = {}
 
@@ -140,6 +145,8 @@ class RobotTopics:
 
     def send_readings_again(self, stamp_ns: int, sensed: Sensed) -> None:
         """Sends the newest scan and clouds with a new stamp: the world stands still."""
+        self.sent_scan = sensed.scan
+        self._sent_clouds = dict(sensed.clouds)
         if sensed.scan is not None:
             self._send_scan(stamp_ns, sensed.scan)
         for name, cloud in sensed.clouds.items():

@@ -4,21 +4,16 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
+from contextlib import ExitStack
 from typing import Any
 
 import numpy as np
 
-from drake_navbench.errors import InputError, NavbenchError
 from drake_navbench.live.clock_file import ClockFile
 from drake_navbench.live.domain import LiveDomain
-from drake_navbench.live.endpoints import (
-    Endpoint,
-    listeners_of,
-    mismatches,
-    publishers_of,
-    robots_there,
-)
+from drake_navbench.live.endpoints import Endpoint, listeners_of
 from drake_navbench.live.goal_watch import GoalState
+from drake_navbench.live.lookout import Lookout, StackMissing
 from drake_navbench.live.pace import Pace, percentiles_ms
 from drake_navbench.live.parameters import LiveParameters
 from drake_navbench.live.robot_topics import RobotTopics, nanoseconds
@@ -26,10 +21,8 @@ from drake_navbench.live.stack_topics import StackTopics
 from drake_navbench.navigation.task import GlobalPlan, Leg, TaskState, TaskStatus
 from drake_navbench.systems.running_stack import STANDSTILL, Sensed, StackAnswer, StackTask
 
-# Time to hear of everybody in a domain, before anything is published there, s.
-LISTEN_S = 1.0
-# Between two looks at who is there, and between two tries of a goal that nobody takes, s.
-LOOK_PERIOD_S, RESEND_S = 0.2, 2.0
+# Between two tries of a goal that nobody takes, s.
+RESEND_S = 2.0
 # For a stack to end the goal of the trial before, s.
 END_PATIENCE_S = 10.0
 OUTCOME_OF_GOAL = {
@@ -37,10 +30,6 @@ OUTCOME_OF_GOAL = {
     GoalState.ABORTED: (TaskState.ABORTED, "the stack aborted the goal"),
     GoalState.CANCELED: (TaskState.ABORTED, "the stack cancelled the goal"),
 }
-
-
-class StackMissing(NavbenchError):
-    """There is no stack in the domain, it took no goal, or it went away."""
 
 
 class LiveSession:
@@ -56,9 +45,20 @@ class LiveSession:
         self._clock_file = ClockFile(parameters.domain)
         self._stamp_ns = self._clock_file.first_stamp_ns
         self._offset_ns = self._stamp_ns
-        self._domain = LiveDomain(parameters.domain, parameters.peers)
-        self._robot = RobotTopics(self._domain, parameters, task.robot)
-        self._stack = StackTopics(self._domain, parameters)
+        with ExitStack() as undo:
+            undo.callback(self._clock_file.close, self._stamp_ns)
+            self._domain = LiveDomain(parameters.domain, parameters.peers)
+            undo.callback(self._domain.close)
+            self._robot = RobotTopics(self._domain, parameters, task.robot)
+            self._stack = StackTopics(self._domain, parameters)
+            undo.pop_all()
+        self._lookout = Lookout(
+            self._domain,
+            parameters,
+            self._stack,
+            own=self._robot.own,
+            signs=self._robot.signs_of_a_robot,
+        )
         rate = None if parameters.rate == "max" else float(parameters.rate)
         self._pace = Pace(
             rate,
@@ -72,38 +72,27 @@ class LiveSession:
         self._command_s = -np.inf
         self._scan_sent_at: float | None = None
         self._scan_to_command_s: list[float] = []
-        self._looked_at = self._goal_sent_at = -np.inf
-        self._gone_since: float | None = None
-        self._stack_keys: set[bytes] = set()
-        self._faults: list[str] = []
-        self._restart_count = 0
+        self._goal_sent_at = self._pose_told_at = -np.inf
+        self._began_at = time.monotonic()
 
     def begin(self, sensed: Sensed) -> StackAnswer:
         """Opens the topics; lets the stack see the robot stand until it takes the first goal."""
-        parameters, pose = self._parameters, self._task.start_pose
-        listened = self._domain.wait_until(self._is_foreign, LISTEN_S)
-        self._refuse_robots(listened)
-        self._robot.open(self._task.known_map, listened, self._stamp_ns)
+        parameters = self._parameters
+        self._robot.open(self._task.known_map, self._lookout.listen(), self._stamp_ns)
         deadline = time.monotonic() + parameters.start_timeout_s
         ready_since: float | None = None
-        told_pose = was_sent = False
+        was_sent = False
         while parameters.sends_goal and not (was_sent and self._stack.goals.is_taken):
             endpoints = self._stand_still(sensed)
             now = time.monotonic()
             if endpoints is not None:
-                missing = self._stack.missing(endpoints, with_goals=True)
-                heard = listeners_of(endpoints, parameters.topic("initialpose"))
-                if parameters.localization == "auto":
-                    self._stack_localizes = bool(heard)
-                if self._stack_localizes and heard and not told_pose:
-                    self._robot.send_pose("initialpose", self._stamp_ns, pose)
-                    told_pose = True
-                if missing:
+                self._tell_pose(endpoints, sensed)
+                if self._stack.missing(endpoints, with_goals=True):
                     ready_since = None
                 elif ready_since is None:
                     ready_since = now
             if now >= deadline:
-                raise StackMissing(self._no_stack(endpoints or []))
+                raise StackMissing(self._lookout.why_no_stack())
             if ready_since is None or now - ready_since < parameters.settle_s:
                 continue
             if not was_sent and self._stack.goals.any_active:
@@ -111,10 +100,10 @@ class LiveSession:
             if not (was_sent and self._stack.goals.is_taken):
                 self._send_goal()
                 was_sent = True
-        self._refuse_robots(self._domain.endpoints())
-        self._remember_stack(self._domain.endpoints())
+        self._lookout.settle()
         self._offset_ns = self._stamp_ns - nanoseconds(sensed.time_s)
         self._pace.begin(sensed.time_s)
+        self._began_at = time.monotonic()
         self._leg_start_s = sensed.time_s
         self._command_s = sensed.time_s
         return self._answer
@@ -125,9 +114,9 @@ class LiveSession:
         self._stamp_ns = self._offset_ns + nanoseconds(sensed.time_s)
         self._tell(sensed)
         self._clock_file.keep(self._stamp_ns)
-        self._look_around(sensed.time_s)
+        self._look_around(sensed)
         patience_s = 0.0
-        if self._gone_since is None:
+        if not self._lookout.is_stack_gone:
             patience_s = self._pace.patience_for_command_s(sensed.time_s)
         command = self._stack.newest_command(patience_s)
         self._pace.note_command(sensed.time_s, has_come=command is not None)
@@ -150,9 +139,10 @@ class LiveSession:
             "command_type": self._stack.command_type,
             "command_count": self._stack.command_count,
             "localization": "stack" if self._stack_localizes else "benchmark",
-            "restart_count": self._restart_count,
+            "restart_count": self._lookout.restart_count,
             "lost_message_count": self._robot.lost_count,
-            "faults": list(self._faults),
+            "wall_s": round(time.monotonic() - self._began_at, 3),
+            "faults": list(self._lookout.faults),
             **self._pace.account(),
             **{f"scan_to_command_p{share}_ms": value for share, value in answered.items()},
         }
@@ -161,21 +151,6 @@ class LiveSession:
         """Leaves the domain."""
         self._domain.close()
         self._clock_file.close(self._stamp_ns)
-
-    def _is_foreign(self, endpoints: Sequence[Endpoint]) -> bool:
-        return bool(self._robots(endpoints))
-
-    def _robots(self, endpoints: Sequence[Endpoint]) -> list[str]:
-        topic = self._parameters.topic("cmd_vel")
-        return robots_there(endpoints, self._robot.signs_of_a_robot, topic)
-
-    def _refuse_robots(self, endpoints: Sequence[Endpoint]) -> None:
-        signs = self._robots(endpoints)
-        if signs:
-            raise InputError(
-                f"live: domain {self._parameters.domain} is in use by another robot: {signs[0]}; "
-                "expected a domain without one"
-            )
 
     def _stand_still(self, sensed: Sensed) -> list[Endpoint] | None:
         """Goes on by one period of the clock in which the world stands still.
@@ -194,20 +169,22 @@ class LiveSession:
         self._robot.send_clock(self._stamp_ns)
         self._stack.newest_command(0.0)
         self._stack.read(sensed.time_s, self._leg)
-        return self._look()
+        return self._lookout.look()
 
-    def _look(self) -> list[Endpoint] | None:
-        """Returns the endpoints of others, once in LOOK_PERIOD_S; None in between."""
+    def _tell_pose(self, endpoints: Sequence[Endpoint], sensed: Sensed) -> None:
+        """Tells a stack that localizes the robot where it is, until it has localized it.
+
+        AMCL forgets a pose that comes before it is active, so once may not be enough.
+        """
+        heard = listeners_of(endpoints, self._parameters.topic("initialpose"))
+        if self._parameters.localization == "auto":
+            self._stack_localizes = bool(heard)
         now = time.monotonic()
-        if now - self._looked_at < LOOK_PERIOD_S:
-            return None
-        self._looked_at = now
-        endpoints = self._domain.endpoints()
-        self._stack.follow(endpoints)
-        for fault in mismatches(endpoints, (*self._robot.own, *self._stack.own)):
-            if fault not in self._faults:
-                self._faults.append(fault)
-        return endpoints
+        if not (self._stack_localizes and heard) or now - self._pose_told_at < RESEND_S:
+            return
+        if not self._stack.has_localized():
+            self._robot.send_pose("initialpose", self._stamp_ns, sensed.state[:3])
+            self._pose_told_at = now
 
     def _end_old_goal(self, sensed: Sensed) -> None:
         """Has the stack end the goal of the trial before, by the place where the robot is."""
@@ -231,8 +208,11 @@ class LiveSession:
         self._robot.send_new_readings(self._offset_ns, sensed)
         if self._robot.sent_scan is not scan_before:
             self._scan_sent_at = time.perf_counter()
-        with_map = not self._stack_localizes
-        self._robot.send_motion(self._stamp_ns, sensed, with_map=with_map)
+        parameters = self._parameters
+        every = max(1, round(parameters.odom_period_s / parameters.clock_period_s))
+        if round(sensed.time_s / parameters.clock_period_s) % every == 0:
+            with_map = not self._stack_localizes
+            self._robot.send_motion(self._stamp_ns, sensed, with_map=with_map)
         self._robot.send_clock(self._stamp_ns)
 
     def _obey(self, command: Any, time_s: float) -> None:
@@ -253,40 +233,28 @@ class LiveSession:
             plan = GlobalPlan(plan_id=len(plans), poses=plans[-1].poses)
             self._answer = self._answer._replace(plan=plan, plans=tuple(plans))
 
-    def _look_around(self, time_s: float) -> None:
+    def _look_around(self, sensed: Sensed) -> None:
         """Notices that the stack went away, or was started anew."""
-        endpoints = self._look()
-        if endpoints is None or not self._parameters.sends_goal:
+        endpoints = self._lookout.look()
+        if endpoints is None:
             return
-        missing = self._stack.missing(endpoints, with_goals=True)
-        now = time.monotonic()
-        if missing:
-            self._gone_since = now if self._gone_since is None else self._gone_since
-            self._pace.rest(time_s)
-            gone_s = now - self._gone_since
-            if gone_s > self._parameters.restart_timeout_s:
-                raise StackMissing(f"live: the stack went away: {missing[0]} for {gone_s:.0f} s")
+        if not self._parameters.sends_goal:
+            self._tell_pose(endpoints, sensed)
             return
-        is_new = bool(self._status_keys(endpoints) - self._stack_keys)
-        if is_new or self._gone_since is not None:
-            self._gone_since = None
-            self._restart_count += 1
-            self._remember_stack(endpoints)
+        is_new = self._lookout.is_new_stack(endpoints)
+        if self._lookout.is_stack_gone:
+            self._pace.rest(sensed.time_s)
+        if is_new:
             self._stack.goals.forget()
-            self._goal_sent_at = -np.inf
-
-    def _remember_stack(self, endpoints: Sequence[Endpoint]) -> None:
-        self._stack_keys |= self._status_keys(endpoints)
-
-    def _status_keys(self, endpoints: Sequence[Endpoint]) -> set[bytes]:
-        topic = self._parameters.topic("goal_status")
-        return {one.key for one in publishers_of(endpoints, topic)}
+            self._stack.forget_localization()
+            self._goal_sent_at = self._pose_told_at = -np.inf
+        self._tell_pose(endpoints, sensed)
 
     def _follow_goal(self, time_s: float) -> None:
         """Ends the leg or the task where the stack's goal has ended."""
         goals = self._stack.goals
         if not goals.is_taken:
-            if self._gone_since is None:
+            if not self._lookout.is_stack_gone:
                 self._send_goal()
             return
         if goals.state not in OUTCOME_OF_GOAL:
@@ -302,15 +270,3 @@ class LiveSession:
             self._send_goal()
             return
         self._answer = self._answer._replace(status=status)
-
-    def _no_stack(self, endpoints: Sequence[Endpoint]) -> str:
-        """Returns the sentence for a stack that is not there or takes no goal."""
-        parameters = self._parameters
-        waited = f"within {parameters.start_timeout_s:g} s"
-        missing = self._stack.missing(list(endpoints) or self._domain.endpoints(), with_goals=True)
-        if missing:
-            what = f"no stack in domain {parameters.domain} {waited}: {missing[0]}"
-        else:
-            goal = parameters.topic("goal_pose")
-            what = f"the stack in domain {parameters.domain} took no goal of {goal} {waited}"
-        return "; ".join([f"live: {what}", *self._faults[:1]])

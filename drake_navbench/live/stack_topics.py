@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from drake_navbench.live.domain import LATCHED, LiveDomain, Subscription
 from drake_navbench.live.endpoints import (
+    BEST_EFFORT,
     RELIABLE,
     Endpoint,
     OwnTopic,
@@ -20,7 +21,7 @@ from drake_navbench.live.endpoints import (
 )
 from drake_navbench.live.goal_watch import GoalEntry, GoalState, GoalWatch
 from drake_navbench.live.parameters import LiveParameters
-from drake_navbench.live.wire_types import type_hash
+from drake_navbench.live.wire_types import WireMessage, type_hash
 from drake_navbench.logs.plans import Plan
 from drake_navbench.recordings import topics
 
@@ -33,8 +34,7 @@ class StackTopics:
     """The subscriptions to a running stack.
 
     goals: the course of the goal. plans: those that came, newest last. command_count: commands so
-    far. command_type: Twist or TwistStamped, as the stack's publisher has it; '' before there is
-    one.
+    far. command_type: that of the last one, Twist or TwistStamped; '' before there was one.
     """
 
     def __init__(self, domain: LiveDomain, parameters: LiveParameters) -> None:
@@ -43,10 +43,13 @@ class StackTopics:
         self._status_topic = parameters.topic("goal_status")
         self._plan_topic = parameters.topic("plan")
         self._goal_topic = parameters.topic("goal_pose")
+        self._tf_topic, self._odom_frame = parameters.topic("tf"), parameters.odom_frame
         self._status = domain.subscription(self._status_topic, STATUS_TYPE, LATCHED)
         self._plan = domain.subscription(self._plan_topic, topics.PLAN.type)
-        self._commands: Subscription | None = None
-        self._command_quality = Quality()
+        self._commands: dict[str, Subscription] = {}
+        self._qualities: dict[str, Quality] = {}
+        self._transforms: Subscription | None = None
+        self._has_localized = False
         self.command_type = ""
         self.command_count = 0
         self.goals = GoalWatch()
@@ -58,7 +61,7 @@ class StackTopics:
         commands = (TWIST, TWIST_STAMPED)
         hashes = tuple(map(type_hash, commands))
         return (
-            OwnTopic(self._command_topic, commands, False, self._command_quality, hashes),
+            OwnTopic(self._command_topic, commands, False, Quality(BEST_EFFORT), hashes),
             OwnTopic(self._status_topic, (STATUS_TYPE,), False, LATCHED, (type_hash(STATUS_TYPE),)),
         )
 
@@ -75,38 +78,61 @@ class StackTopics:
         return found
 
     def follow(self, endpoints: Sequence[Endpoint]) -> None:
-        """Listens to the commands with the type and the quality that the stack has for them."""
-        for one in publishers_of(endpoints, self._command_topic):
-            if one.type not in (TWIST, TWIST_STAMPED):
-                continue
-            quality = Quality(one.quality.reliability)
-            if self._commands is None or one.type != self.command_type:
-                self._commands = self._domain.subscription(self._command_topic, one.type, quality)
-                self.command_type, self._command_quality = one.type, quality
-            elif quality.reliability != RELIABLE == self._command_quality.reliability:
-                self._commands = self._domain.subscription(self._command_topic, one.type, quality)
-                self._command_quality = quality
-            return
+        """Listens to the commands with the types and the qualities that the stack has for them."""
+        publishers = publishers_of(endpoints, self._command_topic)
+        for kind in (TWIST, TWIST_STAMPED):
+            offered = {one.quality.reliability for one in publishers if one.type == kind}
+            # Who asks for no more than best effort hears everybody.
+            quality = Quality(BEST_EFFORT if BEST_EFFORT in offered else RELIABLE)
+            if offered and self._qualities.get(kind) != quality:
+                subscription = self._domain.subscription(self._command_topic, kind, quality)
+                for other in self._commands.values():
+                    other.wait_with(subscription)
+                    subscription.wait_with(other)
+                self._commands[kind], self._qualities[kind] = subscription, quality
 
     def newest_command(self, patience_s: float) -> Array | None:
         """Returns the newest command, v m/s, w rad/s, vy m/s; None where none has come.
 
         patience_s: wall-clock time to wait for one. A command that is not finite is none.
         """
-        if self._commands is None:
-            return None
-        received = self._commands.take()
-        if not received and patience_s > 0.0 and self._commands.wait(patience_s):
-            received = self._commands.take()
+        received = self._taken()
+        if not received and patience_s > 0.0:
+            for subscription in list(self._commands.values())[:1]:
+                subscription.wait(patience_s)
+            received = self._taken()
         for one in reversed(received):
             with suppress(ValueError):
                 twist = one.decoded()
+                self.command_type = one.type_name
                 twist = twist.twist if one.type_name == TWIST_STAMPED else twist
                 command = np.array([twist.linear.x, twist.angular.z, twist.linear.y])
                 if np.isfinite(command).all():
                     self.command_count += len(received)
                     return command
         return None
+
+    def has_localized(self) -> bool:
+        """Returns whether the stack has sent the transform from map to odometry.
+
+        Only for a stack that localizes: the benchmark does not send that transform then.
+        """
+        if self._transforms is None:
+            topic, kind = self._tf_topic, topics.TF.type
+            self._transforms = self._domain.subscription(topic, kind, hears_own=False)
+        for received in self._transforms.take():
+            with suppress(ValueError):
+                for one in received.decoded().transforms:
+                    self._has_localized |= one.child_frame_id == self._odom_frame
+        return self._has_localized
+
+    def forget_localization(self) -> None:
+        """Forgets that transform: the stack was started anew."""
+        self._has_localized = False
+
+    def _taken(self) -> list[WireMessage]:
+        """Returns the commands that have come since the last call, of any type."""
+        return [one for subscription in self._commands.values() for one in subscription.take()]
 
     def read(self, time_s: float, leg: int) -> None:
         """Reads the plans and the states of the goals that have come.

@@ -5,7 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from drake_navbench.costmaps.layered_costmap import local_layers
+from drake_navbench.errors import InputError
 from drake_navbench.inputs.foreign_code import has_foreign_plugins
+from drake_navbench.inputs.presets import Preset
 from drake_navbench.inputs.robot import Robot
 from drake_navbench.inputs.scenario import Scenario
 from drake_navbench.inputs.scenario_plan import GridPlan
@@ -15,6 +17,15 @@ from drake_navbench.navigation.behaviors import make_behaviors
 from drake_navbench.navigation.checker_settings import make_goal_checker, make_progress_checker
 from drake_navbench.navigation.smoother_settings import make_smoother
 from drake_navbench.trial.planning import global_layers, planner_of
+
+
+def check_running_stack(scenario: Scenario, preset: Preset) -> None:
+    """Raises InputError where a column is a running stack and the scenario has several floors."""
+    if preset.is_running_stack and scenario.floors:
+        raise InputError(
+            f"scenario {scenario.name}: {preset.name} is a running stack, which drives on one "
+            "floor; expected a scenario without floors"
+        )
 
 
 def check_plugins(scenario: Scenario, robot: Robot) -> None:

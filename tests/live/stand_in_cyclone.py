@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import sys
 import uuid
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
@@ -22,7 +23,10 @@ from drake_navbench.recordings.messages import MessageMaker
 class CycloneStack:
     """The topics of the stand-in."""
 
-    def __init__(self, domain: LiveDomain, *, stamped: bool) -> None:
+    def __init__(self, domain: LiveDomain, *, stamped: bool, echo: bool) -> None:
+        self._echo, self._domain = echo, domain
+        self._pose, self._poses_told = None, 0
+        self.command_count = 0
         self._make = MessageMaker()
         self._brain = Brain()
         self._stamped = stamped
@@ -38,9 +42,21 @@ class CycloneStack:
         )
         self._goals: list[tuple[bytes, int, int]] = []
 
+    def localize(self) -> None:
+        """Takes on the transform from map to odometry, from when it is told a pose."""
+        self._pose = self._domain.subscription("/initialpose", topics.ESTIMATE.type)
+        self._transforms = self._domain.publisher("/tf", topics.TF.type)
+
+    def _send_transform(self, stamp_ns: int) -> None:
+        """Sends that transform; the pose told first is forgotten, as by an inactive AMCL."""
+        self._poses_told += len(self._pose.take())
+        if self._poses_told > 1:
+            transform = self._make.transform(stamp_ns, "map", "odom", (0.0, 0.0, 0.0))
+            self._transforms.send(self._make.make(topics.TF.type, transforms=[transform]))
+
     def spin_once(self) -> None:
         """Waits for the next clock and works."""
-        self._clock.wait(0.5)
+        (self._scan if self._echo else self._clock).wait(0.5)
         for message in self._map.take():
             grid = message.decoded()
             data = np.asarray(grid.data).reshape(grid.info.height, grid.info.width)
@@ -48,7 +64,9 @@ class CycloneStack:
             self._brain.take_map(data, (origin.x, origin.y), grid.info.resolution)
         for message in self._odometry.take()[-1:]:
             self._brain.pose = _planar(message.decoded().pose.pose)
-        self._scan.take()
+        scans = self._scan.take()
+        if self._echo and scans and scans[-1].decoded().ranges is not None:
+            self._command.send(self._make.twist(0.0, 0.0))
         ticks = self._clock.take()
         for message in self._goal.take():
             stamp_ns = nanoseconds(ticks[-1].decoded().clock) if ticks else 0
@@ -66,8 +84,13 @@ class CycloneStack:
             self._plan.send(self._make.path(stamp_ns, "map", poses))
 
     def _work(self, stamp_ns: int) -> None:
+        if self._pose is not None:
+            self._send_transform(stamp_ns)
+        if self._pose is not None and self._poses_told < 2:
+            return
         command = self._brain.tick(stamp_ns / 1e9)
-        if command is not None:
+        if command is not None and not self._echo:
+            self.command_count += 1
             if self._stamped:
                 self._command.send(self._make.twist_stamped(stamp_ns, "base_link", *command))
             else:
@@ -96,10 +119,18 @@ def main() -> None:
     parser = argparse.ArgumentParser()
     parser.add_argument("domain", type=int)
     parser.add_argument("--stamped", action="store_true")
+    parser.add_argument("--quits-after", type=int, metavar="COMMANDS")
+    parser.add_argument("--localizes", action="store_true", help="as AMCL does")
+    parser.add_argument("--echo", action="store_true", help="answer each scan with a standstill")
     arguments = parser.parse_args()
-    stack = CycloneStack(LiveDomain(arguments.domain), stamped=arguments.stamped)
-    while True:
-        stack.spin_once()
+    stack = CycloneStack(
+        LiveDomain(arguments.domain), stamped=arguments.stamped, echo=arguments.echo
+    )
+    if arguments.localizes:
+        stack.localize()
+    with suppress(KeyboardInterrupt):
+        while arguments.quits_after is None or stack.command_count < arguments.quits_after:
+            stack.spin_once()
 
 
 if __name__ == "__main__":

@@ -1,0 +1,208 @@
+"""The command `live`: a scenario as a simulator for a running ROS 2 stack.
+
+Only the standard library is imported before the arguments are read, so that --help is quick.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from drake_navbench.commands.command_line import (
+    EXIT_DONE,
+    EXIT_FAILED,
+    CommandParser,
+    exit_status_of,
+    whole_number,
+)
+from drake_navbench.errors import InputError
+
+if TYPE_CHECKING:
+    from drake_navbench.inputs.scenario import Scenario
+
+FRAMES = ("map", "odom", "base", "scan")
+DEFAULT_DURATION_S = 1800.0
+EPILOG = """\
+examples:
+  drake-navbench live empty --robot turtlebot3_waffle
+  drake-navbench live --map map.yaml --start 1.0 2.0 0.0 --robot turtlebot4
+  drake-navbench live doorway --goal --rate max --no-page
+
+The stack: ROS_DOMAIN_ID of --domain, ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST,
+and use_sim_time:=True; docs/live.md has the launch lines.
+
+exit status: 0 done, 1 it ended in an error, such as no stack, 2 wrong input
+"""
+
+
+def build_parser() -> argparse.ArgumentParser:
+    """Returns the parser of the command line."""
+    parser = CommandParser(
+        prog="drake-navbench live",
+        usage="%(prog)s [SCENARIO | --map FILE --start X Y YAW] [OPTIONS]",
+        description="Simulates world and robot for a ROS 2 stack that runs beside it.",
+        epilog=EPILOG,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    _add_what(parser)
+    _add_ros(parser)
+    _add_how(parser)
+    return parser
+
+
+def _add_what(parser: argparse.ArgumentParser) -> None:
+    add = parser.add_argument_group("world and robot").add_argument
+    add("scenario", nargs="?", metavar="SCENARIO", help="scenario: a name or a YAML file (empty)")
+    add("--map", type=Path, metavar="FILE", help="map as the world, with --start")
+    add(
+        "--start",
+        type=float,
+        nargs=3,
+        metavar=("X", "Y", "YAW"),
+        help="start pose on the map, m, m, rad",
+    )
+    add("--robot", default="wheelchair", metavar="NAME|FILE", help="robot (wheelchair)")
+    add("--goal", action="store_true", help="send the scenario's goal, and end with it")
+
+
+def _add_ros(parser: argparse.ArgumentParser) -> None:
+    add = parser.add_argument_group("ROS 2").add_argument
+    add("--domain", type=whole_number, default=0, metavar="N", help="as ROS_DOMAIN_ID (0)")
+    add(
+        "--peer",
+        action="append",
+        default=[],
+        metavar="ADDRESS",
+        help="other machine to speak to; without, nothing leaves this machine",
+    )
+    add("--namespace", default="", metavar="NAME", help="of all topics but /clock: /robot1")
+    add(
+        "--topic",
+        action="append",
+        default=[],
+        metavar="NAME=TOPIC",
+        help="other name of a topic, such as scan=/front/scan",
+    )
+    add(
+        "--frame",
+        action="append",
+        default=[],
+        metavar="NAME=FRAME",
+        help="other name of a frame: map, odom, base or scan, such as base=base_footprint",
+    )
+    add(
+        "--localization",
+        choices=("auto", "benchmark", "stack"),
+        default="auto",
+        help="who sends the transform from map to odometry (auto: the stack if it listens to "
+        "/initialpose)",
+    )
+
+
+def _add_how(parser: argparse.ArgumentParser) -> None:
+    add = parser.add_argument_group("pace and output").add_argument
+    add(
+        "--rate",
+        default="1.0",
+        metavar="RATE|max",
+        help="simulated seconds a second; max: as fast as the stack sends commands (1.0)",
+    )
+    add(
+        "--duration",
+        type=float,
+        metavar="S",
+        help=f"end after so many simulated seconds ({DEFAULT_DURATION_S:g}; with --goal the "
+        "scenario's time)",
+    )
+    add("--seed", type=whole_number, default=0, help="seed of the noise (0)")
+    add("--out", type=Path, metavar="DIR", help="new folder for the log (results/<time>)")
+    add("--no-page", action="store_true", help="show no page in a browser")
+    add("--quiet", action="store_true", help="print errors only")
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Runs the command; returns the exit status."""
+    arguments = build_parser().parse_args(argv)
+    return exit_status_of(lambda: _live(arguments))
+
+
+def _live(arguments: argparse.Namespace) -> int:
+    from drake_navbench.campaign.benchmark import default_results_path
+    from drake_navbench.campaign.console import terminal
+    from drake_navbench.campaign.live_simulator import simulate_for_stack
+    from drake_navbench.live.live_extra import require_live_libraries
+    from drake_navbench.logs.results import ResultsFolder
+
+    require_live_libraries()
+    console = terminal(quiet=arguments.quiet)
+    ended_badly = simulate_for_stack(
+        _scenario(arguments),
+        _parameters(arguments),
+        robot=arguments.robot,
+        seed=arguments.seed,
+        folder=ResultsFolder((arguments.out or default_results_path()).absolute()),
+        shows_page=not arguments.no_page,
+        console=console,
+    )
+    return EXIT_FAILED if ended_badly else EXIT_DONE
+
+
+def _scenario(arguments: argparse.Namespace) -> Scenario:
+    """Returns the scenario that is asked for; raises InputError."""
+    from drake_navbench.inputs.scenario import load_scenario, scenario_on_map
+
+    if (arguments.map is None) != (arguments.start is None):
+        raise InputError("--map and --start: expected both or none")
+    if arguments.map is not None and (arguments.scenario or arguments.goal):
+        raise InputError("--map: expected no SCENARIO and no --goal as well")
+    if arguments.map is not None:
+        start = tuple(arguments.start)
+        scenario = scenario_on_map(arguments.map, start, start)
+    else:
+        scenario = load_scenario(arguments.scenario or "empty")
+    duration_s = arguments.duration
+    if duration_s is None and not arguments.goal:
+        duration_s = DEFAULT_DURATION_S
+    if duration_s is None:
+        return scenario
+    if duration_s <= 0.0:
+        raise InputError(f"--duration {duration_s:g}: expected more than 0 s")
+    return scenario.model_copy(update={"timeout_s": duration_s})
+
+
+def _parameters(arguments: argparse.Namespace) -> dict[str, Any]:
+    """Returns the parameters of the column `live`; raises InputError for a frame unknown."""
+    frames = _assigned("--frame", arguments.frame)
+    for name in frames:
+        if name not in FRAMES:
+            raise InputError(f"--frame {name}: expected one of {', '.join(FRAMES)}")
+    try:
+        rate = "max" if arguments.rate == "max" else float(arguments.rate)
+    except ValueError:
+        raise InputError(f"--rate {arguments.rate!r}: expected max or a number") from None
+    return {
+        "domain": arguments.domain,
+        "peers": tuple(arguments.peer),
+        "namespace": arguments.namespace,
+        "topics": _assigned("--topic", arguments.topic),
+        **{f"{name}_frame": frame for name, frame in frames.items()},
+        "localization": arguments.localization,
+        "rate": rate,
+        "sends_goal": arguments.goal,
+    }
+
+
+def _assigned(option: str, texts: Sequence[str]) -> dict[str, str]:
+    """Returns the values of NAME=VALUE texts by name; raises InputError for another form."""
+    pairs = [text.partition("=") for text in texts]
+    for (name, equals, value), text in zip(pairs, texts, strict=True):
+        if not (name and equals and value):
+            raise InputError(f"{option} {text!r}: expected NAME=VALUE")
+    return {name: value for name, _, value in pairs}
+
+
+if __name__ == "__main__":
+    sys.exit(main())
