@@ -78,6 +78,11 @@ def _add_ros(parser: argparse.ArgumentParser) -> None:
         metavar="ADDRESS",
         help="other machine to speak to; without, nothing leaves this machine",
     )
+    add(
+        "--allow-listeners",
+        action="store_true",
+        help="begin although others listen to /cmd_vel; none of them may be a robot",
+    )
     add("--namespace", default="", metavar="NAME", help="of all topics but /clock: /robot1")
     add(
         "--topic",
@@ -186,6 +191,7 @@ def _parameters(arguments: argparse.Namespace) -> dict[str, Any]:
     return {
         "domain": arguments.domain,
         "peers": tuple(arguments.peer),
+        "allows_listeners": arguments.allow_listeners,
         "namespace": arguments.namespace,
         "topics": _assigned("--topic", arguments.topic),
         **{f"{name}_frame": frame for name, frame in frames.items()},

@@ -58,20 +58,19 @@ def listeners_of(endpoints: Iterable[Endpoint], topic: str) -> list[Endpoint]:
     return [one for one in endpoints if one.topic == topic and not one.is_publisher]
 
 
-def robots_there(
-    endpoints: Sequence[Endpoint], told_by_a_robot: Iterable[str], command_topic: str
-) -> list[str]:
-    """Returns a sentence for each sign of another robot or simulator in the domain.
-
-    told_by_a_robot: topics that a robot publishes. Who listens to `command_topic` would drive by
-    the commands that are meant for the simulated robot.
-    """
+def robots_there(endpoints: Sequence[Endpoint], told_by_a_robot: Iterable[str]) -> list[str]:
+    """Returns a sentence for each publisher of a topic that only a robot or a simulator has."""
     signs = [
         f"{one.told_node} publishes {topic}"
         for topic in told_by_a_robot
         for one in publishers_of(endpoints, topic)
     ]
-    signs += [
+    return list(dict.fromkeys(signs))
+
+
+def may_be_robots(endpoints: Sequence[Endpoint], command_topic: str) -> list[str]:
+    """Returns a sentence for each listener to commands: a robot would drive by them."""
+    signs = [
         f"{one.told_node} listens to {command_topic} and may be a robot that would drive"
         for one in listeners_of(endpoints, command_topic)
     ]

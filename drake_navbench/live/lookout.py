@@ -11,6 +11,7 @@ from drake_navbench.live.domain import LiveDomain
 from drake_navbench.live.endpoints import (
     Endpoint,
     OwnTopic,
+    may_be_robots,
     mismatches,
     publishers_of,
     robots_there,
@@ -120,7 +121,10 @@ class Lookout:
         return "; ".join([f"live: {what}", *self.faults[:1]])
 
     def _robots(self, found: Sequence[Endpoint]) -> list[str]:
-        return robots_there(found, self._signs, self._parameters.topic("cmd_vel"))
+        signs = robots_there(found, self._signs)
+        if not self._parameters.allows_listeners:
+            signs += may_be_robots(found, self._parameters.topic("cmd_vel"))
+        return signs
 
     def _refuse(self, signs: Sequence[str]) -> None:
         if signs:

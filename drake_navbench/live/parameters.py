@@ -82,6 +82,11 @@ class LiveParameters(ControllerParameters):
     sends_goal: bool = Field(
         True, description="Send the scenario's goal; false: whoever likes sends goals."
     )
+    allows_listeners: bool = Field(
+        False,
+        description="Drive although others listen to /cmd_vel, such as a recorder. Only where none "
+        "of them is a robot: it would drive, too.",
+    )
     start_timeout_s: float = Field(
         60.0, gt=0.0, description="Wall-clock time for the stack to take the goal [s]."
     )

@@ -17,6 +17,7 @@ from drake_navbench.live.endpoints import (
     Endpoint,
     OwnTopic,
     Quality,
+    may_be_robots,
     mismatches,
     robots_there,
 )
@@ -165,9 +166,10 @@ def test_who_publishes_a_scan_or_obeys_commands_is_another_robot():
     scanner = Endpoint("/scan", SCAN, True, node="/hokuyo")
     base = Endpoint("/cmd_vel", "geometry_msgs/msg/Twist", False)
     planner = Endpoint("/plan", "nav_msgs/msg/Path", True)
-    assert robots_there([scanner, base, planner], ["/clock", "/scan"], "/cmd_vel") == [
-        "node /hokuyo publishes /scan",
-        "an unknown node listens to /cmd_vel and may be a robot that would drive",
+    there = [scanner, base, planner]
+    assert robots_there(there, ["/clock", "/scan"]) == ["node /hokuyo publishes /scan"]
+    assert may_be_robots(there, "/cmd_vel") == [
+        "an unknown node listens to /cmd_vel and may be a robot that would drive"
     ]
 
 

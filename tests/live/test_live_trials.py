@@ -81,6 +81,18 @@ def test_another_robot_in_the_domain_is_left_alone(domain):
     )
 
 
+def test_a_listener_to_the_commands_is_refused_unless_it_is_allowed(domain):
+    recorder = LiveDomain(domain)
+    commands = recorder.subscription("/cmd_vel", "geometry_msgs/msg/Twist")
+    refused = run_trial(way(), live(domain), robot=ROBOT)
+    preset = live(domain, allows_listeners=True, start_timeout_s=0.1)
+    allowed = run_trial(way(), preset, robot=ROBOT)
+    del commands
+    recorder.close()
+    assert "listens to /cmd_vel and may be a robot" in refused.info["reason"]
+    assert "nobody listens to /goal_pose" in allowed.info["reason"]
+
+
 def test_a_listener_that_asks_for_more_is_named_in_the_log(domain):
     other = LiveDomain(domain)
     scans = other.subscription("/scan", SCAN, Quality(durability=TRANSIENT_LOCAL))
