@@ -32,10 +32,16 @@ def test_every_entry_is_one_version_with_hashes_and_no_address():
 def test_everything_that_is_required_is_locked():
     project = tomllib.loads((REPOSITORY / "pyproject.toml").read_text(encoding="utf-8"))
     extras = project["project"]["optional-dependencies"]
+    with_own_environments = ("ros", "site")
     required = [
         *project["build-system"]["requires"],
         *project["project"]["dependencies"],
-        *(requirement for name, own in extras.items() if name != "site" for requirement in own),
+        *(
+            requirement
+            for name, own in extras.items()
+            if name not in with_own_environments
+            for requirement in own
+        ),
     ]
     names = {plain(re.split(r"[<>=~ \[]", requirement)[0]) for requirement in required}
     names.discard(project["project"]["name"])

@@ -100,7 +100,7 @@ def findings_of(facts: Facts, symptom: Symptom | None = None) -> list[Finding]:
 
 
 class Words(NamedTuple):
-    """What a user's words tell: factors of causes, and the names of parameters."""
+    """A user's words, read: factors of causes, and the names of parameters."""
 
     favours: list[Mapping[str, float]]
     named: frozenset[str]
@@ -108,7 +108,7 @@ class Words(NamedTuple):
 
     @classmethod
     def of(cls, text: str) -> Words:
-        """Returns what words tell."""
+        """Returns the factors and the names in a user's words."""
         return cls(favours_of(text), named_in(text), tried_in_vain(text))
 
     def factor(self, cause: Cause) -> float:
