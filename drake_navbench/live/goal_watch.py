@@ -56,6 +56,11 @@ class GoalWatch:
         return GoalState.UNKNOWN if entry is None else entry.state
 
     @property
+    def has_ended(self) -> bool:
+        """Whether the stack has reached, cancelled or aborted the followed goal."""
+        return self.state in (GoalState.SUCCEEDED, GoalState.CANCELED, GoalState.ABORTED)
+
+    @property
     def any_active(self) -> bool:
         """Whether the stack works on any goal."""
         return any(entry.state.is_active for entry in self._known.values())

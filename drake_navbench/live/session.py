@@ -119,7 +119,8 @@ class LiveSession:
         if not self._lookout.is_stack_gone:
             patience_s = self._pace.patience_for_command_s(sensed.time_s)
         command = self._stack.newest_command(patience_s)
-        self._pace.note_command(sensed.time_s, has_come=command is not None)
+        if command is not None or not self._stack.goals.has_ended:
+            self._pace.note_command(sensed.time_s, has_come=command is not None)
         self._stack.read(sensed.time_s, self._leg)
         self._obey(command, sensed.time_s)
         if self.ended:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import time
 from collections.abc import Sequence
 from contextlib import suppress
 from typing import Any
@@ -86,6 +87,7 @@ class StackTopics:
             quality = Quality(BEST_EFFORT if BEST_EFFORT in offered else RELIABLE)
             if offered and self._qualities.get(kind) != quality:
                 subscription = self._domain.subscription(self._command_topic, kind, quality)
+                subscription.wait_with(self._status)
                 for other in self._commands.values():
                     other.wait_with(subscription)
                     subscription.wait_with(other)
@@ -94,12 +96,18 @@ class StackTopics:
     def newest_command(self, patience_s: float) -> Array | None:
         """Returns the newest command, v m/s, w rad/s, vy m/s; None where none has come.
 
-        patience_s: wall-clock time to wait for one. A command that is not finite is none.
+        patience_s: wall-clock time to wait for one; a stack whose goal has ended sends none and is
+        not waited for. A command that is not finite is none.
         """
+        deadline = time.monotonic() + patience_s
         received = self._taken()
-        if not received and patience_s > 0.0:
-            for subscription in list(self._commands.values())[:1]:
-                subscription.wait(patience_s)
+        waited_on = next(iter(self._commands.values()), None)
+        while not received and waited_on is not None and not self.goals.has_ended:
+            left_s = deadline - time.monotonic()
+            if left_s <= 0.0:
+                break
+            waited_on.wait(left_s)
+            self._read_states()
             received = self._taken()
         for one in reversed(received):
             with suppress(ValueError):
@@ -139,15 +147,18 @@ class StackTopics:
 
         time_s: of the simulation. leg: the number of the goal that the plans lead to.
         """
-        for received in self._status.take():
-            with suppress(ValueError):
-                self.goals.note(map(_entry, received.decoded().status_list))
+        self._read_states()
         for received in self._plan.take()[-1:]:
             with suppress(ValueError):
                 poses = np.array([_planar(one.pose) for one in received.decoded().poses])
                 if len(poses) > 1 and np.isfinite(poses).all():
                     poses.flags.writeable = False
                     self.plans.append(Plan(time_s, poses, leg))
+
+    def _read_states(self) -> None:
+        for received in self._status.take():
+            with suppress(ValueError):
+                self.goals.note(map(_entry, received.decoded().status_list))
 
 
 def _entry(status: Any) -> GoalEntry:
