@@ -31,7 +31,8 @@ def column(name: str) -> TrialSpec:
 
 @pytest.fixture
 def nothing_is_known(tmp_path, monkeypatch):
-    monkeypatch.setattr(compiled_parts, "_file", lambda: tmp_path / "list.json")
+    monkeypatch.setattr(compiled_parts, "kernel_folder", lambda: tmp_path)
+    monkeypatch.setattr(compiled_parts, "brought_folders", list)
 
 
 @pytest.mark.parametrize("spec", warm_up_specs(column("rpp")), ids=lambda spec: spec.scenario.name)
