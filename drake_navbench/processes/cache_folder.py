@@ -53,9 +53,12 @@ def kernel_folder() -> Path:
 def brought_folders() -> list[Path]:
     """Returns the folders from which compiled kernels are copied: the wheel's, and those that
     cannot be written."""
-    named = os.environ.get(READ_ONLY_VARIABLE)
-    of_user = _user_cache() / "drake_navbench" / KERNELS
-    return [IN_THE_WHEEL, *([Path(named)] if named else ()), of_user]
+    folders = [IN_THE_WHEEL]
+    if named := os.environ.get(READ_ONLY_VARIABLE):
+        folders.append(Path(named))
+    if not _can_be_written(_user_cache()):
+        folders.append(_user_cache() / "drake_navbench" / KERNELS)
+    return folders
 
 
 def notice() -> str:

@@ -128,8 +128,8 @@ def test_older_sources_kernels_are_removed_after_a_month_without_use(folders):
     assert left == {f"{module}-used", f"{module}_b-x", new.name}
 
 
-def test_a_kernel_in_use_is_noted_once_a_day(folders):
-    ours, _ = folders
+@pytest.mark.usefixtures("folders")
+def test_a_kernel_in_use_is_noted_once_a_day():
     found = place()
     found.mkdir(parents=True)
     os.utime(found, (1.0, 1.0))
