@@ -63,6 +63,7 @@ from drake_navbench.inputs.speed_check import lines_of
 from drake_navbench.logs.log import Outcome
 from drake_navbench.logs.results import ResultsFolder, only_run_in, require_writable
 from drake_navbench.processes import cache_folder
+from drake_navbench.processes.kernel_cache import notice_of_wheel
 from drake_navbench.processes.machine import available_cores
 from drake_navbench.trial.trial import DEFAULT_ROBOT
 from drake_navbench.typed_files.typed_yaml import validate
@@ -286,8 +287,8 @@ def _run(
     began_s: float,
     cluster: ClusterPlace | None = None,
 ) -> bool:
-    if line := cache_folder.notice():
-        console.print(line)
+    for line in filter(None, (cache_folder.notice(), notice_of_wheel())):
+        console.print(line, soft_wrap=True)
     compiling = _begin_compiling(campaign, console, jobs, is_beside=cluster is None)
     started = time.perf_counter()
     start_worker_server()

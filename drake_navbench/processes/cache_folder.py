@@ -21,6 +21,8 @@ READ_ONLY_VARIABLE = "DRAKE_NAVBENCH_READ_ONLY_KERNELS"
 KERNELS = "kernels"
 # In the package of a wheel that was made for this platform alone.
 IN_THE_WHEEL = Path(__file__).parents[1] / "compiled_kernels"
+# There: what has compiled them.
+COMPILER_FILE = "compiler.txt"
 
 
 def provide_cache_folder() -> None:

@@ -16,12 +16,14 @@ from contextlib import suppress
 from pathlib import Path
 from types import FunctionType
 
+from drake_navbench.processes import cache_folder
 from drake_navbench.processes.cache_folder import (
+    COMPILER_FILE,
     brought_folders,
     kernel_folder,
     provide_cache_folder,
 )
-from drake_navbench.processes.kernel_sources import digest_of_module
+from drake_navbench.processes.kernel_sources import compiler, digest_of_module
 
 DAY_S = 24 * 3600.0
 # Kernels of other sources are removed when nobody has used them for so long.
@@ -37,6 +39,17 @@ def prepare_kernels() -> None:
     implementation = getattr(caching, "CacheImpl", None) or caching._CacheImpl
     if KernelPlace not in implementation._locator_classes:
         implementation._locator_classes.insert(0, KernelPlace)
+
+
+def notice_of_wheel() -> str:
+    """Returns a line where the kernels that the wheel brings are of no use here, else ''."""
+    try:
+        told = (cache_folder.IN_THE_WHEEL / COMPILER_FILE).read_text(encoding="utf-8").strip()
+    except OSError:
+        return ""
+    if told == compiler():
+        return ""
+    return f"The wheel's kernels are of {told}; here is {compiler()}: they are compiled anew"
 
 
 class KernelPlace:
