@@ -23,7 +23,7 @@ SUBPACKAGES := analysis controllers models scenarios
 TYPES := build/types
 
 .PHONY: run test test-all fuzz lint types package-links format bench bench-compare docs docs-figures \
-	site release lock audit sbom test-ros clean
+	site release wheel lock audit sbom test-ros clean
 
 run: $(RUN_INSTALLED)
 	$(BIN)/python -m drake_navbench.run $(ARGS)
@@ -83,6 +83,10 @@ site: $(SITE)/.installed package-links
 # Wheel and sdist of the tag at HEAD, checked, installed and tried, in dist/.
 release:
 	$(PYTHON) .ci/release.py
+
+# A wheel for this platform and Python that brings compiled kernels, in dist/.
+wheel: $(INSTALLED)
+	$(BIN)/python .ci/wheel.py $(ARGS)
 
 lock: $(TOOLS)/.installed
 	$(TOOLS)/bin/uv pip compile pyproject.toml --extra test --universal \

@@ -30,6 +30,7 @@ from drake_navbench.campaign.compile_progress import CompileProgress
 from drake_navbench.campaign.console import (
     BEST_MARK,
     CampaignProgress,
+    print_first_column,
     print_scenario,
     terminal,
 )
@@ -48,7 +49,13 @@ from drake_navbench.campaign.replays import write_replays
 from drake_navbench.campaign.request import Request
 from drake_navbench.campaign.run_results import Results
 from drake_navbench.campaign.suite_console import print_rank_changes, print_totals
-from drake_navbench.campaign.warm_up import cold_parts, start_worker_server, warm_up
+from drake_navbench.campaign.warm_up import (
+    Compiling,
+    cold_parts,
+    start_worker_server,
+    warm_up,
+    warm_ups,
+)
 from drake_navbench.errors import InputError, NavbenchError, printable
 from drake_navbench.inputs.presets import Preset, resolved_parameters
 from drake_navbench.inputs.scenario import PUBLISHED_SCENARIOS, Scenario
@@ -56,6 +63,7 @@ from drake_navbench.inputs.speed_check import lines_of
 from drake_navbench.logs.log import Outcome
 from drake_navbench.logs.results import ResultsFolder, only_run_in, require_writable
 from drake_navbench.processes import cache_folder
+from drake_navbench.processes.kernel_cache import notice_of_wheel
 from drake_navbench.processes.machine import available_cores
 from drake_navbench.trial.trial import DEFAULT_ROBOT
 from drake_navbench.typed_files.typed_yaml import validate
@@ -279,9 +287,9 @@ def _run(
     began_s: float,
     cluster: ClusterPlace | None = None,
 ) -> bool:
-    if line := cache_folder.notice():
-        console.print(line)
-    _compile_cold_parts(campaign, console, jobs)
+    for line in filter(None, (cache_folder.notice(), notice_of_wheel())):
+        console.print(line, soft_wrap=True)
+    compiling = _begin_compiling(campaign, console, jobs, is_beside=cluster is None)
     started = time.perf_counter()
     start_worker_server()
     # The report and its figures take as long to import as the server of the workers to start.
@@ -293,7 +301,9 @@ def _run(
             campaign,
             folder,
             jobs=jobs,
+            compiling=compiling,
             on_progress=progress.update,
+            on_first_column=lambda rows: print_first_column(console, rows),
             on_refused_log=_print_error,
             cluster=cluster,
             on_refused_worker=_print_error,
@@ -361,17 +371,26 @@ def _tell_verdict(
         console.print(printable(line), soft_wrap=True)
 
 
-def _compile_cold_parts(campaign: Campaign, console: Console, jobs: int) -> None:
-    """Has the kernels compiled that the trials need and that nobody has needed before."""
+def _begin_compiling(
+    campaign: Campaign, console: Console, jobs: int, *, is_beside: bool
+) -> Compiling | None:
+    """Returns what is to compile kernels that nobody has needed before, None where there are none.
+
+    is_beside: it is done beside the driving; else here, since a cluster's workers drive at once.
+    """
     cold = cold_parts(campaign.specs)
     if not cold.names:
-        return
+        return None
     parts = ", ".join(cold.names)
     console.print(
         printable(f"Compiling kernels that are used for the first time: {parts}"), soft_wrap=False
     )
+    compiling = Compiling(warm_ups(cold))
+    if is_beside:
+        return compiling
     with CompileProgress(console, cache_folder.kernel_folder()) as progress:
-        warm_up(cold, jobs=jobs, on_progress=progress.update)
+        warm_up(compiling, jobs=jobs, on_progress=progress.update)
+    return None
 
 
 def _print_tables(

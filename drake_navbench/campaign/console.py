@@ -23,6 +23,7 @@ from rich.table import Table
 from rich.text import Text
 
 from drake_navbench.analysis.numbers import number
+from drake_navbench.analysis.tables import PRINTED, metrics_table
 from drake_navbench.campaign.driving import Progress
 
 COUNT_UNIT = "trials"
@@ -54,7 +55,8 @@ def _columns_asked() -> bool:
 
 
 class CampaignProgress:
-    """A progress bar with the trials done, running and failed, and the time left."""
+    """A progress bar with the trials done, running and failed, the time left, and the parts of
+    trials whose kernels are being compiled."""
 
     def __init__(self, console: Console) -> None:
         self._bar = RichProgress(
@@ -63,11 +65,11 @@ class CampaignProgress:
             MofNCompleteColumn(),
             TextColumn("{task.fields[running]} running, {task.fields[failed]} failed,"),
             TimeRemainingColumn(compact=True),
-            TextColumn("left"),
+            TextColumn("left{task.fields[compiling]}"),
             console=console,
             disable=console.quiet,
         )
-        self._task = self._bar.add_task("trials", total=None, running=0, failed=0)
+        self._task = self._bar.add_task("trials", total=None, running=0, failed=0, compiling="")
 
     def __enter__(self) -> CampaignProgress:
         self._bar.start()
@@ -89,7 +91,19 @@ class CampaignProgress:
             completed=progress.done,
             running=progress.running,
             failed=progress.failed,
+            compiling=f", compiling {', '.join(progress.compiling)}" if progress.compiling else "",
         )
+
+
+def print_first_column(console: Console, trials: pd.DataFrame) -> None:
+    """Prints the trials of one column, a column of the table for each scenario.
+
+    trials: rows as from `trial_row`, of one controller.
+    """
+    name = str(trials["controller"].iloc[0])
+    scenarios = list(dict.fromkeys(trials["scenario"]))
+    tables = {one: metrics_table(trials, one, PRINTED)[name] for one in scenarios}
+    print_scenario(console, pd.DataFrame(tables), f"{name}, the first column")
 
 
 def print_scenario(

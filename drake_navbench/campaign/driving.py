@@ -14,7 +14,7 @@ from drake_navbench.campaign.campaign import Campaign
 from drake_navbench.campaign.cluster import TrialEnding, drive_on_cluster
 from drake_navbench.campaign.cluster_connection import ClusterPlace, connected
 from drake_navbench.campaign.trial_tasks import TRIALS_PER_WORKER, Row, table_row, trial_task
-from drake_navbench.campaign.warm_up import start_worker_server
+from drake_navbench.campaign.warm_up import Compiling, start_worker_server
 from drake_navbench.errors import EndedFromOutside, InputError
 from drake_navbench.logs.log import Outcome, TrialLog
 from drake_navbench.logs.results import ResultsFolder
@@ -30,12 +30,16 @@ KILLED_ONCE = "killed_once"
 
 @dataclass
 class Progress:
-    """Number of a campaign's trials by state; `failed` counts those that ended in an error."""
+    """Number of a campaign's trials by state; `failed` counts those that ended in an error.
+
+    compiling: the parts of trials whose kernels are still to be compiled.
+    """
 
     total: int
     done: int = 0
     running: int = 0
     failed: int = 0
+    compiling: tuple[str, ...] = ()
 
 
 class Undriven(NamedTuple):
@@ -61,7 +65,9 @@ def run_campaign(
     folder: ResultsFolder,
     *,
     jobs: int,
+    compiling: Compiling | None = None,
     on_progress: Callable[[Progress], None] = lambda progress: None,
+    on_first_column: Callable[[pd.DataFrame], None] = lambda trials: None,
     on_refused_log: Callable[[str], None] = lambda line: None,
     cluster: ClusterPlace | None = None,
     on_refused_worker: Callable[[str], None] = lambda line: None,
@@ -73,7 +79,10 @@ def run_campaign(
     row and is driven again by `--resume`. If the trial runs code that is not ours and its worker is
     killed a second time, that code is blamed, and the outcome is `error`.
     Ctrl-C stops the workers and keeps the finished logs; a resumed run drives the other trials.
-    on_refused_log: is told of every log that is not the one of its trial, which is driven again.
+    compiling: what compiles kernels, beside trials that do not need them; the first column's come
+    first. on_first_column: is told the rows of that column when they are complete, where others
+    had to be compiled. on_refused_log: is told of every log that is not the one of its trial, which
+    is driven again.
     cluster: where to drive in place of `jobs` workers here.
     on_refused_worker: is told of every worker of it that has other software.
     Raises CannotBeWritten where a log cannot be kept: there is no use in driving on.
@@ -82,11 +91,19 @@ def run_campaign(
     undriven: list[Undriven] = []
     progress = Progress(total=len(campaign.specs), done=len(rows))
     progress.failed = sum(row["outcome"] == Outcome.ERROR for row in rows.values())
+    compiling = compiling or Compiling(())
+    progress.compiling = compiling.parts
     on_progress(progress)
     missing = [index for index in range(len(campaign.specs)) if index not in rows]
+    first_column = _indices_of_first_column(campaign) if compiling.parts else set()
     machines: dict[str, tuple[Fingerprint, int]] = {}
+
+    def tell_compiling(parts: tuple[str, ...]) -> None:
+        progress.compiling = parts
+        on_progress(progress)
+
     driving = (
-        _drive_here(campaign, missing, folder, jobs)
+        _drive_here(campaign, missing, folder, jobs, compiling, tell_compiling)
         if cluster is None or not missing
         else _drive_there(campaign, missing, folder, cluster, on_refused_worker)
     )
@@ -107,22 +124,48 @@ def run_campaign(
             progress.done += 1
             progress.running = min(workers, left)
             on_progress(progress)
+            if index in first_column and first_column <= rows.keys():
+                on_first_column(pd.DataFrame([rows[index] for index in sorted(first_column)]))
     trials = pd.DataFrame([rows[index] for index in sorted(rows)])
     folder.write_trials(trials)
     return Driven(trials, undriven, tuple(machines.values()))
 
 
+def _indices_of_first_column(campaign: Campaign) -> set[int]:
+    """Returns the places of the first column's trials, {} where there is no other column."""
+    first, *others = campaign.columns
+    specs = campaign.specs
+    return {k for k, spec in enumerate(specs) if spec.preset.name == first} if others else set()
+
+
 def _drive_here(
-    campaign: Campaign, indices: Sequence[int], folder: ResultsFolder, jobs: int
+    campaign: Campaign,
+    indices: Sequence[int],
+    folder: ResultsFolder,
+    jobs: int,
+    compiling: Compiling,
+    on_compiling: Callable[[tuple[str, ...]], None],
 ) -> Generator[TrialEnding, None, None]:
-    """Drives trials in workers of this machine; yields each with how it ended."""
+    """Drives trials in workers of this machine; yields each with how it ended.
+
+    on_compiling: is told the parts of trials whose kernels are still to be compiled.
+    """
     identity = campaign.identity
-    tasks = {trial_task(campaign.specs[index], folder, identity): index for index in indices}
+    tasks = {}
+    for index in indices:
+        spec = campaign.specs[index]
+        after = compiling.before(spec)
+        is_urgent = spec.preset.name == campaign.specs[0].preset.name
+        tasks[trial_task(spec, folder, identity, after=after, is_urgent=is_urgent)] = index
     start_worker_server()
-    running = run_tasks(list(tasks), jobs=jobs, tasks_per_worker=TRIALS_PER_WORKER)
+    everything = [*compiling.tasks, *tasks]
+    running = run_tasks(everything, jobs=jobs, tasks_per_worker=TRIALS_PER_WORKER)
     with closing(running) as endings:
         for task, ending in endings:
-            yield TrialEnding(tasks.pop(task), ending, None, jobs)
+            if task in tasks:
+                yield TrialEnding(tasks.pop(task), ending, None, jobs)
+            else:
+                on_compiling(compiling.end(task))
 
 
 def _drive_there(

@@ -21,14 +21,23 @@ TRIALS_PER_WORKER = 500
 Row = dict[str, object]
 
 
-def trial_task(spec: TrialSpec, folder: ResultsFolder, campaign_identity: str | None) -> Task:
-    """Returns the task that drives a trial, see `drive_and_write`."""
+def trial_task(
+    spec: TrialSpec,
+    folder: ResultsFolder,
+    campaign_identity: str | None,
+    *,
+    after: tuple[Task, ...] = (),
+    is_urgent: bool = False,
+) -> Task:
+    """Returns the task that drives a trial, see `drive_and_write` and `Task`."""
     return Task(
         drive_and_write,
         (spec, folder, campaign_identity),
         time_limit_s=wall_clock_limit_s(spec.scenario),
         owner=spec.code_owner,
         kind=f"{spec.scenario.name}\n{spec.preset.name}",
+        after=after,
+        is_urgent=is_urgent,
     )
 
 

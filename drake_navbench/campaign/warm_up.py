@@ -8,11 +8,11 @@ from __future__ import annotations
 
 import gc
 import inspect
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import suppress
+from collections.abc import Callable, Generator, Sequence
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from drake_navbench.processes.compiled_parts import compiled_parts, note_compiled
 from drake_navbench.processes.workers import Task, run_tasks, start_server
@@ -113,8 +113,79 @@ def world_parts(spec: TrialSpec) -> set[str]:
     }
 
 
+class WarmUp(NamedTuple):
+    """A task that has kernels compiled.
+
+    part: the part of trials for whose kernels it is there, for messages. parts: those whose kernels
+    are compiled when it and those before it have ended.
+    """
+
+    task: Task
+    part: str
+    parts: frozenset[str]
+
+
+def warm_ups(cold: Cold) -> list[WarmUp]:
+    """Returns what has kernels compiled: those first that are needed first or compile most.
+
+    The order lets few tasks that run at the same time compile the same kernels.
+    """
+    found = []
+    for column in cold.columns[:1]:
+        worlds = {part for spec in warm_up_specs(column) for part in world_parts(spec)}
+        name = _column_name(column)
+        task = Task(drive_briefly, (column,), kind=f"compile {name}", is_urgent=True)
+        found.append(WarmUp(task, name, frozenset({name, *worlds})))
+    driven_first = tuple(one.task for one in found)
+    for spec in cold.worlds:
+        parts = sorted(world_parts(spec).intersection(cold.names))
+        kind = f"compile {', '.join(parts)}"
+        task = Task(drive_world_briefly, (spec,), kind=kind, after=driven_first, is_urgent=True)
+        found.append(WarmUp(task, ", ".join(parts), frozenset(parts)))
+    for column in sorted(cold.columns[1:], key=_size_of_code, reverse=True):
+        name = _column_name(column)
+        decides = Task(decide_in_scenes, (column,), kind=f"compile {name}")
+        drives = Task(
+            drive_briefly, (column,), kind=f"drive {name}", after=(*driven_first, decides)
+        )
+        found.append(WarmUp(decides, name, frozenset()))
+        found.append(WarmUp(drives, name, frozenset({name})))
+    return found
+
+
+class Compiling:
+    """The course of compiling: which parts of trials are still without kernels."""
+
+    def __init__(self, found: Sequence[WarmUp]) -> None:
+        self._waiting = list(found)
+        self.tasks = tuple(one.task for one in found)
+
+    @property
+    def parts(self) -> tuple[str, ...]:
+        """The parts whose kernels are still to be compiled, each once, in order."""
+        return tuple(dict.fromkeys(one.part for one in self._waiting))
+
+    def before(self, spec: TrialSpec) -> tuple[Task, ...]:
+        """Returns the tasks that compile kernels for a trial."""
+        name = _column_name(spec)
+        needed = {name, *world_parts(spec)}
+        return tuple(
+            one.task for one in self._waiting if one.part == name or needed.intersection(one.parts)
+        )
+
+    def end(self, task: Task) -> tuple[str, ...]:
+        """Notes that a task has ended; returns the parts that are left."""
+        ended = [one for one in self._waiting if one.task is task]
+        self._waiting = [one for one in self._waiting if one.task is not task]
+        note_compiled(part for one in ended for part in one.parts)
+        return self.parts
+
+
 def warm_up(
-    cold: Cold, *, jobs: int, on_progress: Callable[[int, int], None] = lambda done, total: None
+    compiling: Compiling,
+    *,
+    jobs: int,
+    on_progress: Callable[[int, int], None] = lambda done, total: None,
 ) -> None:
     """Has kernels compiled, in up to `jobs` processes side by side.
 
@@ -122,12 +193,11 @@ def warm_up(
     trials to meet.
     """
     start_worker_server()
-    tasks = list(_warm_up_tasks(cold))
-    on_progress(0, len(tasks))
-    for done, _ in enumerate(run_tasks(tasks, jobs=jobs), start=1):
-        on_progress(done, len(tasks))
-    driven = [spec for column in cold.columns[:1] for spec in warm_up_specs(column)]
-    note_compiled({*cold.names, *(part for spec in driven for part in world_parts(spec))})
+    total = len(compiling.tasks)
+    on_progress(0, total)
+    for done, (task, _) in enumerate(run_tasks(compiling.tasks, jobs=jobs), start=1):
+        compiling.end(task)
+        on_progress(done, total)
 
 
 def warm_up_specs(column: TrialSpec) -> list[TrialSpec]:
@@ -158,10 +228,9 @@ def decide_in_scenes(column: TrialSpec) -> int:
     from drake_navbench.trial.column_controller import built_controller, controller_setup
     from drake_navbench.trial.random_scenes import random_scenes
 
-    _collect_rarely()
     robot = column.preset.robot(column.robot)
     found = 0
-    with built_controller(column.preset, robot) as controller:
+    with _rare_collections(), built_controller(column.preset, robot) as controller:
         memory = controller.initial_memory()
         for scene in random_scenes(controller_setup(robot), SCENES):
             with suppress(ControllerError):
@@ -175,9 +244,9 @@ def drive_briefly(column: TrialSpec) -> None:
     from drake_navbench.analysis.tables import trial_row
     from drake_navbench.trial.trial import simulate
 
-    _collect_rarely()
-    for spec in warm_up_specs(column):
-        trial_row(simulate(spec))
+    with _rare_collections():
+        for spec in warm_up_specs(column):
+            trial_row(simulate(spec))
 
 
 def drive_world_briefly(spec: TrialSpec) -> None:
@@ -189,33 +258,10 @@ def drive_world_briefly(spec: TrialSpec) -> None:
     from drake_navbench.inputs.presets import load_preset
     from drake_navbench.trial.trial import simulate
 
-    _collect_rarely()
     scenario = spec.scenario.model_copy(update={"timeout_s": WORLD_WARM_UP_S})
-    trial_row(
-        simulate(
-            replace(
-                spec,
-                scenario=scenario,
-                preset=load_preset(WORLD_COLUMN),
-                compute_times_ms=None,
-            )
-        )
-    )
-
-
-def _warm_up_tasks(cold: Cold) -> Iterator[Task]:
-    """Yields the tasks of a warm-up: those that compile most come first.
-
-    The order lets few tasks that run at the same time compile the same kernels.
-    """
-    for column in cold.columns[:1]:
-        yield Task(drive_briefly, (column,))
-    for column in sorted(cold.columns[1:], key=_size_of_code, reverse=True):
-        yield Task(decide_in_scenes, (column,))
-    for spec in cold.worlds:
-        yield Task(drive_world_briefly, (spec,))
-    for column in cold.columns[1:]:
-        yield Task(drive_briefly, (column,))
+    preset = load_preset(WORLD_COLUMN)
+    with _rare_collections():
+        trial_row(simulate(replace(spec, scenario=scenario, preset=preset, compute_times_ms=None)))
 
 
 def _column_name(spec: TrialSpec) -> str:
@@ -229,5 +275,11 @@ def _size_of_code(column: TrialSpec) -> int:
     return sum(path.stat().st_size for path in folder.glob("*.py"))
 
 
-def _collect_rarely() -> None:
+@contextmanager
+def _rare_collections() -> Generator[None, None, None]:
+    before = gc.get_threshold()
     gc.set_threshold(OBJECTS_BETWEEN_COLLECTIONS)
+    try:
+        yield
+    finally:
+        gc.set_threshold(*before)

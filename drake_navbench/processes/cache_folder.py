@@ -1,13 +1,12 @@
 """Folders for what is expensive to make again: compiled kernels, fonts, builds of Nav2.
 
 Kernels are kept with the user, never beside the code: an installation that is removed leaves
-nothing behind, and one that cannot be written works. Each installation has its own folder, known by
-its path, so that two trees never compile each other's kernels anew.
+nothing behind, and one that cannot be written works. All installations share one folder, since each
+kernel is known by its content.
 """
 
 from __future__ import annotations
 
-import hashlib
 import os
 import stat
 import sys
@@ -15,27 +14,33 @@ import tempfile
 from pathlib import Path
 
 NUMBA_VARIABLE, MATPLOTLIB_VARIABLE = "NUMBA_CACHE_DIR", "MPLCONFIGDIR"
-# Which folder for kernels is ours and not the user's choice; processes of this one inherit it, and
-# so does a process of another installation that one of them starts.
+# Which folder for kernels is ours and not the user's choice; processes of this one inherit it.
 OWN_VARIABLE = "DRAKE_NAVBENCH_KERNELS"
-INSTALLATION = Path(__file__).parents[1]
+# A folder that the user has named and that cannot be written: it is read alone.
+READ_ONLY_VARIABLE = "DRAKE_NAVBENCH_READ_ONLY_KERNELS"
 KERNELS = "kernels"
-DIGEST_LENGTH = 12
+# In the package of a wheel that was made for this platform alone.
+IN_THE_WHEEL = Path(__file__).parents[1] / "compiled_kernels"
+# There: what has compiled them.
+COMPILER_FILE = "compiler.txt"
 
 
 def provide_cache_folder() -> None:
     """Sets numba's cache folder; also matplotlib's, if the user's cache cannot be written.
 
     The folder is set in the environment, so that every process of a run finds it. A folder that the
-    user has set there stays.
+    user has set there stays, unless it cannot be written.
     """
     if not _can_be_written(_user_cache()):
         os.environ.setdefault(MATPLOTLIB_VARIABLE, _own_temporary_folder())
     given = os.environ.get(NUMBA_VARIABLE)
-    is_ours = not given or given == os.environ.get(OWN_VARIABLE)
-    if not is_ours or (given and Path(given).name == installation_digest()):
+    if given and given != os.environ.get(OWN_VARIABLE):
+        if _can_be_written(Path(given)):
+            return
+        os.environ[READ_ONLY_VARIABLE] = given
+    folder = str(user_cache_folder() / KERNELS)
+    if folder == given:
         return
-    folder = str(user_cache_folder() / KERNELS / installation_digest())
     os.environ[NUMBA_VARIABLE] = os.environ[OWN_VARIABLE] = folder
     if "numba.core.config" in sys.modules:
         # It has read the environment already.
@@ -43,18 +48,27 @@ def provide_cache_folder() -> None:
 
 
 def kernel_folder() -> Path:
-    """Returns the folder of this installation's compiled kernels."""
+    """Returns the folder in which compiled kernels are kept."""
     return Path(os.environ[NUMBA_VARIABLE])
 
 
-def installation_digest() -> str:
-    """Returns a digest of the installation's path, which names its folder."""
-    return hashlib.sha256(str(INSTALLATION).encode()).hexdigest()[:DIGEST_LENGTH]
+def brought_folders() -> list[Path]:
+    """Returns the folders from which compiled kernels are copied: the wheel's, and those that
+    cannot be written."""
+    folders = [IN_THE_WHEEL]
+    if named := os.environ.get(READ_ONLY_VARIABLE):
+        folders.append(Path(named))
+    if not _can_be_written(_user_cache()):
+        folders.append(_user_cache() / "drake_navbench" / KERNELS)
+    return folders
 
 
 def notice() -> str:
-    """Returns a line on kernels in a temporary folder, '' where they are in the user's cache."""
+    """Returns a line on kernels that are not kept where they belong, '' where they are."""
     folder = os.environ.get(NUMBA_VARIABLE, "")
+    named = os.environ.get(READ_ONLY_VARIABLE)
+    if named:
+        return f"{NUMBA_VARIABLE}={named} cannot be written: new kernels are kept in {folder}"
     if not folder.startswith(f"{_name_of_temporary_folder()}{os.sep}"):
         return ""
     return f"The user's cache folder cannot be written: kernels are kept in {folder}"

@@ -6,33 +6,39 @@ import json
 import os
 from collections.abc import Iterable
 from contextlib import suppress
-from importlib.metadata import version
 from pathlib import Path
 
-from drake_navbench.processes.cache_folder import installation_digest, kernel_folder
-from drake_navbench.processes.kernel_cache import PARTS_NAME
+from drake_navbench.processes.cache_folder import brought_folders, kernel_folder
+from drake_navbench.processes.kernel_sources import digest_of_all
 
 
 def compiled_parts() -> set[str]:
-    """Returns the parts whose kernels were compiled by the numba that is installed."""
-    try:
-        found = json.loads(_file().read_text(encoding="utf-8"))
-        return set(found[version("numba")])
-    except (OSError, ValueError, KeyError, TypeError):
-        return set()
+    """Returns the parts whose kernels were compiled from the sources of today."""
+    name = _name()
+    return {
+        part for folder in (kernel_folder(), *brought_folders()) for part in _read(folder / name)
+    }
 
 
 def note_compiled(parts: Iterable[str]) -> None:
     """Adds parts to the list of those whose kernels are compiled."""
-    known = sorted(compiled_parts().union(parts))
+    file = kernel_folder() / _name()
+    known = sorted({*_read(file), *parts})
     # If this file cannot be written, neither can compiled kernels.
     with suppress(OSError):
-        file = _file()
         file.parent.mkdir(parents=True, exist_ok=True)
         unfinished = file.with_suffix(f".{os.getpid()}")
-        unfinished.write_text(json.dumps({version("numba"): known}), encoding="utf-8")
+        unfinished.write_text(json.dumps(known), encoding="utf-8")
         unfinished.replace(file)
 
 
-def _file() -> Path:
-    return kernel_folder() / f"{installation_digest()}.{PARTS_NAME}"
+def _name() -> str:
+    """Returns the name of the list, in every folder of kernels."""
+    return f"parts-{digest_of_all()}.json"
+
+
+def _read(file: Path) -> set[str]:
+    try:
+        return set(json.loads(file.read_text(encoding="utf-8")))
+    except (OSError, ValueError, TypeError):
+        return set()

@@ -58,7 +58,9 @@ class Task:
     function: importable by name. arguments: picklable, as its result is. time_limit_s: wall-clock
     time after which its worker is killed. owner: the package whose code it runs besides ours, ''
     for none; a worker never serves two owners, so that no package can spoil another's tasks. kind:
-    tasks of one kind take about equally long; '' where their duration is unknown.
+    tasks of one kind take about equally long; '' where their duration is unknown. after: tasks that
+    have to end before this one begins, the same for all of a kind. is_urgent: comes before those
+    that are not.
     """
 
     function: Callable[..., Any]
@@ -66,6 +68,8 @@ class Task:
     time_limit_s: float = math.inf
     owner: str = ""
     kind: str = ""
+    after: tuple[Task, ...] = ()
+    is_urgent: bool = False
 
 
 class TimedOut(NamedTuple):
@@ -116,8 +120,9 @@ def run_tasks(
 ) -> Generator[tuple[Task, Ending], None, None]:
     """Runs tasks in up to `jobs` workers; yields each with how it ended, as they end.
 
-    One of each kind comes first, then those of the kind that took longest, so that no worker begins
-    a long task when the others have nothing left to do. Tasks of one kind keep their order.
+    Urgent ones come first. Else one of each kind comes first, then those of the kind that took
+    longest, so that no worker begins a long task when the others have nothing left to do. Tasks of
+    one kind keep their order.
 
     tasks_per_worker: after so many a worker is replaced. When the iterator is closed, also by an
     exception, all workers are gone. Raises NoWorkers where none can be started.
@@ -139,6 +144,7 @@ class _Waiting:
     """
 
     def __init__(self, tasks: Sequence[Task]) -> None:
+        self._awaited = {before for task in tasks for before in task.after} & set(tasks)
         self._places = {task: place for place, task in enumerate(tasks)}
         self._queues: dict[tuple[str, str], deque[Task]] = {}
         self._times_s: dict[str, float] = {}
@@ -149,16 +155,26 @@ class _Waiting:
         return any(self._queues.values())
 
     def take(self, owner: str | None = None) -> Task | None:
-        """Removes and returns the task that is to be begun first, None where there is none.
+        """Removes and returns the task that is to be begun first, None where none may begin.
 
         A task of a kind that was never timed comes first: it may be the longest. owner: takes only
         tasks of this owner; None takes those of any.
         """
         queues = [
-            queue for (own, _), queue in self._queues.items() if queue and owner in (None, own)
+            queue
+            for (own, _), queue in self._queues.items()
+            if queue and owner in (None, own) and self._awaited.isdisjoint(queue[0].after)
         ]
         first = min(queues, key=lambda queue: self._urgency(queue[0]), default=None)
         return None if first is None else first.popleft()
+
+    def has_some_of(self, owner: str) -> bool:
+        """Returns whether tasks of an owner wait, also such as may not begin yet."""
+        return any(queue for (own, _), queue in self._queues.items() if own == owner)
+
+    def end(self, task: Task) -> None:
+        """Lets the tasks begin that have waited for this one."""
+        self._awaited.discard(task)
 
     def put_back(self, task: Task) -> None:
         """Takes a task back that was not begun after all."""
@@ -171,8 +187,9 @@ class _Waiting:
     def _queue_of(self, task: Task) -> deque[Task]:
         return self._queues.setdefault((task.owner, task.kind), deque())
 
-    def _urgency(self, task: Task) -> tuple[float, int]:
-        return -self._times_s.get(task.kind, math.inf), self._places[task]
+    def _urgency(self, task: Task) -> tuple[bool, float, int]:
+        time_s = self._times_s.get(task.kind, math.inf)
+        return not task.is_urgent, -time_s, self._places[task]
 
 
 class _Crew:
@@ -190,14 +207,17 @@ class _Crew:
         return bool(self._waiting or self._workers)
 
     def hand_out(self) -> None:
-        """Gives every idle worker a task, ends those without one, and starts missing workers."""
+        """Gives every idle worker a task, ends those without one, and starts missing workers.
+
+        One whose tasks wait for what another worker does stays.
+        """
         for worker in [worker for worker in self._workers if worker.is_idle]:
             is_due = worker.tasks_done >= self._tasks_per_worker
             task = None if is_due else self._waiting.take(worker.owner)
-            if task is None:
-                self._drop(worker)
-            else:
+            if task is not None:
                 worker.begin(task)
+            elif is_due or not self._stays(worker):
+                self._drop(worker)
         while len(self._workers) < self._jobs and (task := self._waiting.take()):
             try:
                 self._workers.append(_Worker(task))
@@ -226,11 +246,13 @@ class _Crew:
                     continue
             if isinstance(said, Returned):
                 self._waiting.learn(task, worker.last_task_s)
+            self._waiting.end(task)
             yield task, said
         now_s = time.monotonic()
         for worker in [worker for worker in self._workers if worker.deadline_s < now_s]:
             self._drop(worker)
             if worker.has_begun:
+                self._waiting.end(worker.task)
                 yield worker.task, TimedOut(worker.task.time_limit_s)
             else:
                 self._waiting.put_back(worker.task)
@@ -247,6 +269,10 @@ class _Crew:
             raise NoWorkers(
                 f"workers cannot be started, {self._failed_starts} in a row failed: {reason}"
             )
+
+    def _stays(self, idle: _Worker) -> bool:
+        is_awaited = any(not worker.is_idle for worker in self._workers)
+        return is_awaited and self._waiting.has_some_of(idle.owner)
 
     def _drop(self, worker: _Worker) -> None:
         worker.stop()

@@ -339,7 +339,7 @@ class ControllerServer(LeafSystem):
 
     def _without_creep(self, velocity: NDArray[np.float64]) -> NDArray[np.float64]:
         settings = self._settings
-        v, w, vy = velocity
+        v, w, vy = velocity.tolist()
         return np.array(
             [
                 v if abs(v) > settings.min_x_velocity_threshold else 0.0,

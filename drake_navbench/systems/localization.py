@@ -67,6 +67,9 @@ class HeldNoise(LeafSystem):
         self._offset_s = offset_s
         self._moves_sideways = moves_sideways
         self.seed_parameter = self.DeclareAbstractParameter(AbstractValue.Make(0))
+        first = settings.at(0.0)
+        # The settings that were asked for last, and their deviations.
+        self._known = first, self._std(first)
         self._noise = self.DeclareDiscreteState(STATE_SIZE)
         self.DeclareStateOutputPort("noise", self._noise)
         if settings.any(lambda at_a_time: bool(self._std(at_a_time).any())):
@@ -85,7 +88,10 @@ class HeldNoise(LeafSystem):
     def _draw(self, context: Context, discrete_state: DiscreteValues, *, step: int) -> None:
         seed = context.get_abstract_parameter(self.seed_parameter).get_value()
         generator = NoiseKey(seed, NoiseStream.LOCALIZATION, step).generator()
-        std = self._std(self._settings.at(context.get_time()))
+        settings = self._settings.at(context.get_time())
+        if settings is not self._known[0]:
+            self._known = settings, self._std(settings)
+        std = self._known[1]
         noise = std * generator.standard_normal(std.size)
         discrete_state.get_mutable_vector(self._noise).SetFromVector(noise)
 

@@ -5,6 +5,7 @@ import errno
 import os
 import shutil
 import signal
+import time
 
 import pandas as pd
 import pytest
@@ -12,11 +13,12 @@ import pytest
 from drake_navbench.campaign import driving, trial_tasks
 from drake_navbench.campaign.campaign import Campaign, plan_campaign
 from drake_navbench.campaign.driving import run_campaign
+from drake_navbench.campaign.warm_up import Compiling, WarmUp
 from drake_navbench.errors import CannotBeWritten, EndedFromOutside, InputError
 from drake_navbench.logs.log import Outcome, TrialLog
 from drake_navbench.logs.results import ResultsFolder
 from drake_navbench.processes.worker_process import Raised, TaskFailed
-from drake_navbench.processes.workers import Died, TimedOut
+from drake_navbench.processes.workers import Died, Task, TimedOut
 from drake_navbench.trial.trial import NotDriven
 from drake_navbench.trial.trial_log import failed_log
 
@@ -189,3 +191,28 @@ def test_equal_specifications_and_no_others_have_one_identity(campaign, tmp_path
     other = plan_campaign([str(tmp_path / "short.yaml")], ["rpp"], trials=2)
     assert other.specs[0].identity != first.identity
     assert other.identity != campaign.identity
+
+
+def test_the_first_column_is_told_while_others_compile(tmp_path, monkeypatch):
+    (tmp_path / "short.yaml").write_text(SCENARIO)
+    campaign = plan_campaign([str(tmp_path / "short.yaml")], ["rpp", "dwb"], trials=2)
+    folder = ResultsFolder(tmp_path / "out")
+    folder.write_manifest({"identity": campaign.identity})
+    slow = Task(time.sleep, (1.0,), kind="compile dwb")
+    compiling = Compiling([WarmUp(slow, "dwb", frozenset())])
+    told: list[tuple[int, tuple[str, ...]]] = []
+    columns: list[list[str]] = []
+    driven = run_campaign(
+        campaign,
+        folder,
+        jobs=2,
+        compiling=compiling,
+        on_progress=lambda progress: told.append((progress.done, progress.compiling)),
+        on_first_column=lambda rows: columns.append(list(rows["controller"])),
+    )
+    assert len(driven.trials) == 4
+    assert told[0] == (0, ("dwb",))
+    assert told[-1] == (4, ())
+    assert columns == [["rpp", "rpp"]]
+    # No trial of dwb ends before what it waits for.
+    assert all(done <= 2 for done, parts in told if parts == ("dwb",))

@@ -11,10 +11,12 @@ from dataclasses import replace
 import pytest
 
 from drake_navbench.campaign.warm_up import (
+    Compiling,
     cold_parts,
     decide_in_scenes,
     warm_up,
     warm_up_specs,
+    warm_ups,
 )
 from drake_navbench.inputs.presets import load_preset
 from drake_navbench.inputs.robot import load_robot
@@ -31,7 +33,8 @@ def column(name: str) -> TrialSpec:
 
 @pytest.fixture
 def nothing_is_known(tmp_path, monkeypatch):
-    monkeypatch.setattr(compiled_parts, "_file", lambda: tmp_path / "list.json")
+    monkeypatch.setattr(compiled_parts, "kernel_folder", lambda: tmp_path)
+    monkeypatch.setattr(compiled_parts, "brought_folders", list)
 
 
 @pytest.mark.parametrize("spec", warm_up_specs(column("rpp")), ids=lambda spec: spec.scenario.name)
@@ -56,8 +59,25 @@ def test_a_column_is_compiled_once(nothing_is_known):
     cold = cold_parts(specs)
     assert [spec.preset.controller for spec in cold.columns] == ["rpp", "dwb"]
     assert cold.names == ("rpp", "dwb")
-    warm_up(cold_parts(specs[:1]), jobs=1)
+    warm_up(Compiling(warm_ups(cold_parts(specs[:1]))), jobs=1)
     assert cold_parts(specs).names == ("dwb",)
+
+
+def test_a_trial_waits_for_the_kernels_that_it_needs_and_for_no_others(nothing_is_known):
+    rpp, dwb, people = column("rpp"), column("dwb"), load_scenario("doorway_people")
+    specs = [rpp, dwb, replace(rpp, scenario=people)]
+    compiling = Compiling(warm_ups(cold_parts(specs)))
+    assert compiling.parts == ("rpp", "people (social_force)", "dwb")
+    drive_rpp, drive_people, decide_dwb, drive_dwb = compiling.tasks
+    assert compiling.before(rpp) == (drive_rpp,)
+    assert compiling.before(dwb) == (drive_rpp, decide_dwb, drive_dwb)
+    assert compiling.before(specs[2]) == (drive_rpp, drive_people)
+    assert drive_dwb.after == (drive_rpp, decide_dwb)
+    # The first column and its worlds come first.
+    assert [task.is_urgent for task in compiling.tasks] == [True, True, False, False]
+    assert compiling.end(drive_rpp) == ("people (social_force)", "dwb")
+    assert compiling.before(rpp) == ()
+    assert "rpp" not in cold_parts(specs).names
 
 
 def test_people_are_compiled_before_the_trials_and_told(nothing_is_known):
@@ -67,7 +87,7 @@ def test_people_are_compiled_before_the_trials_and_told(nothing_is_known):
     assert {"rpp", "people (social_force)"} <= set(cold.names)
     steps: list[tuple[int, int]] = []
     only_world = replace(cold, columns=())
-    warm_up(only_world, jobs=1, on_progress=lambda *step: steps.append(step))
+    warm_up(Compiling(warm_ups(only_world)), jobs=1, on_progress=lambda *step: steps.append(step))
     assert steps == [(0, 1), (1, 1)]
     assert "people (social_force)" not in cold_parts([with_people]).names
 

@@ -1,4 +1,4 @@
-"""Compiled kernels are kept with the user, apart for each installation, never beside the code."""
+"""Compiled kernels are kept with the user, never beside the code."""
 
 import os
 import stat
@@ -11,13 +11,19 @@ import pytest
 from drake_navbench.processes import cache_folder, instruction_set
 from drake_navbench.processes.cache_folder import (
     OWN_VARIABLE,
-    installation_digest,
+    READ_ONLY_VARIABLE,
+    brought_folders,
     notice,
     provide_cache_folder,
-    user_cache_folder,
 )
 
-VARIABLES = ("NUMBA_CACHE_DIR", OWN_VARIABLE, "MPLCONFIGDIR", "XDG_CACHE_HOME")
+VARIABLES = (
+    "NUMBA_CACHE_DIR",
+    OWN_VARIABLE,
+    READ_ONLY_VARIABLE,
+    "MPLCONFIGDIR",
+    "XDG_CACHE_HOME",
+)
 
 
 @pytest.fixture
@@ -39,7 +45,7 @@ def provided(monkeypatch, tmp_path):
 
 
 def test_kernels_are_kept_in_the_users_cache(provided, tmp_path):
-    kernels = tmp_path / "home" / ".cache" / "drake_navbench" / "kernels" / installation_digest()
+    kernels = tmp_path / "home" / ".cache" / "drake_navbench" / "kernels"
     assert provided() == (str(kernels), None)
     assert notice() == ""
 
@@ -47,7 +53,7 @@ def test_kernels_are_kept_in_the_users_cache(provided, tmp_path):
 def test_without_a_home_all_is_kept_among_temporary_files(provided, tmp_path):
     temporary = tmp_path / "temporary" / f"drake_navbench-{os.getuid()}"
     kernels, fonts = provided(home=False)
-    assert kernels == str(temporary / "kernels" / installation_digest())
+    assert kernels == str(temporary / "kernels")
     assert fonts == str(temporary)
     assert stat.S_IMODE(temporary.stat().st_mode) == 0o700
     assert notice().endswith(f"kernels are kept in {kernels}")
@@ -69,10 +75,21 @@ def test_what_the_user_has_named_stays(provided, monkeypatch):
     assert provided()[0] == "/elsewhere"
 
 
-def test_an_installation_that_another_one_starts_has_its_own_folder(provided, monkeypatch):
-    theirs, _ = provided()
-    monkeypatch.setattr(cache_folder, "INSTALLATION", Path("/another/drake_navbench"))
-    assert provided()[0] == str(user_cache_folder() / "kernels" / installation_digest()) != theirs
+def test_a_named_folder_that_cannot_be_written_is_read_and_told(provided, monkeypatch, tmp_path):
+    monkeypatch.setenv("NUMBA_CACHE_DIR", "/image/kernels")
+    monkeypatch.setattr(
+        cache_folder, "_can_be_written", lambda path: path != Path("/image/kernels")
+    )
+    kernels = tmp_path / "home" / ".cache" / "drake_navbench" / "kernels"
+    provide_cache_folder()
+    assert os.environ["NUMBA_CACHE_DIR"] == str(kernels)
+    assert Path("/image/kernels") in brought_folders()
+    assert notice() == (
+        f"NUMBA_CACHE_DIR=/image/kernels cannot be written: new kernels are kept in {kernels}"
+    )
+    # Processes of this one find the same.
+    provide_cache_folder()
+    assert os.environ["NUMBA_CACHE_DIR"] == str(kernels)
 
 
 def test_no_kernel_is_kept_beside_the_code(tmp_path):
@@ -93,7 +110,7 @@ def test_no_kernel_is_kept_beside_the_code(tmp_path):
         check=True,
     )
     folder = Path(done.stdout.strip())
-    assert folder.parent == tmp_path / "drake_navbench" / "kernels" / installation_digest()
+    assert folder.parent == tmp_path / "drake_navbench" / "kernels"
     assert [path.suffix for path in folder.iterdir()].count(".nbc") == 1
 
 

@@ -1,137 +1,149 @@
-"""Compiled kernels are kept for as long as what they were compiled from is the same."""
+"""Compiled kernels are kept by the content that they were compiled from."""
 
 from __future__ import annotations
 
 import os
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import pytest
 
-from drake_navbench.processes.cache_folder import OWN_VARIABLE, installation_digest
-from drake_navbench.processes.kernel_cache import CHECKED_VARIABLE, forget_stale_kernels
+from drake_navbench.processes import cache_folder, kernel_cache, kernel_sources
+from drake_navbench.processes.cache_folder import OWN_VARIABLE, READ_ONLY_VARIABLE
+from drake_navbench.processes.kernel_cache import KernelPlace
 
 SOURCES = {
     "__init__.py": "",
-    "base.py": "from numba import njit\n\n@njit(cache=True)\ndef one():\n    return 1\n",
+    "base.py": "from numba import njit\nfrom drake_navbench.kernels.angles import wrap\n\n"
+    "@njit(cache=True)\ndef one():\n    return 1\n",
     "caller.py": "from numba import njit\nfrom lab.base import one\n\n"
     "@njit(cache=True)\ndef two():\n    return 2 * one()\n",
     "far.py": "import lab.caller\n",
-    "other.py": "from lab import far\n",
-    "apart.py": "",
+    "types_alone.py": "from typing import TYPE_CHECKING\n\nif TYPE_CHECKING:\n"
+    "    from lab import far\n\n@njit(cache=True)\ndef three(far): ...\n",
+    "later.py": "import lab.apart\n\ndef f():\n    from lab.base import one\n",
+    "apart.py": "import drake_navbench.kernels.angles\n",
+    "foreign.py": "import numpy\n",
 }
 
 
 @pytest.fixture
-def cache(tmp_path, monkeypatch) -> Path:
-    """The folder of compiled kernels, as an installation has it among those of others."""
-    folder = tmp_path / "kernels" / installation_digest()
-    monkeypatch.setenv("NUMBA_CACHE_DIR", str(folder))
-    monkeypatch.setenv(OWN_VARIABLE, str(folder))
-    return folder
-
-
-@pytest.fixture
-def lab(tmp_path, cache) -> Path:
+def lab(tmp_path) -> Path:
     folder = tmp_path / "lab"
     folder.mkdir()
     for name, text in SOURCES.items():
         (folder / name).write_text(text)
-    keep_again(cache)
     return folder
 
 
+def digests(lab: Path) -> dict[str, str | None]:
+    """The digests of the package's modules, as a new process finds them."""
+    for remembered in ("digest_of_module", "_read", "_imports", "_file_in"):
+        getattr(kernel_sources, remembered).cache_clear()
+    return {
+        file.stem: kernel_sources.digest_of_module(f"lab.{file.stem}", file)
+        for file in lab.glob("[a-z]*.py")
+    }
+
+
+def changed_by(lab: Path, name: str) -> set[str]:
+    """The modules whose digest changes with the text of one."""
+    before = digests(lab)
+    (lab / name).write_text("# changed\n" + SOURCES[name])
+    after = digests(lab)
+    return {module for module in before if after[module] != before[module]}
+
+
+def test_who_imports_what_has_changed_is_compiled_anew_however_far(lab):
+    assert changed_by(lab, "base.py") == {"base", "caller", "far", "types_alone"}
+    assert changed_by(lab, "apart.py") == {"apart", "later"}
+
+
+def test_neither_times_nor_the_folder_enter(lab, tmp_path):
+    before = digests(lab)
+    os.utime(lab / "base.py", (0, 0))
+    assert digests(lab) == before
+    assert digests(lab.rename(tmp_path / "moved")) == before
+
+
+def test_a_module_of_others_that_imports_nothing_of_ours_is_left_to_numba(lab):
+    found = digests(lab)
+    assert [name for name, digest in found.items() if digest is None] == ["foreign"]
+    assert KernelPlace.from_function(test_neither_times_nor_the_folder_enter, "<stdin>") is None
+
+
+def test_another_compiler_or_instruction_set_has_kernels_of_its_own(lab, monkeypatch):
+    before = digests(lab)
+    monkeypatch.setattr(kernel_sources, "compiler", lambda: "numba 1, another processor")
+    after = digests(lab)
+    assert all(after[name] != digest for name, digest in before.items() if digest)
+
+
 @pytest.fixture
-def look(lab, cache, monkeypatch):
-    """Returns what looks for stale kernels, as a new process does; returns whose are left."""
-
-    def look() -> set[str]:
-        monkeypatch.delenv(CHECKED_VARIABLE, raising=False)
-        forget_stale_kernels({"lab": lab})
-        return {path.name.partition(".")[0] for path in cache.glob("lab_0a1b/*.nb?")}
-
-    return look
-
-
-def keep_again(cache: Path) -> None:
-    folder = cache / "lab_0a1b"
-    folder.mkdir(parents=True, exist_ok=True)
-    for name in SOURCES:
-        for kind in ("nbi", "1.nbc"):
-            (folder / f"{name.removesuffix('.py')}.kernel-3.py311.{kind}").touch()
+def folders(tmp_path, monkeypatch) -> tuple[Path, Path]:
+    """The folder of compiled kernels, and that of a wheel."""
+    ours, wheel = tmp_path / "kernels", tmp_path / "wheel"
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(ours))
+    monkeypatch.delenv(OWN_VARIABLE, raising=False)
+    monkeypatch.delenv(READ_ONLY_VARIABLE, raising=False)
+    monkeypatch.setattr(cache_folder, "IN_THE_WHEEL", wheel)
+    return ours, wheel
 
 
-def test_what_was_kept_before_anybody_knew_of_what_is_forgotten(look):
-    assert look() == set()
+def place() -> Path:
+    """The folder of the kernels of a module of ours."""
+    from drake_navbench.kernels import angles
+
+    found = KernelPlace.from_function(angles.wrap.py_func, angles.__file__)
+    assert found is not None
+    return Path(found.get_cache_path())
 
 
-def test_nothing_is_forgotten_where_nothing_has_changed(lab, cache, look):
-    look()
-    keep_again(cache)
-    assert look() == {name.removesuffix(".py") for name in SOURCES}
+def test_what_a_wheel_brings_is_copied_when_it_is_asked_for(folders):
+    ours, wheel = folders
+    name = place().name
+    assert not ours.exists()
+    for folder in (name, "drake_navbench.kernels.angles-0123456789abcdef"):
+        (wheel / folder).mkdir(parents=True)
+        (wheel / folder / "angles.wrap-1.py311.1.nbc").write_bytes(b"code")
+    assert place() == ours / name
+    assert [path.name for path in ours.iterdir()] == [name]
+    assert (ours / name / "angles.wrap-1.py311.1.nbc").read_bytes() == b"code"
 
 
-def test_who_imports_what_has_changed_is_forgotten_however_far(lab, cache, look):
-    look()
-    keep_again(cache)
-    (lab / "base.py").write_text("# changed\n")
-    assert look() == {"__init__", "apart"}
+def test_older_sources_kernels_are_removed_after_a_month_without_use(folders):
+    ours, _ = folders
+    module = "drake_navbench.kernels.angles"
+    for days, name in {31: f"{module}-old", 29: f"{module}-used", 99: f"{module}_b-x"}.items():
+        (ours / name).mkdir(parents=True)
+        then = time.time() - days * kernel_cache.DAY_S
+        os.utime(ours / name, (then, then))
+    new = place()
+    from drake_navbench.kernels import angles
+
+    KernelPlace.from_function(angles.wrap.py_func, angles.__file__).ensure_cache_path()
+    left = {path.name for path in ours.iterdir()}
+    assert left == {f"{module}-used", f"{module}_b-x", new.name}
 
 
-def test_who_imported_what_is_gone_is_forgotten(lab, cache, look):
-    look()
-    keep_again(cache)
-    (lab / "caller.py").unlink()
-    assert look() == {"__init__", "apart", "base", "caller"}  # Nobody's file any more.
-
-
-def test_processes_of_this_one_do_not_look_again(lab, cache, look):
-    look()
-    keep_again(cache)
-    (lab / "base.py").write_text("# changed\n")
-    assert forget_stale_kernels({"lab": lab}) == []
-
-
-def test_an_installation_that_another_one_starts_looks_for_itself(lab, cache, look, monkeypatch):
-    look()
-    keep_again(cache)
-    (lab / "base.py").write_text("# changed\n")
-    monkeypatch.setenv(CHECKED_VARIABLE, "/another/installation")
-    assert "lab.caller" in forget_stale_kernels({"lab": lab})
-
-
-def test_the_kernels_of_an_installation_that_is_gone_are_removed(tmp_path, cache, look):
-    for name, installation in {"gone": tmp_path / "removed", "there": tmp_path}.items():
-        (cache.parent / name).mkdir()
-        (cache.parent / name / "installation.txt").write_text(str(installation))
-    look()
-    assert {path.name for path in cache.parent.iterdir()} == {"there", cache.name}
-
-
-def test_a_table_that_cannot_be_read_is_made_anew(lab, cache, look):
-    look()
-    (cache / f"{installation_digest()}.kernel_sources.json").write_text("[")
-    keep_again(cache)
-    assert look() == set()
+@pytest.mark.usefixtures("folders")
+def test_a_kernel_in_use_is_noted_once_a_day():
+    found = place()
+    found.mkdir(parents=True)
+    os.utime(found, (1.0, 1.0))
+    assert time.time() - place().stat().st_mtime < kernel_cache.DAY_S
 
 
 def test_a_changed_kernel_is_what_its_caller_calls(lab):
     """numba alone would answer 2 both times: the caller's file is the same."""
-    script = (
-        "from pathlib import Path\n"
-        "from drake_navbench.processes.kernel_cache import forget_stale_kernels\n"
-        f"forget_stale_kernels({{'lab': Path({str(lab)!r})}})\n"
-        "from lab.caller import two\n"
-        "print(two())\n"
-    )
-    environment = {k: v for k, v in os.environ.items() if k != CHECKED_VARIABLE}
 
     def answer() -> str:
         done = subprocess.run(
-            [sys.executable, "-c", script],
+            [sys.executable, "-c", "from lab.caller import two\nprint(two())\n"],
             cwd=lab.parent,
-            env=environment | {"PYTHONPATH": str(lab.parent)},
+            env=os.environ | {"PYTHONPATH": str(lab.parent)},
             capture_output=True,
             text=True,
             check=True,
@@ -141,3 +153,13 @@ def test_a_changed_kernel_is_what_its_caller_calls(lab):
     assert answer() == "2"
     (lab / "base.py").write_text(SOURCES["base.py"].replace("return 1", "return 50"))
     assert answer() == "100"
+
+
+def test_a_module_with_kernels_is_imported_by_name_alone():
+    """The sources of a kernel are found by the words of its imports: none may be hidden."""
+    hidden = [
+        name
+        for name, file in kernel_sources.modules_with_kernels()
+        if any(word in file.read_text() for word in ("import_module(", "__import__(", "\nfrom ."))
+    ]
+    assert hidden == []

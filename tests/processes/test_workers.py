@@ -244,6 +244,42 @@ def test_tasks_of_one_kind_keep_their_order():
     assert [task for task, _ in run_tasks(tasks, jobs=1)] == tasks
 
 
+def test_a_task_begins_when_those_that_it_waits_for_have_ended_however():
+    first = Task(time.sleep, (0.3,), kind="first")
+    broken = Task(fail_on_input, (), kind="broken")
+    last = Task(math.sqrt, (4.0,), kind="last", after=(first, broken))
+    alone = Task(math.sqrt, (9.0,), kind="alone", after=(Task(time.sleep, (0.0,)),))
+    tasks = [last, first, broken, alone]
+    for jobs in (1, 2, 3):
+        ended = [task.kind for task, _ in run_tasks(tasks, jobs=jobs)]
+        assert sorted(ended) == ["alone", "broken", "first", "last"]
+        assert ended.index("last") > max(ended.index("first"), ended.index("broken"))
+
+
+def test_a_worker_whose_tasks_wait_for_another_stays():
+    """Its kernels are read and its columns rehearsed."""
+    slow = Task(time.sleep, (0.5,), kind="slow")
+    quick = Task(os.getpid, (), kind="quick")
+    later = [Task(os.getpid, (), kind=f"later {k}", after=(slow,)) for k in range(2)]
+    ended = dict(run_tasks([slow, quick, *later], jobs=2))
+    assert ended[quick].value in {ended[task].value for task in later}
+
+
+def test_what_waits_for_a_task_of_another_owner_does_not_keep_its_worker_from_it():
+    ours = Task(math.sqrt, (4.0,), kind="ours")
+    theirs = [
+        Task(math.sqrt, (9.0,), owner="them", kind="begins", is_urgent=True),
+        Task(math.sqrt, (16.0,), owner="them", kind="waits", after=(ours,)),
+    ]
+    assert [end.value for _, end in run_tasks([*theirs, ours], jobs=1)] == [3.0, 2.0, 4.0]
+
+
+def test_urgent_tasks_come_before_kinds_that_nobody_has_timed():
+    urgent = [Task(math.sqrt, (4.0,), kind="urgent", is_urgent=True) for _ in range(2)]
+    other = Task(math.sqrt, (9.0,), kind="other")
+    assert [task for task, _ in run_tasks([other, *urgent], jobs=1)] == [*urgent, other]
+
+
 def test_the_next_task_is_found_as_quickly_among_many(monkeypatch):
     """Counted in looks at tasks: a campaign of 100,000 trials waits for its workers alone."""
     looks = []
