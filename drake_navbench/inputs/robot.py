@@ -6,7 +6,7 @@ import warnings
 from collections.abc import Mapping, Sequence
 from hashlib import sha256
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 import shapely
@@ -40,6 +40,9 @@ from drake_navbench.typed_files.quantities import (
     Size,
 )
 from drake_navbench.typed_files.typed_yaml import QuietModel, read_yaml, validate
+
+if TYPE_CHECKING:
+    from drake_navbench.inputs.running_gear import RunningGear
 
 # How high a robot is whose file does not tell, m.
 GUESSED_TOP_M = 0.5
@@ -222,6 +225,25 @@ class Robot(QuietModel):
             return {}
         return {str(path): sha256(path.read_bytes()).hexdigest()}
 
+    def running_gear(self, source: str) -> RunningGear:
+        """Returns wheels, casters and weight; source: the name of the robot's file in errors.
+
+        Raises InputError where the model has no such wheels, or the file does not fit it.
+        """
+        # As with the model's outline: most robots do without.
+        from drake_navbench.inputs.running_gear import running_gear_of
+
+        if not isinstance(self.drive, DifferentialDrive) or self.model_path is None:
+            raise TypeError("expected a differential drive with a model")
+        return running_gear_of(
+            self.model_path,
+            self.drive,
+            source,
+            outline=self.outline,
+            mass_kg=self.mass_kg,
+            payload_kg=self.actuators.payload_kg,
+        )
+
     @property
     def radii(self) -> tuple[float, float]:
         """Inscribed and circumscribed radius of the padded outline, m."""
@@ -359,7 +381,8 @@ def _robot_of(data: Mapping[str, Any], source: str, directory: Path) -> Robot:
     robot = validate(Robot, data, source).model_copy(update={"directory": str(directory)})
     if robot.model_path is not None and not robot.model_path.is_file():
         raise InputError(f"{source}: model: no such file: {robot.model_path}")
-    check_wheels(robot, source)
+    if robot.drive.has_wheels:
+        robot.running_gear(source)
     return robot
 
 
@@ -374,15 +397,6 @@ def body_top_m(robot: Robot) -> float:
         return describe_robot(path).height_m
     except InputError:
         return GUESSED_TOP_M
-
-
-def check_wheels(robot: Robot, source: str) -> None:
-    """Raises InputError where the drive's wheels are not those of the model."""
-    if robot.drive.has_wheels:
-        # As with the model's outline: most robots do without.
-        from drake_navbench.inputs.running_gear import running_gear_of
-
-        running_gear_of(robot, source)
 
 
 def merged(base: Mapping[str, Any], overrides: Mapping[str, Any]) -> dict[str, Any]:
