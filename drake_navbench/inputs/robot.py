@@ -16,6 +16,7 @@ from pydantic import (
     model_validator,
 )
 
+from drake_navbench.costmaps.observation_layers import SensingParameters
 from drake_navbench.costmaps.observation_source import ObservationSourceSettings
 from drake_navbench.costmaps.range_sensor_layer import RangeSensorLayerParameters
 from drake_navbench.descriptions.model_source import is_model_file
@@ -150,9 +151,11 @@ class Robot(QuietModel):
         """Raises ValueError where a layer waits for a sensor that the robot does not have."""
         settings = getattr(self.navigation, costmap)
         for layer in settings.plugins:
-            block = settings.plugin_blocks.get(layer, getattr(settings, layer, None))
             if not settings.is_active(layer):
                 continue
+            block = settings.block(layer)
+            if isinstance(block, SensingParameters):
+                self._check_sight(f"navigation.{costmap}.{layer}", block)
             if isinstance(block, RangeSensorLayerParameters):
                 for sensor in block.topics:
                     self._check_range_sensor(f"navigation.{costmap}.{layer}.topics", sensor)
@@ -162,6 +165,18 @@ class Robot(QuietModel):
             for name, source in sources.items():
                 place = f"navigation.{costmap}.{layer}.observation_sources.{name}"
                 self._check_source(place, name, source)
+
+    def _check_sight(self, place: str, layer: SensingParameters) -> None:
+        """Raises ValueError where the lidar is too high for a layer that names no sources."""
+        height_m = self.lidar.height_m
+        if "observation_sources" in layer.model_fields_set:
+            return
+        seeing = (layer, *layer.observation_sources.values())
+        if any(height_m > one.max_obstacle_height for one in seeing):
+            raise ValueError(
+                f"{place}: sees up to {layer.max_obstacle_height:g} m, and the lidar is at "
+                f"{height_m:g} m; expected observation_sources and max_obstacle_height for it"
+            )
 
     def _check_range_sensor(self, place: str, sensor: str) -> None:
         """Raises ValueError where the robot does not have a range sensor."""

@@ -28,10 +28,10 @@ def _values(settings: Any) -> tuple[Any, ...]:
     return tuple(_values(value) if isinstance(value, tuple) else value for value in settings)
 
 
-def _description(names: Iterable[str], values: tuple[Any, ...]) -> tuple[tuple[str, Any], ...]:
+def _description(names: Iterable[str], values: Any) -> tuple[tuple[str, Any], ...]:
     """Returns name and type of each field, in a form that can be a key."""
     types = [
-        _description(value._fields, value) if isinstance(value, tuple) else np.asarray(value).dtype
+        _description(value._fields, value) if hasattr(value, "_fields") else np.asarray(value).dtype
         for value in values
     ]
     return tuple(zip(names, types, strict=True))
