@@ -28,6 +28,7 @@ from pydantic import BaseModel, ConfigDict
 from drake_navbench.errors import NavbenchError
 from drake_navbench.kernels.grid import Costmap
 from drake_navbench.kernels.read_only import read_only
+from drake_navbench.kernels.settings_record import settings_record
 from drake_navbench.noise import NO_NOISE, NoiseKey
 from drake_navbench.plugins.kinds import PluginKind
 from drake_navbench.releases import NEWEST_RELEASE, RELEASE_FIELD, ReadBy, Release, release_in
@@ -269,6 +270,15 @@ class ControllerParameters(BaseModel):
         fields = type(self).model_fields
         unread = [name for name in fields if not self.is_read(name, release)]
         return self.model_copy(update={name: fields[name].get_default() for name in unread})
+
+    def as_record(self, **facts: Any) -> NDArray[np.void]:
+        """Returns the parameters that are numbers or flags as the record that a kernel takes.
+
+        facts: values of setup and release beside them, or in place of parameters of these names.
+        """
+        fields = type(self).model_fields.items()
+        names = [name for name, field in fields if field.annotation in (bool, int, float)]
+        return settings_record({name: getattr(self, name) for name in names} | facts)
 
     @classmethod
     def keys_not_read(cls, values: Mapping[str, Any]) -> list[str]:

@@ -29,12 +29,11 @@ from drake_navbench.controllers.graceful.earlier_cycles import run_humble_cycle,
 from drake_navbench.controllers.graceful.memory import GracefulMemory
 from drake_navbench.controllers.graceful.parameters import GracefulParameters
 from drake_navbench.controllers.graceful.releases import RULES
-from drake_navbench.controllers.graceful.simulation import Scene, Settings
+from drake_navbench.controllers.graceful.simulation import Scene
 from drake_navbench.kernels.grid import MAX_NON_OBSTACLE
 from drake_navbench.kernels.path_pruning import range_in_circle
 from drake_navbench.kernels.poses import compose
 from drake_navbench.kernels.read_only import read_only
-from drake_navbench.kernels.settings_record import settings_record
 from drake_navbench.kernels.speed_limit import NO_SPEED_LIMIT, limited_speed, speed_limit_ratio
 
 Array = NDArray[np.float64]
@@ -68,8 +67,7 @@ class Graceful:
                 "robot given by robot_radius"
             )
         self._parameters = parameters
-        self._settings = _kernel_settings(parameters, setup)
-        self._settings_record = settings_record(self._settings)
+        self._settings_record = _kernel_settings(parameters, setup)
         self._wants_diagnostics = setup.wants_diagnostics
         self._footprint = read_only(setup.footprint)
 
@@ -206,15 +204,16 @@ class Graceful:
         return diagnostics
 
 
-def _kernel_settings(parameters: GracefulParameters, setup: ControllerSetup) -> Settings:
-    values = {
-        name: value for name, value in parameters.model_dump().items() if name in Settings._fields
-    }
-    values["allow_backward"] = parameters.drives_backward
+def _kernel_settings(parameters: GracefulParameters, setup: ControllerSetup) -> NDArray[np.void]:
+    """Returns the kernels' record: parameters under Nav2's names, as their release has them."""
     release = RULES[parameters.nav2_release]
+    facts: dict[str, Any] = {
+        "allow_backward": parameters.drives_backward,
+        "is_circle": setup.footprint_is_circle,
+    }
     if release.cuts_plan:
         # The outline is not widened, so no drive is tried again more slowly.
-        values["footprint_scaling_linear_vel"] = math.inf
+        facts["footprint_scaling_linear_vel"] = math.inf
     if release.aims_once:
-        values["v_angular_min_in_place"] = 0.0
-    return Settings(is_circle=setup.footprint_is_circle, **values)
+        facts["v_angular_min_in_place"] = 0.0
+    return parameters.as_record(**facts)

@@ -95,7 +95,7 @@ def blocked(may_turn_first, safe_angle, near_goal):
 def run_cycle(settings_record, scene, plan, goal_xy_reached, may_turn_first, safe_angle):
     """Returns the Cycle for one observation.
 
-    settings_record: (1,) Settings as a record; scene: Scene. plan: (M, 3) local plan in the
+    settings_record: (1,) `parameters.as_record`; scene: Scene. plan: (M, 3) local plan in the
     odometry frame, M at least 1.
     """
     settings = settings_record[0]

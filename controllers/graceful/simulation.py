@@ -36,34 +36,6 @@ LEAST_VERTICES_TO_SCALE = 4
 LEAST_SPEED_MPS = 1e-3
 
 
-class Settings(NamedTuple):
-    """The kernels' settings: parameters under Nav2's names, and facts of the setup.
-
-    allow_backward: off with `initial_rotation`. is_circle: the robot is given by a radius. The last
-    four only earlier releases have.
-    """
-
-    max_lookahead: float
-    v_angular_min_in_place: float
-    initial_rotation: bool
-    initial_rotation_tolerance: float
-    prefer_final_rotation: bool
-    rotation_scaling_factor: float
-    allow_backward: bool
-    in_place_collision_resolution: float
-    use_collision_detection: bool
-    footprint_scaling_linear_vel: float
-    footprint_scaling_factor: float
-    footprint_scaling_step: float
-    obstacle_cost_margin: int
-    final_rotation_search_step: float
-    is_circle: bool
-    min_lookahead: float
-    motion_target_dist: float
-    initial_rotation_min_angle: float
-    final_rotation: bool
-
-
 class Scene(NamedTuple):
     """The inputs of one cycle: control law, speed limit max_v m/s, pose, costmap and outline."""
 

@@ -14,17 +14,13 @@ from drake_navbench.controller import (
     Observation,
     PlanCuttingController,
 )
-from drake_navbench.controllers.rotation_shim.kernels import (
-    Settings,
-    heading_of_plan,
-    turn_by,
-)
+from drake_navbench.controllers.rotation_shim.kernels import heading_of_plan, turn_by
 from drake_navbench.controllers.rotation_shim.memory import ShimMemory
 from drake_navbench.controllers.rotation_shim.parameters import (
     NAV2_PLUGIN,
     RotationShimParameters,
 )
-from drake_navbench.controllers.rotation_shim.releases import RULES, Rules
+from drake_navbench.controllers.rotation_shim.releases import RULES
 from drake_navbench.kernels.angles import wrap
 from drake_navbench.kernels.grid import LETHAL
 from drake_navbench.kernels.read_only import read_only
@@ -50,7 +46,12 @@ class RotationShim:
         self._primary = primary.controller_class(primary.parameters, setup)
         self._parameters = parameters
         self._release = RULES[parameters.nav2_release]
-        self._settings = _kernel_settings(parameters, setup, self._release)
+        has_threshold = self._release.has_cost_threshold
+        self._settings_record = parameters.as_record(
+            control_period_s=setup.control_period_s,
+            stops_in_time=self._release.stops_in_time,
+            max_cost_threshold=parameters.max_cost_threshold if has_threshold else float(LETHAL),
+        )
         self._is_once = parameters.rotate_to_heading_once and self._release.has_once
         self._is_closed_loop = parameters.closed_loop or not self._release.has_open_loop
         self._uses_orientations = (
@@ -134,7 +135,7 @@ class RotationShim:
         """Returns the rate of a turn, rad/s, None where it would collide."""
         x, y, yaw = observation.pose.tolist()
         turn = turn_by(
-            self._settings,
+            self._settings_record,
             angle,
             float(observation.twist[1]) if self._is_closed_loop else last_w,
             x,
@@ -175,20 +176,3 @@ class RotationShim:
         return ShimMemory(
             primary, False, last_w, memory.plan_id, memory.goal, False, memory.goal_xy_reached
         )
-
-
-def _kernel_settings(
-    parameters: RotationShimParameters, setup: ControllerSetup, release: Rules
-) -> Settings:
-    """Returns the kernels' settings, with defaults where the release has no such parameter."""
-    return Settings(
-        control_period_s=setup.control_period_s,
-        angular_dist_threshold=parameters.angular_dist_threshold,
-        rotate_to_heading_angular_vel=parameters.rotate_to_heading_angular_vel,
-        max_angular_accel=parameters.max_angular_accel,
-        max_cost_threshold=(
-            parameters.max_cost_threshold if release.has_cost_threshold else float(LETHAL)
-        ),
-        simulate_ahead_time=parameters.simulate_ahead_time,
-        stops_in_time=release.stops_in_time,
-    )

@@ -19,21 +19,6 @@ from drake_navbench.kernels.poses import see_point
 LEAST_POSES = 2
 
 
-class Settings(NamedTuple):
-    """The kernels' settings: parameters under Nav2's names, and facts of release and setup.
-
-    stops_in_time: turn no faster than can be stopped within the angle that is left.
-    """
-
-    control_period_s: float
-    angular_dist_threshold: float
-    rotate_to_heading_angular_vel: float
-    max_angular_accel: float
-    max_cost_threshold: float
-    simulate_ahead_time: float
-    stops_in_time: bool
-
-
 class Turn(NamedTuple):
     """w: the turn rate. is_blocked: whether turning by it would collide."""
 
@@ -107,8 +92,12 @@ def turns_into_obstacle(settings, angle, w, x, y, yaw, grid, tracks_unknown, foo
 
 
 @njit(cache=True)
-def turn_by(settings, angle, current_w, x, y, yaw, grid, tracks_unknown, footprint):
-    """Returns the Turn by an angle; grid, tracks_unknown: of the costmap; footprint: (K, 2) m."""
+def turn_by(settings_record, angle, current_w, x, y, yaw, grid, tracks_unknown, footprint):
+    """Returns the Turn by an angle, rad, with `parameters.as_record` (1,) as settings.
+
+    grid, tracks_unknown: of the costmap. footprint: (K, 2) m.
+    """
+    settings = settings_record[0]
     w = turn_rate(settings, angle, current_w)
     return Turn(
         w, turns_into_obstacle(settings, angle, w, x, y, yaw, grid, tracks_unknown, footprint)

@@ -26,14 +26,12 @@ from drake_navbench.controllers.rpp.cycle import (
     Cycle,
     run_cycle,
 )
-from drake_navbench.controllers.rpp.kernels import Settings
 from drake_navbench.controllers.rpp.memory import RppMemory
 from drake_navbench.controllers.rpp.own_plan import OwnPlan
 from drake_navbench.controllers.rpp.parameters import RegulatedPurePursuitParameters
-from drake_navbench.controllers.rpp.releases import RULES, Rules
+from drake_navbench.controllers.rpp.releases import RULES
 from drake_navbench.kernels.command_arc import project_arc
 from drake_navbench.kernels.read_only import read_only
-from drake_navbench.kernels.settings_record import settings_record
 from drake_navbench.kernels.speed_limit import limited_speed
 
 Array = NDArray[np.float64]
@@ -68,8 +66,19 @@ class RegulatedPurePursuit:
             and parameters.stateful
         )
         self._setup = setup
-        self._settings = _kernel_settings(parameters, self._release, setup)
-        self._settings_record = settings_record(self._settings)
+        self._extends_plan = (
+            parameters.interpolate_curvature_after_goal and parameters.use_fixed_curvature_lookahead
+        )
+        turns = self._release.turns_or_reverses and parameters.use_rotate_to_heading
+        # Options that Nav2 switches off are off.
+        self._settings_record = parameters.as_record(
+            release=self._release,
+            control_period_s=setup.control_period_s,
+            inscribed_radius_m=setup.inscribed_radius_m,
+            circumscribed_radius_m=setup.circumscribed_radius_m,
+            interpolate_curvature_after_goal=self._extends_plan,
+            allow_reversing=parameters.allow_reversing and not turns,
+        )
         self._footprint = read_only(setup.footprint)
 
     @property
@@ -169,7 +178,7 @@ class RegulatedPurePursuit:
         )
 
     def _refuse_single_pose(self, plan: Array) -> None:
-        if len(plan) == 1 and self._settings.interpolate_curvature_after_goal:
+        if len(plan) == 1 and self._extends_plan:
             raise InvalidPath(
                 "plan: got one pose, expected two or more (interpolate_curvature_after_goal)"
             )
@@ -219,22 +228,3 @@ class RegulatedPurePursuit:
                 cycle.distance_limit,
             )
         return diagnostics
-
-
-def _kernel_settings(
-    parameters: RegulatedPurePursuitParameters, release: Rules, setup: ControllerSetup
-) -> Settings:
-    """Returns the kernels' settings; options that Nav2 switches off are off."""
-    values = {
-        name: value for name, value in parameters.model_dump().items() if name in Settings._fields
-    }
-    values["interpolate_curvature_after_goal"] &= parameters.use_fixed_curvature_lookahead
-    if release.turns_or_reverses and parameters.use_rotate_to_heading:
-        values["allow_reversing"] = False
-    return Settings(
-        release=release,
-        control_period_s=setup.control_period_s,
-        inscribed_radius_m=setup.inscribed_radius_m,
-        circumscribed_radius_m=setup.circumscribed_radius_m,
-        **values,
-    )

@@ -250,7 +250,7 @@ def run_cycle(
 ):
     """Returns the Cycle for one observation.
 
-    settings_record: (1,) Settings as a record. plan: (M, 3) local plan; pose: (x, y, yaw) of the
+    settings_record: (1,) `parameters.as_record`. plan: (M, 3) local plan; pose: (x, y, yaw) of the
     robot, both in the odometry frame, m and rad. twist: its measured (v, w), m/s and rad/s.
     max_linear_vel: under the speed limit, m/s. goal_xy_reached: it turns to the goal's heading; up
     to Kilted also where the carrot is nearer than end_tolerance m. last_command: (v, w), m/s and

@@ -8,60 +8,14 @@ the differences of earlier releases are in `releases`. Poses are (x m, y m, yaw 
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
 from numba import njit
 
-from drake_navbench.controllers.rpp.releases import Rules
 from drake_navbench.kernels.collision_check import distance_from_cost
 from drake_navbench.kernels.grid import FREE, MAX_NON_OBSTACLE, NO_INFORMATION
 
 # A carrot nearer than this has no curvature: squared distance, m^2.
 LEAST_SQUARED_CARROT_DISTANCE = 0.001
-
-
-class Settings(NamedTuple):
-    """The kernels' settings: parameters under Nav2's names, and facts of release and setup."""
-
-    release: Rules
-    control_period_s: float
-    inscribed_radius_m: float
-    circumscribed_radius_m: float
-    min_linear_vel: float
-    max_angular_vel: float
-    min_angular_vel: float
-    max_linear_accel: float
-    max_linear_decel: float
-    max_angular_accel: float
-    max_angular_decel: float
-    lookahead_dist: float
-    use_velocity_scaled_lookahead_dist: bool
-    min_lookahead_dist: float
-    max_lookahead_dist: float
-    lookahead_time: float
-    use_fixed_curvature_lookahead: bool
-    curvature_lookahead_dist: float
-    interpolate_curvature_after_goal: bool
-    use_regulated_linear_velocity_scaling: bool
-    regulated_linear_scaling_min_radius: float
-    regulated_linear_scaling_min_speed: float
-    use_cost_regulated_linear_velocity_scaling: bool
-    cost_scaling_dist: float
-    cost_scaling_gain: float
-    inflation_cost_scaling_factor: float
-    approach_velocity_scaling_dist: float
-    min_approach_linear_velocity: float
-    use_rotate_to_heading: bool
-    rotate_to_heading_min_angle: float
-    rotate_to_heading_angular_vel: float
-    allow_reversing: bool
-    use_collision_detection: bool
-    max_allowed_time_to_collision_up_to_carrot: float
-    min_distance_to_obstacle: float
-    allow_obstacle_checking_beyond_goal: bool
-    cancel_deceleration: float
-    use_dynamic_window: bool
-    use_interpolation: bool
 
 
 @njit(cache=True)

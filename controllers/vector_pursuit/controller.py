@@ -24,7 +24,6 @@ from drake_navbench.controllers.vector_pursuit.cycle import (
     ROTATE_TO_PATH,
     TRACK,
     Cycle,
-    Settings,
     run_cycle,
 )
 from drake_navbench.controllers.vector_pursuit.memory import VectorPursuitMemory
@@ -34,7 +33,6 @@ from drake_navbench.kernels.command_arc import project_arc
 from drake_navbench.kernels.path_pruning import range_in_circle
 from drake_navbench.kernels.poses import compose
 from drake_navbench.kernels.read_only import read_only
-from drake_navbench.kernels.settings_record import settings_record
 from drake_navbench.kernels.speed_limit import limited_speed
 
 Array = NDArray[np.float64]
@@ -61,8 +59,14 @@ class VectorPursuit:
     def __init__(self, parameters: VectorPursuitParameters, setup: ControllerSetup) -> None:
         self._parameters = parameters
         self._release = RULES[parameters.nav2_release]
-        self._settings = _kernel_settings(parameters, setup)
-        self._settings_record = settings_record(self._settings)
+        self._settings_record = parameters.as_record(
+            control_period_s=setup.control_period_s,
+            inscribed_radius_m=setup.inscribed_radius_m,
+            circumscribed_radius_m=setup.circumscribed_radius_m,
+            is_mirrored=self._release.is_mirrored,
+            # The original switches it on, too.
+            use_rotate_to_heading=parameters.turns_in_place(),
+        )
         self._wants_diagnostics = setup.wants_diagnostics
         self._footprint = read_only(setup.footprint)
 
@@ -157,7 +161,7 @@ class VectorPursuit:
     def _check_plan(self, count: int, memory: VectorPursuitMemory) -> None:
         if count == 0:
             raise InvalidPath("plan: got no poses, expected at least one", memory=memory)
-        if count == 1 and not self._settings.use_heading_from_path:
+        if count == 1 and not self._parameters.use_heading_from_path:
             text = "plan: got one pose, expected two or more (use_heading_from_path)"
             raise InvalidPath(text, memory=memory)
 
@@ -191,22 +195,7 @@ class VectorPursuit:
                 command.v,
                 command.w,
                 cycle.period,
-                self._settings.max_allowed_time_to_collision_up_to_target,
+                self._parameters.max_allowed_time_to_collision_up_to_target,
                 command.lookahead,
             )
         return diagnostics
-
-
-def _kernel_settings(parameters: VectorPursuitParameters, setup: ControllerSetup) -> Settings:
-    """Returns the kernels' settings, with the options overridden that the original overrides."""
-    values = {
-        name: value for name, value in parameters.model_dump().items() if name in Settings._fields
-    }
-    values["use_rotate_to_heading"] |= parameters.min_turning_radius == 0.0
-    return Settings(
-        control_period_s=setup.control_period_s,
-        inscribed_radius_m=setup.inscribed_radius_m,
-        circumscribed_radius_m=setup.circumscribed_radius_m,
-        is_mirrored=RULES[parameters.nav2_release].is_mirrored,
-        **values,
-    )

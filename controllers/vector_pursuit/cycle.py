@@ -30,40 +30,6 @@ LEAST_SCREW_ANGLE = 1e-9
 STRAIGHT_RADIUS_M = sys.float_info.max
 
 
-class Settings(NamedTuple):
-    """The kernels' settings: the original's parameters, facts of the setup and of the release."""
-
-    control_period_s: float
-    inscribed_radius_m: float
-    circumscribed_radius_m: float
-    k: float
-    min_turning_radius: float
-    lookahead_dist: float
-    use_velocity_scaled_lookahead_dist: bool
-    min_lookahead_dist: float
-    max_lookahead_dist: float
-    lookahead_time: float
-    min_linear_velocity: float
-    min_approach_linear_velocity: float
-    approach_velocity_scaling_dist: float
-    max_linear_accel: float
-    max_lateral_accel: float
-    use_cost_regulated_linear_velocity_scaling: bool
-    cost_scaling_dist: float
-    cost_scaling_gain: float
-    inflation_cost_scaling_factor: float
-    use_rotate_to_heading: bool
-    rotate_to_heading_min_angle: float
-    rotate_to_heading_angular_vel: float
-    max_angular_accel: float
-    allow_reversing: bool
-    use_collision_detection: bool
-    max_allowed_time_to_collision_up_to_target: float
-    use_interpolation: bool
-    use_heading_from_path: bool
-    is_mirrored: bool
-
-
 class Command(NamedTuple):
     """The command of a cycle, before the collision check.
 
@@ -214,7 +180,7 @@ def run_cycle(
 ):
     """Returns the Cycle for one observation.
 
-    settings_record: (1,) Settings as a record. plan: (M, 3) local plan; x, y, yaw: robot, both in
+    settings_record: (1,) `parameters.as_record`. plan: (M, 3) local plan; x, y, yaw: robot, both in
     the odometry frame, m and rad. max_v: desired speed under the speed limit. last_v, last_w: the
     last command. goal_tolerance: of the goal checker, m. grid, tracks_unknown: of the costmap.
     footprint: (K, 2) m.

@@ -99,7 +99,7 @@ def _layers(local: Any) -> Iterator[Any]:
     """Yields the settings of the active layers of a costmap."""
     for name in local.plugins:
         if local.is_active(name):
-            yield local.plugin_blocks.get(name, getattr(local, name, None))
+            yield local.block(name)
 
 
 def _graded(reach_m: float, scaling: float, inscribed_m: float) -> list[tuple[float, int]]:

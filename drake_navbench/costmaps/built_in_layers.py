@@ -1,33 +1,19 @@
-"""The layers and the keepout filter that every costmap has under names of their own.
+"""Nav2's layers that see no obstacles, and its keepout filter.
 
 Source: nav2_costmap_2d (StaticLayer, DenoiseLayer, InflationLayer, KeepoutFilter).
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import ClassVar, Literal
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import Field
 
-from drake_navbench.costmaps.costmap_settings import (
-    CostmapSettings,
-    KeepoutFilterSettings,
-    ObstacleLayerSettings,
-    VoxelLayerSettings,
-)
 from drake_navbench.costmaps.filter_masks import FilterMask
-from drake_navbench.costmaps.layer_plugin import COSTMAP_LAYERS, Layer, LayerSetup, Observed, Seen
-from drake_navbench.costmaps.map_file import OccupancyMap
-from drake_navbench.costmaps.observation_layers import (
-    ObstacleLayer,
-    ObstacleLayerParameters,
-    VoxelLayer,
-    VoxelLayerParameters,
-)
-from drake_navbench.costmaps.observation_source import BufferedSourceSettings
-from drake_navbench.costmaps.sensor import RangeSensor
+from drake_navbench.costmaps.layer_plugin import LayerParameters, LayerSetup, Observed, Seen
 from drake_navbench.kernels.denoise import denoise
 from drake_navbench.kernels.footprint import footprint_radii
 from drake_navbench.kernels.grid import FREE, INSCRIBED, NO_INFORMATION, Grid
@@ -38,6 +24,7 @@ from drake_navbench.kernels.poses import compose, place_outline
 from drake_navbench.kernels.rasterize import MASK_UNKNOWN, apply_keepout, mask_costs
 from drake_navbench.kernels.static_layer import sample_static, static_costs
 from drake_navbench.typed_files.immutable import Immutable
+from drake_navbench.typed_files.quantities import Count, Length, Number
 
 Costs = NDArray[np.uint8]
 Array = NDArray[np.float64]
@@ -45,57 +32,55 @@ Array = NDArray[np.float64]
 NO_OVERRIDE = -1
 
 
-def make_layer(
-    name: str,
-    settings: CostmapSettings,
-    setup: LayerSetup,
-    *,
-    static_map: OccupancyMap | None,
-    keepouts: Sequence[FilterMask],
-) -> Layer:
-    """Returns the layer that `plugins` names: a block's, or one of ours.
+class StaticLayerParameters(LayerParameters):
+    """Nav2's static layer: the map."""
 
-    static_map: that of the static layer. keepouts: the masks of the keepout filter. Raises
-    InputError where the plugin of a block cannot be made.
-    """
-    if name in settings.plugin_blocks:
-        block = settings.plugin_blocks[name]
-        layer: Layer = COSTMAP_LAYERS.make(block.plugin, block, setup)
-        return layer
-    if name == "static_layer":
-        assert static_map is not None  # Else the layer is left out.
-        return StaticLayer(settings, setup, static_map)
-    if name == "keepout_filter":
-        return KeepoutFilter(settings.keepout_filter, keepouts)
-    if name == "obstacle_layer":
-        return ObstacleLayer(_of_one_scan(settings.obstacle_layer, setup.lidar), setup)
-    if name == "voxel_layer":
-        return VoxelLayer(_unbuffered(settings.voxel_layer), setup)
-    if name == "denoise_layer":
-        return DenoiseLayer(settings, setup)
-    return InflationLayer(settings, setup)
-
-
-def _of_one_scan(settings: ObstacleLayerSettings, lidar: RangeSensor) -> ObstacleLayerParameters:
-    """Returns the parameters of a layer whose one source is the robot's scan, at its own height."""
-    own = settings.model_dump(exclude={"enabled"})
-    of_layer = {
-        name: own.pop(name) for name in ("footprint_clearing_enabled", "combination_method")
-    }
-    heights = {"min_obstacle_height": lidar.height_m, "max_obstacle_height": lidar.height_m}
-    scan = BufferedSourceSettings(clearing=True, **heights, **own)
-    return ObstacleLayerParameters(
-        plugin="nav2_costmap_2d::ObstacleLayer",
-        observation_sources={"scan": scan},
-        **heights,
-        **of_layer,
+    plugin: Literal["nav2_costmap_2d::StaticLayer"] = "nav2_costmap_2d::StaticLayer"
+    footprint_clearing_enabled: bool = Field(False, description="Free the cells under the robot.")
+    restore_cleared_footprint: bool = Field(
+        True, description="Mark freed cells again once the robot has left them."
     )
 
 
-def _unbuffered(settings: VoxelLayerSettings) -> VoxelLayerParameters:
-    """Returns the same parameters, with sources that keep no reading but the newest."""
-    return VoxelLayerParameters(
-        plugin="nav2_costmap_2d::VoxelLayer", **settings.model_dump(exclude={"enabled"})
+class DenoiseLayerParameters(LayerParameters):
+    """Nav2's denoise layer; it belongs before the inflation layer."""
+
+    plugin: Literal["nav2_costmap_2d::DenoiseLayer"] = "nav2_costmap_2d::DenoiseLayer"
+    minimal_group_size: Count = Field(
+        2, ge=0, description="Size below which a group of occupied cells is freed [cells]."
+    )
+    group_connectivity_type: Literal[4, 8] = Field(
+        8,
+        description="Neighbourhood that makes a group: 4 joins cells along edges, 8 at "
+        "corners too.",
+    )
+
+
+class InflationLayerParameters(LayerParameters):
+    """Nav2's inflation layer."""
+
+    plugin: Literal["nav2_costmap_2d::InflationLayer"] = "nav2_costmap_2d::InflationLayer"
+    inflation_radius: Length = Field(
+        0.55, ge=0.0, description="Distance from obstacles up to which cells are inflated [m]."
+    )
+    cost_scaling_factor: Number = Field(
+        10.0, gt=0.0, description="Rate at which the cost falls with distance [1/m]."
+    )
+    inflate_unknown: bool = Field(False, description="Inflate into unknown cells.")
+    inflate_around_unknown: bool = Field(
+        False, description="Inflate around unknown cells, as around lethal ones."
+    )
+
+
+class KeepoutFilterParameters(LayerParameters):
+    """Nav2's keepout filter; the areas come from the scenario's filters of type keepout."""
+
+    plugin: Literal["nav2_costmap_2d::KeepoutFilter"] = "nav2_costmap_2d::KeepoutFilter"
+    override_lethal_cost: bool = Field(
+        False, description="Let a robot that stands in a keepout area drive out."
+    )
+    lethal_override_cost: int = Field(
+        252, ge=0, le=252, description="Cost of keepout cells while the robot stands in one."
     )
 
 
@@ -113,20 +98,22 @@ class StaticState(Immutable):
 class StaticLayer:
     """Nav2's static layer: the map."""
 
+    Parameters: ClassVar[type[StaticLayerParameters]] = StaticLayerParameters
     stays_in_window = True
 
-    def __init__(self, settings: CostmapSettings, setup: LayerSetup, known: OccupancyMap) -> None:
-        self._own = settings.static_layer
-        self._use_maximum = settings.use_maximum
+    def __init__(self, parameters: StaticLayerParameters, setup: LayerSetup) -> None:
+        known, rules = setup.static_map, setup.rules
+        assert known is not None  # Else the costmap leaves the layer out.
+        self._own = parameters
         self._setup = setup
         self._place = known.frame
         self._costs = static_costs(
             known.occupancy,
-            track_unknown_space=settings.track_unknown_space,
-            lethal_cost_threshold=settings.lethal_cost_threshold,
-            trinary_costmap=settings.trinary_costmap,
-            unknown_cost_value=settings.unknown_cost_value,
-            inscribed_obstacle_cost_value=settings.inscribed_obstacle_cost_value,
+            track_unknown_space=rules.track_unknown_space,
+            lethal_cost_threshold=rules.lethal_cost_threshold,
+            trinary_costmap=rules.trinary_costmap,
+            unknown_cost_value=rules.unknown_cost_value,
+            inscribed_obstacle_cost_value=rules.inscribed_obstacle_cost_value,
         )
 
     def initial_state(self) -> StaticState:
@@ -146,13 +133,13 @@ class StaticLayer:
 
     def write(self, state: StaticState, grid: Grid, seen: Seen) -> Costs:
         """See `Layer`."""
-        window = seen.slices
+        window, use_maximum = seen.slices, self._setup.rules.use_maximum
         if not self._setup.rolling_window:
-            rule = MergeRule.MAX if self._use_maximum else MergeRule.TRUE_OVERWRITE
+            rule = MergeRule.MAX if use_maximum else MergeRule.TRUE_OVERWRITE
             merge_layer(grid.costs[window], state.shown[window], rule)
         else:
             known = Grid(state.shown, *self._place)
-            sample_static(grid, known, seen.map_from_costmap, self._use_maximum)
+            sample_static(grid, known, seen.map_from_costmap, use_maximum)
         return grid.costs
 
 
@@ -172,8 +159,10 @@ class _LayerWithoutState:
 class DenoiseLayer(_LayerWithoutState):
     """Nav2's denoise layer."""
 
-    def __init__(self, settings: CostmapSettings, setup: LayerSetup) -> None:
-        self._parameters = settings.denoise_layer.model_dump(exclude={"enabled"})
+    Parameters: ClassVar[type[DenoiseLayerParameters]] = DenoiseLayerParameters
+
+    def __init__(self, parameters: DenoiseLayerParameters, setup: LayerSetup) -> None:
+        self._parameters = parameters.own_values()
         self._unknown_is_obstacle = setup.default_cost != NO_INFORMATION
 
     def write(self, state: None, grid: Grid, seen: Seen) -> Costs:
@@ -189,9 +178,11 @@ class DenoiseLayer(_LayerWithoutState):
 class InflationLayer(_LayerWithoutState):
     """Nav2's inflation layer; up to Kilted costs spread cell by cell."""
 
-    def __init__(self, settings: CostmapSettings, setup: LayerSetup) -> None:
-        self._parameters = settings.inflation_layer.model_dump(exclude={"enabled"})
-        self._inflate = inflate_by_wave if settings.is_before_lyrical else inflate
+    Parameters: ClassVar[type[InflationLayerParameters]] = InflationLayerParameters
+
+    def __init__(self, parameters: InflationLayerParameters, setup: LayerSetup) -> None:
+        self._parameters = parameters.own_values()
+        self._inflate = inflate_by_wave if setup.rules.is_before_lyrical else inflate
         self._inscribed_radius = footprint_radii(setup.footprint)[0]
 
     def write(self, state: None, grid: Grid, seen: Seen) -> Costs:
@@ -208,9 +199,11 @@ class InflationLayer(_LayerWithoutState):
 class KeepoutFilter(_LayerWithoutState):
     """Nav2's keepout filter, among the layers or after them."""
 
-    def __init__(self, settings: KeepoutFilterSettings, masks: Sequence[FilterMask]) -> None:
-        self._settings = settings
-        self._masks = [(mask, mask_costs(mask.grid.occupancy)) for mask in masks]
+    Parameters: ClassVar[type[KeepoutFilterParameters]] = KeepoutFilterParameters
+
+    def __init__(self, parameters: KeepoutFilterParameters, setup: LayerSetup) -> None:
+        self._settings = parameters
+        self._masks = [(mask, mask_costs(mask.grid.occupancy)) for mask in setup.keepouts]
 
     def write(self, state: None, grid: Grid, seen: Seen) -> Costs:
         """See `Layer`."""

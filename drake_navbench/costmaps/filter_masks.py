@@ -12,7 +12,6 @@ import shapely
 from numpy.typing import NDArray
 from pydantic import Field, field_validator, model_validator
 
-from drake_navbench.costmaps.costmap_settings import FilterName
 from drake_navbench.costmaps.grid_size import require_grid_size
 from drake_navbench.costmaps.map_file import OccupancyMap, load_map
 from drake_navbench.errors import InputError
@@ -23,6 +22,7 @@ from drake_navbench.typed_files.quantities import Length, Number
 from drake_navbench.typed_files.typed_yaml import FrozenModel
 
 FilterType = Literal["keepout", "speed_percent", "speed_absolute", "binary"]
+FilterName = Literal["keepout_filter", "speed_filter", "binary_filter"]
 FILTER_NAMES: Mapping[FilterType, FilterName] = {
     "keepout": "keepout_filter",
     "speed_percent": "speed_filter",

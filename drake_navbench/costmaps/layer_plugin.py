@@ -16,6 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
+from drake_navbench.costmaps.costmap_rules import CostmapRules
+from drake_navbench.costmaps.filter_masks import FilterMask
+from drake_navbench.costmaps.map_file import OccupancyMap
 from drake_navbench.costmaps.sensor import RangeSensor
 from drake_navbench.kernels.grid import Grid
 from drake_navbench.kernels.inflation import CellWindow
@@ -31,9 +34,13 @@ NOTHING: Mapping[str, Any] = MappingProxyType({})
 
 
 class LayerParameters(PluginParameters):
-    """Base of the parameters of a layer in a block of its own."""
+    """Base of the parameters of a layer."""
 
     enabled: bool = Field(True, description="Let the layer write into the costmap.")
+
+    def own_values(self) -> dict[str, Any]:
+        """Returns the parameters of this kind of layer alone, by name."""
+        return self.model_dump(exclude={"plugin", "enabled"})
 
 
 class LayerSetup(NamedTuple):
@@ -41,7 +48,8 @@ class LayerSetup(NamedTuple):
 
     rows, columns: of the costmap, cells. resolution: cell edge, m. rolling_window: whether it
     follows the robot. footprint: (K, 2) padded outline in the base frame, m. default_cost: of a
-    cell of which nothing is known.
+    cell of which nothing is known. rules: of the whole costmap. static_map: in the frame of the
+    costmap, None where there is none. keepouts: the masks of the keepout filter.
     """
 
     rows: int
@@ -51,6 +59,9 @@ class LayerSetup(NamedTuple):
     footprint: NDArray[np.float64]
     default_cost: int
     lidar: RangeSensor
+    rules: CostmapRules = CostmapRules()
+    static_map: OccupancyMap | None = None
+    keepouts: Sequence[FilterMask] = ()
 
 
 class Seen(NamedTuple):
@@ -126,6 +137,10 @@ COSTMAP_LAYERS = PluginKind(
     built_in={
         name: EntryPoint(name, f"drake_navbench.costmaps.{place}", "")
         for name, place in (
+            ("nav2_costmap_2d::StaticLayer", "built_in_layers:StaticLayer"),
+            ("nav2_costmap_2d::DenoiseLayer", "built_in_layers:DenoiseLayer"),
+            ("nav2_costmap_2d::InflationLayer", "built_in_layers:InflationLayer"),
+            ("nav2_costmap_2d::KeepoutFilter", "built_in_layers:KeepoutFilter"),
             ("nav2_costmap_2d::ObstacleLayer", "observation_layers:ObstacleLayer"),
             ("nav2_costmap_2d::VoxelLayer", "observation_layers:VoxelLayer"),
             ("nav2_costmap_2d::RangeSensorLayer", "range_sensor_layer:RangeSensorLayer"),
@@ -137,4 +152,4 @@ COSTMAP_LAYERS = PluginKind(
     },
     has_own_blocks=True,
 )
-"""The layers that are blocks of any name: ours with sources of any kind, and those of others."""
+"""The layers, ours and those of others, each by the type that a file gives as `plugin`."""

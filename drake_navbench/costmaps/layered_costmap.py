@@ -16,10 +16,13 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from drake_navbench.costmaps.built_in_layers import make_layer
+from drake_navbench.costmaps.built_in_layers import (
+    KeepoutFilterParameters,
+    StaticLayerParameters,
+)
 from drake_navbench.costmaps.costmap_settings import CostmapSettings, LocalCostmapSettings
 from drake_navbench.costmaps.filter_masks import FilterMask
-from drake_navbench.costmaps.layer_plugin import NOTHING, LayerSetup, Seen
+from drake_navbench.costmaps.layer_plugin import COSTMAP_LAYERS, NOTHING, LayerSetup, Seen
 from drake_navbench.costmaps.layer_stack import LayerStack
 from drake_navbench.costmaps.map_file import OccupancyMap
 from drake_navbench.costmaps.point_cloud import PointCloud
@@ -95,8 +98,6 @@ class LayeredCostmap:
         self._settings = settings
         self._geometry = geometry
         self._default_cost = NO_INFORMATION if settings.track_unknown_space else FREE
-        keepouts = [mask for mask in masks if mask.type == "keepout"]
-        have_input = {"static_layer": static_map is not None, "keepout_filter": keepouts}
         setup = LayerSetup(
             rows=geometry.rows,
             columns=geometry.columns,
@@ -105,21 +106,13 @@ class LayeredCostmap:
             footprint=np.ascontiguousarray(footprint),
             default_cost=self._default_cost,
             lidar=lidar,
+            rules=settings,
+            static_map=static_map,
+            keepouts=[mask for mask in masks if mask.type == "keepout"],
         )
-
-        def made(names: Iterable[str]) -> LayerStack:
-            return LayerStack(
-                {
-                    name: make_layer(
-                        name, settings, setup, static_map=static_map, keepouts=keepouts
-                    )
-                    for name in names
-                    if settings.is_active(name) and have_input.get(name, True)
-                }
-            )
-
-        self._layers = made(settings.plugins)
-        self._filters = made(name for name in settings.filters if name == "keepout_filter")
+        self._layers = _stack(settings.plugins, settings, setup)
+        filters = [name for name in settings.filters if name == "keepout_filter"]
+        self._filters = _stack(filters, settings, setup)
 
     def initial_state(self) -> LayersState:
         """Returns the state before the first update."""
@@ -214,6 +207,22 @@ class LayeredCostmap:
         master = plugged.copy()
         master[seen.slices] = self._default_cost
         return master
+
+
+def _stack(names: Iterable[str], settings: CostmapSettings, setup: LayerSetup) -> LayerStack:
+    """Returns the layers of these names that are enabled and have something to write."""
+    blocks = {name: settings.block(name) for name in names if settings.is_active(name)}
+    have_input: dict[type, bool] = {
+        StaticLayerParameters: setup.static_map is not None,
+        KeepoutFilterParameters: bool(setup.keepouts),
+    }
+    return LayerStack(
+        {
+            name: COSTMAP_LAYERS.make(block.plugin, block, setup)
+            for name, block in blocks.items()
+            if have_input.get(type(block), True)
+        }
+    )
 
 
 def local_layers(

@@ -9,16 +9,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
 from drake_navbench.costmaps.layer_plugin import LayerParameters, LayerSetup, Observed, Seen
-from drake_navbench.costmaps.observation_source import BufferedSourceSettings
+from drake_navbench.costmaps.observation_source import ObservationSourceSettings
 from drake_navbench.costmaps.observations import Buffer, observed_by
-from drake_navbench.costmaps.sensing_fields import SensingFields, VoxelFields
 from drake_navbench.kernels.grid import Grid
 from drake_navbench.kernels.layer_grid import MergeRule, merge_layer, moved_cells
 from drake_navbench.kernels.observation import Observation
@@ -32,18 +31,54 @@ Voxels = NDArray[np.uint32]
 Array = NDArray[np.float64]
 
 
-class _SensingParameters(SensingFields, LayerParameters):
-    observation_sources: dict[str, BufferedSourceSettings] = Field(
-        description="Names of the observation sources, in order."
+def _one_scan() -> dict[str, ObservationSourceSettings]:
+    """Returns the sources of Nav2's bringup: a scan that marks and clears."""
+    return {"scan": ObservationSourceSettings(clearing=True, max_obstacle_height=2.0)}
+
+
+class SensingParameters(LayerParameters):
+    """The parameters that Nav2's obstacle and voxel layer have in common."""
+
+    observation_sources: dict[str, ObservationSourceSettings] = Field(
+        default_factory=_one_scan, description="Names of the observation sources, in order."
+    )
+    footprint_clearing_enabled: bool = Field(True, description="Free the cells under the robot.")
+    min_obstacle_height: float = Field(
+        0.0, description="Height below which points do not mark [m]."
+    )
+    max_obstacle_height: float = Field(
+        2.0, description="Height above which points do not mark [m]."
+    )
+    combination_method: Literal[0, 1, 2] = Field(
+        1,
+        description="How costs are written: 0 overwrites, 1 takes the larger cost, 2 as 1 but "
+        "keeps unknown cells.",
     )
 
 
-class ObstacleLayerParameters(_SensingParameters):
+class ObstacleLayerParameters(SensingParameters):
     """Nav2's obstacle layer."""
 
+    plugin: Literal["nav2_costmap_2d::ObstacleLayer"] = "nav2_costmap_2d::ObstacleLayer"
 
-class VoxelLayerParameters(VoxelFields, _SensingParameters):
+
+class VoxelLayerParameters(SensingParameters):
     """Nav2's voxel layer."""
+
+    plugin: Literal["nav2_costmap_2d::VoxelLayer"] = "nav2_costmap_2d::VoxelLayer"
+    z_voxels: int = Field(
+        10, ge=1, le=16, description="Number of levels of the voxel grid [voxels]."
+    )
+    origin_z: float = Field(0.0, description="Height of the floor of the lowest level [m].")
+    z_resolution: float = Field(0.2, gt=0.0, description="Height of a level [m].")
+    unknown_threshold: int = Field(
+        15,
+        ge=0,
+        description="Number of unknown voxels above which a column stays unknown [voxels].",
+    )
+    mark_threshold: int = Field(
+        0, ge=0, description="Number of marked voxels above which a column is lethal [voxels]."
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,10 +98,10 @@ class SensingState(Immutable):
 class ObstacleLayer:
     """Nav2's ObstacleLayer on one grid."""
 
-    Parameters: ClassVar[type[_SensingParameters]] = ObstacleLayerParameters
+    Parameters: ClassVar[type[SensingParameters]] = ObstacleLayerParameters
     stays_in_window = True
 
-    def __init__(self, parameters: _SensingParameters, setup: LayerSetup) -> None:
+    def __init__(self, parameters: SensingParameters, setup: LayerSetup) -> None:
         self._parameters = parameters
         self._rule = MergeRule(parameters.combination_method)
         self._setup = setup

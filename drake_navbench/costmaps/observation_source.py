@@ -36,7 +36,7 @@ class SourceSettings(FrozenModel):
 
 
 class ObservationSourceSettings(SourceSettings):
-    """One source of Nav2's voxel layer, with Nav2's defaults: those of a sensor on the floor."""
+    """One source of an obstacle or voxel layer, with Nav2's defaults: of a sensor on the floor."""
 
     marking: bool = Field(True, description="Let the points mark cells.")
     clearing: bool = Field(False, description="Let the rays to the points clear cells.")
@@ -61,11 +61,6 @@ class ObservationSourceSettings(SourceSettings):
     inf_is_valid: bool = Field(
         False, description="Let beams of a LaserScan without a hit clear up to the sensor's range."
     )
-
-
-class BufferedSourceSettings(ObservationSourceSettings):
-    """A source that may keep its observations."""
-
     observation_persistence: Duration = Field(
         0.0, ge=0.0, description="Time for which an observation is kept [s]; 0: until the next one."
     )

@@ -12,7 +12,6 @@ from typing import Any, TypeVar
 import numpy as np
 
 from drake_navbench.costmaps.observation_source import (
-    BufferedSourceSettings,
     ObservationSourceSettings,
     SourceSettings,
 )
@@ -106,7 +105,7 @@ def buffered(
 
 
 def observed_by(
-    sources: Mapping[str, BufferedSourceSettings],
+    sources: Mapping[str, ObservationSourceSettings],
     before: Mapping[str, Buffer[Observation]],
     lidar: RangeSensor,
     seen: Any,

@@ -6,7 +6,7 @@ import warnings
 from collections.abc import Mapping, Sequence
 from hashlib import sha256
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 import shapely
@@ -16,6 +16,7 @@ from pydantic import (
     model_validator,
 )
 
+from drake_navbench.costmaps.observation_layers import SensingParameters
 from drake_navbench.costmaps.observation_source import ObservationSourceSettings
 from drake_navbench.costmaps.range_sensor_layer import RangeSensorLayerParameters
 from drake_navbench.descriptions.model_source import is_model_file
@@ -40,6 +41,9 @@ from drake_navbench.typed_files.quantities import (
     Size,
 )
 from drake_navbench.typed_files.typed_yaml import QuietModel, read_yaml, validate
+
+if TYPE_CHECKING:
+    from drake_navbench.inputs.running_gear import RunningGear
 
 # How high a robot is whose file does not tell, m.
 GUESSED_TOP_M = 0.5
@@ -147,9 +151,11 @@ class Robot(QuietModel):
         """Raises ValueError where a layer waits for a sensor that the robot does not have."""
         settings = getattr(self.navigation, costmap)
         for layer in settings.plugins:
-            block = settings.plugin_blocks.get(layer, getattr(settings, layer, None))
             if not settings.is_active(layer):
                 continue
+            block = settings.block(layer)
+            if isinstance(block, SensingParameters):
+                self._check_sight(f"navigation.{costmap}.{layer}", block)
             if isinstance(block, RangeSensorLayerParameters):
                 for sensor in block.topics:
                     self._check_range_sensor(f"navigation.{costmap}.{layer}.topics", sensor)
@@ -159,6 +165,18 @@ class Robot(QuietModel):
             for name, source in sources.items():
                 place = f"navigation.{costmap}.{layer}.observation_sources.{name}"
                 self._check_source(place, name, source)
+
+    def _check_sight(self, place: str, layer: SensingParameters) -> None:
+        """Raises ValueError where the lidar is too high for a layer that names no sources."""
+        height_m = self.lidar.height_m
+        if "observation_sources" in layer.model_fields_set:
+            return
+        seeing = (layer, *layer.observation_sources.values())
+        if any(height_m > one.max_obstacle_height for one in seeing):
+            raise ValueError(
+                f"{place}: sees up to {layer.max_obstacle_height:g} m, and the lidar is at "
+                f"{height_m:g} m; expected observation_sources and max_obstacle_height for it"
+            )
 
     def _check_range_sensor(self, place: str, sensor: str) -> None:
         """Raises ValueError where the robot does not have a range sensor."""
@@ -221,6 +239,25 @@ class Robot(QuietModel):
         if path is None or not self.drive.has_wheels:
             return {}
         return {str(path): sha256(path.read_bytes()).hexdigest()}
+
+    def running_gear(self, source: str) -> RunningGear:
+        """Returns wheels, casters and weight; source: the name of the robot's file in errors.
+
+        Raises InputError where the model has no such wheels, or the file does not fit it.
+        """
+        # As with the model's outline: most robots do without.
+        from drake_navbench.inputs.running_gear import running_gear_of
+
+        if not isinstance(self.drive, DifferentialDrive) or self.model_path is None:
+            raise TypeError("expected a differential drive with a model")
+        return running_gear_of(
+            self.model_path,
+            self.drive,
+            source,
+            outline=self.outline,
+            mass_kg=self.mass_kg,
+            payload_kg=self.actuators.payload_kg,
+        )
 
     @property
     def radii(self) -> tuple[float, float]:
@@ -359,7 +396,8 @@ def _robot_of(data: Mapping[str, Any], source: str, directory: Path) -> Robot:
     robot = validate(Robot, data, source).model_copy(update={"directory": str(directory)})
     if robot.model_path is not None and not robot.model_path.is_file():
         raise InputError(f"{source}: model: no such file: {robot.model_path}")
-    check_wheels(robot, source)
+    if robot.drive.has_wheels:
+        robot.running_gear(source)
     return robot
 
 
@@ -374,15 +412,6 @@ def body_top_m(robot: Robot) -> float:
         return describe_robot(path).height_m
     except InputError:
         return GUESSED_TOP_M
-
-
-def check_wheels(robot: Robot, source: str) -> None:
-    """Raises InputError where the drive's wheels are not those of the model."""
-    if robot.drive.has_wheels:
-        # As with the model's outline: most robots do without.
-        from drake_navbench.inputs.running_gear import running_gear_of
-
-        running_gear_of(robot, source)
 
 
 def merged(base: Mapping[str, Any], overrides: Mapping[str, Any]) -> dict[str, Any]:

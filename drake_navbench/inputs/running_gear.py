@@ -26,7 +26,6 @@ from drake_navbench.descriptions.model_source import read_source
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.actuators import GRAVITY_MPS2
 from drake_navbench.inputs.drive import DifferentialDrive
-from drake_navbench.inputs.robot import Robot
 from drake_navbench.inputs.wheels import MIN_TRAIL_M
 from drake_navbench.typed_files.immutable import Immutable
 
@@ -104,19 +103,26 @@ def load_inertia(mass_kg: float, position: tuple[float, float, float]) -> Spatia
     return SpatialInertia(mass_kg, center, ball)
 
 
-def running_gear_of(robot: Robot, source: str) -> RunningGear:
-    """Returns the running gear of a robot with wheels: its model's, changed by the robot's file.
+def running_gear_of(
+    model: Path,
+    drive: DifferentialDrive,
+    source: str,
+    *,
+    outline: Array,
+    mass_kg: float | None,
+    payload_kg: float,
+) -> RunningGear:
+    """Returns the running gear of a robot: its model's, changed by the fields of the robot's file.
 
-    source: the name of the robot's file in errors. Raises InputError where the model has no such
-    wheels, or the file does not fit it.
+    source: the name of the robot's file in errors. outline: (K, 2) m in the base frame. mass_kg:
+    without the payload; None: that of the model's bodies. Raises InputError where the model has no
+    such wheels, or the file does not fit it.
     """
-    path, drive = robot.model_path, robot.drive
-    if not isinstance(drive, DifferentialDrive) or path is None:
-        raise TypeError("expected a differential drive with a model")
-    gear = _read(path, path.stat().st_mtime_ns)
+    gear = _read(model, model.stat().st_mtime_ns)
+    own_kg = mass_kg or gear.mass_kg
     gear = replace(gear, casters=_casters(gear, drive, source))
-    gear = _loaded(gear, robot, drive, source)
-    _check_outline(gear, robot, source)
+    gear = _loaded(gear, own_kg + payload_kg, drive.load_position, source)
+    _check_outline(gear, outline, source)
     _check_stands(gear, source)
     return gear
 
@@ -141,9 +147,13 @@ def _casters(gear: RunningGear, drive: DifferentialDrive, source: str) -> tuple[
     return tuple(changed)
 
 
-def _loaded(gear: RunningGear, robot: Robot, drive: DifferentialDrive, source: str) -> RunningGear:
-    """Returns the running gear with the robot's load beyond the mass of its model's bodies."""
-    mass_kg = (robot.mass_kg or gear.mass_kg) + robot.actuators.payload_kg
+def _loaded(
+    gear: RunningGear, mass_kg: float, place: tuple[float, float, float] | None, source: str
+) -> RunningGear:
+    """Returns the running gear with the load beyond the mass of its model's bodies.
+
+    mass_kg: of robot and load. place: of the load, (3,) m; None: at the bodies' centre of mass.
+    """
     load_kg = mass_kg - gear.mass_kg
     # Sums of decimals: a difference of a gram is rounding.
     if load_kg < -1e-3:
@@ -153,7 +163,7 @@ def _loaded(gear: RunningGear, robot: Robot, drive: DifferentialDrive, source: s
         )
     if load_kg <= 1e-3:
         return gear
-    position = drive.load_position or tuple(gear.center_m.tolist())
+    position = place or tuple(gear.center_m.tolist())
     center = (gear.mass_kg * gear.center_m + load_kg * np.array(position)) / mass_kg
     yaw = load_inertia(load_kg, position).CalcRotationalInertia().get_moments()[2]
     return replace(
@@ -166,9 +176,9 @@ def _loaded(gear: RunningGear, robot: Robot, drive: DifferentialDrive, source: s
     )
 
 
-def _check_outline(gear: RunningGear, robot: Robot, source: str) -> None:
-    """Raises InputError where a caster is not under the robot."""
-    outline = shapely.Polygon(robot.outline)
+def _check_outline(gear: RunningGear, corners: Array, source: str) -> None:
+    """Raises InputError where a caster is not under the robot, whose outline is (K, 2) m."""
+    outline = shapely.Polygon(corners)
     for index, caster in enumerate(gear.casters):
         if not outline.covers(shapely.Point(caster.x_m, caster.y_m)):
             raise InputError(

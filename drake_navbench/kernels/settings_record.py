@@ -2,20 +2,24 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Mapping
 from functools import cache
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 
-def settings_record(settings: NamedTuple) -> NDArray[np.void]:
-    """Returns settings (booleans, numbers, such tuples) as a read-only array (1,) of one record.
+def settings_record(settings: Mapping[str, Any]) -> NDArray[np.void]:
+    """Returns settings by name as a read-only array (1,) of one record.
+
+    The values are booleans, numbers, and named tuples of such values.
 
     A kernel reads `records[0]` by the same names. numba takes a tuple apart field by field at every
     call, which for forty of them takes longer than the kernel; an array it takes as it is.
     """
-    records = np.array([_values(settings)], dtype=_record_type(_description(settings)))
+    values = tuple(settings.values())
+    records = np.array([_values(values)], dtype=_record_type(_description(settings, values)))
     records.flags.writeable = False
     return records
 
@@ -24,13 +28,13 @@ def _values(settings: Any) -> tuple[Any, ...]:
     return tuple(_values(value) if isinstance(value, tuple) else value for value in settings)
 
 
-def _description(settings: Any) -> tuple[tuple[str, Any], ...]:
+def _description(names: Iterable[str], values: Any) -> tuple[tuple[str, Any], ...]:
     """Returns name and type of each field, in a form that can be a key."""
     types = [
-        _description(value) if isinstance(value, tuple) else np.asarray(value).dtype
-        for value in settings
+        _description(value._fields, value) if hasattr(value, "_fields") else np.asarray(value).dtype
+        for value in values
     ]
-    return tuple(zip(settings._fields, types, strict=True))
+    return tuple(zip(names, types, strict=True))
 
 
 @cache

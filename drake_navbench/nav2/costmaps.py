@@ -10,18 +10,18 @@ from __future__ import annotations
 import re
 from typing import Any
 
+from drake_navbench.costmaps.built_in_layers import (
+    DenoiseLayerParameters,
+    InflationLayerParameters,
+    KeepoutFilterParameters,
+    StaticLayerParameters,
+)
 from drake_navbench.costmaps.costmap_settings import (
     BinaryFilterSettings,
     CostmapSettings,
-    DenoiseLayerSettings,
     GlobalCostmapSettings,
-    InflationLayerSettings,
-    KeepoutFilterSettings,
     LocalCostmapSettings,
-    ObstacleLayerSettings,
     SpeedFilterSettings,
-    StaticLayerSettings,
-    VoxelLayerSettings,
 )
 from drake_navbench.costmaps.layer_plugin import COSTMAP_LAYERS
 from drake_navbench.costmaps.range_sensor_layer import RangeSensorLayerParameters
@@ -30,14 +30,14 @@ from drake_navbench.nav2.node_reader import NodeReader
 from drake_navbench.nav2.sensing import SPATIO_TEMPORAL, SensingLayers
 from drake_navbench.nav2.sensors import Nav2Sensors, range_sensor_of
 from drake_navbench.releases import NEWEST_RELEASE, Release
+from drake_navbench.typed_files.typed_yaml import FrozenModel
 
-LAYERS: dict[str, tuple[str, type]] = {
-    "StaticLayer": ("static_layer", StaticLayerSettings),
-    "ObstacleLayer": ("obstacle_layer", ObstacleLayerSettings),
-    "VoxelLayer": ("voxel_layer", VoxelLayerSettings),
-    "DenoiseLayer": ("denoise_layer", DenoiseLayerSettings),
-    "InflationLayer": ("inflation_layer", InflationLayerSettings),
-    "KeepoutFilter": ("keepout_filter", KeepoutFilterSettings),
+# The layers and filters of which a costmap has one each.
+LAYERS: dict[str, tuple[str, type[FrozenModel]]] = {
+    "StaticLayer": ("static_layer", StaticLayerParameters),
+    "DenoiseLayer": ("denoise_layer", DenoiseLayerParameters),
+    "InflationLayer": ("inflation_layer", InflationLayerParameters),
+    "KeepoutFilter": ("keepout_filter", KeepoutFilterParameters),
     "SpeedFilter": ("speed_filter", SpeedFilterSettings),
     "BinaryFilter": ("binary_filter", BinaryFilterSettings),
 }
@@ -46,7 +46,12 @@ PACKAGE = "nav2_costmap_2d::"
 UNKNOWN_BYTE = CostmapSettings.model_fields["unknown_cost_value"].default
 # The last part of the name of the map's topic, in any namespace.
 MAP = "map"
-SENSING = ("obstacle_layer", "voxel_layer")
+# The layers that see obstacles by scans and clouds, and the blocks that a costmap has for them.
+SENSING = {
+    "nav2_costmap_2d::ObstacleLayer": "obstacle_layer",
+    "nav2_costmap_2d::VoxelLayer": "voxel_layer",
+    SPATIO_TEMPORAL: "",
+}
 ONLY_AS_FILTERS = ("speed_filter", "binary_filter")
 # Third-party layers that see what an obstacle layer sees.
 SENSING_ELSEWHERE = re.compile("voxel|obstacle|pointcloud|nvblox|stvl", re.IGNORECASE)
@@ -187,23 +192,18 @@ class _CostmapReader:
             return self._read_plugin(name, plugin_type, listed_in)
         if plugin_type == RANGE_LAYER and listed_in == "plugins":
             return self._read_range_layer(name)
-        if plugin_type == SPATIO_TEMPORAL and listed_in == "plugins":
-            return self._read_sensing_block(name, plugin_type)
+        if plugin_type in SENSING and listed_in == "plugins":
+            return self._read_sensing_layer(name, plugin_type)
         ours, model = LAYERS.get(plugin_type.removeprefix(PACKAGE), ("", None))
         if model is None or not plugin_type.startswith(PACKAGE):
             return False
-        if ours in SENSING and listed_in == "plugins":
-            is_first = ours not in self._settings
-            if not (is_first and self._sensing.is_plain(name, ours)):
-                return self._read_sensing_block(name, plugin_type)
         if ours in self._settings:
             if not self._note_switched_off(name, plugin_type):
                 remark = f"left out; a costmap has one layer of type {plugin_type} here"
                 self._reader.note_block(Status.STAND_IN, name, remark)
             return True
-        values = self._sensing.read(name, ours) if ours in SENSING else self._plain(name, model)
-        if values is None:
-            return True
+        own = [field for field in model.model_fields if field != "plugin"]
+        values = self._reader.block(model, f"{name}.", names=own)
         if ours == "static_layer" and values.get("enabled", True):
             self._note_other_map(name)
         self._settings[ours] = values
@@ -212,11 +212,11 @@ class _CostmapReader:
             self._reader.note(Status.OTHER_FORM, f"{name}.plugin", f"is called {ours} here")
         return True
 
-    def _read_sensing_block(self, name: str, plugin_type: str) -> bool:
-        """Reads a layer of ours with sources of any kind; returns True."""
-        values = self._sensing.read_block(name, plugin_type)
+    def _read_sensing_layer(self, name: str, plugin_type: str) -> bool:
+        """Reads a layer that sees obstacles; returns True."""
+        values = self._sensing.read(name, plugin_type)
         if values is not None:
-            block = self._block_name(name)
+            block = name if name == SENSING[plugin_type] else self._block_name(name)
             self._settings[block] = values
             self._lists["plugins"].append(block)
         return True
@@ -265,16 +265,10 @@ class _CostmapReader:
         self._lists["plugins"].append(block)
         return True
 
-    def _plain(self, name: str, model: type) -> dict[str, Any]:
-        return self._reader.block(model, f"{name}.")
-
     def _stand_in(self, name: str, plugin_type: str, place: int) -> None:
         """Puts an obstacle layer where a layer that we do not have would see obstacles."""
         types = [block.get("plugin") for block in self._settings.values() if type(block) is dict]
-        is_blind = not any(layer in self._settings for layer in SENSING)
-        seeing = COSTMAP_LAYERS.built_in.keys() - {RANGE_LAYER}
-        is_blind = is_blind and seeing.isdisjoint(types)
-        if not (is_blind and SENSING_ELSEWHERE.search(plugin_type)):
+        if not (SENSING.keys().isdisjoint(types) and SENSING_ELSEWHERE.search(plugin_type)):
             self._leave_out(name, plugin_type)
             return
         self._settings["obstacle_layer"] = {}

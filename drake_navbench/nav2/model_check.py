@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import shapely
 
-from drake_navbench.costmaps.observation_source import ObservationSourceSettings
 from drake_navbench.inputs.check import CheckRow, Status
 from drake_navbench.inputs.described_robot import DescribedRobot
 from drake_navbench.nav2.robot import Nav2Setup
@@ -61,18 +60,11 @@ def _ranges(setup: Nav2Setup, described: DescribedRobot) -> list[tuple[str, str]
     told = []
     for costmap in ("local_costmap", "global_costmap"):
         settings = getattr(setup.robot.navigation, costmap)
-        for layer in ("obstacle_layer", "voxel_layer"):
-            block = getattr(settings, layer, None)
-            if block is None or layer not in settings.plugins:
-                continue
-            sources = getattr(block, "observation_sources", None)
-            found = list(sources.values()) if isinstance(sources, dict) else [block]
-            for source in found:
+        for layer in settings.plugins:
+            sources = getattr(settings.block(layer), "observation_sources", {})
+            for source in sources.values():
                 most_m = getattr(source, "obstacle_max_range", 0.0)
-                is_scan = not isinstance(source, ObservationSourceSettings) or (
-                    source.data_type == "LaserScan"
-                )
-                if is_scan and most_m > reach_m:
+                if source.data_type == "LaserScan" and most_m > reach_m:
                     remark = f"{most_m:g} m, the model's lidar sees {reach_m:g} m"
                     told.append((f"{costmap}.{layer}.obstacle_max_range", remark))
     return told

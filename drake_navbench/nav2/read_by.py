@@ -11,12 +11,9 @@ from collections.abc import Mapping
 
 from pydantic import BaseModel
 
-from drake_navbench.costmaps.costmap_settings import (
-    CostmapSettings,
-    KeepoutFilterSettings,
-    StaticLayerSettings,
-)
-from drake_navbench.costmaps.sensing_fields import VoxelFields
+from drake_navbench.costmaps.built_in_layers import KeepoutFilterParameters, StaticLayerParameters
+from drake_navbench.costmaps.costmap_rules import CostmapRules
+from drake_navbench.costmaps.observation_layers import VoxelLayerParameters
 from drake_navbench.inputs.navigation_settings import ControllerServerSettings
 from drake_navbench.navigation.behaviors import DriveLimits
 from drake_navbench.navigation.collision_monitor import (
@@ -81,16 +78,16 @@ READ_BY: Mapping[type[BaseModel], Mapping[str, ReadBy]] = {
     SimpleGoalCheckerParameters: {
         "symmetric_yaw_tolerance": ReadBy(EVERY - {IRON}),
     },
-    CostmapSettings: {
+    CostmapRules: {
         "inscribed_obstacle_cost_value": since(LYRICAL),
     },
-    StaticLayerSettings: {
+    StaticLayerParameters: {
         "restore_cleared_footprint": since(KILTED, before(KILTED, False)),
     },
-    VoxelFields: {
+    VoxelLayerParameters: {
         "min_obstacle_height": since(JAZZY, before(JAZZY, ANY_HEIGHT_M)),
     },
-    KeepoutFilterSettings: {
+    KeepoutFilterParameters: {
         "override_lethal_cost": since(JAZZY),
         "lethal_override_cost": since(JAZZY),
     },

@@ -20,7 +20,7 @@ from drake_navbench.errors import InputError
 from drake_navbench.inputs.check import Check, CheckRow, Status
 from drake_navbench.inputs.known_base import KnownBase
 from drake_navbench.inputs.presets import Preset
-from drake_navbench.inputs.robot import Robot, check_wheels, merged
+from drake_navbench.inputs.robot import Robot, merged
 from drake_navbench.nav2.body import costmap_body, note_body, with_body
 from drake_navbench.nav2.collision_monitor import read_collision_monitor
 from drake_navbench.nav2.columns import read_columns
@@ -276,7 +276,8 @@ class _Files:
         self._note_smoothed_away(presets, robot)
         self._note_other_sections()
         robot = robot.model_copy(update={"directory": self._base.directory})
-        check_wheels(robot, source)
+        if robot.drive.has_wheels:
+            robot.running_gear(source)
         for reader, _ in self._outlines:
             settings = getattr(robot.navigation, reader.node.name.rpartition("/")[2])
             note_small_inflation(reader, settings, robot.radii[0])

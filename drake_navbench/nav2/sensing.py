@@ -1,7 +1,6 @@
 """Reads the layers of a Nav2 file that see obstacles into our settings, with their sensors.
 
-A layer with one scan that marks and clears is the costmap's own obstacle or voxel layer; any other,
-and the second one of a type, a block that names its plugin. What differs is noted. Source:
+Each is a block that names its plugin. What differs is noted. Source:
 nav2_costmap_2d (ObstacleLayer, VoxelLayer, ObservationBuffer), branches humble to lyrical;
 spatio_temporal_voxel_layer, branch ros2.
 """
@@ -11,16 +10,10 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from drake_navbench.costmaps.costmap_settings import ObstacleLayerSettings, VoxelLayerSettings
 from drake_navbench.costmaps.layer_plugin import COSTMAP_LAYERS
-from drake_navbench.costmaps.observation_source import (
-    BufferedSourceSettings,
-    ObservationSourceSettings,
-)
-from drake_navbench.costmaps.spatio_temporal_layer import (
-    SpatioTemporalSourceSettings,
-    SpatioTemporalVoxelLayerParameters,
-)
+from drake_navbench.costmaps.observation_layers import SensingParameters, VoxelLayerParameters
+from drake_navbench.costmaps.observation_source import ObservationSourceSettings
+from drake_navbench.costmaps.spatio_temporal_layer import SpatioTemporalSourceSettings
 from drake_navbench.inputs.check import Status
 from drake_navbench.kernels.voxel_layer import MAX_VOXELS
 from drake_navbench.nav2.node_reader import NodeReader
@@ -31,8 +24,6 @@ from drake_navbench.typed_files.typed_yaml import FrozenModel
 # Fields of a source that Nav2 files do not give: they name the robot's sensor that sends to it.
 OURS = ("sensor", "scanner")
 SCAN, CLOUD = "LaserScan", "PointCloud2"
-# Nav2's obstacle layer looks at points up to this height where the file says nothing, m.
-DEFAULT_LAYER_HEIGHT_M = 2.0
 SPATIO_TEMPORAL = "spatio_temporal_voxel_layer::SpatioTemporalVoxelLayer"
 VOXEL_LAYER = "nav2_costmap_2d::VoxelLayer"
 # The spatio-temporal layer's number for a lidar of many layers.
@@ -50,33 +41,7 @@ class SensingLayers:
         self._height_m = sensors.lidar.height_m
         self._scanner_count = 1 + len(sensors.lidar.further_poses)
 
-    def is_plain(self, name: str, ours: str) -> bool:
-        """Whether a layer is one that every costmap has, but for its parameters."""
-        sources = self._sources(name)
-        if len(sources) != 1:
-            return not sources
-        found = self._reader.node.get
-        place = f"{name}.{sources[0]}"
-        if found(f"{place}.data_type", SCAN) == CLOUD:
-            return False
-        if found(f"{place}.observation_persistence", 0.0) != 0.0:
-            return False
-        both = found(f"{place}.marking", True) is True and found(f"{place}.clearing", False) is True
-        return both or ours == "voxel_layer"
-
-    def read(self, name: str, ours: str) -> dict[str, Any] | None:
-        """Returns an obstacle or voxel layer of one scan; None where Nav2's would see nothing."""
-        sources = self._listed_sources(name)
-        if not sources:
-            return None
-        rule = self._combination(name)
-        if rule is None:
-            return None
-        if ours == "voxel_layer":
-            return self._voxel_layer(f"{name}.", sources[0], rule)
-        return self._obstacle_layer(name, sources[0], rule)
-
-    def read_block(self, name: str, plugin_type: str) -> dict[str, Any] | None:
+    def read(self, name: str, plugin_type: str) -> dict[str, Any] | None:
         """Returns the parameters of a layer with sources of any kind, None where there are none."""
         sources = self._listed_sources(name)
         if not sources:
@@ -86,11 +51,7 @@ class SensingLayers:
         rule = {} if is_spatio_temporal else self._combination(name)
         if rule is None:
             return None
-        parameters = (
-            SpatioTemporalVoxelLayerParameters
-            if is_spatio_temporal
-            else COSTMAP_LAYERS.load(plugin_type).Parameters
-        )
+        parameters = COSTMAP_LAYERS.load(plugin_type).Parameters
         own = [
             field
             for field in parameters.model_fields
@@ -99,7 +60,7 @@ class SensingLayers:
         levels = self._levels(prefix) if plugin_type == VOXEL_LAYER else {}
         own = [field for field in own if field not in levels]
         values = reader.block(parameters, prefix, names=own) | levels | rule
-        model = SpatioTemporalSourceSettings if is_spatio_temporal else BufferedSourceSettings
+        model = SpatioTemporalSourceSettings if is_spatio_temporal else ObservationSourceSettings
         default = SpatioTemporalSourceSettings().data_type if is_spatio_temporal else SCAN
         observed = {source: self._source(f"{prefix}{source}.", model) for source in sources}
         scans = [s for s in sources if observed[s].get("data_type", default) == SCAN]
@@ -109,7 +70,7 @@ class SensingLayers:
             if source in scans:
                 given |= scanners[source]
                 if not is_spatio_temporal:
-                    self._note_blindness(place, given)
+                    self._note_blindness(place, given, parameters(**values))
             else:
                 given["data_type"] = CLOUD
                 given["sensor"] = self._depth_sensor(source, place, given, is_spatio_temporal)
@@ -205,7 +166,7 @@ class SensingLayers:
                 is_lidar=whole.model_type == LIDAR_MODEL if "model_type" in given else None,
             )
         else:
-            ranges = BufferedSourceSettings(**given)
+            ranges = ObservationSourceSettings(**given)
             sight = Sight(reach_m=max(ranges.obstacle_max_range, ranges.raytrace_max_range))
         return self._sensors.listen(self._reader, f"{place}topic", source, str(topic), sight)
 
@@ -226,52 +187,16 @@ class SensingLayers:
         )
         self._reader.note(Status.OTHER_FORM, place, remark)
         names = ("unknown_threshold",)
-        given = self._reader.block(VoxelLayerSettings, prefix, names=names)
-        allowed = VoxelLayerSettings(**given).unknown_threshold + MAX_VOXELS - found
+        given = self._reader.block(VoxelLayerParameters, prefix, names=names)
+        allowed = VoxelLayerParameters(**given).unknown_threshold + MAX_VOXELS - found
         allowed = allowed if allowed >= 0 else MAX_VOXELS
         return {"z_voxels": MAX_VOXELS, "unknown_threshold": allowed}
 
-    def _voxel_layer(self, prefix: str, source: str, rule: dict[str, Any]) -> dict[str, Any]:
-        reader = self._reader
-        levels = self._levels(prefix)
-        others = ("observation_sources", *levels, *rule)
-        names = [n for n in VoxelLayerSettings.model_fields if n not in others]
-        values = reader.block(VoxelLayerSettings, prefix, names=names) | levels | rule
-        observed = {source: self._source(f"{prefix}{source}.", ObservationSourceSettings)}
-        self._note_persistence(f"{prefix}{source}.")
-        self._note_blindness(f"{prefix}{source}.", observed[source])
-        return {**values, "observation_sources": observed}
-
-    def _obstacle_layer(
-        self, name: str, source: str, rule: dict[str, Any]
-    ) -> dict[str, Any] | None:
-        reader, prefix = self._reader, f"{name}."
-        own = ("enabled", "footprint_clearing_enabled", "combination_method")
-        names = [field for field in own if field not in rule]
-        values = reader.block(ObstacleLayerSettings, prefix, names=names) | rule
-        low = reader.number(f"{prefix}min_obstacle_height", 0.0)
-        high = reader.number(f"{prefix}max_obstacle_height", DEFAULT_LAYER_HEIGHT_M)
-        place = f"{prefix}{source}."
-        given = self._source(place, ObservationSourceSettings)
-        self._note_persistence(place)
-        if not (self._sees(given) and low <= self._height_m <= high):
-            self._note_blindness(place, given)
-            remark = "left out; all points of the source are too low or too high for the layer"
-            reader.note_block(Status.DOUBTFUL, name, remark)
-            return None
-        taken = {k: v for k, v in given.items() if k in ObstacleLayerSettings.model_fields}
-        return reader.checked(ObstacleLayerSettings, {**values, **taken}, place)
-
-    def _note_persistence(self, place: str) -> None:
-        """Looks at a persistence, which is 0 here."""
-        self._reader.number(f"{place}observation_persistence", 0.0)
-
-    def _sees(self, source: dict[str, Any]) -> bool:
-        low = source.get("min_obstacle_height", 0.0)
-        return low <= self._height_m <= source.get("max_obstacle_height", 0.0)
-
-    def _note_blindness(self, place: str, source: dict[str, Any]) -> None:
-        if not self._sees(source):
+    def _note_blindness(self, place: str, source: dict[str, Any], layer: SensingParameters) -> None:
+        """Notes a scan that lies beyond the heights of its source or of the layer."""
+        seeing = (ObservationSourceSettings(**source), layer)
+        is_seen = [s.min_obstacle_height <= self._height_m <= s.max_obstacle_height for s in seeing]
+        if not all(is_seen):
             remark = (
                 f"not around {self._height_m:g} m, the lidar's height: it sees nothing, as in Nav2"
             )

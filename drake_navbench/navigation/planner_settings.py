@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from drake_navbench.costmaps.costmap_settings import InflationLayerSettings
+from drake_navbench.costmaps.built_in_layers import InflationLayerParameters
 from drake_navbench.navigation.navfn_planner import NavfnPlanner
 from drake_navbench.navigation.planner import Planner
 from drake_navbench.navigation.smac_planner_2d import SmacPlanner2D
@@ -45,7 +45,7 @@ def make_planner(
     settings: Any,
     *,
     footprint: NDArray[np.float64] | None,
-    inflation: InflationLayerSettings | None = None,
+    inflation: InflationLayerParameters | None = None,
 ) -> Planner:
     """Returns the planner that settings choose; raises InputError where it cannot be made.
 

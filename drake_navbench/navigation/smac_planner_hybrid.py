@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from drake_navbench.costmaps.costmap_settings import InflationLayerSettings
+from drake_navbench.costmaps.built_in_layers import InflationLayerParameters
 from drake_navbench.errors import InputError
 from drake_navbench.kernels import hybrid_astar
 from drake_navbench.kernels.angles import wrap
@@ -68,7 +68,7 @@ class SmacPlannerHybrid:
         self._footprint = np.empty((0, 2)) if footprint is None else np.ascontiguousarray(footprint)
         self._possible_cost = NO_POSSIBLE_COST
 
-    def with_inflation(self, inflation: InflationLayerSettings) -> SmacPlannerHybrid:
+    def with_inflation(self, inflation: InflationLayerParameters) -> SmacPlannerHybrid:
         """Returns a planner that knows the inflation layer of the costmaps that it will plan on."""
         planner = SmacPlannerHybrid(self.parameters, self._footprint)
         planner._possible_cost = _circumscribed_cost(self._footprint, inflation)
@@ -237,7 +237,7 @@ def require_few_states(parameters: SmacPlannerHybridParameters, rows: int, colum
         )
 
 
-def _circumscribed_cost(footprint: Array, inflation: InflationLayerSettings) -> float:
+def _circumscribed_cost(footprint: Array, inflation: InflationLayerParameters) -> float:
     """Returns the cost of a centre that is as far from an obstacle as the outline reaches."""
     if len(footprint) == 0:
         return NO_POSSIBLE_COST

@@ -58,11 +58,9 @@ def make_base(robot: Robot, scene_graph: SceneGraph) -> Base:
 def _base_with_wheels(
     robot: Robot, drive: DifferentialDrive, scene_graph: SceneGraph
 ) -> CasterBase | MultibodyBase:
-    # Imported late: the reader of models takes a while, and is only needed for wheels.
-    from drake_navbench.inputs.running_gear import running_gear_of
-
-    gear = running_gear_of(robot, "robot")
+    gear = robot.running_gear("robot")
     resistance = robot.rolling_resistance_ratio
+    # Imported late: most robots do without.
     if drive.physics == "planar_casters":
         from drake_navbench.systems.caster_base import CasterBase
 

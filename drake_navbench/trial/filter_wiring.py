@@ -7,8 +7,7 @@ from typing import Any
 
 from pydrake.systems.framework import DiagramBuilder, OutputPort
 
-from drake_navbench.costmaps.costmap_settings import FilterName
-from drake_navbench.costmaps.filter_masks import FilterMask
+from drake_navbench.costmaps.filter_masks import FilterMask, FilterName
 from drake_navbench.inputs.navigation_settings import NavigationSettings
 from drake_navbench.systems.binary_filter import BinaryFilter
 from drake_navbench.systems.controller_server import ControllerServer

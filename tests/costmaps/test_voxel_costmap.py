@@ -3,14 +3,11 @@
 import numpy as np
 import pytest
 
-from drake_navbench.costmaps.costmap_settings import (
-    GlobalCostmapSettings,
-    LocalCostmapSettings,
-    ObservationSourceSettings,
-    VoxelLayerSettings,
-)
+from drake_navbench.costmaps.costmap_settings import GlobalCostmapSettings, LocalCostmapSettings
 from drake_navbench.costmaps.layered_costmap import GridGeometry, LayeredCostmap, local_layers
 from drake_navbench.costmaps.map_file import OCCUPIED, OccupancyMap
+from drake_navbench.costmaps.observation_layers import VoxelLayerParameters
+from drake_navbench.costmaps.observation_source import ObservationSourceSettings
 from drake_navbench.costmaps.point_cloud import PointCloud
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.lidar import LidarSettings
@@ -155,9 +152,8 @@ def test_voxels_follow_the_window():
 
 
 def test_it_writes_beside_an_obstacle_layer():
-    both = local(
-        plugins=("obstacle_layer", "voxel_layer"), obstacle_layer={"obstacle_max_range": 0.7}
-    )
+    near = {"observation_sources": {"scan": SCAN_SOURCE | {"obstacle_max_range": 0.7}}}
+    both = local(plugins=("obstacle_layer", "voxel_layer"), obstacle_layer=near)
     assert cells(costs_after(both, scan_of(0.55, 0.75))) == {(15, 10), (10, 17)}
 
 
@@ -179,7 +175,7 @@ def test_a_costmap_that_stays_is_updated_where_the_voxel_layer_was_touched():
 
 
 def test_bringups_scan_is_the_source_by_default():
-    source = VoxelLayerSettings().observation_sources["scan"]
+    source = VoxelLayerParameters().observation_sources["scan"]
     assert source == ObservationSourceSettings(clearing=True, max_obstacle_height=2.0)
 
 

@@ -168,6 +168,9 @@ def test_wheelchair_has_the_published_settings(robot):
     assert robot.drive.max_linear_velocity_mps == 0.5
     assert navigation.controller_server.failure_tolerance == 0.0
     assert navigation.local_costmap.inflation_layer.inflation_radius == 0.9
-    assert navigation.local_costmap.obstacle_layer.obstacle_max_range == 2.95
+    assert (
+        navigation.local_costmap.obstacle_layer.observation_sources["scan"].obstacle_max_range
+        == 2.95
+    )
     front_corner_m = np.hypot(0.85, 0.30)
     assert footprint_radii(robot.outline) == (0.25, pytest.approx(front_corner_m))

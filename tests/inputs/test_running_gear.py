@@ -9,7 +9,6 @@ import pytest
 
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.robot import ROBOT_FILES, load_robot, overridden
-from drake_navbench.inputs.running_gear import running_gear_of
 from drake_navbench.nav2.robot import read_nav2_files
 
 WHEELCHAIR_SDF = ROBOT_FILES.folder / "wheelchair.sdf"
@@ -29,7 +28,7 @@ def refused(tmp_path, text, *, sdf=None):
 
 
 def test_the_wheelchair_has_the_wheels_of_its_model():
-    gear = running_gear_of(load_robot("wheelchair_multibody"), "robot")
+    gear = load_robot("wheelchair_multibody").running_gear("robot")
     assert gear.axles == ("left_wheel_axle", "right_wheel_axle")
     assert (gear.wheel_radius_m, gear.wheel_separation_m) == pytest.approx((0.24, 0.54))
     assert gear.wheel_inertia_kgm2 == pytest.approx(9.0 * 0.24**2 / 2)
@@ -43,7 +42,7 @@ def test_the_wheelchair_has_the_wheels_of_its_model():
 
 
 def test_the_weight_is_that_of_the_chair_and_what_it_carries():
-    gear = running_gear_of(load_robot("wheelchair_multibody"), "robot")
+    gear = load_robot("wheelchair_multibody").running_gear("robot")
     assert gear.mass_kg == pytest.approx(144.0)
     assert gear.load_kg == pytest.approx(144.0 - 69.2)
     # 48 kg at 0.12 m, casters of 0.6 kg at 0.445 m and 1 kg at 0.43 m twice, 74.8 kg at 0.2 m.
@@ -55,13 +54,13 @@ def test_the_weight_is_that_of_the_chair_and_what_it_carries():
 
 def test_payload_is_weight_too():
     robot = load_robot("wheelchair_casters", {"actuators": {"payload_kg": 20.0}})
-    assert running_gear_of(robot, "robot").mass_kg == pytest.approx(164.0)
+    assert robot.running_gear("robot").mass_kg == pytest.approx(164.0)
 
 
 def test_a_robot_file_may_move_the_casters():
     casters = {"trail_m": 0.06, "positions": [[0.4, 0.2], [0.4, -0.2]]}
     robot = load_robot("wheelchair_casters", {"drive": {"casters": casters}})
-    left, right = running_gear_of(robot, "robot").casters
+    left, right = robot.running_gear("robot").casters
     assert (left.x_m, left.y_m, left.trail_m) == (0.4, 0.2, 0.06)
     assert (right.x_m, right.y_m, right.trail_m) == (0.4, -0.2, 0.06)
 

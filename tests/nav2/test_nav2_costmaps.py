@@ -116,7 +116,7 @@ def test_a_second_layer_of_a_type_is_a_layer_of_its_own(setup_of):
     text = (SEEING % (voxels, scan)).replace("[obstacles]", "[obstacles, more]")
     setup = setup_of(COLUMN, LOCAL % f"{text}, more: {{plugin: {voxels}, {scan}, z_voxels: 5}}")
     costmap = setup.robot.navigation.local_costmap
-    assert costmap.plugins == ["voxel_layer", "more"]
+    assert costmap.plugins == ["obstacles", "more"]
     assert costmap.plugin_blocks["more"].z_voxels == 5
     assert setup.check.is_whole
 
@@ -124,11 +124,11 @@ def test_a_second_layer_of_a_type_is_a_layer_of_its_own(setup_of):
 @pytest.mark.parametrize(
     ("release_mark", "method", "plugins"),
     [
-        ("costmap_update_timeout: 0.3", 3, ["obstacle_layer"]),
-        ("costmap_update_timeout: 0.3", 2, ["obstacle_layer"]),
+        ("costmap_update_timeout: 0.3", 3, ["obstacles"]),
+        ("costmap_update_timeout: 0.3", 2, ["obstacles"]),
         ("progress_checker_plugin: p", 3, []),
         ("progress_checker_plugin: p", 2, []),
-        ("progress_checker_plugin: p", 1, ["obstacle_layer"]),
+        ("progress_checker_plugin: p", 1, ["obstacles"]),
     ],
 )
 def test_a_way_to_combine_that_nav2_does_not_know(setup_of, release_mark, method, plugins):
@@ -143,7 +143,7 @@ def test_a_way_to_combine_that_nav2_does_not_know(setup_of, release_mark, method
     setup = setup_of(COLUMN, text, mark)
     assert setup.robot.navigation.local_costmap.plugins == plugins
     if plugins:
-        layer = setup.robot.navigation.local_costmap.obstacle_layer
+        layer = setup.robot.navigation.local_costmap.plugin_blocks["obstacles"]
         assert layer.combination_method == (method if method <= 2 else 1)
 
 
@@ -151,10 +151,15 @@ def test_a_layer_that_sees_nothing_in_nav2_sees_nothing_here(setup_of):
     # Without max_obstacle_height a source of Nav2 takes points up to 0 m only.
     scan = "observation_sources: scan, scan: {data_type: LaserScan, clearing: true}"
     setup = setup_of(COLUMN, LOCAL % (SEEING % ("nav2_costmap_2d::ObstacleLayer", scan)))
-    assert setup.robot.navigation.local_costmap.plugins == []
-    row = row_of(setup, "obstacles")
+    row = row_of(setup, "obstacles.scan.max_obstacle_height")
     assert row.status == Status.DOUBTFUL
-    assert "too low or too high" in row.remark
+    assert "it sees nothing, as in Nav2" in row.remark
+
+
+def test_a_scan_above_the_heights_of_its_layer_sees_nothing(setup_of):
+    scan = f"max_obstacle_height: -0.1, {SCAN}"
+    setup = setup_of(COLUMN, LOCAL % (SEEING % ("nav2_costmap_2d::ObstacleLayer", scan)))
+    assert row_of(setup, "obstacles.s.max_obstacle_height").status == Status.DOUBTFUL
 
 
 def test_a_spatio_temporal_layer_is_there_with_its_own_parameters(setup_of):
@@ -175,7 +180,7 @@ CLOUDS = "observation_sources: c, c: {data_type: PointCloud2, max_obstacle_heigh
 SCAN = "observation_sources: s, s: {clearing: true, max_obstacle_height: 2.0}"
 
 
-@pytest.mark.parametrize(("source", "layer"), [(SCAN, "voxel_layer"), (CLOUDS, "obstacles")])
+@pytest.mark.parametrize("source", [SCAN, CLOUDS])
 @pytest.mark.parametrize(
     ("given", "levels", "unknown"),
     [
@@ -188,12 +193,9 @@ SCAN = "observation_sources: s, s: {clearing: true, max_obstacle_height: 2.0}"
         ("z_voxels: 40", 16, 16),
     ],
 )
-def test_a_voxel_layer_has_16_levels_at_most_as_in_nav2(
-    setup_of, source, layer, given, levels, unknown
-):
+def test_a_voxel_layer_has_16_levels_at_most_as_in_nav2(setup_of, source, given, levels, unknown):
     setup = setup_of(COLUMN, LOCAL % (SEEING % (VOXELS, f"{given}, {source}")))
-    costmap = setup.robot.navigation.local_costmap
-    voxels = costmap.voxel_layer if layer == "voxel_layer" else costmap.plugin_blocks[layer]
+    voxels = setup.robot.navigation.local_costmap.plugin_blocks["obstacles"]
     assert (voxels.z_voxels, voxels.unknown_threshold) == (levels, unknown)
     row = row_of(setup, "obstacles.z_voxels")
     if given == "z_voxels: 16":

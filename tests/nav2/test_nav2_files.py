@@ -58,7 +58,10 @@ def test_the_settings_of_a_file_reach_the_robot():
     assert navigation.controller_server.failure_tolerance == 0.3
     assert navigation.goal_checker.yaw_goal_tolerance == 0.3
     assert navigation.progress_checker.movement_time_allowance == 12.0
-    assert navigation.local_costmap.obstacle_layer.obstacle_max_range == 2.8
+    assert (
+        navigation.local_costmap.obstacle_layer.observation_sources["front"].obstacle_max_range
+        == 2.8
+    )
     assert navigation.global_costmap.inflation_layer.cost_scaling_factor == 4.0
     assert navigation.planner.plugin == "nav2_theta_star_planner::ThetaStarPlanner"
     assert navigation.behavior_server.simulate_ahead_time == 1.5

@@ -171,7 +171,7 @@ def test_up_to_iron_a_voxel_layer_marks_points_however_low(tmp_path):
 
     def height(release):
         setup = of_global_costmap(tmp_path, release, text)
-        return setup.robot.navigation.global_costmap.voxel_layer.min_obstacle_height
+        return setup.robot.navigation.global_costmap.plugin_blocks["v"].min_obstacle_height
 
     assert of_each(height) == [-1000.0, -1000.0, 0.3, 0.3, 0.3]
 

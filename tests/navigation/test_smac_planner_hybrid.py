@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from planner_requests import answer, random_requests
 
-from drake_navbench.costmaps.costmap_settings import InflationLayerSettings
+from drake_navbench.costmaps.built_in_layers import InflationLayerParameters
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.robot import load_robot
 from drake_navbench.inputs.scenario import Scenario
@@ -26,7 +26,7 @@ from drake_navbench.typed_files.typed_yaml import validate
 
 RESOLUTION_M = 0.05
 CAR = np.array([[0.6, 0.25], [0.6, -0.25], [-0.2, -0.25], [-0.2, 0.25]])
-INFLATION = InflationLayerSettings(inflation_radius=0.8, cost_scaling_factor=3.0)
+INFLATION = InflationLayerParameters(inflation_radius=0.8, cost_scaling_factor=3.0)
 
 
 def planner(**parameters) -> SmacPlannerHybrid:

@@ -18,11 +18,17 @@ from drake_navbench.systems.ports import read_object
 FOOTPRINT = np.array([[0.3, 0.3], [-0.3, 0.3], [-0.3, -0.3], [0.3, -0.3]])
 BACKDROP = Box(type="box", min=(2.5, -3.0), max=(2.6, 3.0))
 PARCEL = Box(type="box", min=(1.5, -0.2), max=(1.7, 0.2))
+SCAN = {
+    "clearing": True,
+    "max_obstacle_height": 2.0,
+    "obstacle_max_range": 2.95,
+    "raytrace_max_range": 3.0,
+}
 SETTINGS = LocalCostmapSettings(
     width=6,
     height=6,
     resolution=0.05,
-    obstacle_layer={"obstacle_max_range": 2.95, "raytrace_max_range": 3.0},
+    obstacle_layer={"observation_sources": {"scan": SCAN}},
     inflation_layer={"inflation_radius": 0.6, "cost_scaling_factor": 3.0},
 )
 

@@ -8,7 +8,6 @@ from pydrake.geometry import SceneGraph
 from pydrake.systems.analysis import Simulator
 
 from drake_navbench.inputs.robot import ROBOT_FILES, load_robot
-from drake_navbench.inputs.running_gear import running_gear_of
 from drake_navbench.trial.base_wiring import make_base
 from drake_navbench.trial.open_loop import drive_open_loop
 
@@ -111,7 +110,7 @@ def test_energy_never_grows_at_zero_command():
 
 def test_energy_of_the_planar_model_never_grows_at_zero_command():
     robot = chair(PLANAR, casters={"start_angles_rad": [2.0, -1.0]}, motors={"integral_nm": 0.0})
-    gear = running_gear_of(robot, "robot")
+    gear = robot.running_gear("robot")
     rig = Rig(robot)
     rig.base.set_state(rig.context, np.array([0.0, 0.0, 0.0, 0.5, 0.8, 0.0]))
     turning_kg = gear.wheel_inertia_kgm2 / gear.wheel_radius_m**2

@@ -34,7 +34,7 @@ def make_pursuit(**parameters):
 
 
 def radius_to(x, y, yaw, **parameters):
-    return turning_radius(make_pursuit(**parameters)._settings, x, y, yaw)
+    return turning_radius(make_pursuit(**parameters)._settings_record[0], x, y, yaw)
 
 
 def test_the_target_is_where_the_plan_leaves_the_circle_of_the_lookahead():
