@@ -67,6 +67,12 @@ def dead_links(page):
     return dead
 
 
+def links_out_of(page):
+    """Returns the names of files beyond a page's folder that it links."""
+    folder = page.parent.resolve()
+    return [target.name for target, _ in links_of(page) if not target.is_relative_to(folder)]
+
+
 def reached_from(start):
     """Returns every page that links lead to from a first one."""
     reached, left = set(), [start]
@@ -176,6 +182,13 @@ def test_a_python_block_that_imports_nothing_real_is_found():
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
 def test_links_of_a_page_lead_somewhere(page):
     assert dead_links(page) == []
+
+
+def test_pages_of_the_site_link_only_what_the_site_holds(planted):
+    """mkdocs refuses a link out of docs/."""
+    planted.write_text("[a](../elsewhere.md) [b](other.md)")
+    assert links_out_of(planted) == ["elsewhere.md"]
+    assert [page.name for page in PAGES if page.parent == DOCS and links_out_of(page)] == []
 
 
 def test_every_page_is_reached_from_the_readme():
