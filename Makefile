@@ -21,9 +21,11 @@ TEST_JOBS ?= auto --maxprocesses 4
 # Folders that are installed as subpackages of drake_navbench.
 SUBPACKAGES := analysis controllers models scenarios
 TYPES := build/types
+REPLAYS := build/replays/.made
 
 .PHONY: run test test-all fuzz lint types package-links format bench bench-compare docs docs-figures \
 	site release wheel lock audit sbom test-ros clean
+	site site-versions release lock audit sbom test-ros clean
 
 run: $(RUN_INSTALLED)
 	$(BIN)/python -m drake_navbench.run $(ARGS)
@@ -77,8 +79,17 @@ docs-figures: $(INSTALLED)
 
 # The site of docs/ in build/site, which loads nothing from other hosts. A dead link fails it (not
 # with --quiet, which would drop the warnings that --strict counts).
-site: $(SITE)/.installed package-links
+site: $(SITE)/.installed $(REPLAYS) package-links
 	NO_MKDOCS_2_WARNING=1 $(SITE)/bin/mkdocs build --strict
+
+# A folder for the site of each tag v*, and one for today's, in build/versions.
+site-versions: $(SITE)/.installed $(REPLAYS)
+	$(BIN)/python studies/site_versions.py
+
+# The trials of the gallery's replays are driven once; `make clean` forgets them.
+$(REPLAYS): $(INSTALLED) studies/site_replays.py
+	$(BIN)/python studies/site_replays.py
+	touch $@
 
 # Wheel and sdist of the tag at HEAD, checked, installed and tried, in dist/.
 release:

@@ -2,9 +2,18 @@
 
 from __future__ import annotations
 
+import json
 import re
+import shutil
+from pathlib import Path
 from typing import Any
 
+import yaml
+
+REPOSITORY = Path(__file__).parents[1]
+REDIRECTS = REPOSITORY / "docs" / "site" / "redirects.yaml"
+# studies/site_replays.py writes them.
+REPLAYS = REPOSITORY / "build" / "replays"
 GALLERY, INTERFACE = "gallery.md", "api.md"
 NAME = re.compile(r"^\| `(drake_navbench[\w.]+)` \|", re.M)
 HEADING = re.compile(r"^(?=## )", re.M)
@@ -23,6 +32,43 @@ def as_grid(markdown: str) -> str:
     head, *sections = HEADING.split(markdown)
     cells = "".join(f"<section markdown>\n\n{section}\n</section>\n\n" for section in sections)
     return f'{head}<div class="gallery" markdown>\n\n{cells}</div>\n'
+
+
+def with_replays(markdown: str, names: set[str]) -> str:
+    """Returns the gallery's page with the replay of each named section below its picture."""
+    frame = (
+        '\\n\\n<iframe class="replay" src="replays/{0}.html" loading="lazy" '
+        'title="Replay of {0}"></iframe>\\n\\n[The replay alone](replays/{0}.html){{target=_blank}}'
+    )
+    for name in sorted(names):
+        picture = f"![{name}](images/gallery/{name}.svg)"
+        markdown = markdown.replace(picture, picture + frame.format(name))
+    return markdown
+
+
+def with_redirects(html: str, page: str, redirects: dict[str, str]) -> str:
+    """Returns a page's HTML that leads from headings which it no longer has to those of today.
+
+    redirects: new places by old ones, each as `page.md#anchor`.
+    """
+    own = {
+        old.partition("#")[2]: _address(new)
+        for old, new in redirects.items()
+        if old.partition("#")[0] == page
+    }
+    if not own:
+        return html
+    script = (
+        f"<script>const moved = {json.dumps(own)}[location.hash.slice(1)];"
+        "if (moved) location.replace(moved);</script>"
+    )
+    return html.replace("</head>", f"{script}</head>", 1)
+
+
+def _address(place: str) -> str:
+    """Returns the address of `page.md#anchor` in the site."""
+    page, mark, anchor = place.partition("#")
+    return page.replace("README.md", "index.html").replace(".md", ".html") + mark + anchor
 
 
 def with_docstrings(markdown: str) -> str:
@@ -48,12 +94,20 @@ def with_lists_apart(markdown: str) -> str:
 def on_page_markdown(markdown: str, *, page: Any, **_others: Any) -> str:
     """Called by mkdocs for each page; returns its Markdown as the site shows it."""
     if page.file.src_path == GALLERY:
-        markdown = as_grid(markdown)
+        replays = {path.stem for path in REPLAYS.glob("*.html")}
+        markdown = as_grid(with_replays(markdown, replays))
     if page.file.src_path == INTERFACE:
         markdown = with_docstrings(markdown)
     return with_lists_apart(markdown)
 
 
-def on_post_page(output: str, **_others: Any) -> str:
+def on_post_page(output: str, *, page: Any, **_others: Any) -> str:
     """Called by mkdocs for each page; returns its HTML without scripts of other hosts."""
-    return FOREIGN_SCRIPT.sub("", output)
+    redirects = yaml.safe_load(REDIRECTS.read_text(encoding="utf-8"))
+    return with_redirects(FOREIGN_SCRIPT.sub("", output), page.file.src_path, redirects)
+
+
+def on_post_build(*, config: Any, **_others: Any) -> None:
+    """Called by mkdocs at the end; copies the replays into the site."""
+    if REPLAYS.is_dir():
+        shutil.copytree(REPLAYS, Path(config.site_dir) / "replays", dirs_exist_ok=True)

@@ -7,10 +7,12 @@ import ast
 import importlib
 import re
 import shlex
+import subprocess
 import sys
 import textwrap
 from importlib import import_module
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 import yaml
@@ -65,6 +67,12 @@ def dead_links(page):
         elif anchor and anchor not in anchors_of(target.read_text(encoding="utf-8")):
             dead.append(f"{target.name}#{anchor}")
     return dead
+
+
+def links_out_of(page):
+    """Returns the names of files beyond a page's folder that it links."""
+    folder = page.parent.resolve()
+    return [target.name for target, _ in links_of(page) if not target.is_relative_to(folder)]
 
 
 def reached_from(start):
@@ -178,6 +186,13 @@ def test_links_of_a_page_lead_somewhere(page):
     assert dead_links(page) == []
 
 
+def test_pages_of_the_site_link_only_what_the_site_holds(planted):
+    """mkdocs refuses a link out of docs/."""
+    planted.write_text("[a](../elsewhere.md) [b](other.md)")
+    assert links_out_of(planted) == ["elsewhere.md"]
+    assert [page.name for page in PAGES if page.parent == DOCS and links_out_of(page)] == []
+
+
 def test_every_page_is_reached_from_the_readme():
     assert {page.name for page in PAGES} - {page.name for page in reached_from(START)} == set()
 
@@ -226,6 +241,7 @@ class SiteLoader(yaml.SafeLoader):
     """A loader that lets the tags of mkdocs pass."""
 
 
+SiteLoader.add_constructor("!ENV", lambda loader, node: None)
 SiteLoader.add_multi_constructor("!!python", lambda loader, suffix, node: None)
 SiteLoader.add_multi_constructor("tag:yaml.org,2002:python", lambda loader, suffix, node: None)
 SITE = yaml.load((REPOSITORY / "mkdocs.yml").read_text(encoding="utf-8"), SiteLoader)
@@ -257,8 +273,37 @@ def test_the_site_loads_nothing_from_other_hosts(monkeypatch):
         '<script src="https://host/a.js"></script><script src="b.js"></script>'
         '<script type="module">await import("https://host/c.js")</script>'
     )
-    assert hooks.on_post_page(page) == '<script src="b.js"></script>'
+    shown = SimpleNamespace(file=SimpleNamespace(src_path="ci.md"))
+    assert hooks.on_post_page(page, page=shown) == '<script src="b.js"></script>'
     sys.modules.pop("site_hooks")
+
+
+def test_old_headings_lead_to_those_of_today():
+    moved = yaml.safe_load((DOCS / "site/redirects.yaml").read_text(encoding="utf-8"))
+    for old, new in moved.items():
+        page, _, anchor = old.partition("#")
+        assert anchor not in anchors_of((DOCS / page).read_text(encoding="utf-8")), old
+        page, _, anchor = new.partition("#")
+        assert not anchor or anchor in anchors_of((DOCS / page).read_text(encoding="utf-8")), new
+
+
+@pytest.mark.long
+def test_every_heading_that_a_page_ever_had_is_there_or_leads_on():
+    moved = set(yaml.safe_load((DOCS / "site/redirects.yaml").read_text(encoding="utf-8")))
+    for page in sorted(path.name for path in DOCS.glob("*.md")):
+        was = set()
+        for commit in git("log", "--format=%h", "--", f"docs/{page}").split():
+            was |= anchors_of(git("show", f"{commit}:docs/{page}"))
+        today = anchors_of((DOCS / page).read_text(encoding="utf-8"))
+        assert {f"{page}#{anchor}" for anchor in was - today} - moved == set()
+
+
+def git(*arguments):
+    """Returns the answer of git about this repository; empty for a file that a commit lacks."""
+    done = subprocess.run(
+        ["git", "-C", REPOSITORY, *arguments], capture_output=True, text=True, check=False
+    )
+    return done.stdout
 
 
 def test_the_site_sets_lists_apart_but_not_in_code(monkeypatch):
