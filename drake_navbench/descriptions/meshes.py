@@ -24,7 +24,7 @@ MAX_MESH_BYTES = 500 * MEGABYTE
 MAX_DRAWN_BYTES = 20 * MEGABYTE
 FOLDER = "meshes"
 # Changes wherever the same file would now be read into something else, or written otherwise.
-VERSION = 4
+VERSION = 6
 CHILD = "drake_navbench.typed_files.mesh_child"
 
 

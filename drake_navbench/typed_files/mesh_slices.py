@@ -18,6 +18,8 @@ TOLERANCE_M = 0.003
 # Ends of segments nearer to each other than this are one point, m.
 GRID_M = 1e-4
 MIN_AREA_M2 = 1e-5
+# No robot fits into less, m^2.
+ROOM_M2 = 0.05
 
 
 def crossing_segments(corners: Array, height_m: float) -> Array:
@@ -43,8 +45,8 @@ def crossing_segments(corners: Array, height_m: float) -> Array:
 def cut_area(corners: Array, height_m: float) -> BaseGeometry:
     """Returns the area that triangles (T, 3, 3) enclose in a level plane.
 
-    Inside is what an odd number of surfaces is left of; surfaces that enclose nothing count with a
-    small thickness.
+    Inside is what an odd number of surfaces is left of, but no room with a floor and no ceiling.
+    Surfaces that enclose nothing count with a small thickness.
     """
     segments = np.round(crossing_segments(corners, height_m) / GRID_M) * GRID_M
     ordered = np.where(
@@ -63,6 +65,7 @@ def cut_area(corners: Array, height_m: float) -> BaseGeometry:
     noded = shapely.node(lines)
     faces = shapely.get_parts(shapely.polygonize(shapely.get_parts(noded)))
     solid = [face for face in faces if _is_inside(face, ordered)]
+    solid = [face for face in solid if face.area < ROOM_M2 or not _is_room(face, corners, height_m)]
     return shapely.union_all([*solid, walls])
 
 
@@ -76,6 +79,29 @@ def _is_inside(face: shapely.Polygon, segments: Array) -> bool:
         second[:, 0] - first[:, 0]
     )
     return bool((meets > x).sum() % 2)
+
+
+def _is_room(face: shapely.Polygon, corners: Array, height_m: float) -> bool:
+    """Returns whether a face has triangles (T, 3, 3) below a point in it and none above.
+
+    Walls of one sheet around a floor are a building; a closed surface is a solid thing, and an
+    upright one without top and bottom, too.
+    """
+    point = shapely.get_coordinates(shapely.point_on_surface(face))[0]
+    is_near = (corners[:, :, :2].min(axis=1) <= point) & (corners[:, :, :2].max(axis=1) >= point)
+    first, second, third = (corners[is_near.all(axis=1), corner] for corner in range(3))
+    along, across, away = (second - first), (third - first), point - first[:, :2]
+    area = _cross(along, across)
+    level = area != 0.0
+    area = np.where(level, area, 1.0)
+    one, other = _cross(away, across) / area, _cross(along, away) / area
+    hits = level & (one >= 0.0) & (other >= 0.0) & (one + other <= 1.0)
+    heights = (first[:, 2] + one * along[:, 2] + other * across[:, 2])[hits]
+    return bool((heights < height_m).any() and not (heights > height_m).any())
+
+
+def _cross(first: Array, second: Array) -> Array:
+    return first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0]
 
 
 def rings_of(area: BaseGeometry) -> list[dict[str, Any]]:

@@ -106,6 +106,16 @@ def test_a_mesh_is_solid_between_its_surfaces_and_free_within_walls():
     assert cut_area(doubled, 0.5).contains(shapely.Point(2.0, 2.0))
 
 
+def test_a_room_with_a_floor_and_no_ceiling_is_free_and_a_block_is_solid():
+    """Walls of one sheet around 16 m^2, four of them 4 m long and 1 cm thick: 0.16 m^2."""
+    walls = prism(SQUARE, 0, 1)
+    level = np.array([[[0, 0, 0], [4, 0, 0], [4, 4, 0]], [[0, 0, 0], [4, 4, 0], [0, 4, 0]]], float)
+    with_floor = np.vstack([walls, level])
+    assert cut_area(with_floor, 0.5).area == pytest.approx(0.16, abs=0.01)
+    block = np.vstack([with_floor, level + [0.0, 0.0, 1.0]])
+    assert cut_area(block, 0.5).area == pytest.approx(16.0, abs=0.2)
+
+
 def test_a_mesh_without_volume_stops_a_beam_still():
     sheet = prism(SQUARE, 0, 1)[:2]
     assert cut_area(sheet, 0.5).bounds == pytest.approx((0.0, -0.005, 4.0, 0.005))
