@@ -24,8 +24,7 @@ TYPES := build/types
 REPLAYS := build/replays/.made
 
 .PHONY: run test test-all fuzz lint types package-links format bench bench-compare docs docs-figures \
-	site release wheel lock audit sbom test-ros clean
-	site site-versions release lock audit sbom test-ros clean
+	site site-versions release wheel lock audit sbom test-ros clean
 
 run: $(RUN_INSTALLED)
 	$(BIN)/python -m drake_navbench.run $(ARGS)
