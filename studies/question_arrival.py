@@ -17,6 +17,7 @@ from question_trials import (
     judged,
     metric,
     share_cell,
+    spread,
     table,
 )
 
@@ -148,10 +149,10 @@ def tell(rows: pd.DataFrame) -> Mapping[str, str]:
                 checker,
                 str(int(arrived(own).sum())),
                 share_cell(int(is_precise(own).sum()), len(own), tests=len(arms())),
-                _median(own, "near_time_s", "{:.1f}"),
-                _median(own, "turns_back", "{:.0f}"),
-                _median(reached, "rest_position_error_m", "{:.1f}", 1e3),
-                _median(reached, "rest_heading_error_deg", "{:.2f}"),
+                spread(own, "near_time_s", "{:.1f}"),
+                spread(own, "turns_back", "{:.0f}"),
+                spread(reached, "rest_position_error_m", "{:.1f}", 1e3),
+                spread(reached, "rest_heading_error_deg", "{:.2f}"),
             ]
         )
     titles = [
@@ -172,14 +173,6 @@ def tell(rows: pd.DataFrame) -> Mapping[str, str]:
     found = judged(counted, pairs, [HUNTING]).findings
     shown = {"success_rate": "precise at rest [%]", "near_time_s": "near the goal [s]"}
     return {"arms": table(titles, cells), "pairs": findings_table(found, shown)}
-
-
-def _median(rows: pd.DataFrame, column: str, form: str, factor: float = 1.0) -> str:
-    values = factor * rows[column].dropna().to_numpy(dtype=float)
-    if not len(values):
-        return "–"
-    middle, low, high = (form.format(f(values)) for f in (np.median, np.min, np.max))
-    return f"{middle} ({low} to {high})"
 
 
 def draw(rows: pd.DataFrame) -> Figure:

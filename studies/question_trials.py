@@ -13,12 +13,14 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 from scipy import stats
 
 from drake_navbench.analysis.figures.style import SVG, figure_style, write_figure
 from drake_navbench.analysis.metrics.definition import Better, Metric
+from drake_navbench.analysis.metrics.registry import all_metrics
 from drake_navbench.analysis.paired_tests import Finding, Judged, Verdict, judge_pairs
 from drake_navbench.analysis.paired_trials import Contest
 from drake_navbench.inputs.presets import load_preset
@@ -34,7 +36,7 @@ CONFIDENCE = 0.95
 # Seeds from here on are for trying things out; no page counts them.
 FIRST_TRY_OUT_SEED = 100_000
 # Units that are driven before the clock is looked at.
-UNITS_AT_ONCE = 2
+UNITS_AT_ONCE = 4
 # Numbers in the rows have so many digits.
 ROUNDED = "%.6g"
 # Verdicts that decide nothing.
@@ -149,6 +151,21 @@ def share_cell(count: int, of: int, *, tests: int = 1) -> str:
     """Returns a cell such as "5 of 16 (11 to 59%)"."""
     low, high = share_interval(count, of, tests=tests)
     return f"{count} of {of} ({100 * low:.0f} to {100 * high:.0f}%)"
+
+
+def spread(rows: pd.DataFrame, column: str, form: str, factor: float = 1.0) -> str:
+    """Returns median and range of a column, such as "1.2 (0.8 to 3.0)"."""
+    values = factor * rows[column].dropna().to_numpy(dtype=float)
+    if not len(values):
+        return "–"
+    middle, low, high = (form.format(f(values)) for f in (np.median, np.min, np.max))
+    return f"{middle} ({low} to {high})"
+
+
+def measures_of(log: TrialLog, names: Iterable[str]) -> Row:
+    """Returns metrics of a trial by name, NaN where it has no value."""
+    known = {found.name: found for found in all_metrics()}
+    return {name: known[name].measure(log).value for name in names}
 
 
 def metric(name: str, unit: str, relevant: float = 0.0) -> Metric:

@@ -13,7 +13,7 @@ from pathlib import Path
 
 from question_trials import answer
 
-NAMES = ("arrival",)
+NAMES = ("arrival", "late_cycles", "casters")
 
 
 def main() -> None:
