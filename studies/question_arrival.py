@@ -204,4 +204,4 @@ def draw(rows: pd.DataFrame) -> Figure:
     return figure
 
 
-STUDY = Study("arrival", arms(), range(16), kept_of, tell, draw)
+STUDY = Study("arrival", arms(), range(12), kept_of, tell, draw)
