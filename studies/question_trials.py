@@ -36,7 +36,7 @@ CONFIDENCE = 0.95
 # Seeds from here on are for trying things out; no page counts them.
 FIRST_TRY_OUT_SEED = 100_000
 # Units that are driven before the clock is looked at.
-UNITS_AT_ONCE = 4
+UNITS_AT_ONCE = 3
 # Numbers in the rows have so many digits.
 ROUNDED = "%.6g"
 # Verdicts that decide nothing.
@@ -114,15 +114,28 @@ def drive_missing(study: Study, path: Path, *, jobs: int, minutes: float) -> boo
             continue
         if time.monotonic() - began > 60.0 * minutes:
             return False
-        specs = [arm.spec(seed) for arm, seed in missing]
-        rows = pd.DataFrame(drive_each(specs, Kept(study.kept_of), jobs=jobs))
-        rows.insert(0, "arm", [arm.name for arm, _ in missing])
-        kept = rows if kept.empty else pd.concat([kept, rows], ignore_index=True)
-        partial = path.with_suffix(".partial")
-        kept.to_csv(partial, index=False, float_format=ROUNDED)
-        partial.replace(path)
+        kept = _with_rows(kept, missing, study, path, jobs)
         print(f"{min(first + UNITS_AT_ONCE, len(seeds))} of {len(seeds)} units", flush=True)
     return True
+
+
+def _with_rows(
+    kept: pd.DataFrame, missing: Sequence[tuple[Arm, int]], study: Study, path: Path, jobs: int
+) -> pd.DataFrame:
+    """Returns the rows with those of missing trials, each written when its trial is over."""
+    specs = [arm.spec(seed) for arm, seed in missing]
+    arm_of = {id(spec): arm.name for spec, (arm, _) in zip(specs, missing, strict=True)}
+    new: list[Row] = []
+
+    def write(spec: TrialSpec, row: Row) -> None:
+        new.append({"arm": arm_of[id(spec)]} | row)
+        rows = pd.concat([kept, pd.DataFrame(new)], ignore_index=True) if len(kept) else new
+        partial = path.with_suffix(".partial")
+        pd.DataFrame(rows).to_csv(partial, index=False, float_format=ROUNDED)
+        partial.replace(path)
+
+    drive_each(specs, Kept(study.kept_of), jobs=jobs, on_row=write)
+    return read_rows(path)
 
 
 def read_rows(path: Path) -> pd.DataFrame:
