@@ -33,7 +33,7 @@ COLUMNS = {
     20: "mppi_nav2",
     30: "mppi_nav2",
 }
-TIMES_MS = (0, 80, 160, 320)
+TIMES_MS = (0, 160, 320)
 # The time of a cycle goes by the number of samples.
 FULL_BATCH, BATCHES, BATCH_RATE_HZ = 2000, (1000, 500), 20
 # Nav2's bringup: a server waits so long for a valid command.
