@@ -142,4 +142,4 @@ def draw(rows: pd.DataFrame) -> Figure:
     return figure
 
 
-STUDY = Study("casters", arms(), range(10), kept_of, tell, draw)
+STUDY = Study("casters", arms(), range(8), kept_of, tell, draw)

@@ -175,4 +175,4 @@ def draw(rows: pd.DataFrame) -> Figure:
     return figure
 
 
-STUDY = Study("late_cycles", arms(), range(12), kept_of, tell, draw)
+STUDY = Study("late_cycles", arms(), range(10), kept_of, tell, draw)
