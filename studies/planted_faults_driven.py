@@ -106,7 +106,7 @@ def _shown_by(file: Mapping[str, Any], folder: Path) -> list[str]:
 
 def _patient_and_driver(file: Mapping[str, Any], folder: Path) -> tuple[Patient, Driver]:
     folder.mkdir(parents=True, exist_ok=True)
-    driver = Driver(folder, ROBOT, jobs=2, budget_s=NO_BUDGET_S, tell=lambda line: None)
+    driver = Driver(folder, ROBOT, jobs=1, budget_s=NO_BUDGET_S, tell=lambda line: None)
     return patient_of(file, folder), driver
 
 

@@ -42,6 +42,8 @@ SEEN_RAD = 0.05
 TANGENT_POINTS = 10
 # A plan that turns by less within a metre is straight, rad.
 STRAIGHT_RAD = 0.15
+# Who stops and turns by this much has stopped to turn, rad.
+WANTED_TURN_RAD = 0.5
 # What counts as at the goal beyond its tolerance, m.
 NEAR_GOAL_M = 0.6
 
@@ -183,14 +185,20 @@ def _stands_on_the_way(d: Drive) -> float:
 
 
 def _stops(d: Drive) -> float:
-    """Stops on the way from more than a third of the speed that is asked for."""
+    """Stops on the way from more than a third of the speed that is asked for, and starts again.
+
+    A stop for a turn on the spot does not count: it is wanted.
+    """
     fast = 0.35 * max(d.asked_mps, 0.1)
-    count, is_fast = 0, False
-    for v, away in zip(d.v_mps, d.to_goal_m > NEAR_GOAL_M, strict=True):
+    count, is_fast, stopped_at = 0, False, -1
+    for index, (v, away) in enumerate(zip(d.v_mps, d.to_goal_m > NEAR_GOAL_M, strict=True)):
+        if stopped_at >= 0 and abs(v) > 2 * STANDS_MPS:
+            count += abs(d.yaw_rad[index] - d.yaw_rad[stopped_at]) < WANTED_TURN_RAD
+            stopped_at = -1
         if away and v > fast:
             is_fast = True
         elif is_fast and abs(v) < STANDS_MPS:
-            count, is_fast = count + 1, False
+            is_fast, stopped_at = False, index
     return float(count) if not d.is_impossible else 0.0
 
 
@@ -205,6 +213,11 @@ def _slowness(d: Drive) -> float:
     """The asked speed over the median speed on the way, where nothing stands near."""
     free = ~(d.clearance_m < 0.6)
     way = (d.to_goal_m > 1.0) & free & (np.arange(len(d.time_s)) > _moved_at(d) + 20)
+    if not d.has_goal:
+        # Who drove, and where to, is not known: only driving that was asked for counts.
+        is_known = np.isfinite(d.command_v_mps)
+        asks = np.where(is_known, d.command_v_mps > 0.5 * d.asked_mps, d.v_mps > 3 * STANDS_MPS)
+        way &= asks
     driving = d.v_mps[way & (np.abs(d.w_radps) < 0.3)]
     if len(driving) * d.step_s < 1.0 or d.is_impossible:
         return 0.0

@@ -107,6 +107,25 @@ def test_two_stops_on_the_way_are_stop_and_start():
     assert Symptom.STOP_START_JERK in seen(drive(v, np.zeros(len(v))))
 
 
+def test_stops_for_a_turn_on_the_spot_are_wanted():
+    # A square of 1 m: each corner is a stop with a quarter turn, 1.57 rad/s for a second.
+    side, corner = np.full(40, 0.5), np.zeros(20)
+    v = np.concatenate([side, corner] * 3 + [side])
+    w = np.concatenate([0.0 * side, corner + 1.57] * 3 + [0.0 * side])
+    assert Symptom.STOP_START_JERK not in seen(drive(v, w))
+
+
+def test_without_a_goal_only_driving_that_was_asked_for_can_be_too_slow():
+    # It stands for 10 of 13 s, as it is told to; driving, it does what the commands ask.
+    nowhere = (np.inf, np.inf, np.nan)
+    v = np.concatenate([np.full(60, 0.5), np.zeros(200)])
+    assert Symptom.TOO_SLOW not in seen(drive(v, np.zeros(260), goal=nowhere))
+    # A base that does a quarter of what it is told is too slow.
+    told = np.full(260, 0.5)
+    slow = drive(0.25 * told, np.zeros(260), goal=nowhere, command_v_mps=told)
+    assert Symptom.TOO_SLOW in seen(slow)
+
+
 @pytest.mark.parametrize("detector", DETECTORS, ids=lambda detector: detector.symptom.value)
 def test_every_threshold_has_a_unit_and_a_reason(detector):
     assert detector.threshold > 0.0
