@@ -41,6 +41,7 @@ MOST_TO_THE_END = 5
 # By so much the symptom falls where it counts as taken away.
 NEARLY_ALL = 0.9
 PAIRED_BEST = 3
+NO_TIME = "the time was too short for more pairs"
 
 
 class Verdict(StrEnum):
@@ -203,7 +204,10 @@ class Experiment:
                 candidate.left = "changes nothing in the first trial"
         self._drive(batch, first)
         for candidate in batch:
-            if candidate.is_alive and self._fall(candidate) <= FIRST_FALL:
+            is_driven = len(candidate.rows) >= first * len(self._probes)
+            if candidate.is_alive and not is_driven:
+                candidate.left = NO_TIME
+            elif candidate.is_alive and self._fall(candidate) <= FIRST_FALL:
                 candidate.left = "little or no fall in the first pairs"
         self._leave_all_but_the_best(batch)
         self._drive(batch, seeds)
@@ -296,7 +300,7 @@ class Experiment:
         )
         # What was left early, also for want of time, is no test.
         is_whole = not candidate.left and len(candidate.rows) >= PAIRS
-        reason = candidate.left or ("" if is_whole else "the time was too short for more")
+        reason = candidate.left or ("" if is_whole else NO_TIME)
         return Tried(
             candidate.suspicion,
             candidate.trial,

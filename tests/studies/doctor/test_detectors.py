@@ -57,6 +57,28 @@ def test_a_heading_that_swings_every_second_wobbles():
     assert Symptom.WOBBLE_STRAIGHT in seen(drive(np.full(180, 0.5), w))
 
 
+def test_one_correction_on_each_of_two_straight_pieces_is_no_wobble():
+    # Straight, a bend of 0.6 rad, straight: the heading is 0.1 rad off and comes back on each.
+    plan = np.vstack([
+        np.column_stack([np.arange(0.0, 2.0, 0.05), np.zeros(40)]),
+        [2.0, 0.0] + np.outer(np.arange(0.0, 2.0, 0.05), [np.cos(0.6), np.sin(0.6)]),
+    ])  # fmt: skip
+    once = np.concatenate([np.zeros(20), np.full(20, 0.1), np.full(20, -0.1), np.zeros(20)])
+    bend = np.full(20, 0.6)
+    one = drive(np.full(180, 0.5), np.concatenate([once, bend, once]), plan_m=plan)
+    assert Symptom.WOBBLE_STRAIGHT not in seen(one)
+
+
+def test_who_turns_to_a_plan_behind_by_an_arc_cuts_no_corner():
+    # The plan leads back along x; the robot drives half a circle of 0.5 m to it.
+    plan = np.column_stack([-np.arange(0.0, 3.0, 0.05), np.zeros(60)])
+    arc = drive(np.full(63, 0.5), np.ones(63), plan_m=plan, goal=(-3.0, 0.0, 3.14))
+    assert Symptom.CORNER_CUTTING not in seen(arc)
+    # The same way off a plan that leads ahead is off the plan.
+    ahead = drive(np.full(63, 0.5), np.ones(63))
+    assert Symptom.CORNER_CUTTING in seen(ahead)
+
+
 def test_a_touch_while_driving_counts_and_one_while_standing_does_not():
     moving = drive(np.full(60, 0.5), np.zeros(60), outcome=Outcome.COLLIDED)
     standing = drive(np.zeros(60), np.zeros(60), outcome=Outcome.COLLIDED)
