@@ -54,7 +54,7 @@ class Visit:
 
     seen: by symptom, the probes that show it in at least half of their seeds. treated: the symptom
     whose causes were tried; None where none was seen. around: what the probes are driven in
-    besides.
+    besides. seed: of the first look.
     """
 
     facts: Facts
@@ -68,6 +68,7 @@ class Visit:
     judged: list[Judged] = field(default_factory=list)
     probes: Mapping[str, Scenario] = field(default_factory=dict)
     around: Surroundings = field(default_factory=Surroundings)
+    seed: int = 0
     is_out_of_time: bool = False
     is_interrupted: bool = False
 
@@ -98,7 +99,7 @@ def visit(
     around: what the probes are driven in besides.
     """
     facts = patient.facts()
-    found = Visit(facts, asked=asked, around=around or Surroundings())
+    found = Visit(facts, asked=asked, around=around or Surroundings(), seed=seed)
     found.findings = findings_of(facts)
     try:
         _look(found, patient, driver, seed=seed)
@@ -128,11 +129,12 @@ def _look(found: Visit, patient: Patient, driver: Driver, *, seed: int) -> None:
         driver.tell(f"driving {', '.join(unsure)} twice more: one of two trials shows a symptom")
         probes = [found.probes[name] for name in unsure]
         more = driver.drive(preset, probes, CONFIRMING_SEEDS, seed=seed, must=True)
-        found.rows = [row for row in found.rows if _probe_of(row) not in unsure] + more
+        found.rows = [row for row in found.rows if probe_of(row) not in unsure] + more
     found.seen = seen_in(found.rows)
 
 
-def _probe_of(row: Row) -> str:
+def probe_of(row: Row) -> str:
+    """Returns the name of a row's probe."""
     return str(row["scenario"]).removeprefix("probe_")
 
 
@@ -146,7 +148,7 @@ def seen_in(rows: Sequence[Row], *, share: float = 0.5) -> dict[Symptom, list[st
     """Returns the probes that show each symptom in at least this share of their trials."""
     trials: dict[str, list[Row]] = {}
     for row in rows:
-        trials.setdefault(_probe_of(row), []).append(row)
+        trials.setdefault(probe_of(row), []).append(row)
     found: dict[Symptom, list[str]] = {}
     for symptom in Symptom:
         own = [
