@@ -2,8 +2,6 @@
 
     python studies/planted_faults.py draw     planted_faults.yaml: 60 faults, drawn by a seed
     python studies/planted_faults.py read     the first look at each, nothing driven
-    python studies/planted_faults.py drive    whole visits, one after the other; goes on where it
-                                              was stopped
     python studies/planted_faults.py page     docs/doctor_planted_faults.md
 
 The files: RPP, DWB, MPPI, TEB and Graceful with the built-in presets' parameters, the same servers
@@ -15,20 +13,16 @@ The score's rules, written before anything was read or driven:
 
 - *read, first*: of the findings that the sound file has not, the first one's first cure is the
   spoilt parameter, in the direction back. *named*: any cure of any of them is.
-- *driven, harmful*: the probes show a symptom that they do not show of the sound file. Of those
-  alone: *first*: the first cause that is shown is the spoilt parameter, in the direction back.
-  *gone*: the doctor has a change, on fresh seeds. *nothing worse*: of those changes, the ones after
-  which no other symptom is seen in more trials, and no touch, on further seeds that no search and
-  no judgement of the doctor has driven.
 - *no skill*: the parameter that is farthest from the release's default, as a ratio, towards it
   (a switch that differs counts as a factor of 2); and a parameter by chance with a coin for its
   direction, as an expected value.
+
+What is driven, and its score's rules, is in `planted_faults_driven.py`.
 """
 
 from __future__ import annotations
 
 import copy
-import json
 import math
 import sys
 import tempfile
@@ -43,22 +37,16 @@ from drake_navbench.errors import InputError
 from drake_navbench.inputs.presets import load_preset
 from drake_navbench.plugins.names import flattened
 from drake_navbench.studies.doctor.causes import Direction
-from drake_navbench.studies.doctor.change import CHANCE
-from drake_navbench.studies.doctor.driving import FRESH_SEED, Driver, shows
 from drake_navbench.studies.doctor.facts import Facts
 from drake_navbench.studies.doctor.files import Patient
 from drake_navbench.studies.doctor.reading import findings_of
-from drake_navbench.studies.doctor.symptoms import Symptom
-from drake_navbench.studies.doctor.visit import Visit, visit
 
 HERE = Path(__file__).parent
 DRAWN = HERE / "planted_faults.yaml"
-DRIVEN = HERE / "planted_faults_driven.json"
 PAGE = HERE.parent / "docs" / "doctor_planted_faults.md"
 ROBOT, RELEASE, PLUGIN = "turtlebot4", "lyrical", "FollowPath"
 SEED, FAULTS_EACH = 2026, 12
 FACTORS = (0.25, 0.4, 2.5, 4.0)
-BUDGET_S, FURTHER_SEED, FURTHER_SEEDS = 300.0, 2 * FRESH_SEED, 2
 TYPES = {
     "rpp": "nav2_regulated_pure_pursuit_controller::RegulatedPurePursuitController",
     "dwb": "dwb_core::DWBLocalPlanner",
@@ -330,72 +318,6 @@ def _farthest(facts: Facts, fault: Fault) -> bool:
     return bool(ratios) and max(ratios, key=lambda place: ratios[place]) == _place_of(fault)
 
 
-def drive_all(faults: list[Fault], out: Path) -> None:
-    """Drives a visit of each fault that was not driven, in an order that mixes the controllers."""
-    done: dict[str, Any] = json.loads(DRIVEN.read_text()) if DRIVEN.exists() else {}
-    order = sorted(range(len(faults)), key=lambda i: (i % FAULTS_EACH, i))
-    seen = {c: done[f"sound_{c}"] for c in TYPES if f"sound_{c}" in done}
-    for fault in (faults[i] for i in order):
-        if fault.controller not in seen:
-            found, _, _ = _visit(
-                sound_file(fault.controller), out / f"sound_{fault.controller}", 0.0
-            )
-            seen[fault.controller] = done[f"sound_{fault.controller}"] = sorted(found.seen)
-        if fault.name in done:
-            continue
-        done[fault.name] = _driven(fault, seen[fault.controller], out / fault.name)
-        DRIVEN.write_text(json.dumps(done, indent=1) + "\n", encoding="utf-8")
-        print(fault.name, done[fault.name], flush=True)
-
-
-def _visit(file: Mapping[str, Any], folder: Path, budget_s: float) -> tuple[Visit, Patient, Driver]:
-    folder.mkdir(parents=True, exist_ok=True)
-    patient = patient_of(file, folder)
-    driver = Driver(folder, ROBOT, jobs=2, budget_s=budget_s, tell=lambda line: None)
-    return visit(patient, None, "", driver, seed=0), patient, driver
-
-
-def _driven(fault: Fault, sound_seen: list[str], folder: Path) -> dict[str, Any]:
-    found, patient, driver = _visit(spoilt_file(fault), folder, BUDGET_S)
-    facts = found.facts
-    harmful = sorted(s.value for s in found.seen if s not in sound_seen)
-    best = found.shown[0].suspicion.cause if found.shown else None
-    row: dict[str, Any] = {
-        "harmful": harmful,
-        "treated": found.treated,
-        "first": best is not None and _is_back(best.place, best.direction, fault, facts),
-        "shown": best.told if best is not None else "",
-        "gone": found.cure is not None,
-        "out_of_time": found.is_out_of_time,
-        "trials": driver.driven,
-    }
-    if found.cure is not None:
-        row["worse"] = _worse(found, patient, driver)
-    return row
-
-
-def _worse(found: Visit, patient: Patient, driver: Driver) -> list[str]:
-    """Returns the symptoms that more trials show after the change, on further seeds."""
-    assert found.cure is not None
-    before, after = patient.before_and_after(found.cure.trial.changes)
-    probes = list(found.probes.values())
-    old, new = (
-        driver.drive(preset, probes, FURTHER_SEEDS, seed=FURTHER_SEED, must=True)
-        for preset in (before, after)
-    )
-    worse = []
-    for symptom in Symptom:
-        is_touch = symptom is Symptom.COLLISION
-        pairs = [
-            (a, b) for a, b in zip(old, new, strict=True)
-            if is_touch or not shows(a, Symptom.COLLISION)
-        ]  # fmt: skip
-        more = sum(shows(b, symptom) for _, b in pairs) - sum(shows(a, symptom) for a, _ in pairs)
-        if more > (0 if is_touch else CHANCE):
-            worse.append(symptom.value)
-    return worse
-
-
 def drawn() -> list[Fault]:
     """Returns the faults of the file of the draw."""
     return [Fault(**entry) for entry in yaml.safe_load(DRAWN.read_text(encoding="utf-8"))]
@@ -410,16 +332,16 @@ def main(argv: list[str]) -> None:
     elif step == "read":
         for row in read_score(drawn()):
             print(row)
-    elif step == "drive":
-        drive_all(drawn(), Path(argv[1]))
     elif step == "page":
         PAGE.write_text("\n".join(page_lines()), encoding="utf-8")
     else:
-        sys.exit("expected draw, read, drive FOLDER or page")
+        sys.exit("expected draw, read or page")
 
 
 def page_lines() -> Iterator[str]:
     """Yields the page."""
+    from planted_faults_driven import driven_lines
+
     faults, rows = drawn(), read_score(drawn())
     yield from HEAD.splitlines()
     yield ""
@@ -440,36 +362,8 @@ def page_lines() -> Iterator[str]:
     chance = sum(row["chance"] for row in rows)
     told = "no skill: any parameter and direction at random"
     yield f"| {told} | {chance:.1f} | {chance / count:.0%} |"
-    yield from _driven_lines(faults)
+    yield from driven_lines(faults)
     yield ""
-
-
-def _driven_lines(faults: list[Fault]) -> Iterator[str]:
-    done = json.loads(DRIVEN.read_text()) if DRIVEN.exists() else {}
-    own = [(f, done[f.name]) for f in faults if f.name in done]
-    yield from ["", "## Driven", "", f"{len(own)} of the {len(faults)} faults were driven."]
-    if not own:
-        return
-    harmful = [(f, row) for f, row in own if row["harmful"]]
-    yield f"{len(harmful)} show a symptom in the probes that the sound file does not show."
-    yield from ["", "| of the harmful | number | of |", "|---|---|---|"]
-    cured = [row for _, row in harmful if row["gone"]]
-    first, fine = sum(r["first"] for _, r in harmful), sum(not r["worse"] for r in cured)
-    yield f"| first cause shown is the spoilt one | {first} | {len(harmful)} |"
-    yield f"| symptom gone | {len(cured)} | {len(harmful)} |"
-    yield f"| nothing worse on further seeds | {fine} | {len(cured)} |"
-    yield from [
-        "",
-        "| fault | sound | spoilt | symptoms | first cause shown | gone |",
-        "|---|---|---|---|---|---|",
-    ]
-    for fault, row in own:
-        cells = [
-            f"{fault.controller} `{fault.place.rpartition(': ')[2]}`", str(fault.sound),
-            str(fault.spoilt), ", ".join(row["harmful"]) or "none", row["shown"] or "none",
-            "yes" if row["gone"] else "no",
-        ]  # fmt: skip
-        yield f"| {' | '.join(cells)} |"
 
 
 HEAD = f"""\

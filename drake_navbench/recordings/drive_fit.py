@@ -47,12 +47,14 @@ class AxisFit:
     """One axis, forward (m, s) or turning (rad, s); None: not seen in the recording.
 
     rms: of the velocities that the fit leaves. least_command: the smallest that was given.
+    explained: share of the velocities' variance; 1 for an axis that no command moves.
     """
 
     acceleration: float | None
     deadband: float | None
     rms: float
     least_command: float
+    explained: float = 1.0
 
 
 @dataclass(frozen=True)
@@ -170,11 +172,14 @@ def _axis_fit(axis: _Axis, lag_s: float, dead_s: float, rise_s: float, share: fl
     if len(inside) and len(outside):
         # Between the largest command that did nothing and the least that did something.
         deadband = 0.5 * float(inside.max() + outside.min())
+    # A rise as fast as the search goes is no limit of the base.
+    is_limit = rise_s > 1.05 * FASTEST_RISE_S and matters(unlimited)
     return AxisFit(
-        acceleration=rate if matters(unlimited) else None,
+        acceleration=rate if is_limit else None,
         deadband=deadband if len(inside) and matters(everything_moves) else None,
         rms=math.sqrt(error),
         least_command=float(given.min()) if len(given) else 0.0,
+        explained=1.0 - error / max(float(np.var(axis.samples)), 1e-12),
     )
 
 

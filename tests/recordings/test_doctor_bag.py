@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 from robot_bags import turtlebot, without, write_ros2
 
 from drake_navbench.errors import InputError
+from drake_navbench.recordings.drive_data import DriveData
+from drake_navbench.recordings.drive_fit import fit_drive
 from drake_navbench.studies.doctor.bag import BagReport, report_on
 from drake_navbench.studies.doctor.symptoms import Symptom
 
@@ -44,12 +47,26 @@ def test_a_recording_without_a_goal_shows_nothing_that_only_a_goal_could_tell(re
     report = report_of(STATUS, "/plan")
     assert shown(report) == set()
     assert Symptom.GOAL_NOT_REACHED in report.severity
+    assert report.remarks[0].startswith("drive has no goal: whether Nav2 or a person drove")
 
 
 def test_without_commands_the_base_is_the_robots_and_that_is_told(report_of):
     report = report_of("/cmd_vel")
     assert report.overrides == {}
     assert report.remarks == ("drive has no commands: the base's lag is the robot file's.",)
+
+
+def test_commands_that_do_not_explain_the_motion_give_no_base():
+    # Commands of a square wave, and a motion that has nothing to do with them.
+    time_s = 0.02 * np.arange(1500)
+    commands = np.column_stack([0.3 * (time_s % 4.0 < 2.0), *np.zeros((2, 1500))])
+    motion = np.column_stack([0.3 * np.sin(7.0 * time_s), *np.zeros((2, 1500))])
+    fit = fit_drive(DriveData(time_s, motion, motion, time_s, commands))
+    assert fit.linear.explained < 0.1
+    # Motion that does what the commands say is explained, and rises at no rate that is a limit.
+    fit = fit_drive(DriveData(time_s, commands, commands, time_s, commands))
+    assert fit.linear.explained > 0.9
+    assert fit.linear.acceleration is None
 
 
 def test_a_cars_base_is_not_fitted(make, tmp_path):

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 from drake_navbench.errors import InputError, as_line
 from drake_navbench.inputs.robot import Robot, load_robot
-from drake_navbench.recordings.drive_fit import DriveFit, fit_drive
+from drake_navbench.recordings.drive_fit import AxisFit, DriveFit, fit_drive
 from drake_navbench.recordings.import_bags import (
     Imported,
     ImportRequest,
@@ -22,6 +22,12 @@ from drake_navbench.studies.doctor.symptoms import Symptom
 from drake_navbench.studies.doctor.visit import BY_WEIGHT
 
 DIGITS = 3
+# Of the variance of a velocity, the share that the commands must explain.
+LEAST_EXPLAINED = 0.5
+NO_GOAL = (
+    "{} has no goal: whether Nav2 or a person drove is not known, so a stop or a way backward may "
+    "have been wanted."
+)
 
 
 class BagReport(NamedTuple):
@@ -58,6 +64,8 @@ def report_on(path: Path, robot: str, topics: Mapping[str, str]) -> BagReport:
             symptom = Symptom(name)
             severity[symptom] = max(severity.get(symptom, 0.0), value)
     overrides, remarks = _base(path, imported, load_robot(robot))
+    if any("goal" in log.info.get("missing", {}) for log in imported.logs):
+        remarks = (NO_GOAL.format(path.name), *remarks)
     return BagReport(severity, [as_line(line) for line in lines], overrides, remarks)
 
 
@@ -80,7 +88,21 @@ def _base(path: Path, imported: Imported, robot: Robot) -> tuple[dict[str, Any],
         fit = fit_drive(imported.drive)
     except InputError as error:
         return {}, (f"The base's lag is the robot file's: {error}.",)
+    moved = [axis for axis in (fit.linear, fit.angular) if axis.least_command]
+    explained = max(axis.explained for axis in moved)
+    if explained < LEAST_EXPLAINED:
+        return {}, (
+            f"The base's lag is the robot file's: the commands in {path.name} explain "
+            f"{max(explained, 0.0):.0%} of the motion, expected {LEAST_EXPLAINED:.0%} at least.",
+        )
+    fit = replace(fit, linear=_seen(fit.linear), angular=_seen(fit.angular))
     return overrides_of(fit), (f"The base is fitted to {path.name}: {_told(fit)}.",)
+
+
+def _seen(axis: AxisFit) -> AxisFit:
+    """Returns an axis, without limits where the commands do not explain its motion."""
+    is_explained = axis.explained >= LEAST_EXPLAINED
+    return axis if is_explained else replace(axis, acceleration=None, deadband=None)
 
 
 def overrides_of(fit: DriveFit) -> dict[str, Any]:

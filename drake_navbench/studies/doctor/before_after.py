@@ -1,33 +1,67 @@
-"""The replay of a change: one trial of the file as it is and of the patched one, in one scene."""
+"""The replays of a visit: each symptom as it was seen, and the change before and after."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Sequence
 from pathlib import Path
 
 from drake_navbench.analysis.replay.pages import write_race_replay
-from drake_navbench.inputs.scenario import Scenario
+from drake_navbench.logs.log import TrialLog
 from drake_navbench.logs.results import write_whole
 from drake_navbench.studies.doctor.change import FRESH_SEEDS, Judged
-from drake_navbench.studies.doctor.driving import FRESH_SEED, Driver
+from drake_navbench.studies.doctor.driving import FRESH_SEED, Driver, severity
 from drake_navbench.studies.doctor.files import Patient
+from drake_navbench.studies.doctor.symptoms import Symptom
+from drake_navbench.studies.doctor.visit import BY_WEIGHT, Visit, probe_of
 
 REPLAY = "before_after.html"
+# Symptoms that have a replay, the weightiest first.
+MOST_SHOWN = 5
 
 
-def write_replay(
-    patient: Patient, cure: Judged, probes: Mapping[str, Scenario], driver: Driver, folder: Path
-) -> Path:
-    """Writes the replay of the judged trial in which the symptom falls most; returns its path.
+def write_replays(patient: Patient, visit: Visit, driver: Driver, folder: Path) -> list[Path]:
+    """Writes a replay of each symptom that the probes show, and of the change; returns the paths.
 
-    It is driven again, before and after, since a visit keeps no logs.
+    The trials are driven again, since a visit keeps no logs.
     """
-    driver.tell("  driving the clearest trial again, for the replay")
-    everything = list(probes.values())
-    logs = [
+    driver.tell("driving the clearest trials again, for the replays")
+    written = []
+    for symptom in [s for s in BY_WEIGHT if s in visit.seen][:MOST_SHOWN]:
+        path = folder / name_of(symptom)
+        _write(path, [_clearest(patient, visit, symptom, driver)])
+        written.append(path)
+    if visit.cure is not None:
+        path = folder / REPLAY
+        _write(path, _before_and_after(patient, visit, visit.cure, driver))
+        written.append(path)
+    return written
+
+
+def name_of(symptom: Symptom) -> str:
+    """Returns the file's name of a symptom's replay."""
+    return f"seen_{symptom}.html"
+
+
+def _clearest(patient: Patient, visit: Visit, symptom: Symptom, driver: Driver) -> TrialLog:
+    """Returns the log of the unchanged file's trial in which a symptom is most severe."""
+    own = [row for row in visit.rows if probe_of(row) in visit.seen[symptom]]
+    best = max(own, key=lambda row: severity(row, symptom))
+    index = [row for row in visit.rows if probe_of(row) == probe_of(best)].index(best)
+    preset = patient.chosen(patient.columns())
+    probes = [visit.probes[probe_of(best)]]
+    return driver.log(preset, probes, index + 1, seed=visit.seed, index=index)
+
+
+def _before_and_after(
+    patient: Patient, visit: Visit, cure: Judged, driver: Driver
+) -> list[TrialLog]:
+    """Returns the logs of the judged trial in which the symptom falls most."""
+    everything = list(visit.probes.values())
+    return [
         driver.log(preset, everything, FRESH_SEEDS, seed=FRESH_SEED, index=cure.best)
         for preset in patient.before_and_after(cure.trial.changes)
     ]
-    path = folder / REPLAY
+
+
+def _write(path: Path, logs: Sequence[TrialLog]) -> None:
     write_whole(path, lambda unfinished: write_race_replay(logs, unfinished, model=None))
-    return path

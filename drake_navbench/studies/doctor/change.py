@@ -16,7 +16,7 @@ from drake_navbench.studies.doctor.files import Patient
 from drake_navbench.studies.doctor.symptoms import Symptom
 
 # Sets that are judged at most, the likeliest first.
-MOST_JUDGED = 2
+MOST_JUDGED = 3
 FRESH_SEEDS = 2
 # Trials with another symptom that may be chance; of touches none.
 CHANCE = 1
@@ -72,11 +72,16 @@ def judge(
     """Returns the judgements of the best changes, until one helps; the smallest sets first."""
     shown = [e for e in tried if e.verdict is Verdict.SHOWN and e.trial is not None]
     enough = [e for e in shown if e.after <= 0.5] or shown
-    enough.sort(key=lambda e: (len(e.trial.changes) if e.trial else 0, -e.fall))
+    # Stable: the likelier cause stays first.
+    enough.sort(key=lambda e: (len(e.trial.changes) if e.trial else 0, not e.takes_all))
     judged: list[Judged] = []
     for entry in enough[:MOST_JUDGED]:
         assert entry.trial is not None
-        driver.tell(f"  judging {entry.trial.told} on fresh seeds")
+        count = 2 * len(probes) * FRESH_SEEDS
+        driver.tell(
+            f"judging {entry.trial.told} on fresh seeds: up to {count} trials, "
+            f"{driver.told_time(count)}"
+        )
         before, after = patient.before_and_after(entry.trial.changes)
         everything = list(probes.values())
         old = driver.drive(before, everything, FRESH_SEEDS, seed=FRESH_SEED, must=True)

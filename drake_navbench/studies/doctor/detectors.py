@@ -38,10 +38,16 @@ class Detector(NamedTuple):
 REFUSED_S = 8.0
 # A swing of the heading so small nobody sees, rad.
 SEEN_RAD = 0.05
+# A straight piece that is shorter says nothing, s; and fewer reversals are a correction.
+LEAST_PIECE_S, LEAST_SWINGS = 1.0, 3
+# A plan that begins more than this beside the robot's heading begins with a turn, rad.
+BEGINS_BEHIND_RAD = 1.2
 # Points of a plan to either side that its heading is taken over: half a metre.
 TANGENT_POINTS = 10
 # A plan that turns by less within a metre is straight, rad.
 STRAIGHT_RAD = 0.15
+# Who stops and turns by this much has stopped to turn, rad.
+WANTED_TURN_RAD = 0.5
 # What counts as at the goal beyond its tolerance, m.
 NEAR_GOAL_M = 0.6
 
@@ -67,10 +73,18 @@ def _swings(d: Drive) -> float:
     moves &= np.arange(len(d.time_s)) > _moved_at(d) + round(1.0 / d.step_s)
     if len(d.plan_m) > 2 * TANGENT_POINTS:
         moves &= _is_straight(d)
-    if moves.sum() * d.step_s < 2.0:
-        return 0.0
-    turns = _turning_points(_heading_error(d)[moves])
-    return float(10.0 * max(len(turns) - 2, 0) / (moves.sum() * d.step_s))
+    error, count, time_s = _heading_error(d), 0, 0.0
+    for piece in _pieces(moves):
+        if len(piece) * d.step_s >= LEAST_PIECE_S:
+            count += max(len(_turning_points(error[piece])) - 2, 0)
+            time_s += len(piece) * d.step_s
+    return 10.0 * count / time_s if count >= LEAST_SWINGS else 0.0
+
+
+def _pieces(where: NDArray[np.bool_]) -> list[NDArray[np.int64]]:
+    """Returns the indices of each run of samples without a gap."""
+    index = np.flatnonzero(where)
+    return np.split(index, np.flatnonzero(np.diff(index) > 1) + 1) if len(index) else []
 
 
 def _headings(d: Drive) -> Array:
@@ -122,7 +136,11 @@ def _turning_points(values: Array) -> list[float]:
 
 
 def _off_path(d: Drive) -> float:
-    if len(d.plan_m) < 2:
+    """The largest distance from the plan, m; of a plan that begins behind the robot nothing.
+
+    Who turns by an arc has left such a plan and cut no corner.
+    """
+    if len(d.plan_m) < 2 or abs(math.remainder(_heading_error(d)[0], math.tau)) > BEGINS_BEHIND_RAD:
         return 0.0
     return float(np.hypot(*(d.xy_m - d.plan_m[_nearest(d)]).T).max())
 
@@ -183,14 +201,20 @@ def _stands_on_the_way(d: Drive) -> float:
 
 
 def _stops(d: Drive) -> float:
-    """Stops on the way from more than a third of the speed that is asked for."""
+    """Stops on the way from more than a third of the speed that is asked for, and starts again.
+
+    A stop for a turn on the spot does not count: it is wanted.
+    """
     fast = 0.35 * max(d.asked_mps, 0.1)
-    count, is_fast = 0, False
-    for v, away in zip(d.v_mps, d.to_goal_m > NEAR_GOAL_M, strict=True):
+    count, is_fast, stopped_at = 0, False, -1
+    for index, (v, away) in enumerate(zip(d.v_mps, d.to_goal_m > NEAR_GOAL_M, strict=True)):
+        if stopped_at >= 0 and abs(v) > 2 * STANDS_MPS:
+            count += abs(d.yaw_rad[index] - d.yaw_rad[stopped_at]) < WANTED_TURN_RAD
+            stopped_at = -1
         if away and v > fast:
             is_fast = True
         elif is_fast and abs(v) < STANDS_MPS:
-            count, is_fast = count + 1, False
+            is_fast, stopped_at = False, index
     return float(count) if not d.is_impossible else 0.0
 
 
@@ -205,8 +229,13 @@ def _slowness(d: Drive) -> float:
     """The asked speed over the median speed on the way, where nothing stands near."""
     free = ~(d.clearance_m < 0.6)
     way = (d.to_goal_m > 1.0) & free & (np.arange(len(d.time_s)) > _moved_at(d) + 20)
+    if not d.has_goal:
+        # Who drove, and where to, is not known: only driving that was asked for counts.
+        is_known = np.isfinite(d.command_v_mps)
+        asks = np.where(is_known, d.command_v_mps > 0.5 * d.asked_mps, d.v_mps > 3 * STANDS_MPS)
+        way &= asks
     driving = d.v_mps[way & (np.abs(d.w_radps) < 0.3)]
-    if len(driving) * d.step_s < 1.0 or d.is_impossible:
+    if len(driving) * d.step_s < 2.0 or d.is_impossible:
         return 0.0
     return min(d.asked_mps / max(float(np.median(driving)), 0.01), 10.0)
 

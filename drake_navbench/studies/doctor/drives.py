@@ -43,6 +43,11 @@ class Drive(NamedTuple):
         return self.outcome is Outcome.ABORTED and any(w in self.reason.lower() for w in words)
 
     @property
+    def has_goal(self) -> bool:
+        """Whether a goal is known; of many recordings none is."""
+        return bool(np.isfinite(self.goal[0]))
+
+    @property
     def to_goal_m(self) -> Array:
         """The distance to the goal's position, m."""
         return np.asarray(np.hypot(*(self.xy_m - self.goal[:2]).T))

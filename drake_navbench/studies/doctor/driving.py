@@ -40,6 +40,8 @@ class Driver:
         self._began_s, self._budget_s = time.monotonic(), budget_s
         self._rows = _read(self._path)
         self.driven, self._driving_s = 0, 0.0
+        # By column, probes, trials and seed. The column is held, so that its id stays its own.
+        self._plans: dict[tuple[Any, ...], tuple[Preset, list[TrialSpec]]] = {}
 
     @property
     def left_s(self) -> float:
@@ -48,8 +50,18 @@ class Driver:
 
     @property
     def trial_s(self) -> float:
-        """The mean duration of a trial so far, s; 4 s before the first."""
-        return self._driving_s / self.driven if self.driven else 4.0
+        """The mean duration of a trial so far, all workers together, s; 2 s before the first."""
+        return self._driving_s / self.driven if self.driven else 2.0
+
+    def told_time(self, trials: int) -> str:
+        """Returns how long trials take, and what is left of the budget: 'about 40 s of 4:10'."""
+        left_s = max(round(self.left_s), 0)
+        expected_s = max(round(trials * self.trial_s), 1)
+        return f"about {expected_s} s; left {left_s // 60}:{left_s % 60:02d} of the budget"
+
+    def check(self, preset: Preset, probes: Sequence[Scenario], *, seed: int) -> None:
+        """Raises InputError where a column cannot drive the probes."""
+        self._planned(preset, probes, 1, seed)
 
     def drive(
         self,
@@ -65,16 +77,39 @@ class Driver:
         must: whether to drive without regard to the budget, as what is judged at the end. Raises
         OutOfTime where the budget does not suffice.
         """
-        specs = self._planned(preset, probes, trials, seed)
-        missing = [spec for spec in specs if spec.identity not in self._rows]
-        if missing and not must and self.left_s < len(missing) * self.trial_s:
+        found = self.drive_together([preset], probes, trials, seed=seed, must=must)
+        if not found:
             raise OutOfTime
-        if missing:
+        return found[0]
+
+    def drive_together(
+        self,
+        presets: Sequence[Preset],
+        probes: Sequence[Scenario],
+        trials: int,
+        *,
+        seed: int,
+        must: bool = False,
+    ) -> list[list[Row]]:
+        """Returns the rows of several columns, driven in one batch, so that all workers are busy.
+
+        Where the budget does not suffice for all of them, those of the first columns.
+        """
+        planned = [self._planned(preset, probes, trials, seed) for preset in presets]
+        allowed: dict[str, TrialSpec] = {}
+        count = 0
+        for specs in planned:
+            missing = {s.identity: s for s in specs if s.identity not in self._rows}
+            if not must and missing and self.left_s < len(allowed | missing) * self.trial_s:
+                break
+            allowed |= missing
+            count += 1
+        if allowed:
             began_s = time.monotonic()
-            drive_each(missing, doctor_row, jobs=self._jobs, on_row=self._keep)
+            drive_each(list(allowed.values()), doctor_row, jobs=self._jobs, on_row=self._keep)
             self._driving_s += time.monotonic() - began_s
-            self.driven += len(missing)
-        return [self._rows[spec.identity] for spec in specs]
+            self.driven += len(allowed)
+        return [[self._rows[spec.identity] for spec in specs] for specs in planned[:count]]
 
     def log(
         self, preset: Preset, probes: Sequence[Scenario], trials: int, *, seed: int, index: int
@@ -87,11 +122,16 @@ class Driver:
     def _planned(
         self, preset: Preset, probes: Sequence[Scenario], trials: int, seed: int
     ) -> list[TrialSpec]:
-        planned = plan_campaign(
-            list(probes), [preset], trials=trials, seed=seed, robot=self._robot,
-            keeps_costmaps=False,
-        ).specs  # fmt: skip
-        return sorted(planned, key=lambda spec: (spec.trial, spec.scenario.name))
+        # Planning takes as long as a short trial: what was planned is kept.
+        key = (id(preset), tuple(probe.name for probe in probes), trials, seed)
+        if key not in self._plans:
+            planned = plan_campaign(
+                list(probes), [preset], trials=trials, seed=seed, robot=self._robot,
+                keeps_costmaps=False,
+            ).specs  # fmt: skip
+            ordered = sorted(planned, key=lambda spec: (spec.trial, spec.scenario.name))
+            self._plans[key] = preset, ordered
+        return self._plans[key][1]
 
     def _keep(self, spec: TrialSpec, row: Row) -> None:
         """Keeps a row at once, so that an interrupted batch is not driven again."""

@@ -49,13 +49,13 @@ def far_values(facts: Facts, fired: Sequence[Finding]) -> list[Finding]:
         is_told = place.partition(".")[2] in seen
         is_drives = place in _known() and is_in_effect(facts, place)
         far = unusual_value(facts, place) if is_drives and not is_told else None
-        if far is not None and not _is_robots(far) and not _is_in_range(far):
+        if far is not None and not is_robots_own(far) and not _is_in_range(far):
             found.append(far)
     found.sort(key=lambda far: (-abs(math.log(far.ratio)), far.place))
     return [_finding(far, facts.kinds) for far in found[:MOST]]
 
 
-def _is_robots(far: Unusual) -> bool:
+def is_robots_own(far: Unusual) -> bool:
     """Tells whether a value is the robot's own matter."""
     name = far.place.rpartition(".")[2]
     # A value of 0 mostly switches off.

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import difflib
+from collections.abc import Sequence, Set
 from html import escape
 from pathlib import Path
 
 from drake_navbench.errors import CannotBeWritten
-from drake_navbench.studies.doctor.before_after import write_replay
+from drake_navbench.studies.doctor.before_after import REPLAY, name_of, write_replays
 from drake_navbench.studies.doctor.change import Judged
 from drake_navbench.studies.doctor.driving import Driver
 from drake_navbench.studies.doctor.experiment import Tried
@@ -45,16 +46,16 @@ def write_outputs(
 ) -> list[Path]:
     """Writes the page and, where there is a cure, patched file, patch and replay; returns them.
 
-    driver: drives what the replay shows; without one there is no replay.
+    driver: drives what the replays show; without one there are none.
     """
     texts = {PAGE: page(visit, patient)}
     if visit.cure is not None:
         texts[PATCHED], texts[PATCH] = patch_of(patient, visit.cure)
     written = [_write(folder / name, text) for name, text in texts.items()]
-    if visit.cure is not None and driver is not None:
-        replay = write_replay(patient, visit.cure, visit.probes, driver, folder)
-        _write(folder / PAGE, page(visit, patient, replay))
-        written.append(replay)
+    if visit.seen and driver is not None and not visit.is_interrupted:
+        replays = write_replays(patient, visit, driver, folder)
+        _write(folder / PAGE, page(visit, patient, replays))
+        written += replays
     return written
 
 
@@ -66,10 +67,10 @@ def _write(path: Path, text: str) -> Path:
     return path
 
 
-def page(visit: Visit, patient: Patient, replay: Path | None = None) -> str:
+def page(visit: Visit, patient: Patient, replays: Sequence[Path] = ()) -> str:
     """Returns the page: the verdict in plain words, then what it rests on.
 
-    replay: beside the page, of a trial before and after.
+    replays: beside the page, of symptoms and of a trial before and after.
     """
     name = told_files(patient.paths)
     parts = [
@@ -78,14 +79,14 @@ def page(visit: Visit, patient: Patient, replay: Path | None = None) -> str:
     ]
     if visit.cure is not None:
         parts += _change(visit, visit.cure, patient)
-    if replay is not None:
-        parts.append(
-            f'<p><a href="{replay.name}">Open the replay alone</a>: the trial in which the symptom '
-            f'falls most, before and after.</p><iframe src="{replay.name}" title="before and '
-            'after"></iframe>'
-        )
+    names = {path.name for path in replays}
+    if REPLAY in names:
+        parts.append(_frame(REPLAY, "the trial in which the symptom falls most, before and after"))
+    elif visit.treated is not None and name_of(visit.treated) in names:
+        told = "the trial of the unchanged file in which the symptom is most severe"
+        parts.append(_frame(name_of(visit.treated), told))
+    parts += _seen(visit, names)
     parts += _tried(visit)
-    parts += _seen(visit)
     if visit.around.recorded:
         lines = "".join(f"<li>{escape(line)}</li>" for line in visit.around.recorded)
         parts.append(f"<h2>What the recording shows</h2><ul>{lines}</ul>")
@@ -98,6 +99,14 @@ def page(visit: Visit, patient: Patient, replay: Path | None = None) -> str:
         f"<title>The doctor on {escape(name)}</title><style>{STYLE}</style></head><body>"
         + "\n".join(parts)
         + "</body></html>\n"
+    )
+
+
+def _frame(name: str, told: str) -> str:
+    """Returns a replay within the page."""
+    return (
+        f'<p><a href="{name}">Open the replay alone</a>: {told}.</p>'
+        f'<iframe src="{name}" title="{told}"></iframe>'
     )
 
 
@@ -153,12 +162,13 @@ def _tried(visit: Visit) -> list[str]:
     ]
 
 
-def _seen(visit: Visit) -> list[str]:
+def _seen(visit: Visit, replays: Set[str]) -> list[str]:
     if not visit.probes:
         return []
     rows = [
         f"<tr><td>{escape(symptom.value)}</td><td>{escape(LOOKS_LIKE[symptom])}</td>"
-        f"<td>{escape('; '.join(visit.probes[name].description for name in names))}</td></tr>"
+        f"<td>{escape('; '.join(visit.probes[name].description for name in names))}</td>"
+        f"<td>{_link(name_of(symptom), replays)}</td></tr>"
         for symptom, names in visit.seen.items()
     ]
     if not rows:
@@ -166,10 +176,14 @@ def _seen(visit: Visit) -> list[str]:
     return [
         "<h2>What the probes show</h2><p>Symptoms of the unchanged file, in at least half of a "
         "probe's trials.</p>",
-        "<table><tr><th>class</th><th>the robot</th><th>probes</th></tr>",
+        "<table><tr><th>class</th><th>the robot</th><th>probes</th><th>replay</th></tr>",
         *rows,
         "</table>",
     ]
+
+
+def _link(name: str, replays: Set[str]) -> str:
+    return f'<a href="{name}">watch</a>' if name in replays else ""
 
 
 def _findings(visit: Visit) -> list[str]:

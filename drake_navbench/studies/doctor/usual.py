@@ -76,9 +76,10 @@ class Unusual(NamedTuple):
         return Direction.DOWN if self.value > self.nearest else Direction.UP
 
 
-def unusual_value(facts: Facts, place: str) -> Unusual | None:
+def unusual_value(facts: Facts, place: str, *, least: float = FAR) -> Unusual | None:
     """Returns a value that is far from Nav2's default and nav2_bringup's; None of others.
 
+    least: the ratio from which on it is far.
     A length that grows with the robot's speed or size is far if it stays so beside the robot's.
     """
     value = facts[place]
@@ -93,8 +94,8 @@ def unusual_value(facts: Facts, place: str) -> Unusual | None:
         return None
     nearest = min(usual, key=lambda u: abs(math.log(value / u)))
     ratio = value / nearest
-    least = min([abs(math.log(ratio / scale)) for scale in _scales(facts, place)])
-    if min(least, abs(math.log(ratio))) < math.log(FAR) - 1e-9:
+    scaled = min([abs(math.log(ratio / scale)) for scale in _scales(facts, place)])
+    if min(scaled, abs(math.log(ratio))) < math.log(least) - 1e-9:
         return None
     return Unusual(place, float(value), nearest, ratio)
 

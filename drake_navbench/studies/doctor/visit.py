@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 
 from drake_navbench.inputs.scenario import Scenario
 from drake_navbench.studies.doctor.change import Judged, judge
+from drake_navbench.studies.doctor.differences import with_differences
 from drake_navbench.studies.doctor.driving import Driver, OutOfTime, Row, shows
 from drake_navbench.studies.doctor.experiment import Experiment, Tried, Verdict
 from drake_navbench.studies.doctor.facts import Facts
@@ -19,6 +20,8 @@ from drake_navbench.studies.doctor.symptoms import Symptom
 
 # Seeds in which every probe is driven at first.
 FIRST_SEEDS = 2
+# Seeds of a probe in which one of the first trials shows a symptom and another does not.
+CONFIRMING_SEEDS = 4
 # Probes that the causes of a symptom are tried on.
 MOST_SHOWING = 3
 # What is treated first where several symptoms are seen.
@@ -51,7 +54,7 @@ class Visit:
 
     seen: by symptom, the probes that show it in at least half of their seeds. treated: the symptom
     whose causes were tried; None where none was seen. around: what the probes are driven in
-    besides.
+    besides. seed: of the first look.
     """
 
     facts: Facts
@@ -65,6 +68,7 @@ class Visit:
     judged: list[Judged] = field(default_factory=list)
     probes: Mapping[str, Scenario] = field(default_factory=dict)
     around: Surroundings = field(default_factory=Surroundings)
+    seed: int = 0
     is_out_of_time: bool = False
     is_interrupted: bool = False
 
@@ -75,8 +79,10 @@ class Visit:
 
     @property
     def shown(self) -> list[Tried]:
-        """The causes that were shown, the best first."""
-        return [entry for entry in self.tried if entry.verdict is Verdict.SHOWN]
+        """The causes that were shown; first the one whose change helps, then the best."""
+        found = [entry for entry in self.tried if entry.verdict is Verdict.SHOWN]
+        cure = self.cure
+        return sorted(found, key=lambda entry: cure is None or entry is not cure.tried)
 
 
 def visit(
@@ -93,7 +99,7 @@ def visit(
     around: what the probes are driven in besides.
     """
     facts = patient.facts()
-    found = Visit(facts, asked=asked, around=around or Surroundings())
+    found = Visit(facts, asked=asked, around=around or Surroundings(), seed=seed)
     found.findings = findings_of(facts)
     try:
         _look(found, patient, driver, seed=seed)
@@ -111,24 +117,44 @@ def _look(found: Visit, patient: Patient, driver: Driver, *, seed: int) -> None:
     robot = columns.setup.robot
     found.probes = probes_for(robot, speed_asked(found.facts, robot), found.around, seed=seed)
     count = len(found.probes) * FIRST_SEEDS
-    driver.tell(f"driving {count} trials of the unchanged file, about {count * 4} s on one core")
+    driver.tell(
+        f"driving {count} trials of the unchanged file through {len(found.probes)} probes: "
+        f"{driver.told_time(count)}"
+    )
     found.rows = driver.drive(
         preset, list(found.probes.values()), FIRST_SEEDS, seed=seed, must=True
     )
+    unsure = _unsure(found.rows)
+    if unsure:
+        driver.tell(f"driving {', '.join(unsure)} twice more: one of two trials shows a symptom")
+        probes = [found.probes[name] for name in unsure]
+        more = driver.drive(preset, probes, CONFIRMING_SEEDS, seed=seed, must=True)
+        found.rows = [row for row in found.rows if probe_of(row) not in unsure] + more
     found.seen = seen_in(found.rows)
 
 
-def seen_in(rows: Sequence[Row]) -> dict[Symptom, list[str]]:
-    """Returns the probes that show each symptom in at least half of their trials."""
+def probe_of(row: Row) -> str:
+    """Returns the name of a row's probe."""
+    return str(row["scenario"]).removeprefix("probe_")
+
+
+def _unsure(rows: Sequence[Row]) -> list[str]:
+    """Returns the probes of which some trials show a symptom and others do not."""
+    sure, some = seen_in(rows, share=1.0), seen_in(rows, share=1e-9)
+    return sorted({n for s, names in some.items() for n in names if n not in sure.get(s, ())})
+
+
+def seen_in(rows: Sequence[Row], *, share: float = 0.5) -> dict[Symptom, list[str]]:
+    """Returns the probes that show each symptom in at least this share of their trials."""
     trials: dict[str, list[Row]] = {}
     for row in rows:
-        trials.setdefault(row["scenario"].removeprefix("probe_"), []).append(row)
+        trials.setdefault(probe_of(row), []).append(row)
     found: dict[Symptom, list[str]] = {}
     for symptom in Symptom:
         own = [
             name
             for name, several in trials.items()
-            if 2 * sum(shows(row, symptom) for row in several) >= len(several)
+            if sum(shows(row, symptom) for row in several) >= max(share * len(several), 1)
         ]
         if own:
             found[symptom] = own
@@ -138,16 +164,20 @@ def seen_in(rows: Sequence[Row]) -> dict[Symptom, list[str]]:
 def _treat(found: Visit, patient: Patient, words: str, driver: Driver, *, seed: int) -> None:
     if found.asked is not None:
         found.suspicions = suspicions_of(found.facts, found.asked, words)
+        seldom = seen_in(found.rows, share=1e-9)
+        if found.asked not in found.seen and found.asked in seldom:
+            # Whoever complains of a symptom has seen it: one trial that shows it is enough.
+            found.seen[found.asked] = seldom[found.asked]
     found.treated = _to_treat(found)
     if found.treated is None:
         return
     showing = _most_severe(found, found.treated)
-    driver.tell(f"{found.treated} is seen in {', '.join(showing)}; trying its causes")
+    driver.tell(f"{found.treated} is seen in {', '.join(showing)}")
     if found.treated is not found.asked:
         found.suspicions = suspicions_of(found.facts, found.treated, words)
     probes = [found.probes[name] for name in showing]
     experiment = Experiment(patient, found.facts, found.treated, probes, driver, seed=seed)
-    found.tried = experiment.run(found.suspicions)
+    found.tried = experiment.run(with_differences(found.suspicions, found.facts))
     found.is_out_of_time = experiment.is_out_of_time
     found.judged = judge(patient, found.tried, found.treated, found.probes, showing, driver)
 

@@ -28,6 +28,8 @@ def verdict(visit: Visit) -> str:
             f"{what} In the experiment {_cause_told(best)} reduces this, but the doctor found no "
             f"change that makes nothing else worse{_why_not(visit)}."
         )
+    if _is_unfinished(visit) and not any(entry.pairs for entry in visit.tried):
+        return f"{what} The visit ended before a cause was tried. The same command goes on."
     outside = [e.suspicion.cause.told for e in visit.tried if e.verdict is Verdict.OUTSIDE]
     could = f" The cause may lie {outside[0]}." if outside else ""
     ended = " There was no time to try more." if _is_unfinished(visit) else ""

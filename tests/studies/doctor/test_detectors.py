@@ -57,6 +57,28 @@ def test_a_heading_that_swings_every_second_wobbles():
     assert Symptom.WOBBLE_STRAIGHT in seen(drive(np.full(180, 0.5), w))
 
 
+def test_one_correction_on_each_of_two_straight_pieces_is_no_wobble():
+    # Straight, a bend of 0.6 rad, straight: the heading is 0.1 rad off and comes back on each.
+    plan = np.vstack([
+        np.column_stack([np.arange(0.0, 2.0, 0.05), np.zeros(40)]),
+        [2.0, 0.0] + np.outer(np.arange(0.0, 2.0, 0.05), [np.cos(0.6), np.sin(0.6)]),
+    ])  # fmt: skip
+    once = np.concatenate([np.zeros(20), np.full(20, 0.1), np.full(20, -0.1), np.zeros(20)])
+    bend = np.full(20, 0.6)
+    one = drive(np.full(180, 0.5), np.concatenate([once, bend, once]), plan_m=plan)
+    assert Symptom.WOBBLE_STRAIGHT not in seen(one)
+
+
+def test_who_turns_to_a_plan_behind_by_an_arc_cuts_no_corner():
+    # The plan leads back along x; the robot drives half a circle of 0.5 m to it.
+    plan = np.column_stack([-np.arange(0.0, 3.0, 0.05), np.zeros(60)])
+    arc = drive(np.full(63, 0.5), np.ones(63), plan_m=plan, goal=(-3.0, 0.0, 3.14))
+    assert Symptom.CORNER_CUTTING not in seen(arc)
+    # The same way off a plan that leads ahead is off the plan.
+    ahead = drive(np.full(63, 0.5), np.ones(63))
+    assert Symptom.CORNER_CUTTING in seen(ahead)
+
+
 def test_a_touch_while_driving_counts_and_one_while_standing_does_not():
     moving = drive(np.full(60, 0.5), np.zeros(60), outcome=Outcome.COLLIDED)
     standing = drive(np.zeros(60), np.zeros(60), outcome=Outcome.COLLIDED)
@@ -105,6 +127,25 @@ def test_three_turns_on_the_spot_are_a_spin():
 def test_two_stops_on_the_way_are_stop_and_start():
     v = np.concatenate([np.full(30, 0.5), np.zeros(10)] * 2 + [np.full(60, 0.5)])
     assert Symptom.STOP_START_JERK in seen(drive(v, np.zeros(len(v))))
+
+
+def test_stops_for_a_turn_on_the_spot_are_wanted():
+    # A square of 1 m: each corner is a stop with a quarter turn, 1.57 rad/s for a second.
+    side, corner = np.full(40, 0.5), np.zeros(20)
+    v = np.concatenate([side, corner] * 3 + [side])
+    w = np.concatenate([0.0 * side, corner + 1.57] * 3 + [0.0 * side])
+    assert Symptom.STOP_START_JERK not in seen(drive(v, w))
+
+
+def test_without_a_goal_only_driving_that_was_asked_for_can_be_too_slow():
+    # It stands for 10 of 13 s, as it is told to; driving, it does what the commands ask.
+    nowhere = (np.inf, np.inf, np.nan)
+    v = np.concatenate([np.full(60, 0.5), np.zeros(200)])
+    assert Symptom.TOO_SLOW not in seen(drive(v, np.zeros(260), goal=nowhere))
+    # A base that does a quarter of what it is told is too slow.
+    told = np.full(260, 0.5)
+    slow = drive(0.25 * told, np.zeros(260), goal=nowhere, command_v_mps=told)
+    assert Symptom.TOO_SLOW in seen(slow)
 
 
 @pytest.mark.parametrize("detector", DETECTORS, ids=lambda detector: detector.symptom.value)

@@ -14,8 +14,16 @@ from drake_navbench.studies.doctor import visit as visits
 from drake_navbench.studies.doctor.causes import Cause, Direction
 from drake_navbench.studies.doctor.change import judge
 from drake_navbench.studies.doctor.cures import Trial
+from drake_navbench.studies.doctor.differences import with_differences
 from drake_navbench.studies.doctor.driving import Driver
-from drake_navbench.studies.doctor.experiment import Experiment, Tried, Verdict, _corrected
+from drake_navbench.studies.doctor.experiment import (
+    MOST_TO_THE_END,
+    TOGETHER,
+    Experiment,
+    Tried,
+    Verdict,
+    _corrected,
+)
 from drake_navbench.studies.doctor.files import Patient
 from drake_navbench.studies.doctor.page import write_outputs
 from drake_navbench.studies.doctor.probes import LONGEST_S, MAKERS, ROUGH, probes_for
@@ -72,14 +80,29 @@ def patient(tmp_path):
     return Patient((path,), "wheelchair", {}, "jazzy")
 
 
-class Rows:
-    """A driver that knows what every column does: symptoms by column, on every probe."""
+class Fake:
+    """A driver of rows that a test makes up."""
 
-    def __init__(self, before, after):
-        self.symptoms, self.left_s = {"before": before, "after": after}, 100.0
+    left_s = 100.0
 
     def tell(self, line):
         pass
+
+    def told_time(self, trials):
+        return "soon"
+
+    def check(self, preset, probes, *, seed):
+        pass
+
+    def drive_together(self, presets, probes, trials, *, seed, must=False):
+        return [self.drive(preset, probes, trials, seed=seed) for preset in presets]
+
+
+class Rows(Fake):
+    """A driver that knows what every column does: symptoms by column, on every probe."""
+
+    def __init__(self, before, after):
+        self.symptoms = {"before": before, "after": after}
 
     def drive(self, preset, probes, trials, *, seed, must=False):
         return [
@@ -105,16 +128,11 @@ def judged(patient, before, after, symptom):
     return judge(patient, shown, symptom, PROBES, ["straight"], Rows(before, after))[0]
 
 
-class Counted:
+class Counted(Fake):
     """A driver that counts the trials of the changed file. severity: of it, by trial."""
-
-    left_s = 100.0
 
     def __init__(self, end, severity):
         self.end, self.severity, self.trials = end, severity, 0
-
-    def tell(self, line):
-        pass
 
     def drive(self, preset, probes, trials, *, seed, must=False):
         is_after = preset.name == "after"
@@ -148,22 +166,45 @@ def test_only_a_change_that_does_something_is_driven_to_the_end(
     experiment = Experiment(
         patient, patient.facts(), Symptom.WOBBLE_STRAIGHT, list(PROBES.values()), driver, seed=0
     )
-    found = experiment._try(Suspicion(CAUSE, 1.0, ()), TRIAL)
+    candidate, _ = experiment._candidate(Suspicion(CAUSE, 1.0, ()), TRIAL)
+    (found,) = experiment._race([candidate])
     assert (driver.trials, found.reason) == (trials, reason)
     assert (found.p_value < 1.0) == (reason == "")
 
 
-def test_after_a_change_that_takes_the_symptom_away_three_more_are_tried(patient):
+def test_after_a_batch_with_a_change_that_takes_the_symptom_away_none_is_driven(patient):
     def places(driver):
         experiment = Experiment(
             patient, patient.facts(), Symptom.WOBBLE_STRAIGHT, list(PROBES.values()), driver, seed=0
         )
         suspicions = suspicions_of(patient.facts(), Symptom.WOBBLE_STRAIGHT)
         found = experiment.run(suspicions)
-        return {entry.suspicion.cause.place for entry in found if entry.pairs}
+        return [entry for entry in found if entry.pairs]
 
-    assert len(places(Counted(9.5, 0.0))) == 1 + 3
-    assert len(places(Counted(9.5, 1.9))) > 1 + 3
+    one_batch, several = places(Counted(9.5, 0.0)), places(Counted(9.5, 1.9))
+    # A cause has two values at most.
+    assert TOGETHER <= len(one_batch) <= TOGETHER + 1
+    assert len(several) > TOGETHER + 1
+    # Of those that do the same, the likeliest five are driven to the end.
+    assert [entry.reason == "" for entry in one_batch].count(True) == MOST_TO_THE_END
+    assert one_batch[0].pairs == 12
+
+
+def test_the_time_that_is_left_goes_to_the_likeliest_changes(patient):
+    class Short(Counted):
+        def drive_together(self, presets, probes, trials, *, seed, must=False):
+            return super().drive_together(presets[:3], probes, trials, seed=seed)
+
+    experiment = Experiment(
+        patient, patient.facts(), Symptom.WOBBLE_STRAIGHT, list(PROBES.values()),
+        Short(9.5, 0.0), seed=0,
+    )  # fmt: skip
+    suspicions = suspicions_of(patient.facts(), Symptom.WOBBLE_STRAIGHT)
+    found = experiment.run(suspicions)
+    # The file as it is and two changes, one trial each: too little to show anything.
+    assert experiment.is_out_of_time
+    assert [entry.pairs for entry in found if entry.pairs] == [1, 1]
+    assert {entry.verdict for entry in found if entry.pairs} == {Verdict.NOT_SHOWN}
 
 
 def test_a_change_that_no_trial_depends_on_is_not_driven(patient):
@@ -175,9 +216,9 @@ def test_a_change_that_no_trial_depends_on_is_not_driven(patient):
     )
     # AMCL is not simulated here.
     unused = Trial(CAUSE, {Place("amcl", "max_particles"): 5000})
-    found = experiment._try(Suspicion(CAUSE, 1.0, ()), unused)
-    assert (found.verdict, driver.trials) == (Verdict.NOT_TRIED, 0)
-    assert found.reason == "no trial depends on it"
+    candidate, reason = experiment._candidate(Suspicion(CAUSE, 1.0, ()), unused)
+    assert (candidate, driver.trials) == (None, 0)
+    assert reason == "no trial depends on it"
 
 
 def test_a_change_that_takes_the_symptom_and_brings_no_other_helps(patient):
@@ -230,6 +271,27 @@ def test_causes_are_tried_where_a_probe_was_made_for_the_symptom(patient):
     found.seen = {Symptom.DOOR_STOP: ["dead_end", "door"], Symptom.SPINS: ["dead_end"]}
     assert visits._most_severe(found, Symptom.DOOR_STOP) == ["door"]
     assert visits._most_severe(found, Symptom.SPINS) == ["dead_end"]
+
+
+def test_a_symptom_that_one_of_two_trials_shows_is_looked_at_again():
+    def row(probe, *symptoms):
+        return {"scenario": f"probe_{probe}", "severity": {s: 2.0 for s in symptoms}}
+
+    rows = [row("door", "spins"), row("door"), row("bends", "spins"), row("bends", "spins")]
+    assert visits._unsure(rows) == ["door"]
+    # Of four trials one shows it: less than half.
+    assert visits.seen_in([*rows, row("door"), row("door")]) == {Symptom.SPINS: ["bends"]}
+    # What every trial shows is sure, and what none shows as well.
+    assert visits._unsure(rows[2:]) == []
+
+
+def test_a_value_otherwise_than_nav2s_is_tried_after_the_suspects(patient):
+    facts = patient.facts()
+    known = suspicions_of(facts, Symptom.GOAL_OVERSHOOT)
+    more = [s for s in with_differences(known, facts) if s not in known]
+    told = {s.cause.place: (s.cause.direction, s.cause.to) for s in more}
+    # The file has 20 s, Nav2 10 s.
+    assert told["progress_checker.movement_time_allowance"] == (Direction.DOWN, 10.0)
 
 
 def test_nothing_seen_is_a_verdict(patient):

@@ -1,0 +1,52 @@
+"""What a file has otherwise than Nav2: candidates for the experiment where the knowledge has none.
+
+The suspects know the frequent causes of a symptom. Any other value may be one, too, and a trial
+tells at once if it does nothing; so every value that is not the usual one is tried, after what is
+known.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+
+from drake_navbench.studies.doctor.causes import Cause, Direction
+from drake_navbench.studies.doctor.facts import Facts
+from drake_navbench.studies.doctor.far_values import is_robots_own
+from drake_navbench.studies.doctor.in_effect import is_in_effect
+from drake_navbench.studies.doctor.reading import Suspicion
+from drake_navbench.studies.doctor.usual import FAR, unusual_value
+
+# From this ratio to the usual values on a value is another one.
+OTHER = 1.3
+# Scores beside the suspects' weights, which are 0 to 1: of a value far from the usual ones, of
+# another one, and of a switch.
+FAR_SCORE, OTHER_SCORE, SWITCH_SCORE = 0.6, 0.2, 0.3
+SOURCE = "Nav2's code and nav2_bringup/params/nav2_params.yaml"
+
+
+def with_differences(suspicions: Sequence[Suspicion], facts: Facts) -> list[Suspicion]:
+    """Returns the suspicions with those that the file's differences from Nav2 add, by score."""
+    known = {(p, s.cause.direction) for s in suspicions for p in facts.matching(s.cause.place)}
+    more = [s for s in _differences(facts) if s.cause.key not in known]
+    return sorted([*suspicions, *more], key=lambda s: -s.score)
+
+
+def _differences(facts: Facts) -> Iterator[Suspicion]:
+    for place in sorted(facts.given - facts.unreadable):
+        if not is_in_effect(facts, place):
+            continue
+        value, default = facts[place], facts.defaults.get(place)
+        if isinstance(value, bool):
+            if isinstance(default, bool) and value is not default:
+                why = f"Nav2's default is {str(default).lower()}."
+                cause = Cause(place, Direction.SET, default, why, SOURCE)
+                yield Suspicion(cause, SWITCH_SCORE, (why,))
+            continue
+        other = unusual_value(facts, place, least=OTHER)
+        if other is None or is_robots_own(other):
+            continue
+        is_far = abs(math.log(other.ratio)) >= math.log(FAR) - 1e-9
+        why = f"Nav2 or nav2_bringup has {other.nearest:g}."
+        cause = Cause(place, other.back, other.nearest, why, SOURCE)
+        yield Suspicion(cause, FAR_SCORE if is_far else OTHER_SCORE, (why,))
