@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib.util
 import os
 import re
 import subprocess
@@ -88,3 +89,49 @@ def test_the_wheel_works_from_an_empty_folder(wheel, tmp_path):
     log = "out/trials/empty/rpp/trial_000.parquet"
     run("replay", log)
     assert (empty / log).with_suffix(".html").is_file()
+
+
+@pytest.mark.long
+def test_a_wheel_with_kernels_drives_without_compiling(tmp_path):
+    spec = importlib.util.spec_from_file_location("wheel", REPOSITORY / ".ci" / "wheel.py")
+    maker = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(maker)
+    source, site, cache = tmp_path / "source", tmp_path / "site", tmp_path / "cache"
+    maker.copy_tracked(REPOSITORY, source)
+    brought = source / "drake_navbench" / "compiled_kernels"
+    brought.mkdir()
+    script = (
+        "import importlib.util\n"
+        f"spec = importlib.util.spec_from_file_location('wheel', {spec.origin!r})\n"
+        "maker = importlib.util.module_from_spec(spec)\n"
+        "spec.loader.exec_module(maker)\n"
+        f"maker.compile_into(maker.Path({str(brought)!r}), ['rpp'], ['empty'], 1)\n"
+    )
+    subprocess.run([sys.executable, "-c", script], check=True)
+    wheel = maker.build(source, tmp_path / "wheel")
+    assert re.search(r"-cp3\d+-none-linux_\w+\.whl$", wheel.name)
+    with zipfile.ZipFile(wheel) as archive:
+        archive.extractall(site)
+    ask = [sys.executable, "-m", "drake_navbench", "run", "empty", "--controllers", "rpp"]
+    ask += ["--trials", "1", "--replay", "none", "--figures", "none", "--out"]
+
+    def told(out: str, **environment: str) -> str:
+        own = {"PYTHONPATH": str(site), "XDG_CACHE_HOME": str(cache)}
+        done = subprocess.run(
+            [*ask, str(tmp_path / out)],
+            cwd=tmp_path,
+            env=os.environ | own | environment,
+            capture_output=True,
+            text=True,
+            check=True,
+        )
+        return done.stdout
+
+    assert "Compiling" not in told("first")
+    kernels = cache / "drake_navbench" / "kernels"
+    there = {path.relative_to(kernels): path.read_bytes() for path in kernels.glob("*/*.nbc")}
+    assert len(there) > 50
+    assert all((brought / path).read_bytes() == code for path, code in there.items())
+    # Elsewhere they are of no use, which is told in a line.
+    (site / "drake_navbench" / "compiled_kernels" / "compiler.txt").write_text("numba 0.1\n")
+    assert "The wheel's kernels are of numba 0.1; here is numba " in told("second")

@@ -15,6 +15,7 @@ import time
 from contextlib import suppress
 from pathlib import Path
 from types import FunctionType
+from typing import Any
 
 from drake_navbench.processes import cache_folder
 from drake_navbench.processes.cache_folder import (
@@ -35,10 +36,10 @@ def prepare_kernels() -> None:
     provide_cache_folder()
     from numba.core import caching
 
-    # The class has had two names.
-    implementation = getattr(caching, "CacheImpl", None) or caching._CacheImpl
-    if KernelPlace not in implementation._locator_classes:
-        implementation._locator_classes.insert(0, KernelPlace)
+    # Asked in this order for the place of each kernel.
+    locators: list[Any] = caching.CacheImpl._locator_classes
+    if KernelPlace not in locators:
+        locators.insert(0, KernelPlace)
 
 
 def notice_of_wheel() -> str:

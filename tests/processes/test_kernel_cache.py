@@ -113,6 +113,18 @@ def test_what_a_wheel_brings_is_copied_when_it_is_asked_for(folders):
     assert (ours / name / "angles.wrap-1.py311.1.nbc").read_bytes() == b"code"
 
 
+def test_kernels_of_another_compiler_are_told_in_a_line(folders):
+    _, wheel = folders
+    assert kernel_cache.notice_of_wheel() == ""
+    wheel.mkdir()
+    (wheel / "compiler.txt").write_text(f"{kernel_sources.compiler()}\n")
+    assert kernel_cache.notice_of_wheel() == ""
+    (wheel / "compiler.txt").write_text("numba 0.1, llvmlite 0.1, Python 3.11, x86-64-v3\n")
+    told = kernel_cache.notice_of_wheel()
+    assert told.startswith("The wheel's kernels are of numba 0.1, llvmlite 0.1, Python 3.11, x86-")
+    assert len(told.splitlines()) == 1
+
+
 def test_older_sources_kernels_are_removed_after_a_month_without_use(folders):
     ours, _ = folders
     module = "drake_navbench.kernels.angles"
