@@ -130,6 +130,11 @@ class Observation:
     global_plan: Array = field(default_factory=lambda: NO_PLAN)
     vy_mps: float = 0.0
 
+    @property
+    def whole_plan(self) -> Array:
+        """The plan (N, 3) that a controller cuts itself: the global one, or the cut one without."""
+        return self.global_plan if len(self.global_plan) else self.plan
+
 
 class Decision(NamedTuple):
     """The result of a controller's cycle.

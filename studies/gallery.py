@@ -35,9 +35,10 @@ from drake_navbench.analysis.figures.style import (
     write_figure,
 )
 from drake_navbench.analysis.metrics.signals import positions
+from drake_navbench.inputs.floor_scenario import SCENARIO_FILES
 from drake_navbench.inputs.presets import load_preset, preset_files
 from drake_navbench.inputs.robot import ROBOT_FILES, load_robot
-from drake_navbench.inputs.scenario import PUBLISHED_SCENARIOS, SCENARIO_FILES, load_scenario
+from drake_navbench.inputs.scenario import PUBLISHED_SCENARIOS, load_scenario
 from drake_navbench.trial.trial import DEFAULT_ROBOT
 
 PAGE = Path(__file__).parents[1] / "docs" / "gallery.md"

@@ -194,3 +194,24 @@ def test_an_import_against_the_layers_is_found_with_its_line(module, line, tmp_p
     path.write_text(f'"""Planted."""\n\n{line}\n')
     (fault,) = broken_rules(f"{PACKAGE}.{module}", path)
     assert fault.startswith(f"{path}:3: {module.partition('.')[0]} may not import ")
+
+
+def circles(graph: dict[str, set[str]]) -> set[str]:
+    """Returns the nodes that are on a circle of arrows, or on a way between two circles."""
+    left = {node: to & set(graph) - {node} for node, to in graph.items()}
+    while True:
+        entered = {other for to in left.values() for other in to}
+        idle = {node for node, to in left.items() if not to or node not in entered}
+        if not idle:
+            return set(left)
+        left = {node: to - idle for node, to in left.items() if node not in idle}
+
+
+def test_no_files_import_each_other_not_even_for_types_or_late():
+    graph = {module: {name for _, name in imports(path)} for module, path in modules()}
+    assert circles(graph) == set()
+
+
+def test_files_that_import_each_other_are_found():
+    graph = {"a": {"b"}, "b": {"c"}, "c": {"b"}, "d": {"a"}, "e": set()}
+    assert circles(graph) == {"b", "c"}

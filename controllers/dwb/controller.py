@@ -99,7 +99,7 @@ class DynamicWindowApproach:
         """Returns the local plan, and the index in the whole plan where the rest begins."""
         if self._own_plan is None:
             return observation.plan, 0
-        whole = observation.global_plan if len(observation.global_plan) else observation.plan
+        whole = observation.whole_plan
         begin = memory.plan_begin if observation.plan_id == memory.plan_id else 0
         return self._own_plan.cut(whole, begin, observation.pose, observation.costmap)
 

@@ -16,6 +16,7 @@ from drake_navbench.controller import (
     NoValidControl,
     Observation,
 )
+from drake_navbench.controllers.circle_cut import CircleCut
 from drake_navbench.controllers.graceful.control_law import Law
 from drake_navbench.controllers.graceful.cycle import (
     BLOCKED,
@@ -31,7 +32,6 @@ from drake_navbench.controllers.graceful.parameters import GracefulParameters
 from drake_navbench.controllers.graceful.releases import RULES
 from drake_navbench.controllers.graceful.simulation import Scene
 from drake_navbench.kernels.grid import MAX_NON_OBSTACLE
-from drake_navbench.kernels.path_pruning import range_in_circle
 from drake_navbench.kernels.poses import compose
 from drake_navbench.kernels.read_only import read_only
 from drake_navbench.kernels.speed_limit import NO_SPEED_LIMIT, limited_speed, speed_limit_ratio
@@ -67,6 +67,9 @@ class Graceful:
                 "robot given by robot_radius"
             )
         self._parameters = parameters
+        self._cut = CircleCut(
+            parameters.max_robot_pose_search_dist, takes_first=self._release.takes_first_of_equals
+        )
         self._settings_record = _kernel_settings(parameters, setup)
         self._wants_diagnostics = setup.wants_diagnostics
         self._footprint = read_only(setup.footprint)
@@ -88,7 +91,9 @@ class Graceful:
         """
         if observation.plan_id != memory.plan_id:
             memory = GracefulMemory(observation.plan_id)
-        plan, begin = self._local_plan(observation, memory.plan_begin)
+        plan, begin = observation.plan, 0
+        if self._release.cuts_plan:
+            plan, begin = self._cut.cut(observation, memory.plan_begin)
         if len(plan) == 0:
             text = "plan: got no poses, expected at least one"
             error: type[ControllerError] = (
@@ -111,29 +116,6 @@ class Graceful:
         command = np.array([cycle.v, cycle.w])
         command.flags.writeable = False
         return Decision(command, memory, self._diagnostics(cycle, observation))
-
-    def _local_plan(self, observation: Observation, begin: int) -> tuple[Array, int]:
-        """Returns the local plan (M, 3), and the index in the whole plan where the rest begins."""
-        if not self._release.cuts_plan:
-            return observation.plan, 0
-        whole = observation.global_plan if len(observation.global_plan) else observation.plan
-        if len(whole) == 0:
-            return whole, 0
-        size_m = observation.costmap.nav2_size_m
-        searched_m = self._parameters.max_robot_pose_search_dist
-        if searched_m is None:
-            searched_m = 0.5 * size_m[0]
-        first, stop = range_in_circle(
-            read_only(whole),
-            begin,
-            float(observation.pose[0]),
-            float(observation.pose[1]),
-            searched_m if searched_m >= 0.0 else math.inf,
-            0.5 * max(size_m),
-            self._release.takes_first_of_equals,
-            False,
-        )
-        return whole[first:stop], first
 
     def _run(self, observation: Observation, plan: Array, memory: GracefulMemory) -> Cycle:
         scene = self._scene(observation)

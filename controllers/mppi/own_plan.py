@@ -39,7 +39,7 @@ class OwnPlan:
         Raises InvalidPath where nothing is left of the plan on the costmap.
         """
         p, costmap, pose = self._parameters, observation.costmap, observation.pose
-        whole = observation.global_plan if len(observation.global_plan) else observation.plan
+        whole = observation.whole_plan
         if observation.plan_id != state.plan_id:
             state = PlanState(observation.plan_id, 0, self._end(whole, 0))
         x, y, yaw = pose.tolist()

@@ -17,6 +17,7 @@ from drake_navbench.controller import (
     NoValidControl,
     Observation,
 )
+from drake_navbench.controllers.circle_cut import CircleCut
 from drake_navbench.controllers.rpp.cycle import (
     CENTRE_OFF_MAP,
     NO_COLLISION,
@@ -27,12 +28,12 @@ from drake_navbench.controllers.rpp.cycle import (
     run_cycle,
 )
 from drake_navbench.controllers.rpp.memory import RppMemory
-from drake_navbench.controllers.rpp.own_plan import OwnPlan
 from drake_navbench.controllers.rpp.parameters import RegulatedPurePursuitParameters
 from drake_navbench.controllers.rpp.releases import RULES
 from drake_navbench.kernels.command_arc import project_arc
 from drake_navbench.kernels.read_only import read_only
 from drake_navbench.kernels.speed_limit import limited_speed
+from drake_navbench.releases import Release
 
 Array = NDArray[np.float64]
 
@@ -59,7 +60,7 @@ class RegulatedPurePursuit:
     def __init__(self, parameters: RegulatedPurePursuitParameters, setup: ControllerSetup) -> None:
         self._parameters = parameters = parameters.as_read()
         self._release = RULES[parameters.nav2_release]
-        self._own_plan = OwnPlan(parameters) if self._release.cuts_plan else None
+        self._cut = plan_cut(parameters)
         self._keeps_turning = (
             self._release.cuts_plan
             and parameters.is_read("stateful", parameters.nav2_release)
@@ -84,7 +85,7 @@ class RegulatedPurePursuit:
     @property
     def cuts_plan(self) -> bool:
         """Whether it cuts the plan itself, as up to Kilted."""
-        return self._own_plan is not None
+        return self._release.cuts_plan
 
     def initial_memory(self) -> RppMemory:
         """Returns the memory at the start of a goal: at rest, not cancelling."""
@@ -145,18 +146,14 @@ class RegulatedPurePursuit:
 
     def _local_plan(self, observation: Observation, memory: RppMemory) -> tuple[Array, RppMemory]:
         """Returns the local plan, and the memory with the index where the rest begins."""
-        if self._own_plan is None:
+        if not self._release.cuts_plan:
             self._refuse_single_pose(observation.plan)
             return observation.plan, memory
-        whole = observation.global_plan if len(observation.global_plan) else observation.plan
-        self._refuse_single_pose(whole)
+        self._refuse_single_pose(observation.whole_plan)
         if observation.plan_id != memory.plan_id:
             memory = memory._replace(plan_id=observation.plan_id, plan_begin=0, was_near_end=False)
-        if len(whole) == 0:
-            return whole, memory
-        begin = memory.plan_begin
-        cut = self._own_plan.cut(whole, begin, observation.pose, observation.costmap)
-        return cut.poses, memory._replace(plan_begin=cut.begin)
+        poses, begin = self._cut.cut(observation, memory.plan_begin)
+        return poses, memory._replace(plan_begin=begin)
 
     def _run(
         self, observation: Observation, plan: Array, memory: RppMemory, is_cancelling: bool
@@ -228,3 +225,15 @@ class RegulatedPurePursuit:
                 cycle.distance_limit,
             )
         return diagnostics
+
+
+def plan_cut(parameters: RegulatedPurePursuitParameters) -> CircleCut:
+    """Returns the rules by which the controller cuts the plan up to Kilted."""
+    rules, is_humble = RULES[parameters.nav2_release], parameters.nav2_release is Release.HUMBLE
+    return CircleCut(
+        parameters.max_robot_pose_search_dist,
+        takes_first=rules.takes_first_of_equals,
+        keeps_two=rules.keeps_two_poses,
+        defaults_to_longer=is_humble,
+        may_search_all=not is_humble,
+    )

@@ -21,7 +21,6 @@ from drake_navbench.controllers.teb_upstream.local_plan import (
     LocalPlan,
     cut_local_plan,
     lethal_points,
-    whole_plan,
 )
 from drake_navbench.controllers.teb_upstream.memory import (
     PlannerState,
@@ -80,7 +79,7 @@ class UpstreamTimedElasticBand:
         Raises InvalidPath for an empty plan, NoValidControl where no band was found, none is free
         of collision, or it diverged; then the next cycle starts from the global plan.
         """
-        whole = whole_plan(observation)
+        whole = observation.whole_plan
         if len(whole) == 0:
             raise InvalidPath("plan is empty, expected at least one pose")
         if not np.isfinite(whole).all():

@@ -41,7 +41,7 @@ def cut_local_plan(
 
     begin: index of the first pose that earlier cycles have kept of the whole plan.
     """
-    whole = whole_plan(observation)
+    whole = observation.whole_plan
     begin = pruned_begin(whole, begin, observation.pose, parameters.global_plan_prune_distance)
     plan, costmap = whole[begin:], observation.costmap
     region = REGION_RATIO * 0.5 * max(costmap.size_x_m, costmap.size_y_m)
@@ -58,11 +58,6 @@ def cut_local_plan(
         poses = np.vstack([observation.pose, poses])
     poses[0] = observation.pose
     return LocalPlan(poses, via_points, begin)
-
-
-def whole_plan(observation: Observation) -> Array:
-    """Returns (N, 3) the plan that the original cuts; without it, the path handler's."""
-    return observation.global_plan if len(observation.global_plan) else observation.plan
 
 
 @njit(cache=True)

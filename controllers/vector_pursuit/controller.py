@@ -17,6 +17,7 @@ from drake_navbench.controller import (
     NoValidControl,
     Observation,
 )
+from drake_navbench.controllers.circle_cut import CircleCut
 from drake_navbench.controllers.vector_pursuit.cycle import (
     CENTRE_OFF_MAP,
     NO_COLLISION,
@@ -30,7 +31,6 @@ from drake_navbench.controllers.vector_pursuit.memory import VectorPursuitMemory
 from drake_navbench.controllers.vector_pursuit.parameters import VectorPursuitParameters
 from drake_navbench.controllers.vector_pursuit.releases import RULES
 from drake_navbench.kernels.command_arc import project_arc
-from drake_navbench.kernels.path_pruning import range_in_circle
 from drake_navbench.kernels.poses import compose
 from drake_navbench.kernels.read_only import read_only
 from drake_navbench.kernels.speed_limit import limited_speed
@@ -59,6 +59,12 @@ class VectorPursuit:
     def __init__(self, parameters: VectorPursuitParameters, setup: ControllerSetup) -> None:
         self._parameters = parameters
         self._release = RULES[parameters.nav2_release]
+        self._cut = CircleCut(
+            parameters.max_robot_pose_search_dist,
+            takes_first=self._release.takes_first_of_equals,
+            defaults_to_longer=True,
+            may_search_all=False,
+        )
         self._settings_record = parameters.as_record(
             control_period_s=setup.control_period_s,
             inscribed_radius_m=setup.inscribed_radius_m,
@@ -139,24 +145,10 @@ class VectorPursuit:
         """Returns the local plan (M, 3), and the memory with the index where the rest begins."""
         if not self._release.cuts_plan:
             return observation.plan, memory
-        whole = observation.global_plan if len(observation.global_plan) else observation.plan
         if observation.plan_id != memory.plan_id:
             memory = memory._replace(plan_id=observation.plan_id, plan_begin=0)
-        if len(whole) == 0:
-            return whole, memory
-        reach_m = 0.5 * max(observation.costmap.nav2_size_m)
-        searched_m = self._parameters.max_robot_pose_search_dist
-        first, stop = range_in_circle(
-            read_only(whole),
-            memory.plan_begin,
-            float(observation.pose[0]),
-            float(observation.pose[1]),
-            reach_m if searched_m is None else searched_m,
-            reach_m,
-            self._release.takes_first_of_equals,
-            False,
-        )
-        return whole[first:stop], memory._replace(plan_begin=first)
+        poses, begin = self._cut.cut(observation, memory.plan_begin)
+        return poses, memory._replace(plan_begin=begin)
 
     def _check_plan(self, count: int, memory: VectorPursuitMemory) -> None:
         if count == 0:

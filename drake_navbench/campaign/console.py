@@ -6,7 +6,6 @@ import os
 import re
 from collections.abc import Mapping
 from itertools import pairwise
-from types import TracebackType
 
 import pandas as pd
 from rich.box import SIMPLE_HEAD
@@ -75,12 +74,7 @@ class CampaignProgress:
         self._bar.start()
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *error: object) -> None:
         self._bar.stop()
 
     def update(self, progress: Progress) -> None:

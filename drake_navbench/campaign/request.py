@@ -16,12 +16,13 @@ from drake_navbench.campaign.sweep import MAX_POINTS
 from drake_navbench.errors import InputError, nearest_name_hint
 from drake_navbench.inputs.barn import barn_scenarios
 from drake_navbench.inputs.check import CheckRow, Status
+from drake_navbench.inputs.floor_scenario import Pose
 from drake_navbench.inputs.gazebo_world import load_gazebo_world, scenario_in_world
 from drake_navbench.inputs.known_base import KnownBase
 from drake_navbench.inputs.originals_beside import with_originals
 from drake_navbench.inputs.presets import Preset, default_presets, load_preset
 from drake_navbench.inputs.robot import Robot, body_top_m, is_model, load_robot
-from drake_navbench.inputs.scenario import Pose, Scenario, load_scenario, scenario_on_map
+from drake_navbench.inputs.scenario import Scenario, load_scenario, scenario_on_map
 from drake_navbench.inputs.world_on_map import warn_of_other_world
 from drake_navbench.nav2.differences import differences, require_different
 from drake_navbench.nav2.parameter_files import load_parameter_file

@@ -9,7 +9,7 @@ import numpy as np
 from drake_navbench.analysis.figures.maps import Course
 from drake_navbench.analysis.figures.views import Array, SceneView, Task
 from drake_navbench.errors import InputError, NavbenchError
-from drake_navbench.inputs.floors import mission_legs
+from drake_navbench.inputs.floor_scenario import FloorScenario
 from drake_navbench.inputs.recorded_people import RecordedPeople
 from drake_navbench.inputs.robot import Robot
 from drake_navbench.inputs.scenario import Scenario
@@ -82,7 +82,7 @@ def scenes_of(scenarios: Sequence[Scenario]) -> list[list[Scenario]]:
     return list(groups.values())
 
 
-def _known(scenario: Scenario) -> list[Array]:
+def _known(scenario: FloorScenario) -> list[Array]:
     """Returns min_x, min_y, max_x, max_y m of what its map knows; nothing without a map."""
     grid = scenario.map
     if grid is None:
@@ -101,7 +101,7 @@ def _tasks(scenario: Scenario, robot: Robot, told: list[str]) -> list[Task]:
     start = np.array(scenario.start)
     if scenario.floors:
         start = np.array(scenario.placed_floors[0].scenario.start)
-        for leg in mission_legs(scenario):
+        for leg in scenario.legs:
             legs.append((leg.floor.scenario, start, np.array(leg.goal)))
             start = np.array(leg.goal if leg.arrival is None else leg.arrival)
     else:
@@ -114,7 +114,7 @@ def _tasks(scenario: Scenario, robot: Robot, told: list[str]) -> list[Task]:
 
 
 def _plan(
-    scenario: Scenario, robot: Robot, start: Array, goal: Array, told: list[str]
+    scenario: FloorScenario, robot: Robot, start: Array, goal: Array, told: list[str]
 ) -> Array | None:
     try:
         return make_plan(scenario, robot, start, goal)

@@ -23,14 +23,10 @@ from drake_navbench.commands.command_line import CommandParser, exit_status_of
 from drake_navbench.commands.field_table import robots_page
 from drake_navbench.commands.plugin_page import DATA_FILE, plugin_page, read_plugins
 from drake_navbench.errors import InputError
+from drake_navbench.inputs.floor_scenario import SCENARIO_FILES
 from drake_navbench.inputs.presets import PresetFile, default_presets, load_preset, preset_files
 from drake_navbench.inputs.robot import Robot, load_robot
-from drake_navbench.inputs.scenario import (
-    PUBLISHED_SCENARIOS,
-    SCENARIO_FILES,
-    Scenario,
-    load_scenario,
-)
+from drake_navbench.inputs.scenario import PUBLISHED_SCENARIOS, Scenario, load_scenario
 from drake_navbench.inputs.world import World
 from drake_navbench.logs.costmaps import COSTMAP_COLUMNS
 from drake_navbench.logs.log import (

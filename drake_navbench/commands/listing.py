@@ -10,9 +10,10 @@ from rich.table import Table
 from drake_navbench.campaign.console import terminal
 from drake_navbench.commands.command_line import CommandParser, exit_status_of
 from drake_navbench.errors import InputError, printable
+from drake_navbench.inputs.floor_scenario import SCENARIO_FILES
 from drake_navbench.inputs.presets import load_preset, preset_files
 from drake_navbench.inputs.robot import ROBOT_FILES
-from drake_navbench.inputs.scenario import PUBLISHED_SCENARIOS, SCENARIO_FILES, load_scenario
+from drake_navbench.inputs.scenario import PUBLISHED_SCENARIOS, load_scenario
 from drake_navbench.native.builds import build_names, find_build
 from drake_navbench.plugins.kinds import GROUP_PREFIX, foreign_plugins
 from drake_navbench.typed_files.typed_yaml import read_yaml

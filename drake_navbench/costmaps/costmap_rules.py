@@ -10,7 +10,7 @@ from drake_navbench.typed_files.typed_yaml import FrozenModel
 
 
 class CostmapRules(FrozenModel):
-    """How often a costmap is updated, how it reads a map, and by which release's rules."""
+    """The rate of a costmap, its reading of maps, and the release whose rules it follows."""
 
     nav2_release: Release = Field(
         NEWEST_RELEASE,

@@ -9,6 +9,7 @@ import numpy as np
 import shapely
 
 from drake_navbench.errors import InputError
+from drake_navbench.inputs.floor_scenario import FloorScenario
 from drake_navbench.inputs.floors import Pose
 from drake_navbench.inputs.scenario import Scenario
 
@@ -23,7 +24,7 @@ class Place(NamedTuple):
     to, by name. holds_start: whether the trial begins here. named: the map's name in errors.
     """
 
-    scenario: Scenario
+    scenario: FloorScenario
     stands: dict[str, Pose]
     goals: dict[str, Pose]
     holds_start: bool = True

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 from pydantic import BaseModel
@@ -17,14 +17,12 @@ from pydantic import BaseModel
 from drake_navbench.costmaps.filter_masks import FilterMask
 from drake_navbench.costmaps.map_file import OccupancyMap
 from drake_navbench.errors import InputError
+from drake_navbench.inputs.floor_scenario import FloorScenario
+from drake_navbench.inputs.mission import Lift, MissionStep
 from drake_navbench.inputs.moving import NOTHING_MOVES, MovingObstacles
 from drake_navbench.inputs.people import NOBODY, People, WalkingPeople
+from drake_navbench.inputs.scenario_world import Floor
 from drake_navbench.inputs.world import World
-
-if TYPE_CHECKING:
-    from drake_navbench.inputs.mission import Lift
-    from drake_navbench.inputs.scenario import Scenario
-    from drake_navbench.inputs.scenario_world import Floor
 
 Bounds = tuple[float, float, float, float]
 Offset = tuple[float, float]
@@ -51,7 +49,7 @@ class PlacedFloor:
     index: int
     name: str
     offset: Offset
-    scenario: Scenario
+    scenario: FloorScenario
     bounds: Bounds
     storey: int
 
@@ -97,39 +95,34 @@ def sight_of(floor: PlacedFloor, floors: Sequence[PlacedFloor]) -> FloorSight:
     return FloorSight(replace(world, moving=NOTHING_MOVES, people=NOBODY), bounds)
 
 
-def mission_legs(scenario: Scenario) -> tuple[PlacedLeg, ...]:
+def mission_legs(
+    mission: Sequence[MissionStep], lifts: Sequence[Lift], floors: Sequence[PlacedFloor]
+) -> tuple[PlacedLeg, ...]:
     """Returns the legs of a mission, in order."""
-    floors = {floor.name: floor for floor in scenario.placed_floors}
-    lifts = {lift.name: lift for lift in scenario.lifts}
-    here, legs = scenario.placed_floors[0], []
-    for step in scenario.mission:
+    by_name, lift_of = {floor.name: floor for floor in floors}, {lift.name: lift for lift in lifts}
+    here, legs = floors[0], []
+    for step in mission:
         if step.goal is not None:
             legs.append(PlacedLeg(here.placed(step.goal), here))
             continue
-        lift, there = lifts[str(step.lift)], floors[str(step.to)]
+        lift, there = lift_of[str(step.lift)], by_name[str(step.to)]
         stops = here.placed(lift.stops[here.name]), there.placed(lift.stops[there.name])
         legs.append(PlacedLeg(stops[0], here, lift, there, stops[1]))
         here = there
     return tuple(legs)
 
 
-def floor_scenarios(scenario: Scenario) -> tuple[Scenario, ...]:
-    """Returns each floor as a scenario of its own, in the frame of its map."""
-    return tuple(_on_its_own(scenario, index) for index in range(len(scenario.floors)))
-
-
-def placed_floors(scenario: Scenario) -> tuple[PlacedFloor, ...]:
+def placed_floors(floors: Sequence[Floor], own: Sequence[FloorScenario]) -> tuple[PlacedFloor, ...]:
     """Returns the floors at their places in the world; the first one's frame is the world's.
 
-    Floors that give their origin in one storey lie at it; every other floor is a storey. Each
-    storey lies to the right of those before. None where the scenario has no floors.
+    own: each floor in the frame of its map. Floors that give their origin in one storey lie at it;
+    every other floor is a storey. Each storey lies to the right of those before.
     """
-    if not scenario.floors:
+    if not floors:
         return ()
-    own = floor_scenarios(scenario)
     limits = [_bounds_of(floor) for floor in own]
-    origins = [floor.origin or (0.0, 0.0) for floor in scenario.floors]
-    storeys = _storeys(scenario.floors)
+    origins = [floor.origin or (0.0, 0.0) for floor in floors]
+    storeys = _storeys(floors)
     right_m = -math.inf
     shifts_m: dict[int, float] = {}
     for storey in dict.fromkeys(storeys):
@@ -142,7 +135,7 @@ def placed_floors(scenario: Scenario) -> tuple[PlacedFloor, ...]:
             shift_m = float(math.ceil(right_m + STOREY_GAP_M - low_x))
         shifts_m[storey], right_m = shift_m, high_x + shift_m
     placed = []
-    for index, (floor, one) in enumerate(zip(scenario.floors, own, strict=True)):
+    for index, (floor, one) in enumerate(zip(floors, own, strict=True)):
         x = origins[index][0] + shifts_m[storeys[index]] - origins[0][0]
         offset = x, origins[index][1] - origins[0][1]
         bounds = _moved(limits[index], offset)
@@ -185,41 +178,51 @@ def shifted(model: Model, offset: Offset) -> Model:
     return model.model_copy(update=changes)
 
 
-def _on_its_own(scenario: Scenario, index: int) -> Scenario:
-    floor: Floor = scenario.floors[index]
-    poses = _poses_on(scenario, floor.name)
-    if index == 0:
-        poses.insert(0, scenario.start)
-    if not poses:
-        raise InputError(
-            f"scenario {scenario.name}: floors[{index}]: the mission never gets to {floor.name}, "
-            "and no lift stops there"
+def floor_scenarios(
+    whole: FloorScenario,
+    start: Pose,
+    floors: Sequence[Floor],
+    lifts: Sequence[Lift],
+    mission: Sequence[MissionStep],
+) -> tuple[FloorScenario, ...]:
+    """Returns each floor of a mission as a place of its own, in the frame of its map.
+
+    whole: the mission's scenario, which starts at `start` on the first floor. The targets on a
+    floor are its goals and the stops of lifts. Raises InputError for a floor without any.
+    """
+    own = []
+    for index, floor in enumerate(floors):
+        poses = [step.goal for step in mission if step.floor == floor.name and step.goal]
+        poses += [lift.stops[floor.name] for lift in lifts if floor.name in lift.stops]
+        if index == 0:
+            poses.insert(0, start)
+        if not poses:
+            raise InputError(
+                f"scenario {whole.name}: floors[{index}]: the mission never gets to {floor.name}, "
+                "and no lift stops there"
+            )
+        own.append(
+            FloorScenario.model_construct(
+                description=whole.description,
+                world=floor.world,
+                filters=floor.filters,
+                start=poses[0],
+                waypoints=poses[:-1],
+                goal=poses[-1],
+                plan=whole.plan,
+                navigation_mode=whole.navigation_mode,
+                timeout_s=whole.timeout_s,
+                name=f"{whole.name}: floors[{index}]",
+                directory=whole.directory,
+            )
         )
-    return type(scenario).model_construct(
-        description=scenario.description,
-        world=floor.world,
-        filters=floor.filters,
-        start=poses[0],
-        waypoints=poses[:-1],
-        goal=poses[-1],
-        plan=scenario.plan,
-        navigation_mode=scenario.navigation_mode,
-        timeout_s=scenario.timeout_s,
-        name=f"{scenario.name}: floors[{index}]",
-        directory=scenario.directory,
-    )
+    return tuple(own)
 
 
-def _poses_on(scenario: Scenario, name: str) -> list[Pose]:
-    """Returns the robot's targets on a floor: goals, and stops of lifts, on the floor's map."""
-    goals = [step.goal for step in scenario.mission if step.floor == name and step.goal]
-    return goals + [lift.stops[name] for lift in scenario.lifts if name in lift.stops]
-
-
-def _placed_scenario(own: Scenario, offset: Offset) -> Scenario:
+def _placed_scenario(own: FloorScenario, offset: Offset) -> FloorScenario:
     world = own.world
-    moved = type(own).model_construct(
-        **{name: getattr(own, name) for name in type(own).model_fields}
+    moved = FloorScenario.model_construct(
+        **{name: getattr(own, name) for name in FloorScenario.model_fields}
         | {
             "world": world.model_copy(
                 update={
@@ -237,7 +240,7 @@ def _placed_scenario(own: Scenario, offset: Offset) -> Scenario:
     return moved.with_maps(own.map and _moved_map(own.map, offset), masks)
 
 
-def _bounds_of(own: Scenario) -> Bounds:
+def _bounds_of(own: FloorScenario) -> Bounds:
     """Returns min_x, min_y, max_x, max_y of a floor's map, poses and moving bodies, m."""
     points = [pose[:2] for pose in (own.start, *own.goals)]
     if own.map is not None:

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
-from functools import cache
+from dataclasses import dataclass, field, fields, replace
+from functools import cache, cached_property
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -94,6 +94,10 @@ class Preset:
     read_as: str = ""
     stack: Robot | None = None
 
+    def __getstate__(self) -> dict[str, Any]:
+        """Returns the fields alone: a plugin's parameters may be of a class that pickle lacks."""
+        return {one.name: getattr(self, one.name) for one in fields(self)}
+
     @property
     def controller_class(self) -> type[Controller]:
         """The plugin class."""
@@ -104,9 +108,9 @@ class Preset:
         """Whether it is a whole navigation stack that runs outside, not a controller in ours."""
         return getattr(self.controller_class, "is_running_stack", False)
 
-    @property
+    @cached_property
     def parameters(self) -> ControllerParameters:
-        """The typed parameters; raises InputError where a value is wrong."""
+        """The typed parameters, validated once; raises InputError where a value is wrong."""
         values = nested(flattened(self.values), self.source)
         return validate(self.controller_class.Parameters, values, self.source)
 

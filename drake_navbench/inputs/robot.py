@@ -171,10 +171,11 @@ class Robot(QuietModel):
         height_m = self.lidar.height_m
         if "observation_sources" in layer.model_fields_set:
             return
-        seeing = (layer, *layer.observation_sources.values())
-        if any(height_m > one.max_obstacle_height for one in seeing):
+        heights_m = [one.max_obstacle_height for one in layer.observation_sources.values()]
+        top_m = min(layer.max_obstacle_height, *heights_m)
+        if height_m > top_m:
             raise ValueError(
-                f"{place}: sees up to {layer.max_obstacle_height:g} m, and the lidar is at "
+                f"{place}: sees up to {top_m:g} m, and the lidar is at "
                 f"{height_m:g} m; expected observation_sources and max_obstacle_height for it"
             )
 

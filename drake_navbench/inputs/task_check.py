@@ -13,6 +13,7 @@ from drake_navbench.errors import InputError, InputWarning
 from drake_navbench.inputs.drive import DifferentialDrive
 from drake_navbench.inputs.faults import PARTS, Conditions
 from drake_navbench.inputs.floor_check import Place, check_floors, places_of
+from drake_navbench.inputs.floor_scenario import FloorScenario
 from drake_navbench.inputs.presets import Preset
 from drake_navbench.inputs.recorded_people import RecordedPeople
 from drake_navbench.inputs.robot import Robot
@@ -80,7 +81,7 @@ def _check_conditions(scenario: Scenario, robot: Robot) -> None:
             )
 
 
-def _check_map_for_amcl(scenario: Scenario, robot: Robot) -> None:
+def _check_map_for_amcl(scenario: FloorScenario, robot: Robot) -> None:
     """Raises InputError where AMCL has a map without any obstacle."""
     if robot.localization.amcl is None or scenario.known_world.obstacles:
         return
@@ -115,7 +116,7 @@ def _check_actuators(scenario: Scenario, robot: Robot, conditions: Conditions) -
             )
 
 
-def _check_moving(scenario: Scenario, body: shapely.Polygon | None) -> None:
+def _check_moving(scenario: FloorScenario, body: shapely.Polygon | None) -> None:
     """Raises InputError where a moving obstacle meets a standing one, or begins on the robot."""
     world = scenario.true_world
     for index, thing in enumerate(world.moving.things):
@@ -134,7 +135,7 @@ def _check_moving(scenario: Scenario, body: shapely.Polygon | None) -> None:
             )
 
 
-def _check_people(scenario: Scenario, body: shapely.Polygon | None) -> None:
+def _check_people(scenario: FloorScenario, body: shapely.Polygon | None) -> None:
     """Raises InputError where a person starts, or has a goal, in an obstacle or on the robot."""
     world = scenario.true_world
     for index, person in enumerate(world.people.persons):
@@ -157,7 +158,7 @@ def _check_people(scenario: Scenario, body: shapely.Polygon | None) -> None:
                 )
 
 
-def _check_recorded_people(scenario: Scenario, body: shapely.Polygon) -> None:
+def _check_recorded_people(scenario: FloorScenario, body: shapely.Polygon) -> None:
     """Raises InputError where a recorded person starts on the robot, or walks through walls.
 
     A body may brush an obstacle, as tracks are not that exact.
@@ -205,7 +206,7 @@ def warn_of_rotation(preset: Preset, robot: Robot) -> None:
         )
 
 
-def _why_no_goal(scenario: Scenario, robot: Robot, position: np.ndarray) -> str:
+def _why_no_goal(scenario: FloorScenario, robot: Robot, position: np.ndarray) -> str:
     """Returns the reason why a goal (2,) m cannot be one, such as 'off the map', or ''."""
     if scenario.true_world.intersects(shapely.Point(position)):
         return "inside an obstacle"

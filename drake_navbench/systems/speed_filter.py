@@ -2,33 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
-from pydrake.common.value import AbstractValue
-from pydrake.systems.framework import Context, State
 
 from drake_navbench.controller import SpeedLimit
 from drake_navbench.costmaps.filter_masks import FilterMask
 from drake_navbench.kernels.rasterize import MASK_UNKNOWN
-from drake_navbench.navigation.mission import FloorSwitch
-from drake_navbench.systems.floor_aware import FloorAware, FloorClock
-from drake_navbench.systems.lifetime import weakly_bound
-from drake_navbench.systems.ports import STATE_SIZE, declare_state_part_output
-from drake_navbench.typed_files.immutable import Immutable
+from drake_navbench.systems.mask_filter import FilterState, MaskFilter
+from drake_navbench.systems.ports import declare_state_part_output
 
 FULL_SPEED_PERCENT = 100.0
 
 
 @dataclass(frozen=True)
-class SpeedFilterState(Immutable):
-    """The limit in force, and every change of it as (time s, limit)."""
-
-    limit: SpeedLimit | None = None
-    changes: tuple[tuple[float, SpeedLimit | None], ...] = ()
+class SpeedFilterState(FilterState):
+    """The speed limit in force, a SpeedLimit or None, and its changes."""
 
     def as_plain(self) -> list[dict[str, Any]]:
         """Returns the changes as JSON values, for the log."""
@@ -42,54 +33,21 @@ class SpeedFilterState(Immutable):
         ]
 
 
-class SpeedFilter(FloorAware):
-    """Looks the speed limit up where the robot believes to be, once a period from `offset_s` on.
+class SpeedFilter(MaskFilter):
+    """Limits the speed by the mask; a further output is `speed_limit` (SpeedLimit or None)."""
 
-    Input `estimate` [x m, y m, ...], in the map frame. Outputs `speed_limit` (SpeedLimit or None)
-    and `filter_state` (SpeedFilterState). In Nav2 the costmap that lists the filter runs it with
-    each of its updates.
+    Kept: ClassVar[type[FilterState]] = SpeedFilterState
+    AT_START = None
 
-    floors: the mask of each floor, None for one without any, where there are several; their clock
-    comes with them. There is no limit when the robot comes to another floor.
-    """
+    def __init__(self, mask: FilterMask, **more: Any) -> None:
+        super().__init__(mask, **more)
+        declare_state_part_output(self, "speed_limit", self._state, lambda state: state.value)
 
-    def __init__(
-        self,
-        mask: FilterMask,
-        *,
-        period_s: float,
-        offset_s: float,
-        floors: Sequence[FilterMask | None] = (),
-        floor_clock: FloorClock | None = None,
-    ) -> None:
-        super().__init__()
-        self._floors = floors or (mask,)
-        if floor_clock is not None:
-            self._declare_floors(floor_clock)
-        self._state = self.DeclareAbstractState(AbstractValue.Make(SpeedFilterState()))
-        self._estimate_port = self.DeclareVectorInputPort("estimate", STATE_SIZE)
-        declare_state_part_output(self, "speed_limit", self._state, lambda state: state.limit)
-        self.DeclareStateOutputPort("filter_state", self._state)
-        self.DeclarePeriodicUnrestrictedUpdateEvent(
-            period_s, offset_s, weakly_bound(self._on_update)
-        )
-
-    def _on_update(self, context: Context, state: State) -> None:
-        before: SpeedFilterState = context.get_abstract_state(self._state).get_value()
-        mask = self._floors[self._floor(context)]
-        if mask is not None:
-            position = self._estimate_port.Eval(context)[:2]
-            self._set(context, state, speed_limit_at(mask, position, last=before.limit))
-
-    def _on_floor(self, context: Context, state: State, switch: FloorSwitch) -> None:
-        self._set(context, state, None)
-
-    def _set(self, context: Context, state: State, limit: SpeedLimit | None) -> None:
-        before: SpeedFilterState = context.get_abstract_state(self._state).get_value()
-        if limit != before.limit:
-            changes = (*before.changes, (context.get_time(), limit))
-            after = SpeedFilterState(limit, changes)
-            state.get_mutable_abstract_state(self._state).set_value(after)
+    def value_at(
+        self, mask: FilterMask, position: NDArray[np.float64], last: SpeedLimit | None
+    ) -> SpeedLimit | None:
+        """Returns the limit at (2,) m; last: the one in force."""
+        return speed_limit_at(mask, position, last=last)
 
 
 def speed_limit_at(

@@ -10,7 +10,7 @@ from pydrake.systems.framework import DiagramBuilder
 from drake_navbench.costmaps.filter_masks import FilterMask
 from drake_navbench.costmaps.layered_costmap import LayeredCostmap
 from drake_navbench.costmaps.map_file import OccupancyMap
-from drake_navbench.inputs.floors import FloorSight, mission_legs, sight_of
+from drake_navbench.inputs.floors import FloorSight, sight_of
 from drake_navbench.inputs.navigation_settings import NavigationSettings
 from drake_navbench.inputs.robot import Robot
 from drake_navbench.inputs.scenario import Scenario
@@ -72,7 +72,7 @@ def trial_floors(scenario: Scenario, robot: Robot, seed: int) -> TrialFloors | N
 def drawn_legs(scenario: Scenario, seed: int) -> tuple[MissionLeg, ...]:
     """Returns the legs of a mission with the rides of the trial with this seed."""
     legs = []
-    for index, leg in enumerate(mission_legs(scenario)):
+    for index, leg in enumerate(scenario.legs):
         then = None
         if leg.lift is not None and leg.to is not None and leg.arrival is not None:
             ride = draw_ride(leg.lift, seed, index)

@@ -19,9 +19,10 @@ from scipy import ndimage
 
 from drake_navbench.costmaps.map_file import OccupancyMap, load_map
 from drake_navbench.errors import InputError
+from drake_navbench.inputs.floor_scenario import Pose
 from drake_navbench.inputs.gazebo_world import GazeboWorld, occupancy_of, scenario_in_world
 from drake_navbench.inputs.robot import Robot
-from drake_navbench.inputs.scenario import Pose, Scenario, Suite, scenario_on_map
+from drake_navbench.inputs.scenario import Scenario, Suite, scenario_on_map
 from drake_navbench.inputs.world_on_map import free_on_both
 
 # A goal next to the start asks for no navigation.

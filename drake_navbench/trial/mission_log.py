@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from drake_navbench.inputs.floors import mission_legs
 from drake_navbench.inputs.scenario import Scenario
 from drake_navbench.logs.log import MISSION_COLUMNS
 from drake_navbench.navigation.mission import FloorLeg, MissionProgress
@@ -35,7 +34,7 @@ def mission_account(scenario: Scenario) -> dict[str, Any]:
             if leg.lift is None or leg.to is None or leg.arrival is None
             else {"lift": leg.lift.name, "to": leg.to.name, "arrival": list(leg.arrival)}
         )
-        for leg in mission_legs(scenario)
+        for leg in scenario.legs
     ]
     return {"scenario": described, "floors": floors, "mission": legs}
 

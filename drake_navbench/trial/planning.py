@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from drake_navbench.costmaps.grid_size import require_grid_size
 from drake_navbench.costmaps.layered_costmap import FIRST_ORIGIN, GridGeometry, LayeredCostmap
 from drake_navbench.costmaps.map_file import OCCUPIED, OccupancyMap
+from drake_navbench.inputs.floor_scenario import FloorScenario
 from drake_navbench.inputs.robot import Robot
-from drake_navbench.inputs.scenario import Scenario
 from drake_navbench.inputs.scenario_plan import Arc, ElementsPlan, PolylinePlan, Straight
 from drake_navbench.kernels.grid import FREE, LETHAL, Costmap, Grid
 from drake_navbench.kernels.path_geometry import path_from_elements, path_from_polyline
@@ -26,7 +26,7 @@ Array = NDArray[np.float64]
 
 
 def make_plan(
-    scenario: Scenario,
+    scenario: FloorScenario,
     robot: Robot,
     start: Array,
     goal: Array | None = None,
@@ -89,7 +89,7 @@ def _require_path(noun: str, name: str, path: Any) -> None:
         raise ValueError(f"{noun} {name}: got poses that are not finite, expected finite ones")
 
 
-def global_costmap(scenario: Scenario, robot: Robot) -> Costmap:
+def global_costmap(scenario: FloorScenario, robot: Robot) -> Costmap:
     """Returns the global costmap as it is before anything was seen."""
     layers = global_layers(scenario, robot)
     start = np.array(scenario.start)
@@ -98,7 +98,7 @@ def global_costmap(scenario: Scenario, robot: Robot) -> Costmap:
     return costmap
 
 
-def global_layers(scenario: Scenario, robot: Robot) -> LayeredCostmap:
+def global_layers(scenario: FloorScenario, robot: Robot) -> LayeredCostmap:
     """Returns the layers of the global costmap, on the grid of the known map."""
     known = known_map(scenario, robot)
     return LayeredCostmap(
@@ -125,7 +125,7 @@ def _global_geometry(robot: Robot, known: OccupancyMap) -> GridGeometry:
     )
 
 
-def known_map(scenario: Scenario, robot: Robot) -> OccupancyMap:
+def known_map(scenario: FloorScenario, robot: Robot) -> OccupancyMap:
     """Returns the world as the robot knows it beforehand: the map and the known obstacles.
 
     Without a map file nothing fixes the lattice; the scenario's start is then a cell's centre, and
@@ -142,7 +142,7 @@ def known_map(scenario: Scenario, robot: Robot) -> OccupancyMap:
     return OccupancyMap(occupancy, grid.resolution, grid.origin_x, grid.origin_y)
 
 
-def global_grid_shape(scenario: Scenario, robot: Robot) -> tuple[int, int]:
+def global_grid_shape(scenario: FloorScenario, robot: Robot) -> tuple[int, int]:
     """Returns the rows and columns of the global costmap; raises InputError where too many."""
     if scenario.map is not None:
         rows, columns = scenario.map.occupancy.shape
@@ -152,14 +152,14 @@ def global_grid_shape(scenario: Scenario, robot: Robot) -> tuple[int, int]:
     return rows, columns
 
 
-def _empty_map(scenario: Scenario, robot: Robot) -> OccupancyMap:
+def _empty_map(scenario: FloorScenario, robot: Robot) -> OccupancyMap:
     rows, columns, origin_x, origin_y = _lattice_without_map(scenario, robot)
     occupancy = np.zeros((rows, columns), dtype=np.int8)
     resolution = robot.navigation.global_costmap.resolution
     return OccupancyMap(occupancy, resolution, origin_x, origin_y)
 
 
-def _lattice_without_map(scenario: Scenario, robot: Robot) -> tuple[int, int, float, float]:
+def _lattice_without_map(scenario: FloorScenario, robot: Robot) -> tuple[int, int, float, float]:
     """Returns rows, columns and origin x, y m of a grid around everything that is known."""
     settings = robot.navigation.global_costmap
     resolution = settings.resolution

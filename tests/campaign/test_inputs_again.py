@@ -4,8 +4,8 @@ import pytest
 
 from drake_navbench.campaign.campaign import plan_campaign
 from drake_navbench.campaign.manifest import begin
+from drake_navbench.inputs.floor_scenario import SCENARIO_FILES
 from drake_navbench.inputs.presets import load_preset_file
-from drake_navbench.inputs.scenario import SCENARIO_FILES
 from drake_navbench.logs.results import ResultsFolder
 
 

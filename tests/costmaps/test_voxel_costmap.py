@@ -174,6 +174,12 @@ def test_a_costmap_that_stays_is_updated_where_the_voxel_layer_was_touched():
 # Settings
 
 
+def test_a_lidar_above_the_layers_that_are_there_from_the_start_is_told():
+    high = {"description": "r", "robot_radius": 0.3, "lidar": {"height_m": 2.5}}
+    with pytest.raises(InputError, match="obstacle_layer: sees up to 2 m, and the lidar"):
+        validate(Robot, high, "robot.yaml")
+
+
 def test_bringups_scan_is_the_source_by_default():
     source = VoxelLayerParameters().observation_sources["scan"]
     assert source == ObservationSourceSettings(clearing=True, max_obstacle_height=2.0)

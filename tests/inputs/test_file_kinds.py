@@ -7,9 +7,10 @@ from collections.abc import Callable
 import pytest
 
 from drake_navbench.errors import InputError
+from drake_navbench.inputs.floor_scenario import SCENARIO_FILES
 from drake_navbench.inputs.presets import preset_files
 from drake_navbench.inputs.robot import ROBOT_FILES, load_robot
-from drake_navbench.inputs.scenario import SCENARIO_FILES, load_scenario
+from drake_navbench.inputs.scenario import load_scenario
 from drake_navbench.nav2.parameter_files import load_parameter_file
 
 SCENARIO_PATH = SCENARIO_FILES.find("one_obstacle")

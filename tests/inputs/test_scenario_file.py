@@ -6,12 +6,8 @@ import json
 
 import yaml
 
-from drake_navbench.inputs.scenario import (
-    SCENARIO_FILES,
-    SET_BY_LOADING,
-    Scenario,
-    load_scenario,
-)
+from drake_navbench.inputs.floor_scenario import SCENARIO_FILES
+from drake_navbench.inputs.scenario import SET_BY_LOADING, Scenario, load_scenario
 
 EVERY_FIELD = """
 description: every field set, none to its default

@@ -56,14 +56,14 @@ def speed_rig(*args) -> Rig:
 def test_a_percentage_is_base_plus_multiplier_times_the_masks_value():
     # Bringup's settings: the darker, the slower. 100 - 30 = 70 %, 100 - 60 = 40 %.
     rig = speed_rig("speed_percent", 100.0, -1.0)
-    assert rig.carry_to(0.5).limit is None
-    assert rig.carry_to(1.5).limit == SpeedLimit(70.0, is_percentage=True)
-    assert rig.carry_to(3.5).limit == SpeedLimit(40.0, is_percentage=True)
+    assert rig.carry_to(0.5).value is None
+    assert rig.carry_to(1.5).value == SpeedLimit(70.0, is_percentage=True)
+    assert rig.carry_to(3.5).value == SpeedLimit(40.0, is_percentage=True)
 
 
 def test_an_absolute_limit_is_in_metres_per_second():
     # 0.05 + 0.01 * 30 = 0.35 m/s.
-    limit = speed_rig("speed_absolute", 0.05, 0.01).carry_to(1.5).limit
+    limit = speed_rig("speed_absolute", 0.05, 0.01).carry_to(1.5).value
     assert limit.value == pytest.approx(0.35)
     assert not limit.is_percentage
 
@@ -71,9 +71,9 @@ def test_an_absolute_limit_is_in_metres_per_second():
 def test_the_last_limit_holds_on_unknown_cells_and_off_the_mask():
     rig = speed_rig("speed_percent", 100.0, -1.0)
     rig.carry_to(1.5)
-    assert rig.carry_to(2.5).limit == SpeedLimit(70.0, is_percentage=True)
-    assert rig.carry_to(9.0).limit == SpeedLimit(70.0, is_percentage=True)
-    assert rig.carry_to(0.5).limit is None
+    assert rig.carry_to(2.5).value == SpeedLimit(70.0, is_percentage=True)
+    assert rig.carry_to(9.0).value == SpeedLimit(70.0, is_percentage=True)
+    assert rig.carry_to(0.5).value is None
 
 
 @pytest.mark.parametrize(
@@ -85,7 +85,7 @@ def test_the_last_limit_holds_on_unknown_cells_and_off_the_mask():
     ],
 )
 def test_a_limit_that_makes_no_sense_is_none(kind, base, multiplier):
-    assert speed_rig(kind, base, multiplier).carry_to(1.5).limit is None
+    assert speed_rig(kind, base, multiplier).carry_to(1.5).value is None
 
 
 def test_every_change_of_the_limit_is_kept_once_with_its_time():
@@ -107,11 +107,11 @@ def binary_rig(default_state: bool) -> Rig:
 @pytest.mark.parametrize("default_state", [False, True])
 def test_the_switch_leaves_its_default_above_the_threshold(default_state):
     rig = binary_rig(default_state)
-    assert rig.carry_to(1.5).is_on == default_state
-    assert rig.carry_to(3.5).is_on != default_state
+    assert rig.carry_to(1.5).value == default_state
+    assert rig.carry_to(3.5).value != default_state
     # Unknown keeps what was, off the mask is the default.
-    assert rig.carry_to(2.5).is_on != default_state
-    assert rig.carry_to(9.0).is_on == default_state
+    assert rig.carry_to(2.5).value != default_state
+    assert rig.carry_to(9.0).value == default_state
 
 
 def test_the_switch_starts_off_whatever_its_default():

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from drake_navbench.controller import ControllerError, InvalidPath, NoValidControl
 from drake_navbench.controllers.rpp import RegulatedPurePursuitParameters
-from drake_navbench.controllers.rpp.own_plan import OwnPlan
+from drake_navbench.controllers.rpp.controller import plan_cut
 from drake_navbench.controllers.rpp.straight_lookahead import distance_to_cusp, point_at
 
 OLDER = ("humble", "iron", "jazzy", "kilted")
@@ -151,7 +152,8 @@ def cut(release, plan, make_costmap, *, x=0.0, begin=0, **fields):
     """Returns the first and the last x of the local plan, and where the rest begins."""
     parameters = RegulatedPurePursuitParameters(nav2_release=release, **fields)
     pose = np.array([x, 0.0, 0.0])
-    poses, left = OwnPlan(parameters).cut(np.array(plan), begin, pose, make_costmap())
+    seen = SimpleNamespace(whole_plan=np.array(plan), pose=pose, costmap=make_costmap())
+    poses, left = plan_cut(parameters).cut(seen, begin)
     return poses[0, 0], poses[-1, 0], left
 
 
