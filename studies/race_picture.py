@@ -78,7 +78,8 @@ def picture(logs: dict[str, TrialLog]) -> str:
 
 def _end_of(log: TrialLog) -> str:
     seconds = f"{log.samples['time_s'].iloc[-1]:.1f} s"
-    return seconds if log.is_success else f"{str(log.outcome).replace('_', ' ')}, {seconds}"
+    ended = str(log.outcome).replace("_", " ")
+    return seconds if ended == "succeeded" else f"{ended}, {seconds}"
 
 
 def _key(words: str, color: str, left_px: float) -> str:

@@ -15,6 +15,8 @@ REDIRECTS = REPOSITORY / "docs" / "site" / "redirects.yaml"
 # studies/site_replays.py writes them.
 REPLAYS = REPOSITORY / "build" / "replays"
 GALLERY, INTERFACE = "gallery.md", "api.md"
+# Weights in the search; others have 1. Docstrings and the notebook name everything and explain little.
+WEIGHTS = {INTERFACE: 0.2, "tutorial.ipynb": 0.3}
 NAME = re.compile(r"^\| `(drake_navbench[\w.]+)` \|", re.M)
 HEADING = re.compile(r"^(?=## )", re.M)
 FENCE = re.compile(r"^\s*(```|~~~)")
@@ -93,6 +95,8 @@ def with_lists_apart(markdown: str) -> str:
 
 def on_page_markdown(markdown: str, *, page: Any, **_others: Any) -> str:
     """Called by mkdocs for each page; returns its Markdown as the site shows it."""
+    if page.file.src_path in WEIGHTS:
+        page.meta["search"] = {"boost": WEIGHTS[page.file.src_path]}
     if page.file.src_path == GALLERY:
         replays = {path.stem for path in REPLAYS.glob("*.html")}
         markdown = as_grid(with_replays(markdown, replays))

@@ -26,9 +26,8 @@ def test_every_figure_has_its_command_on_its_page_and_code_that_is_there(ages):
 
 def test_every_picture_of_the_pages_is_listed(ages):
     made = {path for figure in ages.figures() for path in figure.made}
-    # Made by hand: a screenshot of a replay.
     shown = {f"docs/images/{path.name}" for path in (REPOSITORY / "docs/images").iterdir()}
-    assert shown - made == {"docs/images/replay.png"}
+    assert shown - made == set()
 
 
 def test_a_figure_is_older_once_its_code_changes(ages, tmp_path):
