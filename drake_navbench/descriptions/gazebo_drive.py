@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence, Set
 from pathlib import Path
 from typing import Any, NamedTuple
 from xml.etree import ElementTree
@@ -62,11 +62,14 @@ def drive_of(
 ) -> FoundDrive:
     """Returns a model's drive, by its plugin, else its ros2_control file, else its wheels.
 
+    That file is named by the model or, where it names none, tells the model's wheels.
+
     arguments: of its xacro files; one of them may be the ros2_control file.
     """
     radius_m = next((w.radius_m for w in wheels if w.radius_m is not None), None)
     files = [*_controller_files(model), *(a for a in arguments if a.endswith((".yaml", ".yml")))]
     found = _by_plugin(model) or _by_controllers(files, packages)
+    found = found or _by_wheel_names(wheels, packages)
     if found is None:
         names = [w.joint.child.lower() for w in wheels]
         # Two driven wheels with an omni wheel as their caster are a differential base.
@@ -150,12 +153,28 @@ def _by_controllers(files: Sequence[str], packages: Packages) -> FoundDrive | No
     return None
 
 
-def _controllers_in(path: Path) -> FoundDrive | None:
+def _by_wheel_names(wheels: Sequence[Wheel], packages: Packages) -> FoundDrive | None:
+    """Returns the drive in the first controllers file that names these wheels and no others.
+
+    Launch files name it where a model does not.
+    """
+    joints = {wheel.joint.name for wheel in wheels}
+    for file in packages.files():
+        if file.suffix not in (".yaml", ".yml") or "control" not in file.name or not joints:
+            continue
+        found = _controllers_in(file, joints)
+        if found is not None:
+            return found
+    return None
+
+
+def _controllers_in(path: Path, joints: Set[str] | None = None) -> FoundDrive | None:
+    """Returns the first drive in a controllers file; joints: of its wheels, None: any."""
     try:
-        data = read_yaml(path)
+        nodes = dict(_nodes(read_yaml(path)))
     except InputError:
         return None
-    parameters = [pair for node in data.values() for pair in _parameters(node).items()]
+    parameters = [pair for block in nodes.values() for pair in block.items()]
     types = {
         name: str(block.get("type", "")) for name, block in parameters if isinstance(block, Mapping)
     }
@@ -166,17 +185,26 @@ def _controllers_in(path: Path) -> FoundDrive | None:
         if str(name).endswith(".type") and isinstance(kind, str)
     }
     for name, kind_name in types.items():
-        kind = _kind_of(kind_name)
-        node = data.get(name) or data.get(f"/{name}")
-        if kind:
-            return FoundDrive(kind, path.name, _controller_values(_parameters(node)))
+        kind, own = _kind_of(kind_name), nodes.get(name, {})
+        if kind and (joints is None or _wheel_names(own) == joints):
+            return FoundDrive(kind, path.name, _controller_values(own))
     return None
 
 
-def _parameters(node: Any) -> Mapping[str, Any]:
-    """Returns the parameters of a node; {} where there are none."""
-    block = node.get("ros__parameters") if isinstance(node, Mapping) else None
-    return block if isinstance(block, Mapping) else {}
+def _wheel_names(parameters: Mapping[str, Any]) -> set[str]:
+    sides = (parameters.get(f"{side}_wheel_names") for side in ("left", "right"))
+    return {str(name) for side in sides if isinstance(side, list) for name in side}
+
+
+def _nodes(block: Mapping[str, Any]) -> Iterator[tuple[str, Mapping[str, Any]]]:
+    """Yields the nodes of a parameter file, without namespaces: name and parameters."""
+    for name, node in block.items():
+        if isinstance(node, Mapping):
+            parameters = node.get("ros__parameters")
+            if isinstance(parameters, Mapping):
+                yield str(name).rpartition("/")[2], parameters
+            else:
+                yield from _nodes(node)
 
 
 def _controller_values(parameters: Mapping[str, Any]) -> dict[str, float]:

@@ -162,7 +162,7 @@ def _scanner(sensor: Sensor, pose: Array, floor_m: float) -> FoundSensor:
         fields["range_std_m"] = spread
     period_s = _period_s(sensor)
     if period_s < LEAST_PERIOD_S:
-        rates = f"{1.0 / period_s:g} Hz, here {1.0 / LEAST_PERIOD_S:g} Hz"
+        rates = f"{1.0 / period_s:.3g} Hz, here {1.0 / LEAST_PERIOD_S:g} Hz"
         remark = f"{remark}; {rates}" if remark else rates
     return FoundSensor(sensor.name, fields | {"period_s": max(period_s, LEAST_PERIOD_S)}, remark)
 

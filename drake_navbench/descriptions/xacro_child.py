@@ -22,6 +22,8 @@ UNSET = re.compile(r"environment variable '(\w+)' is not set")
 # Files of packages that are not there, asked for one by one.
 MAX_MISSING = 100
 LINK = re.compile(r"<link\b")
+# Without one nothing is left that drives.
+WHEEL = re.compile(r"<joint\b[^>]*wheel", re.IGNORECASE)
 XML_SUFFIXES = (".xacro", ".urdf", ".xml", ".gazebo", ".sdf")
 
 
@@ -30,8 +32,8 @@ def expand(asked: dict[str, Any]) -> dict[str, Any]:
 
     asked: file, text (None: the file's own), folders (of `Packages`) and arguments, by name. A file
     that only defines a macro of its own name is expanded with this called. What a package describes
-    that is not there is left out, as long as nothing asks for its macros. Raises InputError, one
-    line, where something does, or xacro cannot expand the file.
+    that is not there is left out. Raises InputError, one line, where no wheels are left then, or
+    xacro cannot expand the file.
     """
     path = Path(asked["file"])
     given = path.read_bytes() if asked["text"] is None else asked["text"].encode()
@@ -57,7 +59,7 @@ def _expanded_with(
         for _ in range(MAX_MISSING):
             arguments = _Arguments(asked["arguments"])
             try:
-                text = _expanded(path, content, arguments)
+                text = _expanded(path, content, arguments, missing)
                 break
             except PackageNotFoundError as error:
                 missing.add(str(error.args[0]))
@@ -66,11 +68,12 @@ def _expanded_with(
                     raise missing.fault(error) from error
         else:
             raise InputError(f"needs more than {MAX_MISSING} files that are not there")
+        if missing.macros and not (LINK.search(text) and WHEEL.search(text)):
+            raise missing.fault(InputError(missing.remarks()[-1]))
         # Meshes of such a package are not there under its own name.
         text = text.replace(f"{missing.folder}/", "package://")
     values = {name: str(arguments[name]) for name in sorted(arguments.declared)}
-    absent = [f"left out what the package {name} describes: not found" for name in missing.names]
-    return text, values, absent
+    return text, values, missing.remarks()
 
 
 # Elements that xacro once took without its prefix, and the attribute that tells them from others.
@@ -92,6 +95,27 @@ class _Missing:
         self.folder = folder
         self._packages = packages
         self.names: list[str] = []
+        self.macros: dict[str, None] = {}
+
+    def remarks(self) -> list[str]:
+        """Returns a remark on each package, and one on the parts that only such packages define."""
+        absent = [f"left out what the package {name} describes: not found" for name in self.names]
+        if self.macros:
+            parts = ", ".join(self.macros)
+            absent.append(f"left out {parts}: defined by a package that is not found")
+        return absent
+
+    def call(self, node: Any, macros: Any, symbols: Any) -> Any:
+        """Calls a macro as xacro does; what only a missing package can define is left out."""
+        try:
+            return _call_old(node, macros, symbols)
+        except xacro.XacroException as error:
+            name = node.tagName
+            if not self.names or str(error) != f"unknown macro name: {name}":
+                raise
+            self.macros[name.removeprefix("xacro:")] = None
+            xacro.replace_node(node, by=None)
+            return True
 
     def add(self, name: str) -> None:
         """Adds a package: where it lies, else empty."""
@@ -139,8 +163,8 @@ class _Arguments(dict[str, str]):
         return super().__contains__(name)
 
 
-def _expanded(path: Path, content: str, arguments: _Arguments) -> str:
-    xacro.parse, xacro.handle_macro_call = _parse_old, _call_old
+def _expanded(path: Path, content: str, arguments: _Arguments, missing: _Missing) -> str:
+    xacro.parse, xacro.handle_macro_call = _parse_old, missing.call
     try:
         document = XacroDoc.from_string(
             content,

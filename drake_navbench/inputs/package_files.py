@@ -162,14 +162,16 @@ def _robot_rank(file: Path, words: set[str]) -> tuple[bool, bool, int, int]:
 def _driving_first(files: Sequence[Path], roots: Sequence[Path]) -> tuple[Path, ...]:
     """Returns models with the first in front that drives.
 
-    Of those in one folder that is the first with a lidar, and of these with a drive's plugin.
+    Of those in one folder, and those that include it, that is the first with a lidar, and of these
+    with a drive's plugin.
     """
     best: Path | None = None
     most = (False, False)
     # The same file of another robot of the kind fails as its first one did.
     tried: set[str] = set()
     for file in files:
-        if file.name in tried or (best is not None and file.parent != best.parent):
+        is_other = best is not None and file.parent != best.parent
+        if file.name in tried or (best is not None and is_other and not _includes(file, best)):
             continue
         tried.add(file.name)
         if len(tried) > MAX_TRIED:
@@ -186,6 +188,11 @@ def _driving_first(files: Sequence[Path], roots: Sequence[Path]) -> tuple[Path, 
         if most == (True, True):
             break
     return tuple(files) if best is None else (best, *(other for other in files if other != best))
+
+
+def _includes(file: Path, part: Path) -> bool:
+    named = re.findall(r"<xacro:include[^>]*filename\s*=\s*[\"']([^\"']+)", _head(file))
+    return any(name.rpartition("/")[2] == part.name for name in named)
 
 
 def _is_nav2(file: Path) -> bool:

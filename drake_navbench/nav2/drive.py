@@ -35,12 +35,15 @@ def drive_for(
     for name, value in speeds.items():
         own = getattr(drive, name, None)
         if value != own:
-            has = "none" if own is None else f"{own:g}"
-            remarks[name] = f"{value:g}, as the controllers ask; {base_name} has {has}"
+            has = f"{base_name} has {'none' if own is None else f'{own:g}'}"
+            if name not in drive.model_fields_set:
+                has = f"{base_name} tells none"
+            remarks[name] = f"{value:g}, as the controllers ask; {has}"
     for name, most in _accelerations(asked).items():
         own = getattr(drive, name, None)
         if own is not None and most > own:
-            remarks[name] = f"{own:g}, that of {base_name}; a controller counts on {most:g}"
+            of = f"that of {base_name}" if name in drive.model_fields_set else "the default"
+            remarks[name] = f"{own:g}, {of}; a controller counts on {most:g}"
     return {**data, **speeds}, remarks
 
 

@@ -64,6 +64,8 @@ class Nav2Sensors:
         self._range_sensors = robot.range_sensors
         self._lidar = robot.lidar
         self._listeners: dict[str, list[_Listener]] = {}
+        # What the only depth sensor sends under another name than its own.
+        self._only_topic = ""
 
     @property
     def lidar(self) -> LidarSettings:
@@ -96,6 +98,10 @@ class Nav2Sensors:
             if name in self._depth_sensors:
                 reader.note(Status.OTHER_FORM, parameter, f"the robot's depth sensor {name}")
                 return name
+        if len(self._depth_sensors) == 1 and self._only_topic in ("", topic):
+            (only,), self._only_topic = self._depth_sensors, topic
+            reader.note(Status.OTHER_FORM, parameter, f"the robot's only depth sensor, {only}")
+            return only
         reader.note(Status.OTHER_FORM, parameter)
         listener = _Listener(reader, parameter, f"{source} {topic}", sight)
         self._listeners.setdefault(by_topic, []).append(listener)

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from functools import lru_cache
 from pathlib import Path
 
@@ -70,6 +70,11 @@ class Packages:
         for root in reversed(self._roots):
             known |= packages_below(root)
         return known
+
+    def files(self) -> Iterator[Path]:
+        """Yields the files in the repository around the file, then those as named."""
+        for root in reversed(self._roots):
+            yield from files_below(root)
 
     def model(self, name: str) -> Path | None:
         """Returns the folder of a model of Gazebo, whose name is its folder's in any case."""
@@ -194,16 +199,17 @@ def _folders(root: Path) -> tuple[Path, ...]:
     return tuple(found)
 
 
-def files_below(root: Path) -> list[Path]:
+@lru_cache(maxsize=16)
+def files_below(root: Path) -> tuple[Path, ...]:
     """Returns the files in a folder and those below it, level by level."""
-    found = []
+    found: list[Path] = []
     for folder in _folders(root):
         try:
             entries = sorted(os.scandir(folder), key=lambda entry: entry.name)
         except OSError:
             continue
         found += [Path(entry.path) for entry in entries if entry.is_file()]
-    return found
+    return tuple(found)
 
 
 def _name_in(file: Path) -> str | None:

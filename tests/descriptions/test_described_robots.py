@@ -89,6 +89,40 @@ def test_a_package_that_is_not_there_and_whose_macros_nobody_asks_for_is_told(tm
     assert any("the package sick_scan describes" in row for row in rows(path, Status.STAND_IN))
 
 
+def test_a_part_of_a_package_that_is_not_there_is_left_out_and_told(tmp_path):
+    path = write_repository(tmp_path)
+    include = '<xacro:include filename="$(find realsense2_description)/urdf/d435.xacro"/>'
+    call = '<xacro:sensor_d435 parent="base_link"><origin xyz="0 0 0"/></xacro:sensor_d435>'
+    path.write_text(XACRO.replace("<link", f"{include}{call}<link", 1))
+    assert load_robot(str(path)).mass_kg == pytest.approx(22.0)
+    told = rows(path, Status.STAND_IN)
+    assert any("left out sensor_d435: defined by a package that is not found" in t for t in told)
+
+
+CONTROLLERS = """
+/**:
+  base:
+    ros__parameters:
+      left_wheel_names: [left_wheel_joint]
+      right_wheel_names: [right_wheel_joint]
+      linear.x.max_velocity: 0.7
+  controller_manager:
+    ros__parameters:
+      base: {type: diff_drive_controller/DiffDriveController}
+"""
+
+
+def test_the_limits_are_those_of_the_controllers_file_that_names_the_wheels(tmp_path):
+    """The model names neither a drive's plugin nor a file of ros2_control."""
+    path = write_repository(tmp_path)
+    path.write_text(XACRO.replace("gz-sim-diff-drive-system", "x").replace("DiffDrive", "x"))
+    file = tmp_path / "my_controllers.yaml"
+    file.write_text(CONTROLLERS)
+    assert load_robot(str(path)).drive.max_linear_velocity_mps == 0.7
+    file.write_text(CONTROLLERS.replace("left_wheel_joint", "other_wheel_joint"))
+    assert load_robot(str(path), arguments={"length": "1"}).drive.max_linear_velocity_mps == 0.5
+
+
 def test_a_replay_draws_what_was_read_of_xacro_with_its_wheels(tmp_path):
     model = load_model(load_robot(str(write_repository(tmp_path))).model_path, np.zeros((0, 2)))
     assert len(model.visuals) == 3

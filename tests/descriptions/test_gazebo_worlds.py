@@ -112,7 +112,7 @@ def test_a_room_with_a_floor_and_no_ceiling_is_free_and_a_block_is_solid():
     level = np.array([[[0, 0, 0], [4, 0, 0], [4, 4, 0]], [[0, 0, 0], [4, 4, 0], [0, 4, 0]]], float)
     with_floor = np.vstack([walls, level])
     assert cut_area(with_floor, 0.5).area == pytest.approx(0.16, abs=0.01)
-    block = np.vstack([with_floor, level + [0.0, 0.0, 1.0]])
+    block = np.vstack([with_floor, level + np.array([0.0, 0.0, 1.0])])
     assert cut_area(block, 0.5).area == pytest.approx(16.0, abs=0.2)
 
 
