@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import argparse
 import re
-import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -35,8 +34,6 @@ PAGES = Path(__file__).parents[1] / "docs" / "questions"
 CONFIDENCE = 0.95
 # Seeds from here on are for trying things out; no page counts them.
 FIRST_TRY_OUT_SEED = 100_000
-# Units that are driven before the clock is looked at.
-UNITS_AT_ONCE = 3
 # Numbers in the rows have so many digits.
 ROUNDED = "%.6g"
 # Verdicts that decide nothing.
@@ -94,48 +91,31 @@ class Kept(NamedTuple):
         return common | self.of_study(log)
 
 
-def drive_missing(study: Study, path: Path, *, jobs: int, minutes: float) -> bool:
-    """Drives what a file of rows does not hold, unit by unit; returns whether nothing is missing.
+def drive_missing(study: Study, path: Path, *, jobs: int) -> None:
+    """Drives what a file of rows does not hold, unit by unit; writes each trial when it is over.
 
-    minutes: no further units are begun after so long.
+    So a command that is stopped loses nothing, and whatever is there is paired but for one unit.
     """
-    began = time.monotonic()
     kept = read_rows(path) if path.exists() else pd.DataFrame({"arm": [], "seed": []})
-    seeds = list(study.seeds)
-    for first in range(0, len(seeds), UNITS_AT_ONCE):
-        known = set(zip(kept["arm"], kept["seed"], strict=True))
-        missing = [
-            (arm, seed)
-            for seed in seeds[first : first + UNITS_AT_ONCE]
-            for arm in study.arms
-            if (arm.name, seed) not in known
-        ]
-        if not missing:
-            continue
-        if time.monotonic() - began > 60.0 * minutes:
-            return False
-        kept = _with_rows(kept, missing, study, path, jobs)
-        print(f"{min(first + UNITS_AT_ONCE, len(seeds))} of {len(seeds)} units", flush=True)
-    return True
-
-
-def _with_rows(
-    kept: pd.DataFrame, missing: Sequence[tuple[Arm, int]], study: Study, path: Path, jobs: int
-) -> pd.DataFrame:
-    """Returns the rows with those of missing trials, each written when its trial is over."""
+    known = set(zip(kept["arm"], kept["seed"], strict=True))
+    missing = [
+        (arm, seed) for seed in study.seeds for arm in study.arms if (arm.name, seed) not in known
+    ]
     specs = [arm.spec(seed) for arm, seed in missing]
     arm_of = {id(spec): arm.name for spec, (arm, _) in zip(specs, missing, strict=True)}
     new: list[Row] = []
 
     def write(spec: TrialSpec, row: Row) -> None:
         new.append({"arm": arm_of[id(spec)]} | row)
-        rows = pd.concat([kept, pd.DataFrame(new)], ignore_index=True) if len(kept) else new
+        rows = pd.DataFrame(new)
         partial = path.with_suffix(".partial")
-        pd.DataFrame(rows).to_csv(partial, index=False, float_format=ROUNDED)
+        rows = rows if kept.empty else pd.concat([kept, rows], ignore_index=True)
+        rows.to_csv(partial, index=False, float_format=ROUNDED)
         partial.replace(path)
+        print(f"{len(kept) + len(new)} of {len(kept) + len(specs)} trials", flush=True)
 
-    drive_each(specs, Kept(study.kept_of), jobs=jobs, on_row=write)
-    return read_rows(path)
+    if specs:
+        drive_each(specs, Kept(study.kept_of), jobs=jobs, on_row=write)
 
 
 def read_rows(path: Path) -> pd.DataFrame:
@@ -251,9 +231,7 @@ def answer(study: Study, arguments: argparse.Namespace) -> None:
         study = study._replace(seeds=range(first, first + arguments.try_out))
     arguments.folder.mkdir(parents=True, exist_ok=True)
     path = arguments.folder / "trials.csv"
-    if not drive_missing(study, path, jobs=arguments.jobs, minutes=arguments.minutes):
-        print("not all is driven; the same command goes on")
-        return
+    drive_missing(study, path, jobs=arguments.jobs)
     rows = _asked(study, read_rows(path))
     told = study.tell(rows)
     for name, text in told.items():

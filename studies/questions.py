@@ -22,7 +22,6 @@ def main() -> None:
     parser.add_argument("name", choices=NAMES)
     parser.add_argument("folder", type=Path, help="keeps trials.csv; the command goes on from it")
     parser.add_argument("--jobs", type=int, default=1)
-    parser.add_argument("--minutes", type=float, default=1e9, help="begin no units after so long")
     parser.add_argument("--try-out", type=int, metavar="UNITS", help="seeds that do not count")
     parser.add_argument("--write", action="store_true", help="write rows, tables and picture")
     arguments = parser.parse_args()
