@@ -29,7 +29,7 @@ class Judged:
     Trials in which the file as it is touches something end there: other symptoms are compared over
     the rest, `compared`. before_target, after_target: likewise of the symptom, in the probes that
     showed it. instead: by symptom, in how many trials it stands where there was a touch before.
-    best: index of the trial in which the symptom falls most.
+    best: index of the trial in which the symptom falls most. symptom: that the change is for.
     """
 
     tried: Tried
@@ -43,6 +43,7 @@ class Judged:
     target_trials: int
     instead: Mapping[str, int]
     best: int = 0
+    symptom: Symptom | None = None
 
     @property
     def worse(self) -> list[str]:
@@ -56,9 +57,14 @@ class Judged:
 
     @property
     def helps(self) -> bool:
-        """Whether the symptom goes, or is seldom, and no other one comes."""
-        is_gone = self.after_target <= self.before_target // 2
-        return self.before_target > 0 and is_gone and not self.worse
+        """Whether the symptom goes, or is seldom, and no other one comes.
+
+        A touch outweighs everything: a change that takes touches away may bring another symptom.
+        """
+        is_gone = self.before_target > 0 and self.after_target <= self.before_target // 2
+        if self.symptom is Symptom.COLLISION:
+            return is_gone and Symptom.COLLISION not in self.worse
+        return is_gone and not self.worse
 
 
 def judge(
@@ -69,7 +75,10 @@ def judge(
     showing: Sequence[str],
     driver: Driver,
 ) -> list[Judged]:
-    """Returns the judgements of the best changes, until one helps; the smallest sets first."""
+    """Returns the judgements of the best changes, until one helps and brings nothing else.
+
+    The smallest sets come first.
+    """
     shown = [e for e in tried if e.verdict is Verdict.SHOWN and e.trial is not None]
     enough = [e for e in shown if e.after <= 0.5] or shown
     # Stable: the likelier cause stays first.
@@ -87,7 +96,7 @@ def judge(
         old = driver.drive(before, everything, FRESH_SEEDS, seed=FRESH_SEED, must=True)
         new = driver.drive(after, everything, FRESH_SEEDS, seed=FRESH_SEED, must=True)
         judged.append(_judged(entry, entry.trial, old, new, symptom, showing))
-        if judged[-1].helps:
+        if judged[-1].helps and not judged[-1].worse:
             break
     return judged
 
@@ -124,4 +133,5 @@ def _judged(
         len(at),
         {name: count for name, count in instead.items() if count},
         max(at, key=lambda i: severity(old[i], symptom) - severity(new[i], symptom), default=0),
+        symptom,
     )

@@ -77,6 +77,7 @@ class Scored(NamedTuple):
     """A case with the doctor's answer. rank: of the first hit, from 1; None without one.
 
     has_file: whether the doctor saw the whole file. skipped: why the doctor could not read it.
+    why: what keeps a cure from the first rank.
     """
 
     case: Case
@@ -84,6 +85,7 @@ class Scored(NamedTuple):
     rank: int | None
     has_file: bool
     skipped: str = ""
+    why: str = ""
 
 
 def read_cases(path: Path) -> list[Case]:
@@ -114,7 +116,21 @@ def score_case(case: Case, folder: Path | None) -> Scored:
         return Scored(case, (), None, bool(files), str(error))
     found = suspicions_of(facts, symptom, case.words)
     hits = (rank for rank, entry in enumerate(found, 1) if is_hit(entry.cause, case, facts))
-    return Scored(case, tuple(found[:TOP]), next(hits, None), bool(files))
+    rank = next(hits, None)
+    why = _why_not_first(rank, found, case, facts)
+    return Scored(case, tuple(found[:TOP]), rank, bool(files), why=why)
+
+
+def _why_not_first(rank: int | None, found: Sequence[Suspicion], case: Case, facts: Facts) -> str:
+    """Returns what keeps a cure from the first rank; '' where it has it."""
+    if rank == 1:
+        return ""
+    if rank is not None:
+        return f"the cure is cause {rank} of {len(found)}: others are likelier by their scores"
+    for place, entry in enumerate(found, 1):
+        if any(_same_place(entry.cause.place, name, facts) for name in case.culprits):
+            return f"the doctor has the parameter as cause {place}, but in the other direction"
+    return f"the cure is none of the {len(found)} causes that the doctor knows for this symptom"
 
 
 def _facts(case: Case, files: Sequence[Path]) -> Facts:
@@ -207,7 +223,7 @@ class Score(NamedTuple):
     def text(self) -> str:
         """The score as one line of a table."""
         if not self.cases:
-            return f"{self.name}: no case"
+            return f"| {self.name} | 0 | | | | |"
         first, three = (100 * count / self.cases for count in (self.first, self.among_three))
         shares = f"{first:.0f}% | {three:.0f}%"
         return f"| {self.name} | {self.cases} | {self.first} | {self.among_three} | {shares} |"

@@ -51,4 +51,6 @@ def _case_lines(entry: Scored) -> list[str]:
     if entry.rank != 1:
         cures = "; ".join(f"{name} {cure}" for name, cure in case.culprits.items())
         lines.append(f"  - the cure: {cures}")
+    if entry.why:
+        lines.append(f"  - why not first: {entry.why}")
     return lines

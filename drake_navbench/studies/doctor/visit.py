@@ -74,8 +74,9 @@ class Visit:
 
     @property
     def cure(self) -> Judged | None:
-        """The change that helps, None where none was found."""
-        return next((entry for entry in self.judged if entry.helps), None)
+        """The change that helps, the one that brings the least else; None where none was found."""
+        helping = [entry for entry in self.judged if entry.helps]
+        return min(helping, key=lambda entry: len(entry.worse), default=None)
 
     @property
     def shown(self) -> list[Tried]:

@@ -73,9 +73,16 @@ def _cured(cure: Judged) -> str:
     return (
         f"The change is {change_told(cure.trial)}. On fresh seeds, which the search did not use, "
         f"{cure.before_target} of {cure.target_trials} trials showed it before and "
-        f"{cure.after_target} after; no other symptom became worse in the {cure.compared} trials "
+        f"{cure.after_target} after; {_others(cure)} in the {cure.compared} trials "
         f"of all probes that touched nothing before.{touched}{instead}"
     )
+
+
+def _others(cure: Judged) -> str:
+    if not cure.worse:
+        return "no other symptom became worse"
+    counts = [f"{name} in {cure.after[name]} for {cure.before[name]}," for name in cure.worse]
+    return f"this has a price, {' '.join(counts)}"
 
 
 def _why_not(visit: Visit) -> str:

@@ -61,7 +61,7 @@ def test_one_correction_on_each_of_two_straight_pieces_is_no_wobble():
     # Straight, a bend of 0.6 rad, straight: the heading is 0.1 rad off and comes back on each.
     plan = np.vstack([
         np.column_stack([np.arange(0.0, 2.0, 0.05), np.zeros(40)]),
-        [2.0, 0.0] + np.outer(np.arange(0.0, 2.0, 0.05), [np.cos(0.6), np.sin(0.6)]),
+        np.outer(np.arange(0.0, 2.0, 0.05), [np.cos(0.6), np.sin(0.6)]) + np.array([2.0, 0.0]),
     ])  # fmt: skip
     once = np.concatenate([np.zeros(20), np.full(20, 0.1), np.full(20, -0.1), np.zeros(20)])
     bend = np.full(20, 0.6)

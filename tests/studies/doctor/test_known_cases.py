@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import pytest
 import yaml
 from doctor_texts import MPPI, MPPI_BLOCK, nav2_text
@@ -88,7 +90,16 @@ def test_the_command_prints_the_score_and_writes_the_page(tmp_path, capsys):
     # One of two is hit.
     assert "| all | 2 | 1 | 1 | 50% | 50% |" in told
     assert "A2** wobble_straight, MPPI, named values: missed" in told
+    # Every miss is explained: nobody has a parameter x.
+    assert re.search(r"why not first: the cure is none of the \d+ causes", told)
     assert len(read_cases(cases)) == 2
+
+
+def test_a_cure_in_the_other_direction_is_told_apart_from_an_unknown_one():
+    # A robot that wobbles: the doctor knows wz_max as too high alone.
+    found = score_case(case(culprits={"wz_max": "up"}), None)
+    assert found.rank is None
+    assert found.why.endswith("but in the other direction")
 
 
 def test_the_command_reads_a_file(tmp_path, capsys):

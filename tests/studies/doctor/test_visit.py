@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 
 import pytest
 from doctor_texts import MPPI, MPPI_BLOCK, nav2_text
@@ -231,6 +232,24 @@ def test_a_change_that_brings_a_touch_does_not_help(patient):
     found = judged(patient, ["wobble_straight"], ["collision"], Symptom.WOBBLE_STRAIGHT)
     assert found.worse[0] == "collision"
     assert not found.helps
+
+
+def test_a_touch_outweighs_what_comes_instead_and_the_price_is_told(patient):
+    found = judged(patient, ["collision"], ["door_stop"], Symptom.COLLISION)
+    # Every trial touched before: in none of the others anything can be worse.
+    assert found.helps
+    counts = {"collision": 0, "door_stop": 3}
+    priced = replace(found, before={"collision": 2, "door_stop": 1}, after=counts, compared=4)
+    assert priced.worse == ["door_stop"]
+    assert priced.helps
+    visited = visits.Visit(patient.facts(), probes=PROBES, treated=Symptom.COLLISION)
+    visited.seen, visited.judged = {Symptom.COLLISION: ["straight"]}, [priced, found]
+    # Of two that help the one without a price is the change.
+    assert visited.cure is found
+    visited.judged = [priced]
+    assert "this has a price, door_stop in 3 for 1, in the 4 trials" in verdict(visited)
+    # No other symptom has this right.
+    assert not replace(priced, symptom=Symptom.SPINS).helps
 
 
 def test_what_stands_where_there_was_a_touch_is_told_and_not_held_against_the_change(patient):
