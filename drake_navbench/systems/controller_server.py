@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import traceback
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from types import MappingProxyType
 from typing import Any, NamedTuple, Self
@@ -97,6 +97,19 @@ class ServerState(NamedTuple):
         return self
 
 
+class ControlCycle(NamedTuple):
+    """One call of the controller, and its outcome.
+
+    observation, memory: as it got them. command: (3,) as published, v m/s, w rad/s, vy m/s; None
+    where the controller raised a ControllerError, which `failure` tells.
+    """
+
+    observation: Observation
+    memory: Any
+    command: NDArray[np.float64] | None
+    failure: str = ""
+
+
 class ControllerServer(LeafSystem):
     """Nav2's controller server around one controller, as one unrestricted update a control period.
 
@@ -121,6 +134,7 @@ class ControllerServer(LeafSystem):
 
     clock: tells how long a cycle takes; without, cycles take no time.
     moves_sideways: whether the base follows vy; for another one a command may not have any.
+    hear: is called with every cycle; it changes nothing.
     """
 
     def __init__(
@@ -134,8 +148,10 @@ class ControllerServer(LeafSystem):
         offset_s: float,
         moves_sideways: bool = False,
         clock: ComputeClock | None = None,
+        hear: Callable[[ControlCycle], None] | None = None,
     ) -> None:
         super().__init__()
+        self._hear = hear
         self._clock = clock or ComputeClock(Timeline.constant(TimingSettings()), None)
         self._takes_time = self._clock.is_needed
         self._controller = controller
@@ -354,6 +370,7 @@ class ControllerServer(LeafSystem):
             try:
                 decision = self._controller.step(observation, server.memory)
             except ControllerError as error:
+                self._tell(observation, server.memory, None, as_line(str(error)))
                 require_loggable("details", error.details)
                 if isinstance(error, NoValidControl):
                     return self._wait(server, error, observation.time_s, watch)
@@ -361,6 +378,7 @@ class ControllerServer(LeafSystem):
             wall_ms, cpu_ms = watch.elapsed_ms()
             command = checked_command(decision, moves_sideways=self._moves_sideways)
             require_loggable("diagnostics", decision.diagnostics)
+        self._tell(observation, server.memory, command)
         return server._replace(
             memory=decision.memory,
             command=command,
@@ -370,6 +388,16 @@ class ControllerServer(LeafSystem):
             compute_cpu_time_ms=cpu_ms,
             diagnostics=decision.diagnostics,
         )
+
+    def _tell(
+        self,
+        observation: Observation,
+        memory: Any,
+        command: NDArray[np.float64] | None,
+        failure: str = "",
+    ) -> None:
+        if self._hear is not None:
+            self._hear(ControlCycle(observation, memory, command, failure))
 
     def _wait(
         self, server: ServerState, error: NoValidControl, now_s: float, watch: Stopwatch

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import traceback
 from collections.abc import Callable
 from dataclasses import replace
@@ -176,16 +177,22 @@ def _simulate(
     spec = replace(spec, robot=spec.preset.robot(spec.robot))
     wants_diagnostics = spec.wants_diagnostics
     with built_controller(spec.preset, spec.robot, wants_diagnostics=wants_diagnostics) as built:
-        return _simulate_with(built, spec, watch=watch, realtime_rate=realtime_rate)
+        looks = Looks(watch, spec.keeps_costmaps)
+        return simulate_with(built, spec, looks, realtime_rate=realtime_rate)
 
 
-def _simulate_with(
+def simulate_with(
     controller: Controller,
     spec: TrialSpec,
+    looks: Looks,
     *,
-    watch: Callable[[Moment], None] | None,
-    realtime_rate: float,
+    realtime_rate: float = 0.0,
+    until_s: float = math.inf,
 ) -> TrialLog:
+    """Runs a trial with a built controller, without a rehearsal; its log ends at `until_s`.
+
+    spec: with the robot as the column drives it.
+    """
     trial = build_trial_diagram(
         spec.robot,
         spec.scenario.true_world,
@@ -194,16 +201,18 @@ def _simulate_with(
         maps=TrialMaps(_static_map(spec), _known_map(spec), spec.scenario.places[0].filter_masks),
         conditions=spec.scenario.conditions(spec.robot),
         compute_times_ms=spec.compute_times_ms,
-        looks=Looks(watch, spec.keeps_costmaps),
+        looks=looks,
     )
     try:
-        return _driven(spec, trial, realtime_rate)
+        return _driven(spec, trial, realtime_rate, until_s)
     finally:
         release(trial.diagram)
 
 
-def _driven(spec: TrialSpec, trial: TrialDiagram, realtime_rate: float) -> TrialLog:
-    """Simulates a built trial to its end and returns its log."""
+def _driven(
+    spec: TrialSpec, trial: TrialDiagram, realtime_rate: float, until_s: float
+) -> TrialLog:
+    """Simulates a built trial to its end, or to a time, and returns its log."""
     context = trial.create_context(spec.scenario.start_pose(spec.seed), spec.seed)
     simulator = Simulator(trial.diagram, context)
     ApplySimulatorConfig(INTEGRATION, simulator)
@@ -217,7 +226,7 @@ def _driven(spec: TrialSpec, trial: TrialDiagram, realtime_rate: float) -> Trial
     )
     simulator.set_monitor(_end_of_trial(trial, context, contact_watch))
     if simulator.Initialize().reason() != HAS_ENDED:
-        simulator.AdvanceTo(spec.scenario.timeout_s)
+        simulator.AdvanceTo(min(spec.scenario.timeout_s, until_s))
     if contact_watch.contact is not None:
         _put_back_to_contact(trial, context, contact_watch.contact)
     return make_log(spec, trial, context, contact_watch)
