@@ -5,6 +5,8 @@ A controller that can tell them has the method `explain`; see `ExplainingControl
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from typing import Any, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
@@ -14,6 +16,7 @@ from drake_navbench.controller import Observation
 
 Array = NDArray[np.float64]
 Cell = float | int | str | None
+Row = tuple[Cell, ...]
 
 
 class Explanation(NamedTuple):
@@ -29,7 +32,7 @@ class Explanation(NamedTuple):
     command: Array | None
     sentence: str
     columns: tuple[str, ...]
-    rows: tuple[tuple[Cell, ...], ...]
+    rows: tuple[Row, ...]
     notes: tuple[str, ...] = ()
 
     def gives(self, command: Array | None) -> bool:
@@ -38,6 +41,34 @@ class Explanation(NamedTuple):
             return self.command is None and command is None
         ours, theirs = (_padded(given) for given in (self.command, command))
         return ours.tobytes() == theirs.tobytes()
+
+
+class SpeedRule(NamedTuple):
+    """A rule that bounds the speed of a cycle.
+
+    speed: its bound, m/s. because: the facts, for the table. words: the reason for a sentence
+    'drives 0.2 m/s: ...', where the rule sets the speed.
+    """
+
+    name: str
+    speed: float
+    because: str
+    words: str
+
+
+SPEED_COLUMNS = ("rule", "speed [m/s]", "sets it", "because")
+
+
+def speed_rows(rules: Sequence[SpeedRule], setting: SpeedRule | None) -> tuple[Row, ...]:
+    """Returns the rows of SPEED_COLUMNS; setting: the rule that sets the speed."""
+    return tuple(
+        (rule.name, rule.speed, "*" if rule is setting else "", rule.because) for rule in rules
+    )
+
+
+def told_length(metres: float) -> str:
+    """Returns a length in words: '0.48 m', or 'infinite'."""
+    return "infinite" if math.isinf(metres) else f"{metres:.3g} m"
 
 
 @runtime_checkable
@@ -58,7 +89,7 @@ class ExplainingController(Protocol):
 
 def told_command(command: Array) -> str:
     """Returns a command in words: '0.21 m/s, 0.44 rad/s'."""
-    v, w, *vy = (float(value) for value in command)
+    v, w, *vy = (float(value) + 0.0 for value in command)
     text = f"{v:.3g} m/s"
     if vy and vy[0] != 0.0:
         text += f", {vy[0]:.3g} m/s to the left"

@@ -28,8 +28,10 @@ from drake_navbench.controllers.graceful.cycle import (
 from drake_navbench.controllers.graceful.earlier_cycles import run_humble_cycle, run_kilted_cycle
 from drake_navbench.controllers.graceful.memory import GracefulMemory
 from drake_navbench.controllers.graceful.parameters import GracefulParameters
+from drake_navbench.controllers.graceful.reasons import explained
 from drake_navbench.controllers.graceful.releases import RULES
 from drake_navbench.controllers.graceful.simulation import Scene, Settings
+from drake_navbench.explanation import Explanation
 from drake_navbench.kernels.grid import MAX_NON_OBSTACLE
 from drake_navbench.kernels.path_pruning import range_in_circle
 from drake_navbench.kernels.poses import compose
@@ -113,6 +115,16 @@ class Graceful:
         command = np.array([cycle.v, cycle.w])
         command.flags.writeable = False
         return Decision(command, memory, self._diagnostics(cycle, observation))
+
+    def explain(self, observation: Observation, memory: GracefulMemory) -> Explanation:
+        """Returns the rule that sets the speed of the cycle."""
+        if observation.plan_id != memory.plan_id:
+            memory = GracefulMemory(observation.plan_id)
+        plan, _ = self._local_plan(observation, memory.plan_begin)
+        if len(plan) == 0:
+            return Explanation(None, "Graceful stops: nothing is left of the plan.", (), ())
+        cycle = self._run(observation, read_only(plan), memory)
+        return explained(cycle, self._scene(observation))
 
     def _local_plan(self, observation: Observation, begin: int) -> tuple[Array, int]:
         """Returns the local plan (M, 3), and the index in the whole plan where the rest begins."""

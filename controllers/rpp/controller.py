@@ -30,7 +30,7 @@ from drake_navbench.controllers.rpp.kernels import Settings
 from drake_navbench.controllers.rpp.memory import RppMemory
 from drake_navbench.controllers.rpp.own_plan import OwnPlan
 from drake_navbench.controllers.rpp.parameters import RegulatedPurePursuitParameters
-from drake_navbench.controllers.rpp.reasons import COLUMNS, Situation, explained
+from drake_navbench.controllers.rpp.reasons import Situation, explained
 from drake_navbench.controllers.rpp.releases import RULES, Rules
 from drake_navbench.explanation import Explanation
 from drake_navbench.kernels.command_arc import project_arc
@@ -104,7 +104,7 @@ class RegulatedPurePursuit:
         """Returns the rule that sets the speed of the cycle."""
         plan, memory = self._local_plan(observation, memory)
         if len(plan) == 0:
-            return Explanation(None, "RPP stops: nothing is left of the plan.", COLUMNS, ())
+            return Explanation(None, "RPP stops: nothing is left of the plan.", (), ())
         is_cancelling = self._is_cancelling(observation, memory)
         x, y = observation.pose[:2]
         situation = Situation(

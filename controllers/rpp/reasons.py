@@ -15,9 +15,14 @@ from drake_navbench.controllers.rpp.cycle import (
     Cycle,
 )
 from drake_navbench.controllers.rpp.kernels import Settings
-from drake_navbench.explanation import Cell, Explanation, told_command
-
-COLUMNS = ("rule", "speed [m/s]", "sets it", "because")
+from drake_navbench.explanation import (
+    SPEED_COLUMNS,
+    Explanation,
+    SpeedRule,
+    speed_rows,
+    told_command,
+    told_length,
+)
 
 
 class Situation(NamedTuple):
@@ -33,93 +38,87 @@ class Situation(NamedTuple):
     is_cancelling: bool
 
 
-class _Rule(NamedTuple):
-    name: str
-    speed: float
-    because: str
-    sentence: str
-
-
 def explained(cycle: Cycle, situation: Situation) -> Explanation:
     """Returns the reasons of a cycle's command, or of the stop before a collision."""
     command = cycle.command
     asked = told_command(np.array([command.v, command.w]))
     if command.branch == CENTRE_OFF_MAP:
-        return Explanation(None, "RPP stops: the robot's centre is off the costmap.", COLUMNS, ())
+        return Explanation(
+            None, "RPP stops: the robot's centre is off the costmap.", SPEED_COLUMNS, ()
+        )
     turning = _turning(cycle, situation.settings)
     if turning is not None:
         rules, setting = [turning], turning
     else:
         rules = _rules(cycle, situation)
         setting = _setting(rules, cycle)
-    rows = tuple(_row(rule, rule is setting) for rule in rules)
+    rows = speed_rows(rules, setting)
     if cycle.collision != NO_COLLISION:
         ahead_s = cycle.collision * cycle.period if cycle.collision > 0 else 0.0
         told = f"on the arc of {asked} the outline hits an obstacle in {ahead_s:.2f} s"
-        stop: tuple[Cell, ...] = ("collision stop", 0.0, "*", told)
-        rows = (*(_row(rule, False) for rule in rules), stop)
-        return Explanation(None, f"RPP stops: {told}.", COLUMNS, rows)
+        stop = SpeedRule("collision stop", 0.0, told, told)
+        rows = speed_rows([*rules, stop], stop)
+        return Explanation(None, f"RPP stops: {told}.", SPEED_COLUMNS, rows)
     chosen = np.array([command.v, command.w])
     if turning is not None:
-        return Explanation(chosen, f"RPP turns in place: {turning.sentence}.", COLUMNS, rows)
+        return Explanation(chosen, f"RPP turns in place: {turning.words}.", SPEED_COLUMNS, rows)
     steering = _steering(cycle)
-    sentence = f"RPP drives {command.v:.3g} m/s: {setting.sentence}."
-    return Explanation(chosen, sentence, COLUMNS, rows, (steering,))
+    sentence = f"RPP drives {command.v:.3g} m/s: {setting.words}."
+    return Explanation(chosen, sentence, SPEED_COLUMNS, rows, (steering,))
 
 
-def _row(rule: _Rule, sets: bool) -> tuple[Cell, ...]:
-    return rule.name, rule.speed, "*" if sets else "", rule.because
-
-
-def _turning(cycle: Cycle, settings: Settings) -> _Rule | None:
+def _turning(cycle: Cycle, settings: Settings) -> SpeedRule | None:
     """Returns the rule of a turn in place, None where the robot tracks the plan."""
     aim = cycle.aim
     if cycle.command.branch == ROTATE_TO_GOAL:
         told = f"the goal is reached, its heading is {aim.goal_angle:.3g} rad away"
-        return _Rule("rotate to goal", 0.0, told, told)
+        return SpeedRule("rotate to goal", 0.0, told, told)
     if cycle.command.branch == ROTATE_TO_PATH:
         told = (
             f"the point steered at is {aim.heading_error:.3g} rad aside, more than "
             f"{settings.rotate_to_heading_min_angle:.3g} rad"
         )
-        return _Rule("rotate to path", 0.0, told, told)
+        return SpeedRule("rotate to path", 0.0, told, told)
     return None
 
 
-def _rules(cycle: Cycle, situation: Situation) -> list[_Rule]:
+def _rules(cycle: Cycle, situation: Situation) -> list[SpeedRule]:
     """Returns the rules of a cycle that tracks the plan, in the order in which they act."""
     settings, max_v, aim, command = situation.settings, situation.max_v, cycle.aim, cycle.command
-    rules = [_Rule("desired speed", max_v, "max_linear_vel, speed limit", "no rule slows it down")]
+    rules = [
+        SpeedRule("desired speed", max_v, "max_linear_vel, speed limit", "no rule slows it down")
+    ]
     if settings.use_regulated_linear_velocity_scaling:
         radius = math.inf if aim.slowing_curvature == 0.0 else abs(1.0 / aim.slowing_curvature)
         least = settings.regulated_linear_scaling_min_radius
-        told = f"radius {_length(radius)}, slower below {_length(least)}"
-        text = f"the curvature of {_length(radius)} radius limits {max_v:.3g} to {command.curve_v:.3g}"
-        rules.append(_Rule("curvature", command.curve_v, told, text))
+        told = f"radius {told_length(radius)}, slower below {told_length(least)}"
+        by = f"the curvature of {told_length(radius)} radius"
+        text = f"{by} limits {max_v:.3g} to {command.curve_v:.3g}"
+        rules.append(SpeedRule("curvature", command.curve_v, told, text))
     if settings.use_cost_regulated_linear_velocity_scaling:
         told = f"cost {situation.centre_cost} below the robot's centre"
         text = f"the {told} limits {max_v:.3g} to {command.obstacle_v:.3g}"
-        rules.append(_Rule("cost", command.obstacle_v, told, text))
+        rules.append(SpeedRule("cost", command.obstacle_v, told, text))
     least_v = settings.regulated_linear_scaling_min_speed
     told = f"never slower for curve and cost than {least_v:.3g}"
-    rules.append(_Rule("least regulated speed", least_v, told, f"curve and cost are {told}"))
+    rules.append(SpeedRule("least regulated speed", least_v, told, f"curve and cost are {told}"))
     if aim.plan_length < settings.approach_velocity_scaling_dist:
         told = (
-            f"{_length(aim.end_distance)} to the plan's end, slower within "
-            f"{_length(settings.approach_velocity_scaling_dist)}"
+            f"{told_length(aim.end_distance)} to the plan's end, slower within "
+            f"{told_length(settings.approach_velocity_scaling_dist)}"
         )
         v = abs(command.regulated_v)
-        rules.append(_Rule("approach", v, told, f"it is {told}"))
+        rules.append(SpeedRule("approach", v, told, f"it is {told}"))
     if situation.is_cancelling:
         told = "the goal is cancelled, so it brakes"
-        rules.append(_Rule("cancel", abs(command.v), told, told))
+        rules.append(SpeedRule("cancel", abs(command.v), told, told))
     if settings.use_dynamic_window:
         told = "reachable within the accelerations from the last command"
-        rules.append(_Rule("dynamic window", abs(command.v), told, f"that is the speed {told}"))
+        rules.append(SpeedRule("dynamic window", abs(command.v), told, f"that is the speed {told}"))
     return rules
 
 
-def _setting(rules: list[_Rule], cycle: Cycle) -> _Rule:
+def _setting(rules: list[SpeedRule], cycle: Cycle) -> SpeedRule:
     """Returns the rule that set the speed: the last one that changed it."""
     by_name = {rule.name: rule for rule in rules}
     command = cycle.command
@@ -147,10 +146,6 @@ def _steering(cycle: Cycle) -> str:
     if aim.curvature == 0.0:
         return "It steers straight at the point ahead."
     return (
-        f"It turns {command.w:.3g} rad/s: the arc to the point {_length(aim.lookahead)} ahead has a "
-        f"radius of {_length(abs(1.0 / aim.curvature))} to the {side}."
+        f"It turns {command.w:.3g} rad/s: the arc to the point {told_length(aim.lookahead)} ahead "
+        f"has a radius of {told_length(abs(1.0 / aim.curvature))} to the {side}."
     )
-
-
-def _length(metres: float) -> str:
-    return "infinite" if math.isinf(metres) else f"{metres:.3g} m"

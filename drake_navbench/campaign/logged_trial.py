@@ -22,7 +22,8 @@ def logged_trial(log: TrialLog, path: Path) -> TrialSpec:
 
     path: of the log. In a results folder, whose manifest holds the request of the run, its inputs
     are loaded again. Anywhere else the log's scenario and column are taken for names of built-in
-    ones, with the default robot. The log's identity tells whether they are still those that were driven.
+    ones, with the default robot. The log's identity tells whether they are still those that were
+    driven.
     """
     scenario, column = log.info["scenario"]["name"], log.info["controller"]
     request = _request(path) or _built_in(scenario, column)
@@ -74,7 +75,7 @@ def _built_in(scenario: str, column: str) -> Request:
 
 
 def _narrowed(request: Request, scenario: str, column: str) -> Request:
-    """Returns the request without other built-in scenarios and columns, which need not be loaded."""
+    """Returns the request without other scenarios and columns, which need not be loaded."""
     changes: dict[str, object] = {"trials": 1}
     if not request.sweeps and scenario in request.scenarios:
         changes |= {"scenarios": (scenario,), "map_task": None, "barn": None}

@@ -16,7 +16,7 @@ from drake_navbench.commands.command_line import CommandParser, exit_status_of, 
 from drake_navbench.errors import InputError, printable
 
 if TYPE_CHECKING:
-    from drake_navbench.explanation import Cell, Explanation
+    from drake_navbench.explanation import Cell
     from drake_navbench.trial.why import Why
 
 WIDTH = 80
@@ -77,8 +77,13 @@ def lines_of(found: Why, column: str) -> list[str]:
         lines += _wrapped(note)
     command = explanation.command
     if found.doubt:
-        lines += ["", *_wrapped(f"Not certain: {found.doubt}. The trial that was driven again is "
-                                "another one from there on, and so may be its reasons.")]
+        lines += [
+            "",
+            *_wrapped(
+                f"Not certain: {found.doubt}. The trial that was driven again is "
+                "another one from there on, and so may be its reasons."
+            ),
+        ]
         return lines
     lines += [""]
     if command is not None and not _is_sent(found):

@@ -209,9 +209,7 @@ def simulate_with(
         release(trial.diagram)
 
 
-def _driven(
-    spec: TrialSpec, trial: TrialDiagram, realtime_rate: float, until_s: float
-) -> TrialLog:
+def _driven(spec: TrialSpec, trial: TrialDiagram, realtime_rate: float, until_s: float) -> TrialLog:
     """Simulates a built trial to its end, or to a time, and returns its log."""
     context = trial.create_context(spec.scenario.start_pose(spec.seed), spec.seed)
     simulator = Simulator(trial.diagram, context)

@@ -68,7 +68,7 @@ def require_explainable(log: TrialLog, time_s: float) -> None:
     if log.is_recording:
         raise InputError("made of a recording: the controller of it is not known")
     if log.outcome is Outcome.ERROR:
-        raise InputError(f"the trial ended in an error, so it has none to explain: {log.info['reason']}")
+        raise InputError(f"the trial ended in an error, {log.info['reason']}: none is explained")
     if log.info.get("running_stack") is not None:
         raise InputError("a running stack drove; it cannot be asked again")
     first_s, end_s = float(log.info["start_time_s"]), log.end_time_s
@@ -173,6 +173,4 @@ def _sent(log: TrialLog, cycle: int) -> NDArray[np.float64]:
     if rows.empty:
         return np.full(3, np.nan)
     row = rows.iloc[0]
-    return np.array(
-        [row["command_v_mps"], row["command_w_radps"], row.get("command_vy_mps", 0.0)]
-    )
+    return np.array([row["command_v_mps"], row["command_w_radps"], row.get("command_vy_mps", 0.0)])
