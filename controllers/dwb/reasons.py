@@ -19,10 +19,10 @@ MOST_REASONS = 3
 
 
 class _Shown(NamedTuple):
-    """A trajectory that stands in the table; index: in the window."""
+    """A trajectory that stands in the table; place: its index in the window."""
 
     title: str
-    index: int
+    place: int
 
 
 def explained(
@@ -48,15 +48,15 @@ def explained(
     twists = evaluation.trajectories.twists
     columns = ("critic", "scale", *(entry.title for entry in shown))
     rows: list[tuple[Cell, ...]] = [
-        ("v [m/s]", None, *(float(twists[entry.index, 0]) for entry in shown)),
-        ("w [rad/s]", None, *(float(twists[entry.index, 2]) for entry in shown)),
+        ("v [m/s]", None, *(float(twists[entry.place, 0]) for entry in shown)),
+        ("w [rad/s]", None, *(float(twists[entry.place, 2]) for entry in shown)),
     ]
     if np.any(twists[:, 1] != 0.0):
         rows.insert(1, ("vy [m/s]", None, *(float(twists[e.index, 1]) for e in shown)))
     for c, name in enumerate(critics):
         scale = float(evaluation.scales[c])
-        rows.append((name, scale, *(float(costs[c, entry.index]) for entry in shown)))
-    rows.append(("total", None, *(float(totals[entry.index]) for entry in shown)))
+        rows.append((name, scale, *(float(costs[c, entry.place]) for entry in shown)))
+    rows.append(("total", None, *(float(totals[entry.place]) for entry in shown)))
     reason = _comparison(costs, totals, critics, shown, twists)
     sentence = f"DWB drives {told_command(command)}: {reason}{_refused(evaluation, critics)}."
     return Explanation(command, sentence, columns, tuple(rows), notes)
@@ -89,11 +89,11 @@ def _comparison(
     costs: Array, totals: Array, critics: Sequence[str], shown: Sequence[_Shown], twists: Array
 ) -> str:
     """Returns the words on the chosen trajectory against the best that turns another way."""
-    best = shown[0].index
+    best = shown[0].place
     total = f"{totals[best]:.4g}"
     if len(shown) == 1:
         return f"its total of {total} is the only one that breaks no rule"
-    other = min(shown[2:] or shown[1:], key=lambda entry: totals[entry.index]).index
+    other = min(shown[2:] or shown[1:], key=lambda entry: totals[entry.place]).place
     ahead = costs[:, other] - costs[:, best]
     leading = [c for c in np.argsort(-ahead)[:MOST_REASONS] if ahead[c] > 0.0]
     told = f"total {total} against {totals[other]:.4g} of {told_command(twists[other, [0, 2]])}"

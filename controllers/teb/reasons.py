@@ -75,7 +75,7 @@ class _Kind(NamedTuple):
     name: str
     bound: str
     active: int
-    count: int
+    total: int
     first_s: float | None
     margin: float
 
@@ -116,7 +116,7 @@ def _row(kind: _Kind) -> tuple[Cell, ...]:
         kind.name.replace("_", " "),
         kind.bound,
         kind.active,
-        kind.count,
+        kind.total,
         kind.first_s,
         kind.margin,
     )

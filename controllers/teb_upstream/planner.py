@@ -7,7 +7,7 @@ the bands of the last cycle. `Scene` holds the cycle's inputs.
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -281,9 +281,9 @@ class TebPlanner:
         count = len(band.poses)
         attached = attach(band.poses, count, around, self._association)
         unused = System(np.zeros((1, 1)), np.zeros(1))
-        found = {}
+        found: dict[str, float] = {}
         for kind, name in PENALTY_WEIGHTS.items():
-            others = {weight: 0.0 for weight in PENALTY_WEIGHTS.values() if weight != name}
+            others: dict[str, Any] = {weight: 0.0 for weight in PENALTY_WEIGHTS.values() if weight != name}
             add_edges(
                 band.poses,
                 band.time_steps,
