@@ -52,7 +52,7 @@ def explained(
         ("w [rad/s]", None, *(float(twists[entry.place, 2]) for entry in shown)),
     ]
     if np.any(twists[:, 1] != 0.0):
-        rows.insert(1, ("vy [m/s]", None, *(float(twists[e.index, 1]) for e in shown)))
+        rows.insert(1, ("vy [m/s]", None, *(float(twists[e.place, 1]) for e in shown)))
     for c, name in enumerate(critics):
         scale = float(evaluation.scales[c])
         rows.append((name, scale, *(float(costs[c, entry.place]) for entry in shown)))

@@ -283,7 +283,9 @@ class TebPlanner:
         unused = System(np.zeros((1, 1)), np.zeros(1))
         found: dict[str, float] = {}
         for kind, name in PENALTY_WEIGHTS.items():
-            others: dict[str, Any] = {weight: 0.0 for weight in PENALTY_WEIGHTS.values() if weight != name}
+            others: dict[str, Any] = {
+                weight: 0.0 for weight in PENALTY_WEIGHTS.values() if weight != name
+            }
             add_edges(
                 band.poses,
                 band.time_steps,

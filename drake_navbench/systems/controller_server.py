@@ -134,7 +134,9 @@ class ControllerServer(LeafSystem):
 
     clock: tells how long a cycle takes; without, cycles take no time.
     moves_sideways: whether the base follows vy; for another one a command may not have any.
-    hear: is called with every cycle; it changes nothing.
+    hear: is called with every cycle; it changes nothing. takes_over: is asked before every cycle,
+    at its time, s, for a controller of the same kind with other parameters, which drives from then
+    on with the memory of the one before; None for none.
     """
 
     def __init__(
@@ -149,9 +151,10 @@ class ControllerServer(LeafSystem):
         moves_sideways: bool = False,
         clock: ComputeClock | None = None,
         hear: Callable[[ControlCycle], None] | None = None,
+        takes_over: Callable[[float], Controller | None] | None = None,
     ) -> None:
         super().__init__()
-        self._hear = hear
+        self._hear, self._takes_over = hear, takes_over
         self._clock = clock or ComputeClock(Timeline.constant(TimingSettings()), None)
         self._takes_time = self._clock.is_needed
         self._controller = controller
@@ -197,6 +200,8 @@ class ControllerServer(LeafSystem):
         is_new_task = plan is not None and plan.task_id != server.status.task_id
         if plan is None or (server.status.state.is_final and not is_new_task):
             return
+        if self._takes_over is not None:
+            self._controller = self._takes_over(context.get_time()) or self._controller
         try:
             new = self._advanced(context, server, plan, is_new_task=is_new_task)
         except PluginBroke as broken:

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from drake_navbench.controller import Controller
 from drake_navbench.errors import InputError, NavbenchError, is_machine_fault, one_line
 from drake_navbench.explanation import ExplainingController, Explanation
-from drake_navbench.logs.log import UNREPEATABLE_COLUMNS, Outcome, TrialLog
+from drake_navbench.logs.log import LIVE_CHANGES, UNREPEATABLE_COLUMNS, Outcome, TrialLog
 from drake_navbench.processes.worker_process import Returned
 from drake_navbench.processes.workers import Task, run_tasks, start_server
 from drake_navbench.systems.compute_clock import ComputeClock
@@ -71,6 +71,8 @@ def require_explainable(log: TrialLog, time_s: float) -> None:
         raise InputError(f"the trial ended in an error, {log.info['reason']}: none is explained")
     if log.info.get("running_stack") is not None:
         raise InputError("a running stack drove; it cannot be asked again")
+    if log.info.get(LIVE_CHANGES):
+        raise InputError("sliders of --live changed its parameters; it cannot be driven again")
     first_s, end_s = float(log.info["start_time_s"]), log.end_time_s
     if not (math.isfinite(time_s) and first_s <= time_s <= end_s):
         raise InputError(
