@@ -34,7 +34,7 @@ from drake_navbench.analysis.verdicts import (
     verdict,
 )
 from drake_navbench.errors import InputError
-from drake_navbench.logs.log import Outcome, TrialLog
+from drake_navbench.logs.log import LIVE_CHANGES, Outcome, TrialLog
 
 # The metrics for a first look; the tables hold the others.
 HEADLINE_METRICS = (
@@ -163,6 +163,7 @@ def read_trials(
         name = path.relative_to(root).as_posix()
         try:
             log = TrialLog.read(path)
+            require_a_result(log)
             row = trial_identity(log)
             legs, deeds = legs_of(log), deeds_of(log)
             violations = violations_of(log)
@@ -180,6 +181,13 @@ def read_trials(
         logs.append(log)
         entries.append(TrialEntry(row, reasons, name, legs, deeds, violations))
     return logs, entries, left_out
+
+
+def require_a_result(log: TrialLog) -> None:
+    """Raises InputError for a log whose parameters were changed while it drove."""
+    if changes := log.info.get(LIVE_CHANGES):
+        names = ", ".join(dict.fromkeys(str(change["name"]) for change in changes))
+        raise InputError(f"driven with --live, where sliders changed {names}: no result")
 
 
 def analyse(scenario: str, entries: list[TrialEntry], left_out: list[LeftOut]) -> ScenarioAnalysis:

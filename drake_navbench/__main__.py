@@ -28,6 +28,10 @@ COMMANDS = {
     ),
     "runs": ("drake_navbench.commands.runs", "list results folders; rename, tag, delete them"),
     "replay": ("drake_navbench.commands.replay", "render the replay of one trial from its log"),
+    "why": (
+        "drake_navbench.commands.why",
+        "tell why a controller decided as it did at a time of a trial",
+    ),
     "tune": (
         "drake_navbench.commands.tune",
         "search for parameters that beat a preset or a Nav2 file",

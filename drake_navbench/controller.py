@@ -218,6 +218,8 @@ class ControllerParameters(BaseModel):
         parameter that is not in it. Only for models with a field `nav2_release`.
     DONE_OTHERWISE: by dotted name of a parameter that Nav2 reads and this model lacks, a sentence
         on what the controller does instead.
+    SLIDERS: by dotted name the range of a slider by which `run --live` changes a number while it
+        drives: one on which no memory of the controller depends. Without a critic's block: none.
     STOOD_IN_FOR: by dotted name of a parameter that makes Nav2 behave differently from this
         controller, a sentence on what stands in for that behaviour.
     """
@@ -228,6 +230,7 @@ class ControllerParameters(BaseModel):
     READ_BY: ClassVar[Mapping[str, ReadBy]] = MappingProxyType({})
     DONE_OTHERWISE: ClassVar[Mapping[str, str]] = MappingProxyType({})
     STOOD_IN_FOR: ClassVar[Mapping[str, str]] = MappingProxyType({})
+    SLIDERS: ClassVar[Mapping[str, tuple[float, float]]] = MappingProxyType({})
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 

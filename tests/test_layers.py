@@ -16,6 +16,7 @@ CONTRACTS = {
     "controller",
     "csv_text",
     "errors",
+    "explanation",
     "logs",
     "markdown_text",
     "noise",

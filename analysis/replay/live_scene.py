@@ -81,11 +81,21 @@ class Course(NamedTuple):
 class LiveScene:
     """Draws one trial into a Meshcat that serves it to browsers.
 
+    has_controls: Meshcat has buttons and sliders, which the page shows open.
     page: what a browser is to open: Meshcat's own page without its scene, with the replay's legend
     and cameras around it; the scene comes to it from Meshcat's server.
     """
 
-    def __init__(self, meshcat: Meshcat, course: Course, controller: str, *, subtitle: str) -> None:
+    def __init__(
+        self,
+        meshcat: Meshcat,
+        course: Course,
+        controller: str,
+        *,
+        subtitle: str,
+        has_controls: bool = False,
+    ) -> None:
+        self._has_controls = has_controls
         for path in DRAWN:
             meshcat.Delete(path)
         self._stage = Stage(meshcat)
@@ -168,5 +178,6 @@ class LiveScene:
                 "aspect": CAMERA_ASPECT,
                 "robots": [robot],
                 "live": self._stage.meshcat.ws_url(),
+                "controls": self._has_controls,
             },
         )

@@ -280,6 +280,12 @@
     socket.binaryType = "arraybuffer";
     socket.onmessage = (message) => { handle_message(message); viewer.set_dirty(); };
     viewer.connection = socket;
+    if (data.controls) {
+      // Buttons and sliders of the trial stand in Meshcat's panel, below the tree of the scene.
+      viewer.gui.width = Math.min(440, innerWidth);
+      for (const folder of Object.values(viewer.gui.__folders)) folder.close();
+      viewer.gui.open();
+    }
     const again = async () => {
       const answer = await fetch("/number").catch(() => null);
       const number = answer && (await answer.text());

@@ -21,8 +21,10 @@ from drake_navbench.controllers.dwb.local_planner import (
 from drake_navbench.controllers.dwb.memory import DwbMemory
 from drake_navbench.controllers.dwb.own_plan import OwnPlan
 from drake_navbench.controllers.dwb.parameters import DynamicWindowApproachParameters
+from drake_navbench.controllers.dwb.reasons import explained
 from drake_navbench.controllers.dwb.scene import Situation
 from drake_navbench.errors import InputError
+from drake_navbench.explanation import Explanation
 from drake_navbench.kernels.read_only import read_only
 
 
@@ -71,13 +73,7 @@ class DynamicWindowApproach:
         """
         if len(observation.plan) == 0:
             raise InvalidPath("the plan is empty")
-        plan, begin = self._local_plan(observation, memory)
-        evaluation = self._planner.evaluate(
-            _situation(observation, plan),
-            memory,
-            plan_id=observation.plan_id,
-            speed_limit=observation.speed_limit,
-        )
+        evaluation, begin = self._evaluated(observation, memory)
         after = evaluation.memory._replace(plan_begin=begin)
         sample_count = len(evaluation.totals)
         if evaluation.best == NONE_CHOSEN:
@@ -94,6 +90,26 @@ class DynamicWindowApproach:
         if self._wants_diagnostics:
             diagnostics.update(self._window_diagnostics(evaluation))
         return Decision(evaluation.command[self._axes], after, diagnostics)
+
+    def explain(self, observation: Observation, memory: DwbMemory) -> Explanation:
+        """Returns the critics' costs of the chosen trajectory and of the best others."""
+        if len(observation.plan) == 0:
+            return Explanation(None, "DWB stops: nothing is left of the plan.", (), ())
+        evaluation, _ = self._evaluated(observation, memory)
+        command = None if evaluation.best == NONE_CHOSEN else evaluation.command[self._axes]
+        rejections = self._planner.rejections(evaluation)
+        return explained(evaluation, self._planner.critic_names, rejections, command)
+
+    def _evaluated(self, observation: Observation, memory: DwbMemory) -> tuple[Evaluation, int]:
+        """Returns the window of a cycle, and the index in the whole plan where the rest begins."""
+        plan, begin = self._local_plan(observation, memory)
+        evaluation = self._planner.evaluate(
+            _situation(observation, plan),
+            memory,
+            plan_id=observation.plan_id,
+            speed_limit=observation.speed_limit,
+        )
+        return evaluation, begin
 
     def _local_plan(self, observation: Observation, memory: DwbMemory) -> tuple[np.ndarray, int]:
         """Returns the local plan, and the index in the whole plan where the rest begins."""

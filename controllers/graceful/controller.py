@@ -29,8 +29,10 @@ from drake_navbench.controllers.graceful.cycle import (
 from drake_navbench.controllers.graceful.earlier_cycles import run_humble_cycle, run_kilted_cycle
 from drake_navbench.controllers.graceful.memory import GracefulMemory
 from drake_navbench.controllers.graceful.parameters import GracefulParameters
+from drake_navbench.controllers.graceful.reasons import explained
 from drake_navbench.controllers.graceful.releases import RULES
 from drake_navbench.controllers.graceful.simulation import Scene
+from drake_navbench.explanation import Explanation
 from drake_navbench.kernels.grid import MAX_NON_OBSTACLE
 from drake_navbench.kernels.poses import compose
 from drake_navbench.kernels.read_only import read_only
@@ -116,6 +118,18 @@ class Graceful:
         command = np.array([cycle.v, cycle.w])
         command.flags.writeable = False
         return Decision(command, memory, self._diagnostics(cycle, observation))
+
+    def explain(self, observation: Observation, memory: GracefulMemory) -> Explanation:
+        """Returns the rule that sets the speed of the cycle."""
+        if observation.plan_id != memory.plan_id:
+            memory = GracefulMemory(observation.plan_id)
+        plan = observation.plan
+        if self._release.cuts_plan:
+            plan, _ = self._cut.cut(observation, memory.plan_begin)
+        if len(plan) == 0:
+            return Explanation(None, "Graceful stops: nothing is left of the plan.", (), ())
+        cycle = self._run(observation, read_only(plan), memory)
+        return explained(cycle, self._scene(observation))
 
     def _run(self, observation: Observation, plan: Array, memory: GracefulMemory) -> Cycle:
         scene = self._scene(observation)

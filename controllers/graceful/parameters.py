@@ -38,6 +38,18 @@ class GracefulParameters(ControllerParameters):
     called `lambda_`.
     """
 
+    SLIDERS: ClassVar[Mapping[str, tuple[float, float]]] = MappingProxyType(
+        {
+            "v_linear_max": (0.1, 1.0),
+            "v_angular_max": (0.2, 3.0),
+            "max_lookahead": (0.3, 3.0),
+            "slowdown_radius": (0.1, 3.0),
+            "k_phi": (0.1, 10.0),
+            "k_delta": (0.1, 10.0),
+            "beta": (0.0, 2.0),
+        }
+    )
+
     PATH_HANDLER_NAMES: ClassVar[frozenset[str]] = frozenset({SEARCH_DISTANCE})
     READ_BY: ClassVar[Mapping[str, ReadBy]] = MappingProxyType(
         {

@@ -23,10 +23,12 @@ from drake_navbench.controllers.mppi.noise import Noise
 from drake_navbench.controllers.mppi.own_plan import OwnPlan
 from drake_navbench.controllers.mppi.parameters import MppiParameters
 from drake_navbench.controllers.mppi.polish import PolishStatus
+from drake_navbench.controllers.mppi.reasons import explained, polished
 from drake_navbench.controllers.mppi.refinement import Refinement, Refiner
 from drake_navbench.controllers.mppi.releases import RULES, Goal
 from drake_navbench.controllers.mppi.sampler import CycleResult, Sampler
 from drake_navbench.errors import InputError
+from drake_navbench.explanation import Explanation
 from drake_navbench.kernels.speed_limit import speed_limit_ratio
 from drake_navbench.noise import NoiseKey
 
@@ -81,6 +83,40 @@ class ModelPredictivePathIntegral:
         """
         if len(observation.plan) == 0 and len(observation.global_plan) == 0:
             raise InvalidPath("plan: got no poses, expected at least one")
+        scene, memory, limits = self._situation(observation, memory)
+        try:
+            result = self._sampled(observation, scene, memory, limits)
+        except NoValidControl as failure:
+            failure.memory = memory._replace(
+                sampler=failure.memory, start_speed=frozen(np.zeros(2))
+            )
+            if not self._release.is_patient:
+                raise ControllerError(str(failure), details=failure.details) from failure
+            raise
+        return self._decide(scene, result, memory, limits)
+
+    def explain(self, observation: Observation, memory: MppiMemory) -> Explanation:
+        """Returns the critics' costs of the samples, by the way they lead.
+
+        The samples are there with `ControllerSetup.wants_diagnostics`.
+        """
+        if len(observation.plan) == 0 and len(observation.global_plan) == 0:
+            return Explanation(None, "MPPI stops: nothing is left of the plan.", (), ())
+        scene, memory, limits = self._situation(observation, memory)
+        try:
+            result = self._sampled(observation, scene, memory, limits)
+        except NoValidControl as failure:
+            return Explanation(None, f"MPPI stops: {failure.details['reason']}.", (), ())
+        command = self._decide(scene, result, memory, limits).command
+        found = explained(result, self._parameters.critics, result.command[self._axes])
+        if self._refiner is None:
+            return found
+        return polished(found, command)
+
+    def _situation(
+        self, observation: Observation, memory: MppiMemory
+    ) -> tuple[Scene, MppiMemory, MotionLimits]:
+        """Returns the scene of a cycle, the memory with the progress along the plan, the limits."""
         plan, memory = self._local_plan(observation, memory)
         scene = Scene.from_plan(
             plan,
@@ -90,24 +126,21 @@ class ModelPredictivePathIntegral:
             straight_goal=straight_goal(self._parameters, observation, plan),
             furthest=self._release.furthest,
         )
-        v, w = observation.twist
         limits = limited(self._sampler.rules.base_limits, observation.speed_limit)
-        try:
-            result = self._sampler.run(
-                scene,
-                (v, observation.vy_mps, w),
-                memory.sampler,
-                draw=lambda resets, index: self._draw(observation.noise_key, resets, index),
-                limits=limits,
-            )
-        except NoValidControl as failure:
-            failure.memory = memory._replace(
-                sampler=failure.memory, start_speed=frozen(np.zeros(2))
-            )
-            if not self._release.is_patient:
-                raise ControllerError(str(failure), details=failure.details) from failure
-            raise
-        return self._decide(scene, result, memory, limits)
+        return scene, memory, limits
+
+    def _sampled(
+        self, observation: Observation, scene: Scene, memory: MppiMemory, limits: MotionLimits
+    ) -> CycleResult:
+        """Returns the cycle of the sampler; raises NoValidControl."""
+        v, w = observation.twist
+        return self._sampler.run(
+            scene,
+            (v, observation.vy_mps, w),
+            memory.sampler,
+            draw=lambda resets, index: self._draw(observation.noise_key, resets, index),
+            limits=limits,
+        )
 
     def _local_plan(
         self, observation: Observation, memory: MppiMemory

@@ -179,6 +179,22 @@ class MppiParameters(ParametersWithCritics):
     `motion_model`.
     """
 
+    SLIDERS: ClassVar[Mapping[str, tuple[float, float]]] = MappingProxyType(
+        {
+            "vx_max": (0.05, 1.0),
+            "wz_max": (0.1, 3.0),
+            "temperature": (0.05, 2.0),
+            "vx_std": (0.02, 0.6),
+            "wz_std": (0.02, 1.2),
+            "CostCritic.cost_weight": (0.0, 20.0),
+            "ObstaclesCritic.repulsion_weight": (0.0, 10.0),
+            "PathAlignCritic.cost_weight": (0.0, 40.0),
+            "PathFollowCritic.cost_weight": (0.0, 40.0),
+            "PathAngleCritic.cost_weight": (0.0, 20.0),
+            "GoalCritic.cost_weight": (0.0, 20.0),
+        }
+    )
+
     WITHOUT_EFFECT: ClassVar[frozenset[str]] = frozenset(
         {
             "visualize",

@@ -21,6 +21,7 @@ from drake_navbench.controllers.rotation_shim.parameters import (
     RotationShimParameters,
 )
 from drake_navbench.controllers.rotation_shim.releases import RULES
+from drake_navbench.explanation import ExplainingController, Explanation, told_command
 from drake_navbench.kernels.angles import wrap
 from drake_navbench.kernels.grid import LETHAL
 from drake_navbench.kernels.read_only import read_only
@@ -93,6 +94,25 @@ class RotationShim:
                 if w is not None:
                     return self._turning(TURNS_TO_PATH, angle, w, memory._replace(is_turning=True))
         return self._let_primary_drive(observation, memory)
+
+    def explain(self, observation: Observation, memory: ShimMemory) -> Explanation:
+        """Returns the angle for which the shim turns, or the primary controller's own reasons."""
+        try:
+            decision = self.step(observation, memory)
+        except ControllerError as error:
+            return Explanation(None, f"Rotation Shim lets its primary stop: {error}.", (), ())
+        found = decision.diagnostics
+        if found["shim_is_turning"]:
+            place = "goal's heading" if found["branch"] == TURNS_TO_GOAL else "plan"
+            sentence = (
+                f"Rotation Shim turns {told_command(decision.command)}: the {place} is "
+                f"{found['heading_error_rad']:.3g} rad away."
+            )
+            return Explanation(decision.command, sentence, (), ())
+        if not isinstance(self._primary, ExplainingController):
+            told = "Rotation Shim lets its primary controller drive, which cannot tell why."
+            return Explanation(decision.command, told, (), ())
+        return self._primary.explain(observation, memory.primary)
 
     def close(self) -> None:
         """Closes the primary controller, where it is one to be closed."""

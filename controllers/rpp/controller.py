@@ -29,8 +29,11 @@ from drake_navbench.controllers.rpp.cycle import (
 )
 from drake_navbench.controllers.rpp.memory import RppMemory
 from drake_navbench.controllers.rpp.parameters import RegulatedPurePursuitParameters
+from drake_navbench.controllers.rpp.reasons import Situation, explained
 from drake_navbench.controllers.rpp.releases import RULES
+from drake_navbench.explanation import Explanation
 from drake_navbench.kernels.command_arc import project_arc
+from drake_navbench.kernels.grid import cost_at
 from drake_navbench.kernels.read_only import read_only
 from drake_navbench.kernels.speed_limit import limited_speed
 from drake_navbench.releases import Release
@@ -107,13 +110,31 @@ class RegulatedPurePursuit:
                 raise
             raise NoValidControl(str(error), memory=error.memory) from error
 
+    def explain(self, observation: Observation, memory: RppMemory) -> Explanation:
+        """Returns the rule that sets the speed of the cycle."""
+        plan, memory = self._local_plan(observation, memory)
+        if len(plan) == 0:
+            return Explanation(None, "RPP stops: nothing is left of the plan.", (), ())
+        is_cancelling = self._is_cancelling(observation, memory)
+        x, y = observation.pose[:2]
+        situation = Situation(
+            self._settings,
+            limited_speed(self._parameters.max_linear_vel, observation.speed_limit),
+            int(cost_at(observation.costmap.grid, x, y)),
+            is_cancelling,
+        )
+        return explained(self._run(observation, plan, memory, is_cancelling), situation)
+
+    def _is_cancelling(self, observation: Observation, memory: RppMemory) -> bool:
+        return memory.is_cancelling or (
+            observation.cancel_requested and self._parameters.use_cancel_deceleration
+        )
+
     def _step(self, observation: Observation, memory: RppMemory) -> Decision:
         plan, memory = self._local_plan(observation, memory)
         if len(plan) == 0:
             raise InvalidPath("plan: got no poses, expected at least one", memory=memory)
-        is_cancelling = memory.is_cancelling or (
-            observation.cancel_requested and self._parameters.use_cancel_deceleration
-        )
+        is_cancelling = self._is_cancelling(observation, memory)
         cycle = self._run(observation, plan, memory, is_cancelling)
         command = cycle.command
         if self._keeps_turning and command.branch == ROTATE_TO_GOAL:

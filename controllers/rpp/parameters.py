@@ -39,6 +39,19 @@ class RegulatedPurePursuitParameters(ControllerParameters):
     less: Nav2 switches them off with a warning.
     """
 
+    SLIDERS: ClassVar[Mapping[str, tuple[float, float]]] = MappingProxyType(
+        {
+            "max_linear_vel": (0.05, 1.0),
+            "lookahead_dist": (0.2, 2.0),
+            "regulated_linear_scaling_min_radius": (0.1, 2.0),
+            "regulated_linear_scaling_min_speed": (0.0, 0.5),
+            "cost_scaling_dist": (0.05, 1.0),
+            "approach_velocity_scaling_dist": (0.0, 1.5),
+            "rotate_to_heading_min_angle": (0.1, 3.14),
+            "rotate_to_heading_angular_vel": (0.2, 3.0),
+        }
+    )
+
     PATH_HANDLER_NAMES: ClassVar[frozenset[str]] = frozenset({SEARCH_DISTANCE})
     READ_BY: ClassVar[Mapping[str, ReadBy]] = MappingProxyType(
         {

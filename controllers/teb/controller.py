@@ -33,12 +33,14 @@ from drake_navbench.controllers.teb.planner import (
     band_limits,
     pace_of,
 )
+from drake_navbench.controllers.teb.reasons import ListeningChooser, explained
 from drake_navbench.controllers.teb.surroundings import (
     Surroundings,
     standing,
     with_moving,
 )
 from drake_navbench.errors import InputError
+from drake_navbench.explanation import Explanation
 from drake_navbench.kernels.distance_field import DistanceField
 
 Array = NDArray[np.float64]
@@ -105,6 +107,22 @@ class TimedElasticBand:
             decision = self._cycle(observation, memory.afresh(), around, is_last=True)
         assert decision is not None
         return decision
+
+    def explain(self, observation: Observation, memory: TebMemory) -> Explanation:
+        """Returns the constraints that hold the driven band."""
+        if len(observation.plan) == 0:
+            return Explanation(None, "TEB stops: nothing is left of the plan.", (), ())
+        listening = ListeningChooser(
+            self._parameters, self._setup, BandPlanner(self._parameters, self._discs)
+        )
+        own = TimedElasticBand(self._parameters, self._setup)
+        own._chooser = listening
+        try:
+            decision = own.step(observation, memory)
+        except NoValidControl as failure:
+            return Explanation(None, f"TEB stops: {failure}.", (), ())
+        assert listening.choice is not None
+        return explained(listening.choice, decision.command)
 
     def _track(
         self, observation: Observation, memory: TebMemory, around: Surroundings

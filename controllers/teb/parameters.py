@@ -55,6 +55,18 @@ class TebParameters(ControllerParameters):
     `WITHOUT_EFFECT` names them and other parameters that are accepted and dropped.
     """
 
+    SLIDERS: ClassVar[Mapping[str, tuple[float, float]]] = MappingProxyType(
+        {
+            "max_vel_x": (0.05, 1.0),
+            "max_vel_theta": (0.1, 3.0),
+            "acc_lim_x": (0.1, 3.0),
+            "min_obstacle_dist": (0.02, 1.0),
+            "inflation_dist": (0.0, 1.5),
+            "weight_optimaltime": (0.1, 10.0),
+            "weight_slack": (1.0, 200.0),
+        }
+    )
+
     STOOD_IN_FOR: ClassVar[Mapping[str, str]] = MappingProxyType(
         {"costmap_converter_plugin": "the lethal cells stand in for the shapes that it makes"}
     )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Any, ClassVar
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,13 +36,26 @@ from drake_navbench.controllers.teb_upstream.planner import (
     TebPlanner,
     penalty_terms,
 )
+from drake_navbench.controllers.teb_upstream.reasons import explained
 from drake_navbench.controllers.teb_upstream.recovery import update_preference
 from drake_navbench.controllers.teb_upstream.robot_models import RobotModel, circles, outline
+from drake_navbench.explanation import Explanation
 
 Array = NDArray[np.float64]
 
 # A car's driver bounds the steering angle a little beyond min_turning_radius.
 TURNING_RADIUS_RATIO = 0.95
+
+
+class Cycle(NamedTuple):
+    """The outcome of one cycle; memory: as it goes on, but for planner and command."""
+
+    scene: Scene
+    terms: Terms
+    planner: PlannerState
+    best: Trajectory
+    command: Array
+    memory: TebUpstreamMemory
 
 
 class UpstreamTimedElasticBand:
@@ -79,6 +92,26 @@ class UpstreamTimedElasticBand:
         Raises InvalidPath for an empty plan, NoValidControl where no band was found, none is free
         of collision, or it diverged; then the next cycle starts from the global plan.
         """
+        cycle = self._cycle(observation, memory)
+        command = cycle.command
+        command.flags.writeable = False
+        memory = cycle.memory._replace(planner=cycle.planner, last_command=command)
+        return Decision(command, memory, self._diagnostics(cycle.planner, cycle.best))
+
+    def explain(self, observation: Observation, memory: TebUpstreamMemory) -> Explanation:
+        """Returns the penalties of the driven band and of the best other one."""
+        try:
+            cycle = self._cycle(observation, memory)
+        except (InvalidPath, NoValidControl) as failure:
+            return Explanation(None, f"TEB stops: {failure}.", (), ())
+        bands = [cycle.best]
+        others = [b for b in cycle.planner.trajectories if b.number != cycle.best.number]
+        bands += sorted(others, key=lambda band: band.cost)[:1]
+        found = [self._planner.penalties(band, cycle.scene, cycle.terms) for band in bands]
+        return explained(cycle.command, bands, found)
+
+    def _cycle(self, observation: Observation, memory: TebUpstreamMemory) -> Cycle:
+        """Returns a cycle's band and command; raises InvalidPath and NoValidControl."""
         whole = observation.whole_plan
         if len(whole) == 0:
             raise InvalidPath("plan is empty, expected at least one pose")
@@ -105,9 +138,7 @@ class UpstreamTimedElasticBand:
             cleared = memory.planner._replace(trajectories=(), best=-1)
             error.memory = memory._replace(planner=cleared, last_command=np.zeros(2))
             raise
-        command.flags.writeable = False
-        memory = memory._replace(planner=planner, last_command=command)
-        return Decision(command, memory, self._diagnostics(planner, best))
+        return Cycle(scene, terms, planner, best, command, memory)
 
     def _scene(self, observation: Observation, plan: LocalPlan, preferred_turn: float) -> Scene:
         parameters = self._parameters

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from types import MappingProxyType
 from typing import Any, ClassVar
 
 from pydantic import Field, model_validator
@@ -33,6 +34,19 @@ class TebUpstreamParameters(ControllerParameters):
     obstacle_keypoint_offset and is_footprint_dynamic change nothing in the original (ros2-master)
     either.
     """
+
+    SLIDERS: ClassVar[Mapping[str, tuple[float, float]]] = MappingProxyType(
+        {
+            "max_vel_x": (0.05, 1.0),
+            "max_vel_theta": (0.1, 3.0),
+            "acc_lim_x": (0.1, 3.0),
+            "min_obstacle_dist": (0.02, 1.0),
+            "inflation_dist": (0.0, 1.5),
+            "weight_obstacle": (0.0, 200.0),
+            "weight_inflation": (0.0, 10.0),
+            "weight_optimaltime": (0.0, 10.0),
+        }
+    )
 
     WITHOUT_EFFECT: ClassVar[frozenset[str]] = frozenset(
         {

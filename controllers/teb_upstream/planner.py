@@ -7,28 +7,46 @@ the bands of the last cycle. `Scene` holds the cycle's inputs.
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from drake_navbench.controller import NoValidControl, SpeedLimit
-from drake_navbench.controllers.teb_upstream.association import Association
+from drake_navbench.controllers.teb_upstream.association import Association, attach
 from drake_navbench.controllers.teb_upstream.band import band_from_plan, normalize, warm_start
 from drake_navbench.controllers.teb_upstream.classes import ClassSearch
 from drake_navbench.controllers.teb_upstream.memory import PlannerState, Trajectory
+from drake_navbench.controllers.teb_upstream.normal_equations import COST_KINDS, System
 from drake_navbench.controllers.teb_upstream.optimizer import Rounds, optimize_band
 from drake_navbench.controllers.teb_upstream.parameters import (
     FEWEST_SAMPLES,
     TebUpstreamParameters,
 )
-from drake_navbench.controllers.teb_upstream.penalties import Surroundings, Terms
+from drake_navbench.controllers.teb_upstream.penalties import Surroundings, Terms, add_edges
 from drake_navbench.controllers.teb_upstream.robot_models import RobotModel
 from drake_navbench.kernels.speed_limit import speed_limit_ratio
 
 Array = NDArray[np.float64]
 
 NO_POINTS = np.empty((0, 2))
+# Kind of penalty -> its weight in Terms.
+PENALTY_WEIGHTS = {
+    "time": "weight_optimaltime",
+    "length": "weight_shortest_path",
+    "speed limit": "weight_max_vel_x",
+    "turn rate limit": "weight_max_vel_theta",
+    "acceleration": "weight_acc_lim_x",
+    "angular acceleration": "weight_acc_lim_theta",
+    "arc (no sideways)": "weight_kinematics_nh",
+    "driving backwards": "weight_kinematics_forward_drive",
+    "turning radius": "weight_kinematics_turning_radius",
+    "obstacle distance": "weight_obstacle",
+    "inflation": "weight_inflation",
+    "via-points": "weight_viapoint",
+    "side to turn to": "weight_prefer_rotdir",
+    "speed near obstacles": "weight_velocity_obstacle_ratio",
+}
 
 
 class Scene(NamedTuple):
@@ -228,14 +246,7 @@ class TebPlanner:
     ) -> Trajectory:
         if not self._parameters.optimization_activate:
             return band._replace(is_optimized=False)
-        around = Surroundings(
-            start_twist=scene.twist,
-            stops_at_goal=not self._parameters.free_goal_vel,
-            preferred_turn=band.preferred_turn,
-            obstacles=scene.obstacles if terms.weight_obstacle != 0.0 else NO_POINTS,
-            via_points=via_points if terms.weight_viapoint != 0.0 else NO_POINTS,
-            robot=self._robot,
-        )
+        around = self._around(band, scene, terms, via_points)
         result = optimize_band(
             band.poses, band.time_steps, terms, around, self._association, self._rounds
         )
@@ -246,3 +257,47 @@ class TebPlanner:
             chi_squared=result.chi_squared,
             is_optimized=result.succeeded,
         )
+
+    def _around(
+        self, band: Trajectory, scene: Scene, terms: Terms, via_points: Array
+    ) -> Surroundings:
+        return Surroundings(
+            start_twist=scene.twist,
+            stops_at_goal=not self._parameters.free_goal_vel,
+            preferred_turn=band.preferred_turn,
+            obstacles=scene.obstacles if terms.weight_obstacle != 0.0 else NO_POINTS,
+            via_points=via_points if terms.weight_viapoint != 0.0 else NO_POINTS,
+            robot=self._robot,
+        )
+
+    def penalties(self, band: Trajectory, scene: Scene, terms: Terms) -> dict[str, float]:
+        """Returns the penalties of an optimised band by kind, as the last round weighs them.
+
+        Each is computed with the weights of all others at zero. Attracted by all via-points.
+        """
+        multiplier = self._rounds.adapt_factor ** (self._rounds.outer - 1)
+        around = self._around(band, scene, terms, scene.via_points)
+        costs = np.zeros(COST_KINDS)
+        count = len(band.poses)
+        attached = attach(band.poses, count, around, self._association)
+        unused = System(np.zeros((1, 1)), np.zeros(1))
+        found: dict[str, float] = {}
+        for kind, name in PENALTY_WEIGHTS.items():
+            others: dict[str, Any] = {
+                weight: 0.0 for weight in PENALTY_WEIGHTS.values() if weight != name
+            }
+            add_edges(
+                band.poses,
+                band.time_steps,
+                count,
+                terms._replace(**others),
+                around,
+                attached,
+                multiplier,
+                unused,
+                False,
+                costs,
+                np.zeros((count, 8)),
+            )
+            found[kind] = float(costs.sum())
+        return found

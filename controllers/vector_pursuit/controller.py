@@ -29,8 +29,12 @@ from drake_navbench.controllers.vector_pursuit.cycle import (
 )
 from drake_navbench.controllers.vector_pursuit.memory import VectorPursuitMemory
 from drake_navbench.controllers.vector_pursuit.parameters import VectorPursuitParameters
+from drake_navbench.controllers.vector_pursuit.reasons import Situation, explained
 from drake_navbench.controllers.vector_pursuit.releases import RULES
+from drake_navbench.explanation import Explanation
 from drake_navbench.kernels.command_arc import project_arc
+from drake_navbench.kernels.grid import cost_at
+from drake_navbench.kernels.path_pruning import arc_length
 from drake_navbench.kernels.poses import compose
 from drake_navbench.kernels.read_only import read_only
 from drake_navbench.kernels.speed_limit import limited_speed
@@ -103,22 +107,8 @@ class VectorPursuit:
     def _step(self, observation: Observation, memory: VectorPursuitMemory) -> Decision:
         plan, memory = self._local_plan(observation, memory)
         self._check_plan(len(plan), memory)
-        x, y, yaw = observation.pose.tolist()
-        costmap = observation.costmap
-        cycle = run_cycle(
-            self._settings_record,
-            read_only(plan),
-            x,
-            y,
-            yaw,
-            limited_speed(self._parameters.desired_linear_vel, observation.speed_limit),
-            memory.last_v,
-            memory.last_w,
-            observation.goal_xy_tolerance_m,
-            costmap.grid,
-            costmap.tracks_unknown,
-            self._footprint,
-        )
+        x, y, _ = observation.pose.tolist()
+        cycle = self._run(observation, plan, memory)
         command = cycle.command
         if command.branch == CENTRE_OFF_MAP:
             raise NoValidControl(
@@ -137,6 +127,42 @@ class VectorPursuit:
             chosen,
             VectorPursuitMemory(command.v, command.w, memory.plan_id, memory.plan_begin),
             self._diagnostics(cycle, observation),
+        )
+
+    def explain(self, observation: Observation, memory: VectorPursuitMemory) -> Explanation:
+        """Returns the rule that sets the speed of the cycle."""
+        plan, memory = self._local_plan(observation, memory)
+        try:
+            self._check_plan(len(plan), memory)
+        except InvalidPath as error:
+            return Explanation(None, f"Vector Pursuit stops: {error}.", (), ())
+        x, y, _ = observation.pose.tolist()
+        situation = Situation(
+            self._settings,
+            limited_speed(self._parameters.desired_linear_vel, observation.speed_limit),
+            memory.last_v,
+            int(cost_at(observation.costmap.grid, x, y)),
+            float(arc_length(plan)),
+            math.hypot(plan[-1, 0] - x, plan[-1, 1] - y),
+        )
+        return explained(self._run(observation, plan, memory), situation)
+
+    def _run(self, observation: Observation, plan: Array, memory: VectorPursuitMemory) -> Cycle:
+        x, y, yaw = observation.pose.tolist()
+        costmap = observation.costmap
+        return run_cycle(
+            self._settings_record,
+            read_only(plan),
+            x,
+            y,
+            yaw,
+            limited_speed(self._parameters.desired_linear_vel, observation.speed_limit),
+            memory.last_v,
+            memory.last_w,
+            observation.goal_xy_tolerance_m,
+            costmap.grid,
+            costmap.tracks_unknown,
+            self._footprint,
         )
 
     def _local_plan(

@@ -35,6 +35,18 @@ class VectorPursuitParameters(ControllerParameters):
     `inflation_cost_scaling_factor` is 0 or less, as in the original.
     """
 
+    SLIDERS: ClassVar[Mapping[str, tuple[float, float]]] = MappingProxyType(
+        {
+            "desired_linear_vel": (0.05, 1.0),
+            "lookahead_dist": (0.2, 2.0),
+            "k": (1.5, 20.0),
+            "max_lateral_accel": (0.05, 2.0),
+            "cost_scaling_dist": (0.05, 1.0),
+            "approach_velocity_scaling_dist": (0.0, 1.5),
+            "rotate_to_heading_min_angle": (0.1, 3.14),
+        }
+    )
+
     WITHOUT_EFFECT: ClassVar[frozenset[str]] = frozenset({"transform_tolerance"})
     PATH_HANDLER_NAMES: ClassVar[frozenset[str]] = frozenset({SEARCH_DISTANCE})
     READ_BY: ClassVar[Mapping[str, ReadBy]] = MappingProxyType(

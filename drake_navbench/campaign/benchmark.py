@@ -197,9 +197,16 @@ def run_from_command_line(arguments: argparse.Namespace, *, began_s: float) -> b
         campaign = request.campaign()
         require_writable(folder.path)
     if arguments.live:
-        from drake_navbench.campaign.live import show_live
+        from drake_navbench.campaign.live import DEFAULT_WAIT_S, Kept, LiveOptions, show_live
 
-        return show_live(campaign, console)
+        options = LiveOptions(
+            wait_s=arguments.live_wait or DEFAULT_WAIT_S, port=arguments.live_port or 0
+        )
+        kept = None if arguments.out is None else Kept(folder, request)
+        return show_live(campaign, console, options, kept)
+    for name in ("live_port", "live_wait"):
+        if getattr(arguments, name) is not None:
+            raise InputError(f"--{name.replace('_', '-')}: expected --live as well")
     for line in told_of_files(request, campaign.nav2):
         console.print(line, soft_wrap=True)
     for preset in campaign.presets:

@@ -11,6 +11,8 @@ from typing import Any
 from urllib.parse import urlsplit
 from urllib.request import urlopen
 
+from drake_navbench.errors import InputError
+
 HOST = "localhost"
 OWN_NAMES = (HOST, "127.0.0.1", "::1")
 # The page asks for it now and then, and loads itself anew when it has changed.
@@ -46,12 +48,13 @@ def _is_from_here(hosts: Sequence[str] | None, origin: str | None) -> bool:
 
 
 class LiveServer:
-    """An HTTP server on a free port, for a `with` statement.
+    """An HTTP server, for a `with` statement.
 
-    scene_address: of the Meshcat whose scene the pages show, which has its textures.
+    scene_address: of the Meshcat whose scene the pages show, which has its textures. port: 0 for a
+    free one. Raises InputError where the port is taken.
     """
 
-    def __init__(self, scene_address: str = "") -> None:
+    def __init__(self, scene_address: str = "", *, port: int = 0) -> None:
         self._scene_address = scene_address
         self._page = b""
         self._number = 0
@@ -83,7 +86,11 @@ class LiveServer:
             def log_message(self, format: str, *arguments: Any) -> None:
                 """Logs nothing: the terminal is for the trials."""
 
-        self._server = _QuietServer((HOST, 0), Handler)
+        try:
+            self._server = _QuietServer((HOST, port), Handler)
+        except OSError as error:
+            reason = error.strerror or str(error)
+            raise InputError(f"--live-port {port}: cannot be listened at: {reason}") from error
         self._thread = threading.Thread(target=self._server.serve_forever, daemon=True)
 
     @property

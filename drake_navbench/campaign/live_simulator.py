@@ -53,7 +53,7 @@ def simulate_for_stack(
         begin(folder, campaign, None, 1)
         if shows_page:
             with live_page(console) as page:
-                log = page.drive(spec, 0.0)
+                log = page.drive(spec)
         else:
             log = simulate(spec)
         folder.write_log(log)

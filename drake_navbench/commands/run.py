@@ -6,6 +6,7 @@ Only the standard library is imported before the arguments are read, so that --h
 from __future__ import annotations
 
 import argparse
+import math
 import sys
 import time
 import warnings
@@ -27,6 +28,7 @@ from drake_navbench.errors import InputError, InputWarning, printable
 from drake_navbench.releases import Release
 
 ALLOWED_WITH_RESUME = {"cluster", "cluster_tls", "trust_network", "resume", "jobs", "quiet"}
+MAX_PORT = 65535
 
 EPILOG = """\
 examples (python -m drake_navbench.run is the same):
@@ -285,7 +287,20 @@ def _add_how(parser: argparse.ArgumentParser) -> None:
     add(
         "--live",
         action="store_true",
-        help="show each trial in a browser, in real time, one after another",
+        help="show each trial in a browser, in real time, one after another, with buttons and "
+        "sliders; without --out no log is kept",
+    )
+    add(
+        "--live-port",
+        type=_port,
+        metavar="N",
+        help="port of the page of --live on this machine (a free one)",
+    )
+    add(
+        "--live-wait",
+        type=_seconds,
+        metavar="SECONDS",
+        help="time that --live waits for a browser, at the beginning and when it was closed (120)",
     )
     add("--resume", type=Path, metavar="DIR", help="continue an interrupted run")
 
@@ -333,6 +348,23 @@ def _add_results(parser: argparse.ArgumentParser) -> None:
 
 def _jobs(text: str) -> int | None:
     return None if text == "auto" else positive_number(text)
+
+
+def _port(text: str) -> int:
+    number = positive_number(text)
+    if number > MAX_PORT:
+        raise argparse.ArgumentTypeError(f"got {text!r}, expected a port of at most {MAX_PORT}")
+    return number
+
+
+def _seconds(text: str) -> float:
+    try:
+        seconds = float(text)
+    except ValueError:
+        seconds = -1.0
+    if not 0.0 < seconds < math.inf:
+        raise argparse.ArgumentTypeError(f"got {text!r}, expected seconds above 0")
+    return seconds
 
 
 def _require_nothing_else(parser: argparse.ArgumentParser, arguments: argparse.Namespace) -> None:

@@ -40,6 +40,8 @@ from drake_navbench.logs.scans import SCAN_LEAVES, Scan, read_scans, scan_column
 from drake_navbench.typed_files.typed_yaml import FrozenModel, validate
 
 SCHEMA_VERSION = 2
+# In the header: the sliders that were moved while the trial drove, each with time, name and value.
+LIVE_CHANGES = "live_changes"
 METADATA_KEY = b"drake_navbench"
 
 # Column -> meaning; the unit is in the name.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import traceback
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from types import MappingProxyType
 from typing import Any, NamedTuple, Self
@@ -97,6 +97,19 @@ class ServerState(NamedTuple):
         return self
 
 
+class ControlCycle(NamedTuple):
+    """One call of the controller, and its outcome.
+
+    observation, memory: as it got them. command: (3,) as published, v m/s, w rad/s, vy m/s; None
+    where the controller raised a ControllerError, which `failure` tells.
+    """
+
+    observation: Observation
+    memory: Any
+    command: NDArray[np.float64] | None
+    failure: str = ""
+
+
 class ControllerServer(LeafSystem):
     """Nav2's controller server around one controller, as one unrestricted update a control period.
 
@@ -121,6 +134,9 @@ class ControllerServer(LeafSystem):
 
     clock: tells how long a cycle takes; without, cycles take no time.
     moves_sideways: whether the base follows vy; for another one a command may not have any.
+    hear: is called with every cycle; it changes nothing. takes_over: is asked before every cycle,
+    at its time, s, for a controller of the same kind with other parameters, which drives from then
+    on with the memory of the one before; None for none.
     """
 
     def __init__(
@@ -134,8 +150,11 @@ class ControllerServer(LeafSystem):
         offset_s: float,
         moves_sideways: bool = False,
         clock: ComputeClock | None = None,
+        hear: Callable[[ControlCycle], None] | None = None,
+        takes_over: Callable[[float], Controller | None] | None = None,
     ) -> None:
         super().__init__()
+        self._hear, self._takes_over = hear, takes_over
         self._clock = clock or ComputeClock(Timeline.constant(TimingSettings()), None)
         self._takes_time = self._clock.is_needed
         self._controller = controller
@@ -181,6 +200,8 @@ class ControllerServer(LeafSystem):
         is_new_task = plan is not None and plan.task_id != server.status.task_id
         if plan is None or (server.status.state.is_final and not is_new_task):
             return
+        if self._takes_over is not None:
+            self._controller = self._takes_over(context.get_time()) or self._controller
         try:
             new = self._advanced(context, server, plan, is_new_task=is_new_task)
         except PluginBroke as broken:
@@ -354,6 +375,7 @@ class ControllerServer(LeafSystem):
             try:
                 decision = self._controller.step(observation, server.memory)
             except ControllerError as error:
+                self._tell(observation, server.memory, None, as_line(str(error)))
                 require_loggable("details", error.details)
                 if isinstance(error, NoValidControl):
                     return self._wait(server, error, observation.time_s, watch)
@@ -361,6 +383,7 @@ class ControllerServer(LeafSystem):
             wall_ms, cpu_ms = watch.elapsed_ms()
             command = checked_command(decision, moves_sideways=self._moves_sideways)
             require_loggable("diagnostics", decision.diagnostics)
+        self._tell(observation, server.memory, command)
         return server._replace(
             memory=decision.memory,
             command=command,
@@ -370,6 +393,16 @@ class ControllerServer(LeafSystem):
             compute_cpu_time_ms=cpu_ms,
             diagnostics=decision.diagnostics,
         )
+
+    def _tell(
+        self,
+        observation: Observation,
+        memory: Any,
+        command: NDArray[np.float64] | None,
+        failure: str = "",
+    ) -> None:
+        if self._hear is not None:
+            self._hear(ControlCycle(observation, memory, command, failure))
 
     def _wait(
         self, server: ServerState, error: NoValidControl, now_s: float, watch: Stopwatch

@@ -28,7 +28,7 @@ from drake_navbench.systems.actuators import SlippingWheels
 from drake_navbench.systems.binary_filter import BinaryFilter
 from drake_navbench.systems.clearance import Clearance
 from drake_navbench.systems.compute_clock import ComputeClock, ComputeTimes
-from drake_navbench.systems.controller_server import ControllerServer
+from drake_navbench.systems.controller_server import ControlCycle, ControllerServer
 from drake_navbench.systems.delays import CommandLink
 from drake_navbench.systems.floor_transport import FloorTransport
 from drake_navbench.systems.lidar import Lidar
@@ -117,11 +117,15 @@ class Looks(NamedTuple):
     """The outputs of a trial besides its log.
 
     watch: is called with the present moment whenever the recorder samples. keeps_costmaps: whether
-    the recorder keeps the local costmaps.
+    the recorder keeps the local costmaps. hear: is called with every control cycle. takes_over: is
+    asked before every cycle for a controller that drives from then on, None for none; with one the
+    motion is another one.
     """
 
     watch: Callable[[Moment], None] | None = None
     keeps_costmaps: bool = True
+    hear: Callable[[ControlCycle], None] | None = None
+    takes_over: Callable[[float], Controller | None] | None = None
 
 
 class TrialMaps(NamedTuple):
@@ -182,7 +186,7 @@ def build_trial_diagram(
     )
 
     times = ComputeClock(conditions.timing, compute_times_ms)
-    driver = _add_driver(builder, robot, controller, task, maps, signals, times)
+    driver = _add_driver(builder, robot, controller, task, maps, signals, times, looks)
     navigator, server, command = driver.navigator, driver.server, driver.command
     local_costmap = driver.local_costmap
     costmap = None if local_costmap is None else local_costmap.GetOutputPort("costmap")
@@ -245,6 +249,7 @@ def _add_driver(
     maps: TrialMaps,
     signals: Signals,
     clock: ComputeClock,
+    looks: Looks,
 ) -> _Driver:
     """Adds costmaps, controller server, navigator and the chain behind them, or a running stack."""
     if isinstance(task, StackTask) or isinstance(controller, RunningStack):
@@ -253,7 +258,7 @@ def _add_driver(
     floors = NavigateToPoses.floors_of(task)
     local_costmap = _add_local_costmap(builder, robot, signals, maps, floors)
     costmap = local_costmap.GetOutputPort("costmap")
-    server = _add_controller_server(builder, robot, controller, signals, costmap, clock)
+    server = _add_controller_server(builder, robot, controller, signals, costmap, clock, looks)
     navigator, command = add_navigation(
         builder, robot, task, signals, local_costmap=local_costmap, server=server
     )
@@ -325,6 +330,7 @@ def _add_controller_server(
     signals: Signals,
     costmap: OutputPort,
     clock: ComputeClock,
+    looks: Looks,
 ) -> ControllerServer:
     """Adds the server that hosts the controller."""
     navigation = robot.navigation
@@ -339,6 +345,8 @@ def _add_controller_server(
             offset_s=CONTROLLER_OFFSET_S,
             moves_sideways=robot.drive.lateral_speed_mps > 0.0,
             clock=clock,
+            hear=looks.hear,
+            takes_over=looks.takes_over,
         ),
     )
     connect_inputs(builder, server, odometry_estimate=signals.odometry_estimate, costmap=costmap)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import traceback
 from collections.abc import Callable
 from dataclasses import replace
@@ -26,7 +27,6 @@ from drake_navbench.inputs.scenario import Scenario, load_scenario
 from drake_navbench.inputs.task_check import check_task
 from drake_navbench.kernels.grid import Costmap
 from drake_navbench.logs.log import TrialLog
-from drake_navbench.logs.moment import Moment
 from drake_navbench.processes.worker_process import Returned
 from drake_navbench.processes.workers import Died, Failure, Task, TimedOut, run_tasks, start_server
 from drake_navbench.systems.lifetime import release
@@ -146,15 +146,10 @@ def log_of_ending(spec: TrialSpec, ending: Failure) -> TrialLog:
     raise NotDriven(ending.sentence)
 
 
-def simulate(
-    spec: TrialSpec,
-    *,
-    watch: Callable[[Moment], None] | None = None,
-    realtime_rate: float = 0.0,
-) -> TrialLog:
-    """Runs the trial of a checked specification; realtime_rate 0 runs as fast as possible.
+def simulate(spec: TrialSpec, looks: Looks | None = None) -> TrialLog:
+    """Runs the trial of a checked specification as fast as possible.
 
-    watch: is called with the present moment whenever the recorder samples; it changes nothing.
+    looks: who looks at the trial; whether costmaps are kept says the specification.
 
     It is rehearsed before, so that compute times do not contain work that a process does once. A
     running stack would drive for real: there another column rehearses the world and the robot.
@@ -164,28 +159,28 @@ def simulate(
         rehearse(spec_of_parts, _simulate)
     else:
         rehearse(spec, _simulate)
-    return _simulate(spec, watch=watch, realtime_rate=realtime_rate)
+    return _simulate(spec, looks)
 
 
-def _simulate(
-    spec: TrialSpec,
-    *,
-    watch: Callable[[Moment], None] | None = None,
-    realtime_rate: float = 0.0,
-) -> TrialLog:
+def _simulate(spec: TrialSpec, looks: Looks | None = None) -> TrialLog:
     spec = replace(spec, robot=spec.preset.robot(spec.robot))
     wants_diagnostics = spec.wants_diagnostics
     with built_controller(spec.preset, spec.robot, wants_diagnostics=wants_diagnostics) as built:
-        return _simulate_with(built, spec, watch=watch, realtime_rate=realtime_rate)
+        looks = (looks or Looks())._replace(keeps_costmaps=spec.keeps_costmaps)
+        return simulate_with(built, spec, looks)
 
 
-def _simulate_with(
+def simulate_with(
     controller: Controller,
     spec: TrialSpec,
+    looks: Looks,
     *,
-    watch: Callable[[Moment], None] | None,
-    realtime_rate: float,
+    until_s: float = math.inf,
 ) -> TrialLog:
+    """Runs a trial with a built controller, without a rehearsal; its log ends at `until_s`.
+
+    spec: with the robot as the column drives it.
+    """
     trial = build_trial_diagram(
         spec.robot,
         spec.scenario.true_world,
@@ -194,21 +189,19 @@ def _simulate_with(
         maps=TrialMaps(_static_map(spec), _known_map(spec), spec.scenario.places[0].filter_masks),
         conditions=spec.scenario.conditions(spec.robot),
         compute_times_ms=spec.compute_times_ms,
-        looks=Looks(watch, spec.keeps_costmaps),
+        looks=looks,
     )
     try:
-        return _driven(spec, trial, realtime_rate)
+        return _driven(spec, trial, until_s)
     finally:
         release(trial.diagram)
 
 
-def _driven(spec: TrialSpec, trial: TrialDiagram, realtime_rate: float) -> TrialLog:
-    """Simulates a built trial to its end and returns its log."""
+def _driven(spec: TrialSpec, trial: TrialDiagram, until_s: float) -> TrialLog:
+    """Simulates a built trial to its end, or to a time, and returns its log."""
     context = trial.create_context(spec.scenario.start_pose(spec.seed), spec.seed)
     simulator = Simulator(trial.diagram, context)
     ApplySimulatorConfig(INTEGRATION, simulator)
-    if not spec.preset.is_running_stack:
-        simulator.set_target_realtime_rate(realtime_rate)
     contact_watch = ContactWatch(
         spec.robot.drive,
         spec.scenario.true_world,
@@ -217,7 +210,7 @@ def _driven(spec: TrialSpec, trial: TrialDiagram, realtime_rate: float) -> Trial
     )
     simulator.set_monitor(_end_of_trial(trial, context, contact_watch))
     if simulator.Initialize().reason() != HAS_ENDED:
-        simulator.AdvanceTo(spec.scenario.timeout_s)
+        simulator.AdvanceTo(min(spec.scenario.timeout_s, until_s))
     if contact_watch.contact is not None:
         _put_back_to_contact(trial, context, contact_watch.contact)
     return make_log(spec, trial, context, contact_watch)

@@ -130,7 +130,7 @@ def test_the_camera_follows_the_robot_among_the_replays_layers(tmp_path):
 
     scenario = load_scenario("static_obstacles").model_copy(update={"timeout_s": 3.0})
     campaign = plan_campaign([scenario], ["rpp", "mppi_nav2"], trials=1)
-    assert live.show_live(campaign, Terminal(), realtime_rate=0.0) is False
+    assert live.show_live(campaign, Terminal(), live.LiveOptions(0.0, None)) is False
     assert looked
     assert any("mppi_nav2, trial 0" in line for line in told)
 

@@ -23,6 +23,7 @@ from drake_navbench.controller import (
     NoiseKey,
     Observation,
 )
+from drake_navbench.explanation import ExplainingController
 from drake_navbench.inputs.presets import load_preset, preset_files
 from drake_navbench.kernels.footprint import footprint_radii
 from drake_navbench.kernels.grid import Costmap
@@ -297,6 +298,29 @@ def test_drawing_does_not_change_the_command(preset, controller, observation):
     drawing = make_controller(preset, wants_diagnostics=True)
     plain, drawn = drive(controller, observation), drive(drawing, observation)
     assert [contents(r.command) for r in plain] == [contents(r.command) for r in drawn]
+
+
+@pytest.fixture(scope="module")
+def explaining(preset):
+    return make_controller(preset, wants_diagnostics=True)
+
+
+def test_what_is_explained_is_the_command(preset, controller, explaining, observation):
+    if not isinstance(explaining, ExplainingController):
+        pytest.skip(f"{preset} cannot tell why")
+    memory = controller.initial_memory()
+    for _ in range(CYCLES):
+        result = outcome(controller, observation, memory)
+        command = result.command if isinstance(result, Decision) else None
+        before = contents(observation), contents(memory)
+        explanation = explaining.explain(observation, memory)
+        assert explanation.gives(command), explanation.sentence
+        assert explanation.sentence.endswith(".")
+        assert {len(row) for row in explanation.rows} <= {len(explanation.columns)}
+        assert (contents(observation), contents(memory)) == before
+        if command is None:
+            break
+        memory, observation = result.memory, advanced(observation, command)
 
 
 def mirrored(observation: Observation) -> Observation:

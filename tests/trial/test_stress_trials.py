@@ -12,6 +12,7 @@ from drake_navbench.inputs.scenario import PUBLISHED_SCENARIOS, Scenario, load_s
 from drake_navbench.kernels.poses import compose
 from drake_navbench.logs.log import ODOMETRY_COLUMNS, Outcome, TrialLog
 from drake_navbench.logs.moment import Moment
+from drake_navbench.trial.diagram import Looks
 from drake_navbench.trial.spec import TrialSpec
 from drake_navbench.trial.trial import run_trial, simulate
 
@@ -267,7 +268,7 @@ def test_who_watches_is_told_where_the_odometry_lies():
     scenario = Scenario(**SCENE | {"timeout_s": 2.0})
     moments: list[Moment] = []
     spec = TrialSpec(scenario, robot, load_preset("rpp"), seed=3)
-    log = simulate(spec, watch=moments.append)
+    log = simulate(spec, Looks(moments.append))
     told = [compose(moment.odometry_from_world, moment.state[:3]) for moment in moments]
     logged = log.samples[list(ODOMETRY_COLUMNS)].to_numpy()[: len(moments)]
     np.testing.assert_allclose(told, logged, atol=1e-9)

@@ -1,0 +1,126 @@
+"""The rule that set the speed of a cycle of Vector Pursuit, in words and as a table."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from drake_navbench.controllers.vector_pursuit.cycle import (
+    CENTRE_OFF_MAP,
+    NO_COLLISION,
+    ROTATE_TO_GOAL,
+    ROTATE_TO_PATH,
+    STRAIGHT_RADIUS_M,
+    Cycle,
+    Settings,
+    speed_near_obstacle,
+)
+from drake_navbench.explanation import (
+    SPEED_COLUMNS,
+    Explanation,
+    SpeedRule,
+    speed_rows,
+    told_command,
+    told_length,
+)
+
+
+class Situation(NamedTuple):
+    """The facts of a cycle that its outcome does not tell.
+
+    max_v: desired speed under the speed limit, last_v: of the last command, m/s. centre_cost: of
+    the cell below the robot. plan_length, end_distance: of the local plan, and straight to its end,
+    m.
+    """
+
+    settings: Settings
+    max_v: float
+    last_v: float
+    centre_cost: int
+    plan_length: float
+    end_distance: float
+
+
+def explained(cycle: Cycle, situation: Situation) -> Explanation:
+    """Returns the reasons of a cycle's command, or of the stop before a collision."""
+    command = cycle.command
+    asked = told_command(np.array([command.v, command.w]))
+    if command.branch == CENTRE_OFF_MAP:
+        told = "Vector Pursuit stops: the robot's centre is off the costmap."
+        return Explanation(None, told, (), ())
+    turning = _turning(cycle, situation.settings)
+    rules = [turning] if turning else _rules(cycle, situation)
+    setting = turning or _setting(rules)
+    if cycle.collision != NO_COLLISION:
+        ahead_s = cycle.collision * cycle.period if cycle.collision > 0 else 0.0
+        told = f"on the arc of {asked} the outline hits an obstacle in {ahead_s:.2f} s"
+        stop = SpeedRule("collision stop", 0.0, told, told)
+        rows = speed_rows([*rules, stop], stop)
+        return Explanation(None, f"Vector Pursuit stops: {told}.", SPEED_COLUMNS, rows)
+    rows = speed_rows(rules, setting)
+    if not math.isfinite(command.w):
+        told = "Vector Pursuit stops: its turn rate has no bound."
+        return Explanation(None, told, SPEED_COLUMNS, rows)
+    chosen = np.array([command.v, command.w])
+    if turning is not None:
+        sentence = f"Vector Pursuit turns in place: {turning.words}."
+        return Explanation(chosen, sentence, SPEED_COLUMNS, rows)
+    sentence = f"Vector Pursuit drives {command.v:.3g} m/s: {setting.words}."
+    note = (
+        f"It turns {command.w:.3g} rad/s: the curve to the pose {told_length(command.lookahead)} "
+        f"ahead and its heading has a radius of {_radius(command.radius)}."
+    )
+    return Explanation(chosen, sentence, SPEED_COLUMNS, rows, (note,))
+
+
+def _turning(cycle: Cycle, settings: Settings) -> SpeedRule | None:
+    command = cycle.command
+    if command.branch == ROTATE_TO_GOAL:
+        told = "the goal is reached, its heading is not"
+        return SpeedRule("rotate to goal", 0.0, told, told)
+    if command.branch == ROTATE_TO_PATH:
+        angle = math.atan2(command.target_y, command.target_x)
+        told = (
+            f"the pose ahead is {angle:.3g} rad aside, more than "
+            f"{settings.rotate_to_heading_min_angle:.3g} rad"
+        )
+        return SpeedRule("rotate to path", 0.0, told, told)
+    return None
+
+
+def _rules(cycle: Cycle, situation: Situation) -> list[SpeedRule]:
+    """Returns the bounds of the speed in the order of the kernel: see `constrained_speed`."""
+    settings, max_v, command = situation.settings, situation.max_v, cycle.command
+    told = "desired_linear_vel, speed limit"
+    rules = [SpeedRule("desired speed", max_v, told, "no rule slows it down")]
+    curve_v = math.sqrt(settings.max_lateral_accel * abs(command.radius))
+    told = f"a radius of {_radius(command.radius)} at {settings.max_lateral_accel:.3g} m/s^2 aside"
+    rules.append(SpeedRule("curvature", curve_v, told, f"{told} allows no more"))
+    if settings.use_cost_regulated_linear_velocity_scaling:
+        v = float(speed_near_obstacle(settings, max_v, situation.centre_cost))
+        told = f"cost {situation.centre_cost} below the robot's centre"
+        rules.append(SpeedRule("cost", v, told, f"the {told} limits {max_v:.3g} to {v:.3g}"))
+    change = settings.max_linear_accel * settings.control_period_s
+    told = f"{situation.last_v:.3g} m/s before, {change:.3g} m/s more in a cycle"
+    rules.append(SpeedRule("acceleration", abs(situation.last_v) + change, told, f"it had {told}"))
+    if situation.plan_length < settings.approach_velocity_scaling_dist:
+        scaled = max_v * situation.end_distance / settings.approach_velocity_scaling_dist
+        v = max(scaled, settings.min_approach_linear_velocity)
+        told = f"{told_length(situation.end_distance)} to the plan's end"
+        rules.append(SpeedRule("approach", v, told, f"it is {told}"))
+    told = "min_linear_velocity"
+    rules.append(SpeedRule("least speed", settings.min_linear_velocity, told, f"that is {told}"))
+    return rules
+
+
+def _setting(rules: list[SpeedRule]) -> SpeedRule:
+    """Returns the least bound, or the least speed where that is more."""
+    *bounds, least = rules
+    slowest = min(bounds, key=lambda rule: rule.speed)
+    return least if least.speed > slowest.speed else slowest
+
+
+def _radius(metres: float) -> str:
+    return told_length(math.inf if metres >= STRAIGHT_RADIUS_M else metres)

@@ -1,0 +1,88 @@
+"""The parameters that a live trial changes by sliders: which they are, and a change of one."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any, NamedTuple
+
+from drake_navbench.controller import ControllerParameters
+from drake_navbench.inputs.presets import Preset
+from drake_navbench.inputs.robot import merged
+from drake_navbench.plugins.names import SEPARATOR, flattened, nested
+
+# How a field's description ends that has a unit: 'Cruise speed [m/s].'
+UNIT = re.compile(r"\[([^\[\]]+)\][.;]?")
+STEPS = 200
+
+
+class Slider(NamedTuple):
+    """A slider of one parameter, given by its dotted name; step: the least change."""
+
+    name: str
+    unit: str
+    low: float
+    high: float
+    value: float
+
+    @property
+    def label(self) -> str:
+        """The text beside it."""
+        return f"{self.name} [{self.unit}]"
+
+    @property
+    def step(self) -> float:
+        """The least change."""
+        return (self.high - self.low) / STEPS
+
+
+class Change(NamedTuple):
+    """A moved slider: the time of the first control cycle that drove with the new value, s."""
+
+    time_s: float
+    name: str
+    value: float
+
+    def as_plain(self) -> dict[str, Any]:
+        """Returns it as a log keeps it."""
+        return {"time_s": self.time_s, "name": self.name, "value": self.value}
+
+
+def sliders_of(preset: Preset) -> tuple[Slider, ...]:
+    """Returns the sliders of a column: its SLIDERS that it has, each at its value.
+
+    A range is widened to a value beyond it. Critics that do not judge have none.
+    """
+    parameters = preset.parameters
+    found = []
+    for name, (low, high) in type(parameters).SLIDERS.items():
+        *blocks, last = name.split(SEPARATOR)
+        owner: Any = parameters
+        for block in blocks:
+            owner = getattr(owner, block, None)
+        if owner is None or not _judges(parameters, blocks):
+            continue
+        value = float(getattr(owner, last))
+        text = type(owner).model_fields[last].description or ""
+        unit = UNIT.search(text)
+        found.append(
+            Slider(name, unit[1] if unit else "-", min(low, value), max(high, value), value)
+        )
+    return tuple(found)
+
+
+def _judges(parameters: ControllerParameters, blocks: Sequence[str]) -> bool:
+    """Whether a block is of a critic that judges, or of no critic."""
+    critics = getattr(parameters, "critics", None)
+    return critics is None or not blocks or blocks[0] in critics
+
+
+def with_values(preset: Preset, values: dict[str, float]) -> Preset:
+    """Returns a column with other values by dotted name; raises InputError where one is wrong."""
+    source = (
+        f"{preset.name} with {', '.join(f'{name}={value:g}' for name, value in values.items())}"
+    )
+    own = nested(flattened(preset.values), source)
+    other = replace(preset, values=merged(own, nested(values.items(), source)), source=source)
+    return other.checked()

@@ -1,0 +1,103 @@
+"""The reasons of one decision, as a controller tells them; docs/why.md shows them.
+
+A controller that can tell them has the method `explain`; see `ExplainingController`.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any, NamedTuple, Protocol, runtime_checkable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drake_navbench.controller import Observation
+
+Array = NDArray[np.float64]
+Cell = float | int | str | None
+Row = tuple[Cell, ...]
+
+
+class Explanation(NamedTuple):
+    """The reasons of a controller's command in one cycle.
+
+    command: as in `Decision`, as it comes out of what is explained; None where there was none.
+    sentence: the reason in one sentence, with numbers and units.
+    columns, rows: a table; the first column names what is told, such as a critic. Numbers are
+        rounded where they are printed; None is an empty cell.
+    notes: further sentences.
+    """
+
+    command: Array | None
+    sentence: str
+    columns: tuple[str, ...]
+    rows: tuple[Row, ...]
+    notes: tuple[str, ...] = ()
+
+    def gives(self, command: Array | None) -> bool:
+        """Returns whether the explained command is `command` to the last bit."""
+        if self.command is None or command is None:
+            return self.command is None and command is None
+        ours, theirs = (_padded(given) for given in (self.command, command))
+        return ours.tobytes() == theirs.tobytes()
+
+
+class SpeedRule(NamedTuple):
+    """A rule that bounds the speed of a cycle.
+
+    speed: its bound, m/s. because: the facts, for the table. words: the reason for a sentence
+    'drives 0.2 m/s: ...', where the rule sets the speed.
+    """
+
+    name: str
+    speed: float
+    because: str
+    words: str
+
+
+SPEED_COLUMNS = ("rule", "speed [m/s]", "sets it", "because")
+
+
+def speed_rows(rules: Sequence[SpeedRule], setting: SpeedRule | None) -> tuple[Row, ...]:
+    """Returns the rows of SPEED_COLUMNS; setting: the rule that sets the speed."""
+    return tuple(
+        (rule.name, rule.speed, "*" if rule is setting else "", rule.because) for rule in rules
+    )
+
+
+def told_length(metres: float) -> str:
+    """Returns a length in words: '0.48 m', or 'infinite'."""
+    return "infinite" if math.isinf(metres) else f"{metres:.3g} m"
+
+
+@runtime_checkable
+class ExplainingController(Protocol):
+    """A controller that can tell why it decides as it does.
+
+    `drake-navbench why` builds it with `ControllerSetup.wants_diagnostics` and calls `explain` with
+    the observation and the memory of one cycle of a trial. It changes neither, as `step` does not.
+    """
+
+    def explain(self, observation: Observation, memory: Any) -> Explanation:
+        """Returns the reasons of the command of `step(observation, memory)`.
+
+        Where `step` raises a ControllerError, the reasons of that, with no command.
+        """
+        ...
+
+
+def told_command(command: Array) -> str:
+    """Returns a command in words: '0.21 m/s, 0.44 rad/s'."""
+    v, w, *vy = (float(value) + 0.0 for value in command)
+    text = f"{v:.3g} m/s"
+    if vy and vy[0] != 0.0:
+        text += f", {vy[0]:.3g} m/s to the left"
+    return f"{text}, {w:.3g} rad/s"
+
+
+def _padded(command: Array) -> Array:
+    """Returns (3,) v, w, vy without a sign of zero."""
+    padded = np.zeros(3)
+    padded[: len(command)] = command
+    return padded + 0.0
