@@ -62,8 +62,10 @@ MAY_IMPORT: dict[str, set[str]] = {
         "recordings",
         "campaign",
     },
+    "studio": BELOW_ALL | {"inputs", "nav2", "trial", "analysis", "campaign"},
     "commands": BELOW_ALL
     | {
+        "studio",
         "inputs",
         "nav2",
         "trial",

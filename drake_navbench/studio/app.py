@@ -1,0 +1,46 @@
+"""The studio as a whole: its pages behind its server, on a folder of its own."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from functools import partial
+from importlib import import_module
+from typing import Any
+
+from bokeh.document import Document
+
+from drake_navbench.studio.desk import Desk
+from drake_navbench.studio.open_folder import OpenFolder
+from drake_navbench.studio.server import HOST, StudioServer
+
+# The class of each page, imported when it is first opened: the first page is to be there at once.
+PAGES = {
+    "runs": ("runs_page", "RunsPage"),
+    "scenario": ("scenario_page", "ScenarioPage"),
+    "drive": ("drive_page", "DrivePage"),
+    "live": ("live_page", "LivePage"),
+}
+
+
+def serve(folder: OpenFolder, port: int, told: Callable[[str], None]) -> None:
+    """Serves a studio until Ctrl-C or a signal to end.
+
+    told: is given the address. Raises InputError where the port is taken or another studio has the
+    folder.
+    """
+    desk: list[Desk] = []
+
+    def page(name: str, document: Document) -> None:
+        module, kind = PAGES[name]
+        made: Any = getattr(import_module(f"drake_navbench.studio.{module}"), kind)
+        made(document, desk[0])
+
+    server = StudioServer({name: partial(page, name) for name in PAGES}, folder, port)
+    with folder.lock(f"process {os.getpid()}, http://{HOST}:{server.port}"):
+        desk.append(Desk(folder))
+        try:
+            told(server.address)
+            server.run()
+        finally:
+            desk[0].close()
