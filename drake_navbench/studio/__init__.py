@@ -1,1 +1,1 @@
-"""The studio: pages on which scenarios are drawn, parameters changed, trials driven and looked at."""
+"""The studio: pages to draw scenarios, change parameters, drive trials and look at them."""

@@ -9,6 +9,7 @@ from importlib import import_module
 from typing import Any
 
 from bokeh.document import Document
+from tornado.ioloop import IOLoop
 
 from drake_navbench.studio.desk import Desk
 from drake_navbench.studio.open_folder import OpenFolder
@@ -21,6 +22,8 @@ PAGES = {
     "drive": ("drive_page", "DrivePage"),
     "live": ("live_page", "LivePage"),
 }
+# When the first page is surely sent.
+LOAD_AFTER_S = 0.7
 
 
 def serve(folder: OpenFolder, port: int, told: Callable[[str], None]) -> None:
@@ -35,6 +38,12 @@ def serve(folder: OpenFolder, port: int, told: Callable[[str], None]) -> None:
         module, kind = PAGES[name]
         made: Any = getattr(import_module(f"drake_navbench.studio.{module}"), kind)
         made(document, desk[0])
+        IOLoop.current().call_later(LOAD_AFTER_S, load)
+
+    def load() -> None:
+        """Imports the modules of the other pages while the first one is looked at."""
+        for module, _ in PAGES.values():
+            import_module(f"drake_navbench.studio.{module}")
 
     server = StudioServer({name: partial(page, name) for name in PAGES}, folder, port)
     with folder.lock(f"process {os.getpid()}, http://{HOST}:{server.port}"):

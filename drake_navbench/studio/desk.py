@@ -15,7 +15,7 @@ from drake_navbench.logs.results import ResultsFolder
 from drake_navbench.studio.engine import Engine
 from drake_navbench.studio.jobs import Jobs
 from drake_navbench.studio.open_folder import OpenFolder
-from drake_navbench.studio.run_states import RESULTS
+from drake_navbench.studio.run_states import RESULTS, run_states
 from drake_navbench.typed_files.typed_yaml import parse_yaml
 
 if TYPE_CHECKING:
@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from drake_navbench.studio.tuning_desk import TuningDesk
 
 DEFAULT_ROBOT = "wheelchair"
+MAX_LOGS = 300
 
 
 class Desk:
@@ -55,6 +56,16 @@ class Desk:
 
             self._scenario = OpenScenario(self.folder)
         return self._scenario
+
+    def logs(self) -> list[str]:
+        """Returns the names of the logs of all runs, the newest runs first, not too many."""
+        found = [
+            self.folder.name_of(path)
+            for state in run_states(self.folder)
+            for path in sorted(state.path.glob("trials/*/*/trial_*.parquet"))
+            if path.resolve().is_relative_to(self.folder.root)
+        ]
+        return found[:MAX_LOGS]
 
     def robots(self) -> list[str]:
         """Returns the robots to choose from: those of the package, and robot files."""

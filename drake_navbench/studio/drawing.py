@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from copy import deepcopy
+from itertools import pairwise
 from typing import Any
 
 from drake_navbench.errors import InputError
@@ -101,7 +102,7 @@ def with_entry(content: Mapping[str, Any], place: Place, value: Any) -> dict[str
     """Returns a content with another value at a place, which is made where it is missing."""
     changed = deepcopy(dict(content))
     inner: Any = changed
-    for part, following in zip(place[:-1], place[1:], strict=True):
+    for part, following in pairwise(place):
         if isinstance(part, str) and inner.get(part) is None:
             inner[part] = [] if isinstance(following, int) else {}
         inner = inner[part]

@@ -14,12 +14,12 @@ from drake_navbench.errors import NavbenchError
 from drake_navbench.inputs.presets import preset_files
 from drake_navbench.inputs.scenario import SCENARIO_FILES
 from drake_navbench.studio.desk import Desk
+from drake_navbench.studio.messages import Asked, Driven
 from drake_navbench.studio.open_scenario import files_of
 from drake_navbench.studio.parameter_fields import ParameterField
 from drake_navbench.studio.parameter_form import ParameterForm
 from drake_navbench.studio.scene_items import items_of
 from drake_navbench.studio.style import every, fill, html, lines, styled
-from drake_navbench.studio.tasks import Asked, Driven
 from drake_navbench.studio.trial_pictures import TrialPictures, metrics_table
 
 REFRESH_MS = 700
@@ -59,13 +59,14 @@ class DrivePage:
         self._robot = Select(title="Robot", options=desk.robots(), value=desk.robot, **wide)
         self._column = Select(title="Controller", options=[], **wide)
         self._save_as = TextInput(title="Save as", **wide)
-        self._drive = Button(label="Drive", button_type="primary", width=90)
+        self._drive = Button(label="Drive", button_type="primary", width=90, name="drive")
         self._stop = Button(label="Stop", width=60, disabled=True)
-        self._lock = Button(label="Lock as reference", width=140)
+        self._lock = Button(label="Lock as reference", sizing_mode="stretch_width")
         self._save = Button(label="Save", width=70)
         styled(self._scenario, self._robot, self._column, self._save_as)
         styled(self._drive, self._stop, self._lock, self._save)
-        self._line, self._metrics, self._patch = html(), html(), html()
+        self._line, self._metrics = html(name="line"), html(name="metrics")
+        self._patch = html(name="patch")
         self._list_columns()
         self._scenario.on_change("value", self._choose_scenario)
         self._robot.on_change("value", self._choose_robot)
@@ -80,7 +81,8 @@ class DrivePage:
             self._scenario,
             self._robot,
             self._column,
-            Row(self._drive, self._stop, self._lock, spacing=6),
+            Row(self._drive, self._stop, spacing=6),
+            self._lock,
             Row(self._save_as, self._save, sizing_mode="stretch_width", spacing=6),
             self._form.root,
             sizing_mode="stretch_width",
@@ -223,10 +225,11 @@ class DrivePage:
         driven = done.result()
         self._desk.tuning.note(driven)
         kind = "good" if driven.outcome == "succeeded" else "bad"
-        told = f"{driven.column}: {driven.outcome} after {driven.times_s[-1]:.1f} s, {driven.reason}"
+        told = (
+            f"{driven.column}: {driven.outcome} after {driven.times_s[-1]:.1f} s, {driven.reason}"
+        )
         self._line.text = str(
-            lines([told], kind)
-            + lines([f"driven in {driven.took_s:.2f} s", *driven.notes], "soft")
+            lines([told], kind) + lines([f"driven in {driven.took_s:.2f} s", *driven.notes], "soft")
         )
         self._show_trials()
 

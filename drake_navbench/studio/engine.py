@@ -1,4 +1,4 @@
-"""The workers of a studio: one looks (checks, reads parameters, logs), one drives; both stay warm."""
+"""The workers of a studio: one checks and reads, one drives; both stay warm."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The picture of a scenario that is drawn with the mouse: its things, the plan, the mouse's place."""
+"""The picture of a scenario, drawn with the mouse: its things, the plan, the mouse's place."""
 
 from __future__ import annotations
 
@@ -67,6 +67,7 @@ class FloorPlan:
     def __init__(self, tool: Any, step: Any) -> None:
         self._map = MapView(
             height=560,
+            name="floor",
             tools="pan,wheel_zoom,reset",
             active_drag=None,
             active_scroll="wheel_zoom",

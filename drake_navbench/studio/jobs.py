@@ -1,4 +1,4 @@
-"""Runs that a studio goes on with: each is `drake-navbench run --resume` in a process of its own."""
+"""Runs that a studio goes on with, each `drake-navbench run --resume` in its own process."""
 
 from __future__ import annotations
 
@@ -28,7 +28,8 @@ class Jobs:
 
     def resume(self, path: Path) -> None:
         """Begins to drive the trials that a results folder lacks."""
-        output = tempfile.TemporaryFile()
+        # Closed when the run has ended and its last line is read.
+        output = tempfile.TemporaryFile()  # noqa: SIM115
         command = [sys.executable, "-m", "drake_navbench", "run", "--resume", str(path), "--quiet"]
         process = subprocess.Popen(
             command,

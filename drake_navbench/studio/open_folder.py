@@ -1,4 +1,4 @@
-"""The folder that a studio is open on: what it may read and write, and the lock against a second."""
+"""The folder of a studio: what may be read and written, and the lock against a second studio."""
 
 from __future__ import annotations
 

@@ -12,7 +12,7 @@ from pydantic.fields import FieldInfo
 
 from drake_navbench.inputs.presets import Preset
 from drake_navbench.plugins.names import flattened
-from drake_navbench.releases import RELEASE_FIELD, Release, ReadBy
+from drake_navbench.releases import RELEASE_FIELD, ReadBy, Release
 from drake_navbench.typed_files.quantities import Within
 
 UNIT = re.compile(r"\s*\[([^\]]+)\]")

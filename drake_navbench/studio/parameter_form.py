@@ -1,4 +1,4 @@
-"""The form of a column's parameters: a slider and a field for numbers, a switch, a choice, a text."""
+"""The form of a column's parameters: sliders with numbers, switches, choices and texts."""
 
 from __future__ import annotations
 
@@ -60,9 +60,9 @@ class ParameterForm:
         given = "" if field.given is None else f", file {_told(field.given)}"
         unit = f" [{field.unit}]" if field.unit else ""
         text = html(
-            Markup('<b>{}</b>{} <span class="soft">default {}{}</span><p class="soft">{}</p>').format(
-                field.given_name, unit, _told(field.default), given, field.description
-            )
+            Markup(
+                '<b>{}</b>{} <span class="soft">default {}{}</span><p class="soft">{}</p>'
+            ).format(field.given_name, unit, _told(field.default), given, field.description)
         )
         return Column(text, self._input(field, value), sizing_mode="stretch_width", name=field.name)
 
@@ -108,9 +108,7 @@ class ParameterForm:
             return
         # Steps of a slider are sums of binary fractions: 0.1 + 0.2 is 0.30000000000000004.
         value = int(value) if field.kind == "whole" else float(f"{value:.9g}")
-        slider.update(
-            start=min(slider.start, value), end=max(slider.end, value), value=value
-        )
+        slider.update(start=min(slider.start, value), end=max(slider.end, value), value=value)
         self._on_change(field, value)
 
     def _set_text(self, field: ParameterField, _name: str, _old: str, text: str) -> None:
@@ -125,4 +123,6 @@ def _told(value: Any) -> str:
         return f"{value:g}"
     if isinstance(value, list):
         return yaml.safe_dump(value, default_flow_style=True, width=100_000).strip()
-    return "none" if value is None else str(value).lower() if isinstance(value, bool) else str(value)
+    return (
+        "none" if value is None else str(value).lower() if isinstance(value, bool) else str(value)
+    )

@@ -17,7 +17,9 @@ from drake_navbench.studio.style import card, every, fill, html, lines, styled
 
 REFRESH_MS = 1500
 MAX_SHOWN = 40
-EMPTY = "No runs here yet. Drive on the page Drive, or: drake-navbench run SCENARIO --out results/NAME"
+EMPTY = (
+    "No runs here yet. Drive on the page Drive, or: drake-navbench run SCENARIO --out results/NAME"
+)
 
 
 class RunsPage:
@@ -36,7 +38,9 @@ class RunsPage:
     def _refresh(self) -> None:
         states = run_states(self._desk.folder)[:MAX_SHOWN]
         jobs = self._desk.jobs
-        shown = [(state, jobs.is_running(state.path), jobs.told.get(state.path)) for state in states]
+        shown = [
+            (state, jobs.is_running(state.path), jobs.told.get(state.path)) for state in states
+        ]
         if shown == self._shown:
             return
         self._shown = shown
@@ -83,7 +87,7 @@ class RunsPage:
         self._line.text = str(lines([text], "bad")) if text else ""
 
 
-def _text(state: RunState, told: str | None) -> str:
+def _text(state: RunState, told: str | None) -> Markup:
     run = state.run
     tags = Markup("").join(Markup('<span class="tag">{}</span>').format(tag) for tag in run.tags)
     parts = [
@@ -106,4 +110,4 @@ def _text(state: RunState, told: str | None) -> str:
         Markup('<a href="file/{}" target="_blank" rel="noopener">{}</a>').format(name, title)
         for title, name in state.pages
     )
-    return str(Markup("").join([*parts, links]))
+    return Markup("").join([*parts, links])

@@ -30,10 +30,10 @@ from drake_navbench.studio import drawing, style
 from drake_navbench.studio.desk import Desk
 from drake_navbench.studio.drawing import entry_at, snapped, with_added, with_entry
 from drake_navbench.studio.floor_plan import FloorPlan
+from drake_navbench.studio.messages import Asked, Checked, Ground
 from drake_navbench.studio.open_scenario import WORLD_SUFFIXES, files_of
 from drake_navbench.studio.scene_items import Item, item_at, items_of
 from drake_navbench.studio.style import every, fill, html, lines, styled
-from drake_navbench.studio.tasks import Asked, Checked, Ground
 from drake_navbench.typed_files.typed_yaml import parse_yaml
 
 LOOK, MOVE, PERSON = "Look", "Move", "Person"
@@ -64,7 +64,10 @@ HINTS = {
     "Speed zone": "Drag from corner to corner; the limit is in % of the speed.",
 }
 STEPS = [("0", "no grid"), ("0.01", "1 cm"), ("0.05", "5 cm"), ("0.1", "10 cm"), ("0.5", "50 cm")]
-GRID = ".bk-btn-group { display: grid !important; grid-template-columns: repeat(3, 1fr); gap: 4px; }"
+GRID = (
+    ".bk-btn-group { display: grid !important; gap: 4px; "
+    "grid-template-columns: repeat(auto-fill, minmax(84px, 1fr)); }"
+)
 CHOOSE, FLOOR = ("", "open or begin ..."), ("new", "new: empty floor")
 REFRESH_MS = 700
 
@@ -102,7 +105,7 @@ class ScenarioPage:
     def _make_widgets(self) -> None:
         self._files = Select(title="File", options=self._choices(), sizing_mode="stretch_width")
         self._files.on_change("value", self._choose)
-        self._name = TextInput(title="Save as", sizing_mode="stretch_width")
+        self._name = TextInput(title="Save as", sizing_mode="stretch_width", name="save as")
         self._description = TextInput(title="Description", sizing_mode="stretch_width")
         self._description.on_change("value", self._describe)
         self._robot = Select(
@@ -112,7 +115,9 @@ class ScenarioPage:
             sizing_mode="stretch_width",
         )
         self._robot.on_change("value", self._choose_robot)
-        self._tool = RadioButtonGroup(labels=TOOLS, active=1, sizing_mode="stretch_width")
+        self._tool = RadioButtonGroup(
+            name="tool", labels=TOOLS, active=1, sizing_mode="stretch_width"
+        )
         self._tool.stylesheets = [InlineStyleSheet(css=GRID)]
         self._tool.on_change("active", lambda _name, _old, _new: self._show_hint())
         self._step = Select(title="Grid", options=STEPS, value="0.05", width=120)
@@ -121,18 +126,19 @@ class ScenarioPage:
         self._entry.on_change("value", self._edit)
         styled(self._files, self._name, self._description, self._robot, self._tool)
         styled(self._step, self._percent, self._entry)
-        self._hint, self._line, self._faults, self._text = html(), html(), html(), html()
+        self._hint, self._line = html(), html(name="line")
+        self._faults, self._text = html(name="faults"), html(name="text")
         self._hint.text = HINTS["Wall"]
 
     def _side(self) -> Column:
-        save = Button(label="Save", button_type="primary", width=90)
+        save = Button(label="Save", button_type="primary", width=90, name="save")
         save.on_click(self._save)
         buttons = {
             "Undo": self._undo,
             "Redo": self._redo,
             "Delete": self._delete,
         }
-        made = [Button(label=label, width=72) for label in buttons]
+        made = [Button(label=label, width=72, name=label.lower()) for label in buttons]
         for button, function in zip(made, buttons.values(), strict=True):
             button.on_click(function)
         return Column(
@@ -164,7 +170,9 @@ class ScenarioPage:
     def _let_pan(self) -> None:
         pan = self._plan.figure.select_one(PanTool)
         code = "pan.active = tool.labels[tool.active] === 'Look'"
-        self._tool.js_on_change("active", CustomJS(args={"pan": pan, "tool": self._tool}, code=code))
+        self._tool.js_on_change(
+            "active", CustomJS(args={"pan": pan, "tool": self._tool}, code=code)
+        )
 
     # Opening and saving.
 
@@ -245,8 +253,10 @@ class ScenarioPage:
             else:
                 self._refresh()
         if scenario.is_changed_on_disk:
-            self._say(f"{scenario.name}: has changed on disk since it was opened; saving needs "
-                      "another name, opening it again takes what is there")
+            self._say(
+                f"{scenario.name}: has changed on disk since it was opened; saving needs "
+                "another name, opening it again takes what is there"
+            )
 
     # Drawing.
 
@@ -391,6 +401,8 @@ class ScenarioPage:
         except NavbenchError as error:
             self._faults.text = str(lines([str(error)], "bad"))
             return
+        if not self._faults.text:
+            self._faults.text = str(lines(["checking ..."], "soft"))
         self._desk.then(self._document, begun, partial(self._checked, seen))
 
     def _checked(self, seen: Any, done: Future[Any]) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
+from itertools import chain
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -43,9 +44,8 @@ def items_of(content: Mapping[str, Any], floor: Place = ()) -> list[Item]:
 
     content: which the loader takes.
     """
-    return [*_areas(content, floor), *_obstacles(content, floor), *_movers(content, floor)] + [
-        *(_poses(content) if floor in ((), ("floors", 0)) else ())
-    ]
+    things = (_areas(content, floor), _obstacles(content, floor), _movers(content, floor))
+    return [*chain(*things), *_poses(content)]
 
 
 def item_at(items: Sequence[Item], point: tuple[float, float]) -> Item | None:

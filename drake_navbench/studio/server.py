@@ -137,8 +137,8 @@ def _bound(port: int) -> socket.socket:
     except (OSError, OverflowError) as error:
         one.close()
         raise InputError(
-            f"--port {port}: cannot be used ({getattr(error, 'strerror', None) or error}); expected "
-            "a free one, or 0 for any"
+            f"--port {port}: cannot be used ({getattr(error, 'strerror', None) or error}); "
+            "expected a free one, or 0 for any"
         ) from error
     one.setblocking(False)
     one.listen(128)

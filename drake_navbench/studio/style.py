@@ -12,7 +12,7 @@ from jinja2 import Template
 from markupsafe import Markup, escape
 
 # Seen on light and dark ground alike, so that pictures need no theme.
-INK, FAINT = "#7d8793", "rgba(125, 135, 147, 0.22)"
+INK, FAINT, FAINT_LINE = "#7d8793", "rgba(125, 135, 147, 0.22)", "rgba(125, 135, 147, 0.6)"
 WALL, START, GOAL, PLAN = "#64707d", "#2a9d5c", "#d9582b", "#3d7ee0"
 PEOPLE, KEEPOUT, SLOW, PICKED = "#a15ec0", "#d64550", "#d9a21b", "#3d7ee0"
 NOW, BEFORE, REFERENCE = "#3d7ee0", "#d98a2b", "#2a9d5c"
@@ -31,7 +31,8 @@ PAGE = Template("""\
 @media (prefers-color-scheme: dark) { :root { --ground: #12161b; --card: #1b2027; --ink: #e4e9ef;
   --soft: #98a4b1; --line: #2d353f; --accent: #6ea2f5; --field: #12161b; --good: #5cc98d;
   --bad: #f08a76; --tint: rgba(110, 162, 245, 0.15); } }
-body { background: var(--ground); color: var(--ink); font: 14px/1.45 system-ui, sans-serif; }
+body { background: var(--ground); color: var(--ink);
+  font: 14px/1.45 Helvetica, Arial, sans-serif; }
 header { display: flex; align-items: center; gap: 6px; padding: 0 20px; height: 50px;
   background: var(--card); border-bottom: 1px solid var(--line); position: sticky; top: 0;
   z-index: 5; }
@@ -41,14 +42,15 @@ header a:hover { background: var(--tint); }
 header a.here { color: var(--accent); background: var(--tint); font-weight: 600; }
 header span { margin-left: auto; color: var(--soft); overflow: hidden; text-overflow: ellipsis;
   white-space: nowrap; max-width: 40%; direction: rtl; }
-.sheet { display: grid; grid-template-columns: 330px minmax(0, 1fr); gap: 16px; padding: 16px 20px;
+.sheet { display: grid; grid-template-columns: 320px minmax(0, 1fr); gap: 16px; padding: 16px 20px;
   max-width: 1500px; margin: 0 auto; align-items: start; }
 .sheet.one { grid-template-columns: minmax(0, 1fr); max-width: 1000px; }
 .sheet > div { background: var(--card); border: 1px solid var(--line); border-radius: 10px;
   padding: 14px; min-width: 0; box-sizing: border-box; }
 .sheet.one > div { background: none; border: none; padding: 0; }
-@media (max-width: 900px) { .sheet { grid-template-columns: minmax(0, 1fr); padding: 12px; }
-  .sheet > .main { order: -1; } header { padding: 0 12px; } header b { margin-right: 4px; }
+@media (max-width: 900px) { .sheet { grid-template-columns: 250px minmax(0, 1fr); gap: 10px;
+  padding: 10px; } .sheet > div { padding: 8px; } header { padding: 0 12px; } }
+@media (max-width: 640px) { .sheet { grid-template-columns: minmax(0, 1fr); }
   header span { display: none; } }
 </style>
 {% endblock %}
@@ -64,9 +66,10 @@ header span { margin-left: auto; color: var(--soft); overflow: hidden; text-over
 """)
 
 WIDGETS = """\
-:host { color: var(--ink); font: 13px/1.4 system-ui, sans-serif; }
+:host { color: var(--ink); font: 13px/1.4 Helvetica, Arial, sans-serif; }
 .bk-input, select.bk-input, input[type=text] { background: var(--field); color: var(--ink);
   border: 1px solid var(--line); border-radius: 7px; }
+select.bk-input { appearance: auto; background-image: none; }
 .bk-input:focus { border-color: var(--accent); box-shadow: 0 0 0 2px var(--tint); }
 .bk-input-group label, label, .bk-slider-title { color: var(--soft); font-size: 12px; }
 .bk-btn, .bk-btn-default { background: var(--card); color: var(--ink); border: 1px solid
@@ -76,13 +79,14 @@ WIDGETS = """\
   box-shadow: none; }
 .bk-btn-primary { background: var(--accent); border-color: var(--accent); color: #fff; }
 .bk-btn-primary:hover { background: var(--accent); filter: brightness(1.1); }
-.bk-btn[disabled] { opacity: 0.45; }
+.bk-btn[disabled] { opacity: 0.45; background: var(--card); color: var(--soft); }
 .noUi-target { background: var(--line); border: none; box-shadow: none; }
-.noUi-connect { background: var(--accent); }
+.noUi-connect, .noUi-connects .noUi-connect { background: var(--accent); }
 .noUi-handle { border: 1px solid var(--line); background: var(--card); box-shadow: none; }
 """
 HTML = """\
-:host { color: var(--ink); font: 13px/1.45 system-ui, sans-serif; width: 100%; }
+:host { color: var(--ink); font: 13px/1.45 Helvetica, Arial, sans-serif; }
+.bk-clearfix { width: 100%; }
 h2 { font-size: 15px; margin: 0 0 4px; } h3 { font-size: 12px; margin: 0 0 4px; color: var(--soft);
   text-transform: uppercase; letter-spacing: 0.05em; }
 p { margin: 0 0 4px; } .soft { color: var(--soft); } .good { color: var(--good); }
@@ -116,7 +120,9 @@ def styled(*elements: Any) -> Any:
 def html(text: str | Markup = "", **properties: Any) -> Div:
     """Returns a piece of HTML; text that is no Markup is shown as it is, whatever it says."""
     sheets = [InlineStyleSheet(css=HTML), *properties.pop("stylesheets", [])]
-    return Div(text=str(escape(text)), stylesheets=sheets, sizing_mode="stretch_width", **properties)
+    return Div(
+        text=str(escape(text)), stylesheets=sheets, sizing_mode="stretch_width", **properties
+    )
 
 
 def card(**properties: Any) -> Div:
@@ -209,9 +215,7 @@ class MapView:
     """A figure in metres, with the same scale in both directions, and the area that is in view."""
 
     def __init__(self, **properties: Any) -> None:
-        self.figure = picture(
-            x_range=Range1d(-1.0, 1.0), y_range=Range1d(-1.0, 1.0), **properties
-        )
+        self.figure = picture(x_range=Range1d(-1.0, 1.0), y_range=Range1d(-1.0, 1.0), **properties)
         self._view = ColumnDataSource({"bounds": [-1.0, -1.0, 1.0, 1.0]})
         fit = CustomJS(args={"plot": self.figure, "view": self._view}, code=FIT)
         self._view.js_on_change("data", fit)

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import time
 import warnings
-from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import shapely
@@ -21,12 +21,21 @@ from drake_navbench.inputs.controller_file import names_file
 from drake_navbench.inputs.gazebo_world import load_gazebo_world, scenario_in_world
 from drake_navbench.inputs.presets import Preset
 from drake_navbench.inputs.robot import Robot, body_top_m, load_robot
-from drake_navbench.inputs.scenario import Scenario, scenario_in_file
+from drake_navbench.inputs.scenario import Scenario
 from drake_navbench.inputs.task_check import check_task
 from drake_navbench.kernels.poses import place_outline
 from drake_navbench.logs.results import write_whole
-from drake_navbench.nav2.patch import patched
 from drake_navbench.nav2.whole_files import FileColumns, WholeFile, columns_of_files
+from drake_navbench.studio.messages import (
+    SERVER,
+    Asked,
+    Checked,
+    Column,
+    Driven,
+    Ground,
+    MetricOf,
+)
+from drake_navbench.studio.moments import Watched, read_watched
 from drake_navbench.studio.parameter_fields import ParameterField, fields_of
 from drake_navbench.trial.planning import make_plan
 from drake_navbench.trial.spec import TrialSpec
@@ -37,86 +46,8 @@ WARM_COLUMNS = ("rpp", "dwb")
 WARM_SCENARIO = "doorway"
 # The metrics beside those of the tables that the terminal prints.
 MORE_METRICS = ("duration_s", "driven_length_m", "mean_speed_mps", "min_clearance_m")
-SERVER = "controller_server"
 # A larger map is drawn with fewer cells.
 MAX_GROUND_CELLS = 1500
-
-
-class Asked(NamedTuple):
-    """A scenario and the file or name that it is of.
-
-    content: as YAML gives it. path: of its file, which may hold something else yet.
-    """
-
-    content: Mapping[str, Any]
-    path: str
-
-    def scenario(self) -> Scenario:
-        """Returns the scenario; raises InputError with the loader's words."""
-        return scenario_in_file(dict(self.content), Path(self.path))
-
-
-class Column(NamedTuple):
-    """A column to drive.
-
-    name: of a preset, or of the plugin in a Nav2 file. file: that file, '' for a preset. text: of
-    the file as it was read. changes: value by the name that the file or the preset uses.
-    """
-
-    name: str
-    file: str = ""
-    text: str = ""
-    changes: tuple[tuple[str, Any], ...] = ()
-
-    @property
-    def patched_text(self) -> str:
-        """The text of the Nav2 file with the changes; raises InputError."""
-        places = {f"{SERVER}.{self.name}.{name}": value for name, value in self.changes}
-        return patched(self.text, places, Path(self.file))
-
-    @property
-    def argument(self) -> str:
-        """The preset with the changes as `--controllers` takes it."""
-        return ":".join([self.name, *(f"{name}={_written(v)}" for name, v in self.changes)])
-
-
-class Checked(NamedTuple):
-    """What a drawing comes to: lines on what is wrong, and the plans from start to each goal."""
-
-    faults: tuple[str, ...]
-    plans: tuple[Array, ...] = ()
-    outline: Array | None = None
-
-
-class Driven(NamedTuple):
-    """A trial that was driven, as its page shows it.
-
-    poses: (N, 3) x m, y m, yaw rad. speeds: (N, 2) m/s, rad/s. plan: (M, 2) m. metrics: value by
-    name. log: its file. took_s: wall clock, all told. notes: lines of the loaders.
-    """
-
-    column: str
-    outcome: str
-    reason: str
-    times_s: Array
-    poses: Array
-    speeds: Array
-    clearance_m: Array
-    plan: Array
-    outline: Array
-    metrics: Mapping[str, float]
-    log: str
-    took_s: float
-    notes: tuple[str, ...] = ()
-
-
-class MetricOf(NamedTuple):
-    """A metric as the page shows it; better: 'higher', 'lower' or ''."""
-
-    name: str
-    title: str
-    unit: str
-    better: str
 
 
 def warm() -> list[MetricOf]:
@@ -163,8 +94,8 @@ def _narrow(scenario: Scenario, robot: Robot, plan: Array) -> list[str]:
         if world.intersects(body):
             x, y = round(float(pose[0]), 2), round(float(pose[1]), 2)
             return [
-                f"scenario {scenario.name}: the plan leads through a gap at [{x:g}, {y:g}] that the "
-                "robot's footprint does not fit through; expected a wider door"
+                f"scenario {scenario.name}: the plan leads through a gap at [{x:g}, {y:g}] that "
+                "the robot's footprint does not fit through; expected a wider door"
             ]
     return []
 
@@ -189,7 +120,6 @@ def drive_column(asked: Asked, column: Column, robot: str, log: str) -> Driven:
     write_whole(Path(log), ended.write)
     row = trial_row(ended)
     samples = ended.samples
-    plans = ended.first_plans
     return Driven(
         spec.preset.name,
         str(ended.outcome),
@@ -198,13 +128,21 @@ def drive_column(asked: Asked, column: Column, robot: str, log: str) -> Driven:
         samples[["x_m", "y_m", "yaw_rad"]].to_numpy(dtype=float),
         samples[["v_mps", "w_radps"]].to_numpy(dtype=float),
         samples["clearance_m"].to_numpy(dtype=float),
-        np.vstack([p.poses[:, :2] for p in plans]) if plans else np.empty((0, 2)),
+        ended.course[:, :2],
         spec.preset.robot(spec.robot).outline,
         {name: float(v) for name, v in row.items() if isinstance(v, int | float)},
         log,
         time.perf_counter() - began_s,
+        (asked, column, robot),
         tuple(dict.fromkeys(str(one.message) for one in told)),
     )
+
+
+def drive_with_diagnostics(asked: Asked, column: Column, robot: str, log: str) -> Watched:
+    """Drives the same trial with the controller's arrays in its log; it moves the same."""
+    spec = replace(spec_of(asked, column, robot), wants_diagnostics=True)
+    write_whole(Path(log), simulate(spec).write)
+    return read_watched(log)
 
 
 def spec_of(asked: Asked, column: Column, robot: str) -> TrialSpec:
@@ -234,14 +172,6 @@ def _columns(file: str, text: str, robot: str) -> FileColumns:
     return columns
 
 
-def _written(value: Any) -> str:
-    if isinstance(value, bool):
-        return "true" if value else "false"
-    if isinstance(value, Sequence) and not isinstance(value, str):
-        return f"[{', '.join(map(_written, value))}]"
-    return str(value)
-
-
 def begin_again(old: Path, new: Path) -> Path:
     """Makes a results folder for the request of another one, all input as it is now; returns it."""
     from drake_navbench.campaign.manifest import Begun, begin
@@ -256,13 +186,6 @@ def begin_again(old: Path, new: Path) -> Path:
     with only_run_in(new):
         begin(ResultsFolder(new), campaign, begun.request, available_cores())
     return new
-
-
-class Ground(NamedTuple):
-    """A map to be drawn under everything: RGBA as (rows, columns) uint32, and its bounds, m."""
-
-    image: NDArray[np.uint32]
-    bounds: tuple[float, float, float, float]
 
 
 def open_scenario(asked: Asked) -> Ground | None:

@@ -1,4 +1,4 @@
-"""The pictures of trials beside each other: path and speed of this one, the last and the reference."""
+"""The pictures of trials: path and speed of this one, the one before, and the reference."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from bokeh.models import ColumnDataSource
 from markupsafe import Markup
 
 from drake_navbench.studio import style
+from drake_navbench.studio.messages import Driven, MetricOf
 from drake_navbench.studio.scene_items import Item, bounds_of
 from drake_navbench.studio.style import MapView, picture
-from drake_navbench.studio.tasks import Driven, MetricOf
 
 MARGIN_M = 0.8
 # As long as nothing is driven, oldest at the bottom.

@@ -7,9 +7,9 @@ from pathlib import Path
 from typing import Any
 
 from drake_navbench.errors import InputError
+from drake_navbench.studio.messages import Column, Driven
 from drake_navbench.studio.open_folder import OpenFolder
 from drake_navbench.studio.parameter_fields import ParameterField
-from drake_navbench.studio.tasks import Column, Driven
 from drake_navbench.typed_files.typed_yaml import parse_yaml
 
 DEFAULT_COLUMN = "rpp"

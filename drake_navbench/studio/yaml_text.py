@@ -121,7 +121,11 @@ def _node(value: Any) -> Any:
     if isinstance(value, dict):
         block = CommentedMap({name: _node(entry) for name, entry in value.items()})
         inner = [entry for entry in value.values() if isinstance(entry, dict | list)]
-        if value and all(entry and _is_flat(entry) for entry in inner) and len(str(value)) < LONGEST_LINE:
+        if (
+            value
+            and all(entry and _is_flat(entry) for entry in inner)
+            and len(str(value)) < LONGEST_LINE
+        ):
             block.fa.set_flow_style()
         return block
     if isinstance(value, list | tuple):
