@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import socket
 from collections.abc import Callable
 from functools import partial
 from importlib import import_module
@@ -13,7 +14,7 @@ from tornado.ioloop import IOLoop
 
 from drake_navbench.studio.desk import Desk
 from drake_navbench.studio.open_folder import OpenFolder
-from drake_navbench.studio.server import HOST, StudioServer
+from drake_navbench.studio.server import HOST, StudioServer, bound
 
 # The class of each page, imported when it is first opened: the first page is to be there at once.
 PAGES = {
@@ -45,11 +46,16 @@ def serve(folder: OpenFolder, port: int, told: Callable[[str], None]) -> None:
         for module, _ in PAGES.values():
             import_module(f"drake_navbench.studio.{module}")
 
-    server = StudioServer({name: partial(page, name) for name in PAGES}, folder, port)
-    with folder.lock(f"process {os.getpid()}, http://{HOST}:{server.port}"):
+    with bound(port) as listening, folder.lock(_told_of(listening)):
         desk.append(Desk(folder))
         try:
+            pages = {name: partial(page, name) for name in PAGES}
+            server = StudioServer(pages, folder, listening)
             told(server.address)
             server.run()
         finally:
             desk[0].close()
+
+
+def _told_of(listening: socket.socket) -> str:
+    return f"process {os.getpid()}, http://{HOST}:{listening.getsockname()[1]}"

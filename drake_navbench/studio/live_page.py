@@ -175,10 +175,10 @@ class LivePage:
         if watched is None or not len(watched.times_s):
             return
         moment = moment_at(watched, self._time.value)
-        shift = watched.offset[moment.index]
+        shift = watched.offset[moment.sample]
         self._show_costmap(moment, shift)
         self._show_lines(watched, moment, shift)
-        body = placed(watched.outline, watched.poses[moment.index])
+        body = placed(watched.outline, watched.poses[moment.sample])
         self._body.data = {"xs": [body[:, 0].tolist()], "ys": [body[:, 1].tolist()]}
         notes = lines([DRIFTING], "soft") if watched.is_drifting else Markup("")
         self._rows.text = str(table(["at this moment", ""], rows_of(watched, moment)) + notes)
@@ -202,7 +202,7 @@ class LivePage:
         drawn = [(entry + shift, style.FAINT_LINE, 1.0) for entry in samples]
         drawn += [
             (watched.course, style.INK, 1.5),
-            (watched.poses[: moment.index + 1, :2], style.NOW, 2.0),
+            (watched.poses[: moment.sample + 1, :2], style.NOW, 2.0),
         ]
         if predicted is not None:
             drawn.append((predicted + shift, style.GOAL, 2.5))

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from drake_navbench.nav2.patch import patched
+from drake_navbench.nav2.patch import Place, patched
 
 if TYPE_CHECKING:
     from drake_navbench.inputs.scenario import Scenario
@@ -49,7 +49,9 @@ class Column(NamedTuple):
     @property
     def patched_text(self) -> str:
         """The text of the Nav2 file with the changes; raises InputError."""
-        places = {f"{SERVER}.{self.name}.{name}": value for name, value in self.changes}
+        places: dict[Place | str, Any] = {
+            f"{SERVER}.{self.name}.{name}": value for name, value in self.changes
+        }
         return patched(self.text, places, Path(self.file))
 
     @property

@@ -89,9 +89,9 @@ def read_watched(path: str) -> Watched:
 
 
 class Moment(NamedTuple):
-    """A moment of a trial: the index of its sample, the latest costmap and control cycle."""
+    """A moment of a trial: the number of its sample, the latest costmap and control cycle."""
 
-    index: int
+    sample: int
     costmap: CostmapFrame | None
     cycle: Mapping[str, Any]
 
@@ -113,7 +113,7 @@ def rows_of(watched: Watched, moment: Moment) -> list[tuple[str, str]]:
 
     What a decision was made of belongs at the end of this list, a row a critic or rule.
     """
-    rows = [(name, f"{values[moment.index]:.3g}") for name, values in watched.values.items()]
+    rows = [(name, f"{values[moment.sample]:.3g}") for name, values in watched.values.items()]
     for name, value in moment.cycle.items():
         if isinstance(value, bool | int | str):
             rows.append((name, str(value)))

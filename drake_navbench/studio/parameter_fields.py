@@ -131,7 +131,7 @@ def _kind_of(info: FieldInfo, value: Any) -> tuple[Any, tuple[str, ...]]:
         return "choice", tuple(map(str, get_args(annotation)))
     if isinstance(value, bool):
         return "flag", ()
-    if isinstance(value, int) and not isinstance(value, Release):
+    if isinstance(value, int):
         return "whole", ()
     if isinstance(value, float) and math.isfinite(value):
         return "number", ()

@@ -82,22 +82,23 @@ class _ShownFile(RequestHandler):
 
 
 class StudioServer:
-    """A server that is bound to its port already.
+    """A server of pages.
 
-    pages: the function that fills the document of each page, by name. port: 0 for any free one.
-    Raises InputError where the port is taken.
+    pages: the function that fills the document of each page, by name. listening: see `bound`.
     """
 
     def __init__(
-        self, pages: Mapping[str, Callable[[Document], None]], folder: OpenFolder, port: int
+        self,
+        pages: Mapping[str, Callable[[Document], None]],
+        folder: OpenFolder,
+        listening: socket.socket,
     ) -> None:
         settings.resources = "server"
-        self._socket = _bound(port)
-        self.port: int = self._socket.getsockname()[1]
+        port = listening.getsockname()[1]
         token = secrets.token_urlsafe(TOKEN_BYTES)
         first = next(iter(pages))
-        self.address = f"http://{HOST}:{self.port}/{token}/{first}"
-        hosts = frozenset({f"{HOST}:{self.port}", f"localhost:{self.port}"})
+        self.address = f"http://{HOST}:{port}/{token}/{first}"
+        hosts = frozenset({f"{HOST}:{port}", f"localhost:{port}"})
         application = _Guarded(
             {f"/{name}": page for name, page in pages.items()},
             prefix=token,
@@ -113,7 +114,7 @@ class StudioServer:
         application.own_hosts = hosts
         self._loop: Any = IOLoop.current()
         http = HTTPServer(application)
-        http.add_socket(self._socket)
+        http.add_socket(listening)
         self._server = BaseServer(self._loop, application, http)
 
     def run(self) -> None:
@@ -125,10 +126,9 @@ class StudioServer:
             self._loop.start()
         finally:
             self._server.stop()
-            self._socket.close()
 
 
-def _bound(port: int) -> socket.socket:
+def bound(port: int) -> socket.socket:
     """Returns a socket of loopback that listens at a port; raises InputError where it is taken."""
     one = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
     one.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)

@@ -200,7 +200,7 @@ def open_scenario(asked: Asked) -> Ground | None:
     # Red, green, blue and alpha from the lowest byte on.
     image[shown == OCCUPIED] = 0xFF7D7064
     image[shown == UNKNOWN] = 0x2E7D7064
-    return Ground(image, tuple(map(float, grid.bounds)))
+    return Ground(image, grid.bounds)
 
 
 def scenario_of_world(path: Path, robot: str) -> dict[str, Any]:
