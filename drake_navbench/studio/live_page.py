@@ -73,9 +73,9 @@ class LivePage:
             name="time",
         )
         self._time.on_change("value", lambda _name, _old, _new: self._show())
-        self._play = Button(label="Play", width=70, button_type="primary")
+        self._play = Button(label="Play", width=70, button_type="primary", name="play")
         back, ahead = Button(label="− 0.1 s", width=70), Button(label="+ 0.1 s", width=70)
-        self._samples = Button(label="Drive again with samples", visible=False, width=200)
+        self._samples = Button(label="Drive again with samples", visible=False, width=200, name="samples")
         self._speed = Select(options=SPEEDS, value="1", width=80)
         self._play.on_click(self._toggle)
         back.on_click(lambda: self._step(-STEP_S))
@@ -83,7 +83,7 @@ class LivePage:
         self._samples.on_click(self._drive_again)
         self._buttons = styled(self._play, back, ahead)
         styled(self._trial, self._time, self._speed, self._samples)
-        self._line, self._rows = html(), html()
+        self._line, self._rows = html(name="line"), html(name="rows")
 
     def _make_picture(self) -> None:
         self._map = MapView(
