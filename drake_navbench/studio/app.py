@@ -9,6 +9,8 @@ from functools import partial
 from importlib import import_module
 from typing import Any
 
+from bokeh.core.validation import silence
+from bokeh.core.validation.warnings import EMPTY_LAYOUT
 from bokeh.document import Document
 from tornado.ioloop import IOLoop
 
@@ -33,6 +35,8 @@ def serve(folder: OpenFolder, port: int, told: Callable[[str], None]) -> None:
     told: is given the address. Raises InputError where the port is taken or another studio has the
     folder.
     """
+    # A column of inputs may have none for a while.
+    silence(EMPTY_LAYOUT)
     desk: list[Desk] = []
 
     def page(name: str, document: Document) -> None:

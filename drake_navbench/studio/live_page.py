@@ -75,7 +75,9 @@ class LivePage:
         self._time.on_change("value", lambda _name, _old, _new: self._show())
         self._play = Button(label="Play", width=70, button_type="primary", name="play")
         back, ahead = Button(label="− 0.1 s", width=70), Button(label="+ 0.1 s", width=70)
-        self._samples = Button(label="Drive again with samples", visible=False, width=200, name="samples")
+        self._samples = Button(
+            label="Drive again with samples", visible=False, width=200, name="samples"
+        )
         self._speed = Select(options=SPEEDS, value="1", width=80)
         self._play.on_click(self._toggle)
         back.on_click(lambda: self._step(-STEP_S))

@@ -11,6 +11,7 @@ from bokeh.models import Checkbox, Column, NumericInput, Row, Select, Slider, Te
 from markupsafe import Markup
 
 from drake_navbench.errors import InputError
+from drake_navbench.studio import style
 from drake_navbench.studio.parameter_fields import ParameterField
 from drake_navbench.studio.style import html, styled
 from drake_navbench.typed_files.typed_yaml import parse_yaml
@@ -88,6 +89,7 @@ class ParameterForm:
             step=field.step,
             value=value,
             show_value=False,
+            bar_color=style.NOW,
             sizing_mode="stretch_width",
             name=f"slider {field.name}",
         )

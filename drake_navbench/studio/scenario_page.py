@@ -138,14 +138,17 @@ class ScenarioPage:
             "Redo": self._redo,
             "Delete": self._delete,
         }
-        made = [Button(label=label, width=72, name=label.lower()) for label in buttons]
+        made = [
+            Button(label=label, name=label.lower(), min_width=50, sizing_mode="stretch_width")
+            for label in buttons
+        ]
         for button, function in zip(made, buttons.values(), strict=True):
             button.on_click(function)
         return Column(
             self._files,
             self._tool,
             self._hint,
-            Row(*styled(*made), spacing=6),
+            Row(*styled(*made), spacing=2, sizing_mode="stretch_width"),
             Row(self._step, self._percent, spacing=10),
             self._robot,
             self._description,

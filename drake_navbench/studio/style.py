@@ -79,17 +79,18 @@ select.bk-input { appearance: auto; background-image: none; }
   box-shadow: none; }
 .bk-btn-primary { background: var(--accent); border-color: var(--accent); color: #fff; }
 .bk-btn-primary:hover { background: var(--accent); filter: brightness(1.1); }
+:host { color-scheme: light dark; }
 .bk-btn[disabled] { opacity: 0.45; background: var(--card); color: var(--soft); }
 .noUi-target { background: var(--line); border: none; box-shadow: none; }
 .noUi-connect, .noUi-connects .noUi-connect { background: var(--accent); }
-.noUi-handle { border: 1px solid var(--line); background: var(--card); box-shadow: none; }
+.noUi-handle { border: 1px solid var(--soft); background: var(--card); box-shadow: none; }
 """
 HTML = """\
 :host { color: var(--ink); font: 13px/1.45 Helvetica, Arial, sans-serif; }
 .bk-clearfix { width: 100%; }
 h2 { font-size: 15px; margin: 0 0 4px; } h3 { font-size: 12px; margin: 0 0 4px; color: var(--soft);
   text-transform: uppercase; letter-spacing: 0.05em; }
-p { margin: 0 0 4px; } .soft { color: var(--soft); } .good { color: var(--good); }
+p { margin: 0 0 4px; } b { overflow-wrap: anywhere; } .soft { color: var(--soft); } .good { color: var(--good); }
 .bad { color: var(--bad); } a { color: var(--accent); text-decoration: none; margin-right: 14px; }
 a:hover { text-decoration: underline; }
 .tag { background: var(--tint); color: var(--accent); border-radius: 9px; padding: 1px 8px;

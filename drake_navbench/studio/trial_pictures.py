@@ -16,7 +16,8 @@ from drake_navbench.studio.style import MapView, picture
 MARGIN_M = 0.8
 # As long as nothing is driven, oldest at the bottom.
 ROLES = (("reference", style.REFERENCE), ("before", style.BEFORE), ("now", style.NOW))
-GOOD_TO_SEE = 1e-9
+# A change by a smaller share is none that anybody sees.
+LEAST_SHARE = 1e-3
 
 
 class TrialPictures:
@@ -139,8 +140,10 @@ def _change(metric: MetricOf, value: float, other: Driven | None) -> str | Marku
     change = value - other.metrics.get(metric.name, np.nan)
     if not np.isfinite(change):
         return "–"
-    if abs(change) < GOOD_TO_SEE:
+    if change == 0.0:
         return "="
+    if abs(change) < LEAST_SHARE * abs(value):
+        return "≈"
     is_good = (change > 0.0) == (metric.better == "higher")
     kind = "" if metric.better not in ("higher", "lower") else "good" if is_good else "bad"
     return Markup('<span class="{}">{}{}</span>').format(
