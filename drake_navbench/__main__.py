@@ -18,6 +18,10 @@ COMMANDS = {
     "run": ("drake_navbench.run", "drive controllers through scenarios and compare them"),
     "live": ("drake_navbench.commands.live", "simulate a robot for a running ROS 2 stack"),
     "show": ("drake_navbench.commands.show", "draw what run would drive, before anything does"),
+    "studio": (
+        "drake_navbench.commands.studio",
+        "draw scenarios, change parameters, drive and look, in a browser",
+    ),
     "report": (
         "drake_navbench.commands.report",
         "make tables, figures and report.html of a results folder again",

@@ -63,8 +63,10 @@ MAY_IMPORT: dict[str, set[str]] = {
         "recordings",
         "campaign",
     },
+    "studio": BELOW_ALL | {"inputs", "nav2", "trial", "analysis", "campaign"},
     "commands": BELOW_ALL
     | {
+        "studio",
         "inputs",
         "nav2",
         "trial",

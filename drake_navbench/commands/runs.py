@@ -11,14 +11,11 @@ import shutil
 import sys
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
 
 from drake_navbench.commands.command_line import CommandParser, exit_status_of
 from drake_navbench.errors import InputError, nearest_name_hint, printable
 
 DEFAULT_FOLDER = Path("results")
-TAGS = "tags"
-MAX_SHOWN = 60
 
 EPILOG = """\
 examples:
@@ -29,16 +26,6 @@ examples:
 
 exit status: 0 done, 2 wrong input
 """
-
-
-class Run(NamedTuple):
-    """A results folder in a line."""
-
-    name: str
-    created: str
-    tags: tuple[str, ...]
-    what: str
-    verdict: str
 
 
 def build_parser() -> argparse.ArgumentParser:
@@ -89,6 +76,8 @@ def _runs(arguments: argparse.Namespace) -> None:
 
 
 def _print(folder: Path, only: str | None) -> None:
+    from drake_navbench.logs.run_list import run_folders, run_of
+
     runs = [run_of(path) for path in run_folders(folder)]
     shown = [run for run in runs if only is None or only in run.tags]
     if not shown:
@@ -102,37 +91,10 @@ def _print(folder: Path, only: str | None) -> None:
             print(printable(f"  {run.verdict}"))
 
 
-def run_folders(folder: Path) -> list[Path]:
-    """Returns the results folders directly below a folder."""
-    return sorted(path for path in folder.iterdir() if (path / "manifest.json").is_file())
-
-
-def run_of(path: Path) -> Run:
-    """Returns a results folder in a line; one that cannot be read says why."""
-    from drake_navbench.logs.results import ResultsFolder
-
-    try:
-        manifest = ResultsFolder(path).read_manifest()
-    except InputError as error:
-        return Run(path.name, "", (), f"cannot be read: {error}", "")
-    scenarios, columns = manifest.get("scenarios", []), manifest.get("controllers", [])
-    trials = len(list(path.glob("trials/*/*/trial_*.parquet")))
-    where = f"{len(scenarios)} scenarios" if len(scenarios) > 3 else ", ".join(scenarios)
-    return Run(
-        path.name,
-        str(manifest.get("created", "")),
-        _tags(path),
-        _shortened(f"{', '.join(columns)} in {where}; {trials} trials"),
-        str(manifest.get("verdict", "")),
-    )
-
-
-def _shortened(text: str) -> str:
-    return text if len(text) <= 2 * MAX_SHOWN else f"{text[: 2 * MAX_SHOWN - 3]}..."
-
-
 def _found(folder: Path, name: str) -> Path:
     """Returns the results folder of a name; raises InputError where there is none."""
+    from drake_navbench.logs.run_list import run_folders
+
     names = [path.name for path in run_folders(folder)]
     if name not in names:
         raise InputError(f"{folder}: no run {name!r}{nearest_name_hint(name, names)}")
@@ -161,28 +123,17 @@ def _delete(folder: Path, name: str) -> None:
     print(f"deleted {path}")
 
 
-def _tags_path(path: Path) -> Path:
-    return path / f"{TAGS}.json"
-
-
-def _tags(path: Path) -> tuple[str, ...]:
-    try:
-        found: Any = json.loads(_tags_path(path).read_text(encoding="utf-8"))
-    except (OSError, ValueError):
-        return ()
-    return tuple(tag for tag in found if isinstance(tag, str)) if isinstance(found, list) else ()
-
-
 def _set_tag(path: Path, tag: str, *, is_there: bool) -> None:
     from drake_navbench.logs.results import write_text
+    from drake_navbench.logs.run_list import tags_of, tags_path
 
     if not tag.strip() or not tag.isprintable() or "," in tag:
         raise InputError(f"{path.name}: got the tag {tag!r}, expected a word without a comma")
-    others = [own for own in _tags(path) if own != tag]
-    if not is_there and len(others) == len(_tags(path)):
+    others = [own for own in tags_of(path) if own != tag]
+    if not is_there and len(others) == len(tags_of(path)):
         raise InputError(f"{path.name}: has no tag {tag!r}")
     tags = [*others, tag] if is_there else others
-    write_text(_tags_path(path), json.dumps(tags) + "\n")
+    write_text(tags_path(path), json.dumps(tags) + "\n")
     print(printable(f"{path.name}: {', '.join(tags) or 'no tags'}"))
 
 

@@ -262,7 +262,15 @@ def load_scenario(name_or_path: str) -> Scenario:
     Raises InputError where the name is unknown or the file is wrong.
     """
     path = SCENARIO_FILES.find(name_or_path)
-    data = read_yaml(path)
+    return scenario_in_file(read_yaml(path), path)
+
+
+def scenario_in_file(data: dict[str, Any], path: Path) -> Scenario:
+    """Returns the scenario of a file's content, which need not be in the file yet.
+
+    path: of the file: its name is the scenario's, and other files are looked for beside it. Raises
+    InputError where the content is wrong.
+    """
     require_kind(data, SCENARIO, path)
     for field in SET_BY_LOADING:
         if field in data:

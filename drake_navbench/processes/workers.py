@@ -136,6 +136,60 @@ def run_tasks(
         crew.dismiss()
 
 
+class StandingWorker:
+    """One worker that stays from task to task, so that what it has loaded stays loaded.
+
+    It is started with its first task, anew after it has died, after `tasks_per_worker` tasks, and
+    for the tasks of another owner.
+    """
+
+    def __init__(self, tasks_per_worker: float = math.inf) -> None:
+        self._tasks_per_worker = tasks_per_worker
+        self._worker: _Worker | None = None
+
+    @property
+    def pid(self) -> int | None:
+        """The process, None where there is none."""
+        return None if self._worker is None else self._worker.pid
+
+    def call(self, task: Task) -> Ending:
+        """Runs a task and waits for its end; raises NoWorkers where no worker can be started."""
+        worker = self._worker
+        if worker is not None and (
+            worker.tasks_done >= self._tasks_per_worker or worker.owner != task.owner
+        ):
+            self.close()
+        try:
+            if self._worker is None:
+                self._worker = _Worker(task)
+            else:
+                self._worker.begin(task)
+        except (OSError, EOFError) as error:
+            raise NoWorkers(f"no worker can be started: {one_line(error)}") from error
+        return self._ending_of(self._worker)
+
+    def _ending_of(self, worker: _Worker) -> Ending:
+        while True:
+            patience_s = min(max(worker.deadline_s - time.monotonic(), 0.0), LONGEST_WAIT_S)
+            if not wait(worker.signs, timeout=patience_s):
+                if worker.deadline_s < time.monotonic():
+                    self.close()
+                    return TimedOut(worker.task.time_limit_s)
+                continue
+            said = worker.listen()
+            if said == BEGUN:
+                continue
+            if isinstance(said, Died):
+                self.close()
+            return said
+
+    def close(self) -> None:
+        """Ends the process at once; a call that waits for it is told that it died."""
+        worker, self._worker = self._worker, None
+        if worker is not None:
+            worker.stop()
+
+
 class _Waiting:
     """The tasks that nobody has begun.
 
@@ -309,6 +363,11 @@ class _Worker:
         self.tasks_done = 0
         self.last_task_s = self._begun_s = 0.0
         self.begin(task)
+
+    @property
+    def pid(self) -> int | None:
+        """The number of the process."""
+        return self._process.pid
 
     @property
     def signs(self) -> tuple[Connection, int]:

@@ -1,0 +1,79 @@
+"""The command `studio`: pages to draw scenarios, change parameters, drive, and look.
+
+Only the standard library is imported before the arguments are read, so that --help is quick.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from drake_navbench.commands.command_line import (
+    CommandParser,
+    exit_status_of,
+    print_text,
+    whole_number,
+)
+
+EPILOG = """\
+examples:
+  drake-navbench studio                 the current folder
+  drake-navbench studio my_robot --port 5010 --no-browser
+
+The pages are served on this machine alone, at an address with a secret in it.
+Nothing outside FOLDER is read or written. Ctrl-C ends it.
+
+exit status: 0 done, 2 wrong input
+"""
+
+
+def build_parser() -> argparse.ArgumentParser:
+    """Returns the parser of the command line."""
+    parser = CommandParser(
+        prog="drake-navbench studio",
+        usage="%(prog)s [FOLDER] [OPTIONS]",
+        description="Opens pages to draw scenarios, change parameters, drive and look.",
+        epilog=EPILOG,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    add = parser.add_argument
+    add(
+        "folder",
+        type=Path,
+        nargs="?",
+        default=Path(),
+        help="folder with scenarios, Nav2 files and results (the current one)",
+    )
+    add("--port", type=whole_number, default=0, metavar="N", help="port (any free one)")
+    add("--no-browser", action="store_true", help="print the address, open no browser")
+    return parser
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Runs the command; returns the exit status."""
+    arguments = build_parser().parse_args(argv)
+    return exit_status_of(lambda: _studio(arguments))
+
+
+def _studio(arguments: argparse.Namespace) -> None:
+    from drake_navbench.studio.yaml_text import require_studio_libraries
+
+    require_studio_libraries()
+    from drake_navbench.studio.app import serve
+    from drake_navbench.studio.open_folder import OpenFolder
+
+    def told(address: str) -> None:
+        print_text(f"Open {address}\nCtrl-C ends it.\n")
+        sys.stdout.flush()
+        if not arguments.no_browser:
+            import webbrowser
+
+            webbrowser.open(address)
+
+    serve(OpenFolder.at(arguments.folder), arguments.port, told)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,64 @@
+"""The results folders in a folder, each in a line."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from drake_navbench.errors import InputError
+from drake_navbench.logs.results import ResultsFolder
+
+TAGS = "tags"
+MAX_SHOWN = 60
+
+
+class Run(NamedTuple):
+    """A results folder in a line."""
+
+    name: str
+    created: str
+    tags: tuple[str, ...]
+    what: str
+    verdict: str
+
+
+def run_folders(folder: Path) -> list[Path]:
+    """Returns the results folders directly below a folder."""
+    return sorted(path for path in folder.iterdir() if (path / "manifest.json").is_file())
+
+
+def run_of(path: Path) -> Run:
+    """Returns a results folder in a line; one that cannot be read says why."""
+    try:
+        manifest = ResultsFolder(path).read_manifest()
+    except InputError as error:
+        return Run(path.name, "", (), f"cannot be read: {error}", "")
+    scenarios, columns = manifest.get("scenarios", []), manifest.get("controllers", [])
+    trials = len(list(path.glob("trials/*/*/trial_*.parquet")))
+    where = f"{len(scenarios)} scenarios" if len(scenarios) > 3 else ", ".join(scenarios)
+    return Run(
+        path.name,
+        str(manifest.get("created", "")),
+        tags_of(path),
+        _shortened(f"{', '.join(columns)} in {where}; {trials} trials"),
+        str(manifest.get("verdict", "")),
+    )
+
+
+def _shortened(text: str) -> str:
+    return text if len(text) <= 2 * MAX_SHOWN else f"{text[: 2 * MAX_SHOWN - 3]}..."
+
+
+def tags_path(path: Path) -> Path:
+    """Returns the file of a results folder's tags."""
+    return path / f"{TAGS}.json"
+
+
+def tags_of(path: Path) -> tuple[str, ...]:
+    """Returns the tags of a results folder; none where their file cannot be read."""
+    try:
+        found: Any = json.loads(tags_path(path).read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return ()
+    return tuple(tag for tag in found if isinstance(tag, str)) if isinstance(found, list) else ()

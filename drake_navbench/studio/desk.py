@@ -1,0 +1,122 @@
+"""What all pages of a studio share: its folder, workers, jobs, drawing, trials and fields."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from concurrent.futures import Future
+from contextlib import suppress
+from datetime import datetime
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from drake_navbench.errors import InputError
+from drake_navbench.logs.results import ResultsFolder
+from drake_navbench.studio.engine import Engine
+from drake_navbench.studio.jobs import Jobs
+from drake_navbench.studio.open_folder import OpenFolder
+from drake_navbench.studio.run_states import RESULTS, run_states
+from drake_navbench.typed_files.typed_yaml import parse_yaml
+
+if TYPE_CHECKING:
+    from bokeh.document import Document
+
+    from drake_navbench.studio.open_scenario import OpenScenario
+    from drake_navbench.studio.tuning_desk import TuningDesk
+
+DEFAULT_ROBOT = "wheelchair"
+MAX_LOGS = 300
+
+
+class Desk:
+    """The state of a studio; it outlives its pages, which may be closed and opened again."""
+
+    def __init__(self, folder: OpenFolder) -> None:
+        self.folder = folder
+        self.engine = Engine()
+        self.jobs = Jobs()
+        self.robot = DEFAULT_ROBOT
+        self._scenario: OpenScenario | None = None
+        self._tuning: TuningDesk | None = None
+
+    @property
+    def tuning(self) -> TuningDesk:
+        """The column that is driven."""
+        if self._tuning is None:
+            from drake_navbench.studio.tuning_desk import TuningDesk
+
+            self._tuning = TuningDesk(self.folder)
+        return self._tuning
+
+    @property
+    def scenario(self) -> OpenScenario:
+        """The scenario that is open; its modules are loaded when it is first asked for."""
+        if self._scenario is None:
+            from drake_navbench.studio.open_scenario import OpenScenario
+
+            self._scenario = OpenScenario(self.folder)
+        return self._scenario
+
+    def logs(self) -> list[str]:
+        """Returns the names of the logs of all runs, the newest runs first, not too many."""
+        found = [
+            self.folder.name_of(path)
+            for state in run_states(self.folder)
+            for path in sorted(state.path.glob("trials/*/*/trial_*.parquet"))
+            if path.resolve().is_relative_to(self.folder.root)
+        ]
+        return found[:MAX_LOGS]
+
+    def robots(self) -> list[str]:
+        """Returns the robots to choose from: those of the package, and robot files."""
+        from drake_navbench.inputs.robot import ROBOT_FILES
+        from drake_navbench.studio.open_scenario import files_of
+
+        return [*ROBOT_FILES.names, *files_of(self.folder, "robot")]
+
+    def robot_argument(self) -> str:
+        """Returns the chosen robot as loaders take it: a name, or a path inside the folder.
+
+        Raises InputError where its file names others outside.
+        """
+        from drake_navbench.inputs.robot import ROBOT_FILES
+
+        if self.robot in ROBOT_FILES.names:
+            return self.robot
+        path = self.folder.inside(self.robot)
+        self.folder.require_inside(
+            parse_yaml(self.folder.read(self.robot).text, self.robot), path.parent
+        )
+        return str(path)
+
+    def then(
+        self, document: Document, begun: Future[Any], function: Callable[[Future[Any]], None]
+    ) -> None:
+        """Calls a function on a page when a task has ended; nothing happens on a closed page."""
+
+        def on_page(done: Future[Any]) -> None:
+            with suppress(RuntimeError, ValueError, AttributeError):
+                document.add_next_tick_callback(partial(function, done))
+
+        begun.add_done_callback(on_page)
+
+    def resume(self, path: Path) -> None:
+        """Goes on with a run; raises InputError where it is about files outside the folder."""
+        self._require_inside(path)
+        self.jobs.resume(path)
+
+    def begin_again(self, path: Path) -> Future[Path]:
+        """Begins a new results folder for the request of a run, with the files as they are now."""
+        self._require_inside(path)
+        stem = datetime.now().strftime("%Y-%m-%d_%H-%M-%S")
+        return self.engine.look("begin_again", path, self.folder.root / RESULTS / stem)
+
+    def _require_inside(self, path: Path) -> None:
+        request = ResultsFolder(path).read_manifest().get("request")
+        if request is None:
+            raise InputError(f"{path.name}: was not made by the command line; expected a request")
+        self.folder.require_inside(request, Path.cwd())
+
+    def close(self) -> None:
+        """Ends the workers."""
+        self.engine.close()

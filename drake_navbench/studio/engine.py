@@ -1,0 +1,120 @@
+"""The workers of a studio: one checks and reads, one drives; both stay warm."""
+
+from __future__ import annotations
+
+import os
+import signal
+import tempfile
+from collections.abc import Callable
+from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import suppress
+from itertools import count
+from pathlib import Path
+from typing import Any
+
+from drake_navbench.errors import NavbenchError
+from drake_navbench.processes.worker_process import Returned
+from drake_navbench.processes.workers import StandingWorker, Task, start_server
+
+PRELOAD_MODULE = "drake_navbench.campaign.worker_preload"
+# A trial in a world with many people takes longer than anybody looks on; the button stops it.
+DRIVE_LIMIT_S = 1800.0
+LOOK_LIMIT_S = 120.0
+# Plugins' code may leak memory, so workers are replaced; a new one has to load the kernels again.
+TASKS_PER_WORKER = 1000
+# Logs of the studio's trials that are kept for the page Live, the newest; older ones are deleted.
+KEPT_LOGS = 6
+
+
+class NoResult(NavbenchError):
+    """A worker's task came to no result: it was stopped, took too long or the worker died."""
+
+
+class _Desk:
+    """A standing worker with a thread that waits for it, so that the pages never do."""
+
+    def __init__(self, limit_s: float) -> None:
+        self._worker = StandingWorker(TASKS_PER_WORKER)
+        self._waiter = ThreadPoolExecutor(1)
+        self._limit_s = limit_s
+
+    @property
+    def pid(self) -> int | None:
+        return self._worker.pid
+
+    def submit(self, function: Callable[..., Any], *arguments: Any) -> Future[Any]:
+        return self._waiter.submit(self._called, Task(function, arguments, self._limit_s))
+
+    def _called(self, task: Task) -> Any:
+        ending = self._worker.call(task)
+        if isinstance(ending, Returned):
+            return ending.value
+        error = getattr(ending, "error", None)
+        raise error if error is not None else NoResult(ending.sentence)
+
+    def stop(self) -> None:
+        """Ends the task that runs, with its worker; the next task gets a new one."""
+        pid = self._worker.pid
+        if pid is not None:
+            with suppress(ProcessLookupError):
+                os.kill(pid, signal.SIGKILL)
+
+    def close(self) -> None:
+        self._waiter.shutdown(wait=False, cancel_futures=True)
+        self.stop()
+
+
+class Engine:
+    """Looks and drives in processes of their own, one task of each at a time, in order.
+
+    Every method returns at once; the Future has the result, or the error in a line.
+    """
+
+    def __init__(self) -> None:
+        start_server([PRELOAD_MODULE])
+        self._looks, self._drives = _Desk(LOOK_LIMIT_S), _Desk(DRIVE_LIMIT_S)
+        self._folder = tempfile.TemporaryDirectory(prefix="drake-navbench-studio-")
+        self._numbers = count()
+        self.metrics = self.drive("warm")
+        self.is_warm = False
+        self.metrics.add_done_callback(self._note_warm)
+
+    def _note_warm(self, done: Future[Any]) -> None:
+        self.is_warm = True
+
+    def look(self, name: str, *arguments: Any) -> Future[Any]:
+        """Calls a function of the module `tasks` in the worker that looks."""
+        return self._looks.submit(_call, name, arguments)
+
+    def drive(self, name: str, *arguments: Any) -> Future[Any]:
+        """Calls a function of the module `tasks` in the worker that drives."""
+        return self._drives.submit(_call, name, arguments)
+
+    def new_log(self) -> str:
+        """Returns the path of a log that does not exist yet; deletes old ones."""
+        folder = Path(self._folder.name)
+        for old in sorted(folder.glob("*.parquet"))[: -KEPT_LOGS + 1]:
+            old.unlink(missing_ok=True)
+        return str(folder / f"{next(self._numbers):06d}.parquet")
+
+    @property
+    def pids(self) -> list[int]:
+        """The processes of the workers."""
+        return [pid for pid in (self._looks.pid, self._drives.pid) if pid is not None]
+
+    def stop_driving(self) -> None:
+        """Ends the trial that runs."""
+        self._drives.stop()
+
+    def close(self) -> None:
+        """Ends the workers and deletes the logs."""
+        self._looks.close()
+        self._drives.close()
+        self._folder.cleanup()
+
+
+def _call(name: str, arguments: tuple[Any, ...]) -> Any:
+    """Calls a function of the module `tasks`, which this process loads and its caller need not."""
+    from drake_navbench.studio import tasks
+
+    return getattr(tasks, name)(*arguments)

@@ -1,0 +1,219 @@
+"""The page Live: a trial from its log at any speed, with costmap and diagnostics of each moment."""
+
+from __future__ import annotations
+
+from concurrent.futures import Future
+
+import numpy as np
+from bokeh.document import Document
+from bokeh.models import Button, Column, ColumnDataSource, Row, Select, Slider
+from markupsafe import Markup
+
+from drake_navbench.errors import InputError
+from drake_navbench.studio import style
+from drake_navbench.studio.desk import Desk
+from drake_navbench.studio.moments import (
+    Moment,
+    Watched,
+    image_of,
+    moment_at,
+    rows_of,
+    trajectories_of,
+)
+from drake_navbench.studio.scene_items import bounds_of, items_of
+from drake_navbench.studio.style import MapView, every, fill, html, lines, styled, table
+from drake_navbench.studio.trial_pictures import placed
+
+FRAME_MS = 80
+STEP_S = 0.1
+SPEEDS = [("0.25", "¼ ×"), ("0.5", "½ ×"), ("1", "1 ×"), ("2", "2 ×"), ("5", "5 ×")]
+OWN = "own:"
+DRIFTING = (
+    "The estimate drifts in this scenario: costmap and trajectories are moved to the robot's true "
+    "place, but not turned."
+)
+
+
+class LivePage:
+    """A scrubber over one log."""
+
+    def __init__(self, document: Document, desk: Desk) -> None:
+        self._document, self._desk = document, desk
+        self._watched: Watched | None = None
+        self._is_playing = False
+        self._make_widgets()
+        self._make_picture()
+        main = Column(
+            self._line,
+            self._map.figure,
+            self._time,
+            Row(*self._buttons, self._speed, spacing=6),
+            sizing_mode="stretch_width",
+            spacing=8,
+        )
+        side = Column(
+            self._trial, self._samples, self._rows, sizing_mode="stretch_width", spacing=8
+        )
+        fill(document, "live", str(desk.folder.root), main=main, side=side)
+        every(document, FRAME_MS, self._tick)
+        if self._trial.options:
+            self._trial.value = self._trial.options[0][0]
+
+    def _make_widgets(self) -> None:
+        self._trial = Select(title="Trial", options=self._choices(), sizing_mode="stretch_width")
+        self._trial.on_change("value", self._choose)
+        self._time = Slider(
+            start=0.0,
+            end=1.0,
+            value=0.0,
+            step=0.02,
+            title="time [s]",
+            bar_color=style.NOW,
+            sizing_mode="stretch_width",
+            name="time",
+        )
+        self._time.on_change("value", lambda _name, _old, _new: self._show())
+        self._play = Button(label="Play", width=70, button_type="primary", name="play")
+        back, ahead = Button(label="− 0.1 s", width=70), Button(label="+ 0.1 s", width=70)
+        self._samples = Button(
+            label="Drive again with samples", visible=False, width=200, name="samples"
+        )
+        self._speed = Select(options=SPEEDS, value="1", width=80)
+        self._play.on_click(self._toggle)
+        back.on_click(lambda: self._step(-STEP_S))
+        ahead.on_click(lambda: self._step(STEP_S))
+        self._samples.on_click(self._drive_again)
+        self._buttons = styled(self._play, back, ahead)
+        styled(self._trial, self._time, self._speed, self._samples)
+        self._line, self._rows = html(name="line"), html(name="rows")
+
+    def _make_picture(self) -> None:
+        self._map = MapView(
+            height=480,
+            tools="pan,wheel_zoom,reset",
+            active_scroll="wheel_zoom",
+            x_axis_label="x [m]",
+            y_axis_label="y [m]",
+        )
+        plot = self._map.figure
+        self._costs = ColumnDataSource({"image": [], "x": [], "y": [], "dw": [], "dh": []})
+        self._walls = ColumnDataSource({"xs": [], "ys": []})
+        self._lines = ColumnDataSource({"xs": [], "ys": [], "color": [], "width": []})
+        self._body = ColumnDataSource({"xs": [], "ys": []})
+        plot.image_rgba("image", "x", "y", "dw", "dh", source=self._costs)
+        plot.patches("xs", "ys", source=self._walls, color=style.WALL, fill_alpha=0.75)
+        plot.multi_line("xs", "ys", source=self._lines, color="color", line_width="width")
+        plot.patches("xs", "ys", source=self._body, color=style.NOW, fill_alpha=0.3, line_width=2)
+
+    def _choices(self) -> list[tuple[str, str]]:
+        tuning = self._desk.tuning
+        named = {"now": tuning.now, "before": tuning.before, "reference": tuning.reference}
+        own = [(f"{OWN}{role}", f"{role}: {t.column}") for role, t in named.items() if t]
+        return [*own, *((name, name) for name in self._desk.logs())]
+
+    def _choose(self, _name: str, _old: str, chosen: str) -> None:
+        self._samples.visible = chosen.startswith(OWN)
+        try:
+            if chosen.startswith(OWN):
+                driven = getattr(self._desk.tuning, chosen.removeprefix(OWN))
+                path = driven.log
+            else:
+                path = str(self._desk.folder.inside(chosen))
+        except InputError as error:
+            self._say(str(error))
+            return
+        begun = self._desk.engine.look("read_watched", path)
+        self._desk.then(self._document, begun, self._read)
+
+    def _drive_again(self) -> None:
+        """Drives the trial once more with all that its controller can tell; it moves the same."""
+        driven = getattr(self._desk.tuning, self._trial.value.removeprefix(OWN))
+        self._say("driving with samples ...", "soft")
+        begun = self._desk.engine.drive(
+            "drive_with_diagnostics", *driven.asked, self._desk.engine.new_log()
+        )
+        self._desk.then(self._document, begun, self._read)
+
+    def _read(self, done: Future[Watched]) -> None:
+        error = done.exception()
+        if error is not None:
+            self._say(str(error))
+            return
+        self._watched = watched = done.result()
+        self._say(watched.title, "soft")
+        items = items_of(watched.scenario)
+        walls = [item.outline for item in items if item.kind == "wall"]
+        self._walls.data = {
+            "xs": [wall[:, 0].tolist() for wall in walls],
+            "ys": [wall[:, 1].tolist() for wall in walls],
+        }
+        low_x, low_y, high_x, high_y = bounds_of(items)
+        self._map.look_at([low_x - 1.0, low_y - 1.0, high_x + 1.0, high_y + 1.0])
+        end_s = float(watched.times_s[-1]) if len(watched.times_s) else 0.0
+        self._time.update(start=0.0, end=max(end_s, STEP_S), value=0.0)
+        self._show()
+
+    def _toggle(self) -> None:
+        self._is_playing = not self._is_playing
+        if self._is_playing and self._time.value >= self._time.end - STEP_S:
+            self._time.value = 0.0
+        self._play.label = "Pause" if self._is_playing else "Play"
+
+    def _step(self, by_s: float) -> None:
+        self._is_playing = False
+        self._play.label = "Play"
+        self._time.value = float(np.clip(self._time.value + by_s, 0.0, self._time.end))
+
+    def _tick(self) -> None:
+        if not self._is_playing:
+            return
+        at_s = self._time.value + 0.001 * FRAME_MS * float(self._speed.value)
+        self._time.value = min(at_s, self._time.end)
+        if at_s >= self._time.end:
+            self._toggle()
+
+    def _show(self) -> None:
+        watched = self._watched
+        if watched is None or not len(watched.times_s):
+            return
+        moment = moment_at(watched, self._time.value)
+        shift = watched.offset[moment.sample]
+        self._show_costmap(moment, shift)
+        self._show_lines(watched, moment, shift)
+        body = placed(watched.outline, watched.poses[moment.sample])
+        self._body.data = {"xs": [body[:, 0].tolist()], "ys": [body[:, 1].tolist()]}
+        notes = lines([DRIFTING], "soft") if watched.is_drifting else Markup("")
+        self._rows.text = str(table(["at this moment", ""], rows_of(watched, moment)) + notes)
+
+    def _show_costmap(self, moment: Moment, shift: np.ndarray) -> None:
+        costmap = moment.costmap
+        if costmap is None:
+            self._costs.data = {"image": [], "x": [], "y": [], "dw": [], "dh": []}
+            return
+        rows, columns = costmap.costs.shape
+        self._costs.data = {
+            "image": [image_of(costmap)],
+            "x": [costmap.x + float(shift[0])],
+            "y": [costmap.y + float(shift[1])],
+            "dw": [columns * costmap.edge_m],
+            "dh": [rows * costmap.edge_m],
+        }
+
+    def _show_lines(self, watched: Watched, moment: Moment, shift: np.ndarray) -> None:
+        samples, predicted = trajectories_of(moment)
+        drawn = [(entry + shift, style.FAINT_LINE, 1.0) for entry in samples]
+        drawn += [
+            (watched.course, style.INK, 1.5),
+            (watched.poses[: moment.sample + 1, :2], style.NOW, 2.0),
+        ]
+        if predicted is not None:
+            drawn.append((predicted + shift, style.GOAL, 2.5))
+        self._lines.data = {
+            "xs": [line[:, 0].tolist() for line, _, _ in drawn],
+            "ys": [line[:, 1].tolist() for line, _, _ in drawn],
+            "color": [color for _, color, _ in drawn],
+            "width": [width for _, _, width in drawn],
+        }
+
+    def _say(self, text: str, kind: str = "bad") -> None:
+        self._line.text = str(lines([text], kind)) if text else ""

@@ -1,0 +1,113 @@
+"""The page Runs: a card a run, with its verdict, progress, differences, and what can be opened."""
+
+from __future__ import annotations
+
+from concurrent.futures import Future
+from functools import partial
+from typing import Any
+
+from bokeh.document import Document
+from bokeh.models import Button, Column, Row
+from markupsafe import Markup
+
+from drake_navbench.errors import NavbenchError
+from drake_navbench.studio.desk import Desk
+from drake_navbench.studio.run_states import RunState, run_states
+from drake_navbench.studio.style import card, every, fill, html, lines, styled
+
+REFRESH_MS = 1500
+MAX_SHOWN = 40
+EMPTY = (
+    "No runs here yet. Drive on the page Drive, or: drake-navbench run SCENARIO --out results/NAME"
+)
+
+
+class RunsPage:
+    """The list of runs, made again when anything in it has changed."""
+
+    def __init__(self, document: Document, desk: Desk) -> None:
+        self._document, self._desk = document, desk
+        self._shown: Any = None
+        self._line = html()
+        self._list = Column(sizing_mode="stretch_width", spacing=10)
+        main = Column(self._line, self._list, sizing_mode="stretch_width")
+        self._refresh()
+        fill(document, "runs", str(desk.folder.root), main=main)
+        every(document, REFRESH_MS, self._refresh)
+
+    def _refresh(self) -> None:
+        states = run_states(self._desk.folder)[:MAX_SHOWN]
+        jobs = self._desk.jobs
+        shown = [
+            (state, jobs.is_running(state.path), jobs.told.get(state.path)) for state in states
+        ]
+        if shown == self._shown:
+            return
+        self._shown = shown
+        self._list.children = [self._card(*entry) for entry in shown] or [html(EMPTY)]
+
+    def _card(self, state: RunState, is_own: bool, told: str | None) -> Any:
+        text = card(text=_text(state, told))
+        resume = Button(label="Resume", disabled=is_own or not state.can_resume, width=80)
+        resume.on_click(partial(self._resume, state))
+        again = Button(label="Run again", disabled=state.total is None, width=90)
+        again.on_click(partial(self._again, state))
+        stop = Button(label="Stop", visible=is_own, width=60)
+        stop.on_click(partial(self._desk.jobs.stop, state.path))
+        buttons = Row(*styled(resume, again, stop), spacing=6)
+        return Column(text, buttons, sizing_mode="stretch_width", spacing=4)
+
+    def _resume(self, state: RunState) -> None:
+        try:
+            self._desk.resume(state.path)
+        except NavbenchError as error:
+            self._say(str(error))
+
+    def _again(self, state: RunState) -> None:
+        try:
+            begun = self._desk.begin_again(state.path)
+        except NavbenchError as error:
+            self._say(str(error))
+            return
+        self._say("")
+        self._desk.then(self._document, begun, self._begun)
+
+    def _begun(self, done: Future[Any]) -> None:
+        error = done.exception()
+        if error is not None:
+            self._say(str(error))
+            return
+        self._resume_path(done.result())
+
+    def _resume_path(self, path: Any) -> None:
+        self._desk.jobs.resume(path)
+        self._refresh()
+
+    def _say(self, text: str) -> None:
+        self._line.text = str(lines([text], "bad")) if text else ""
+
+
+def _text(state: RunState, told: str | None) -> Markup:
+    run = state.run
+    tags = Markup("").join(Markup('<span class="tag">{}</span>').format(tag) for tag in run.tags)
+    parts = [
+        Markup("<h2>{}{}</h2>").format(run.name, tags),
+        Markup('<p class="soft">{} · {}</p>').format(run.created.replace("T", " ")[:16], run.what),
+    ]
+    is_open = state.is_running or state.can_resume
+    if state.total and is_open:
+        share = min(100.0 * state.done / state.total, 100.0)
+        word = "running" if state.is_running else "stopped"
+        parts.append(Markup('<div class="bar"><i style="width:{:.1f}%"></i></div>').format(share))
+        parts.append(lines([f"{word}: {state.done} of {state.total} trials"]))
+    if run.verdict:
+        parts.append(lines([run.verdict]))
+    if state.changed:
+        parts.append(lines(["since the run before: " + "; ".join(state.changed)], "soft"))
+    if told:
+        parts.append(lines([told], "bad"))
+    links = Markup("").join(
+        Markup('<a href="file/{}" target="_blank" rel="noopener">{}</a>').format(name, title)
+        for title, name in state.pages
+    )
+    return Markup("").join([*parts, links])

@@ -1,0 +1,462 @@
+"""The page Scenario: draw a scenario, checked while it is drawn, and save it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from concurrent.futures import Future
+from functools import partial
+from typing import Any
+
+import yaml
+from bokeh.document import Document
+from bokeh.models import (
+    Button,
+    Column,
+    CustomJS,
+    InlineStyleSheet,
+    PanTool,
+    RadioButtonGroup,
+    Row,
+    Select,
+    Spinner,
+    TextInput,
+)
+from markupsafe import Markup
+
+from drake_navbench.errors import NavbenchError
+from drake_navbench.inputs.scenario import SCENARIO_FILES
+from drake_navbench.kernels.poses import place_outline
+from drake_navbench.studio import drawing, style
+from drake_navbench.studio.desk import Desk
+from drake_navbench.studio.drawing import entry_at, snapped, with_added, with_entry
+from drake_navbench.studio.floor_plan import FloorPlan
+from drake_navbench.studio.messages import Asked, Checked, Ground
+from drake_navbench.studio.open_scenario import WORLD_SUFFIXES, files_of
+from drake_navbench.studio.scene_items import Item, item_at, items_of
+from drake_navbench.studio.style import every, fill, html, lines, styled
+from drake_navbench.typed_files.typed_yaml import parse_yaml
+
+LOOK, MOVE, PERSON = "Look", "Move", "Person"
+TOOLS = [
+    MOVE,
+    "Wall",
+    "Box",
+    "Cylinder",
+    "Door",
+    PERSON,
+    "Start",
+    "Goal",
+    "Keepout",
+    "Speed zone",
+    LOOK,
+]
+HINTS = {
+    LOOK: "Drag to move the view, wheel to zoom.",
+    MOVE: "Click picks a thing, dragging moves it.",
+    "Wall": "Drag from one end to the other.",
+    "Box": "Drag from corner to corner.",
+    "Cylinder": "Drag from the centre outwards.",
+    "Door": "Drag along a wall, from jamb to jamb.",
+    PERSON: "Click the start, then each goal; double click ends the way.",
+    "Start": "Drag from the place towards the heading.",
+    "Goal": "Drag from the place towards the heading.",
+    "Keepout": "Drag from corner to corner.",
+    "Speed zone": "Drag from corner to corner; the limit is in % of the speed.",
+}
+STEPS = [("0", "no grid"), ("0.01", "1 cm"), ("0.05", "5 cm"), ("0.1", "10 cm"), ("0.5", "50 cm")]
+GRID = (
+    ".bk-btn-group { display: grid !important; gap: 4px; "
+    "grid-template-columns: repeat(auto-fill, minmax(84px, 1fr)); }"
+)
+CHOOSE, FLOOR = ("", "open or begin ..."), ("new", "new: empty floor")
+REFRESH_MS = 700
+
+
+class ScenarioPage:
+    """The drawing of the desk's scenario."""
+
+    def __init__(self, document: Document, desk: Desk) -> None:
+        self._document, self._desk = document, desk
+        self._picked: Item | None = None
+        self._person_open = False
+        self._seen: Any = None
+        self._ground: Ground | None = None
+        self._make_widgets()
+        self._plan = FloorPlan(self._tool, self._step)
+        self._plan.on_mouse(self._drag, self._tap, self._double_tap)
+        self._let_pan()
+        fill(
+            document,
+            "scenario",
+            str(desk.folder.root),
+            side=self._side(),
+            main=Column(
+                self._plan.figure,
+                self._faults,
+                self._entry,
+                html(Markup("<h3>The file</h3>")),
+                self._text,
+                sizing_mode="stretch_width",
+            ),
+        )
+        self._opened()
+        every(document, REFRESH_MS, self._watch)
+
+    def _make_widgets(self) -> None:
+        self._files = Select(title="File", options=self._choices(), sizing_mode="stretch_width")
+        self._files.on_change("value", self._choose)
+        self._name = TextInput(title="Save as", sizing_mode="stretch_width", name="save as")
+        self._description = TextInput(title="Description", sizing_mode="stretch_width")
+        self._description.on_change("value", self._describe)
+        self._robot = Select(
+            title="Robot, for the checks",
+            options=self._desk.robots(),
+            value=self._desk.robot,
+            sizing_mode="stretch_width",
+        )
+        self._robot.on_change("value", self._choose_robot)
+        self._tool = RadioButtonGroup(
+            name="tool", labels=TOOLS, active=1, sizing_mode="stretch_width"
+        )
+        self._tool.stylesheets = [InlineStyleSheet(css=GRID)]
+        self._tool.on_change("active", lambda _name, _old, _new: self._show_hint())
+        self._step = Select(title="Grid", options=STEPS, value="0.05", width=120)
+        self._percent = Spinner(title="Zone [%]", value=50, low=1, high=100, step=5, width=90)
+        self._entry = TextInput(title="Picked", visible=False, sizing_mode="stretch_width")
+        self._entry.on_change("value", self._edit)
+        styled(self._files, self._name, self._description, self._robot, self._tool)
+        styled(self._step, self._percent, self._entry)
+        self._hint, self._line = html(), html(name="line")
+        self._faults, self._text = html(name="faults"), html(name="text")
+        self._hint.text = HINTS["Wall"]
+
+    def _side(self) -> Column:
+        save = Button(label="Save", button_type="primary", width=90, name="save")
+        save.on_click(self._save)
+        buttons = {
+            "Undo": self._undo,
+            "Redo": self._redo,
+            "Delete": self._delete,
+        }
+        made = [
+            Button(label=label, name=label.lower(), min_width=50, sizing_mode="stretch_width")
+            for label in buttons
+        ]
+        for button, function in zip(made, buttons.values(), strict=True):
+            button.on_click(function)
+        return Column(
+            self._files,
+            self._tool,
+            self._hint,
+            Row(*styled(*made), spacing=2, sizing_mode="stretch_width"),
+            Row(self._step, self._percent, spacing=10),
+            self._robot,
+            self._description,
+            self._name,
+            styled(save),
+            self._line,
+            sizing_mode="stretch_width",
+            spacing=8,
+        )
+
+    def _choices(self) -> list[tuple[str, str]]:
+        folder = self._desk.folder
+        return [
+            CHOOSE,
+            FLOOR,
+            *((f"file:{name}", name) for name in files_of(folder, "scenario")),
+            *((f"map:{name}", f"new: on {name}") for name in files_of(folder, "map")),
+            *((f"world:{name}", f"new: in {name}") for name in folder.names(WORLD_SUFFIXES)),
+            *((f"built-in:{name}", f"copy of {name}") for name in SCENARIO_FILES.names),
+        ]
+
+    def _let_pan(self) -> None:
+        pan = self._plan.figure.select_one(PanTool)
+        code = "pan.active = tool.labels[tool.active] === 'Look'"
+        self._tool.js_on_change(
+            "active", CustomJS(args={"pan": pan, "tool": self._tool}, code=code)
+        )
+
+    # Opening and saving.
+
+    def _choose(self, _name: str, _old: Any, chosen: str) -> None:
+        kind, _, name = chosen.partition(":")
+        if not kind:
+            return
+        self._try(partial(self._open, kind, name))
+        self._files.update(options=self._choices(), value="")
+
+    def _open(self, kind: str, name: str) -> None:
+        scenario = self._desk.scenario
+        if kind == "file":
+            scenario.open_file(name)
+        elif kind == "built-in":
+            scenario.open_built_in(name)
+        elif kind == "map":
+            content = {**drawing.EMPTY_FLOOR, "world": {"map": name, "obstacles": []}}
+            scenario.open_new(content, f"on_{name.rpartition('/')[2]}")
+        elif kind == "world":
+            self._open_world(name)
+            return
+        else:
+            scenario.open_new(drawing.EMPTY_FLOOR)
+        self._opened()
+
+    def _open_world(self, name: str) -> None:
+        path = self._desk.folder.inside(name)
+        begun = self._desk.engine.look("scenario_of_world", path, self._desk.robot_argument())
+
+        def done(world: Future[Any]) -> None:
+            def take() -> None:
+                self._desk.scenario.open_new(world.result(), f"in_{path.stem}.yaml")
+                self._opened()
+
+            self._try(take)
+
+        self._desk.then(self._document, begun, done)
+
+    def _opened(self) -> None:
+        scenario = self._desk.scenario
+        self._picked, self._ground = None, None
+        self._name.value = scenario.name
+        self._refresh()
+        self._plan.show_ground(None, None)
+        self._plan.look_at(self._items(), None)
+        asked = Asked(scenario.drawing.content, scenario.path)
+        begun = self._desk.engine.look("open_scenario", asked)
+        self._desk.then(self._document, begun, partial(self._grounded, scenario.opened))
+
+    def _grounded(self, opened: int, done: Future[Any]) -> None:
+        if opened != self._desk.scenario.opened:
+            return
+        error = done.exception()
+        if error is not None:
+            self._say(str(error))
+            return
+        self._ground = done.result()
+        if self._ground is not None:
+            self._plan.show_ground(self._ground.image, self._ground.bounds)
+            self._plan.look_at(self._items(), self._ground.bounds)
+
+    def _save(self) -> None:
+        def save() -> None:
+            self._desk.scenario.save(self._name.value.strip())
+            self._files.options = self._choices()
+            self._say(f"{self._desk.scenario.name}: saved", "good")
+            self._refresh()
+
+        self._try(save)
+
+    def _watch(self) -> None:
+        """Shows what another page has done, and tells where the file has changed on disk."""
+        scenario = self._desk.scenario
+        if self._seen != (scenario.opened, scenario.drawing.version):
+            if self._seen is None or self._seen[0] != scenario.opened:
+                self._opened()
+            else:
+                self._refresh()
+        if scenario.is_changed_on_disk:
+            self._say(
+                f"{scenario.name}: has changed on disk since it was opened; saving needs "
+                "another name, opening it again takes what is there"
+            )
+
+    # Drawing.
+
+    def _items(self) -> list[Item]:
+        scenario = self._desk.scenario
+        return items_of(scenario.drawing.content, scenario.floor)
+
+    def _at(self, point: tuple[float, float]) -> tuple[float, float]:
+        step_m = float(self._step.value)
+        return snapped(point[0], step_m), snapped(point[1], step_m)
+
+    def _drag(self, begin: tuple[float, float], end: tuple[float, float]) -> None:
+        tool = TOOLS[self._tool.active]
+        if tool == MOVE:
+            self._picked = item_at(self._items(), begin)
+        self._person_open = False
+        self._try(partial(self._draw, tool, self._at(begin), self._at(end)))
+
+    def _draw(self, tool: str, one: drawing.Point, other: drawing.Point) -> None:
+        scenario = self._desk.scenario
+        content, floor = scenario.drawing.content, scenario.floor
+        obstacles: drawing.Place = (*floor, "world", "obstacles")
+        if tool in SHAPES:
+            changed = with_added(content, obstacles, SHAPES[tool](one, other))
+        elif tool == "Door":
+            walls = _list_at(content, obstacles)
+            changed = with_entry(content, obstacles, drawing.with_door(walls, one, other))
+        elif tool == "Keepout":
+            changed = drawing.with_area(content, floor, "keepout", drawing.area(one, other))
+        elif tool == "Speed zone":
+            zone = drawing.area(one, other, int(self._percent.value or 50))
+            changed = drawing.with_area(content, floor, "speed_percent", zone)
+        elif tool in ("Start", "Goal"):
+            place = tool.lower()
+            before = content.get(place, [0.0, 0.0, 0.0])
+            changed = with_entry(content, (place,), drawing.pose(one, other, before))
+        elif tool == MOVE and self._picked is not None:
+            by = (other[0] - one[0], other[1] - one[1])
+            moved = drawing.moved(entry_at(content, self._picked.place), by)
+            changed = with_entry(content, self._picked.place, moved)
+        else:
+            return
+        self._apply(changed)
+
+    def _tap(self, point: tuple[float, float]) -> None:
+        tool = TOOLS[self._tool.active]
+        if tool == PERSON:
+            self._try(partial(self._add_to_way, self._at(point)))
+        elif tool in ("Start", "Goal"):
+            self._try(partial(self._draw, tool, self._at(point), self._at(point)))
+        elif tool == MOVE:
+            self._picked = item_at(self._items(), point)
+            self._refresh()
+
+    def _double_tap(self, _point: tuple[float, float]) -> None:
+        self._person_open = False
+
+    def _add_to_way(self, point: drawing.Point) -> None:
+        scenario = self._desk.scenario
+        content = scenario.drawing.content
+        place: drawing.Place = (*scenario.floor, "world", "people", "persons")
+        persons = _list_at(content, place)
+        if not self._person_open or not persons:
+            self._apply(with_added(content, place, {"start": list(point), "goals": []}))
+            self._person_open = True
+            return
+        last: drawing.Place = (*place, len(persons) - 1, "goals")
+        goals = _list_at(content, last)
+        if list(point) != (goals or [persons[-1]["start"]])[-1]:
+            self._apply(with_added(content, last, list(point)))
+
+    def _delete(self) -> None:
+        picked = self._picked
+        if picked is None:
+            self._say("Delete: click a thing with the tool Move first")
+            return
+        self._picked = None
+        content = self._desk.scenario.drawing.content
+        self._try(lambda: self._apply(drawing.without(content, picked.place)))
+
+    def _edit(self, _name: str, _old: str, text: str) -> None:
+        picked, content = self._picked, self._desk.scenario.drawing.content
+        if picked is None or text == _line_of(content, picked):
+            return
+
+        def edit() -> None:
+            value = parse_yaml(f"picked: {text}", "Picked")["picked"]
+            self._apply(with_entry(content, picked.place, value))
+
+        self._try(edit)
+
+    def _describe(self, _name: str, _old: str, text: str) -> None:
+        content = self._desk.scenario.drawing.content
+        if text != content.get("description"):
+            self._try(lambda: self._apply(with_entry(content, ("description",), text)))
+
+    def _choose_robot(self, _name: str, _old: str, robot: str) -> None:
+        self._desk.robot = robot
+        self._check()
+
+    def _undo(self) -> None:
+        self._picked = None
+        self._desk.scenario.drawing.undo()
+        self._refresh()
+
+    def _redo(self) -> None:
+        self._picked = None
+        self._desk.scenario.drawing.redo()
+        self._refresh()
+
+    def _apply(self, content: dict[str, Any]) -> None:
+        self._desk.scenario.change(content)
+        self._refresh()
+
+    # Showing.
+
+    def _refresh(self) -> None:
+        scenario = self._desk.scenario
+        self._seen = (scenario.opened, scenario.drawing.version)
+        items = self._items()
+        if self._picked is not None:
+            places = {item.place: item for item in items}
+            self._picked = places.get(self._picked.place)
+        self._plan.show(items, self._picked)
+        picked = self._picked
+        content = scenario.drawing.content
+        self._entry.visible = picked is not None
+        self._entry.value = "" if picked is None else _line_of(content, picked)
+        self._description.value = str(content.get("description", ""))
+        try:
+            self._text.text = str(Markup("<pre>{}</pre>").format(scenario.saved_text()))
+        except NavbenchError as error:
+            self._text.text = str(lines([str(error)], "bad"))
+        self._check()
+
+    def _check(self) -> None:
+        scenario = self._desk.scenario
+        seen = self._seen
+        try:
+            asked = Asked(scenario.drawing.content, scenario.path)
+            begun = self._desk.engine.look("check_drawing", asked, self._desk.robot_argument())
+        except NavbenchError as error:
+            self._faults.text = str(lines([str(error)], "bad"))
+            return
+        if not self._faults.text:
+            self._faults.text = str(lines(["checking ..."], "soft"))
+        self._desk.then(self._document, begun, partial(self._checked, seen))
+
+    def _checked(self, seen: Any, done: Future[Any]) -> None:
+        if seen != self._seen:
+            return
+        error = done.exception()
+        found = Checked((str(error),)) if error is not None else done.result()
+        ok = "The start is free, the goal can be reached, the robot fits through every gap."
+        shown = lines(found.faults, "bad") if found.faults else lines([ok], "good")
+        self._faults.text = str(shown)
+        outlines = []
+        if found.outline is not None:
+            for item in self._items():
+                if item.kind in ("start", "goal"):
+                    pose = entry_at(self._desk.scenario.drawing.content, item.place)
+                    color = style.START if item.kind == "start" else style.GOAL
+                    outlines.append((place_outline(found.outline, pose), color))
+        self._plan.show_plans(found.plans, outlines)
+
+    def _show_hint(self) -> None:
+        self._person_open = False
+        self._hint.text = HINTS[TOOLS[self._tool.active]]
+
+    def _try(self, function: Callable[[], None]) -> None:
+        """Calls a function; tells an error in a line."""
+        self._say("")
+        try:
+            function()
+        except NavbenchError as error:
+            self._say(str(error))
+
+    def _say(self, text: str, kind: str = "bad") -> None:
+        self._line.text = str(lines([text], kind)) if text else ""
+
+
+SHAPES: dict[str, Callable[[drawing.Point, drawing.Point], dict[str, Any]]] = {
+    "Wall": drawing.wall,
+    "Box": drawing.box,
+    "Cylinder": drawing.cylinder,
+}
+
+
+def _list_at(content: Any, place: drawing.Place) -> list[Any]:
+    try:
+        return entry_at(content, place) or []
+    except (KeyError, IndexError):
+        return []
+
+
+def _line_of(content: Any, picked: Item) -> str:
+    """Returns a thing as YAML on one line."""
+    value = entry_at(content, picked.place)
+    text = yaml.safe_dump(value, default_flow_style=True, width=100_000, sort_keys=False)
+    return text.strip()

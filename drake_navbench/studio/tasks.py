@@ -1,0 +1,213 @@
+"""The tasks of a studio's workers: everything that needs Drake, planners or parameter models."""
+
+from __future__ import annotations
+
+import time
+import warnings
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+
+from drake_navbench.analysis.metrics.registry import all_metrics
+from drake_navbench.analysis.tables import PRINTED, trial_row
+from drake_navbench.campaign.campaign import plan_campaign
+from drake_navbench.costmaps.map_file import OCCUPIED, UNKNOWN
+from drake_navbench.errors import InputError, NavbenchError
+from drake_navbench.inputs.controller_file import names_file
+from drake_navbench.inputs.gazebo_world import load_gazebo_world, scenario_in_world
+from drake_navbench.inputs.presets import Preset
+from drake_navbench.inputs.robot import Robot, body_top_m, load_robot
+from drake_navbench.inputs.scenario import Scenario
+from drake_navbench.inputs.task_check import check_task
+from drake_navbench.kernels.poses import place_outline
+from drake_navbench.logs.results import write_whole
+from drake_navbench.nav2.whole_files import FileColumns, WholeFile, columns_of_files
+from drake_navbench.studio.messages import (
+    SERVER,
+    Asked,
+    Checked,
+    Column,
+    Driven,
+    Ground,
+    MetricOf,
+)
+from drake_navbench.studio.moments import Watched, read_watched
+from drake_navbench.studio.parameter_fields import ParameterField, fields_of
+from drake_navbench.trial.planning import make_plan
+from drake_navbench.trial.spec import TrialSpec
+from drake_navbench.trial.trial import simulate
+
+Array = NDArray[np.float64]
+WARM_COLUMNS = ("rpp", "dwb")
+WARM_SCENARIO = "doorway"
+# The metrics beside those of the tables that the terminal prints.
+MORE_METRICS = ("duration_s", "driven_length_m", "mean_speed_mps", "min_clearance_m")
+# A larger map is drawn with fewer cells.
+MAX_GROUND_CELLS = 1500
+
+
+def warm() -> list[MetricOf]:
+    """Drives once what the first click is likely to ask for; returns the metrics that are shown."""
+    for name in WARM_COLUMNS:
+        trial_row(simulate(plan_campaign([WARM_SCENARIO], [name], trials=1).specs[0]))
+    names = list(dict.fromkeys([*PRINTED, *MORE_METRICS]))
+    entries = {entry.name: entry for entry in all_metrics()}
+    return [
+        MetricOf(name, entries[name].title, entries[name].unit, str(entries[name].better))
+        for name in names
+        if name in entries
+    ]
+
+
+def check_drawing(asked: Asked, robot: str) -> Checked:
+    """Returns what is wrong with a drawing, in the words of the loader, and its plans."""
+    try:
+        scenario = asked.scenario()
+        loaded = scenario.load_robot(robot)
+        check_task(scenario, loaded)
+    except InputError as error:
+        return Checked((str(error),))
+    plans, faults = [], []
+    start = np.array(scenario.start, dtype=float)
+    for goal in () if scenario.floors else scenario.goals:
+        end = np.array(goal, dtype=float)
+        try:
+            plan = make_plan(scenario, loaded, start, end)
+        except NavbenchError as error:
+            faults.append(f"scenario {scenario.name}: no way to {list(goal[:2])}: {error}")
+        else:
+            plans.append(plan[:, :2])
+            faults += _narrow(scenario, loaded, plan)
+        start = end
+    return Checked(tuple(faults), tuple(plans), loaded.outline)
+
+
+def _narrow(scenario: Scenario, robot: Robot, plan: Array) -> list[str]:
+    """Returns a line where the footprint touches an obstacle on its way along the plan."""
+    world = scenario.true_world
+    footprints = [shapely.Polygon(place_outline(robot.outline, pose)) for pose in plan]
+    for pose, body in zip(plan, footprints, strict=True):
+        if world.intersects(body):
+            x, y = round(float(pose[0]), 2), round(float(pose[1]), 2)
+            return [
+                f"scenario {scenario.name}: the plan leads through a gap at [{x:g}, {y:g}] that "
+                "the robot's footprint does not fit through; expected a wider door"
+            ]
+    return []
+
+
+def columns_in(file: str, text: str, robot: str) -> list[str]:
+    """Returns the names of the controllers in a Nav2 file; raises InputError."""
+    return list(_columns(file, text, robot).plugins)
+
+
+def column_fields(column: Column, robot: str) -> list[ParameterField]:
+    """Returns the fields of a column's parameters, with its changes as their values."""
+    return fields_of(_preset_and_robot(column, robot)[0])
+
+
+def drive_column(asked: Asked, column: Column, robot: str, log: str) -> Driven:
+    """Drives the trial that `run` drives of these files with one trial; writes its log."""
+    began_s = time.perf_counter()
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always")
+        spec = spec_of(asked, column, robot)
+        ended = simulate(spec)
+    write_whole(Path(log), ended.write)
+    row = trial_row(ended)
+    samples = ended.samples
+    return Driven(
+        spec.preset.name,
+        str(ended.outcome),
+        str(ended.info["reason"]),
+        samples["time_s"].to_numpy(dtype=float),
+        samples[["x_m", "y_m", "yaw_rad"]].to_numpy(dtype=float),
+        samples[["v_mps", "w_radps"]].to_numpy(dtype=float),
+        samples["clearance_m"].to_numpy(dtype=float),
+        ended.course[:, :2],
+        spec.preset.robot(spec.robot).outline,
+        {name: float(v) for name, v in row.items() if isinstance(v, int | float)},
+        log,
+        time.perf_counter() - began_s,
+        (asked, column, robot),
+        tuple(dict.fromkeys(str(one.message) for one in told)),
+    )
+
+
+def drive_with_diagnostics(asked: Asked, column: Column, robot: str, log: str) -> Watched:
+    """Drives the same trial with the controller's arrays in its log; it moves the same."""
+    spec = replace(spec_of(asked, column, robot), wants_diagnostics=True)
+    write_whole(Path(log), simulate(spec).write)
+    return read_watched(log)
+
+
+def spec_of(asked: Asked, column: Column, robot: str) -> TrialSpec:
+    """Returns the specification of the trial, the first that `run` would drive; InputError."""
+    preset, own = _preset_and_robot(column, robot)
+    return plan_campaign([asked.scenario()], [preset], trials=1, robot=own).specs[0]
+
+
+def _preset_and_robot(column: Column, robot: str) -> tuple[Preset, str | Robot]:
+    from drake_navbench.inputs.presets import load_preset
+
+    if not column.file:
+        if names_file(column.name):
+            raise InputError(f"controller {column.name}: expected the name of a preset")
+        return load_preset(column.argument), robot
+    columns = _columns(column.file, column.patched_text, robot)
+    if column.name not in columns.plugins:
+        raise InputError(f"{column.file}: {SERVER}: has no controller {column.name} any more")
+    return columns.plugins[column.name], columns.setup.robot
+
+
+def _columns(file: str, text: str, robot: str) -> FileColumns:
+    whole = WholeFile("", (Path(file),), text)
+    (columns,) = columns_of_files([whole], robot, base=load_robot(robot))
+    if not columns.presets:
+        raise InputError(f"{file}: no {SERVER} with controller_plugins")
+    return columns
+
+
+def begin_again(old: Path, new: Path) -> Path:
+    """Makes a results folder for the request of another one, all input as it is now; returns it."""
+    from drake_navbench.campaign.manifest import Begun, begin
+    from drake_navbench.logs.results import ResultsFolder, only_run_in, require_writable
+    from drake_navbench.processes.machine import available_cores
+    from drake_navbench.typed_files.typed_yaml import validate
+
+    folder = ResultsFolder(old)
+    begun = validate(Begun, folder.read_manifest(), str(folder.manifest_path))
+    campaign = begun.request.campaign()
+    require_writable(new)
+    with only_run_in(new):
+        begin(ResultsFolder(new), campaign, begun.request, available_cores())
+    return new
+
+
+def open_scenario(asked: Asked) -> Ground | None:
+    """Returns the map of a scenario, None without one; raises InputError as the loader does."""
+    grid = asked.scenario().places[0].map
+    if grid is None:
+        return None
+    cells = np.asarray(grid.occupancy)
+    skip = max(1, -(-max(cells.shape) // MAX_GROUND_CELLS))
+    shown = cells[::skip, ::skip]
+    image = np.zeros(shown.shape, dtype=np.uint32)
+    # Red, green, blue and alpha from the lowest byte on.
+    image[shown == OCCUPIED] = 0xFF7D7064
+    image[shown == UNKNOWN] = 0x2E7D7064
+    return Ground(image, grid.bounds)
+
+
+def scenario_of_world(path: Path, robot: str) -> dict[str, Any]:
+    """Returns the content of a scenario in a Gazebo world, from its middle; raises InputError."""
+    loaded = load_robot(robot)
+    world = load_gazebo_world(path, lidar_m=loaded.lidar.height_m, top_m=body_top_m(loaded))
+    scenario = scenario_in_world(world, (0.0, 0.0, 0.0), (1.0, 0.0, 0.0), name=path.stem)
+    data = scenario.model_dump(mode="json", exclude_unset=True)
+    data.pop("name", None)
+    return {name: value for name, value in data.items() if value is not None}

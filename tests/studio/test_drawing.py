@@ -1,0 +1,97 @@
+"""Drawing is steps between contents that the loader takes."""
+
+from __future__ import annotations
+
+import pytest
+
+from drake_navbench.errors import InputError
+from drake_navbench.studio import drawing
+from drake_navbench.studio.drawing import Drawing
+
+WALL = drawing.wall((3.0, -2.0), (3.0, 2.0))
+
+
+def test_a_place_is_snapped_to_the_grid():
+    assert drawing.snapped(1.024, 0.05) == 1.0
+    assert drawing.snapped(1.026, 0.05) == 1.05
+    assert drawing.snapped(1.0264, 0.0) == 1.026
+
+
+def test_steps_are_undone_and_done_again_until_another_one_is_made():
+    one = Drawing({"goal": [1.0, 0.0, 0.0]})
+    one.change(drawing.with_entry(one.content, ("goal",), [2.0, 0.0, 0.0]))
+    one.change(drawing.with_entry(one.content, ("goal",), [3.0, 0.0, 0.0]))
+    assert one.undo()
+    assert one.content["goal"][0] == 2.0
+    assert one.redo()
+    assert one.content["goal"][0] == 3.0
+    assert one.undo()
+    assert one.undo()
+    assert not one.undo()
+    assert not one.is_changed
+    one.change(drawing.with_entry(one.content, ("goal",), [9.0, 0.0, 0.0]))
+    assert not one.redo()
+    assert one.is_changed
+
+
+def test_a_wall_is_the_first_obstacle_of_a_scenario_without_a_world():
+    content = drawing.with_added({"goal": [1, 0, 0]}, ("world", "obstacles"), WALL)
+    assert content["world"] == {"obstacles": [WALL]}
+
+
+def test_a_door_of_80_cm_leaves_two_walls_with_the_fields_of_the_one():
+    high = {**WALL, "height_m": 2.5}
+    parts = drawing.with_door([high], (3.0, -0.4), (3.05, 0.4))
+    assert [(part["start"], part["end"]) for part in parts] == [
+        ([3.0, -2.0], [3.0, -0.4]),
+        ([3.0, 0.4], [3.0, 2.0]),
+    ]
+    assert {part["height_m"] for part in parts} == {2.5}
+
+
+def test_a_door_in_a_thin_box_leaves_two_boxes():
+    thin = drawing.box((0.0, 2.5), (8.0, 2.6))
+    parts = drawing.with_door([thin], (3.0, 2.55), (4.0, 2.55))
+    assert [(part["min"], part["max"]) for part in parts] == [
+        ([0.0, 2.5], [3.0, 2.6]),
+        ([4.0, 2.5], [8.0, 2.6]),
+    ]
+
+
+@pytest.mark.parametrize("obstacles", [[], [WALL], [drawing.box((0.0, 0.0), (2.0, 2.0))]])
+def test_a_door_beside_every_wall_is_refused(obstacles):
+    with pytest.raises(InputError, match="a door needs a wall"):
+        drawing.with_door(obstacles, (5.0, 0.0), (5.0, 1.0))
+
+
+def test_everything_of_a_person_moves():
+    person = {"name": "nurse", "start": [0.0, 0.0], "goals": [[1.0, 0.0], [1.0, 1.0]]}
+    moved = drawing.moved(person, (0.5, -0.5))
+    assert moved == {"name": "nurse", "start": [0.5, -0.5], "goals": [[1.5, -0.5], [1.5, 0.5]]}
+    assert drawing.moved([1.0, 2.0, 0.3], (1.0, 1.0)) == [2.0, 3.0, 0.3]
+
+
+def test_two_areas_of_one_kind_share_a_filter_and_the_last_takes_it_along():
+    area = drawing.area((1.0, 1.0), (0.0, 0.0), 40)
+    assert area == {"polygon": [[0, 0], [1, 0], [1, 1], [0, 1]], "value": 40}
+    once = drawing.with_area({}, (), "speed_percent", area)
+    twice = drawing.with_area(once, (), "speed_percent", area)
+    assert [len(entry["areas"]) for entry in twice["filters"]] == [2]
+    left = drawing.without(twice, ("filters", 0, "areas", 0))
+    assert drawing.without(left, ("filters", 0, "areas", 0)) == {}
+
+
+def test_the_last_person_takes_people_along():
+    content = {"world": {"people": {"persons": [{"start": [0, 0]}]}, "obstacles": []}}
+    left = drawing.without(content, ("world", "people", "persons", 0))
+    assert left == {"world": {"obstacles": []}}
+
+
+def test_the_start_cannot_be_deleted():
+    with pytest.raises(InputError, match="start: a scenario needs it"):
+        drawing.without({"start": [0, 0, 0]}, ("start",))
+
+
+def test_a_pose_looks_where_the_mouse_was_drawn_to():
+    assert drawing.pose((1.0, 1.0), (1.0, 2.0), [0, 0, 0.3]) == [1.0, 1.0, 1.571]
+    assert drawing.pose((1.0, 1.0), (1.0, 1.0), [0, 0, 0.3]) == [1.0, 1.0, 0.3]
