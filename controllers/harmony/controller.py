@@ -66,9 +66,10 @@ SHOWN_SAMPLES, SHOWN_STOP_STRIDE = 60, 10
 class Check(NamedTuple):
     """The gatekeeper's conditions for every motion of a cycle.
 
-    edges: (E, 4) of lethal cells. moving: (D, 6), see `is_clear_of_moving`, when the next command
-    arrives. bound: least gap, m. state: (5,) of the base when the next command arrives. interval_s: the time for which that one holds. is_on_map: the base is on a free
-    cell of it; nothing is accepted elsewhere.
+    edges: (E, 4) of lethal cells. moving: (D, 6) of things that move, see `is_clear_of_moving`,
+    when the next command arrives. bound: least gap, m. state: (5,) of the base then. interval_s:
+    the time for which that command holds. is_on_map: the base is on a free cell of it; nothing is
+    accepted elsewhere.
     """
 
     edges: Array

@@ -107,10 +107,10 @@ def _now(tracks: Tracks, time_s: float) -> tuple[Array, Array]:
     off_s = np.where(counts, since - mean_s[:, None], 0.0)
     spread = (off_s**2).sum(axis=1)
     slopes = (off_s[:, :, None] * (filled - mean[:, None])).sum(axis=1)
-    known = (number >= FEWEST_CENTRES) & (spread > 0.0)
-    velocities = np.where(known[:, None], slopes / np.where(spread > 0.0, spread, 1.0)[:, None], 0.0)
-    after_s = np.where(known, time_s - newest - mean_s, 0.0)
-    start = np.where(known[:, None], mean, places[:, -1])
+    is_known = (number >= FEWEST_CENTRES) & (spread > 0.0)
+    velocities = np.where(is_known, 1.0 / np.where(is_known, spread, 1.0), 0.0)[:, None] * slopes
+    after_s = np.where(is_known, time_s - newest - mean_s, 0.0)
+    start = np.where(is_known[:, None], mean, places[:, -1])
     return start + velocities * after_s[:, None], velocities
 
 

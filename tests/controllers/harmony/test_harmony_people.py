@@ -5,10 +5,7 @@ from __future__ import annotations
 import math
 
 import pytest
-from harmony_person import SPEED_MPS, speed_at_contact
-
-# Slower than this the robot stands, but for the last centimetre of its braking, m/s.
-AT_REST_MPS = 0.02
+from harmony_person import AT_REST_MPS, SPEED_MPS, speed_at_contact
 
 
 @pytest.mark.parametrize("bearing_deg", [0, 45, 90])
