@@ -112,6 +112,12 @@ def command_of(response, plan, dt, period_s, cycle):
 
 
 @njit(cache=True)
+def steps_in(period_s):
+    """Returns the number of steps of the prediction in a control period."""
+    return max(math.ceil(period_s / STEP_S - 1e-9), 1)
+
+
+@njit(cache=True)
 def follow_then_brake(response, state, plan, dt, period_s, cycles):
     """Returns (M, 3) the poses of a base that follows a plan for some cycles and then brakes.
 
@@ -119,7 +125,7 @@ def follow_then_brake(response, state, plan, dt, period_s, cycles):
     come to rest within LONGEST_STOP_S.
     """
     moving = state.copy()
-    steps_a_cycle = max(math.ceil(period_s / STEP_S - 1e-9), 1)
+    steps_a_cycle = steps_in(period_s)
     step_s = period_s / steps_a_cycle
     most = cycles * steps_a_cycle + int(LONGEST_STOP_S / step_s) + 1
     poses = np.empty((most, 3))

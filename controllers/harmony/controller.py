@@ -40,6 +40,7 @@ from drake_navbench.controllers.harmony.prediction import (
     with_command,
 )
 from drake_navbench.controllers.harmony.scene import Limits, make_start
+from drake_navbench.controllers.harmony.tracking import followed, moving_things
 from drake_navbench.controllers.harmony.way import is_trapped
 from drake_navbench.controllers.harmony.way_finder import FoundWay, WayFinder
 from drake_navbench.controllers.rpp import RegulatedPurePursuit
@@ -54,6 +55,8 @@ Array = NDArray[np.float64]
 # The base follows a plan while it is no farther behind than this besides its time constant and a
 # cycle, and its velocity no farther off than noise explains.
 FOLLOWING_S, FOLLOWING_MPS, FOLLOWING_RADPS = 0.05, 0.03, 0.05
+# What is farther from the outline than this is no matter of a stop, m.
+MOVING_NEAR_M = 3.0
 # A cycle is late after LATE_RATIO periods; the next one is then expected as late, up to a limit.
 LATE_RATIO, LONGEST_INTERVAL_S = 1.5, 0.5
 # The log shows at most this many samples, and every so many-th pose of the stop.
@@ -63,12 +66,14 @@ SHOWN_SAMPLES, SHOWN_STOP_STRIDE = 60, 10
 class Check(NamedTuple):
     """The gatekeeper's conditions for every motion of a cycle.
 
-    edges: (E, 4) of lethal cells. bound: least gap, m. state: (5,) of the base when the next
-    command arrives. interval_s: the time for which that one holds. is_on_map: the base is on a free
-    cell of it; nothing is accepted elsewhere.
+    edges: (E, 4) of lethal cells. moving: (D, 6) of things that move, see `is_clear_of_moving`,
+    when the next command arrives. bound: least gap, m. state: (5,) of the base then. interval_s:
+    the time for which that command holds. is_on_map: the base is on a free cell of it; nothing is
+    accepted elsewhere.
     """
 
     edges: Array
+    moving: Array
     bound: float
     state: Array
     interval_s: float
@@ -124,7 +129,10 @@ class Harmony:
         sent = memory.sent
         if parameters.latency is None:
             sent = observed(sent, self._response, observation.twist, observation.time_s)
-        memory = memory._replace(sent=sent)
+        tracks = memory.tracks
+        if parameters.track_moving:
+            tracks = followed(tracks, observation.costmap)
+        memory = memory._replace(sent=sent, tracks=tracks)
         check = self._check(observation, memory)
         start = self._start(observation, memory, check)
         limits = self._planner.limits(limited_speed(parameters.max_vel_x, observation.speed_limit))
@@ -140,8 +148,10 @@ class Harmony:
             is_trapped=memory.is_trapped or np.isfinite(way.blocked_m),
             noise_key=observation.noise_key,
         )
-        notes = self._notes(candidates, found)
-        if not found.is_open and found.blocked_m <= parameters.give_up_distance:
+        notes = self._notes(candidates, found, len(check.moving))
+        gives_up = not found.is_open and found.blocked_m <= parameters.give_up_distance
+        # Who moves will be gone.
+        if gives_up and len(check.moving) == 0:
             raise CollisionAhead(
                 f"the plan is blocked {found.blocked_m:.2f} m ahead and the map has no way past "
                 f"within {self._way_finder.look_past_m:.1f} m",
@@ -181,11 +191,20 @@ class Harmony:
         )
         return Check(
             edges,
+            self._moving(memory, observation.time_s + latency_s, state),
             self._parameters.error_bound_m,
             state,
             self._interval_s(observation, memory),
             bool(is_on_free_cell(observation.costmap.grid, state[0], state[1])),
         )
+
+    def _moving(self, memory: HarmonyMemory, time_s: float, state: Array) -> Array:
+        """Returns (D, 6) of what moves near the robot at a time, see `is_clear_of_moving`."""
+        things = moving_things(memory.tracks, time_s)
+        reach_m = self._setup.circumscribed_radius_m + MOVING_NEAR_M
+        is_near = np.hypot(things[:, 0] - state[0], things[:, 1] - state[1]) <= reach_m
+        growth = np.full(int(is_near.sum()), self._parameters.moving_growth)
+        return np.column_stack([things[is_near], growth])
 
     def _interval_s(self, observation: Observation, memory: HarmonyMemory) -> float:
         """Returns the time for which the next command will hold, s.
@@ -233,6 +252,7 @@ class Harmony:
         return int(
             accepted_cycles(
                 check.edges,
+                check.moving,
                 self._outline,
                 self._setup.circumscribed_radius_m,
                 check.bound,
@@ -292,7 +312,10 @@ class Harmony:
                 sent = with_command(memory.sent, observation.twist, observation.time_s, command)
                 kept = memory._replace(plan=None, sent=sent, refused_since_s=None)
                 return Decision(command, kept, notes)
-        since_s = observation.time_s if memory.refused_since_s is None else memory.refused_since_s
+        since_s = memory.refused_since_s
+        if since_s is None or len(check.moving) > 0:
+            # Who moves will be gone: patience begins then.
+            since_s = observation.time_s
         if observation.time_s - since_s >= self._parameters.patience:
             stopped = self._stopped(observation, memory)
             raise CollisionAhead(
@@ -322,6 +345,7 @@ class Harmony:
         return check.is_on_map and bool(
             command_is_safe(
                 check.edges,
+                check.moving,
                 self._outline,
                 self._setup.circumscribed_radius_m,
                 check.bound,
@@ -345,7 +369,9 @@ class Harmony:
         command.flags.writeable = False
         return command
 
-    def _notes(self, candidates: list[Candidate], found: FoundWay) -> dict[str, Any]:
+    def _notes(
+        self, candidates: list[Candidate], found: FoundWay, moving_count: int
+    ) -> dict[str, Any]:
         """Returns the diagnostics that the log keeps of every cycle."""
         best = candidates[0] if candidates else None
         return {
@@ -355,6 +381,7 @@ class Harmony:
             "cost": best.cost if best else None,
             "violation": best.violation if best else None,
             "blocked_m": found.blocked_m if np.isfinite(found.blocked_m) else None,
+            "moving_count": moving_count,
             "detour_m": None if found.detour is None else path_length(found.detour),
         }
 

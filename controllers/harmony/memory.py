@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drake_navbench.controllers.harmony.prediction import Sent
+from drake_navbench.controllers.harmony.tracking import NO_TRACKS, Tracks
 
 Array = NDArray[np.float64]
 
@@ -18,7 +19,7 @@ class HarmonyMemory(NamedTuple):
     plan: (N + 1, 9) the committed plan, or None where the last command was not a plan's.
     time_s: when it was committed. sent: the last commands. refused_since_s: since when no plan has
     been accepted, None while they are. is_trapped: the last plan got nowhere. detour: (M, 3) the
-    way out of a trap, or None.
+    way out of a trap, or None. tracks: the clusters of the costmap, followed to see which move.
     """
 
     plan: Array | None = None
@@ -27,3 +28,4 @@ class HarmonyMemory(NamedTuple):
     refused_since_s: float | None = None
     is_trapped: bool = False
     detour: Array | None = None
+    tracks: Tracks = NO_TRACKS

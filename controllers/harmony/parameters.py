@@ -210,6 +210,17 @@ class HarmonyParameters(ControllerParameters):
         description="Least angular deceleration that the base brakes with [rad/s^2]; null: "
         "the robot's limit.",
     )
+    track_moving: bool = Field(
+        True,
+        description="Follow what moves in the local costmap, so that the emergency stop ends "
+        "before anybody can be there.",
+    )
+    moving_growth: Speed = Field(
+        0.3,
+        ge=0.0,
+        description="Speed at which the place where somebody may be grows around the place "
+        "where they would be at constant velocity [m/s].",
+    )
     give_up_distance: Length = Field(
         0.6,
         ge=0.0,

@@ -1,17 +1,19 @@
-"""harmony and somebody who walks into it: what is stated of still maps is not stated of people."""
+"""harmony and somebody who walks into it: it is at rest by then, from wherever they come."""
 
 from __future__ import annotations
 
 import math
 
 import pytest
-from harmony_person import SPEED_MPS, speed_at_contact
+from harmony_person import AT_REST_MPS, SPEED_MPS, speed_at_contact
 
 
-@pytest.mark.parametrize("walking_mps", [0.7, 1.0, 1.4])
-def test_who_walks_into_the_robot_from_ahead_meets_it_all_but_at_rest(walking_mps):
-    assert speed_at_contact(0.0, walking_mps) < 0.1 * SPEED_MPS
+@pytest.mark.parametrize("bearing_deg", [0, 45, 90])
+def test_who_walks_into_the_robot_meets_it_at_rest(bearing_deg):
+    speed_mps = speed_at_contact(math.radians(bearing_deg), 1.0)
+    assert speed_mps is not None
+    assert speed_mps <= AT_REST_MPS
 
 
-def test_who_walks_into_it_from_45_degrees_off_may_meet_it_under_way():
-    assert speed_at_contact(math.pi / 4, 1.0) > 0.5 * SPEED_MPS
+def test_without_tracking_they_meet_it_under_way():
+    assert speed_at_contact(math.pi / 4, 1.0, track_moving=False) > 0.5 * SPEED_MPS

@@ -1,0 +1,141 @@
+"""Moving things in the local costmap: which clusters of cells move, and how fast.
+
+Lethal cells that touch each other are one cluster. A cluster is followed from one update of the
+costmap to the next by the nearest centre. It moves when its centre has left the cluster's own size
+behind: a still thing of which more and more is seen shifts its centre less. Its velocity is the
+least-squares line through the centres of the last HISTORY_S.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import ndimage
+
+from drake_navbench.kernels.grid import LETHAL, Costmap
+from drake_navbench.kernels.read_only import read_only
+
+Array = NDArray[np.float64]
+
+# A cluster that reaches farther than this from its centre is a wall or furniture, m.
+LARGEST_RADIUS_M = 0.8
+# Centres that count for a velocity are no older, s; at least so many of them.
+HISTORY_S, FEWEST_CENTRES = 0.9, 3
+MOST_CENTRES = 20
+# A cluster is the one that was followed where its centre is within this of where that one was
+# expected, m, and by as much more a second as anybody runs.
+GATE_M, GATE_MPS = 0.15, 2.0
+# Slower things stand still, m/s. A followed cluster that is hidden goes on by itself, s.
+SLOWEST_MPS, HIDDEN_S = 0.2, 0.6
+EIGHT_NEIGHBOURS = np.ones((3, 3), dtype=int)
+
+
+class Tracks(NamedTuple):
+    """The followed clusters after an update of the costmap; arrays are read-only.
+
+    stamp_s: of the update. centres: (T, MOST_CENTRES, 3) time s, x m, y m, newest last, NaN where
+    there were fewer. radii: (T,) of the farthest cell from the centre, m.
+    """
+
+    stamp_s: float
+    centres: Array
+    radii: Array
+
+
+NO_TRACKS = Tracks(-np.inf, read_only(np.empty((0, MOST_CENTRES, 3))), read_only(np.empty(0)))
+
+
+def clusters(costmap: Costmap) -> tuple[Array, Array]:
+    """Returns centres (C, 2) m and radii (C,) m of the clusters that are small enough to move."""
+    labels, count = ndimage.label(costmap.costs == LETHAL, EIGHT_NEIGHBOURS)
+    rows, columns = np.nonzero(labels)
+    index = labels[rows, columns] - 1
+    x = costmap.origin_x + (columns + 0.5) * costmap.resolution
+    y = costmap.origin_y + (rows + 0.5) * costmap.resolution
+    cells = np.bincount(index, minlength=count)
+    centres = np.stack([np.bincount(index, part, count) / cells for part in (x, y)], axis=1)
+    away = np.hypot(x - centres[index, 0], y - centres[index, 1])
+    radii = np.zeros(count)
+    np.maximum.at(radii, index, away)
+    radii += 0.5 * costmap.resolution
+    is_small = radii <= LARGEST_RADIUS_M
+    return centres[is_small], radii[is_small]
+
+
+def followed(tracks: Tracks, costmap: Costmap) -> Tracks:
+    """Returns the tracks after another look at the costmap; unchanged where it is no newer."""
+    time_s = costmap.stamp_s
+    if time_s <= tracks.stamp_s:
+        return tracks
+    centres, radii = clusters(costmap)
+    expected, velocities = _now(tracks, time_s)
+    unseen_s = time_s - tracks.centres[:, -1, 0]
+    seen_before = _matches(expected, centres, GATE_M + GATE_MPS * unseen_s)
+    later = np.full((len(centres), MOST_CENTRES, 3), np.nan)
+    later[:, -1, 0], later[:, -1, 1:] = time_s, centres
+    for new, old in seen_before:
+        later[new, :-1] = tracks.centres[old, 1:]
+    is_hidden = _moves(tracks, velocities) & (unseen_s <= HIDDEN_S)
+    is_hidden[[old for _, old in seen_before]] = False
+    return Tracks(
+        time_s,
+        read_only(np.concatenate([later, tracks.centres[is_hidden]])),
+        read_only(np.concatenate([radii, tracks.radii[is_hidden]])),
+    )
+
+
+def moving_things(tracks: Tracks, time_s: float) -> Array:
+    """Returns (M, 5) x m, y m, velocity m/s along x and y, radius m, of what moves, at a time."""
+    places, velocities = _now(tracks, time_s)
+    moves = _moves(tracks, velocities)
+    return np.column_stack([places, velocities, tracks.radii])[moves]
+
+
+def _now(tracks: Tracks, time_s: float) -> tuple[Array, Array]:
+    """Returns places (T, 2) m at a time and velocities (T, 2) m/s, by the lines through centres."""
+    times, places = tracks.centres[:, :, 0], tracks.centres[:, :, 1:]
+    newest = times[:, -1]
+    counts = ~(np.isnan(times) | (times < newest[:, None] - HISTORY_S))
+    number = np.maximum(counts.sum(axis=1), 1)
+    shares = counts / number[:, None]
+    since = np.where(counts, times - newest[:, None], 0.0)
+    mean_s = (shares * since).sum(axis=1)
+    filled = np.where(counts[:, :, None], places, 0.0)
+    mean = (shares[:, :, None] * filled).sum(axis=1)
+    off_s = np.where(counts, since - mean_s[:, None], 0.0)
+    spread = (off_s**2).sum(axis=1)
+    slopes = (off_s[:, :, None] * (filled - mean[:, None])).sum(axis=1)
+    is_known = (number >= FEWEST_CENTRES) & (spread > 0.0)
+    velocities = np.where(is_known, 1.0 / np.where(is_known, spread, 1.0), 0.0)[:, None] * slopes
+    after_s = np.where(is_known, time_s - newest - mean_s, 0.0)
+    start = np.where(is_known[:, None], mean, places[:, -1])
+    return start + velocities * after_s[:, None], velocities
+
+
+def _moves(tracks: Tracks, velocities: Array) -> NDArray[np.bool_]:
+    """Returns flags (T,) of the clusters that have left their own size behind."""
+    times, places = tracks.centres[:, :, 0], tracks.centres[:, :, 1:]
+    is_recent = times >= times[:, -1:] - HISTORY_S
+    away = np.hypot(*np.moveaxis(places - places[:, -1:], 2, 0))
+    gone_m = np.max(np.where(is_recent, away, 0.0), axis=1, initial=0.0)
+    return (gone_m > tracks.radii) & (np.hypot(*velocities.T) > SLOWEST_MPS)
+
+
+def _matches(expected: Array, centres: Array, gates: Array) -> list[tuple[int, int]]:
+    """Returns pairs (new, old) of clusters and tracks, the nearest ones first."""
+    away = np.hypot(*np.moveaxis(centres[:, None] - expected[None], 2, 0))
+    order = np.argsort(away, axis=None, kind="stable")
+    found: list[tuple[int, int]] = []
+    new_ones: set[int] = set()
+    old_ones: set[int] = set()
+    for place in order:
+        new, old = divmod(int(place), len(expected))
+        if away[new, old] > gates[old]:
+            continue
+        if new not in new_ones and old not in old_ones:
+            found.append((new, old))
+            new_ones.add(new)
+            old_ones.add(old)
+    return found
