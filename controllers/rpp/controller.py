@@ -118,7 +118,7 @@ class RegulatedPurePursuit:
         is_cancelling = self._is_cancelling(observation, memory)
         x, y = observation.pose[:2]
         situation = Situation(
-            self._settings,
+            self._parameters,
             limited_speed(self._parameters.max_linear_vel, observation.speed_limit),
             int(cost_at(observation.costmap.grid, x, y)),
             is_cancelling,

@@ -14,7 +14,7 @@ from drake_navbench.controllers.rpp.cycle import (
     ROTATE_TO_PATH,
     Cycle,
 )
-from drake_navbench.controllers.rpp.kernels import Settings
+from drake_navbench.controllers.rpp.parameters import RegulatedPurePursuitParameters
 from drake_navbench.explanation import (
     SPEED_COLUMNS,
     Explanation,
@@ -32,7 +32,7 @@ class Situation(NamedTuple):
     is_cancelling: the robot brakes because the goal is cancelled.
     """
 
-    settings: Settings
+    parameters: RegulatedPurePursuitParameters
     max_v: float
     centre_cost: int
     is_cancelling: bool
@@ -46,7 +46,7 @@ def explained(cycle: Cycle, situation: Situation) -> Explanation:
         return Explanation(
             None, "RPP stops: the robot's centre is off the costmap.", SPEED_COLUMNS, ()
         )
-    turning = _turning(cycle, situation.settings)
+    turning = _turning(cycle, situation.parameters)
     if turning is not None:
         rules, setting = [turning], turning
     else:
@@ -67,7 +67,7 @@ def explained(cycle: Cycle, situation: Situation) -> Explanation:
     return Explanation(chosen, sentence, SPEED_COLUMNS, rows, (steering,))
 
 
-def _turning(cycle: Cycle, settings: Settings) -> SpeedRule | None:
+def _turning(cycle: Cycle, parameters: RegulatedPurePursuitParameters) -> SpeedRule | None:
     """Returns the rule of a turn in place, None where the robot tracks the plan."""
     aim = cycle.aim
     if cycle.command.branch == ROTATE_TO_GOAL:
@@ -76,7 +76,7 @@ def _turning(cycle: Cycle, settings: Settings) -> SpeedRule | None:
     if cycle.command.branch == ROTATE_TO_PATH:
         told = (
             f"the point steered at is {aim.heading_error:.3g} rad aside, more than "
-            f"{settings.rotate_to_heading_min_angle:.3g} rad"
+            f"{parameters.rotate_to_heading_min_angle:.3g} rad"
         )
         return SpeedRule("rotate to path", 0.0, told, told)
     return None
@@ -84,35 +84,40 @@ def _turning(cycle: Cycle, settings: Settings) -> SpeedRule | None:
 
 def _rules(cycle: Cycle, situation: Situation) -> list[SpeedRule]:
     """Returns the rules of a cycle that tracks the plan, in the order in which they act."""
-    settings, max_v, aim, command = situation.settings, situation.max_v, cycle.aim, cycle.command
+    parameters, max_v, aim, command = (
+        situation.parameters,
+        situation.max_v,
+        cycle.aim,
+        cycle.command,
+    )
     rules = [
         SpeedRule("desired speed", max_v, "max_linear_vel, speed limit", "no rule slows it down")
     ]
-    if settings.use_regulated_linear_velocity_scaling:
+    if parameters.use_regulated_linear_velocity_scaling:
         radius = math.inf if aim.slowing_curvature == 0.0 else abs(1.0 / aim.slowing_curvature)
-        least = settings.regulated_linear_scaling_min_radius
+        least = parameters.regulated_linear_scaling_min_radius
         told = f"radius {told_length(radius)}, slower below {told_length(least)}"
         by = f"the curvature of {told_length(radius)} radius"
         text = f"{by} limits {max_v:.3g} to {command.curve_v:.3g}"
         rules.append(SpeedRule("curvature", command.curve_v, told, text))
-    if settings.use_cost_regulated_linear_velocity_scaling:
+    if parameters.use_cost_regulated_linear_velocity_scaling:
         told = f"cost {situation.centre_cost} below the robot's centre"
         text = f"the {told} limits {max_v:.3g} to {command.obstacle_v:.3g}"
         rules.append(SpeedRule("cost", command.obstacle_v, told, text))
-    least_v = settings.regulated_linear_scaling_min_speed
+    least_v = parameters.regulated_linear_scaling_min_speed
     told = f"never slower for curve and cost than {least_v:.3g}"
     rules.append(SpeedRule("least regulated speed", least_v, told, f"curve and cost are {told}"))
-    if aim.plan_length < settings.approach_velocity_scaling_dist:
+    if aim.plan_length < parameters.approach_velocity_scaling_dist:
         told = (
             f"{told_length(aim.end_distance)} to the plan's end, slower within "
-            f"{told_length(settings.approach_velocity_scaling_dist)}"
+            f"{told_length(parameters.approach_velocity_scaling_dist)}"
         )
         v = abs(command.regulated_v)
         rules.append(SpeedRule("approach", v, told, f"it is {told}"))
     if situation.is_cancelling:
         told = "the goal is cancelled, so it brakes"
         rules.append(SpeedRule("cancel", abs(command.v), told, told))
-    if settings.use_dynamic_window:
+    if parameters.use_dynamic_window:
         told = "reachable within the accelerations from the last command"
         rules.append(SpeedRule("dynamic window", abs(command.v), told, f"that is the speed {told}"))
     return rules

@@ -138,7 +138,8 @@ class VectorPursuit:
             return Explanation(None, f"Vector Pursuit stops: {error}.", (), ())
         x, y, _ = observation.pose.tolist()
         situation = Situation(
-            self._settings,
+            self._parameters,
+            self._settings_record,
             limited_speed(self._parameters.desired_linear_vel, observation.speed_limit),
             memory.last_v,
             int(cost_at(observation.costmap.grid, x, y)),

@@ -6,6 +6,7 @@ import math
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from drake_navbench.controllers.vector_pursuit.cycle import (
     CENTRE_OFF_MAP,
@@ -14,9 +15,9 @@ from drake_navbench.controllers.vector_pursuit.cycle import (
     ROTATE_TO_PATH,
     STRAIGHT_RADIUS_M,
     Cycle,
-    Settings,
     speed_near_obstacle,
 )
+from drake_navbench.controllers.vector_pursuit.parameters import VectorPursuitParameters
 from drake_navbench.explanation import (
     SPEED_COLUMNS,
     Explanation,
@@ -30,12 +31,13 @@ from drake_navbench.explanation import (
 class Situation(NamedTuple):
     """The facts of a cycle that its outcome does not tell.
 
-    max_v: desired speed under the speed limit, last_v: of the last command, m/s. centre_cost: of
-    the cell below the robot. plan_length, end_distance: of the local plan, and straight to its end,
-    m.
+    settings: (1,) the kernels' record. max_v: desired speed under the speed limit, last_v: of the
+    last command, m/s. centre_cost: of the cell below the robot. plan_length, end_distance: of the
+    local plan, and straight to its end, m.
     """
 
-    settings: Settings
+    parameters: VectorPursuitParameters
+    settings: NDArray[np.void]
     max_v: float
     last_v: float
     centre_cost: int
@@ -50,7 +52,7 @@ def explained(cycle: Cycle, situation: Situation) -> Explanation:
     if command.branch == CENTRE_OFF_MAP:
         told = "Vector Pursuit stops: the robot's centre is off the costmap."
         return Explanation(None, told, (), ())
-    turning = _turning(cycle, situation.settings)
+    turning = _turning(cycle, situation.parameters)
     rules = [turning] if turning else _rules(cycle, situation)
     setting = turning or _setting(rules)
     if cycle.collision != NO_COLLISION:
@@ -75,7 +77,7 @@ def explained(cycle: Cycle, situation: Situation) -> Explanation:
     return Explanation(chosen, sentence, SPEED_COLUMNS, rows, (note,))
 
 
-def _turning(cycle: Cycle, settings: Settings) -> SpeedRule | None:
+def _turning(cycle: Cycle, parameters: VectorPursuitParameters) -> SpeedRule | None:
     command = cycle.command
     if command.branch == ROTATE_TO_GOAL:
         told = "the goal is reached, its heading is not"
@@ -84,7 +86,7 @@ def _turning(cycle: Cycle, settings: Settings) -> SpeedRule | None:
         angle = math.atan2(command.target_y, command.target_x)
         told = (
             f"the pose ahead is {angle:.3g} rad aside, more than "
-            f"{settings.rotate_to_heading_min_angle:.3g} rad"
+            f"{parameters.rotate_to_heading_min_angle:.3g} rad"
         )
         return SpeedRule("rotate to path", 0.0, told, told)
     return None
@@ -92,26 +94,28 @@ def _turning(cycle: Cycle, settings: Settings) -> SpeedRule | None:
 
 def _rules(cycle: Cycle, situation: Situation) -> list[SpeedRule]:
     """Returns the bounds of the speed in the order of the kernel: see `constrained_speed`."""
-    settings, max_v, command = situation.settings, situation.max_v, cycle.command
+    parameters, max_v, command = situation.parameters, situation.max_v, cycle.command
     told = "desired_linear_vel, speed limit"
     rules = [SpeedRule("desired speed", max_v, told, "no rule slows it down")]
-    curve_v = math.sqrt(settings.max_lateral_accel * abs(command.radius))
-    told = f"a radius of {_radius(command.radius)} at {settings.max_lateral_accel:.3g} m/s^2 aside"
+    curve_v = math.sqrt(parameters.max_lateral_accel * abs(command.radius))
+    told = (
+        f"a radius of {_radius(command.radius)} at {parameters.max_lateral_accel:.3g} m/s^2 aside"
+    )
     rules.append(SpeedRule("curvature", curve_v, told, f"{told} allows no more"))
-    if settings.use_cost_regulated_linear_velocity_scaling:
-        v = float(speed_near_obstacle(settings, max_v, situation.centre_cost))
+    if parameters.use_cost_regulated_linear_velocity_scaling:
+        v = float(speed_near_obstacle(situation.settings[0], max_v, situation.centre_cost))
         told = f"cost {situation.centre_cost} below the robot's centre"
         rules.append(SpeedRule("cost", v, told, f"the {told} limits {max_v:.3g} to {v:.3g}"))
-    change = settings.max_linear_accel * settings.control_period_s
+    change = parameters.max_linear_accel * float(situation.settings["control_period_s"][0])
     told = f"{situation.last_v:.3g} m/s before, {change:.3g} m/s more in a cycle"
     rules.append(SpeedRule("acceleration", abs(situation.last_v) + change, told, f"it had {told}"))
-    if situation.plan_length < settings.approach_velocity_scaling_dist:
-        scaled = max_v * situation.end_distance / settings.approach_velocity_scaling_dist
-        v = max(scaled, settings.min_approach_linear_velocity)
+    if situation.plan_length < parameters.approach_velocity_scaling_dist:
+        scaled = max_v * situation.end_distance / parameters.approach_velocity_scaling_dist
+        v = max(scaled, parameters.min_approach_linear_velocity)
         told = f"{told_length(situation.end_distance)} to the plan's end"
         rules.append(SpeedRule("approach", v, told, f"it is {told}"))
     told = "min_linear_velocity"
-    rules.append(SpeedRule("least speed", settings.min_linear_velocity, told, f"that is {told}"))
+    rules.append(SpeedRule("least speed", parameters.min_linear_velocity, told, f"that is {told}"))
     return rules
 
 
