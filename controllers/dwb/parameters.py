@@ -11,7 +11,7 @@ from pydantic import Field, field_validator, model_validator
 
 from drake_navbench.controller import AskedSpeeds
 from drake_navbench.controllers.critic_parameters import CriticBlock, ParametersWithCritics
-from drake_navbench.controllers.dwb.critics.base import CriticParameters
+from drake_navbench.controllers.dwb.critics.parameters import CriticParameters
 from drake_navbench.controllers.dwb.critics.registry import CRITICS, bare_name
 from drake_navbench.errors import nearest_name_hint
 from drake_navbench.plugins.kinds import PluginKind

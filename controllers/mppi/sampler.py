@@ -102,7 +102,7 @@ class Sampler:
             p.time_steps,
             nav2_release=parameters.nav2_release,
         )
-        self.critics = load_critics(p, context)
+        self.critics = load_critics(((name, p.critic(name)) for name in p.critics), context)
         self._scorer = BatchScorer(p, self.critics, keeps_samples=keeps_samples)
         self._delays = np.array(
             [

@@ -22,36 +22,15 @@ from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import ConfigDict, Field
 
 from drake_navbench.controller import ControllerSetup
-from drake_navbench.controllers.critic_parameters import CriticBlock
-from drake_navbench.typed_files.quantities import Number
+from drake_navbench.controllers.dwb.critics.parameters import CriticParameters
 
 if TYPE_CHECKING:
     from drake_navbench.controllers.dwb.parameters import DynamicWindowApproachParameters
     from drake_navbench.controllers.dwb.scene import Scene, Situation
 
 Array = NDArray[np.float64]
-
-
-class CriticParameters(CriticBlock):
-    """The parameters that every DWB critic has; a critic with more parameters subclasses it."""
-
-    model_config = ConfigDict(
-        validate_by_name=True, validate_by_alias=True, serialize_by_alias=True
-    )
-
-    critic_class: str | None = Field(
-        None,
-        alias="class",
-        description="Name of the registered critic; null: the name of the block.",
-    )
-    scale: Number = Field(
-        1.0,
-        ge=0.0,
-        description="Factor on the critic's score in the total; 0 switches the critic off [-].",
-    )
 
 
 class Verdict(NamedTuple):

@@ -16,7 +16,8 @@ from numba import njit
 from numpy.typing import NDArray
 from pydantic import Field
 
-from drake_navbench.controllers.dwb.critics.base import Critic, CriticParameters, Verdict
+from drake_navbench.controllers.dwb.critics.base import Critic, Verdict
+from drake_navbench.controllers.dwb.critics.parameters import CriticParameters
 from drake_navbench.controllers.dwb.scene import Scene, Situation
 from drake_navbench.kernels.grid import world_to_cell
 from drake_navbench.kernels.read_only import read_only

@@ -9,7 +9,8 @@ import numpy as np
 from numba import njit
 from pydantic import Field
 
-from drake_navbench.controllers.dwb.critics.base import Array, Critic, CriticParameters, Verdict
+from drake_navbench.controllers.dwb.critics.base import Array, Critic, Verdict
+from drake_navbench.controllers.dwb.critics.parameters import CriticParameters
 from drake_navbench.controllers.dwb.outlines import (
     HITS_OBSTACLE,
     OFF_GRID,

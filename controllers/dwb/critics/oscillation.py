@@ -10,7 +10,8 @@ from typing import ClassVar, NamedTuple
 import numpy as np
 from pydantic import Field
 
-from drake_navbench.controllers.dwb.critics.base import Array, Critic, CriticParameters, Verdict
+from drake_navbench.controllers.dwb.critics.base import Array, Critic, Verdict
+from drake_navbench.controllers.dwb.critics.parameters import CriticParameters
 from drake_navbench.controllers.dwb.scene import Scene, Situation
 from drake_navbench.kernels.angles import wrap
 from drake_navbench.typed_files.quantities import Angle, Duration, Length, Speed

@@ -7,7 +7,8 @@ from typing import Any, ClassVar
 import numpy as np
 from pydantic import Field
 
-from drake_navbench.controllers.dwb.critics.base import Critic, CriticParameters, Verdict
+from drake_navbench.controllers.dwb.critics.base import Critic, Verdict
+from drake_navbench.controllers.dwb.critics.parameters import CriticParameters
 from drake_navbench.controllers.dwb.scene import Scene
 from drake_navbench.typed_files.quantities import AngularSpeed, Number, Speed
 

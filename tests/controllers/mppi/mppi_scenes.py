@@ -84,7 +84,9 @@ def critic_of(name, *, setup=None, steps=56, **parameters):
         model_dt=0.05,
         time_steps=steps,
     )
-    return load_critics(everything, context)[0]
+    return load_critics(((name, everything.critic(name)) for name in everything.critics), context)[
+        0
+    ]
 
 
 def observe(*, pose=(0.0, 0.0, 0.0), twist=(0.0, 0.0), plan=None, step=0, seed=1, costs=None):

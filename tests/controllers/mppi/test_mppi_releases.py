@@ -42,7 +42,9 @@ def critic_of(release, name, *, setup=None, steps=2, model=MotionModel.DIFF_DRIV
     setup = setup or round_robot(inflation_cost_scaling_factor=3.0)
     limits = limits_of(parameters)
     context = CriticContext(setup, model, limits, 0.2, 0.05, steps, nav2_release=release)
-    return load_critics(parameters, context)[0]
+    return load_critics(((name, parameters.critic(name)) for name in parameters.critics), context)[
+        0
+    ]
 
 
 def see(plan):
