@@ -15,7 +15,8 @@ REDIRECTS = REPOSITORY / "docs" / "site" / "redirects.yaml"
 # studies/site_replays.py writes them.
 REPLAYS = REPOSITORY / "build" / "replays"
 GALLERY, INTERFACE = "gallery.md", "api.md"
-# Weights in the search; others have 1. Docstrings and the notebook name everything and explain little.
+# Weights in the search; others have 1. Docstrings and the notebook name everything and explain
+# little.
 WEIGHTS = {INTERFACE: 0.2, "tutorial.ipynb": 0.3}
 NAME = re.compile(r"^\| `(drake_navbench[\w.]+)` \|", re.M)
 HEADING = re.compile(r"^(?=## )", re.M)
