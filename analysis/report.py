@@ -42,7 +42,12 @@ from drake_navbench.analysis.reproduction.reproduction import (
 from drake_navbench.analysis.scenario_analysis import HEADLINE_METRICS, LeftOut, ScenarioAnalysis
 from drake_navbench.analysis.statistics import Interval
 from drake_navbench.analysis.sweeps import PAGE_NAME as SWEEP_PAGE_NAME
-from drake_navbench.analysis.tables import scenario_table, table_to_markdown
+from drake_navbench.analysis.tables import (
+    COUNT_UNIT,
+    scenario_table,
+    suite_tables,
+    table_to_markdown,
+)
 from drake_navbench.analysis.totals import differences, totals, totals_csv
 from drake_navbench.csv_text import csv_text
 from drake_navbench.logs.log import Outcome
@@ -168,6 +173,18 @@ def sort_key(value: float | None) -> str:
     return "" if value is None or math.isnan(value) else f"{value:.7g}"
 
 
+def _suite_means(trials: pd.DataFrame) -> list[tuple[str, str, str, str, float]]:
+    """Returns (suite, metric, controller, unit, mean) of every metric that has a mean."""
+    names = [metric.name for metric in all_metrics() if metric.name in trials]
+    return [
+        (suite, str(metric), str(controller), unit, mean)
+        for suite, table in suite_tables(trials, names).items()
+        for (metric, unit), means in table.iterrows()
+        for controller, mean in means.items()
+        if unit != COUNT_UNIT and math.isfinite(mean)
+    ]
+
+
 def _page(analysis: FolderAnalysis, difference: float) -> dict[str, Any]:
     driven = [s for s in analysis.scenarios if s.trials]
     scenarios = [s for s in driven if not s.is_told_by_totals]
@@ -204,6 +221,7 @@ def _page(analysis: FolderAnalysis, difference: float) -> dict[str, Any]:
         "scenario_count": len(driven),
         "scenarios": [scenario_section(analysis, entry) for entry in scenarios],
         "totals": totals(trials),
+        "suite_means": _suite_means(trials),
         "differences": differences(trials),
         "headlines": _headlines(scenarios),
         "without_arrival": [s.scenario for s in scenarios if not s.anyone_arrived],

@@ -21,6 +21,8 @@ from drake_navbench.markdown_text import markdown_table
 
 STD_HEADING_ERROR = "std_heading_error"
 TABLE_DECIMALS = 3
+# The unit of the rows that count trials.
+COUNT_UNIT = "trials"
 SUCCESS_RATE, TOUCH_RATE = "success_rate", "touch_rate"
 # Those that a run prints unless it is the published benchmark, or others are asked for.
 PRINTED = (
@@ -120,10 +122,25 @@ def metrics_table(trials: pd.DataFrame, scenario: str, names: Sequence[str]) -> 
                 column[name, units.get(name, "")] = (
                     source[name].mean() if name in source else math.nan
                 )
-        column["trials", "trials"] = len(rows)
-        column |= {(str(o), "trials"): int(outcomes.get(str(o), 0)) for o in Outcome}
+        column["trials", COUNT_UNIT] = len(rows)
+        column |= {(str(o), COUNT_UNIT): int(outcomes.get(str(o), 0)) for o in Outcome}
         columns[controller] = column
     return pd.DataFrame(columns).rename_axis(["metric", "unit"])
+
+
+def suite_tables(trials: pd.DataFrame, names: Sequence[str]) -> dict[str, pd.DataFrame]:
+    """Returns for each suite of more than one world the table of these metrics over all of them.
+
+    Shaped as `metrics_table`; trials of all worlds count as those of one scenario.
+    """
+    if "suite" not in trials:
+        return {}
+    named = trials[trials["suite"].fillna("") != ""]
+    return {
+        str(suite): metrics_table(own.assign(scenario=suite), str(suite), names)
+        for suite, own in named.groupby("suite", sort=False)
+        if own["scenario"].nunique() > 1
+    }
 
 
 def best_of(trials: pd.DataFrame, scenario: str, names: Sequence[str]) -> dict[str, str]:
@@ -171,7 +188,7 @@ def _controller_column(trials: pd.DataFrame, scenario: str) -> dict[tuple[str, s
         else:
             column[name, unit] = values.mean()
         column[f"{name}_defined", "trials"] = len(values)
-    column["trials", "trials"] = len(trials)
+    column["trials", COUNT_UNIT] = len(trials)
     for outcome in Outcome:
         column[str(outcome), "trials"] = int((trials["outcome"] == str(outcome)).sum())
     return column

@@ -61,7 +61,10 @@ def picture(logs: dict[str, TrialLog]) -> str:
         f'{sheet.height_px:.0f}" font-family="sans-serif" font-size="15">',
         f"<title>{escape(', '.join(logs))} drive {SCENARIO} with seed {SEED}</title>",
         '<rect width="100%" height="100%" fill="white"/>',
-        *(sheet.polygon(corners, f'fill="{WALL}" stroke="{MUTED}"') for corners in course.obstacles),
+        *(
+            sheet.polygon(corners, f'fill="{WALL}" stroke="{MUTED}"')
+            for corners in course.obstacles
+        ),
         *(sheet.line(plan, f'stroke="{MUTED}" stroke-dasharray="6 5"') for plan in course.plans),
         _goal(sheet, course.goal),
     ]

@@ -15,7 +15,8 @@ REDIRECTS = REPOSITORY / "docs" / "site" / "redirects.yaml"
 # studies/site_replays.py writes them.
 REPLAYS = REPOSITORY / "build" / "replays"
 GALLERY, INTERFACE = "gallery.md", "api.md"
-# Weights in the search; others have 1. Docstrings and the notebook name everything and explain little.
+# Weights in the search; others have 1. Docstrings and the notebook name everything and explain
+# little.
 WEIGHTS = {INTERFACE: 0.2, "tutorial.ipynb": 0.3}
 NAME = re.compile(r"^\| `(drake_navbench[\w.]+)` \|", re.M)
 HEADING = re.compile(r"^(?=## )", re.M)
@@ -39,8 +40,8 @@ def as_grid(markdown: str) -> str:
 def with_replays(markdown: str, names: set[str]) -> str:
     """Returns the gallery's page with the replay of each named section below its picture."""
     frame = (
-        '\\n\\n<iframe class="replay" src="replays/{0}.html" loading="lazy" '
-        'title="Replay of {0}"></iframe>\\n\\n[The replay alone](replays/{0}.html){{target=_blank}}'
+        '\n\n<iframe class="replay" src="replays/{0}.html" loading="lazy" '
+        'title="Replay of {0}"></iframe>\n\n[The replay alone](replays/{0}.html){{target=_blank}}'
     )
     for name in sorted(names):
         picture = f"![{name}](images/gallery/{name}.svg)"

@@ -20,7 +20,8 @@ def main() -> None:
     FOLDER.mkdir(parents=True, exist_ok=True)
     for scenario in SCENARIOS:
         logs = [drive(scenario, preset) for preset in IN_EVERY_SCENARIO]
-        write_race_replay(logs, FOLDER / f"{scenario}.html", columns=list(IN_EVERY_SCENARIO))
+        path = FOLDER / f"{scenario}.html"
+        write_race_replay(logs, path, model=None, columns=list(IN_EVERY_SCENARIO))
 
 
 if __name__ == "__main__":

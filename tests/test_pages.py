@@ -281,6 +281,17 @@ def test_the_site_loads_nothing_from_other_hosts(monkeypatch):
     sys.modules.pop("site_hooks")
 
 
+def test_a_section_of_the_gallery_shows_its_replay_below_its_picture(monkeypatch):
+    monkeypatch.syspath_prepend(str(REPOSITORY / "studies"))
+    hooks = import_module("site_hooks")
+    gallery = "![a](images/gallery/a.svg)\n![b](images/gallery/b.svg)\n"
+    shown = hooks.with_replays(gallery, {"a"}).split("\n")
+    assert shown[0] == "![a](images/gallery/a.svg)"
+    assert shown[2].startswith('<iframe class="replay" src="replays/a.html" loading="lazy"')
+    assert shown[-2] == "![b](images/gallery/b.svg)"
+    sys.modules.pop("site_hooks")
+
+
 def test_old_headings_lead_to_those_of_today():
     moved = yaml.safe_load((DOCS / "site/redirects.yaml").read_text(encoding="utf-8"))
     for old, new in moved.items():

@@ -17,7 +17,13 @@ from rich.console import Console
 from drake_navbench.analysis.pair_verdict import verdicts_within
 from drake_navbench.analysis.rank_changes import rank_changes
 from drake_navbench.analysis.sweeps import SUCCEEDED, long_table, response_table, swept_fields
-from drake_navbench.analysis.tables import PRINTED, best_of, metrics_table, scenario_table
+from drake_navbench.analysis.tables import (
+    PRINTED,
+    best_of,
+    metrics_table,
+    scenario_table,
+    suite_tables,
+)
 from drake_navbench.analysis.totals import told_by_totals, totals
 from drake_navbench.campaign.asked import listed_controllers, request_from_arguments, told_of_files
 from drake_navbench.campaign.campaign import DEFAULT_TRIALS, Campaign, plan_campaign
@@ -407,7 +413,7 @@ def _print_tables(
     told: frozenset[str],
     names: Sequence[str],
 ) -> None:
-    """Prints a table a scenario, but for those that the totals tell of, and the totals.
+    """Prints a table a scenario, but for those that the totals tell of, then the totals.
 
     names: of the metrics in the tables; () for those of the publication.
     """
@@ -433,6 +439,8 @@ def _print_tables(
                 )
         if marks:
             console.print(f"{BEST_MARK} shown to be best, with 95% confidence against all others")
+        for suite, table in suite_tables(trials, names or PRINTED).items():
+            print_scenario(console, table, f"{suite}: means over its worlds")
     print_totals(console, totals(trials))
     print_rank_changes(console, rank_changes(trials, campaign.clean_of))
 

@@ -22,10 +22,9 @@ from rich.table import Table
 from rich.text import Text
 
 from drake_navbench.analysis.numbers import number
-from drake_navbench.analysis.tables import PRINTED, metrics_table
+from drake_navbench.analysis.tables import COUNT_UNIT, PRINTED, metrics_table
 from drake_navbench.campaign.driving import Progress
 
-COUNT_UNIT = "trials"
 BEST_MARK = "★"
 NOBODY_IS_BEST: Mapping[str, str] = {}
 IMPOSSIBLE = "impossible on purpose, every trial should be aborted"

@@ -10,7 +10,12 @@ import pytest
 from synthetic_logs import straight_log
 
 from drake_navbench.analysis.reproduction.publication import published_findings, published_table
-from drake_navbench.analysis.tables import scenario_table, table_to_markdown, trial_row
+from drake_navbench.analysis.tables import (
+    scenario_table,
+    suite_tables,
+    table_to_markdown,
+    trial_row,
+)
 
 
 def trials_of(*logs):
@@ -100,3 +105,20 @@ def test_the_packaged_publication_is_whole():
         "restricted_large": 14,
     }
     assert len(findings) == 65
+
+
+def test_the_worlds_of_a_suite_count_as_one_scenario_and_a_lone_world_has_no_table():
+    trials = pd.DataFrame(
+        {
+            "suite": ["map", "map", "alone", ""],
+            "scenario": ["map_00", "map_01", "one", "empty"],
+            "controller": "rpp",
+            "outcome": "succeeded",
+            "time_to_goal_s": [10.0, 14.0, 99.0, 99.0],
+        }
+    )
+    tables = suite_tables(trials, ["time_to_goal_s"])
+    assert list(tables) == ["map"]
+    assert tables["map"].loc[("time_to_goal_s", "s"), "rpp"] == 12.0
+    assert tables["map"].loc[("trials", "trials"), "rpp"] == 2
+    assert suite_tables(trials.drop(columns="suite"), ["time_to_goal_s"]) == {}
