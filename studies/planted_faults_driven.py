@@ -198,6 +198,10 @@ def driven_lines(faults: list[Fault]) -> Iterator[str]:
     yield f"{len(own)} of the faults of RPP, DWB and Graceful were driven through the probes."
     yield f"{len(own) - len(harmful)} of them are harmless there, {len(harmful)} are harmful."
     yield f"The doctor was given {len(visited)} of the harmful ones, with the symptom."
+    for controller in CONTROLLERS:
+        told = ", ".join(done.get(f"sound_{controller}", ())) or "no symptom"
+        yield f"The sound {controller} file shows {told}."
+    yield "A fault that only adds to a symptom of its sound file counts as harmless."
     if visited:
         yield from _score_lines(visited)
     yield from ["", "| fault | sound | spoilt | new symptoms | first cause shown | change |"]

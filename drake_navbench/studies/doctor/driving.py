@@ -13,7 +13,7 @@ from drake_navbench.errors import CannotBeWritten, InputError
 from drake_navbench.inputs.presets import Preset
 from drake_navbench.inputs.scenario import Scenario
 from drake_navbench.logs.log import TrialLog
-from drake_navbench.studies.doctor.detectors import doctor_row
+from drake_navbench.studies.doctor.detectors import detectors_digest, doctor_row
 from drake_navbench.studies.tuning.pairs import drive_each
 from drake_navbench.trial.spec import TrialSpec
 
@@ -138,7 +138,8 @@ class Driver:
         self._rows[spec.identity] = row
         try:
             with self._path.open("a", encoding="utf-8") as file:
-                file.write(json.dumps({"identity": spec.identity, "row": row}) + "\n")
+                entry = {"identity": spec.identity, "detectors": detectors_digest(), "row": row}
+                file.write(json.dumps(entry) + "\n")
         except OSError as error:
             reason = error.strerror or str(error)
             raise CannotBeWritten(f"{self._path}: cannot be written: {reason}") from error
@@ -149,7 +150,10 @@ def _whole(log: TrialLog) -> Row:
 
 
 def _read(path: Path) -> dict[str, Row]:
-    """Returns the rows of a journal by the identity of their trials; torn lines are left out."""
+    """Returns the rows of a journal by the identity of their trials.
+
+    Torn lines are left out, and rows of other detectors, since their severities mean other things.
+    """
     rows: dict[str, Row] = {}
     try:
         text = path.read_text(encoding="utf-8") if path.exists() else ""
@@ -158,7 +162,8 @@ def _read(path: Path) -> dict[str, Row]:
     for line in text.splitlines():
         try:
             entry = json.loads(line)
-            rows[entry["identity"]] = entry["row"]
+            if entry["detectors"] == detectors_digest():
+                rows[entry["identity"]] = entry["row"]
         except (ValueError, KeyError, TypeError):
             continue
     return rows

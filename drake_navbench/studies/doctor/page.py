@@ -111,7 +111,10 @@ def _frame(name: str, told: str) -> str:
 
 
 def _change(visit: Visit, cure: Judged, patient: Patient) -> list[str]:
-    reasons = " ".join(f"{why.rstrip('.')}." for why in cure.tried.suspicion.reasons[:2])
+    suspicion = cure.tried.suspicion
+    # What a rule saw in the file says all; the knowledge says the same in general.
+    count = 1 if suspicion.findings else 2
+    reasons = " ".join(f"{why.rstrip('.')}." for why in suspicion.reasons[:count])
     _, patch = patch_of(patient, cure)
     rows = [
         f'<tr><td>{escape(LOOKS_LIKE[Symptom(name)])}</td><td class="n">{cure.before[name]}</td>'

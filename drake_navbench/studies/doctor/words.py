@@ -71,7 +71,7 @@ def _cured(cure: Judged) -> str:
     if any(touches):
         touched = f" Touches in all {cure.trials} trials: {touches[0]} before, {touches[1]} after."
     return (
-        f"The change is {change_told(cure.trial)}. On fresh seeds, which the search did not use, "
+        f"The change: {change_told(cure.trial)}. On fresh seeds, which the search did not use, "
         f"{cure.before_target} of {cure.target_trials} trials showed it before and "
         f"{cure.after_target} after; {_others(cure)} in the {cure.compared} trials "
         f"of all probes that touched nothing before.{touched}{instead}"
@@ -81,8 +81,12 @@ def _cured(cure: Judged) -> str:
 def _others(cure: Judged) -> str:
     if not cure.worse:
         return "no other symptom became worse"
-    counts = [f"{name} in {cure.after[name]} for {cure.before[name]}," for name in cure.worse]
-    return f"this has a price, {' '.join(counts)}"
+    prices = "; ".join(
+        f"the robot {LOOKS_LIKE[Symptom(name)]} ({name}) in {cure.after[name]} trials, before the "
+        f"change in {cure.before[name]}"
+        for name in cure.worse
+    )
+    return f"this has a price: {prices},"
 
 
 def _why_not(visit: Visit) -> str:
@@ -101,7 +105,12 @@ def _cause_told(entry: Tried) -> str:
 
 
 def change_told(trial: Trial) -> str:
-    """Returns a change as `name = value`, with the node of all but the controller server."""
+    """Returns a change as `name = value`, with the node of all but the controller server.
+
+    Of a critic that is added, the instruction alone.
+    """
+    if trial.cause.place.endswith(".critics") and len(trial.changes) == 1:
+        return trial.cause.told
     return " and ".join(
         f"{_name_of(place)} = {_plain(value)}" for place, value in trial.changes.items()
     )

@@ -15,6 +15,7 @@ from drake_navbench.studies.doctor import visit as visits
 from drake_navbench.studies.doctor.causes import Cause, Direction
 from drake_navbench.studies.doctor.change import judge
 from drake_navbench.studies.doctor.cures import Trial
+from drake_navbench.studies.doctor.detectors import detectors_digest
 from drake_navbench.studies.doctor.differences import with_differences
 from drake_navbench.studies.doctor.driving import Driver
 from drake_navbench.studies.doctor.experiment import (
@@ -247,7 +248,8 @@ def test_a_touch_outweighs_what_comes_instead_and_the_price_is_told(patient):
     # Of two that help the one without a price is the change.
     assert visited.cure is found
     visited.judged = [priced]
-    assert "this has a price, door_stop in 3 for 1, in the 4 trials" in verdict(visited)
+    told = "(door_stop) in 3 trials, before the change in 1, in the 4 trials"
+    assert told in verdict(visited)
     # No other symptom has this right.
     assert not replace(priced, symptom=Symptom.SPINS).helps
 
@@ -337,8 +339,10 @@ def test_the_person_walks_into_no_robot_that_goes_around():
 
 
 def test_a_journal_with_a_torn_line_goes_on(tmp_path):
-    whole = json.dumps({"identity": "a", "row": {"severity": {}}})
-    (tmp_path / "journal.jsonl").write_text(f'{whole}\n{{"identity": "b", "ro')
+    entry = {"identity": "a", "detectors": detectors_digest(), "row": {"severity": {}}}
+    # Severities of other detectors would be compared with those of today's.
+    older = json.dumps(entry | {"identity": "c", "detectors": "older"})
+    (tmp_path / "journal.jsonl").write_text(f'{json.dumps(entry)}\n{older}\n{{"identity": "b", "ro')
     driver = Driver(tmp_path, "wheelchair", jobs=1, budget_s=1.0, tell=print)
     assert set(driver._rows) == {"a"}
 
