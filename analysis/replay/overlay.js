@@ -282,7 +282,8 @@
     viewer.connection = socket;
     if (data.controls) {
       // Buttons and sliders of the trial stand in Meshcat's panel, below the tree of the scene.
-      viewer.gui.width = Math.min(440, innerWidth);
+      document.body.classList.add("navbench-controls");
+      viewer.gui.width = Math.min(460, innerWidth);
       for (const folder of Object.values(viewer.gui.__folders)) folder.close();
       viewer.gui.open();
     }

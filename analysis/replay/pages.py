@@ -319,6 +319,9 @@ def _notes(logs: Sequence[TrialLog], layers: Sequence[LegendRow], *, is_race: bo
     notes = []
     if not any(RobotPaths(log.info["controller"]).costmap in paths for log in logs):
         notes.append("No local costmaps in these logs: run without --no-costmaps.")
+    if not logs[0].is_recording:
+        # Escaped by the page; the log may lie anywhere.
+        notes.append("Why it decided so: drake-navbench why LOG --at SECONDS.")
     if is_race:
         notes.append(
             "What a controller has in mind (prediction, samples, carrot) has a page for each "

@@ -15,6 +15,8 @@ Array = NDArray[np.float64]
 
 # Turn rates that differ by less are one way to turn, rad/s.
 SAME_TURN_RADPS = 0.05
+# Speeds that differ by a larger share of the fastest sample's are another speed.
+SAME_SPEED_RATIO = 0.2
 MOST_REASONS = 3
 
 
@@ -68,7 +70,7 @@ def _is_sound(evaluation: Evaluation) -> NDArray[np.bool_]:
 
 
 def _shown(evaluation: Evaluation, totals: Array) -> list[_Shown]:
-    """Returns the chosen trajectory, the next best, and the best that turns otherwise."""
+    """Returns the chosen trajectory, the next best, and the best that turn or drive otherwise."""
     best = evaluation.best
     twists = evaluation.trajectories.twists
     others = totals.copy()
@@ -76,12 +78,21 @@ def _shown(evaluation: Evaluation, totals: Array) -> list[_Shown]:
     shown = [_Shown("chosen", best)]
     if not np.isfinite(others).any():
         return shown
-    shown.append(_Shown("next best", int(np.argmin(others))))
+    shown.append(_Shown("next", int(np.argmin(others))))
     turning = np.sign(np.where(np.abs(twists[:, 2]) < SAME_TURN_RADPS, 0.0, twists[:, 2]))
-    for title, side in (("best left", 1.0), ("best straight", 0.0), ("best right", -1.0)):
-        of_side = np.where(turning == side, others, np.inf)
-        if side != turning[best] and np.isfinite(of_side).any():
-            shown.append(_Shown(title, int(np.argmin(of_side))))
+    ahead = twists[:, 0] - twists[best, 0]
+    margin = SAME_SPEED_RATIO * float(np.abs(twists[:, 0]).max())
+    ways = {
+        "left": (turning == 1.0) & (turning[best] != 1.0),
+        "straight": (turning == 0.0) & (turning[best] != 0.0),
+        "right": (turning == -1.0) & (turning[best] != -1.0),
+        "slower": ahead < -margin,
+        "faster": ahead > margin,
+    }
+    for title, members in ways.items():
+        of_way = np.where(members, others, np.inf)
+        if np.isfinite(of_way).any():
+            shown.append(_Shown(title, int(np.argmin(of_way))))
     return shown
 
 
@@ -96,6 +107,9 @@ def _comparison(
     other = min(shown[2:] or shown[1:], key=lambda entry: totals[entry.place]).place
     ahead = costs[:, other] - costs[:, best]
     leading = [c for c in np.argsort(-ahead)[:MOST_REASONS] if ahead[c] > 0.0]
+    if totals[other] == totals[best]:
+        same = told_command(twists[other, [0, 2]])
+        return f"total {total}, as {same}; of equal ones the one sampled first is taken"
     told = f"total {total} against {totals[other]:.4g} of {told_command(twists[other, [0, 2]])}"
     if not leading:
         return told

@@ -175,8 +175,8 @@ def _notes(choice: Choice, planned: PlannedBand) -> tuple[str, ...]:
     wanted = choice.attempt.task.limits.clearance
     if slack > ACTIVE:
         notes.append(
-            f"The band gives up {slack:.2g} m of the {wanted:.3g} m that it should keep off "
-            "obstacles."
+            f"Where the way is narrow the band may give up {slack:.2g} m of the {wanted:.3g} m "
+            "that it should keep off obstacles."
         )
     if choice.attempt.is_blocked:
         notes.append("The plan is blocked: the band ends before the block.")

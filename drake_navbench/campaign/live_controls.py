@@ -26,6 +26,8 @@ PAUSE, RESTART, RESET = "pause / go on", "restart", "parameters as in the file"
 PACE = "speed [times real time]"
 SLOWEST, FASTEST = 0.1, 5.0
 POLL_S = 0.05
+# A slider's steps are powers of ten, with the rounding of a sum.
+DECIMALS = 9
 # Predictions are computed for the page this often, s of the trial.
 DRAWN_PERIOD_S = 0.25
 
@@ -143,7 +145,7 @@ class LiveControls:
             reading = self._meshcat.GetSliderValue(slider.label)
             self._readings[slider.name] = reading
             is_back = reading == self._first[slider.name]
-            values[slider.name] = slider.value if is_back else reading
+            values[slider.name] = slider.value if is_back else round(reading, DECIMALS)
         try:
             driving, drawing = self._built(values), self._built(values, draws=True)
         except InputError as error:

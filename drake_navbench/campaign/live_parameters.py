@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Sequence
 from dataclasses import replace
@@ -14,11 +15,11 @@ from drake_navbench.plugins.names import SEPARATOR, flattened, nested
 
 # How a field's description ends that has a unit: 'Cruise speed [m/s].'
 UNIT = re.compile(r"\[([^\[\]]+)\][.;]?")
-STEPS = 200
+FEWEST_STEPS = 100
 
 
 class Slider(NamedTuple):
-    """A slider of one parameter, given by its dotted name; step: the least change."""
+    """A slider of one parameter, given by its dotted name."""
 
     name: str
     unit: str
@@ -33,8 +34,8 @@ class Slider(NamedTuple):
 
     @property
     def step(self) -> float:
-        """The least change."""
-        return (self.high - self.low) / STEPS
+        """The least change: a power of ten, so that values are round."""
+        return float(10.0 ** math.floor(math.log10((self.high - self.low) / FEWEST_STEPS)))
 
 
 class Change(NamedTuple):
