@@ -57,7 +57,7 @@ def test_a_trial_can_be_looked_at_moment_by_moment(tmp_path):
 
 @pytest.mark.long
 def test_memory_is_steady_over_200_drives():
-    """Of the pages' process and both workers, from the 40th to the 200th drive."""
+    """From the 40th to the 200th drive; a driving worker is replaced after 500 trials."""
     engine = Engine()
     try:
         engine.metrics.result()
@@ -70,7 +70,9 @@ def test_memory_is_steady_over_200_drives():
             if number in (39, 199):
                 held.append([resident_mb(pid) for pid in (os.getpid(), *engine.pids)])
         print("resident, MB, after 40 and after 200 drives:", held)
-        assert all(after - before < 15.0 for before, after in zip(*held, strict=True))
+        page, looks, drives = (after - before for before, after in zip(*held, strict=True))
+        assert max(page, looks) < 5.0
+        assert drives < 0.2 * 160
         assert len(list(Path(driven.result().log).parent.glob("*.parquet"))) <= 6
     finally:
         engine.close()
