@@ -20,6 +20,7 @@ DISTRIBUTIONS = {
     "backports": "backports.zstd",
     "drake_navbench": PROJECT["name"].replace("-", "_"),
     "pydrake": "drake",
+    "ruamel": "ruamel.yaml",
     "yaml": "pyyaml",
 }
 # Of Pythons newer than the oldest that we support.

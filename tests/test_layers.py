@@ -63,7 +63,7 @@ MAY_IMPORT: dict[str, set[str]] = {
         "recordings",
         "campaign",
     },
-    "studio": BELOW_ALL | {"inputs", "nav2", "trial", "analysis", "campaign"},
+    "studio": BELOW_ALL | {"costmaps", "inputs", "nav2", "trial", "analysis", "campaign"},
     "commands": BELOW_ALL
     | {
         "studio",

@@ -1,4 +1,4 @@
-"""What all pages of a studio share: its folder, workers, jobs, drawing, trials and fields."""
+"""The state that all pages of a studio share: folder, workers, jobs, drawing, trials."""
 
 from __future__ import annotations
 

@@ -91,7 +91,7 @@ class Drawing:
 
 
 def entry_at(content: Mapping[str, Any], place: Place) -> Any:
-    """Returns what stands at a place of a content."""
+    """Returns the entry at a place of a content."""
     found: Any = content
     for part in place:
         found = found[part]
@@ -259,7 +259,7 @@ def _walls(obstacles: Sequence[Mapping[str, Any]]) -> list[tuple[int, Line]]:
 
 
 def _offset(line: Line, point: Point) -> tuple[float, float]:
-    """Returns how far a point is from a line's segment, and how far along the line, m."""
+    """Returns a point's distance from a line's segment, and its distance along the line, m."""
     (x0, y0), (x1, y1) = line
     length_m = math.dist(*line)
     ux, uy = (x1 - x0) / length_m, (y1 - y0) / length_m

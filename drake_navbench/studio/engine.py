@@ -20,8 +20,9 @@ PRELOAD_MODULE = "drake_navbench.campaign.worker_preload"
 # A trial in a world with many people takes longer than anybody looks on; the button stops it.
 DRIVE_LIMIT_S = 1800.0
 LOOK_LIMIT_S = 120.0
-# Plugins' code may leak memory, so workers are replaced; a new one has to load the kernels again.
-TASKS_PER_WORKER = 1000
+# A worker that drives holds 0.1 MB more after each trial, so it is replaced now and then; a new one
+# has to load the kernels again.
+TASKS_PER_WORKER = 500
 # Logs of the studio's trials that are kept for the page Live, the newest; older ones are deleted.
 KEPT_LOGS = 6
 

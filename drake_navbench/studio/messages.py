@@ -61,7 +61,7 @@ class Column(NamedTuple):
 
 
 class Checked(NamedTuple):
-    """What a drawing comes to: lines on what is wrong, and the plans from start to each goal."""
+    """The check of a drawing: a line for each fault, and the plans from start to each goal."""
 
     faults: tuple[str, ...]
     plans: tuple[Array, ...] = ()

@@ -109,7 +109,7 @@ def moment_at(watched: Watched, time_s: float) -> Moment:
 
 
 def rows_of(watched: Watched, moment: Moment) -> list[tuple[str, str]]:
-    """Returns what is known of a moment as names and values: motion, then diagnostics.
+    """Returns the facts of a moment as names and values: motion, then diagnostics.
 
     What a decision was made of belongs at the end of this list, a row a critic or rule.
     """

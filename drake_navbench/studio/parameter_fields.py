@@ -154,6 +154,9 @@ def _range(
         for name in ("le", "lt"):
             limit = getattr(bound, name, None)
             high = high if limit is None else min(high, limit)
+    if high <= low:
+        # Zero at a bound at zero, such as a deceleration of what does not move.
+        low, high = (low - size, high) if high <= 0.0 else (low, low + size)
     if is_whole:
         return math.floor(low), math.ceil(max(high, value, low + 1)), 1.0
     step = 10.0 ** math.floor(math.log10((high - low) / STEPS)) if high > low else 0.01

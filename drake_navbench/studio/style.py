@@ -90,7 +90,8 @@ HTML = """\
 .bk-clearfix { width: 100%; }
 h2 { font-size: 15px; margin: 0 0 4px; } h3 { font-size: 12px; margin: 0 0 4px; color: var(--soft);
   text-transform: uppercase; letter-spacing: 0.05em; }
-p { margin: 0 0 4px; } b { overflow-wrap: anywhere; } .soft { color: var(--soft); } .good { color: var(--good); }
+p { margin: 0 0 4px; }
+b { overflow-wrap: anywhere; } .soft { color: var(--soft); } .good { color: var(--good); }
 .bad { color: var(--bad); } a { color: var(--accent); text-decoration: none; margin-right: 14px; }
 a:hover { text-decoration: underline; }
 .tag { background: var(--tint); color: var(--accent); border-radius: 9px; padding: 1px 8px;

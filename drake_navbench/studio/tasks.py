@@ -64,7 +64,7 @@ def warm() -> list[MetricOf]:
 
 
 def check_drawing(asked: Asked, robot: str) -> Checked:
-    """Returns what is wrong with a drawing, in the words of the loader, and its plans."""
+    """Returns the faults of a drawing, in the words of the loader, and its plans."""
     try:
         scenario = asked.scenario()
         loaded = scenario.load_robot(robot)

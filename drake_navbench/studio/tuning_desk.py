@@ -1,4 +1,4 @@
-"""What is tuned: a column with its changed parameters, its trials, and the patch of its file."""
+"""The column that is tuned: its changed parameters, its trials, and the patch of its file."""
 
 from __future__ import annotations
 

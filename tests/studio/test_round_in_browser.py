@@ -106,7 +106,23 @@ def test_a_scenario_is_drawn_driven_tuned_saved_and_run_to_the_same_trial(hand, 
     out = studio.folder / "results" / "same"
     column = "rpp:lookahead_dist=0.9"
     arguments = [str(studio.folder / "door.yaml"), "--controllers", column, "--trials", "1"]
-    assert run([*arguments, "--out", str(out), "--replay", "none", "--quiet"]) == 0
+    assert (
+        run(
+            [
+                *arguments,
+                "--out",
+                str(out),
+                "--replay",
+                "none",
+                "--figures",
+                "none",
+                "--jobs",
+                "1",
+                "--quiet",
+            ]
+        )
+        == 0
+    )
     (theirs,) = out.glob("trials/*/*/*.parquet")
     assert timeless_bytes(ours, tmp_path) == timeless_bytes(theirs, tmp_path)
 

@@ -1,0 +1,30 @@
+"""A worker that stays from task to task, and is replaced when it has died."""
+
+from __future__ import annotations
+
+import os
+import signal
+
+from drake_navbench.processes.worker_process import Raised, Returned
+from drake_navbench.processes.workers import Died, StandingWorker, Task, TimedOut
+
+
+def ends_itself() -> None:
+    os.kill(os.getpid(), signal.SIGKILL)
+
+
+def test_a_standing_worker_keeps_its_process_and_gets_another_after_a_death():
+    worker = StandingWorker(tasks_per_worker=2)
+    try:
+        first = worker.call(Task(os.getpid, ()))
+        assert isinstance(first, Returned)
+        assert worker.call(Task(os.getpid, ())) == first
+        third = worker.call(Task(os.getpid, ()))
+        assert third != first
+        assert isinstance(worker.call(Task(int, ("x",))), Raised)
+        assert isinstance(worker.call(Task(ends_itself, ())), Died)
+        assert isinstance(worker.call(Task(os.getpid, (), owner="other")), Returned)
+        assert isinstance(worker.call(Task(signal.pause, (), time_limit_s=0.2)), TimedOut)
+        assert worker.pid is None
+    finally:
+        worker.close()

@@ -1,0 +1,98 @@
+"""The form of a column: the typed parameters with range, unit, defaults and the file's values."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from drake_navbench.errors import InputError
+from drake_navbench.inputs.presets import load_preset, preset_files
+from drake_navbench.studio.open_folder import OpenFolder
+from drake_navbench.studio.parameter_fields import fields_of
+from drake_navbench.studio.tasks import column_fields, columns_in
+from drake_navbench.studio.tuning_desk import TuningDesk
+
+WAFFLE = Path(__file__).parents[2] / "models" / "nav2" / "turtlebot3_waffle.yaml"
+
+
+@pytest.fixture
+def tuning(tmp_path) -> TuningDesk:
+    (tmp_path / "mine.yaml").write_text(WAFFLE.read_text())
+    desk = TuningDesk(OpenFolder.at(tmp_path))
+    desk.choose("mine.yaml", "FollowPath")
+    return desk
+
+
+def field(fields, name):
+    (found,) = (entry for entry in fields if entry.name == name)
+    return found
+
+
+def test_a_field_has_unit_description_default_and_a_range_within_its_bounds():
+    found = field(fields_of(load_preset("rpp:lookahead_dist=0.8")), "lookahead_dist")
+    assert (found.kind, found.unit, found.default) == ("number", "m", 0.6)
+    assert (found.given, found.value) == (0.8, 0.8)
+    assert found.description == "Arc length from the robot to the carrot."
+    assert (found.low, found.high, found.step) == pytest.approx((0.01, 2.4, 0.01))
+
+
+def test_given_parameters_come_first_and_those_without_effect_not_at_all():
+    names = [entry.name for entry in fields_of(load_preset("rpp"))]
+    assert names[:2] == [
+        "use_cost_regulated_linear_velocity_scaling",
+        "approach_velocity_scaling_dist",
+    ]
+    assert "nav2_release" not in names
+    # Of Jazzy and Kilted, which the newest release does not read.
+    assert "stateful" not in names
+
+
+@pytest.mark.parametrize("name", sorted(set(preset_files()) - {"learned", "live"}))
+def test_every_slider_of_every_preset_holds_its_value(name):
+    fields = fields_of(load_preset(name))
+    assert fields
+    for entry in fields:
+        if entry.kind in ("number", "whole"):
+            assert entry.low <= entry.value <= entry.high
+            assert entry.low < entry.high
+            assert entry.step > 0.0
+
+
+def test_parameters_of_critics_are_fields_too():
+    found = field(fields_of(load_preset("dwb")), "PathAlign.scale")
+    assert (found.kind, found.value) == ("number", 32.0)
+
+
+def test_a_field_of_a_nav2_file_has_the_name_that_the_file_uses(tuning):
+    assert columns_in(str(WAFFLE), tuning.text, "turtlebot3_waffle") == ["FollowPath"]
+    speed = field(column_fields(tuning.column(), "turtlebot3_waffle"), "max_linear_vel")
+    assert (speed.given_name, speed.given) == ("desired_linear_vel", 0.26)
+
+
+def test_a_change_is_a_patch_of_one_line_and_saved_with_the_comments(tuning, tmp_path):
+    speed = field(column_fields(tuning.column(), "turtlebot3_waffle"), "max_linear_vel")
+    tuning.change(speed, 0.2)
+    lines = tuning.patch().splitlines()
+    assert [line.strip("+- ") for line in lines if line[0] in "+-"][2:] == [
+        "desired_linear_vel: 0.26",
+        "desired_linear_vel: 0.2",
+    ]
+    before = tuning.text.splitlines()
+    tuning.save("mine.yaml")
+    after = (tmp_path / "mine.yaml").read_text().splitlines()
+    assert sum(one != other for one, other in zip(before, after, strict=True)) == 1
+    assert tuning.patch() == ""
+
+
+def test_a_value_as_in_the_file_again_is_no_change(tuning):
+    speed = field(column_fields(tuning.column(), "turtlebot3_waffle"), "max_linear_vel")
+    tuning.change(speed, 0.2)
+    tuning.change(speed, 0.26)
+    assert tuning.changes == {}
+
+
+def test_a_preset_is_not_saved(tmp_path):
+    desk = TuningDesk(OpenFolder.at(tmp_path))
+    with pytest.raises(InputError, match="a preset comes with the package"):
+        desk.save("rpp.yaml")
