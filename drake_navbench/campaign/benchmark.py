@@ -303,7 +303,6 @@ def _run(
             jobs=jobs,
             compiling=compiling,
             on_progress=progress.update,
-            on_first_column=lambda rows: print_first_column(console, rows),
             on_refused_log=_print_error,
             cluster=cluster,
             on_refused_worker=_print_error,
@@ -385,7 +384,7 @@ def _begin_compiling(
     console.print(
         printable(f"Compiling kernels that are used for the first time: {parts}"), soft_wrap=False
     )
-    compiling = Compiling(warm_ups(cold))
+    compiling = Compiling(warm_ups(cold), lambda rows: print_first_column(console, rows))
     if is_beside:
         return compiling
     with CompileProgress(console, cache_folder.kernel_folder()) as progress:
