@@ -373,7 +373,7 @@ def _tell_verdict(
 def _begin_compiling(
     campaign: Campaign, console: Console, jobs: int, *, is_beside: bool
 ) -> Compiling | None:
-    """Returns what is to compile kernels that nobody has needed before, None where there are none.
+    """Returns the tasks for kernels that nobody has needed before, None where there are none.
 
     is_beside: it is done beside the driving; else here, since a cluster's workers drive at once.
     """
