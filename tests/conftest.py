@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import shutil
 import sys
@@ -13,7 +14,11 @@ from pathlib import Path
 import pytest
 from hypothesis import settings
 
+from drake_navbench.campaign.warm_up import OBJECTS_BETWEEN_COLLECTIONS
 from drake_navbench.plugins.kinds import forget_installed
+
+# From an empty cache the tests compile for minutes, and the compiler's objects live on.
+gc.set_threshold(OBJECTS_BETWEEN_COLLECTIONS)
 
 # Tables are as wide as in a pipe, also where tests run side by side, of which each is told a width.
 os.environ.pop("COLUMNS", None)

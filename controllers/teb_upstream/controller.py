@@ -40,6 +40,7 @@ from drake_navbench.controllers.teb_upstream.reasons import explained
 from drake_navbench.controllers.teb_upstream.recovery import update_preference
 from drake_navbench.controllers.teb_upstream.robot_models import RobotModel, circles, outline
 from drake_navbench.explanation import Explanation
+from drake_navbench.kernels.read_only import read_only
 
 Array = NDArray[np.float64]
 
@@ -146,13 +147,13 @@ class UpstreamTimedElasticBand:
         if parameters.include_costmap_obstacles:
             obstacles = lethal_points(
                 observation.costmap.grid,
-                observation.pose,
+                read_only(observation.pose),
                 parameters.costmap_obstacles_behind_robot_dist,
             )
         chance = observation.noise_key.generator()
         return Scene(
             plan=plan.poses,
-            twist=np.ascontiguousarray(observation.twist),
+            twist=read_only(observation.twist),
             obstacles=obstacles,
             via_points=plan.via_points,
             samples=chance.random((parameters.roadmap_graph_samples, 2)),

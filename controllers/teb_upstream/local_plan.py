@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from drake_navbench.controller import Observation
 from drake_navbench.controllers.teb_upstream.parameters import TebUpstreamParameters
 from drake_navbench.kernels.grid import LETHAL
+from drake_navbench.kernels.read_only import read_only
 
 Array = NDArray[np.float64]
 
@@ -41,13 +42,11 @@ def cut_local_plan(
 
     begin: index of the first pose that earlier cycles have kept of the whole plan.
     """
-    whole = observation.whole_plan
-    begin = pruned_begin(whole, begin, observation.pose, parameters.global_plan_prune_distance)
+    whole, pose = read_only(observation.whole_plan), read_only(observation.pose)
+    begin = pruned_begin(whole, begin, pose, parameters.global_plan_prune_distance)
     plan, costmap = whole[begin:], observation.costmap
     region = REGION_RATIO * 0.5 * max(costmap.size_x_m, costmap.size_y_m)
-    first, end = plan_window(
-        plan, observation.pose, region, parameters.max_global_plan_lookahead_dist
-    )
+    first, end = plan_window(plan, pose, region, parameters.max_global_plan_lookahead_dist)
     if end <= first:
         first, end = len(plan) - 1, len(plan)
     poses = plan[first:end].copy()
@@ -55,8 +54,8 @@ def cut_local_plan(
     if parameters.global_plan_overwrite_orientation:
         poses[-1, 2] = goal_heading(plan, end - 1)
     if len(poses) == 1:
-        poses = np.vstack([observation.pose, poses])
-    poses[0] = observation.pose
+        poses = np.vstack([pose, poses])
+    poses[0] = pose
     return LocalPlan(poses, via_points, begin)
 
 

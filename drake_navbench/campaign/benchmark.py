@@ -316,7 +316,6 @@ def _run(
             jobs=jobs,
             compiling=compiling,
             on_progress=progress.update,
-            on_first_column=lambda rows: print_first_column(console, rows),
             on_refused_log=_print_error,
             cluster=cluster,
             on_refused_worker=_print_error,
@@ -387,7 +386,7 @@ def _tell_verdict(
 def _begin_compiling(
     campaign: Campaign, console: Console, jobs: int, *, is_beside: bool
 ) -> Compiling | None:
-    """Returns what is to compile kernels that nobody has needed before, None where there are none.
+    """Returns the tasks for kernels that nobody has needed before, None where there are none.
 
     is_beside: it is done beside the driving; else here, since a cluster's workers drive at once.
     """
@@ -398,7 +397,7 @@ def _begin_compiling(
     console.print(
         printable(f"Compiling kernels that are used for the first time: {parts}"), soft_wrap=False
     )
-    compiling = Compiling(warm_ups(cold))
+    compiling = Compiling(warm_ups(cold), lambda rows: print_first_column(console, rows))
     if is_beside:
         return compiling
     with CompileProgress(console, cache_folder.kernel_folder()) as progress:

@@ -67,7 +67,6 @@ def run_campaign(
     jobs: int,
     compiling: Compiling | None = None,
     on_progress: Callable[[Progress], None] = lambda progress: None,
-    on_first_column: Callable[[pd.DataFrame], None] = lambda trials: None,
     on_refused_log: Callable[[str], None] = lambda line: None,
     cluster: ClusterPlace | None = None,
     on_refused_worker: Callable[[str], None] = lambda line: None,
@@ -80,9 +79,8 @@ def run_campaign(
     killed a second time, that code is blamed, and the outcome is `error`.
     Ctrl-C stops the workers and keeps the finished logs; a resumed run drives the other trials.
     compiling: what compiles kernels, beside trials that do not need them; the first column's come
-    first. on_first_column: is told the rows of that column when they are complete, where others
-    had to be compiled. on_refused_log: is told of every log that is not the one of its trial, which
-    is driven again.
+    first. on_refused_log: is told of every log that is not the one of its trial, which is driven
+    again.
     cluster: where to drive in place of `jobs` workers here.
     on_refused_worker: is told of every worker of it that has other software.
     Raises CannotBeWritten where a log cannot be kept: there is no use in driving on.
@@ -125,7 +123,9 @@ def run_campaign(
             progress.running = min(workers, left)
             on_progress(progress)
             if index in first_column and first_column <= rows.keys():
-                on_first_column(pd.DataFrame([rows[index] for index in sorted(first_column)]))
+                compiling.on_first_column(
+                    pd.DataFrame([rows[index] for index in sorted(first_column)])
+                )
     trials = pd.DataFrame([rows[index] for index in sorted(rows)])
     folder.write_trials(trials)
     return Driven(trials, undriven, tuple(machines.values()))

@@ -18,6 +18,8 @@ from drake_navbench.processes.compiled_parts import compiled_parts, note_compile
 from drake_navbench.processes.workers import Task, run_tasks, start_server
 
 if TYPE_CHECKING:
+    import pandas as pd
+
     from drake_navbench.trial.spec import TrialSpec
 
 # Imported by the server from which the workers are forked; see that module.
@@ -126,7 +128,7 @@ class WarmUp(NamedTuple):
 
 
 def warm_ups(cold: Cold) -> list[WarmUp]:
-    """Returns what has kernels compiled: those first that are needed first or compile most.
+    """Returns the tasks that compile kernels: those first that are needed first or compile most.
 
     The order lets few tasks that run at the same time compile the same kernels.
     """
@@ -154,9 +156,17 @@ def warm_ups(cold: Cold) -> list[WarmUp]:
 
 
 class Compiling:
-    """The course of compiling: which parts of trials are still without kernels."""
+    """The course of compiling: which parts of trials are still without kernels.
 
-    def __init__(self, found: Sequence[WarmUp]) -> None:
+    on_first_column: is told the rows of the first column's trials when they are complete.
+    """
+
+    def __init__(
+        self,
+        found: Sequence[WarmUp],
+        on_first_column: Callable[[pd.DataFrame], None] = lambda trials: None,
+    ) -> None:
+        self.on_first_column = on_first_column
         self._waiting = list(found)
         self.tasks = tuple(one.task for one in found)
 

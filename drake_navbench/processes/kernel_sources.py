@@ -75,7 +75,7 @@ def modules_with_kernels() -> list[tuple[str, Path]]:
 
 
 def compiler() -> str:
-    """Returns what compiles kernels here, and for which processor, in a line."""
+    """Returns the versions of the compiler, and the instruction set, in a line."""
     import llvmlite
     import numba
 

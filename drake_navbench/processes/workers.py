@@ -227,7 +227,7 @@ class _Waiting:
         return any(queue for (own, _), queue in self._queues.items() if own == owner)
 
     def end(self, task: Task) -> None:
-        """Lets the tasks begin that have waited for this one."""
+        """Notes that a task has ended: those that have waited for it may begin."""
         self._awaited.discard(task)
 
     def put_back(self, task: Task) -> None:

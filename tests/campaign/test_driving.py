@@ -199,16 +199,17 @@ def test_the_first_column_is_told_while_others_compile(tmp_path, monkeypatch):
     folder = ResultsFolder(tmp_path / "out")
     folder.write_manifest({"identity": campaign.identity})
     slow = Task(time.sleep, (1.0,), kind="compile dwb")
-    compiling = Compiling([WarmUp(slow, "dwb", frozenset())])
-    told: list[tuple[int, tuple[str, ...]]] = []
     columns: list[list[str]] = []
+    compiling = Compiling(
+        [WarmUp(slow, "dwb", frozenset())], lambda rows: columns.append(list(rows["controller"]))
+    )
+    told: list[tuple[int, tuple[str, ...]]] = []
     driven = run_campaign(
         campaign,
         folder,
         jobs=2,
         compiling=compiling,
         on_progress=lambda progress: told.append((progress.done, progress.compiling)),
-        on_first_column=lambda rows: columns.append(list(rows["controller"])),
     )
     assert len(driven.trials) == 4
     assert told[0] == (0, ("dwb",))

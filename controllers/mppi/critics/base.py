@@ -26,6 +26,7 @@ from drake_navbench.controllers.mppi.lanes import LANES, Lanes
 from drake_navbench.controllers.mppi.motion_models import MotionLimits, MotionModel
 from drake_navbench.controllers.mppi.releases import RULES, Rules
 from drake_navbench.kernels.grid import INSCRIBED, MAX_NON_OBSTACLE, NO_INFORMATION, Costmap, Grid
+from drake_navbench.kernels.read_only import read_only
 from drake_navbench.releases import NEWEST_RELEASE, Release
 from drake_navbench.typed_files.quantities import Count
 
@@ -77,7 +78,7 @@ class MapView(NamedTuple):
             rows * columns,
             np.int32(rows),
             np.int32(columns),
-            np.ascontiguousarray(footprint, dtype=np.float64),
+            read_only(footprint),
         )
 
 

@@ -9,6 +9,7 @@ from drake_navbench.controllers.teb_upstream.penalties import Surroundings, add_
 from drake_navbench.controllers.teb_upstream.planner import association, penalty_terms, rounds
 from drake_navbench.controllers.teb_upstream.robot_models import RobotModel, circles
 from drake_navbench.kernels.band_cholesky import BANDWIDTH
+from drake_navbench.kernels.read_only import read_only
 
 NOTHING = np.empty((0, 2))
 POINT = circles(np.array([[0.0, 0.0]]))
@@ -32,7 +33,7 @@ def around(
 ) -> Surroundings:
     """Returns surroundings; nothing is there unless said."""
     return Surroundings(
-        np.array(twist), stops_at_goal, preferred_turn, obstacles, via_points, robot
+        read_only(twist), stops_at_goal, preferred_turn, obstacles, via_points, robot
     )
 
 
