@@ -1,4 +1,4 @@
-"""From what is asked for, in a shell or in Python, to a results folder and what is printed."""
+"""Runs a benchmark as a shell or Python asks for it: a results folder, and printed tables."""
 
 from __future__ import annotations
 
@@ -216,7 +216,7 @@ def run_from_command_line(arguments: argparse.Namespace, *, began_s: float) -> b
             "no --cluster"
         )
     if cluster is not None:
-        # That nobody answers is known before anything is written.
+        # A cluster that does not answer is noticed before anything is written.
         require_cluster(cluster)
     try:
         with only_run_in(folder.path):
@@ -362,7 +362,7 @@ def _tell_verdict(
 
 
 def _compile_cold_parts(campaign: Campaign, console: Console, jobs: int) -> None:
-    """Has the kernels compiled that the trials need and that nobody has needed before."""
+    """Compiles the kernels that the trials need and that are not compiled yet."""
     cold = cold_parts(campaign.specs)
     if not cold.names:
         return

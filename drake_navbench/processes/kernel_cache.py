@@ -26,14 +26,14 @@ from drake_navbench.processes.cache_folder import (
 CHECKED_VARIABLE = "DRAKE_NAVBENCH_KERNELS_CHECKED"
 TABLE_NAME = "kernel_sources.json"
 NOTE_NAME = "installation.txt"
-# Of the list of parts whose kernels are compiled, see compiled_parts.py.
+# The file with the parts whose kernels are compiled, see compiled_parts.py.
 PARTS_NAME = "compiled_parts.json"
 IMPORT = re.compile(
     r"^\s*(?:from|import)\s+([\w.]+)(?:\s+import\s+(\([^)]*\)|[^\n]*))?", re.MULTILINE
 )
 NAME = re.compile(r"\w+")
 
-# Of a file: when it was changed, ns, and its size, bytes.
+# The time of a file's last change, ns, and its size, bytes.
 Stamp = list[int]
 
 
