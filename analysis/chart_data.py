@@ -30,7 +30,7 @@ from drake_navbench.analysis.metrics.tracking import projection_on_plans
 from drake_navbench.analysis.numbers import typeset
 from drake_navbench.logs.log import Outcome, TrialLog
 
-# Of all trials of a scenario together, and of one at least and at most.
+# The most points of all trials of a scenario, and the fewest and the most of one trial.
 MAX_POINTS, MIN_POINTS_A_TRIAL, MAX_POINTS_A_TRIAL = 4000, 20, 150
 MAX_WALL_COUNT = 1500
 DECIMALS_M = 3

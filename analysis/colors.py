@@ -16,7 +16,7 @@ CONTROLLER_COLORS = {
     "mppi_nav2": "#cc79a7",
     "harmony": "#6a3d9a",
 }
-# Of other columns: each the colour farthest in OKLab from those before it and from the table's,
+# Colours of other columns: each is farthest in OKLab from those before it and from the table's,
 # among those that can be read on white and on black.
 OTHER_COLORS = (
     "#c300ff",

@@ -30,7 +30,7 @@ MOST_LOSSES = 6
 MOST_TASKS = 200
 TIME = "time_to_goal_s"
 CLEARANCE = "min_clearance_m"
-# Of a strip of dots, px.
+# The size of a strip of dots, px.
 STRIP_WIDTH, STRIP_HEIGHT, STRIP_MARGIN = 460.0, 46.0, 12.0
 
 

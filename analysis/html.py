@@ -19,7 +19,7 @@ PERCENT = 100.0
 NAME_JOINT = re.compile(r"([:_=/-])(?=.)")
 # Between tags stands text, whose numbers stay as they are.
 TAG = re.compile(r"<[^>]*>")
-# Of a figure's coordinates, points: a hundredth is more than any screen or printer shows.
+# A figure's coordinates in points: a hundredth is finer than any screen or printer.
 LONG_DECIMALS = re.compile(r"(\.\d\d)\d+")
 
 
@@ -55,7 +55,7 @@ def relative_change(ratio: float) -> str:
 def inline_svg(path: Path) -> str:
     """Returns a figure as a data URL, so that the page needs no other file."""
     svg = TAG.sub(_shortened, path.read_text(encoding="utf-8"))
-    # Of what SVG is made of, only these mean something else in an address; base64 is a third more.
+    # Only these characters of an SVG mean something else in an address; base64 is a third longer.
     for special in "%#\n":
         svg = svg.replace(special, " " if special == "\n" else quote(special))
     return f"data:image/svg+xml,{svg}"

@@ -23,11 +23,11 @@ from drake_navbench.analysis.scenario_analysis import (
 from drake_navbench.logs.log import TrialLog
 from drake_navbench.logs.results import ResultsFolder
 
-# Of one scenario. All logs of fewer are opened, which is quick and tells the most.
+# The most trials of a scenario of which all logs are opened.
 MOST_LOGS_OPENED = 400
-# Of all controllers of a scenario together: more could not be told apart in a figure.
+# The most logs drawn of a scenario: more could not be told apart in a figure.
 LOGS_DRAWN = 60
-# Of trials that break an invariant; a fault of the robot's model may be in every trial.
+# The most logs opened of trials that break an invariant; the same fault may be in every trial.
 LOGS_WITH_VIOLATIONS_OPENED = 50
 
 IDENTITY = ("suite", "density", "scenario", "controller", "trial", "seed", "outcome", "reason")

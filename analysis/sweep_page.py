@@ -42,7 +42,7 @@ TABLE_NAME = "sweep"
 FIGURES = Path("figures") / "sweep"
 # Shown over two fields; all others are in the table.
 MAPPED_METRICS = (SUCCEEDED, "time_to_goal_s", "min_clearance_m")
-# Of a Latin hypercube every point has values of its own, and a map would be a diagonal.
+# The most cells of a map for each point: a Latin hypercube would fill only a diagonal.
 MOST_CELLS_PER_POINT = 4
 
 

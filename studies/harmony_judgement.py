@@ -55,7 +55,7 @@ MEASURES = {
     "lateral acceleration": Measure("lateral_acceleration_max_mps2", 1.0),
 }
 ABORT_TIME = Measure("simulated_time_s", 1.0, absolute=0.2)
-# Of these, to be better is claimed, corrected over all of them in all families.
+# The metrics in which harmony is claimed to be better, corrected over all in all families.
 SUPERIOR = ("clearance", "jerk", "lateral acceleration")
 
 

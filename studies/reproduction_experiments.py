@@ -38,7 +38,7 @@ BLIND_FROM_S = {"restricted_small": 4.8, "restricted_large": 11.3}
 BLIND_FOR_S = 0.3
 # The side walls of restricted_small are longer than this along x, m; the others are not.
 SHORTEST_SIDE_WALL_M = 1.0
-# Of the goal, where RPP's heading error is the published one.
+# The bearing of the goal with which RPP's heading error is the published one.
 BEARING_BY_RPP_DEG = {"restricted_small": 2.18, "restricted_large": 0.52}
 OTHER_BEARINGS_DEG = (-2.0, -1.0, -0.5, 0.5, 1.0, 2.0, 3.0)
 # Another reading of the publication's sample times, within what its numbers allow, s.

@@ -247,3 +247,25 @@ def test_the_first_line_of_a_docstring_names_the_thing(house):
         for path in files
     }
     assert {path: lines for path, lines in found.items() if lines} == {}
+
+
+# A comment names its thing, too: "Of a strip of dots, px" does not say what has pixels.
+NAMELESS_COMMENT = re.compile(r"^ *# Of ", re.MULTILINE)
+ROOMS = (
+    *("campaign", "costmaps", "inputs", "kernels", "logs", "native", "nav2", "navigation"),
+    *("plugins", "processes", "recordings", "systems", "trial", "typed_files"),
+)
+
+
+def test_a_comment_that_names_nothing_is_found():
+    assert NAMELESS_COMMENT.search("A = 1\n    # Of a strip, px.\nB = 2\n")
+    assert not NAMELESS_COMMENT.search("# The width of a strip. Of others none.\n")
+
+
+@pytest.mark.parametrize(
+    "house", ["controllers", "analysis", *(f"drake_navbench/{r}" for r in ROOMS)]
+)
+def test_a_comment_names_its_thing(house):
+    files = sorted((REPOSITORY / house).rglob("*.py"))
+    assert files
+    assert [str(f) for f in files if NAMELESS_COMMENT.search(f.read_text(encoding="utf-8"))] == []

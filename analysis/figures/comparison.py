@@ -41,7 +41,7 @@ WIDE_IN = (7.2, 2.8)
 LONGEST_TICK_LABEL = 9
 COMPUTE_POINTS = 150
 SPREAD = 0.16
-# Of one controller in one panel; the box around them is of all.
+# The most dots of a controller in a panel; the box is computed from all trials.
 MOST_DOTS = 300
 
 

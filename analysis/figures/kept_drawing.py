@@ -16,7 +16,7 @@ from drake_navbench.analysis.content_stamps import code_stamp, file_stamp, stamp
 from drake_navbench.analysis.figures.choice import FIGURES_FOLDER, FigureChoice, FigureEntry
 from drake_navbench.logs.results import ResultsFolder, file_name, write_text
 
-# Of the files of a figure, without folders.
+# The stem of a figure's files, without folders.
 STEM = re.compile(r"\w[\w.-]*")
 
 

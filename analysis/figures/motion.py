@@ -110,7 +110,7 @@ def motion_curves(log: TrialLog) -> MotionCurves:
         fitted = str(reason)
     return MotionCurves(
         times(log),
-        # Of a recording without commands these are no numbers, and no curve.
+        # A recording without commands has NaN here, which draws no curve.
         log.samples["command_v_mps"].to_numpy(),
         v_mps,
         log.samples["command_w_radps"].to_numpy(),

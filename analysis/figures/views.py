@@ -46,7 +46,7 @@ BAR_SHARE = 0.2
 PANEL_IN = 3.4
 # An area that reaches farther out of a panel would cover all of it, and is left white there.
 WHOLE_RATIO = 1.5
-# Of the robot's own size: what is near it.
+# The near view's reach over the robot's own size.
 NEAR_RATIO = 1.35
 
 

@@ -27,7 +27,7 @@ from drake_navbench.typed_files.typed_yaml import (
     validate,
 )
 
-# Of a run, as `--seed` takes it.
+# The largest seed of a run, as `--seed` takes it.
 MAX_SEED = 2**64 - 1
 MAX_SEEDS = 1000
 SALT_BYTES = 32

@@ -19,7 +19,7 @@ from drake_navbench.kernels.least_gap import Surroundings, least_gap
 from drake_navbench.kernels.swept_contact import pose_within_step
 from drake_navbench.logs.log import TrialLog
 
-# Of times.
+# The rounding of times that counts as equal.
 ROUNDING_S = 1e-9
 
 

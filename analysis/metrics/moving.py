@@ -16,7 +16,7 @@ from drake_navbench.kernels.moving_collision_time import time_to_moving_contact
 from drake_navbench.logs.log import Outcome, TrialLog
 
 LOOK_PERIOD_S = 0.1
-# Of the velocity of a body: the way that it goes until the next look.
+# The time for which a body is taken to keep its velocity.
 COLLISION_TIME_HORIZON_S = 10.0
 # Bodies that are farther away are not measured, as in a trial.
 MAX_CLEARANCE_M = 5.0

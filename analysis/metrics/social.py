@@ -31,7 +31,7 @@ from drake_navbench.kernels.poses import place_outline
 from drake_navbench.kernels.social_force import social_force
 from drake_navbench.logs.log import Outcome, TrialLog
 
-# Of the social force, in HuNavSim's evaluation.
+# The factor of the social force in HuNavSim's evaluation.
 SOCIAL_FACTOR = 2.1
 # Hall's zones, by the gap between outline and body.
 INTIMATE_M, PERSONAL_M, SOCIAL_M = 0.45, 1.2, 3.6
@@ -83,7 +83,7 @@ def min_person_distance_m(log: TrialLog) -> float:
 
 @metric(unit="m", better="higher", title="Mean distance to the closest person")
 def mean_closest_person_distance_m(log: TrialLog) -> float:
-    """Mean over time of the distance to whoever was closest, while anybody was within 5 m.
+    """Mean over time of the distance to the closest person, while one was within 5 m.
 
     Formula: mean over the looks, every 0.1 s, of the least gap between outline and body disc.
     Source: HuNavSim "average distance to the closest person".

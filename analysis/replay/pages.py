@@ -67,7 +67,7 @@ Array = NDArray[np.float64]
 RACE_TURN_PERIOD_S, RACE_MAX_TURNS = 0.5, 400
 # A trial alone has room for more, but its controller's intentions need room too.
 TRIAL_TURN_PERIOD_S, TRIAL_MAX_TURNS = 0.2, 200
-# Of all controllers together; each takes about 5 kB of the page.
+# The most costmaps of all controllers together; each takes about 5 kB of the page.
 RACE_MAX_COSTMAPS = 160
 # Beyond the floor, so that its name lies on nothing.
 FLOOR_LABEL_ABOVE_M = 1.0
@@ -91,7 +91,7 @@ def write_race_replay(
         turn_period_s=RACE_TURN_PERIOD_S,
         max_turns=RACE_MAX_TURNS,
     )
-    # Of one that planned all its legs, where there is one.
+    # The plans of a trial that planned all its legs, where there is one.
     course = max(logs, key=lambda log: len(log.first_plans)).first_plans
     bounds = _add_surroundings(stage, logs, course)
     add_course(stage, course)

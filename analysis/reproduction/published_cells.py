@@ -88,7 +88,7 @@ def relative_error(cells: Iterable[Comparison]) -> RelativeError:
 
 
 def _spread(values: Array, *, is_repeated: bool) -> Estimate:
-    """Returns the spread over the trials (divisor n), which has no interval; one has none."""
+    """Returns the spread over the trials (divisor n), without an interval."""
     known = values[~np.isnan(values)]
     if is_repeated or len(known) < 2:
         return Estimate(count=min(len(known), 1))

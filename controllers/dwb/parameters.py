@@ -35,7 +35,7 @@ CLASS_KEY = "class"
 OF_ITS_OWN_PLAN = frozenset(
     {"forward_prune_distance", "prune_distance", "prune_plan", "shorten_transformed_plan"}
 )
-# Of all trajectories of a cycle together, which take 0.4 GB.
+# The most poses of all trajectories of a cycle, which take 0.4 GB.
 MAX_POSES = 10_000_000
 
 

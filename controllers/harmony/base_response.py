@@ -15,7 +15,7 @@ from numba import njit
 
 from drake_navbench.controllers.harmony.motion import V, W, stage_at
 
-# Of the prediction, s: a fifth of the shortest usual time constant.
+# The step of the prediction, s: a fifth of the shortest usual time constant.
 STEP_S = 0.01
 # Slower than this is rest, m/s and rad/s.
 REST_MPS, REST_RADPS = 1e-3, 1e-3

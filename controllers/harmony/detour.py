@@ -22,7 +22,7 @@ Array = NDArray[np.float64]
 # Ways keep off obstacles by costs that fall over INFLATION_M, with this weight.
 INFLATION_M = 0.5
 TRAVEL_MULTIPLIER = 4.0
-# Of Nav2's smoother of grid paths: tolerance m, most sweeps, both weights, passes after the first.
+# Nav2's smoother of grid paths: tolerance m, most sweeps, both weights, passes after the first.
 SMOOTHING = (1e-4, 1000, 0.2, 0.3, 2)
 NO_OUTLINE = np.empty((0, 2))
 # A detour may end on the path at MOST_ENDS points, REJOIN_M apart; a later end must be shorter by

@@ -35,7 +35,7 @@ def covering_discs(setup: ControllerSetup, count: int) -> Array:
     shares = np.linspace(0.0, 1.0, POINTS_AN_EDGE)[:, None, None]
     points = (outline + shares * (ends - outline)).reshape(-1, 2)
     distances = np.hypot(points[:, :1] - offsets, points[:, 1:])
-    # Of each point the nearest disc, of these the farthest.
+    # The largest distance of a point to its nearest disc.
     return np.column_stack([offsets, np.full(count, float(distances.min(axis=1).max()))])
 
 

@@ -32,7 +32,7 @@ _FIRST_MIX = np.uint64(0xBF58476D1CE4E5B9)
 _SECOND_MIX = np.uint64(0x94D049BB133111EB)
 _SHIFTS = (np.uint64(30), np.uint64(27), np.uint64(31))
 _PARTS, _PART_BITS, _PART_MASK = 4, np.uint64(16), np.uint64(0xFFFF)
-# Of the sum of four numbers that are uniform on 0..65535.
+# Mean and standard deviation of the sum of four numbers that are uniform on 0..65535.
 _MEAN_OF_PARTS, _DEVIATION_OF_PARTS = 2.0 * 65535.0, math.sqrt((65536.0**2 - 1.0) / 3.0)
 
 

@@ -15,7 +15,7 @@ from drake_navbench.kernels.distance_field import DistanceField, pose_clearance
 
 Array = NDArray[np.float64]
 
-# Of a reference: x m, y m, yaw rad of the path's nearest point, the speed wanted there m/s.
+# A reference has x m, y m, yaw rad of the path's nearest point, and the speed wanted there m/s.
 REFERENCE_SIZE = 4
 # Rounding that a bound on reachable velocities leaves, m/s and rad/s.
 REACHABLE_SLACK = 1e-3

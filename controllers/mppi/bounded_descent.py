@@ -21,7 +21,7 @@ Array = NDArray[np.float64]
 
 # The distance of starts from either bound, as a share of the room between the bounds.
 _BOUND_PUSH_RATIO = 0.01
-# Of the decrease that the slope promises, how much a step must make (Armijo), or it is halved.
+# The share of the decrease by the slope that a step must reach (Armijo), or it is halved.
 _ARMIJO_RATIO = 1e-4
 _MOST_HALVINGS = 10
 # The largest rounding error of the merit, for steps that are too small to lower it.

@@ -43,7 +43,7 @@ DEFAULT_VALIDATOR: Final = "mppi::DefaultOptimalTrajectoryValidator"
 MIN_KNOT_COUNT = 4
 MIN_TIME_STEPS = 2
 MAX_DELAY_S = 10.0
-# Of the horizons of all samples together; ten arrays of it take 0.8 GB.
+# The most cells of all samples' horizons together; ten arrays of this size take 0.8 GB.
 MAX_BATCH_CELLS = 10_000_000
 
 

@@ -224,7 +224,7 @@ def braking_band(
     """
     duration = max(abs(twist[0]) / acceleration, abs(twist[1]) / angular_acceleration)
     poses = np.tile(np.asarray(pose, dtype=np.float64), (3, 1))
-    # Of the way that the twist would have covered: 3/8 in the first half, 1/8 in the second.
+    # The shares of the twist's whole way: 3/8 in the first half, 1/8 in the second.
     for i, share in ((1, 0.375), (2, 0.125)):
         length, turn = share * duration * twist
         middle = poses[i - 1, 2] + 0.5 * turn

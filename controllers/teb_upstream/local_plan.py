@@ -16,7 +16,7 @@ from drake_navbench.kernels.read_only import read_only
 
 Array = NDArray[np.float64]
 
-# Of the half side of the costmap, so that obstacles at its edge are seen.
+# The radius of the region over half the costmap's side: obstacles at its edge are seen.
 REGION_RATIO = 0.85
 # Squared distance at which the robot counts as on the plan, m^2.
 ON_PLAN_M2 = 0.05

@@ -1,4 +1,4 @@
-"""From what is asked for, in a shell or in Python, to a results folder and what is printed."""
+"""Runs a benchmark as a shell or Python asks for it: a results folder, and printed tables."""
 
 from __future__ import annotations
 
@@ -237,7 +237,7 @@ def run_from_command_line(arguments: argparse.Namespace, *, began_s: float) -> b
             "no --cluster"
         )
     if cluster is not None:
-        # That nobody answers is known before anything is written.
+        # A cluster that does not answer is noticed before anything is written.
         require_cluster(cluster)
     try:
         with only_run_in(folder.path):
@@ -386,7 +386,7 @@ def _tell_verdict(
 def _begin_compiling(
     campaign: Campaign, console: Console, jobs: int, *, is_beside: bool
 ) -> Compiling | None:
-    """Returns the tasks for kernels that nobody has needed before, None where there are none.
+    """Returns the tasks for the kernels that are not compiled yet, None where there are none.
 
     is_beside: it is done beside the driving; else here, since a cluster's workers drive at once.
     """

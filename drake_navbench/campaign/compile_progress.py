@@ -8,7 +8,7 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, ProgressColumn, Task, TextColumn, TimeElapsedColumn
 from rich.text import Text
 
-# Of numba's compiled kernels in the folder where they are kept.
+# The pattern of the files of numba's compiled kernels in their folder.
 KERNEL_FILES = "*/*.nbc"
 
 

@@ -26,7 +26,7 @@ PATIENCE_S = 10.0
 
 
 class _QuietServer(ThreadingHTTPServer):
-    """Breaks off without a word with whoever says no request, or leaves before the answer."""
+    """Ends a connection silently if it sends no request, or closes before the answer."""
 
     def handle_error(self, request: Any, client_address: Any) -> None:
         """Logs nothing: the terminal is for the trials."""

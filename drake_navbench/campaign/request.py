@@ -41,7 +41,7 @@ from drake_navbench.typed_files.typed_yaml import FrozenModel
 if TYPE_CHECKING:
     from drake_navbench.inputs.described_robot import DescribedRobot
 
-# Of each scenario and controller.
+# The most trials of a scenario and controller.
 MAX_TRIALS = 100_000
 MAX_SEED = 2**64 - 1
 MAX_GOALS = 1000

@@ -50,7 +50,7 @@ def print_rank_changes(console: Console, changes: Sequence[RankChange]) -> None:
         console.print(Text(sentence(own), style="bold"))
         table = Table(box=SIMPLE_HEAD, show_edge=False, pad_edge=False, padding=(0, 1, 0, 0))
         for heading in ("controller", "arrived", "", "rank", "", "change"):
-            # Of all columns the words of a change may take several lines.
+            # Only the column with the words of a change may take several lines.
             justify: JustifyMethod = "left" if heading == "controller" else "right"
             table.add_column(heading, justify=justify, no_wrap=heading != "change")
         for change in own:

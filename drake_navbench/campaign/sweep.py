@@ -19,7 +19,7 @@ from drake_navbench.inputs.scenario import Scenario
 from drake_navbench.plugins.names import flattened, nested
 from drake_navbench.typed_files.typed_yaml import parse_yaml, validate
 
-# Of all axes together; each is driven by every controller in every scenario.
+# The most points of a sweep; every controller drives each point in every scenario.
 MAX_POINTS = 10_000
 RANGE = re.compile(r"([^:,]+):([^:,]+)(?::([^:,]+)(:log)?)?")
 # Enough to tell values apart; more digits would make names too long to read.

@@ -208,7 +208,7 @@ class AckermannDrive(_Drive):
         speed_mps = self._forward_speed_mps
         acceleration_mps2 = self.max_linear_acceleration_mps2 or math.inf
         radius_m, wheelbase_m = self.min_turning_radius_m, self.wheelbase_m
-        # Of the curvature: its derivative by the steering angle is largest at full lock.
+        # The curvature's derivative by the steering angle is largest at full lock.
         per_angle = (1.0 + (wheelbase_m / radius_m) ** 2) / wheelbase_m
         curvature_rate = per_angle * (self.max_steering_rate_radps or math.inf)
         return MotionBounds(

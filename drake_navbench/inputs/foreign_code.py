@@ -19,7 +19,7 @@ from drake_navbench.navigation.progress_checkers import PROGRESS_CHECKERS
 from drake_navbench.navigation.smoother_settings import SMOOTHERS
 from drake_navbench.plugins.kinds import Origin, PluginKind, foreign_plugins
 
-# Of the plugins of a robot and a scenario.
+# The kinds of plugins that a robot and a scenario name.
 KINDS = (
     PLANNERS,
     SMOOTHERS,
@@ -32,7 +32,7 @@ KINDS = (
 # The groups that no parameter of a column names: the above, and metrics, which run after trials.
 NAMED_ELSEWHERE = {*(kind.group for kind in KINDS), "drake_navbench.metrics"}
 
-# Of a file's digest, which takes the place of a version.
+# The number of digits of a file's digest, which stands in place of a version.
 DIGEST_LENGTH = 12
 
 

@@ -73,7 +73,7 @@ class PackageFiles:
         return next(iter((*own, *found)), None)
 
     def lines(self, picked: Mapping[str, Path | None]) -> list[str]:
-        """Returns the list of what was found, what is taken marked, and how to take another."""
+        """Returns the list of files found, the chosen ones marked, and how to choose another."""
         told = []
         for kind in KINDS:
             found = self.files[kind]

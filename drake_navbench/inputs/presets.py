@@ -29,7 +29,7 @@ from drake_navbench.typed_files.typed_yaml import FrozenModel, parse_yaml, read_
 
 # The columns of the default benchmark; the others run when named.
 DEFAULT_PRESETS = ("dwb", "rpp", "teb", "teb_upstream", "mppi", "mppi_nav2")
-# Of a file that a controller reads or runs.
+# The largest file that a controller reads or runs.
 MAX_READ_BYTES = 2**30
 
 

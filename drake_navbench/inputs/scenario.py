@@ -48,7 +48,7 @@ SET_BY_LOADING = ("name", "directory")
 ON_FLOORS = ("world", "filters", "waypoints")
 # More would be no building, and no mission.
 MAX_FLOORS, MAX_LEGS = 100, 1000
-# Of a task that is given by a map, a start and a goal alone.
+# The timeout of a task that is given by a map, a start and a goal alone.
 TIMEOUT_ON_MAPS_S = 600.0
 
 

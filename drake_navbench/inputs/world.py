@@ -26,7 +26,7 @@ Point = tuple[Length, Length]
 
 # Fine enough that the polygon stays within 0.1% of the radius of the true circle.
 CIRCLE_QUADRANT_SEGMENTS = 24
-# Of the polygon about a pillar that people walk round.
+# The number of corners of the polygon about a pillar that people walk round.
 ROUND_CORNERS = 16
 
 

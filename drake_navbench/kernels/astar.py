@@ -36,7 +36,7 @@ NEIGHBOURS = 8
 FIRST_DIAGONAL = 4
 COLUMN_STEPS = np.array([-1, 1, 0, 0, -1, 1, -1, 1], dtype=np.int64)
 ROW_STEPS = np.array([0, 0, -1, 1, -1, -1, 1, 1], dtype=np.int64)
-# Of a set of directions the first, by its bits; of none, none.
+# The index of the lowest bit of each set of directions; of the empty set the largest number.
 LOWEST_BIT = np.array(
     [(k & -k).bit_length() - 1 for k in range(1 << NEIGHBOURS)], dtype=np.int64
 ).astype(np.uint64)

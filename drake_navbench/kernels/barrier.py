@@ -10,7 +10,7 @@ import math
 
 from numba import njit
 
-# Of the way to a bound, how much a step may take; likewise of a multiplier to zero.
+# The largest share of the way to a bound, or of a multiplier to zero, that a step takes.
 TO_BOUND_RATIO = 0.99
 
 

@@ -34,7 +34,7 @@ STRAIGHT_CROSS_M2 = 1e-4
 NEGLIGIBLE_CURVATURE = 1e-4
 
 RESIDUALS = 6
-# Of the three knots of a triple.
+# The number of coordinates of the three knots of a triple.
 COORDINATES = 6
 
 Array = NDArray[np.float64]

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from drake_navbench.kernels.grid import NO_INFORMATION, world_to_cell
 
 Value = TypeVar("Value", bound=np.generic)
-# Of a grid's length, in Nav2 up to Kilted (Costmap2D::getSizeInMetersX).
+# The cells by which Nav2 up to Kilted tells a grid's length too short (getSizeInMetersX).
 MISSING_CELLS = 0.5
 WHOLE_LINE = np.iinfo(np.int64).max
 

@@ -188,7 +188,7 @@ def _add_others(planes, count, index, people, traits, discs, robot, settings, pe
 
 @njit(cache=True)
 def _unit(x, y, else_x, else_y):
-    """Returns a vector's direction, that of another where it has none."""
+    """Returns a vector's direction, or that of another vector where its length is 0."""
     size = math.hypot(x, y)
     if size < ROUNDING * ROUNDING:
         x, y = else_x, else_y

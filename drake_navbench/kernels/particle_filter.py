@@ -22,7 +22,7 @@ Array = NDArray[np.float64]
 
 # Cells of the histogram that the number of particles and the clusters rest on.
 BIN_M, BIN_RAD = 0.5, math.radians(10.0)
-# Of a way shorter than this no direction is taken, m.
+# A way shorter than this has no direction, m.
 LEAST_WAY_M = 0.01
 # Bins are packed into one number, with these bits for the heading and for y.
 YAW_BITS, Y_BITS = 16, 24

@@ -17,7 +17,7 @@ from drake_navbench.kernels.grid import LETHAL, Grid, world_to_cell
 
 Array = NDArray[np.float64]
 
-# Of the cell that a reading points at, before the cone's update.
+# The cost of the cell that a reading points at, before the cone's update.
 TARGET_COST = 233
 # How much longer than the reading the triangle is in which cells are looked at.
 CONE_LENGTH_RATIO = 1.2
@@ -101,7 +101,7 @@ def _updated_cost(cost, seen):
     prior = cost / LETHAL
     occupied, free = seen * prior, (1.0 - seen) * (1.0 - prior)
     total = occupied + free
-    # Of a cell that is surely occupied and seen surely free neither is left; it counts as free.
+    # A cell that is surely occupied and is seen surely free has no probability; it counts as free.
     return 0 if total == 0.0 else int(occupied / total * LETHAL)
 
 

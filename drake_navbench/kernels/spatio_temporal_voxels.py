@@ -20,7 +20,7 @@ Keys = NDArray[np.int64]
 KEY_BITS = 21
 KEY_OFFSET = 1 << (KEY_BITS - 1)
 KEY_MASK = (1 << KEY_BITS) - 1
-# Of the original's enumerations.
+# The values of the original's enumerations.
 LINEAR, EXPONENTIAL = 0, 1
 DEPTH_CAMERA, LIDAR_3D = 0, 1
 # From this angle on a lidar looks all around, rad.

@@ -96,7 +96,7 @@ LATER_COLUMNS = frozenset({"compute_cpu_time_ms"})
 UNREPEATABLE_COLUMNS = ("compute_time_ms", "compute_cpu_time_ms")
 
 
-# Of a name or reason in the short form of a log.
+# The most characters of a name or reason in the short form of a log.
 MAX_SHOWN = 80
 # Uncompressed; a trial of an hour takes a tenth of it.
 MAX_LOG_BYTES = 1_000_000_000

@@ -26,7 +26,7 @@ from drake_navbench.typed_files.input_file import read_input
 from drake_navbench.typed_files.typed_yaml import MAX_FILE_BYTES, FrozenModel, validate
 
 MANIFEST_VERSION = 1
-# Of 255 bytes that a file system takes: a replay has two names in one, and a suffix.
+# A file system takes 255 bytes: a replay has two such names in its own, and a suffix.
 MAX_NAME_LENGTH = 100
 UNFINISHED = ".unfinished"
 

@@ -15,7 +15,7 @@ from pathlib import Path
 from drake_navbench.errors import InputError
 
 APT = "on Debian or Ubuntu: apt-get install"
-# Of a checkout's dependency: the header that shows that it is there, and where one has it from.
+# For each dependency of a checkout, the header that shows it is installed, and its package.
 SYSTEM_LIBRARIES: Mapping[str, tuple[str, str]] = {
     "eigen": ("Eigen/Core", f"{APT} libeigen3-dev"),
     "xtensor": ("xtensor/xtensor.hpp", f"{APT} libxtensor-dev"),

@@ -75,7 +75,7 @@ def options_of(package: Package) -> Options:
 def options_in(text: str) -> Options:
     """Returns the options in a CMakeLists.txt in order; a repeated one keeps its last place."""
     found: list[str] = []
-    # Of each condition that is open: whether its branch is one of another build.
+    # For each open condition, whether its branch belongs to another build.
     others: list[bool] = []
     for name, arguments in _commands(text):
         if name == "if":

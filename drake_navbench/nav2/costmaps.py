@@ -42,7 +42,7 @@ LAYERS: dict[str, tuple[str, type[FrozenModel]]] = {
     "BinaryFilter": ("binary_filter", BinaryFilterSettings),
 }
 PACKAGE = "nav2_costmap_2d::"
-# Of a map, where the file names no other.
+# The default byte for unknown cells of a map.
 UNKNOWN_BYTE = CostmapSettings.model_fields["unknown_cost_value"].default
 # The last part of the name of the map's topic, in any namespace.
 MAP = "map"
@@ -55,7 +55,7 @@ SENSING = {
 ONLY_AS_FILTERS = ("speed_filter", "binary_filter")
 # Third-party layers that see what an obstacle layer sees.
 SENSING_ELSEWHERE = re.compile("voxel|obstacle|pointcloud|nvblox|stvl", re.IGNORECASE)
-# Of sonars and infrared sensors: where the robot has none, nothing stands in.
+# The layer of sonars and infrared sensors: where the robot has none, nothing stands in.
 RANGE_LAYER = "nav2_costmap_2d::RangeSensorLayer"
 # The layers that Nav2's costmaps load if the file lists no plugins.
 DEFAULT_LAYERS = {
@@ -158,7 +158,7 @@ class _CostmapReader:
         reader = self._reader
         self._settings = reader.block(model, names=MAP_FIELDS)
         if self._release < Release.LYRICAL:
-            # Of a byte that stands for both, unknown comes first: none stands for inscribed.
+            # Unknown comes before inscribed: with one byte for both, no byte means inscribed.
             unknown = self._settings.get("unknown_cost_value", UNKNOWN_BYTE)
             self._settings["inscribed_obstacle_cost_value"] = unknown
         if self._release is not NEWEST_RELEASE:

@@ -124,7 +124,7 @@ def release_of(sections: Iterable[Section], given: str | None) -> Found:
     newest = max(plugins, key=_release, default=None)
     if newest is not None and newest.release is LAST_OF_OLD_NAMES:
         return _humble_or_iron(marks)
-    # Of equals the first one in the file.
+    # `max` takes the first of equals, in the order of the file.
     needed = [*since, *(() if newest is None else (newest,))]
     if needed:
         return max(needed, key=_release)

@@ -72,7 +72,7 @@ GLOBAL_COSTMAP = "global_costmap/global_costmap"
 PLANNER_SERVER = "planner_server"
 SMOOTHER_SERVER = "smoother_server"
 BT_NAVIGATOR = "bt_navigator"
-# Of a behaviour tree: what asks that server.
+# The node of a behaviour tree that asks the smoother server.
 SMOOTHING_NODE = "SmoothPath"
 # By name of the node.
 SERVERS: dict[str, Callable[[NodeReader], dict[str, Any]]] = {
@@ -89,7 +89,7 @@ READ = (
     BT_NAVIGATOR,
     *SERVERS,
 )
-# Of controllers: the slowest that they drive ahead.
+# The controllers' parameters for the least speed ahead.
 LEAST_SPEEDS = ("min_vel_x", "vx_min")
 # Servers that a robot has only if its file has them.
 OPTIONAL = ("velocity_smoother", "collision_monitor")

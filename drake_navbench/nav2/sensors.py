@@ -23,7 +23,7 @@ LIDAR_NAMES = re.compile(
     "lidar|laser|velodyne|vlp|livox|ouster|hesai|robosense|rslidar|mid360|pandar|scan", re.I
 )
 CAMERA_NAMES = re.compile("camera|depth|realsense|oak|zed|kinect|d4[0-9]{2}|rgbd", re.I)
-# Of such a lidar: angle up and down rad, columns, rows, height m, reach m.
+# The field of view of such a lidar, rad, its columns and rows, height m and reach m.
 LIDAR_SIGHT: Mapping[str, Any] = {
     "horizontal_fov_rad": 2.0 * math.pi,
     "vertical_fov_rad": 0.52,

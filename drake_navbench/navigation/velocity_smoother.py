@@ -17,7 +17,7 @@ from drake_navbench.typed_files.typed_yaml import FrozenModel
 Array = NDArray[np.float64]
 PerAxis = tuple[Number, Number, Number]
 
-# Of Nav2's (x, y, yaw), in the order v, w, vy of commands.
+# The indices in Nav2's (x, y, yaw) of a command's v, w, vy.
 COMMAND_AXES = [0, 2, 1]
 
 

@@ -28,7 +28,7 @@ from drake_navbench.errors import (
 )
 
 OUR_PACKAGE = "drake_navbench"
-# Of all groups of entry points that are looked at.
+# The prefix of all groups of entry points that we read.
 GROUP_PREFIX = f"{OUR_PACKAGE}."
 OUR_DISTRIBUTION = "drake-navbench"
 

@@ -30,7 +30,7 @@ from drake_navbench.processes.worker_process import BEGUN, Raised, Returned, ser
 MAX_FAILED_STARTS = 3
 # A first start compiles the kernels, which takes a minute.
 START_LIMIT_S = 600.0
-# Of the signals that end a process those that come from outside, as from the system when memory or
+# The signals that end a process from outside, as from the system when memory or
 # its patience runs out, or from somebody's kill; the others a process brings upon itself.
 OUTSIDE_SIGNALS = frozenset(
     {

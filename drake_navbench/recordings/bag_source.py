@@ -204,7 +204,7 @@ def _messages(
 
 @contextmanager
 def _errors_as_lines(path: Path) -> Iterator[None]:
-    """Turns whatever a damaged recording makes the library raise into an InputError."""
+    """Turns every error that the library raises for a damaged recording into an InputError."""
     from rosbags.serde import SerdeError
     from rosbags.typesys import TypesysError
 
@@ -216,6 +216,6 @@ def _errors_as_lines(path: Path) -> Iterator[None]:
         reason = as_line(str(error))
         raise InputError(f"{path}: message definition not understood: {reason}") from error
     except Exception as error:
-        # Of damaged bytes the library, and those below it, raise what they come upon.
+        # The library, and those below it, raise errors of many types for damaged bytes.
         reason = as_line(str(error)) or type(error).__name__
         raise InputError(f"{path}: not a readable recording: {reason}") from error

@@ -28,7 +28,7 @@ from drake_navbench.recordings.drive_data import DriveData
 Array = NDArray[np.float64]
 
 STEP_S = 0.005
-# Of a longer recording, the first minutes.
+# The longest drive that is fitted: of a longer recording its first minutes.
 LONGEST_S = 300.0
 SHORTEST_S = 5.0
 # Ranges searched: lag s, dead time s, then for each axis acceleration and deadband. Accelerations

@@ -37,7 +37,7 @@ NO_ROBOT = "does not contain the robot's outline and limits; name its file with 
 
 
 class NoTasks(InputError):
-    """A recording tells of no goals, and nobody said where to cut it."""
+    """A recording has no goals, and no times at which to cut it were given."""
 
 
 @dataclass(frozen=True)

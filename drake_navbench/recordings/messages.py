@@ -22,7 +22,7 @@ Pose = Sequence[float] | Array
 NANOSECONDS_PER_SECOND = 1_000_000_000
 LINE_STRIP, LINE_LIST = 4, 5
 COVARIANCE_SIZE = 36
-# Of sensor_msgs/PointField.
+# The value of FLOAT32 in sensor_msgs/PointField.
 POINT_FIELD_FLOAT32 = 7
 # Indices of the variances of x, y and yaw in a covariance of x, y, z, roll, pitch, yaw.
 X_X, Y_Y, YAW_YAW = 0, 7, 35

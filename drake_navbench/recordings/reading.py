@@ -23,7 +23,7 @@ from drake_navbench.recordings.rosbags_extra import require_rosbags
 
 NANOSECONDS = 1e9
 LEAST_MEMORY_BYTES: Final = 1_000_000_000
-# Of a long recording: decoded transforms take some 30 times what they take packed on the disk.
+# Decoded transforms take some 30 times the memory that they take packed on the disk.
 MEMORY_PER_BYTE: Final = 30
 LEAST_TIME_S: Final = 60.0
 TIME_PER_BYTE_S: Final = 10e-6

@@ -59,7 +59,7 @@ class Clock:
 
     def received(self, receive_ns: Stamps) -> Array:
         """Returns the time at which messages without a stamp were received."""
-        # Of differences: a float does not hold the nanoseconds since 1970.
+        # We interpolate differences, as a float does not hold the nanoseconds since 1970.
         start_ns = self.receive_ns[0]
         known = (self.receive_ns - start_ns).astype(float)
         ahead_ns = (self.ahead_ns - self.ahead_ns[0]).astype(float)

@@ -30,11 +30,11 @@ Array = NDArray[np.float64]
 POSE_COLUMNS = ("x_m", "y_m", "yaw_rad")
 TWIST_COLUMNS = ("v_mps", "w_radps", "vy_mps")
 ESTIMATE_COLUMNS = ("estimated_x_m", "estimated_y_m", "estimated_yaw_rad")
-# Of the sun's angle and the like a scanner leans a little; more is no planar scan.
+# The least z of a scanner's upward axis: one that leans more sees no planar scan.
 LEAST_UPRIGHT = 0.9
 # A costmap that is turned less in the world than this lies along its axes.
 TURN_TOLERANCE_RAD = 1e-6
-# Of local costmaps kept of one task, uncompressed; of more, every second one, and so on.
+# The most bytes of a task's local costmaps, uncompressed; of more every second one is kept.
 MAX_COSTMAP_BYTES = 40_000_000
 # A goal may come a little before it is known to be worked on, or after.
 GOAL_LEAD_S = 1.0

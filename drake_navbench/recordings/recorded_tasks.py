@@ -14,7 +14,7 @@ from drake_navbench.recordings.recorded_columns import Column
 
 Array = NDArray[np.float64]
 
-# Of a goal (action_msgs/GoalStatus).
+# The states of a goal in action_msgs/GoalStatus.
 ACCEPTED, EXECUTING, CANCELING, SUCCEEDED, CANCELED, ABORTED = 1, 2, 3, 4, 5, 6
 ENDINGS = {
     SUCCEEDED: (Outcome.SUCCEEDED, "goal reached, as the navigation said"),

@@ -20,7 +20,7 @@ from drake_navbench.systems.mobile_base import (
 )
 
 OWN_STATE_SIZE = 5
-# Of a command slower than this the curvature w / v loses its meaning; the wheels go straight, as
+# Below this speed the curvature w / v loses its meaning; the wheels go straight, as
 # the usual converters from twists to steering angles have it for a command of v = 0.
 STANDSTILL_MPS = 1e-3
 

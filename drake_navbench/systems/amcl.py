@@ -39,7 +39,7 @@ from drake_navbench.typed_files.immutable import Immutable
 Array = NDArray[np.float64]
 
 PERIOD_S = 0.05
-# Of an occupancy grid.
+# The value of a free cell of an occupancy grid.
 FREE = 0
 # Where the numbers of the draws on further floors begin; no trial has as many updates.
 FIRST_OF_FLOORS = 2**31

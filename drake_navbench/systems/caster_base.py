@@ -34,7 +34,7 @@ from drake_navbench.systems.ports import COMMAND_SIZE, STATE_SIZE
 
 Vector = NDArray[np.float64]
 
-# Of an inner step times the fastest rate of the equations: far below 2, where the midpoint rule
+# The largest product of inner step and fastest rate: far below 2, where the midpoint rule
 # becomes unstable.
 MAX_STEP_BY_RATE = 0.25
 

@@ -8,7 +8,7 @@ from drake_navbench.errors import InputError
 from drake_navbench.inputs.timeline import Timeline
 from drake_navbench.inputs.timing import TimingSettings
 
-# Of each cycle: wall-clock and processor time, ms.
+# The wall-clock and the processor time of each cycle, ms.
 ComputeTimes = Sequence[tuple[float, float]]
 # A control period has this many ticks. After a cycle that missed its period the next one begins at
 # the next tick; in Nav2 at once.

@@ -17,11 +17,11 @@ from drake_navbench.logs.log import as_json
 from drake_navbench.systems.diagnostics import is_array, without_arrays
 from drake_navbench.systems.ports import COMMAND_SIZE
 
-# Of the arrays that a log can hold: flags, whole numbers, numbers, text.
+# The kinds of arrays that a log can hold: flags, whole numbers, numbers, text.
 LOGGABLE_KINDS = "biufU"
 # The kinds of numbers of a velocity: no complex numbers, flags or text, though numpy would convert.
 REAL_KINDS = "iuf"
-# Of numbers, text and flags of one cycle as JSON, in characters.
+# The most characters of one cycle's numbers, text and flags as JSON.
 MAX_NOTE_LENGTH = 100_000
 # What most cycles leave, of which the length is known without writing it: at most so many
 # characters of JSON a value and a letter.

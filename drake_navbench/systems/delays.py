@@ -17,7 +17,7 @@ from drake_navbench.systems.lifetime import weakly_bound
 from drake_navbench.systems.mailbox import Mailbox
 from drake_navbench.systems.ports import COMMAND_SIZE, STATE_SIZE
 
-# Of the odometry's messages: every control cycle of 20 Hz falls on one.
+# The period of the odometry's messages: every control cycle of 20 Hz falls on one.
 ODOMETRY_MESSAGE_PERIOD_S = 0.025
 
 
@@ -108,7 +108,7 @@ class CommandLink(LeafSystem):
         longest_s = max(
             settings.command_latency_s + settings.command_jitter_s for settings in timing.settings
         )
-        # Of those on their way and the last one that arrived, the newest first: due s, command. Its
+        # Rows (due s, command): commands on their way and the last that arrived, newest first. The
         # state is discrete, for unlike an abstract one that may take what this instant commands.
         none = np.zeros((math.ceil(longest_s / period_s) + 2, 1 + COMMAND_SIZE))
         none[:, 0] = -math.inf

@@ -182,7 +182,7 @@ class _BaseState(LeafSystem):
 
     def __init__(self, size: int, position: int, velocity: int, frame_id: FrameId) -> None:
         super().__init__()
-        # Of the joint roll, pitch, yaw, x, y, z, and the rates of turning and of moving in x, y, z.
+        # Indices of x, y, yaw in the joint's (roll, pitch, yaw, x, y, z), and of their rates.
         self._parts = [position + part for part in (3, 4, 2)]
         self._parts += [velocity + part for part in (3, 4, 2)]
         self._frame_id = frame_id

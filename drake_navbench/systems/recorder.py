@@ -35,7 +35,7 @@ from drake_navbench.systems.ports import (
 # How often the people's places are kept, and how much of that the clock may lack.
 PEOPLE_PERIOD_S, ROUNDING_S = 0.1, 1e-6
 _VELOCITY = ("v_mps", "w_radps", "vy_mps")
-# Of a sample, for every robot; those that only some robots have stand between the others.
+# The columns of a sample that every robot has; those of some robots stand between them.
 RECORDED_COLUMNS = (
     *("time_s", "x_m", "y_m", "yaw_rad", *_VELOCITY),
     *("estimated_x_m", "estimated_y_m", "estimated_yaw_rad"),

@@ -171,7 +171,7 @@ def _add_contact(
     # Balls are wider than wheels: where these pass each other, those would touch.
     within = CollisionFilterDeclaration().ExcludeWithin(balls)
     scene_graph.collision_filter_manager().Apply(within)
-    # Of a half space Drake warns that nothing soft can lie on it.
+    # A box, as Drake warns that nothing soft can lie on a half space.
     top_m = RigidTransform([0.0, 0.0, -0.5 * FLOOR_THICKNESS_M])
     floor_box = Box(FLOOR_SIZE_M, FLOOR_SIZE_M, FLOOR_THICKNESS_M)
     plant.RegisterCollisionGeometry(plant.world_body(), top_m, floor_box, "floor", properties)

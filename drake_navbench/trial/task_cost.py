@@ -95,7 +95,7 @@ def _needs(scenario: Scenario, robot: Robot) -> Iterator[Need]:
         yield Need(
             f"the global costmap of {columns} x {rows} cells",
             BYTES_PER_CELL * rows * columns,
-            # Of a mission's floors each is planned on for its part of the time.
+            # On each floor of a mission plans are made for its share of the time.
             PLAN_S_PER_CELL * rows * columns * plans / len(places),
         )
     finest = min((place.map.resolution for place in places if place.map is not None), default=None)

@@ -15,5 +15,5 @@ FLOOR_OFFSET_S = NAVIGATOR_OFFSET_S - 0.0037
 SMOOTHER_OFFSET_S = CONTROLLER_OFFSET_S + 0.005
 MONITOR_OFFSET_S = CONTROLLER_OFFSET_S + 0.01
 
-# Of the integrator; events cut steps shorter.
+# The longest step of the integrator; events cut steps shorter.
 MAX_STEP_S = 0.02

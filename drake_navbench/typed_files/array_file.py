@@ -31,7 +31,7 @@ def array_of(content: bytes) -> NDArray[Any]:
         version = np.lib.format.read_magic(file)
         shape, is_fortran, dtype = HEADERS[version](file)
     except Exception as error:
-        # Of a header that is no header NumPy, and Python's parser below it, raise much.
+        # NumPy, and Python's parser below it, raise errors of many types for a broken header.
         raise NoArray("not a NumPy array") from error
     if not np.issubdtype(dtype, np.number):
         raise NoArray(f"an array of {dtype}, expected numbers")

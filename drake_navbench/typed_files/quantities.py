@@ -45,7 +45,7 @@ class Within:
 
 # Positions, extents, ranges.
 MAX_LENGTH_M = 1e4
-# Of bodies; below it contact is no longer told from a gap.
+# The least size of a body; below it contact cannot be told from a gap.
 MIN_SIZE_M = 1e-4
 
 Length = Annotated[float, Within(-MAX_LENGTH_M, MAX_LENGTH_M)]
@@ -68,7 +68,7 @@ AngularAcceleration = Annotated[float, Within(-1e3, 1e3)]
 Mass = Annotated[float, Within(0.0, 1e6)]
 # Weights, costs, shares, factors.
 Number = Annotated[float, Within(-1e12, 1e12)]
-# Of samples, steps, cells, attempts; where a negative one means any, that is one. To the ends of
-# an int of C++, of which the last often stands for any.
+# The bounds of numbers of samples, steps, cells, attempts; a negative one may mean any: those of
+# an int in C++, whose largest value often means any, too.
 MIN_COUNT, MAX_COUNT = -(2**31), 2**31 - 1
 Count = Annotated[int, Within(MIN_COUNT, MAX_COUNT)]

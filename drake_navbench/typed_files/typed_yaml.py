@@ -26,7 +26,7 @@ from drake_navbench.typed_files.yaml_loader import line_of, load_yaml
 Model = TypeVar("Model", bound=BaseModel)
 
 MAX_FILE_BYTES = 16 * MEGABYTE
-# Of the faults of one file; who made more has other things to look at first.
+# The most faults of one file that are shown.
 MAX_FAULTS_SHOWN = 20
 # The types of the fault that a model does not have a field: pydantic's, and ours for a model that
 # finds it out by itself.

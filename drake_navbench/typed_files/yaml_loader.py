@@ -82,7 +82,7 @@ def require_limits(text: str) -> None:
     Looks at the events of the parser alone, before any value is made.
     """
     count = 0
-    # Of the collections that are open: their anchor, and the count before them.
+    # The open collections: their anchors, and the counts of values before them.
     open_anchors: list[tuple[str | None, int]] = []
     sizes: dict[str | None, int] = {}
     for event in yaml.parse(text, Loader=_FastestLoader):

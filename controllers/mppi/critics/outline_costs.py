@@ -29,7 +29,7 @@ PLACES = 1 << _PLACE_BITS
 # Above it a search for a place takes longer than it saves; later outlines are not remembered.
 MOST_REMEMBERED = PLACES * 3 // 4
 NOTHING = -1
-# Of the rounded sine and cosine, with a margin; the coordinates are float64.
+# The bound of the error of the rounded sine and cosine; the coordinates are float64.
 _TRIGONOMETRIC_ERROR = 1e-6
 # The bound of the other rounding differences to float64, in cells.
 _ROUNDING = 1e-8

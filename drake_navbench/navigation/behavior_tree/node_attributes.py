@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from drake_navbench.navigation.behavior_tree.board import PATH
 from drake_navbench.navigation.behavior_tree.description import NodeDescription
 
-# Of any node: which plugin, server or variable; how long to wait for an answer.
+# The attributes that say which plugin, server or variable a node uses, and how long it waits.
 WITHOUT_EFFECT = frozenset(
     {
         "controller_id",

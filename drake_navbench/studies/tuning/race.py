@@ -21,7 +21,7 @@ from scipy import special
 
 Array = NDArray[np.float64]
 
-# Of dropping a configuration that no rival is better than, in its whole race.
+# The probability that a race drops a configuration that no rival beats.
 ERROR = 0.05
 # Fewer pairs than seven drop nobody, even where all are lost to everybody.
 LOOK_EVERY = 8
