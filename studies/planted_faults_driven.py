@@ -159,7 +159,7 @@ def _worse(found: Visit, patient: Patient, driver: Driver) -> list[str]:
 
 
 def _more(old: list[Row], new: list[Row], symptom: Symptom) -> int:
-    """Returns how many more trials show a symptom; trials that ended by a touch are left out."""
+    """Returns the further trials that show a symptom, without those that ended by a touch."""
     is_touch = symptom is Symptom.COLLISION
     pairs = [
         (a, b) for a, b in zip(old, new, strict=True) if is_touch or not shows(a, Symptom.COLLISION)

@@ -407,7 +407,7 @@ def severities(log: TrialLog) -> dict[str, float]:
 
 @cache
 def detectors_digest() -> str:
-    """Returns what tells rows of these detectors from those of other versions of the program."""
+    """Returns a digest of the detectors, by which rows of other versions are told apart."""
     sources = [Path(__file__), Path(__file__).with_name("drives.py")]
     return hashlib.sha256(b"".join(path.read_bytes() for path in sources)).hexdigest()[:12]
 

@@ -1,4 +1,4 @@
-"""What a file has otherwise than Nav2: candidates for the experiment where the knowledge has none.
+"""Differences of a file from Nav2: candidates for the experiment where the knowledge has none.
 
 The suspects know the frequent causes of a symptom. Any other value may be one, too, and a trial
 tells at once if it does nothing; so every value that is not the usual one is tried, after what is

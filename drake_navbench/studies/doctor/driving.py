@@ -54,7 +54,7 @@ class Driver:
         return self._driving_s / self.driven if self.driven else 2.0
 
     def told_time(self, trials: int) -> str:
-        """Returns how long trials take, and what is left of the budget: 'about 40 s of 4:10'."""
+        """Returns the expected time of trials and the rest of the budget, in words."""
         left_s = max(round(self.left_s), 0)
         expected_s = max(round(trials * self.trial_s), 1)
         return f"about {expected_s} s; left {left_s // 60}:{left_s % 60:02d} of the budget"

@@ -122,7 +122,7 @@ def score_case(case: Case, folder: Path | None) -> Scored:
 
 
 def _why_not_first(rank: int | None, found: Sequence[Suspicion], case: Case, facts: Facts) -> str:
-    """Returns what keeps a cure from the first rank; '' where it has it."""
+    """Returns the reason why no cure has the first rank; '' where one has it."""
     if rank == 1:
         return ""
     if rank is not None:
