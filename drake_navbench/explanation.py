@@ -43,6 +43,19 @@ class Explanation(NamedTuple):
         return ours.tobytes() == theirs.tobytes()
 
 
+class ControlCycle(NamedTuple):
+    """One call of the controller, and its outcome.
+
+    observation, memory: as it got them. command: (3,) as published, v m/s, w rad/s, vy m/s; None
+    where the controller raised a ControllerError, which `failure` tells.
+    """
+
+    observation: Observation
+    memory: Any
+    command: Array | None
+    failure: str = ""
+
+
 class SpeedRule(NamedTuple):
     """A rule that bounds the speed of a cycle.
 

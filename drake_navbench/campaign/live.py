@@ -37,7 +37,7 @@ CHANGED_FOLDER = "changed_live"
 
 
 class LiveOptions(NamedTuple):
-    """How trials are watched.
+    """The pace, the patience and the port of watched trials.
 
     rate: times real time; 0 as fast as possible. wait_s: for a browser, None not at all. port: of
     the page, 0 for a free one.
@@ -49,7 +49,7 @@ class LiveOptions(NamedTuple):
 
 
 class Kept(NamedTuple):
-    """Where the logs go: a results folder, as one of the request that was asked for."""
+    """The results folder of the logs, and the request that was asked for."""
 
     folder: ResultsFolder
     request: Request | None

@@ -16,8 +16,8 @@ from pydrake.geometry import Meshcat
 from drake_navbench.campaign.live_parameters import Change, Slider, sliders_of, with_values
 from drake_navbench.controller import Controller, ControllerError
 from drake_navbench.errors import InputError
+from drake_navbench.explanation import ControlCycle
 from drake_navbench.logs.moment import Moment
-from drake_navbench.systems.controller_server import ControlCycle
 from drake_navbench.trial.column_controller import built_controller
 from drake_navbench.trial.diagram import Looks
 from drake_navbench.trial.spec import TrialSpec
@@ -37,7 +37,7 @@ class Restart(Exception):
 
 
 class Patience(NamedTuple):
-    """How long a trial waits for a browser, s, and the page's address, for the message."""
+    """The limit of a wait for a browser, s, and the page's address, for the message."""
 
     limit_s: float
     address: str

@@ -23,6 +23,7 @@ from drake_navbench.controller import (
     SpeedLimit,
 )
 from drake_navbench.errors import as_line, one_line
+from drake_navbench.explanation import ControlCycle
 from drake_navbench.inputs.navigation_settings import PATIENT_FOR_EVER, ControllerServerSettings
 from drake_navbench.inputs.timeline import SLACK_S, Timeline
 from drake_navbench.inputs.timing import TimingSettings
@@ -97,19 +98,6 @@ class ServerState(NamedTuple):
         return self
 
 
-class ControlCycle(NamedTuple):
-    """One call of the controller, and its outcome.
-
-    observation, memory: as it got them. command: (3,) as published, v m/s, w rad/s, vy m/s; None
-    where the controller raised a ControllerError, which `failure` tells.
-    """
-
-    observation: Observation
-    memory: Any
-    command: NDArray[np.float64] | None
-    failure: str = ""
-
-
 class ControllerServer(LeafSystem):
     """Nav2's controller server around one controller, as one unrestricted update a control period.
 
@@ -134,9 +122,6 @@ class ControllerServer(LeafSystem):
 
     clock: tells how long a cycle takes; without, cycles take no time.
     moves_sideways: whether the base follows vy; for another one a command may not have any.
-    hear: is called with every cycle; it changes nothing. takes_over: is asked before every cycle,
-    at its time, s, for a controller of the same kind with other parameters, which drives from then
-    on with the memory of the one before; None for none.
     """
 
     def __init__(
@@ -150,11 +135,10 @@ class ControllerServer(LeafSystem):
         offset_s: float,
         moves_sideways: bool = False,
         clock: ComputeClock | None = None,
-        hear: Callable[[ControlCycle], None] | None = None,
-        takes_over: Callable[[float], Controller | None] | None = None,
     ) -> None:
         super().__init__()
-        self._hear, self._takes_over = hear, takes_over
+        self._hear: Callable[[ControlCycle], None] | None = None
+        self._takes_over: Callable[[float], Controller | None] | None = None
         self._clock = clock or ComputeClock(Timeline.constant(TimingSettings()), None)
         self._takes_time = self._clock.is_needed
         self._controller = controller
@@ -187,6 +171,19 @@ class ControllerServer(LeafSystem):
             offset_s,
             weakly_bound(self._on_tick),
         )
+
+    def listen(
+        self,
+        hear: Callable[[ControlCycle], None] | None,
+        takes_over: Callable[[float], Controller | None] | None,
+    ) -> None:
+        """Sets the listeners of control cycles.
+
+        hear: is called with every cycle; it changes nothing. takes_over: is asked before every
+        cycle, at its time, s, for a controller of the same kind with other parameters, which drives
+        from then on with the memory of the one before; None for none.
+        """
+        self._hear, self._takes_over = hear, takes_over
 
     def _calc_command(self, context: Context, output: BasicVector) -> None:
         server: ServerState = context.get_abstract_state(self._state).get_value()

@@ -17,6 +17,7 @@ from pydrake.systems.framework import Context, Diagram, DiagramBuilder, OutputPo
 from drake_navbench.controller import Controller
 from drake_navbench.costmaps.filter_masks import FilterMask
 from drake_navbench.costmaps.map_file import OccupancyMap
+from drake_navbench.explanation import ControlCycle
 from drake_navbench.inputs.faults import Conditions, conditions_of
 from drake_navbench.inputs.robot import Robot
 from drake_navbench.inputs.world import World
@@ -28,7 +29,7 @@ from drake_navbench.systems.actuators import SlippingWheels
 from drake_navbench.systems.binary_filter import BinaryFilter
 from drake_navbench.systems.clearance import Clearance
 from drake_navbench.systems.compute_clock import ComputeClock, ComputeTimes
-from drake_navbench.systems.controller_server import ControlCycle, ControllerServer
+from drake_navbench.systems.controller_server import ControllerServer
 from drake_navbench.systems.delays import CommandLink
 from drake_navbench.systems.floor_transport import FloorTransport
 from drake_navbench.systems.lidar import Lidar
@@ -345,10 +346,9 @@ def _add_controller_server(
             offset_s=CONTROLLER_OFFSET_S,
             moves_sideways=robot.drive.lateral_speed_mps > 0.0,
             clock=clock,
-            hear=looks.hear,
-            takes_over=looks.takes_over,
         ),
     )
+    server.listen(looks.hear, looks.takes_over)
     connect_inputs(builder, server, odometry_estimate=signals.odometry_estimate, costmap=costmap)
     connect_frame(builder, signals, server)
     return server

@@ -15,12 +15,11 @@ from numpy.typing import NDArray
 
 from drake_navbench.controller import Controller
 from drake_navbench.errors import InputError, NavbenchError, is_machine_fault, one_line
-from drake_navbench.explanation import ExplainingController, Explanation
+from drake_navbench.explanation import ControlCycle, ExplainingController, Explanation
 from drake_navbench.logs.log import LIVE_CHANGES, UNREPEATABLE_COLUMNS, Outcome, TrialLog
 from drake_navbench.processes.worker_process import Returned
 from drake_navbench.processes.workers import Task, run_tasks, start_server
 from drake_navbench.systems.compute_clock import ComputeClock
-from drake_navbench.systems.controller_server import ControlCycle
 from drake_navbench.trial.column_controller import built_controller
 from drake_navbench.trial.diagram import Looks
 from drake_navbench.trial.recording_wiring import RECORDER_PERIOD_S
