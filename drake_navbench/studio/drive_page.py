@@ -11,8 +11,8 @@ from bokeh.models import Button, Column, Row, Select, TextInput
 from markupsafe import Markup
 
 from drake_navbench.errors import NavbenchError
+from drake_navbench.inputs.floor_scenario import SCENARIO_FILES
 from drake_navbench.inputs.presets import preset_files
-from drake_navbench.inputs.scenario import SCENARIO_FILES
 from drake_navbench.studio.desk import Desk
 from drake_navbench.studio.messages import Asked, Driven
 from drake_navbench.studio.open_scenario import files_of

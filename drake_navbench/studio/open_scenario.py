@@ -8,7 +8,8 @@ from pathlib import Path
 from typing import Any
 
 from drake_navbench.errors import InputError
-from drake_navbench.inputs.scenario import SCENARIO_FILES, Scenario
+from drake_navbench.inputs.floor_scenario import SCENARIO_FILES
+from drake_navbench.inputs.scenario import Scenario
 from drake_navbench.studio.drawing import EMPTY_FLOOR, Drawing, Place
 from drake_navbench.studio.open_folder import OpenFolder
 from drake_navbench.studio.yaml_text import updated_text

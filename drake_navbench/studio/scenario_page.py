@@ -24,7 +24,7 @@ from bokeh.models import (
 from markupsafe import Markup
 
 from drake_navbench.errors import NavbenchError
-from drake_navbench.inputs.scenario import SCENARIO_FILES
+from drake_navbench.inputs.floor_scenario import SCENARIO_FILES
 from drake_navbench.kernels.poses import place_outline
 from drake_navbench.studio import drawing, style
 from drake_navbench.studio.desk import Desk
