@@ -39,9 +39,11 @@ def as_grid(markdown: str) -> str:
 
 def with_replays(markdown: str, names: set[str]) -> str:
     """Returns the gallery's page with the replay of each named section below its picture."""
+    # The link as HTML: mkdocs knows no page of that name.
     frame = (
         '\n\n<iframe class="replay" src="replays/{0}.html" loading="lazy" '
-        'title="Replay of {0}"></iframe>\n\n[The replay alone](replays/{0}.html){{target=_blank}}'
+        'title="Replay of {0}"></iframe>\n\n'
+        '<p><a href="replays/{0}.html" target="_blank">The replay alone</a></p>'
     )
     for name in sorted(names):
         picture = f"![{name}](images/gallery/{name}.svg)"
