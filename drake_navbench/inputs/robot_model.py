@@ -62,6 +62,9 @@ def described_fields(found: DescribedRobot) -> dict[str, Any]:
     if is_plain and is_on_floor and found.base == base_of(source.model):
         return {**found.fields, "model": str(source.path)}
     try:
-        return {**found.fields, "model": str(write_drawing(source.model, found.base, found.floor_m))}
+        return {
+            **found.fields,
+            "model": str(write_drawing(source.model, found.base, found.floor_m)),
+        }
     except OSError:
         return dict(found.fields)
