@@ -24,13 +24,13 @@ SIZES = {
 }
 
 
-def write_drawing(model: Model, base: str) -> Path:
+def write_drawing(model: Model, base: str, floor_m: float) -> Path:
     """Writes the drawing into the user's cache, by its content; returns the file.
 
-    base: the link that is the base frame, called base_link there. Raises OSError where the cache
-    cannot be written.
+    base: the link that is the base frame; base_link is that frame on the floor there. floor_m:
+    height of the floor in it. Raises OSError where the cache cannot be written.
     """
-    text = drawing_of(model, base)
+    text = drawing_of(model, base, floor_m)
     folder = user_cache_folder() / FOLDER
     folder.mkdir(parents=True, exist_ok=True)
     file = folder / f"{sha256(text.encode()).hexdigest()[:24]}.sdf"
@@ -46,28 +46,22 @@ def is_drawing(path: Path) -> bool:
     return path.absolute().parent == (user_cache_folder() / FOLDER).absolute()
 
 
-def drawing_of(model: Model, base: str) -> str:
+def drawing_of(model: Model, base: str, floor_m: float) -> str:
     """Returns the text of the drawing."""
     root = ElementTree.Element("sdf", version="1.8")
     drawn = ElementTree.SubElement(root, "model", name="robot")
+    ElementTree.SubElement(drawn, "link", name=BASE)
     to_base = to_base_of(model, base)
+    to_base[2, 3] -= floor_m
     rolling = {joint.child: joint for joint in model.joints if rolls(joint)}
-    names = _names(model, base)
+    names = {name: f"link_{index}" for index, name in enumerate(model.links)}
     for name, link in model.links.items():
         element = ElementTree.SubElement(drawn, "link", name=names[name])
         ElementTree.SubElement(element, "pose").text = _pose_text(to_base @ link.pose)
         for visual in _visuals(link, is_tinted=name == base):
             element.append(visual)
-        if name != base:
-            drawn.append(_joint(names, name, rolling, to_base))
+        drawn.append(_joint(names, name, rolling, to_base))
     return ElementTree.tostring(root, encoding="unicode")
-
-
-def _names(model: Model, base: str) -> dict[str, str]:
-    """Returns a name for each link that no other has; that of the base is base_link."""
-    return {
-        name: BASE if name == base else f"link_{index}" for index, name in enumerate(model.links)
-    }
 
 
 def _joint(

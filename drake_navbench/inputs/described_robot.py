@@ -55,14 +55,16 @@ DEFAULTS = "not told; the default"
 class DescribedRobot:
     """A robot's model, read: fields of a robot file; rows of a table, as of `--check`.
 
-    base: the link that is the base frame. height_m: of its highest point over the floor. source:
-    the model itself. tells_outline: whether its shapes do.
+    base: the link that is the base frame. height_m: of its highest point over the floor. floor_m:
+    height of the floor in the base frame. source: the model itself. tells_outline: whether its
+    shapes do.
     """
 
     fields: Mapping[str, Any]
     check: Check
     base: str
     height_m: float
+    floor_m: float
     source: Source
     tells_outline: bool = True
 
@@ -116,7 +118,7 @@ def _described(
         table.add(Status.STAND_IN, "shapes", remark)
     height_m = max(body.high_m - floor_m, 0.05)
     check, tells_outline = Check(tuple(table.rows)), body.outline is not None
-    return DescribedRobot(fields, check, base, height_m, source, tells_outline)
+    return DescribedRobot(fields, check, base, height_m, floor_m, source, tells_outline)
 
 
 class _Table:

@@ -15,6 +15,8 @@ from drake_navbench.errors import InputWarning
 from drake_navbench.inputs.described_robot import DescribedRobot, describe_robot
 
 Array = NDArray[np.float64]
+# A base frame nearer to the floor than this is on it, m.
+FLAT_M = 1e-3
 
 
 class RobotModel(NamedTuple):
@@ -48,17 +50,21 @@ def warn_of_shapes(found: DescribedRobot) -> None:
 def described_fields(found: DescribedRobot) -> dict[str, Any]:
     """Returns the fields of a robot file, with a model that the replay can draw.
 
-    That is the file itself where it is read without arguments, folders and another base frame;
-    else a drawing of what was read of it.
+    That is the file itself where it is read without arguments, folders and another base frame, and
+    its base frame is on the floor; else a drawing of what was read of it.
     """
     source = found.source
     shown = [shape for link in source.model.links.values() for shape in link.shown]
     if not shown:
         return dict(found.fields)
     is_plain = not (source.is_expanded or source.packages.is_told_folders)
-    if is_plain and found.base == base_of(source.model):
+    is_on_floor = abs(found.floor_m) < FLAT_M
+    if is_plain and is_on_floor and found.base == base_of(source.model):
         return {**found.fields, "model": str(source.path)}
     try:
-        return {**found.fields, "model": str(write_drawing(source.model, found.base))}
+        return {
+            **found.fields,
+            "model": str(write_drawing(source.model, found.base, found.floor_m)),
+        }
     except OSError:
         return dict(found.fields)

@@ -127,8 +127,9 @@ def test_a_replay_draws_what_was_read_of_xacro_with_its_wheels(tmp_path):
     model = load_model(load_robot(str(write_repository(tmp_path))).model_path, np.zeros((0, 2)))
     assert len(model.visuals) == 3
     assert len(model.moving_links) == 2
+    # The base link is at the axles, 0.1 m over the floor, and so are both wheels.
     heights = [pose.translation()[2] for pose in model.rest_poses().values()]
-    np.testing.assert_allclose(heights, 0.0, atol=1e-9)
+    np.testing.assert_allclose(heights, 0.1, atol=1e-9)
 
 
 @pytest.mark.parametrize(
