@@ -96,7 +96,7 @@ def with_checker(robot: Robot, parameters: Mapping[str, Any]) -> Robot:
 
 
 def kept_of(log: TrialLog) -> Row:
-    """Returns where the robot comes to rest, how long it was near, and how often it turned back.
+    """Returns the place of rest, the time near the goal and the number of turns back.
 
     It comes to rest LAG_S times its speed farther on: the server tells it to stop when the goal
     counts as reached, and a first-order base then rolls out.
@@ -122,7 +122,7 @@ def kept_of(log: TrialLog) -> Row:
 
 
 def _turns(speed: np.ndarray, least: float) -> int:
-    """Returns how often a speed changes its sign."""
+    """Returns the number of changes of sign of a speed."""
     signs = np.sign(speed[np.abs(speed) > least])
     return int(np.count_nonzero(np.diff(signs)))
 
@@ -176,7 +176,7 @@ def tell(rows: pd.DataFrame) -> Mapping[str, str]:
 
 
 def draw(rows: pd.DataFrame) -> Figure:
-    """Returns where each trial came to rest, a panel a goal checker."""
+    """Returns a picture of the places of rest, a panel a goal checker."""
     figure = Figure(figsize=(11.0, 3.4), layout="constrained")
     panels = figure.subplots(1, len(CHECKERS), sharex=True, sharey=True)
     for panel, checker in zip(panels, CHECKERS, strict=True):

@@ -62,7 +62,7 @@ def robot_in(scenario: Scenario, robot: str, overrides: Mapping[str, Any]) -> Ro
 
 
 class Study(NamedTuple):
-    """What a page drives and tells.
+    """The arms, units and measures of a page, and the way it tells them.
 
     name: of the page. seeds: a unit each. kept_of: from a log to what is kept of it, beside arm,
     seed, outcome and time. tell: from the rows to Markdown by the name of its place on the page.

@@ -25,7 +25,7 @@ import yaml
 
 from drake_navbench.errors import InputError
 from drake_navbench.typed_files.typed_yaml import read_text, yaml_fault
-from drake_navbench.typed_files.yaml_loader import made, require_limits
+from drake_navbench.typed_files.yaml_loader import MergesByDefinition, made, require_limits
 
 LAUNCH_SUFFIXES = (".py", ".xml", ".launch")
 PARAMETERS_KEY = "ros__parameters"
@@ -169,7 +169,7 @@ def _node(name: str, sections: list[Section]) -> Node:
     return Node(name, sections[-1].file, parameters)
 
 
-class RosLoader(yaml.SafeLoader):
+class RosLoader(MergesByDefinition, yaml.SafeLoader):
     """PyYAML's loader with the scalars of rcl_yaml_param_parser.
 
     So `y` is true and `1e-3` a number; `1:30`, `2024-01-01` and `null` are text.

@@ -22,15 +22,14 @@ PACKAGE = "drake_navbench"
 APART = ("drake_navbench.controllers", "drake_navbench.analysis")
 DIGEST_LENGTH = 16
 IMPORT_WORDS = r"(?:from|import)[ \t]+([\w.]+)(?:[ \t]+import[ \t]+(\([^)]*\)|[^\n]*))?"
-# Of a module without kernels those at the margin: a function's own imports reach no kernel.
+# A module without kernels counts with the imports at its margin: a function's own reach no kernel.
 IMPORT_AT_MARGIN = re.compile(rf"^{IMPORT_WORDS}", re.MULTILINE)
-# Of a module with kernels all: what is imported for its types may say where an argument's fields
-# are.
+# A module with kernels counts with all its imports: one for types may name an argument's fields.
 ANY_IMPORT = re.compile(rf"^[ \t]*{IMPORT_WORDS}", re.MULTILINE)
 NAME = re.compile(r"\w+")
 KERNEL_MARK = b"njit("
 
-# Of packages, by their names.
+# The folders of packages, by the packages' names.
 Folders = Mapping[str, Path]
 
 

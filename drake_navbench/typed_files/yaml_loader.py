@@ -7,7 +7,7 @@ values are refused.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from typing import Any
 
@@ -15,12 +15,16 @@ import yaml
 
 MAX_NODES = 100_000
 MAX_DEPTH = 100
+TOO_DEEP = f"nested too deeply, expected at most {MAX_DEPTH} levels"
+# The words of PyYAML, from 6.0.4 on.
+TOO_DEEP_FOR_YAML = "maximum nesting depth"
 # No number and no date is longer; for some the time to read them grows with the square of that.
 MAX_NUMBER_LENGTH = 100
 TAG_PREFIX = "tag:yaml.org,2002:"
 PLAIN_TAGS = frozenset(
     TAG_PREFIX + kind for kind in ("null", "bool", "int", "float", "timestamp", "str", "seq", "map")
 )
+MERGE_TAG = f"{TAG_PREFIX}merge"
 SHOWN_LENGTH = 60
 
 # The one on libyaml reads 16 MB in a second, the other in half a minute.
@@ -85,7 +89,7 @@ def require_limits(text: str) -> None:
     # The open collections: their anchors, and the counts of values before them.
     open_anchors: list[tuple[str | None, int]] = []
     sizes: dict[str | None, int] = {}
-    for event in yaml.parse(text, Loader=_FastestLoader):
+    for event in _events(text):
         if isinstance(event, yaml.CollectionEndEvent):
             anchor, before = open_anchors.pop()
             if anchor is not None:
@@ -103,14 +107,48 @@ def require_limits(text: str) -> None:
         if isinstance(event, yaml.CollectionStartEvent):
             open_anchors.append((event.anchor, count - 1))
             if len(open_anchors) > MAX_DEPTH:
-                raise _fault(f"nested too deeply, expected at most {MAX_DEPTH} levels", event)
+                raise _fault(TOO_DEEP, event)
         elif isinstance(event, yaml.ScalarEvent) and event.anchor is not None:
             sizes[event.anchor] = 1
         if count > MAX_NODES:
             raise _fault(f"too much: expected at most {MAX_NODES} values, aliases followed", event)
 
 
-class _PlainLoader(_FastestLoader):
+def _events(text: str) -> Iterator[yaml.Event]:
+    """Yields the events of the parser; raises yaml.YAMLError where the text is no YAML."""
+    try:
+        yield from yaml.parse(text, Loader=_FastestLoader)
+    except yaml.MarkedYAMLError as error:
+        if TOO_DEEP_FOR_YAML not in (error.problem or ""):
+            raise
+        # Before it yields an event of such a level.
+        raise yaml.MarkedYAMLError(problem=TOO_DEEP, problem_mark=error.problem_mark) from error
+
+
+class MergesByDefinition:
+    """A loader that merges mappings as YAML's definition has it; PyYAML 6.0.4 does not.
+
+    Of the mappings in the list of a merge key the first has the last word, and own keys prevail.
+    """
+
+    def flatten_mapping(self, node: yaml.MappingNode) -> None:
+        """Puts the entries of merged mappings in front of a mapping's own ones."""
+        own, merged = [], []
+        for key, value in node.value:
+            if key.tag != MERGE_TAG:
+                own.append((key, value))
+                continue
+            sources = value.value if isinstance(value, yaml.SequenceNode) else [value]
+            for source in reversed(sources):
+                if not isinstance(source, yaml.MappingNode):
+                    text = "expected a mapping or list of mappings for merging"
+                    raise _fault(f"{text}, got {_shown(source)}", source)
+                self.flatten_mapping(source)
+                merged += source.value
+        node.value = merged + own
+
+
+class _PlainLoader(MergesByDefinition, _FastestLoader):
     """Makes plain values; refuses a key given twice, where YAML would let the last one win."""
 
     def construct_object(self, node: yaml.Node, deep: bool = False) -> Any:

@@ -222,7 +222,8 @@ def _navigation_values(robot: Robot) -> Iterator[tuple[str, Any]]:
             for name, value in block.items()
             if name in active or not isinstance(value, dict)
         }
-    for name, value in flattened(navigation):
+    # A source's parameter prevails over its layer's of the same name: it is the one to change.
+    for name, value in sorted(flattened(navigation), key=lambda entry: entry[0].count(".")):
         yield shortened(name), value
 
 

@@ -28,6 +28,8 @@ WHEELCHAIR = Response(0.1, 2.5, 3.0)
 OUTLINE = np.array([[0.85, 0.3], [0.85, -0.3], [-0.25, -0.3], [-0.25, 0.3]])
 REACH_M = math.hypot(0.85, 0.3)
 WALL = (1.5, -1.0, 1.6, 1.0)
+# Nothing moves.
+NOBODY = np.empty((0, 6))
 DT, PERIOD_S = 0.1, 0.05
 
 
@@ -105,8 +107,8 @@ def accepted(distance_m, bound=0.03, v=0.5):
     """For how many cycles a drive straight at a wall so far ahead may be followed."""
     state = np.array([1.5 - 0.85 - distance_m, 0.0, 0.0, v, 0.0])
     return accepted_cycles(
-        edges_with(WALL), OUTLINE, REACH_M, bound, WHEELCHAIR, state, straight_plan(v), DT,
-        PERIOD_S, 60,
+        edges_with(WALL), NOBODY, OUTLINE, REACH_M, bound, WHEELCHAIR, state, straight_plan(v),
+        DT, PERIOD_S, 60,
     )  # fmt: skip
 
 
@@ -138,7 +140,7 @@ def test_to_brake_after_one_cycle_must_be_free_where_to_follow_for_longer_is():
     assert least[1] < 0.09 < 0.1 < min(least[3], least[7])
     for bound, cycles in ((0.09, 0), (0.08, 7)):
         assert cycles == accepted_cycles(
-            edges, OUTLINE, REACH_M, bound, WHEELCHAIR, state, plan, DT, PERIOD_S, 7
+            edges, NOBODY, OUTLINE, REACH_M, bound, WHEELCHAIR, state, plan, DT, PERIOD_S, 7
         )
 
 
@@ -150,7 +152,7 @@ def test_a_command_passes_the_same_check_as_a_plan():
     for distance, is_safe in ((0.14, True), (0.1, False)):
         state = np.array([1.5 - 0.85 - distance, 0.0, 0.0, 0.5, 0.0])
         assert is_safe == command_is_safe(
-            edges_with(WALL), OUTLINE, REACH_M, 0.03, WHEELCHAIR, state, 0.5, 0.0, PERIOD_S
+            edges_with(WALL), NOBODY, OUTLINE, REACH_M, 0.03, WHEELCHAIR, state, 0.5, 0.0, PERIOD_S
         )
 
 
