@@ -18,6 +18,7 @@ def contradictions(setup: Nav2Setup, described: DescribedRobot) -> list[CheckRow
     """Returns a row for each property in which the Nav2 files and the model differ."""
     node = f"Nav2 file and model {described.source.path.name}"
     told = [*_outline(setup, described), *_speeds(setup, described), *_ranges(setup, described)]
+    told += _smoother(setup)
     return [CheckRow(Status.DOUBTFUL, node, name, remark) for name, remark in told]
 
 
@@ -50,6 +51,27 @@ def _speeds(setup: Nav2Setup, described: DescribedRobot) -> list[tuple[str, str]
                 unit = "m/s" if name == "linear speed" else "rad/s"
                 remark = f"asks for up to {value:.3g} {unit}, the model allows {limit:.3g} {unit}"
                 told.append((f"{preset.name}: {name}", remark))
+    return told
+
+
+def _smoother(setup: Nav2Setup) -> list[tuple[str, str]]:
+    """Returns a remark where the velocity smoother cuts the turns that a controller counts on.
+
+    Each axis has its own limit unless it scales: the base then drives a wider arc than planned.
+    """
+    smoother = setup.robot.navigation.velocity_smoother
+    if smoother is None or smoother.scale_velocities:
+        return []
+    most = smoother.max_velocity[2]
+    told = []
+    for preset in setup.presets:
+        asked = preset.parameters.asked_speeds().max_angular_radps
+        if asked is not None and asked > most + SPEED_TOLERANCE:
+            remark = (
+                f"{preset.name} turns with up to {asked:.3g} rad/s, the velocity smoother lets "
+                f"{most:.3g} rad/s pass: arcs are wider than the controller has checked"
+            )
+            told.append(("velocity_smoother.max_velocity", remark))
     return told
 
 

@@ -20,6 +20,21 @@ local_costmap:
   local_costmap:
     ros__parameters: {robot_base_frame: base_footprint, robot_radius: 0.9}
 """
+DWB = """controller_server:
+  ros__parameters:
+    controller_plugins: [FollowPath]
+    FollowPath:
+      plugin: dwb_core::DWBLocalPlanner
+      max_vel_x: 0.3
+      max_vel_theta: 4.0
+      critics: [BaseObstacle, PathDist, GoalDist]
+"""
+SMOOTHER = """velocity_smoother:
+  ros__parameters:
+    max_velocity: [0.5, 0.0, 1.0]
+    min_velocity: [-0.5, 0.0, -1.0]
+    scale_velocities: false
+"""
 
 
 @pytest.fixture
@@ -114,6 +129,18 @@ def test_what_nav2_file_and_model_contradict_is_told(repository, capsys):
     assert "linear speed: asks for up to 0.9 m/s, the model allows 0.4 m/s" in told
     assert "the costmap's padded outline reaches 0.6" in told
     assert "base frame (base_footprint)" in told
+
+
+def test_a_velocity_smoother_that_cuts_the_controller_s_turns_is_told(repository, capsys):
+    """The controller turns with up to 4 rad/s and checks tight arcs; 1 rad/s comes through."""
+    file = repository / "cart_nav" / "config" / "nav2_params.yaml"
+    file.write_text(DWB + SMOOTHER)
+    assert main(["--package", str(repository), "--check"]) == 0
+    told = " ".join(capsys.readouterr().out.split())
+    assert "turns with up to 4 rad/s, the velocity smoother lets 1 rad/s pass" in told
+    file.write_text(DWB + SMOOTHER.replace("false", "true"))
+    assert main(["--package", str(repository), "--check"]) == 0
+    assert "velocity smoother lets" not in " ".join(capsys.readouterr().out.split())
 
 
 def test_a_model_without_shapes_has_the_outline_of_the_nav2_file(tmp_path, capsys):
