@@ -165,6 +165,8 @@ class _Arguments(dict[str, str]):
 
 def _expanded(path: Path, content: str, arguments: _Arguments, missing: _Missing) -> str:
     xacro.parse, xacro.handle_macro_call = _parse_old, missing.call
+    # Where an attempt before this one ended, xacro still stands in the file that it was in.
+    xacro.init_stacks(None)
     try:
         document = XacroDoc.from_string(
             content,

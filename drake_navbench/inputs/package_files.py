@@ -37,7 +37,7 @@ PARTS = re.compile(
     r"macro|sensor|camera|lidar|laser|wheel|inertia|material|ros2_control|gazebo|arm|gripper|imu|"
     r"common|properties|plugin|test|example|mesh|depth|rplidar|realsense|oak|tower|stand",
 )
-MASKS = re.compile(r"keepout|speed|mask|filter")
+MASKS = re.compile(r"keepout|speed|limit|mask|filter")
 EMPTY_WORLDS = re.compile(r"empty|default")
 SEPARATE = re.compile(r"slam|mapper|keepout|speed_|collision_monitor|localization|amcl")
 
@@ -163,7 +163,7 @@ def _driving_first(files: Sequence[Path], roots: Sequence[Path]) -> tuple[Path, 
     """Returns models with the first in front that drives.
 
     Of those in one folder, and those that include it, that is the first with a lidar, and of these
-    with a drive's plugin.
+    with a drive's plugin; of two alike the one that includes the other.
     """
     best: Path | None = None
     most = (False, False)
@@ -183,7 +183,8 @@ def _driving_first(files: Sequence[Path], roots: Sequence[Path]) -> tuple[Path, 
         is_driven = has_drive(model)
         value = (any(sensor.kind in LIDARS for sensor in model.sensors), is_driven)
         drives = is_driven or len(wheel_joints(model, base_of(model))) >= 2
-        if drives and (best is None or value > most):
+        is_more = best is None or value > most or (value == most and _includes(file, best))
+        if drives and is_more:
             best, most = file, value
         if most == (True, True):
             break

@@ -112,6 +112,20 @@ CONTROLLERS = """
 """
 
 
+def test_a_relative_include_after_a_package_that_is_not_there_starts_at_its_own_file(tmp_path):
+    """The package is asked for in a file of another folder, where there is no extras.xacro."""
+    path = write_repository(tmp_path)
+    folder = path.parent / "parts"
+    folder.mkdir()
+    asks = '<robot><xacro:include filename="$(find gone)/urdf/a.xacro"/></robot>'
+    (folder / "arm.xacro").write_text(asks.replace("<robot", '<robot xmlns:xacro="x"'))
+    (path.parent / "extras.xacro").write_text("<robot/>")
+    files = ("parts/arm.xacro", "extras.xacro")
+    includes = "".join(f'<xacro:include filename="{name}"/>' for name in files)
+    path.write_text(XACRO.replace("<link", f"{includes}<link", 1))
+    assert load_robot(str(path)).mass_kg == pytest.approx(22.0)
+
+
 def test_the_limits_are_those_of_the_controllers_file_that_names_the_wheels(tmp_path):
     """The model names neither a drive's plugin nor a file of ros2_control."""
     path = write_repository(tmp_path)
