@@ -247,10 +247,17 @@ class Robot(QuietModel):
         Raises InputError where the model has no such wheels, or the file does not fit it.
         """
         # As with the model's outline: most robots do without.
+        from drake_navbench.descriptions.drawing import is_drawing
         from drake_navbench.inputs.running_gear import running_gear_of
 
         if not isinstance(self.drive, DifferentialDrive) or self.model_path is None:
             raise TypeError("expected a differential drive with a model")
+        if is_drawing(self.model_path):
+            raise InputError(
+                f"{source}: drive.physics: {self.drive.physics} takes wheels and masses from the "
+                "model itself, not from one that is expanded or moved onto the floor for the "
+                "replay; expected an SDF or URDF file in the field model"
+            )
         return running_gear_of(
             self.model_path,
             self.drive,
