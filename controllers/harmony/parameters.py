@@ -211,9 +211,9 @@ class HarmonyParameters(ControllerParameters):
         "the robot's limit.",
     )
     track_moving: bool = Field(
-        True,
+        False,
         description="Follow what moves in the local costmap, so that the emergency stop ends "
-        "before anybody can be there.",
+        "before anybody can be there; pieces of walls are taken for moving things now and then.",
     )
     moving_growth: Speed = Field(
         0.3,

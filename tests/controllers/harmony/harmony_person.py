@@ -83,7 +83,8 @@ def encounters(count: int, walking_mps: float, first: int = 0) -> list[float | N
     for number in range(first, first + count):
         random = np.random.default_rng((49, number))
         bearing, from_m = random.uniform(-math.pi, math.pi), random.uniform(1.5, 4.0)
-        found.append(speed_at_contact(bearing, walking_mps, from_m=from_m))
+        speed = speed_at_contact(bearing, walking_mps, from_m=from_m, track_moving=True)
+        found.append(speed)
     return found
 
 
