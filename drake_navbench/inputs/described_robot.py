@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import shapely
 
+from drake_navbench.costmaps.observation_layers import ObstacleLayerParameters
 from drake_navbench.descriptions.body import (
     Body,
     base_of,
@@ -113,6 +114,7 @@ def _described(
         fields |= table.sensors(found)
     else:
         fields |= table.sensors(found) | table.lidar_by_link(lidar_link(model, base, floor_m))
+    fields |= table.layers(fields.get("lidar", {}))
     fields |= table.drive(drive_of(model, wheels, source.packages, [*source.arguments.values()]))
     for remark in dict.fromkeys((*body.left_out, *model.remarks)):
         table.add(Status.STAND_IN, "shapes", remark)
@@ -198,6 +200,27 @@ class _Table:
         if found.others:
             self.add(Status.NO_MEANING, ", ".join(dict.fromkeys(found.others)))
         return fields
+
+    def layers(self, lidar: Mapping[str, Any]) -> dict[str, Any]:
+        """Returns the field navigation of a robot whose lidar is above what layers look at."""
+        usual = ObstacleLayerParameters()
+        height_m = lidar.get("height_m", 0.0)
+        if height_m <= usual.max_obstacle_height:
+            return {}
+        remark = f"look up to {height_m:.3g} m, where the lidar is; Nav2's default would not see it"
+        self.add(Status.OTHER_FORM, "obstacle layers", remark)
+        top = {"max_obstacle_height": height_m}
+        sources = {
+            name: source.model_dump(mode="json", exclude_unset=True) | top
+            for name, source in usual.observation_sources.items()
+        }
+        layer = {**top, "observation_sources": sources}
+        return {
+            "navigation": {
+                costmap: {"obstacle_layer": layer}
+                for costmap in ("local_costmap", "global_costmap")
+            }
+        }
 
     def lidar_by_link(self, found: FoundSensor | None) -> dict[str, Any]:
         """Returns the field lidar of a model that only has a link called so; {} without one."""

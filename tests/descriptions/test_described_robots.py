@@ -438,6 +438,20 @@ TRIANGLE = (
 )
 
 
+def test_a_lidar_above_two_metres_is_seen_by_the_costmaps(tmp_path):
+    mast = '<joint name="j" type="fixed"><parent link="base_link"/><child link="laser"/>'
+    top = f'{link("", "laser")}{mast}<origin xyz="0 0 2.3"/></joint>'
+    path = urdf(tmp_path, link(BOX) + top)
+    navigation = load_robot(str(path)).navigation
+    # The floor is 0.1 m below the base link.
+    for costmap in (navigation.local_costmap, navigation.global_costmap):
+        layer = costmap.obstacle_layer
+        assert layer.max_obstacle_height == pytest.approx(2.4)
+        assert layer.observation_sources["scan"].max_obstacle_height == pytest.approx(2.4)
+        assert layer.observation_sources["scan"].clearing
+    assert any("look up to 2.4 m" in row for row in rows(path, Status.OTHER_FORM))
+
+
 def test_without_a_lidar_the_default_one_is_where_its_link_is(tmp_path):
     laser = link("", "laser") + (
         '<joint name="j" type="fixed"><parent link="base_link"/><child link="laser"/>'
