@@ -79,6 +79,21 @@ def speed_rows(rules: Sequence[SpeedRule], setting: SpeedRule | None) -> tuple[R
     )
 
 
+def collision_stop(
+    name: str, asked: Array, ahead_s: float, rules: Sequence[SpeedRule]
+) -> Explanation:
+    """Returns the reasons of a stop because the arc of a command meets an obstacle.
+
+    name: of the controller. asked: the command (2,) v m/s, w rad/s. ahead_s: time along its arc
+    until the outline touches. rules: those that made the command.
+    """
+    told = f"on the arc of {told_command(asked)} the outline hits an obstacle in {ahead_s:.2f} s"
+    stop = SpeedRule("collision stop", 0.0, told, told)
+    return Explanation(
+        None, f"{name} stops: {told}.", SPEED_COLUMNS, speed_rows([*rules, stop], stop)
+    )
+
+
 def told_length(metres: float) -> str:
     """Returns a length in words: '0.48 m', or 'infinite'."""
     return "infinite" if math.isinf(metres) else f"{metres:.3g} m"

@@ -19,8 +19,8 @@ from drake_navbench.explanation import (
     SPEED_COLUMNS,
     Explanation,
     SpeedRule,
+    collision_stop,
     speed_rows,
-    told_command,
     told_length,
 )
 
@@ -41,7 +41,7 @@ class Situation(NamedTuple):
 def explained(cycle: Cycle, situation: Situation) -> Explanation:
     """Returns the reasons of a cycle's command, or of the stop before a collision."""
     command = cycle.command
-    asked = told_command(np.array([command.v, command.w]))
+    chosen = np.array([command.v, command.w])
     if command.branch == CENTRE_OFF_MAP:
         return Explanation(
             None, "RPP stops: the robot's centre is off the costmap.", SPEED_COLUMNS, ()
@@ -55,11 +55,7 @@ def explained(cycle: Cycle, situation: Situation) -> Explanation:
     rows = speed_rows(rules, setting)
     if cycle.collision != NO_COLLISION:
         ahead_s = cycle.collision * cycle.period if cycle.collision > 0 else 0.0
-        told = f"on the arc of {asked} the outline hits an obstacle in {ahead_s:.2f} s"
-        stop = SpeedRule("collision stop", 0.0, told, told)
-        rows = speed_rows([*rules, stop], stop)
-        return Explanation(None, f"RPP stops: {told}.", SPEED_COLUMNS, rows)
-    chosen = np.array([command.v, command.w])
+        return collision_stop("RPP", chosen, ahead_s, rules)
     if turning is not None:
         return Explanation(chosen, f"RPP turns in place: {turning.words}.", SPEED_COLUMNS, rows)
     steering = _steering(cycle)

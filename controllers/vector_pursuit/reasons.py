@@ -22,8 +22,8 @@ from drake_navbench.explanation import (
     SPEED_COLUMNS,
     Explanation,
     SpeedRule,
+    collision_stop,
     speed_rows,
-    told_command,
     told_length,
 )
 
@@ -48,7 +48,7 @@ class Situation(NamedTuple):
 def explained(cycle: Cycle, situation: Situation) -> Explanation:
     """Returns the reasons of a cycle's command, or of the stop before a collision."""
     command = cycle.command
-    asked = told_command(np.array([command.v, command.w]))
+    chosen = np.array([command.v, command.w])
     if command.branch == CENTRE_OFF_MAP:
         told = "Vector Pursuit stops: the robot's centre is off the costmap."
         return Explanation(None, told, (), ())
@@ -57,15 +57,11 @@ def explained(cycle: Cycle, situation: Situation) -> Explanation:
     setting = turning or _setting(rules)
     if cycle.collision != NO_COLLISION:
         ahead_s = cycle.collision * cycle.period if cycle.collision > 0 else 0.0
-        told = f"on the arc of {asked} the outline hits an obstacle in {ahead_s:.2f} s"
-        stop = SpeedRule("collision stop", 0.0, told, told)
-        rows = speed_rows([*rules, stop], stop)
-        return Explanation(None, f"Vector Pursuit stops: {told}.", SPEED_COLUMNS, rows)
+        return collision_stop("Vector Pursuit", chosen, ahead_s, rules)
     rows = speed_rows(rules, setting)
     if not math.isfinite(command.w):
         told = "Vector Pursuit stops: its turn rate has no bound."
         return Explanation(None, told, SPEED_COLUMNS, rows)
-    chosen = np.array([command.v, command.w])
     if turning is not None:
         sentence = f"Vector Pursuit turns in place: {turning.words}."
         return Explanation(chosen, sentence, SPEED_COLUMNS, rows)

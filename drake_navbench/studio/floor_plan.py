@@ -68,11 +68,7 @@ class FloorPlan:
         self._map = MapView(
             height=560,
             name="floor",
-            tools="pan,wheel_zoom,reset",
             active_drag=None,
-            active_scroll="wheel_zoom",
-            x_axis_label="x [m]",
-            y_axis_label="y [m]",
         )
         self.figure = self._map.figure
         self._begin: tuple[float, float] | None = None

@@ -90,10 +90,6 @@ class LivePage:
     def _make_picture(self) -> None:
         self._map = MapView(
             height=480,
-            tools="pan,wheel_zoom,reset",
-            active_scroll="wheel_zoom",
-            x_axis_label="x [m]",
-            y_axis_label="y [m]",
         )
         plot = self._map.figure
         self._costs = ColumnDataSource({"image": [], "x": [], "y": [], "dw": [], "dh": []})

@@ -217,7 +217,15 @@ class MapView:
     """A figure in metres, with the same scale in both directions, and the area that is in view."""
 
     def __init__(self, **properties: Any) -> None:
-        self.figure = picture(x_range=Range1d(-1.0, 1.0), y_range=Range1d(-1.0, 1.0), **properties)
+        self.figure = picture(
+            x_range=Range1d(-1.0, 1.0),
+            y_range=Range1d(-1.0, 1.0),
+            x_axis_label="x [m]",
+            y_axis_label="y [m]",
+            tools="pan,wheel_zoom,reset",
+            active_scroll="wheel_zoom",
+            **properties,
+        )
         self._view = ColumnDataSource({"bounds": [-1.0, -1.0, 1.0, 1.0]})
         fit = CustomJS(args={"plot": self.figure, "view": self._view}, code=FIT)
         self._view.js_on_change("data", fit)

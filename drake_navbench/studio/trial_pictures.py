@@ -26,10 +26,6 @@ class TrialPictures:
     def __init__(self) -> None:
         self._map = MapView(
             height=400,
-            tools="pan,wheel_zoom,reset",
-            active_scroll="wheel_zoom",
-            x_axis_label="x [m]",
-            y_axis_label="y [m]",
         )
         self.floor = self._map.figure
         self.speed = picture(
