@@ -55,7 +55,7 @@ Array = NDArray[np.float64]
 # The base follows a plan while it is no farther behind than this besides its time constant and a
 # cycle, and its velocity no farther off than noise explains.
 FOLLOWING_S, FOLLOWING_MPS, FOLLOWING_RADPS = 0.05, 0.03, 0.05
-# What is farther from the outline than this is no matter of a stop, m.
+# Moving things farther from the outline than this do not matter to a stop, m.
 MOVING_NEAR_M = 3.0
 # A cycle is late after LATE_RATIO periods; the next one is then expected as late, up to a limit.
 LATE_RATIO, LONGEST_INTERVAL_S = 1.5, 0.5
@@ -150,7 +150,7 @@ class Harmony:
         )
         notes = self._notes(candidates, found, len(check.moving))
         gives_up = not found.is_open and found.blocked_m <= parameters.give_up_distance
-        # Who moves will be gone.
+        # Things that move will be gone soon, so the robot waits for them.
         if gives_up and len(check.moving) == 0:
             raise CollisionAhead(
                 f"the plan is blocked {found.blocked_m:.2f} m ahead and the map has no way past "
@@ -314,7 +314,7 @@ class Harmony:
                 return Decision(command, kept, notes)
         since_s = memory.refused_since_s
         if since_s is None or len(check.moving) > 0:
-            # Who moves will be gone: patience begins then.
+            # Things that move will be gone soon: patience begins after that.
             since_s = observation.time_s
         if observation.time_s - since_s >= self._parameters.patience:
             stopped = self._stopped(observation, memory)

@@ -1,9 +1,12 @@
 """Moving things in the local costmap: which clusters of cells move, and how fast.
 
 Lethal cells that touch each other are one cluster. A cluster is followed from one update of the
-costmap to the next by the nearest centre. It moves when its centre has left the cluster's own size
-behind: a still thing of which more and more is seen shifts its centre less. Its velocity is the
-least-squares line through the centres of the last HISTORY_S.
+costmap to the next by the nearest centre. It counts as moving when its centre has moved farther than
+the cluster's radius: a still thing of which more and more is seen shifts its centre less. Its
+velocity is the slope of the least-squares line through its centres of the last HISTORY_S.
+
+Two limits, measured in docs/harmony.md: in open space the obstacle layer clears nothing behind a
+person, so that a cluster is a streak; and pieces of walls that come into sight may count as moving.
 """
 
 from __future__ import annotations
@@ -24,8 +27,8 @@ LARGEST_RADIUS_M = 0.8
 # Centres that count for a velocity are no older, s; at least so many of them.
 HISTORY_S, FEWEST_CENTRES = 0.9, 3
 MOST_CENTRES = 20
-# A cluster is the one that was followed where its centre is within this of where that one was
-# expected, m, and by as much more a second as anybody runs.
+# A cluster continues a track if its centre is within GATE_M m of the track's expected place, and
+# GATE_MPS m more for each second since the track's last centre.
 GATE_M, GATE_MPS = 0.15, 2.0
 # Slower things stand still, m/s. A followed cluster that is hidden goes on by itself, s.
 SLOWEST_MPS, HIDDEN_S = 0.2, 0.6
