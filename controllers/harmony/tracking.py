@@ -1,8 +1,8 @@
 """Moving things in the local costmap: which clusters of cells move, and how fast.
 
 Lethal cells that touch each other are one cluster. A cluster is followed from one update of the
-costmap to the next by the nearest centre. It counts as moving when its centre has moved farther than
-the cluster's radius: a still thing of which more and more is seen shifts its centre less. Its
+costmap to the next by the nearest centre. It counts as moving when its centre has moved farther
+than the cluster's radius: a still thing of which more and more is seen shifts its centre less. Its
 velocity is the slope of the least-squares line through its centres of the last HISTORY_S.
 
 Two limits, measured in docs/harmony.md: in open space the obstacle layer clears nothing behind a
