@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 import tempfile
 from pathlib import Path
@@ -194,8 +195,14 @@ def _expanded(path: Path, content: str, arguments: _Arguments, missing: _Missing
             ) from error
         undefined = UNDEFINED.search(said)
         hint = f"; give it by --set {undefined[1]}=VALUE" if undefined else ""
-        raise InputError(f"xacro cannot expand it: {said}{hint}") from error
+        raise InputError(f"xacro cannot expand {_file_of_fault(path)}: {said}{hint}") from error
     return str(document.to_urdf_string())
+
+
+def _file_of_fault(path: Path) -> str:
+    """Returns the included file that xacro was in when it failed, or "it" for the file itself."""
+    inside = (xacro.filestack or [None])[-1]
+    return "it" if inside is None else os.path.relpath(inside, path.parent)
 
 
 def _parse_old(inp: Any, filename: str | None = None) -> Any:

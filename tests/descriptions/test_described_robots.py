@@ -164,6 +164,14 @@ def test_xacro_that_cannot_be_expanded_is_one_line(tmp_path, text, reason):
     assert str(path) in str(caught.value)
 
 
+def test_a_fault_in_an_included_file_names_that_file(tmp_path):
+    (tmp_path / "lidar.xacro").write_text("<robot>\n<link</robot>")
+    path = tmp_path / "cart.urdf.xacro"
+    path.write_text('<robot xmlns:xacro="a"><xacro:include filename="lidar.xacro"/></robot>')
+    with pytest.raises(InputError, match=r"cannot expand lidar\.xacro: .* line 2, column 5"):
+        load_robot(str(path))
+
+
 def test_xacro_that_never_ends_or_eats_memory_is_stopped(tmp_path):
     path = tmp_path / "cart.urdf.xacro"
     path.write_text('<robot><link name="${len([0]*10**9)}"/></robot>')
