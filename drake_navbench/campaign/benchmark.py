@@ -55,6 +55,7 @@ from drake_navbench.campaign.replays import write_replays
 from drake_navbench.campaign.request import Request
 from drake_navbench.campaign.run_results import Results
 from drake_navbench.campaign.suite_console import print_rank_changes, print_totals
+from drake_navbench.campaign.unsuccessful import unsuccessful_lines
 from drake_navbench.campaign.warm_up import (
     Compiling,
     cold_parts,
@@ -441,6 +442,11 @@ def _print_tables(
         for suite, table in suite_tables(trials, names or PRINTED).items():
             print_scenario(console, table, f"{suite}: means over its worlds")
     print_totals(console, totals(trials))
+    if lines := () if campaign.sweep else unsuccessful_lines(trials, impossible):
+        console.print("Trials that did not reach the goal")
+        for line in lines:
+            console.print(f"- {line}", soft_wrap=True, highlight=False, markup=False)
+        console.print()
     print_rank_changes(console, rank_changes(trials, campaign.clean_of))
 
 
