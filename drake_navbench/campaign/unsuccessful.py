@@ -39,4 +39,6 @@ def _line(group: pd.DataFrame) -> str:
     if len(scenarios) > MAX_SCENARIOS:
         where += f" and {len(scenarios) - MAX_SCENARIOS} more"
     count = f"{len(group)} trial{'s' if len(group) > 1 else ''}"
-    return f"{first.controller}, {count} {first.outcome.replace("_", " ")} in {where}: {first.reason}"
+    return (
+        f"{first.controller}, {count} {first.outcome.replace('_', ' ')} in {where}: {first.reason}"
+    )
