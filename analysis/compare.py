@@ -198,7 +198,11 @@ def _columns(folder: FolderAnalysis) -> list[str]:
 
 def _matches(baseline: FolderAnalysis, other: FolderAnalysis, asked: Sequence[str]) -> list[Match]:
     before, after = _columns(baseline), _columns(other)
-    return matches_between(before, after, read_matches(asked, before, after))
+    files = (
+        baseline.manifest.get("nav2_columns", {}),
+        other.manifest.get("nav2_columns", {}),
+    )
+    return matches_between(before, after, read_matches(asked, before, after), files)
 
 
 def _matches_within(folder: FolderAnalysis, asked: Sequence[str]) -> list[Match]:

@@ -22,7 +22,7 @@ from drake_navbench.analysis.paired_text import PROMISE
 from drake_navbench.analysis.paired_trials import Contest
 from drake_navbench.logs.log import Outcome
 from drake_navbench.logs.results import ResultsFolder, file_name, write_text
-from drake_navbench.plugins.names import flattened
+from drake_navbench.plugins.names import SEPARATOR, flattened
 from drake_navbench.typed_files.input_file import read_input
 from drake_navbench.typed_files.typed_yaml import MAX_FILE_BYTES
 
@@ -141,15 +141,30 @@ def _outcomes(findings: Sequence[Finding]) -> list[Finding]:
 def parameters_that_differ(
     folders: tuple[FolderAnalysis, FolderAnalysis], match: Match
 ) -> Iterator[Parameter]:
-    """Yields the resolved parameters and settings of the robot that differ between two columns."""
-    old, new = (_resolved(folder, column) for folder, column in zip(folders, match, strict=True))
+    """Yields the resolved parameters and settings of the robot that differ between two columns.
+
+    Their names are those of a Nav2 file: `FollowPath.lookahead_dist`,
+    `local_costmap.inflation_layer.inflation_radius`. A preset has no plugin's name in front.
+    """
+    plugin = _plugin_of(folders[0], match.old) or _plugin_of(folders[1], match.new)
+    old, new = (
+        _resolved(folder, column, plugin) for folder, column in zip(folders, match, strict=True)
+    )
     for name in dict.fromkeys((*old, *new)):
         values = [values.get(name, "not there") for values in (old, new)]
         if values[0] != values[1]:
             yield Parameter(name, *map(str, values))
 
 
-def _resolved(folder: FolderAnalysis, column: str) -> dict[str, Any]:
+def _plugin_of(folder: FolderAnalysis, column: str) -> str:
+    """Returns the name that a column's controller has in its Nav2 file; '' for a preset."""
+    files = folder.manifest.get("nav2_columns", {})
+    return next(
+        (name for own in files.values() for name, found in own.items() if found == column), ""
+    )
+
+
+def _resolved(folder: FolderAnalysis, column: str, plugin: str) -> dict[str, Any]:
     """Returns the parameters of a column and its robot in a results folder, by dotted name."""
     inputs = folder.path / "inputs"
     own = _read(inputs / "controllers" / f"{file_name(column)}.yaml")
@@ -159,13 +174,15 @@ def _resolved(folder: FolderAnalysis, column: str) -> dict[str, Any]:
         of_file = inputs / "robots" / f"{scenario}.{file_name(alias)}.yaml"
         if column in columns.values() and of_file.exists():
             robot = of_file
-    parameters = {
-        key: own[key] for key in ("controller", "parameters", "path_handler") if key in own
-    }
     settings = {key: value for key, value in _read(robot).items() if key != "description"}
+    navigation = settings.pop("navigation", {})
+    prefix = f"{plugin}{SEPARATOR}" if plugin else ""
     return {
-        **dict(flattened(parameters)),
-        **{f"robot.{name}": value for name, value in flattened(settings)},
+        f"{prefix}controller": own.get("controller"),
+        **dict(flattened(own.get("parameters", {}), prefix)),
+        **dict(flattened(own.get("path_handler", {}), f"path_handler{SEPARATOR}")),
+        **dict(flattened(navigation)),
+        **dict(flattened(settings, f"robot{SEPARATOR}")),
     }
 
 

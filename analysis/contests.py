@@ -33,27 +33,64 @@ class Match(NamedTuple):
         return self.old if self.old == self.new else f"{self.old}{ARROW}{self.new}"
 
 
+# For the alias of each whole Nav2 file of a run its columns by plugin.
+Files = Mapping[str, Mapping[str, str]]
+
+
 def matches_between(
-    before: Sequence[str], after: Sequence[str], asked: Sequence[Match] = ()
+    before: Sequence[str],
+    after: Sequence[str],
+    asked: Sequence[Match] = (),
+    files: tuple[Files, Files] = ({}, {}),
 ) -> list[Match]:
     """Returns the pairs of columns, one of each folder, that are compared.
 
-    First come the pairs in `asked`, then the columns with equal names. If one column is left in
-    each folder after that, these two are a pair. Raises InputError where a column in `asked` does
-    not exist or occurs twice.
+    Each of these rules looks at the columns that the ones before it have left:
+    - The pairs in `asked`.
+    - Columns of equal name.
+    - Columns of the same plugin from files of the same alias: `old/FollowPath` of a run of one file
+      is `old` in a run of several.
+    - Columns of the same plugin, where those that are left come from one file in each folder.
+    - The only column left in each folder.
+    files: of each folder. Raises InputError where a column in `asked` does not exist.
     """
     _require_known([match.old for match in asked], before)
     _require_known([match.new for match in asked], after)
-    taken_old, taken_new = ({match[side] for match in asked} for side in (0, 1))
-    equal = [n for n in before if n in after and n not in taken_old and n not in taken_new]
-    left_old = [name for name in before if name not in (*taken_old, *equal)]
-    left_new = [name for name in after if name not in (*taken_new, *equal)]
-    last = [Match(left_old[0], left_new[0])] if len(left_old) == len(left_new) == 1 else []
-    return [*asked, *(Match(name, name) for name in equal), *last]
+    places = [
+        {column: (alias, plugin) for alias, own in side.items() for plugin, column in own.items()}
+        for side in files
+    ]
+    found = list(asked)
+
+    def left() -> list[list[str]]:
+        return [
+            [name for name in names if name not in {match[side] for match in found}]
+            for side, names in enumerate((before, after))
+        ]
+
+    def pair(keys: Sequence[Mapping[str, object]]) -> None:
+        old, new = left()
+        by_key = {keys[1][name]: name for name in new if name in keys[1]}
+        found.extend(Match(n, by_key[keys[0][n]]) for n in old if keys[0].get(n) in by_key)
+
+    pair([{name: name for name in names} for names in (before, after)])
+    pair(places)
+    plugins = [
+        {name: place[1] for name, place in own.items() if name in names}
+        for own, names in zip(places, left(), strict=True)
+    ]
+    aliases = [
+        {own[name][0] for name in names if name in own}
+        for own, names in zip(places, left(), strict=True)
+    ]
+    if all(len(own) == 1 for own in aliases):
+        pair(plugins)
+    old, new = left()
+    return [*found, Match(old[0], new[0])] if len(old) == len(new) == 1 else found
 
 
 def matches_within(
-    columns: Sequence[str], files: Mapping[str, Mapping[str, str]], asked: Sequence[Match] = ()
+    columns: Sequence[str], files: Files, asked: Sequence[Match] = ()
 ) -> list[Match]:
     """Returns the pairs of columns of one folder that are compared.
 

@@ -188,7 +188,10 @@ def find_logs(path: Path) -> tuple[Mapping[str, Any], dict[Path, list[Path]]]:
     for file in sorted((path / "trials").glob("*/*/trial_*.parquet")):
         files.setdefault(file.parent.parent, []).append(file)
     if not files:
-        raise InputError(f"{path}: no trial logs below {path / 'trials'}")
+        raise InputError(
+            f"{path}: none of its trials has ended; if the run was stopped, "
+            f"`drake-navbench run --resume {path}` continues it"
+        )
     return manifest, files
 
 

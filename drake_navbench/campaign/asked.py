@@ -84,6 +84,8 @@ def _aliases(texts: Sequence[str]) -> dict[str, str]:
         alias, equals, file = text.partition("=")
         if not alias or not equals or not file:
             raise InputError(f"--name {text!r}: expected ALIAS=FILE")
+        if "/" in alias:
+            raise InputError(f"--name {text}: the alias {alias!r} has a slash; expected none")
         file = str(Path(file))
         if alias in aliases.values():
             raise InputError(f"--name {text}: the alias {alias!r} is given twice")

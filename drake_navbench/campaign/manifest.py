@@ -21,6 +21,7 @@ from drake_navbench.logs.results import ResultsFolder, file_name, remove_unfinis
 from drake_navbench.nav2.differences import difference_lines, differences
 from drake_navbench.processes.fingerprint import Fingerprint
 from drake_navbench.processes.machine import circumstances
+from drake_navbench.trial.spec import TrialSpec
 from drake_navbench.typed_files.typed_yaml import FrozenModel
 
 PACKAGES_IN_MANIFEST = ("drake", "numba", "numpy", "pandas", "pyarrow", "scipy")
@@ -126,7 +127,7 @@ def _manifest(campaign: Campaign, inputs: dict[str, str]) -> dict[str, Any]:
             for columns in campaign.nav2
             for line in columns.setup.stand_ins_of_all()
         ],
-        **({"nav2_columns": columns_by_file(campaign)} if len(setups) > 1 else {}),
+        **({"nav2_columns": columns_by_file(campaign)} if setups else {}),
         "stand_ins_of_columns": {name: lines for name, lines in own.items() if lines},
         "scenarios": campaign.scenarios,
         "suites": campaign.suites,
@@ -160,7 +161,11 @@ def _inputs(campaign: Campaign) -> dict[str, str]:
     Of maps and masks, and of files that controllers consist of or read, there are hashes only.
     """
     texts = {}
-    for spec in {spec.scenario.name: spec for spec in campaign.specs}.values():
+    # The first column's robot; those of other whole files are named after their file below.
+    first: dict[str, TrialSpec] = {}
+    for spec in campaign.specs:
+        first.setdefault(spec.scenario.name, spec)
+    for spec in first.values():
         scenario, name = spec.scenario, file_name(spec.scenario.name)
         texts[f"scenarios/{name}.yaml"] = _dump(scenario.model_dump(mode="json", exclude={"name"}))
         if scenario.files:

@@ -5,17 +5,20 @@ from __future__ import annotations
 from html import escape
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING
 
 import pandas as pd
 
 from drake_navbench.analysis.compare import FolderComparison, compare_folders
 from drake_navbench.analysis.folder_analysis import analyse_folder
 from drake_navbench.analysis.metrics.registry import all_metrics
-from drake_navbench.analysis.notebook import Picture, ReplayPage, dots, model_of
 from drake_navbench.analysis.verdicts import comparable_trials, touch_counts, verdict
 from drake_navbench.errors import InputError, nearest_name_hint
 from drake_navbench.logs.log import TrialLog
 from drake_navbench.logs.results import ResultsFolder, write_whole
+
+if TYPE_CHECKING:
+    from drake_navbench.analysis.notebook import Picture, ReplayPage
 
 
 class Results:
@@ -119,6 +122,9 @@ class Results:
         if metric not in self.trials:
             names = [entry.name for entry in all_metrics()]
             raise InputError(f"metric {metric!r} is unknown{nearest_name_hint(metric, names)}")
+        # matplotlib takes half a second to import, which a run that draws nothing here is spared.
+        from drake_navbench.analysis.notebook import dots
+
         return dots(self.trials, metric)
 
     def report(self, *, jobs: int = 1) -> Path:
@@ -132,6 +138,7 @@ class Results:
 
         Raises InputError where there is no such trial, or nothing to show of it.
         """
+        from drake_navbench.analysis.notebook import ReplayPage, model_of
         from drake_navbench.analysis.replay import write_race_replay, write_trial_replay
 
         columns = list(dict.fromkeys(self.trials["controller"]))

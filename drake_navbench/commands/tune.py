@@ -11,6 +11,7 @@ import sys
 from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
+from typing import NamedTuple
 
 from drake_navbench.commands.command_line import (
     CommandParser,
@@ -27,11 +28,23 @@ examples:
       --out tuning/rpp
   drake-navbench tune --nav2 nav2_params.yaml --map map.yaml --goals 10 \\
       --parameter local_costmap.inflation_layer.inflation_radius=0.3:1.0 \\
-      --out tuning/mine
+      --quick --out tuning/mine
 
 exit status: 0 done, 1 a trial ended in an error, 2 wrong input or a full disk,
 130 interrupted (the same command goes on after a full disk or an interruption)
 """
+
+
+class Size(NamedTuple):
+    """Sizes of a search where no option gives them; see `_add_budget`."""
+
+    configurations: int
+    pairs: int
+    fresh: int
+    front: int
+
+
+WHOLE, QUICK = Size(200, 32, 32, 8), Size(16, 8, 16, 2)
 
 
 def build_parser() -> argparse.ArgumentParser:
@@ -112,23 +125,26 @@ def _add_budget(parser: argparse.ArgumentParser) -> None:
     """Adds the options of the budget."""
     add = parser.add_argument
     add(
+        "--quick",
+        action="store_true",
+        help="search of minutes, not hours: 16 configurations, 8 pairs, 16 fresh trials, a front "
+        "of 2, unless given below",
+    )
+    add(
         "--configurations",
         type=positive_number,
-        default=200,
         metavar="N",
         help="number of configurations to drive (200)",
     )
     add(
         "--pairs",
         type=positive_number,
-        default=32,
         metavar="N",
         help="largest number of trials of a configuration (32)",
     )
     add(
         "--fresh",
         type=partial(whole_number, least=2),
-        default=32,
         metavar="N",
         help="trials in each scenario, or other tasks on the map, in which the front is judged "
         "(32); more where so few can show nothing",
@@ -136,7 +152,6 @@ def _add_budget(parser: argparse.ArgumentParser) -> None:
     add(
         "--front",
         type=positive_number,
-        default=8,
         metavar="N",
         help="largest number of points of the front that are judged (8)",
     )
@@ -189,16 +204,17 @@ def _tune(arguments: argparse.Namespace, command: str) -> None:
     from drake_navbench.studies.tuning.request import TuningRequest
     from drake_navbench.studies.tuning.tune import tune
 
+    size = _size_of(arguments)
     request = TuningRequest(
         preset=arguments.preset,
         scenarios=arguments.scenarios,
         objectives=arguments.objectives,
         held_out=arguments.held_out,
         parameters=tuple(arguments.parameter),
-        configurations=arguments.configurations,
-        most_pairs=arguments.pairs,
-        most_front_points=arguments.front,
-        fresh=arguments.fresh,
+        configurations=size.configurations,
+        most_pairs=size.pairs,
+        most_front_points=size.front,
+        fresh=size.fresh,
         seed=arguments.seed,
         robot=arguments.robot,
         sampler=arguments.sampler,
@@ -212,6 +228,13 @@ def _tune(arguments: argparse.Namespace, command: str) -> None:
         search_only=arguments.search_only,
     )
     tune(request, partial(print, flush=True))
+
+
+def _size_of(arguments: argparse.Namespace) -> Size:
+    """Returns the sizes that are given, and for others those of --quick or of a whole search."""
+    given = {name: getattr(arguments, name) for name in Size._fields}
+    size = QUICK if arguments.quick else WHOLE
+    return size._replace(**{name: value for name, value in given.items() if value is not None})
 
 
 if __name__ == "__main__":

@@ -69,6 +69,22 @@ def test_columns_of_whole_files_are_paired_by_their_plugin():
     assert matches_within(["x", "y", "z"], {}) == [Match("x", "y"), Match("x", "z")]
 
 
+def test_runs_of_single_files_are_paired_by_file_and_then_by_plugin():
+    alone = {"old": {"FollowPath": "old/FollowPath", "Slow": "old/Slow"}}
+    other = {"new": {"FollowPath": "new/FollowPath", "Fast": "new/Fast", "Slow": "new/Slow"}}
+    columns = [list(own.values()) for files in (alone, other) for own in files.values()]
+    # Last week's run of the file alone, and this week's of the file beside another one.
+    beside = {"old": {"FollowPath": "old"}, "new": {"FollowPath": "new"}}
+    before = {"old": {"FollowPath": "old/FollowPath"}}
+    assert matches_between(["old/FollowPath"], ["old", "new"], files=(before, beside)) == [
+        Match("old/FollowPath", "old")
+    ]
+    assert matches_between(*columns, files=(alone, other)) == [
+        Match("old/FollowPath", "new/FollowPath"),
+        Match("old/Slow", "new/Slow"),
+    ]
+
+
 @pytest.mark.parametrize("text", ["a", "a=", "=b"])
 def test_a_match_is_two_names(text):
     with pytest.raises(InputError, match="expected OLD=NEW"):

@@ -83,7 +83,7 @@ def test_of_a_folder_the_worst_trial_is_shown(tmp_path, capsys):
     other = ResultsFolder(tmp_path / "other")
     other.write_manifest({})
     assert main(["replay", str(other.path)]) == 2
-    assert "no trial logs" in capsys.readouterr().err
+    assert "none of its trials has ended" in capsys.readouterr().err
     for each in (right, late):
         other.write_log(each)
     assert worst_trial(other.path).name == "trial_001.parquet"

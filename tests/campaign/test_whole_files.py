@@ -3,14 +3,20 @@
 from __future__ import annotations
 
 from pathlib import Path
+from types import SimpleNamespace
 
+import pandas as pd
 import pytest
 
+from drake_navbench.analysis.compare_page import parameters_that_differ
+from drake_navbench.analysis.contests import Match
 from drake_navbench.campaign.asked import request_from_arguments, told_of_files
 from drake_navbench.campaign.campaign import plan_campaign
+from drake_navbench.campaign.manifest import begin
 from drake_navbench.campaign.request import Request
 from drake_navbench.commands.run import build_parser, main
 from drake_navbench.errors import InputError
+from drake_navbench.logs.results import ResultsFolder
 from drake_navbench.nav2.differences import differences
 from drake_navbench.nav2.patch import patched
 from drake_navbench.nav2.whole_files import WholeFile, columns_of_files, names_of
@@ -160,6 +166,7 @@ def test_files_that_drive_alike_are_one_line_and_nothing_is_driven(files, capsys
     [
         (["--name", "A=a.yaml", "--name", "A=b.yaml"], "the alias 'A' is given twice"),
         (["--name", "A"], "--name 'A': expected ALIAS=FILE"),
+        (["--name", "A/b=b.yaml"], "the alias 'A/b' has a slash; expected none"),
         (["--name", "A=c.yaml"], "--name A=c.yaml: expected a file of --nav2 or --against"),
         (["--map", "x.yaml", "--map", "y.yaml", "--goals", "3"], "--map is given twice"),
     ],
@@ -216,6 +223,19 @@ def test_a_patched_text_is_a_column_beside_the_original():
         s.robot.navigation.local_costmap.inflation_layer.inflation_radius for s in campaign.specs
     ]
     assert (campaign.columns, radii) == (["before", "after"], [0.6, 0.4])
+
+
+def test_a_comparison_names_what_differs_as_the_files_do(files, tmp_path):
+    files({RADIUS: 0.4, "controller_server.FollowPath.temperature": 0.2})
+    request = request_of("empty", "--nav2", "a.yaml", "--against", "b.yaml")
+    folder = ResultsFolder(tmp_path / "results")
+    begin(folder, request.campaign(), request, jobs=1)
+    trials = pd.DataFrame({"scenario": ["empty", "empty"], "controller": ["a", "b"]})
+    analysis = SimpleNamespace(path=folder.path, manifest=folder.read_manifest(), trials=trials)
+    assert list(parameters_that_differ((analysis, analysis), Match("a", "b"))) == [
+        ("FollowPath.temperature", "0.3", "0.2"),
+        (RADIUS, "0.6", "0.4"),
+    ]
 
 
 def test_merged_files_and_files_of_params_tell_what_is_not_used(files):

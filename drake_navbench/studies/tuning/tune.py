@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import time
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from hashlib import sha256
@@ -11,6 +12,7 @@ from typing import Any
 from drake_navbench.analysis.tuning_page import RESULT_NAME, write_tuning_page
 from drake_navbench.inputs.presets import Preset, load_preset
 from drake_navbench.logs.results import write_text
+from drake_navbench.studies.tuning.forecast import forecast_of
 from drake_navbench.studies.tuning.front import SEED_OF_HELD_OUT, judge_front
 from drake_navbench.studies.tuning.guards import (
     WORLDS_IN_SEARCH,
@@ -68,9 +70,14 @@ def tune(request: TuningRequest, tell: Callable[[str], None]) -> None:
         # A study of something else is refused before anything is driven for it.
         open_study(request.out, task, tell)
     _tell_guards(request, guards, tell)
+    forecast = forecast_of(request, guards)
+    tell(forecast.text)
+    begun = time.monotonic()
     driven_baseline = drive_baseline(trials, objectives, jobs=request.jobs)
+    baseline_s = time.monotonic() - begun
     _tell_touches_of_baseline(request.preset, driven_baseline, tell)
     study = open_study(request.out, task, tell)
+    tell(forecast.time_text(baseline_s, len(configurations_of(study))))
     search = Search(
         study,
         space,
