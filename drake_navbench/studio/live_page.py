@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from concurrent.futures import Future
+from functools import partial
+from typing import Any
 
 import numpy as np
 from bokeh.document import Document
@@ -14,6 +17,7 @@ from drake_navbench.studio import style
 from drake_navbench.studio.desk import Desk
 from drake_navbench.studio.moments import (
     Moment,
+    Reasons,
     Watched,
     image_of,
     moment_at,
@@ -47,13 +51,12 @@ class LivePage:
             self._line,
             self._map.figure,
             self._time,
-            Row(*self._buttons, self._speed, spacing=6),
+            Row(*self._buttons, self._speed, self._why, spacing=6),
+            self._reason,
             sizing_mode="stretch_width",
             spacing=8,
         )
-        side = Column(
-            self._trial, self._samples, self._rows, sizing_mode="stretch_width", spacing=8
-        )
+        side = Column(self._trial, self._rows, sizing_mode="stretch_width", spacing=8)
         fill(document, "live", str(desk.folder.root), main=main, side=side)
         every(document, FRAME_MS, self._tick)
         if self._trial.options:
@@ -75,17 +78,16 @@ class LivePage:
         self._time.on_change("value", lambda _name, _old, _new: self._show())
         self._play = Button(label="Play", width=70, button_type="primary", name="play")
         back, ahead = Button(label="− 0.1 s", width=70), Button(label="+ 0.1 s", width=70)
-        self._samples = Button(
-            label="Drive again with samples", visible=False, width=200, name="samples"
-        )
+        self._why = Button(label="Why?", width=70, name="why")
         self._speed = Select(options=SPEEDS, value="1", width=80)
         self._play.on_click(self._toggle)
         back.on_click(lambda: self._step(-STEP_S))
         ahead.on_click(lambda: self._step(STEP_S))
-        self._samples.on_click(self._drive_again)
+        self._why.on_click(self._ask_why)
         self._buttons = styled(self._play, back, ahead)
-        styled(self._trial, self._time, self._speed, self._samples)
+        styled(self._trial, self._time, self._speed, self._why)
         self._line, self._rows = html(name="line"), html(name="rows")
+        self._reason = html(name="reason")
 
     def _make_picture(self) -> None:
         self._map = MapView(
@@ -108,27 +110,49 @@ class LivePage:
         return [*own, *((name, name) for name in self._desk.logs())]
 
     def _choose(self, _name: str, _old: str, chosen: str) -> None:
-        self._samples.visible = chosen.startswith(OWN)
+        self._watched = None
         try:
-            if chosen.startswith(OWN):
-                driven = getattr(self._desk.tuning, chosen.removeprefix(OWN))
-                path = driven.log
-            else:
-                path = str(self._desk.folder.inside(chosen))
+            path, _ = self._chosen()
         except InputError as error:
             self._say(str(error))
             return
         begun = self._desk.engine.look("read_watched", path)
         self._desk.then(self._document, begun, self._read)
 
-    def _drive_again(self) -> None:
+    def _chosen(self) -> tuple[str, Any]:
+        """Returns the path of the chosen log, and of a trial of the studio its inputs."""
+        chosen = self._trial.value
+        if chosen.startswith(OWN):
+            driven = getattr(self._desk.tuning, chosen.removeprefix(OWN))
+            return driven.log, driven.asked
+        return str(self._desk.folder.inside(chosen)), None
+
+    def _ask_why(self) -> None:
         """Drives the trial once more with all that its controller can tell; it moves the same."""
-        driven = getattr(self._desk.tuning, self._trial.value.removeprefix(OWN))
-        self._say("driving with samples ...", "soft")
-        begun = self._desk.engine.drive(
-            "drive_with_diagnostics", *driven.asked, self._desk.engine.new_log()
-        )
-        self._desk.then(self._document, begun, self._read)
+        if self._watched is None:
+            return
+        try:
+            path, asked = self._chosen()
+            begun = self._desk.reasons(path, asked)
+        except InputError as error:
+            self._say(str(error))
+            return
+        self._say("driving again, to tell why ...", "soft")
+        self._why.disabled = True
+        self._desk.then(self._document, begun, partial(self._tell, self._watched))
+
+    def _tell(self, asked: Watched, done: Future[Reasons]) -> None:
+        self._why.disabled = False
+        if asked is not self._watched:
+            return
+        error = done.exception()
+        if error is not None:
+            self._say(str(error))
+            return
+        found = done.result()
+        self._watched = asked._replace(decisions=found.decisions, cycles=found.cycles)
+        self._say(asked.title, "soft")
+        self._show()
 
     def _read(self, done: Future[Watched]) -> None:
         error = done.exception()
@@ -180,6 +204,7 @@ class LivePage:
         self._body.data = {"xs": [body[:, 0].tolist()], "ys": [body[:, 1].tolist()]}
         notes = lines([DRIFTING], "soft") if watched.is_drifting else Markup("")
         self._rows.text = str(table(["at this moment", ""], rows_of(watched, moment)) + notes)
+        self._reason.text = str(told_decision(moment.decision)) if moment.decision else ""
 
     def _show_costmap(self, moment: Moment, shift: np.ndarray) -> None:
         costmap = moment.costmap
@@ -213,3 +238,10 @@ class LivePage:
 
     def _say(self, text: str, kind: str = "bad") -> None:
         self._line.text = str(lines([text], kind)) if text else ""
+
+
+def told_decision(decision: Mapping[str, Any]) -> Markup:
+    """Returns a decision's reasons: the sentence, the table, and what is to be said to it."""
+    head = Markup("<h3>why, {:.2f} s</h3>").format(decision["time"])
+    shown = table(decision["columns"], decision["rows"]) if decision["rows"] else Markup("")
+    return head + lines([decision["sentence"]]) + shown + lines(decision["notes"], "soft")
