@@ -38,7 +38,7 @@ from drake_navbench.studio.messages import (
     MetricOf,
 )
 from drake_navbench.studio.moments import CostmapFrame, Reasons, Watched
-from drake_navbench.studio.parameter_fields import ParameterField, fields_of
+from drake_navbench.studio.parameter_fields import ParameterField, fields_of, node_fields
 from drake_navbench.trial.planning import make_plan
 from drake_navbench.trial.spec import TrialSpec
 from drake_navbench.trial.trial import simulate
@@ -118,8 +118,11 @@ def columns_in(file: str, text: str, robot: str) -> list[str]:
 
 
 def column_fields(column: Column, robot: str) -> list[ParameterField]:
-    """Returns the fields of a column's parameters, with its changes as their values."""
-    return fields_of(_preset_and_robot(column, robot)[0])
+    """Returns the fields of a column's parameters, and of its file's costmaps and servers."""
+    if not column.file:
+        return fields_of(_preset_and_robot(column, robot)[0])
+    columns = _columns(column.file, column.patched_text, robot)
+    return [*fields_of(_plugin_of(columns, column)), *node_fields(columns.setup)]
 
 
 def drive_column(asked: Asked, column: Column, robot: str, log: str) -> Driven:
@@ -205,9 +208,13 @@ def _preset_and_robot(column: Column, robot: str) -> tuple[Preset, str | Robot]:
             raise InputError(f"controller {column.name}: expected the name of a preset")
         return load_preset(column.argument), robot
     columns = _columns(column.file, column.patched_text, robot)
+    return _plugin_of(columns, column), columns.setup.robot
+
+
+def _plugin_of(columns: FileColumns, column: Column) -> Preset:
     if column.name not in columns.plugins:
         raise InputError(f"{column.file}: {SERVER}: has no controller {column.name} any more")
-    return columns.plugins[column.name], columns.setup.robot
+    return columns.plugins[column.name]
 
 
 def _columns(file: str, text: str, robot: str) -> FileColumns:

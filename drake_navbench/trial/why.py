@@ -56,7 +56,7 @@ class Why(NamedTuple):
 
     @property
     def assurance(self) -> tuple[str, ...]:
-        """How sure it is that these are the reasons of the logged command, as sentences."""
+        """Sentences on how sure it is that these are the reasons of the logged command."""
         if self.doubt:
             return (
                 f"Not certain: {self.doubt}. The trial that was driven again is another one from "
