@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from concurrent.futures import Future
-from contextlib import suppress
 from datetime import datetime
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -19,8 +16,6 @@ from drake_navbench.studio.run_states import RESULTS, run_states
 from drake_navbench.typed_files.typed_yaml import parse_yaml
 
 if TYPE_CHECKING:
-    from bokeh.document import Document
-
     from drake_navbench.studio.open_scenario import OpenScenario
     from drake_navbench.studio.tuning_desk import TuningDesk
 
@@ -88,17 +83,6 @@ class Desk:
             parse_yaml(self.folder.read(self.robot).text, self.robot), path.parent
         )
         return str(path)
-
-    def then(
-        self, document: Document, begun: Future[Any], function: Callable[[Future[Any]], None]
-    ) -> None:
-        """Calls a function on a page when a task has ended; nothing happens on a closed page."""
-
-        def on_page(done: Future[Any]) -> None:
-            with suppress(RuntimeError, ValueError, AttributeError):
-                document.add_next_tick_callback(partial(function, done))
-
-        begun.add_done_callback(on_page)
 
     def resume(self, path: Path) -> None:
         """Goes on with a run; raises InputError where it is about files outside the folder."""

@@ -84,7 +84,6 @@ class Driven(NamedTuple):
     times_s: Array
     poses: Array
     speeds: Array
-    clearance_m: Array
     plan: Array
     outline: Array
     metrics: Mapping[str, float]

@@ -142,7 +142,6 @@ def drive_column(asked: Asked, column: Column, robot: str, log: str) -> Driven:
         samples["time_s"].to_numpy(dtype=float),
         samples[["x_m", "y_m", "yaw_rad"]].to_numpy(dtype=float),
         samples[["v_mps", "w_radps"]].to_numpy(dtype=float),
-        samples["clearance_m"].to_numpy(dtype=float),
         ended.course[:, :2],
         spec.preset.robot(spec.robot).outline,
         {name: float(v) for name, v in row.items() if isinstance(v, int | float)},
