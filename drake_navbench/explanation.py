@@ -94,6 +94,13 @@ def collision_stop(
     )
 
 
+def told_cell(value: Cell) -> str:
+    """Returns a cell of a table as it is printed: numbers with three figures."""
+    if value is None:
+        return ""
+    return f"{value:.3g}" if isinstance(value, float) else str(value)
+
+
 def told_length(metres: float) -> str:
     """Returns a length in words: '0.48 m', or 'infinite'."""
     return "infinite" if math.isinf(metres) else f"{metres:.3g} m"

@@ -8,7 +8,8 @@
   const animator = viewer.animator;
   const state = { chosen: 0, camera: "free" };
   const pathOf = (text) => text.split("/").filter(Boolean);
-  if (innerWidth < 700) legend.open = false;
+  const why = find("#navbench-why");
+  if (innerWidth < 700) legend.open = why.open = false;
 
   // ---- what is shown
   function show(path, isShown) { viewer.set_property(pathOf(path), "visible", isShown); }
@@ -37,6 +38,38 @@
     applyLayers();
     applyRobots();
     drawStrip();
+    told = undefined;
+    tellWhy();
+  }
+  // ---- why the chosen one decides as it does, where the page was made with --why
+  let told;
+  function rowOf(kind, cells) {
+    const row = document.createElement("tr");
+    cells.forEach((text, place) => {
+      const cell = row.appendChild(document.createElement(kind));
+      cell.textContent = text;
+      if (place && /[a-z]{3}/.test(text)) cell.className = "words";
+    });
+    return row;
+  }
+  function tellWhy() {
+    const reasons = robots[state.chosen].reasons || [];
+    why.hidden = !reasons.length;
+    if (why.hidden) return;
+    // The last cycle that began by now.
+    let low = 0, high = reasons.length;
+    while (low < high) {
+      const middle = (low + high) >> 1;
+      if (reasons[middle].time <= animator.time + 1e-6) low = middle + 1; else high = middle;
+    }
+    const reason = reasons[Math.max(low - 1, 0)];
+    if (reason === told) return;
+    told = reason;
+    why.querySelector("summary").textContent = `why, ${reason.time.toFixed(2)} s`;
+    why.querySelector("p").textContent = reason.sentence;
+    const rows = reason.rows.map((cells) => rowOf("td", cells));
+    why.querySelector("table").replaceChildren(...(rows.length ? [rowOf("th", reason.columns), ...rows] : []));
+    why.querySelector("div").textContent = reason.notes.join(" ");
   }
   legend.addEventListener("change", applyLayers);
   legend.querySelectorAll(".choose").forEach((button, index) => button.addEventListener("click", () => choose(index)));
@@ -264,6 +297,7 @@
       drawnTime = animator.time;
       follow();
       drawCursor();
+      tellWhy();
     }
     placeLabels();
     slider.max = animator.duration || 1;

@@ -77,8 +77,8 @@ def assemble(
 
     data: `bounds` of the course [x0, x1, y0, y1] m, `aspect` of the window for which the camera is
     aimed, and `robots`: for each its `name`, `color`, Meshcat paths `group` and `robot`, and what
-    `strip.strip_of` returns; `compute_top_ms`: where the axis of compute times ends;
-    `floors`: of each the `name` and the place `x`, `y` m of its label.
+    `strip.strip_of` returns, and the `reasons` of its decisions; `compute_top_ms`: where the axis
+    of compute times ends; `floors`: of each the `name` and the place `x`, `y` m of its label.
     notes: sentences below the legend, such as how to get layers that are lacking.
     """
     blocks = ["\n".join(row.markup() for row in section) for section in sections if section]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -46,6 +46,7 @@ from drake_navbench.analysis.replay.paths import (
     rgba_of,
 )
 from drake_navbench.analysis.replay.people import add_people
+from drake_navbench.analysis.replay.reasons import Decision, shown_reasons
 from drake_navbench.analysis.replay.robot_model import RobotModel, load_model
 from drake_navbench.analysis.replay.scene import (
     CAMERA_ASPECT,
@@ -63,6 +64,7 @@ from drake_navbench.logs.log import Outcome, TrialLog
 from drake_navbench.logs.plans import Plan
 
 Array = NDArray[np.float64]
+Reasons = Mapping[str, Sequence[Decision]]
 
 RACE_TURN_PERIOD_S, RACE_MAX_TURNS = 0.5, 400
 # A trial alone has room for more, but its controller's intentions need room too.
@@ -74,13 +76,19 @@ FLOOR_LABEL_ABOVE_M = 1.0
 
 
 def write_race_replay(
-    logs: Sequence[TrialLog], path: Path, *, model: Path | None, columns: Sequence[str] = ()
+    logs: Sequence[TrialLog],
+    path: Path,
+    *,
+    model: Path | None,
+    columns: Sequence[str] = (),
+    reasons: Reasons | None = None,
 ) -> None:
     """Writes a page in which trials of one scenario drive side by side, one colour a controller.
 
     logs: of different controllers, with at least one sample each. model: the robot's SDF file, or
     None to draw a prism over its outline. columns: all of the results, for colours that are the
-    same on every page. Equal logs give equal bytes.
+    same on every page. reasons: of a column's decisions, shown at their time. Equal input gives
+    equal bytes.
     """
     columns = [*columns, *(log.info["controller"] for log in logs)]
     stage = Stage()
@@ -120,8 +128,8 @@ def write_race_replay(
         title=logs[0].info["scenario"]["name"],
         subtitle=logs[0].info["scenario"]["description"],
         sections=[rows, layers],
-        notes=_notes(logs, layers, is_race=True),
-        data=_page_data(logs, bounds, columns),
+        notes=_notes(logs, layers, is_race=True, has_reasons=bool(reasons)),
+        data=_page_data(logs, bounds, columns, reasons or {}),
     )
     path.write_text(page, encoding="utf-8")
 
@@ -134,11 +142,16 @@ def _caster_angles(log: TrialLog) -> list[float] | None:
 
 
 def write_trial_replay(
-    log: TrialLog, path: Path, *, model: Path | None, columns: Sequence[str] = ()
+    log: TrialLog,
+    path: Path,
+    *,
+    model: Path | None,
+    columns: Sequence[str] = (),
+    reasons: Reasons | None = None,
 ) -> None:
     """Writes a page with one trial and what its controller had in mind.
 
-    The log needs at least one sample. model, columns: as for `write_race_replay`.
+    The log needs at least one sample. model, columns, reasons: as for `write_race_replay`.
     """
     scenario = log.info["scenario"]
     stage = Stage()
@@ -166,8 +179,8 @@ def write_trial_replay(
         title=f"{scenario['name']}: {row.name}",
         subtitle=f"{scenario['description']}; trial {log.info['trial']}, seed {log.info['seed']}",
         sections=[[row], layers],
-        notes=_notes([log], layers, is_race=False),
-        data=_page_data([log], bounds, columns),
+        notes=_notes([log], layers, is_race=False, has_reasons=bool(reasons)),
+        data=_page_data([log], bounds, columns, reasons or {}),
     )
     path.write_text(page, encoding="utf-8")
 
@@ -196,14 +209,22 @@ def _add_surroundings(
     return course
 
 
-def _page_data(logs: Sequence[TrialLog], course: Bounds, columns: Sequence[str]) -> dict[str, Any]:
+def _page_data(
+    logs: Sequence[TrialLog], course: Bounds, columns: Sequence[str], reasons: Reasons
+) -> dict[str, Any]:
     """Returns the robots' data for the page's own script, in the order of the legend."""
     robots = []
     for log in logs:
         name = log.info["controller"]
         paths = {"group": RobotPaths(name).group, "robot": RobotPaths(name).robot}
         robots.append(
-            {"name": name, "color": controller_color(name, columns), **paths, **strip_of(log)}
+            {
+                "name": name,
+                "color": controller_color(name, columns),
+                **paths,
+                **strip_of(log),
+                "reasons": shown_reasons(reasons.get(name, ())),
+            }
         )
     x, y = zip(course.low.tolist(), course.high.tolist(), strict=True)
     return {
@@ -313,15 +334,20 @@ def _intention_rows(stage: Stage, log: TrialLog, pace: Pace) -> list[LegendRow]:
     ]
 
 
-def _notes(logs: Sequence[TrialLog], layers: Sequence[LegendRow], *, is_race: bool) -> list[str]:
+def _notes(
+    logs: Sequence[TrialLog], layers: Sequence[LegendRow], *, is_race: bool, has_reasons: bool
+) -> list[str]:
     """Returns notes that say which option adds each layer that the page lacks."""
     paths = {path for row in layers for path in row.paths}
     notes = []
     if not any(RobotPaths(log.info["controller"]).costmap in paths for log in logs):
         notes.append("No local costmaps in these logs: run without --no-costmaps.")
-    if not logs[0].is_recording:
+    if not has_reasons and not logs[0].is_recording:
         # Escaped by the page; the log may lie anywhere.
-        notes.append("Why it decided so: drake-navbench why LOG --at SECONDS.")
+        notes.append(
+            "Why it decided so: drake-navbench why LOG --at SECONDS, or of every decision on this "
+            "page: drake-navbench replay LOG --why."
+        )
     if is_race:
         notes.append(
             "What a controller has in mind (prediction, samples, carrot) has a page for each "

@@ -33,11 +33,11 @@ def logged_trial(log: TrialLog, path: Path) -> TrialSpec:
         raise InputError(f"the inputs of the trial cannot be loaded again: {error}") from error
     for spec in specs:
         if (spec.scenario.name, spec.preset.name) == (scenario, column):
-            return _of_log(spec, log)
+            return trial_of_log(spec, log)
     raise InputError(f"the inputs of the trial have no column {column!r} in {scenario!r} any more")
 
 
-def _of_log(spec: TrialSpec, log: TrialLog) -> TrialSpec:
+def trial_of_log(spec: TrialSpec, log: TrialLog) -> TrialSpec:
     """Returns the trial of the log among those of a scenario and column; raises InputError."""
     for wants_diagnostics in (False, True):
         trial = replace(spec, wants_diagnostics=wants_diagnostics)

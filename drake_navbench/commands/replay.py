@@ -17,6 +17,7 @@ from drake_navbench.errors import InputError, one_line
 
 if TYPE_CHECKING:
     from drake_navbench.logs.log import TrialLog
+    from drake_navbench.trial.why import Why
 
 
 def build_parser() -> argparse.ArgumentParser:
@@ -38,6 +39,12 @@ def build_parser() -> argparse.ArgumentParser:
         type=Path,
         metavar="LOG",
         help="another trial of the same scenario, of another column, drawn on the same page",
+    )
+    add(
+        "--why",
+        action="store_true",
+        help="show beside the scene why the controller decided as it did, in every control cycle; "
+        "the trial is driven again",
     )
     add(
         "--out",
@@ -64,7 +71,7 @@ def _replay(arguments: argparse.Namespace) -> None:
     log = _worst_of(arguments.log) if arguments.log.is_dir() else arguments.log
     suffix = ".html" if arguments.beside is None else ".beside.html"
     path = arguments.out or log.with_suffix(suffix)
-    render(log, path, arguments.model, arguments.beside)
+    render(log, path, arguments.model, arguments.beside, tells_why=arguments.why)
     print(path)
 
 
@@ -74,8 +81,15 @@ def _worst_of(folder: Path) -> Path:
     return worst_trial(folder)
 
 
-def render(log_path: Path, path: Path, model: Path | None, beside: Path | None = None) -> None:
-    """Writes the replay of a log, or of two on one page.
+def render(
+    log_path: Path,
+    path: Path,
+    model: Path | None,
+    beside: Path | None = None,
+    *,
+    tells_why: bool = False,
+) -> None:
+    """Writes the replay of a log, or of two on one page; tells_why: with the reasons of decisions.
 
     Raises InputError where there is nothing to show, no model, or the two are of one column or of
     two scenarios.
@@ -98,6 +112,14 @@ def render(log_path: Path, path: Path, model: Path | None, beside: Path | None =
         _require_a_race(log, logs[1], beside)
     if model is not None and not model.is_file():
         raise InputError(f"--model {model}: no such file")
+    reasons = (
+        {
+            own.info["controller"]: _decisions(own, entry)
+            for entry, own in zip(paths, logs, strict=True)
+        }
+        if tells_why
+        else None
+    )
     columns: list[str] = []
     # A log may lie anywhere; in a results folder its colour is that of the report.
     with suppress(InputError, IndexError):
@@ -107,9 +129,11 @@ def render(log_path: Path, path: Path, model: Path | None, beside: Path | None =
         write_whole(
             path,
             lambda unfinished: (
-                write_trial_replay(log, unfinished, model=shown, columns=columns)
+                write_trial_replay(log, unfinished, model=shown, columns=columns, reasons=reasons)
                 if beside is None
-                else write_race_replay(logs, unfinished, model=shown, columns=columns)
+                else write_race_replay(
+                    logs, unfinished, model=shown, columns=columns, reasons=reasons
+                )
             ),
         )
     except ValidationError as error:
@@ -124,6 +148,18 @@ def render(log_path: Path, path: Path, model: Path | None, beside: Path | None =
     except RuntimeError as error:
         # Drake's, of a model that it cannot parse.
         raise InputError(f"{shown or log_path}: cannot be drawn: {error}") from error
+
+
+def _decisions(log: TrialLog, path: Path) -> Sequence[Why]:
+    """Returns why the controller of a trial decided as it did, for every cycle."""
+    from drake_navbench.campaign.logged_trial import logged_trial
+    from drake_navbench.trial.why import require_explainable, whole_why
+
+    try:
+        require_explainable(log)
+        return whole_why(logged_trial(log, path), log).decisions
+    except InputError as error:
+        raise InputError(f"--why: {path}: {error}") from error
 
 
 def _require_a_race(log: TrialLog, other: TrialLog, path: Path) -> None:

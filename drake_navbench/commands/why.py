@@ -53,7 +53,7 @@ def _why(path: Path, time_s: float) -> int:
 
     log = TrialLog.read(path)
     try:
-        require_explainable(log, time_s)
+        require_explainable(log)
         found = why(logged_trial(log, path), log, time_s)
     except InputError as error:
         raise InputError(f"{path}: {error}") from error
@@ -63,8 +63,6 @@ def _why(path: Path, time_s: float) -> int:
 
 def lines_of(found: Why, column: str) -> list[str]:
     """Returns the answer as lines of 80 columns at most."""
-    from drake_navbench.explanation import told_command
-
     explanation = found.explanation
     lines = _wrapped(
         f"{column} at {found.time_s:.2f} s, control cycle {found.cycle}: {explanation.sentence}"
@@ -75,35 +73,17 @@ def lines_of(found: Why, column: str) -> list[str]:
         lines += [""]
     for note in explanation.notes:
         lines += _wrapped(note)
-    command = explanation.command
-    if found.doubt:
-        lines += [
-            "",
-            *_wrapped(
-                f"Not certain: {found.doubt}. The trial that was driven again is "
-                "another one from there on, and so may be its reasons."
-            ),
-        ]
-        return lines
     lines += [""]
-    if command is not None and not _is_sent(found):
-        lines += _wrapped(
-            f"The robot got {told_command(found.sent)}: what follows the controller changed it."
-        )
-    lines += _wrapped(
-        f"Recomputed: command and all {found.checked_rows} samples up to then equal the log to "
-        "the last bit."
-    )
+    for sentence in found.assurance:
+        lines += _wrapped(sentence)
     return lines
-
-
-def _is_sent(found: Why) -> bool:
-    return found.explanation.gives(found.sent)
 
 
 def table_lines(columns: Sequence[str], rows: Sequence[Sequence[Cell]]) -> list[str]:
     """Returns a table as lines; numbers stand right, and the last column is wrapped at 80."""
-    texts = [list(columns), *([_cell(value) for value in row] for row in rows)]
+    from drake_navbench.explanation import told_cell
+
+    texts = [list(columns), *([told_cell(value) for value in row] for row in rows)]
     widths = [max(len(row[k]) for row in texts) for k in range(len(columns))]
     right = [
         k > 0 and all(not isinstance(row[k], str) or row[k] == "" for row in rows)
@@ -123,12 +103,6 @@ def table_lines(columns: Sequence[str], rows: Sequence[Sequence[Cell]]) -> list[
             lines.append(GAP.join(padded).rstrip())
     lines.insert(1, GAP.join("-" * width for width in widths))
     return lines
-
-
-def _cell(value: Cell) -> str:
-    if value is None:
-        return ""
-    return f"{value:.3g}" if isinstance(value, float) else str(value)
 
 
 def _wrapped(text: str) -> list[str]:

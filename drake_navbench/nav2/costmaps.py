@@ -130,12 +130,12 @@ def read_global_costmap(
     """Returns the validated settings of the global costmap; notes each given parameter."""
     settings = _CostmapReader(reader, sensors, release).settings(GlobalCostmapSettings)
     # Nav2's default, which is not ours.
-    grid: dict[str, Any] = {"resolution": 0.1}
+    defaults = {"resolution": 0.1}
     if reader.flag("rolling_window", False):
         names = ("rolling_window", "width", "height", "resolution")
-        grid |= reader.block(GlobalCostmapSettings, names=names)
+        grid = reader.block(GlobalCostmapSettings, names=names, defaults=defaults)
     else:
-        grid |= reader.block(GlobalCostmapSettings, names=("resolution",))
+        grid = reader.block(GlobalCostmapSettings, names=("resolution",), defaults=defaults)
         for name in ("width", "height"):
             if reader.given(name):
                 reader.note(Status.OTHER_FORM, name, "follows from the map, or from what is known")

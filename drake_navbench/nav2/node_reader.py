@@ -5,7 +5,7 @@ from __future__ import annotations
 import difflib
 import json
 from collections.abc import Collection, Iterable, Mapping
-from typing import Any
+from typing import Any, NamedTuple
 
 from pydantic import BaseModel, ValidationError
 
@@ -48,11 +48,24 @@ Rows = dict[tuple[str, str], CheckRow]
 """Rows by node and parameter."""
 
 
+class Offer(NamedTuple):
+    """A parameter that a node reads: the field of a typed model, the file's value, the default.
+
+    default: that of the release. given: None where the file has none.
+    """
+
+    model: type[BaseModel]
+    field: str
+    default: Any
+    given: Any
+
+
 class NodeReader:
     """Reads a node's parameters one after another; each read one becomes a row of the check.
 
     rows: where rows are added, by node and parameter; of two rows of one place the later holds.
-    release: of Nav2, whose parameters and defaults count.
+    release: of Nav2, whose parameters and defaults count. offers: by name, the parameters of typed
+    models that it read or would read.
     """
 
     def __init__(self, node: Node, rows: Rows, release: Release = NEWEST_RELEASE) -> None:
@@ -61,6 +74,7 @@ class NodeReader:
         self._release = release
         self._seen: set[str] = set()
         self._known: set[str] = set()
+        self.offers: dict[str, Offer] = {}
 
     @property
     def node(self) -> Node:
@@ -182,12 +196,14 @@ class NodeReader:
         *,
         names: Iterable[str] | None = None,
         renamed: Mapping[str, str] | None = None,
+        defaults: Mapping[str, Any] | None = None,
     ) -> dict[str, Any]:
         """Returns the given values for the fields of a model, checked by it.
 
-        Besides, the defaults of the release where they are not the model's. prefix: of their names,
-        with its dot. names: of the fields that Nav2 has; all where not given. renamed: from our
-        names to Nav2's. Raises InputError where a value is wrong.
+        Besides, Nav2's defaults where they are not the model's: those of the release, and
+        `defaults`. prefix: of their names, with its dot. names: of the fields that Nav2 has; all
+        where not given. renamed: from our names to Nav2's. Raises InputError where a value is
+        wrong.
         """
         their_names = renamed or {}
         values: dict[str, Any] = {}
@@ -198,10 +214,19 @@ class NodeReader:
                 below = self.block(nested, f"{their_name}.")
                 if below:
                     values[field] = below
-            elif self.gives(model, field, their_name):
+                continue
+            readers = read_by(model, field)
+            of_nav2 = {**(defaults or {})}
+            if self._release in readers.defaults:
+                of_nav2[field] = readers.defaults[self._release]
+            if self.gives(model, field, their_name):
                 values[field] = self.value(their_name)
-            elif self._release in (defaults := read_by(model, field).defaults):
-                values[field] = defaults[self._release]
+            elif field in of_nav2:
+                values[field] = of_nav2[field]
+            if self._release in readers.releases:
+                own = model.model_fields[field].get_default(call_default_factory=True)
+                given = self._node.get(their_name)
+                self.offers[their_name] = Offer(model, field, of_nav2.get(field, own), given)
         return self.checked(model, values, prefix, their_names, is_partial=names is not None)
 
     def checked(

@@ -28,7 +28,7 @@ from drake_navbench.nav2.controller_server import read_controller_server
 from drake_navbench.nav2.controllers import SERVER, has_controllers
 from drake_navbench.nav2.costmaps import read_global_costmap, read_local_costmap
 from drake_navbench.nav2.drive import drive_for
-from drake_navbench.nav2.node_reader import NodeReader, Rows
+from drake_navbench.nav2.node_reader import NodeReader, Offer, Rows
 from drake_navbench.nav2.outline import (
     Outline,
     are_corners,
@@ -100,9 +100,10 @@ class Nav2Setup:
     """The columns that Nav2 files define, the robot that they drive, and the check of the files.
 
     places: by the column's name, the node and the block of its controller. given: the values of all
-    parameters, by node without the namespace and by name. asked: the speeds that each controller
-    needs of the base. spin_radps: the yaw rate that the spin needs. namespace: that of the nodes
-    that are read, 'robot1'.
+    parameters, by node without the namespace and by name. offers: the typed parameters outside of
+    the controllers, by the last part of the node's name and by name. asked: the speeds that each
+    controller needs of the base. spin_radps: the yaw rate that the spin needs. namespace: that of
+    the nodes that are read, 'robot1'.
     """
 
     presets: tuple[Preset, ...]
@@ -110,6 +111,7 @@ class Nav2Setup:
     check: Check
     places: Mapping[str, tuple[str, str]] = field(default_factory=dict)
     given: Mapping[tuple[str, str], Any] = field(default_factory=dict)
+    offers: Mapping[tuple[str, str], Offer] = field(default_factory=dict)
     asked: tuple[AskedSpeeds, ...] = ()
     spin_radps: float = 0.0
     namespace: str = ""
@@ -236,6 +238,7 @@ class _Files:
     ) -> None:
         self._release = release
         self._places: dict[str, tuple[str, str]] = {}
+        self._readers: list[NodeReader] = []
         self._sections = sections
         self._rows = rows
         self._base = base
@@ -292,6 +295,11 @@ class _Files:
             check,
             self._places,
             given=self._given(),
+            offers={
+                (reader.node.name.rpartition("/")[2], name): offer
+                for reader in self._readers
+                for name, offer in reader.offers.items()
+            },
             asked=asked,
             spin_radps=spin,
             namespace=self._namespace.lstrip("/"),
@@ -381,7 +389,8 @@ class _Files:
         return {"behavior_server": merged(own, drive)}
 
     def _reader(self, node: Node) -> NodeReader:
-        return NodeReader(node, self._rows, self._release.release)
+        self._readers.append(NodeReader(node, self._rows, self._release.release))
+        return self._readers[-1]
 
     def _costmaps(self) -> dict[str, Any]:
         fields: dict[str, Any] = {}

@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from concurrent.futures import Future
-from contextlib import suppress
 from datetime import datetime
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -19,8 +16,6 @@ from drake_navbench.studio.run_states import RESULTS, run_states
 from drake_navbench.typed_files.typed_yaml import parse_yaml
 
 if TYPE_CHECKING:
-    from bokeh.document import Document
-
     from drake_navbench.studio.open_scenario import OpenScenario
     from drake_navbench.studio.tuning_desk import TuningDesk
 
@@ -89,17 +84,6 @@ class Desk:
         )
         return str(path)
 
-    def then(
-        self, document: Document, begun: Future[Any], function: Callable[[Future[Any]], None]
-    ) -> None:
-        """Calls a function on a page when a task has ended; nothing happens on a closed page."""
-
-        def on_page(done: Future[Any]) -> None:
-            with suppress(RuntimeError, ValueError, AttributeError):
-                document.add_next_tick_callback(partial(function, done))
-
-        begun.add_done_callback(on_page)
-
     def resume(self, path: Path) -> None:
         """Goes on with a run; raises InputError where it is about files outside the folder."""
         self._require_inside(path)
@@ -110,6 +94,15 @@ class Desk:
         self._require_inside(path)
         stem = datetime.now().strftime("%Y-%m-%d_%H-%M-%S")
         return self.engine.look("begin_again", path, self.folder.root / RESULTS / stem)
+
+    def reasons(self, log: str, asked: Any) -> Future[Any]:
+        """Asks why the controller of a log's trial decided as it did; see `tasks.reasons_of`.
+
+        Raises InputError where the log is of a run about files outside the folder.
+        """
+        if asked is None:
+            self._require_inside(Path(log).parents[3])
+        return self.engine.drive("reasons_of", log, asked)
 
     def _require_inside(self, path: Path) -> None:
         request = ResultsFolder(path).read_manifest().get("request")

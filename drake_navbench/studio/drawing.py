@@ -21,6 +21,8 @@ DOOR_REACH_M = 0.3
 # A box that is so thin is a wall to doors.
 THICKEST_WALL_M = 0.5
 SHORTEST_M = 0.01
+# Length and width of what is drawn as a moving obstacle.
+CART_M = (1.0, 0.6)
 ALONG_M = 0.05
 # Fields of points and of lists of points, which move with a thing.
 POINTS = ("min", "max", "start", "end", "centre")
@@ -187,6 +189,38 @@ def area(one: Point, other: Point, value: int | None = None) -> dict[str, Any]:
         raise InputError("an area needs two corners; drag from one to the other")
     corners = [[x0, y0], [x1, y0], [x1, y1], [x0, y1]]
     return {"polygon": corners} | ({} if value is None else {"value": value})
+
+
+def moving_box(at: Point) -> dict[str, Any]:
+    """Returns a box of a cart's size that moves from a place on; so far it stands there."""
+    return {
+        "type": "box",
+        "size_m": list(CART_M),
+        "waypoints": [{"time_s": 0.0, "position": list(at), "yaw_rad": 0.0}],
+    }
+
+
+def moved_on(thing: Mapping[str, Any], to: Point, speed_mps: float) -> dict[str, Any]:
+    """Returns a moving obstacle that goes on to a place at a speed, its front ahead."""
+    *_, last = way = thing["waypoints"]
+    length_m = math.dist(last["position"], to)
+    if length_m < ALONG_M:
+        return dict(thing)
+    x, y = last["position"]
+    # Unwrapped: it turns the shorter way.
+    before_rad = last.get("yaw_rad", 0.0)
+    turn_rad = math.remainder(math.atan2(to[1] - y, to[0] - x) - before_rad, math.tau)
+    yaw_rad = round(before_rad + turn_rad, DIGITS)
+    start = {**last, "yaw_rad": yaw_rad} if len(way) == 1 else last
+    time_s = round(last["time_s"] + length_m / speed_mps, DIGITS)
+    end = {"time_s": time_s, "position": list(to), "yaw_rad": yaw_rad}
+    return {**thing, "waypoints": [*way[:-1], start, end]}
+
+
+def with_waypoint(content: Mapping[str, Any], place: Place, at: Sequence[float]) -> dict[str, Any]:
+    """Returns a content with one more goal before the goal, for which Nav2's tree drives."""
+    changed = with_added(content, place, list(at))
+    return with_entry(changed, ("navigation_mode",), "navigate_to_pose")
 
 
 def pose(at: Point, ahead: Point, before: Sequence[float]) -> list[float]:

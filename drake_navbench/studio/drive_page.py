@@ -16,6 +16,7 @@ from drake_navbench.inputs.presets import preset_files
 from drake_navbench.studio.desk import Desk
 from drake_navbench.studio.messages import Asked, Driven
 from drake_navbench.studio.open_scenario import files_of
+from drake_navbench.studio.page import Page
 from drake_navbench.studio.parameter_fields import ParameterField
 from drake_navbench.studio.parameter_form import ParameterForm
 from drake_navbench.studio.scene_items import items_of
@@ -27,11 +28,11 @@ DRAWN = "drawn"
 WARMING = "The workers are loading; a first trial ever compiles its kernels, which takes a minute."
 
 
-class DrivePage:
+class DrivePage(Page):
     """The desk's column in the desk's scenario."""
 
     def __init__(self, document: Document, desk: Desk) -> None:
-        self._document, self._desk = document, desk
+        super().__init__(document, desk)
         self._seen: Any = None
         self._is_driving = False
         self._make_widgets()
@@ -65,7 +66,7 @@ class DrivePage:
         self._save = Button(label="Save", width=70)
         styled(self._scenario, self._robot, self._column, self._save_as)
         styled(self._drive, self._stop, self._lock, self._save)
-        self._line, self._metrics = html(name="line"), html(name="metrics")
+        self._metrics = html(name="metrics")
         self._patch = html(name="patch")
         self._list_columns()
         self._scenario.on_change("value", self._choose_scenario)
@@ -100,23 +101,19 @@ class DrivePage:
 
     def _list_columns(self) -> None:
         """Lists the presets, and the controllers of Nav2 files as workers have read them."""
-        tuning, robot = self._desk.tuning, self._desk.robot_argument
+        tuning = self._desk.tuning
         options = [(f":{name}", name) for name in preset_files()]
         self._column.update(options=options, value=f"{tuning.file}:{tuning.name}")
         for file in files_of(self._desk.folder, "nav2"):
-            try:
-                path = str(self._desk.folder.inside(file))
-                text = self._desk.folder.read(file).text
-                begun = self._desk.engine.look("columns_in", path, text, robot())
-            except NavbenchError:
-                continue
-            self._desk.then(self._document, begun, partial(self._list_file, file))
+            self._ask(partial(self._columns_in, file), partial(self._list_file, file))
 
-    def _list_file(self, file: str, done: Future[list[str]]) -> None:
-        if done.exception() is not None:
-            self._say(str(done.exception()))
-            return
-        options = [(f"{file}:{name}", f"{file}: {name}") for name in done.result()]
+    def _columns_in(self, file: str) -> Future[list[str]]:
+        desk = self._desk
+        path, text = str(desk.folder.inside(file)), desk.folder.read(file).text
+        return desk.engine.look("columns_in", path, text, desk.robot_argument())
+
+    def _list_file(self, file: str, names: list[str]) -> None:
+        options = [(f"{file}:{name}", f"{file}: {name}") for name in names]
         others = [entry for entry in self._column.options if entry not in options]
         self._column.options = [*options, *others]
 
@@ -124,11 +121,7 @@ class DrivePage:
         file, _, name = chosen.rpartition(":")
         if (file, name) == (self._desk.tuning.file, self._desk.tuning.name):
             return
-        try:
-            self._desk.tuning.choose(file, name)
-        except NavbenchError as error:
-            self._say(str(error))
-            return
+        self._try(lambda: self._desk.tuning.choose(file, name))
         self._show_column()
 
     def _show_column(self) -> None:
@@ -136,20 +129,12 @@ class DrivePage:
         self._save_as.update(value=tuning.file, visible=bool(tuning.file))
         self._save.visible = bool(tuning.file)
         self._show_patch()
-        try:
-            column, robot = tuning.column(is_changed=False), self._desk.robot_argument()
-        except NavbenchError as error:
-            self._say(str(error))
-            return
-        begun = self._desk.engine.look("column_fields", column, robot)
-        self._desk.then(self._document, begun, self._show_fields)
-
-    def _show_fields(self, done: Future[list[ParameterField]]) -> None:
-        error = done.exception()
-        if error is not None:
-            self._say(str(error))
-            return
-        self._form.show(done.result(), self._desk.tuning.changes)
+        self._ask(
+            lambda: self._desk.engine.look(
+                "column_fields", tuning.column(is_changed=False), self._desk.robot_argument()
+            ),
+            lambda fields: self._form.show(fields, tuning.changes),
+        )
 
     def _change(self, field: ParameterField, value: Any) -> None:
         self._desk.tuning.change(field, value)
@@ -165,28 +150,23 @@ class DrivePage:
         self._patch.text = str(shown)
 
     def _save_file(self) -> None:
-        try:
+        def save() -> None:
             self._desk.tuning.save(self._save_as.value.strip())
-        except NavbenchError as error:
-            self._say(str(error))
-            return
-        self._say(f"{self._desk.tuning.file}: saved", "good")
-        self._list_columns()
-        self._show_column()
+            self._say(f"{self._desk.tuning.file}: saved", "good")
+            self._list_columns()
+            self._show_column()
+
+        self._try(save)
 
     # Scenario, robot, trial.
 
     def _choose_scenario(self, _name: str, _old: str, chosen: str) -> None:
         kind, _, name = chosen.partition(":")
-        scenario = self._desk.scenario
-        try:
-            if kind == "file":
-                scenario.open_file(name)
-            elif kind == "built-in":
-                scenario.open_built_in(name)
-        except NavbenchError as error:
-            self._say(str(error))
+        if kind != DRAWN:
+            self._try(lambda: self._desk.scenario.open(kind, name))
         self._watch()
+        # What is open now, also where it was not opened.
+        self._scenario.value = DRAWN
 
     def _choose_robot(self, _name: str, _old: str, robot: str) -> None:
         self._desk.robot = robot
@@ -205,24 +185,17 @@ class DrivePage:
         if self._is_driving:
             return
         desk, scenario = self._desk, self._desk.scenario
-        try:
+
+        def begin() -> Future[Driven]:
             asked = Asked(scenario.drawing.content, scenario.path)
             column, robot = desk.tuning.column(), desk.robot_argument()
-        except NavbenchError as error:
-            self._say(str(error))
-            return
-        self._set_driving(True)
-        self._say("driving ..." if desk.engine.is_warm else WARMING, "soft")
-        begun = desk.engine.drive("drive_column", asked, column, robot, desk.engine.new_log())
-        desk.then(self._document, begun, self._driven)
+            return desk.engine.drive("drive_column", asked, column, robot, desk.engine.new_log())
 
-    def _driven(self, done: Future[Driven]) -> None:
-        self._set_driving(False)
-        error = done.exception()
-        if error is not None:
-            self._say(str(error))
-            return
-        driven = done.result()
+        self._say("driving ..." if desk.engine.is_warm else WARMING, "soft")
+        if self._ask(begin, self._driven, lambda: self._set_driving(False)):
+            self._set_driving(True)
+
+    def _driven(self, driven: Driven) -> None:
         self._desk.tuning.note(driven)
         kind = "good" if driven.outcome == "succeeded" else "bad"
         told = (
@@ -250,6 +223,3 @@ class DrivePage:
         if tuning.now is not None and metrics.done() and metrics.exception() is None:
             shown = metrics_table(metrics.result(), tuning.now, tuning.before, tuning.reference)
             self._metrics.text = str(shown)
-
-    def _say(self, text: str, kind: str = "bad") -> None:
-        self._line.text = str(lines([text], kind)) if text else ""

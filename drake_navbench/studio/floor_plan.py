@@ -11,7 +11,7 @@ from bokeh.models import ColumnDataSource, CustomJS, InlineStyleSheet, Label
 
 from drake_navbench.studio import style
 from drake_navbench.studio.scene_items import Item, bounds_of
-from drake_navbench.studio.style import MapView
+from drake_navbench.studio.style import MapView, coordinates, image_at
 
 # Tools whose drag is a line, a rectangle, a circle or an arrow; seen while the button is down.
 SHAPES = {
@@ -23,6 +23,7 @@ SHAPES = {
     "Speed zone": "box",
     "Start": "line",
     "Goal": "line",
+    "Waypoint": "line",
     "Move": "line",
 }
 COLORS = {
@@ -32,6 +33,8 @@ COLORS = {
     "keepout": style.KEEPOUT,
     "zone": style.SLOW,
 }
+AREAS = ("keepout", "zone")
+POSES = {"start": style.START, "goal": style.GOAL}
 MARGIN_M = 1.0
 # Shows the mouse's place, and what a drag would draw; the server hears of the drag's end alone.
 FOLLOW = """
@@ -65,14 +68,10 @@ class FloorPlan:
     """
 
     def __init__(self, tool: Any, step: Any) -> None:
-        self._map = MapView(
-            height=560,
-            name="floor",
-            active_drag=None,
-        )
+        self._map = MapView(height=560, name="floor", active_drag=None)
         self.figure = self._map.figure
         self._begin: tuple[float, float] | None = None
-        self._ground = ColumnDataSource({"image": [], "x": [], "y": [], "dw": [], "dh": []})
+        self._ground = ColumnDataSource(image_at(None, None))
         self._shapes = ColumnDataSource({"xs": [], "ys": [], "color": [], "alpha": [], "line": []})
         self._ways = ColumnDataSource({"xs": [], "ys": []})
         self._poses = ColumnDataSource({"x": [], "y": [], "color": []})
@@ -159,61 +158,34 @@ class FloorPlan:
     def show(self, items: Sequence[Item], picked: Item | None) -> None:
         """Draws the things of a scenario."""
         solid = [item for item in items if item.kind in COLORS]
+        colors = [COLORS[item.kind] for item in solid]
         is_picked = [picked is not None and item.place == picked.place for item in solid]
         self._shapes.data = {
-            "xs": [item.outline[:, 0].tolist() for item in solid],
-            "ys": [item.outline[:, 1].tolist() for item in solid],
-            "color": [COLORS[item.kind] for item in solid],
-            "alpha": [0.75 if item.kind not in ("keepout", "zone") else 0.25 for item in solid],
+            **coordinates(item.outline for item in solid),
+            "color": colors,
+            "alpha": [0.25 if item.kind in AREAS else 0.75 for item in solid],
             "line": [
-                style.PICKED if chosen else COLORS[item.kind]
-                for item, chosen in zip(solid, is_picked, strict=True)
+                style.PICKED if chosen else color
+                for color, chosen in zip(colors, is_picked, strict=True)
             ],
         }
-        ways = [item.way for item in items if len(item.way) > 1]
-        self._ways.data = {
-            "xs": [way[:, 0].tolist() for way in ways],
-            "ys": [way[:, 1].tolist() for way in ways],
-        }
-        poses = [item for item in items if item.kind in ("start", "goal")]
-        colors = [style.START if item.kind == "start" else style.GOAL for item in poses]
-        self._poses.data = {
-            "x": [float(item.outline[0, 0]) for item in poses],
-            "y": [float(item.outline[0, 1]) for item in poses],
-            "color": colors,
-        }
-        self._arrows.data = {
-            "xs": [item.outline[:, 0].tolist() for item in poses],
-            "ys": [item.outline[:, 1].tolist() for item in poses],
-            "color": colors,
-        }
+        self._ways.data = coordinates(item.way for item in items if len(item.way) > 1)
+        poses = [item for item in items if item.kind in POSES]
+        colors = [POSES[item.kind] for item in poses]
+        arrows = coordinates(item.outline for item in poses)
+        self._arrows.data = {**arrows, "color": colors}
+        x, y = ([line[0] for line in arrows[name]] for name in ("xs", "ys"))
+        self._poses.data = {"x": x, "y": y, "color": colors}
 
     def show_plans(self, plans: Sequence[Any], outlines: Sequence[tuple[Any, str]]) -> None:
         """Draws plans, and footprints in their colours; none where there are none."""
-        self._plans.data = {
-            "xs": [plan[:, 0].tolist() for plan in plans],
-            "ys": [plan[:, 1].tolist() for plan in plans],
-        }
-        closed = [np.vstack([outline, outline[:1]]) for outline, _ in outlines]
-        self._outlines.data = {
-            "xs": [ring[:, 0].tolist() for ring in closed],
-            "ys": [ring[:, 1].tolist() for ring in closed],
-            "color": [color for _, color in outlines],
-        }
+        self._plans.data = coordinates(plans)
+        rings = coordinates(np.vstack([outline, outline[:1]]) for outline, _ in outlines)
+        self._outlines.data = {**rings, "color": [color for _, color in outlines]}
 
     def show_ground(self, image: Any, bounds: tuple[float, float, float, float] | None) -> None:
         """Draws a map under everything; image: RGBA as (rows, columns) uint32; None: no map."""
-        if bounds is None:
-            self._ground.data = {"image": [], "x": [], "y": [], "dw": [], "dh": []}
-            return
-        x0, y0, x1, y1 = bounds
-        self._ground.data = {
-            "image": [image],
-            "x": [x0],
-            "y": [y0],
-            "dw": [x1 - x0],
-            "dh": [y1 - y0],
-        }
+        self._ground.data = image_at(image, bounds)
 
     def look_at(
         self, items: Sequence[Item], ground: tuple[float, float, float, float] | None

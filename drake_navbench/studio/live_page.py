@@ -2,26 +2,39 @@
 
 from __future__ import annotations
 
-from concurrent.futures import Future
+from collections.abc import Mapping
+from functools import partial
+from typing import Any
 
 import numpy as np
 from bokeh.document import Document
 from bokeh.models import Button, Column, ColumnDataSource, Row, Select, Slider
 from markupsafe import Markup
 
-from drake_navbench.errors import InputError
 from drake_navbench.studio import style
 from drake_navbench.studio.desk import Desk
 from drake_navbench.studio.moments import (
     Moment,
+    Reasons,
     Watched,
     image_of,
     moment_at,
     rows_of,
     trajectories_of,
 )
+from drake_navbench.studio.page import Page
 from drake_navbench.studio.scene_items import bounds_of, items_of
-from drake_navbench.studio.style import MapView, every, fill, html, lines, styled, table
+from drake_navbench.studio.style import (
+    MapView,
+    coordinates,
+    every,
+    fill,
+    html,
+    image_at,
+    lines,
+    styled,
+    table,
+)
 from drake_navbench.studio.trial_pictures import placed
 
 FRAME_MS = 80
@@ -34,11 +47,11 @@ DRIFTING = (
 )
 
 
-class LivePage:
+class LivePage(Page):
     """A scrubber over one log."""
 
     def __init__(self, document: Document, desk: Desk) -> None:
-        self._document, self._desk = document, desk
+        super().__init__(document, desk)
         self._watched: Watched | None = None
         self._is_playing = False
         self._make_widgets()
@@ -47,13 +60,12 @@ class LivePage:
             self._line,
             self._map.figure,
             self._time,
-            Row(*self._buttons, self._speed, spacing=6),
+            Row(*self._buttons, self._speed, self._why, spacing=6),
+            self._reason,
             sizing_mode="stretch_width",
             spacing=8,
         )
-        side = Column(
-            self._trial, self._samples, self._rows, sizing_mode="stretch_width", spacing=8
-        )
+        side = Column(self._trial, self._rows, sizing_mode="stretch_width", spacing=8)
         fill(document, "live", str(desk.folder.root), main=main, side=side)
         every(document, FRAME_MS, self._tick)
         if self._trial.options:
@@ -75,24 +87,20 @@ class LivePage:
         self._time.on_change("value", lambda _name, _old, _new: self._show())
         self._play = Button(label="Play", width=70, button_type="primary", name="play")
         back, ahead = Button(label="− 0.1 s", width=70), Button(label="+ 0.1 s", width=70)
-        self._samples = Button(
-            label="Drive again with samples", visible=False, width=200, name="samples"
-        )
+        self._why = Button(label="Why?", width=70, name="why")
         self._speed = Select(options=SPEEDS, value="1", width=80)
         self._play.on_click(self._toggle)
         back.on_click(lambda: self._step(-STEP_S))
         ahead.on_click(lambda: self._step(STEP_S))
-        self._samples.on_click(self._drive_again)
+        self._why.on_click(self._ask_why)
         self._buttons = styled(self._play, back, ahead)
-        styled(self._trial, self._time, self._speed, self._samples)
-        self._line, self._rows = html(name="line"), html(name="rows")
+        styled(self._trial, self._time, self._speed, self._why)
+        self._rows, self._reason = html(name="rows"), html(name="reason")
 
     def _make_picture(self) -> None:
-        self._map = MapView(
-            height=480,
-        )
+        self._map = MapView(height=480)
         plot = self._map.figure
-        self._costs = ColumnDataSource({"image": [], "x": [], "y": [], "dw": [], "dh": []})
+        self._costs = ColumnDataSource(image_at(None, None))
         self._walls = ColumnDataSource({"xs": [], "ys": []})
         self._lines = ColumnDataSource({"xs": [], "ys": [], "color": [], "width": []})
         self._body = ColumnDataSource({"xs": [], "ys": []})
@@ -107,42 +115,49 @@ class LivePage:
         own = [(f"{OWN}{role}", f"{role}: {t.column}") for role, t in named.items() if t]
         return [*own, *((name, name) for name in self._desk.logs())]
 
-    def _choose(self, _name: str, _old: str, chosen: str) -> None:
-        self._samples.visible = chosen.startswith(OWN)
-        try:
-            if chosen.startswith(OWN):
-                driven = getattr(self._desk.tuning, chosen.removeprefix(OWN))
-                path = driven.log
-            else:
-                path = str(self._desk.folder.inside(chosen))
-        except InputError as error:
-            self._say(str(error))
-            return
-        begun = self._desk.engine.look("read_watched", path)
-        self._desk.then(self._document, begun, self._read)
-
-    def _drive_again(self) -> None:
-        """Drives the trial once more with all that its controller can tell; it moves the same."""
-        driven = getattr(self._desk.tuning, self._trial.value.removeprefix(OWN))
-        self._say("driving with samples ...", "soft")
-        begun = self._desk.engine.drive(
-            "drive_with_diagnostics", *driven.asked, self._desk.engine.new_log()
+    def _choose(self, _name: str, _old: str, _chosen: str) -> None:
+        self._watched = None
+        self._ask(
+            lambda: self._desk.engine.look("read_watched", self._chosen()[0]),
+            partial(self._read, self._trial.value),
         )
-        self._desk.then(self._document, begun, self._read)
 
-    def _read(self, done: Future[Watched]) -> None:
-        error = done.exception()
-        if error is not None:
-            self._say(str(error))
+    def _chosen(self) -> tuple[str, Any]:
+        """Returns the path of the chosen log, and of a trial of the studio its inputs."""
+        chosen = self._trial.value
+        if chosen.startswith(OWN):
+            driven = getattr(self._desk.tuning, chosen.removeprefix(OWN))
+            return driven.log, driven.asked
+        return str(self._desk.folder.inside(chosen)), None
+
+    def _ask_why(self) -> None:
+        """Drives the trial once more with all that its controller can tell; it moves the same."""
+        watched = self._watched
+        if watched is None:
             return
-        self._watched = watched = done.result()
+
+        def ended() -> None:
+            self._why.disabled = False
+
+        self._say("driving again, to tell why ...", "soft")
+        begin, tell = lambda: self._desk.reasons(*self._chosen()), partial(self._tell, watched)
+        self._why.disabled = self._ask(begin, tell, ended)
+
+    def _tell(self, asked: Watched, found: Reasons) -> None:
+        if asked is not self._watched:
+            return
+        self._watched = asked._replace(decisions=found.decisions, cycles=found.cycles)
+        self._say(asked.title, "soft")
+        self._show()
+
+    def _read(self, chosen: str, watched: Watched) -> None:
+        if chosen != self._trial.value:
+            return
+        self._watched = watched
         self._say(watched.title, "soft")
         items = items_of(watched.scenario)
         walls = [item.outline for item in items if item.kind == "wall"]
-        self._walls.data = {
-            "xs": [wall[:, 0].tolist() for wall in walls],
-            "ys": [wall[:, 1].tolist() for wall in walls],
-        }
+        self._walls.data = coordinates(walls)
         low_x, low_y, high_x, high_y = bounds_of(items)
         self._map.look_at([low_x - 1.0, low_y - 1.0, high_x + 1.0, high_y + 1.0])
         end_s = float(watched.times_s[-1]) if len(watched.times_s) else 0.0
@@ -177,23 +192,20 @@ class LivePage:
         self._show_costmap(moment, shift)
         self._show_lines(watched, moment, shift)
         body = placed(watched.outline, watched.poses[moment.sample])
-        self._body.data = {"xs": [body[:, 0].tolist()], "ys": [body[:, 1].tolist()]}
+        self._body.data = coordinates([body])
         notes = lines([DRIFTING], "soft") if watched.is_drifting else Markup("")
         self._rows.text = str(table(["at this moment", ""], rows_of(watched, moment)) + notes)
+        self._reason.text = str(told_decision(moment.decision)) if moment.decision else ""
 
     def _show_costmap(self, moment: Moment, shift: np.ndarray) -> None:
         costmap = moment.costmap
         if costmap is None:
-            self._costs.data = {"image": [], "x": [], "y": [], "dw": [], "dh": []}
+            self._costs.data = image_at(None, None)
             return
+        x, y = costmap.x + shift[0], costmap.y + shift[1]
         rows, columns = costmap.costs.shape
-        self._costs.data = {
-            "image": [image_of(costmap)],
-            "x": [costmap.x + float(shift[0])],
-            "y": [costmap.y + float(shift[1])],
-            "dw": [columns * costmap.edge_m],
-            "dh": [rows * costmap.edge_m],
-        }
+        bounds = (x, y, x + columns * costmap.edge_m, y + rows * costmap.edge_m)
+        self._costs.data = image_at(image_of(costmap), bounds)
 
     def _show_lines(self, watched: Watched, moment: Moment, shift: np.ndarray) -> None:
         samples, predicted = trajectories_of(moment)
@@ -205,11 +217,14 @@ class LivePage:
         if predicted is not None:
             drawn.append((predicted + shift, style.GOAL, 2.5))
         self._lines.data = {
-            "xs": [line[:, 0].tolist() for line, _, _ in drawn],
-            "ys": [line[:, 1].tolist() for line, _, _ in drawn],
+            **coordinates(line for line, _, _ in drawn),
             "color": [color for _, color, _ in drawn],
             "width": [width for _, _, width in drawn],
         }
 
-    def _say(self, text: str, kind: str = "bad") -> None:
-        self._line.text = str(lines([text], kind)) if text else ""
+
+def told_decision(decision: Mapping[str, Any]) -> Markup:
+    """Returns a decision's reasons: the sentence, the table, and what is to be said to it."""
+    head = Markup("<h3>why, {:.2f} s</h3>").format(decision["time"])
+    shown = table(decision["columns"], decision["rows"]) if decision["rows"] else Markup("")
+    return head + lines([decision["sentence"]]) + shown + lines(decision["notes"], "soft")

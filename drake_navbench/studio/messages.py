@@ -38,7 +38,8 @@ class Column(NamedTuple):
     """A column to drive.
 
     name: of a preset, or of the plugin in a Nav2 file. file: that file, '' for a preset. text: of
-    the file as it was read. changes: value by the name that the file or the preset uses.
+    the file as it was read. changes: value by the name that the file or the preset uses; one of
+    another node of the file is 'NODE/NAME', such as 'local_costmap/width'.
     """
 
     name: str
@@ -50,7 +51,8 @@ class Column(NamedTuple):
     def patched_text(self) -> str:
         """The text of the Nav2 file with the changes; raises InputError."""
         places: dict[Place | str, Any] = {
-            f"{SERVER}.{self.name}.{name}": value for name, value in self.changes
+            name.replace("/", ".", 1) if "/" in name else f"{SERVER}.{self.name}.{name}": value
+            for name, value in self.changes
         }
         return patched(self.text, places, Path(self.file))
 
@@ -82,7 +84,6 @@ class Driven(NamedTuple):
     times_s: Array
     poses: Array
     speeds: Array
-    clearance_m: Array
     plan: Array
     outline: Array
     metrics: Mapping[str, float]

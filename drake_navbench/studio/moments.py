@@ -4,27 +4,19 @@ from __future__ import annotations
 
 from bisect import bisect_right
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from drake_navbench.analysis.cost_colors import palette, palette_rows
-from drake_navbench.logs.log import TrialLog
 
 Array = NDArray[np.float64]
-# Columns of the log that the table of a moment shows, with their names there.
-SHOWN = {
-    "v_mps": "speed [m/s]",
-    "w_radps": "turn rate [rad/s]",
-    "command_v_mps": "commanded speed [m/s]",
-    "command_w_radps": "commanded turn rate [rad/s]",
-    "clearance_m": "clearance [m]",
-    "compute_time_ms": "compute time [ms]",
-}
 # So many samples of a cycle are drawn; more would be a blot.
 MAX_SAMPLES = 60
+TRAJECTORIES = frozenset({"sampled_trajectories", "predicted_trajectory"})
+# Trajectories are kept five times a second; older ones are of another moment.
+MAX_LOOK_BACK = 20
 
 
 class CostmapFrame(NamedTuple):
@@ -37,12 +29,24 @@ class CostmapFrame(NamedTuple):
     costs: NDArray[np.uint8]
 
 
+class Reasons(NamedTuple):
+    """The reasons of a trial's decisions, from driving it again.
+
+    decisions: of each its `time`, `sentence`, `columns`, `rows` and `notes`. cycles: as in Watched,
+    with the arrays that the controller left.
+    """
+
+    decisions: tuple[Mapping[str, Any], ...]
+    cycles: tuple[tuple[float, Mapping[str, Any]], ...]
+
+
 class Watched(NamedTuple):
     """A trial to be looked at.
 
     poses: (N, 3) in the world. values: by the names of the table, (N,) each. course: (M, 2) the
     first plans. cycles: time and diagnostics of each control cycle. offset: (N, 2) from the
     odometry frame, in which costmaps and diagnostics are, to the world at the robot, m.
+    decisions: as in Reasons, none before they were asked for.
     """
 
     title: str
@@ -56,44 +60,20 @@ class Watched(NamedTuple):
     cycles: tuple[tuple[float, Mapping[str, Any]], ...]
     offset: Array
     is_drifting: bool
-
-
-def read_watched(path: str) -> Watched:
-    """Returns the trial of a log; raises InputError."""
-    from drake_navbench.inputs.robot import Robot
-
-    log = TrialLog.read(Path(path))
-    samples = log.samples
-    poses = samples[["x_m", "y_m", "yaw_rad"]].to_numpy(dtype=float)
-    is_drifting = "odometry_x_m" in samples
-    odometry = samples[["odometry_x_m", "odometry_y_m"]].to_numpy(float) if is_drifting else poses
-    info = log.info
-    outline = np.asarray(Robot.model_validate(dict(info["robot"])).outline, dtype=float)
-    name = f"{info['scenario']['name']}, {info['controller']}, trial {info['trial']}"
-    return Watched(
-        f"{name}: {log.outcome}, {info['reason']}",
-        {**info["scenario"], "world": {"obstacles": list(log.obstacles)}},
-        outline,
-        samples["time_s"].to_numpy(dtype=float),
-        poses,
-        {shown: samples[c].to_numpy(dtype=float) for c, shown in SHOWN.items() if c in samples},
-        log.course[:, :2],
-        tuple(
-            CostmapFrame(c.stamp_s, c.origin_x, c.origin_y, c.resolution, np.asarray(c.costs))
-            for c in log.costmaps
-        ),
-        log.diagnostics,
-        poses[:, :2] - odometry[:, :2],
-        is_drifting,
-    )
+    decisions: tuple[Mapping[str, Any], ...] = ()
 
 
 class Moment(NamedTuple):
-    """A moment of a trial: the number of its sample, the latest costmap and control cycle."""
+    """A moment of a trial: the number of its sample, the latest costmap, cycle and decision.
+
+    drawn: the latest cycle with trajectories, which a log keeps of one cycle in several.
+    """
 
     sample: int
     costmap: CostmapFrame | None
     cycle: Mapping[str, Any]
+    drawn: Mapping[str, Any]
+    decision: Mapping[str, Any] | None
 
 
 def moment_at(watched: Watched, time_s: float) -> Moment:
@@ -101,18 +81,19 @@ def moment_at(watched: Watched, time_s: float) -> Moment:
     index = max(bisect_right(watched.times_s, time_s + 1e-9) - 1, 0)
     costmap = bisect_right(watched.costmaps, time_s + 1e-9, key=lambda entry: entry.time_s) - 1
     cycle = bisect_right(watched.cycles, time_s + 1e-9, key=lambda entry: entry[0]) - 1
+    latest = reversed(watched.cycles[max(cycle - MAX_LOOK_BACK, 0) : cycle + 1])
+    decision = bisect_right(watched.decisions, time_s + 1e-9, key=lambda entry: entry["time"]) - 1
     return Moment(
         index,
         watched.costmaps[costmap] if costmap >= 0 else None,
         watched.cycles[cycle][1] if cycle >= 0 else {},
+        next((left for _, left in latest if not TRAJECTORIES.isdisjoint(left)), {}),
+        watched.decisions[decision] if decision >= 0 else None,
     )
 
 
 def rows_of(watched: Watched, moment: Moment) -> list[tuple[str, str]]:
-    """Returns the facts of a moment as names and values: motion, then diagnostics.
-
-    What a decision was made of belongs at the end of this list, a row a critic or rule.
-    """
+    """Returns the facts of a moment as names and values: motion, then diagnostics."""
     rows = [(name, f"{values[moment.sample]:.3g}") for name, values in watched.values.items()]
     for name, value in moment.cycle.items():
         if isinstance(value, bool | int | str):
@@ -124,7 +105,7 @@ def rows_of(watched: Watched, moment: Moment) -> list[tuple[str, str]]:
 
 def trajectories_of(moment: Moment) -> tuple[list[Array], Array | None]:
     """Returns the samples of a cycle, those with the lowest costs, and its prediction, (N, 2) m."""
-    cycle = moment.cycle
+    cycle = moment.drawn
     samples = [
         np.asarray(entry, dtype=float)[:, :2] for entry in cycle.get("sampled_trajectories", ())
     ]

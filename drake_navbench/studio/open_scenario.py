@@ -52,6 +52,7 @@ class OpenScenario:
         self.name, self.stamp, self.text = NEW_NAME, "", ""
         self.drawing = Drawing(EMPTY_FLOOR)
         self.opened = 0
+        self._warned = ("", "")
 
     @property
     def path(self) -> str:
@@ -63,15 +64,32 @@ class OpenScenario:
         """The place of what is drawn on: the first floor of a mission, else the scenario."""
         return ("floors", 0) if self.drawing.content.get("floors") else ()
 
-    def open_file(self, name: str) -> None:
-        """Opens a scenario file; raises InputError with the loader's words."""
-        found = self._folder.read(name)
-        self._begin(name, found.stamp, found.text)
+    def open(self, kind: str, name: str) -> None:
+        """Opens a scenario: a 'file', a copy of a 'built-in' one, a 'new' floor or one on a 'map'.
 
-    def open_built_in(self, name: str) -> None:
-        """Begins a new file as a copy of a scenario that comes with the package."""
-        path = SCENARIO_FILES.find(name)
-        self._begin(f"{name}.yaml", "", path.read_text(encoding="utf-8"))
+        Raises InputError with the loader's words; and once, where there are steps that were not
+        saved.
+        """
+        self.require_saved(kind, name)
+        if kind == "file":
+            found = self._folder.read(name)
+            self._begin(name, found.stamp, found.text)
+        elif kind == "built-in":
+            self._begin(f"{name}.yaml", "", SCENARIO_FILES.find(name).read_text(encoding="utf-8"))
+        elif kind == "map":
+            content = {**EMPTY_FLOOR, "world": {"map": name, "obstacles": []}}
+            self.open_new(content, f"on_{name.rpartition('/')[2]}")
+        else:
+            self.open_new(EMPTY_FLOOR)
+
+    def require_saved(self, kind: str, name: str) -> None:
+        """Raises InputError, once for each choice, where steps are not saved."""
+        if self.drawing.is_changed and self._warned != (kind, name):
+            self._warned = (kind, name)
+            raise InputError(
+                f"{self.name}: has steps that are not saved; save it, or choose once more to drop "
+                "them"
+            )
 
     def open_new(self, content: Mapping[str, Any], name: str = NEW_NAME) -> None:
         """Begins a new file."""
@@ -112,6 +130,7 @@ class OpenScenario:
         self.name, self.stamp, self.text = name, stamp, text
         self.drawing = Drawing(content)
         self.opened += 1
+        self._warned = ("", "")
 
     def _require_valid(self, content: Mapping[str, Any], name: str) -> None:
         path = self._folder.inside(name)

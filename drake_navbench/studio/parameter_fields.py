@@ -11,6 +11,8 @@ from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
 from drake_navbench.inputs.presets import Preset
+from drake_navbench.nav2.node_reader import Offer
+from drake_navbench.nav2.robot import Nav2Setup
 from drake_navbench.plugins.names import flattened
 from drake_navbench.releases import RELEASE_FIELD, ReadBy, Release
 from drake_navbench.typed_files.quantities import Within
@@ -19,12 +21,15 @@ UNIT = re.compile(r"\s*\[([^\]]+)\]")
 # A slider goes so many times as far as the larger of default and value, where no bound is nearer.
 REACH = 3.0
 STEPS = 100
+# Fields that say which plugins there are: to change one asks for another file, not for a slider.
+NAMES_OF_PLUGINS = frozenset({"plugin", "plugins", "filters"})
 
 
 class ParameterField(NamedTuple):
     """A parameter as a field of a form.
 
     name: dotted, as the model has it. given_name: as a file of the column's release writes it.
+    node: of the Nav2 file, such as 'local_costmap'; '' for the column's controller.
     kind: of the input. low, high, step: of its slider, for numbers. choices: for choices. default:
     of the release. given: what the file or preset says, None where nothing. value: what counts.
     """
@@ -41,6 +46,24 @@ class ParameterField(NamedTuple):
     high: float = 0.0
     step: float = 0.0
     choices: tuple[str, ...] = ()
+    node: str = ""
+
+    @property
+    def key(self) -> str:
+        """The name by which a column's changes know the parameter: 'NODE/NAME', or 'NAME'."""
+        return f"{self.node}/{self.given_name}" if self.node else self.given_name
+
+
+def node_fields(setup: Nav2Setup) -> list[ParameterField]:
+    """Returns the parameters of costmaps and servers in a Nav2 file, those first that are given."""
+    found = [
+        _typed_field(
+            name, name, offer.model.model_fields[offer.field], offer.default, offer.given
+        )._replace(node=node)
+        for (node, name), offer in setup.offers.items()
+        if offer.field not in NAMES_OF_PLUGINS and is_scalar(offer)
+    ]
+    return sorted(found, key=lambda entry: entry.given is None)
 
 
 def fields_of(preset: Preset) -> list[ParameterField]:
@@ -82,11 +105,21 @@ def _field(
     default = info.get_default(call_default_factory=True)
     if release is not None:
         default = model.READ_BY.get(name, ReadBy()).defaults.get(release, default)
+    given_name = _given_name(name, info, value, preset, given, release)
+    found = given.get(given_name, given.get(name))
+    return _typed_field(name, given_name, info, default, found, value)
+
+
+def _typed_field(
+    name: str, given_name: str, info: FieldInfo, default: Any, given: Any, value: Any = None
+) -> ParameterField:
+    """Returns a field; value: what counts, where it is neither the given one nor the default."""
+    if value is None:
+        value = default if given is None else given
     text = " ".join((info.description or "").split())
     units = UNIT.findall(text)
     unit = units[0] if units and units[0] != "-" else ""
     kind, choices = _kind_of(info, value)
-    given_name = _given_name(name, info, value, preset, given, release)
     low, high, step = 0.0, 0.0, 0.0
     if kind in ("number", "whole"):
         low, high, step = _range(info, value, default, is_whole=kind == "whole")
@@ -97,13 +130,19 @@ def _field(
         unit,
         UNIT.sub("", text),
         _plain(default),
-        _plain(given.get(given_name, given.get(name))),
+        _plain(given),
         _plain(value),
         low,
         high,
         step,
         choices,
     )
+
+
+def is_scalar(offer: Offer) -> bool:
+    """Returns whether a parameter is one number, flag, choice or text."""
+    value = offer.default if offer.given is None else offer.given
+    return isinstance(value, bool | int | float | str)
 
 
 def _given_name(
@@ -162,7 +201,7 @@ def _range(
     step = 10.0 ** math.floor(math.log10((high - low) / STEPS)) if high > low else 0.01
     is_open = any(getattr(bound, "gt", None) is not None for bound in info.metadata)
     low = low + step if is_open and low == 0.0 else low
-    return min(low, value), max(high, value), step
+    return min(low, value), float(f"{max(high, value):.9g}"), step
 
 
 def _plain(value: Any) -> Any:

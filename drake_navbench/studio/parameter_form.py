@@ -34,30 +34,45 @@ class ParameterForm:
         self._changes: Mapping[str, Any] = {}
         self._search = TextInput(placeholder="find a parameter", sizing_mode="stretch_width")
         self._search.on_change("value_input", self._find)
+        self._node = Select(
+            title="Parameters of", visible=False, sizing_mode="stretch_width", name="node"
+        )
+        self._node.on_change("value", self._find)
         self._inputs = Column(sizing_mode="stretch_width", spacing=10)
         self._count = html()
         self.root = Column(
-            styled(self._search), self._count, self._inputs, sizing_mode="stretch_width"
+            styled(self._node),
+            styled(self._search),
+            self._count,
+            self._inputs,
+            sizing_mode="stretch_width",
         )
 
     def show(self, fields: Sequence[ParameterField], changes: Mapping[str, Any]) -> None:
-        """Shows fields with their values; changes: by the name that the file uses."""
+        """Shows fields with their values; changes: by the key of the field."""
         self._fields, self._changes = fields, changes
-        self._find("", "", self._search.value_input or "")
+        nodes = [node for node in dict.fromkeys(field.node for field in fields) if node]
+        self._node.update(
+            options=[("", "the controller"), *((node, node) for node in nodes)],
+            value=self._node.value if self._node.value in nodes else "",
+            visible=bool(nodes),
+        )
+        self._find("", "", "")
 
-    def _find(self, _name: str, _old: str, text: str) -> None:
-        words = (text or "").lower().split()
+    def _find(self, _name: str, _old: str, _new: str) -> None:
+        words = (self._search.value_input or "").lower().split()
+        of_node = [field for field in self._fields if field.node == self._node.value]
         found = [
             field
-            for field in self._fields
+            for field in of_node
             if all(word in f"{field.name} {field.description}".lower() for word in words)
         ]
-        shown = sorted(found, key=lambda field: field.given_name not in self._changes)[:MAX_SHOWN]
-        self._count.text = f"{len(shown)} of {len(self._fields)} parameters"
+        shown = sorted(found, key=lambda field: field.key not in self._changes)[:MAX_SHOWN]
+        self._count.text = f"{len(shown)} of {len(of_node)} parameters"
         self._inputs.children = [self._row(field) for field in shown]
 
     def _row(self, field: ParameterField) -> Any:
-        value = self._changes.get(field.given_name, field.value)
+        value = self._changes.get(field.key, field.value)
         given = "" if field.given is None else f", file {_told(field.given)}"
         unit = f" [{field.unit}]" if field.unit else ""
         text = html(
@@ -74,7 +89,7 @@ class ParameterForm:
             return styled(flag)
         if field.kind == "choice":
             choice = Select(options=list(field.choices), value=str(value), width=220)
-            choice.on_change("value", partial(self._set, field))
+            choice.on_change("value", partial(self._set_choice, field))
             return styled(choice)
         if field.kind in ("number", "whole"):
             return self._number(field, value)
@@ -101,6 +116,10 @@ class ParameterForm:
 
     def _set(self, field: ParameterField, _name: str, _old: Any, value: Any) -> None:
         self._on_change(field, value)
+
+    def _set_choice(self, field: ParameterField, _name: str, _old: str, text: str) -> None:
+        # Choices may be numbers, which a list of texts cannot tell.
+        self._on_change(field, int(text) if isinstance(field.value, int) else text)
 
     def _set_number(
         self, field: ParameterField, slider: Slider, _name: str, _old: Any, value: float | None

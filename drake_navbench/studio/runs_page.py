@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from concurrent.futures import Future
 from functools import partial
+from pathlib import Path
 from typing import Any
 
 from bokeh.document import Document
 from bokeh.models import Button, Column, Row
 from markupsafe import Markup
 
-from drake_navbench.errors import NavbenchError
 from drake_navbench.studio.desk import Desk
+from drake_navbench.studio.page import Page
 from drake_navbench.studio.run_states import RunState, run_states
 from drake_navbench.studio.style import card, every, fill, html, lines, styled
 
@@ -22,13 +22,12 @@ EMPTY = (
 )
 
 
-class RunsPage:
+class RunsPage(Page):
     """The list of runs, made again when anything in it has changed."""
 
     def __init__(self, document: Document, desk: Desk) -> None:
-        self._document, self._desk = document, desk
+        super().__init__(document, desk)
         self._shown: Any = None
-        self._line = html()
         self._list = Column(sizing_mode="stretch_width", spacing=10)
         main = Column(self._line, self._list, sizing_mode="stretch_width")
         self._refresh()
@@ -49,7 +48,7 @@ class RunsPage:
     def _card(self, state: RunState, is_own: bool, told: str | None) -> Any:
         text = card(text=_text(state, told))
         resume = Button(label="Resume", disabled=is_own or not state.can_resume, width=80)
-        resume.on_click(partial(self._resume, state))
+        resume.on_click(partial(self._resume, state.path))
         again = Button(label="Run again", disabled=state.total is None, width=90)
         again.on_click(partial(self._again, state))
         stop = Button(label="Stop", visible=is_own, width=60)
@@ -57,34 +56,13 @@ class RunsPage:
         buttons = Row(*styled(resume, again, stop), spacing=6)
         return Column(text, buttons, sizing_mode="stretch_width", spacing=4)
 
-    def _resume(self, state: RunState) -> None:
-        try:
-            self._desk.resume(state.path)
-        except NavbenchError as error:
-            self._say(str(error))
-
-    def _again(self, state: RunState) -> None:
-        try:
-            begun = self._desk.begin_again(state.path)
-        except NavbenchError as error:
-            self._say(str(error))
-            return
-        self._say("")
-        self._desk.then(self._document, begun, self._begun)
-
-    def _begun(self, done: Future[Any]) -> None:
-        error = done.exception()
-        if error is not None:
-            self._say(str(error))
-            return
-        self._resume_path(done.result())
-
-    def _resume_path(self, path: Any) -> None:
-        self._desk.jobs.resume(path)
+    def _resume(self, path: Path) -> None:
+        self._try(lambda: self._desk.resume(path))
         self._refresh()
 
-    def _say(self, text: str) -> None:
-        self._line.text = str(lines([text], "bad")) if text else ""
+    def _again(self, state: RunState) -> None:
+        self._say("")
+        self._ask(lambda: self._desk.begin_again(state.path), self._resume)
 
 
 def _text(state: RunState, told: str | None) -> Markup:

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from concurrent.futures import Future
+from collections.abc import Mapping
 from functools import partial
 from typing import Any
 
@@ -26,59 +25,44 @@ from markupsafe import Markup
 from drake_navbench.errors import NavbenchError
 from drake_navbench.inputs.floor_scenario import SCENARIO_FILES
 from drake_navbench.kernels.poses import place_outline
-from drake_navbench.studio import drawing, style
+from drake_navbench.studio import drawing
 from drake_navbench.studio.desk import Desk
-from drake_navbench.studio.drawing import entry_at, snapped, with_added, with_entry
-from drake_navbench.studio.floor_plan import FloorPlan
+from drake_navbench.studio.drawing import entry_at, snapped, with_entry
+from drake_navbench.studio.drawing_tools import (
+    HINTS,
+    MOVE,
+    OF_POSES,
+    OF_WAYS,
+    TOOLS,
+    Hold,
+    dragged,
+    with_way,
+)
+from drake_navbench.studio.floor_plan import POSES, FloorPlan
 from drake_navbench.studio.messages import Asked, Checked, Ground
 from drake_navbench.studio.open_scenario import WORLD_SUFFIXES, files_of
+from drake_navbench.studio.page import Page
 from drake_navbench.studio.scene_items import Item, item_at, items_of
 from drake_navbench.studio.style import every, fill, html, lines, styled
 from drake_navbench.typed_files.typed_yaml import parse_yaml
 
-LOOK, MOVE, PERSON = "Look", "Move", "Person"
-TOOLS = [
-    MOVE,
-    "Wall",
-    "Box",
-    "Cylinder",
-    "Door",
-    PERSON,
-    "Start",
-    "Goal",
-    "Keepout",
-    "Speed zone",
-    LOOK,
-]
-HINTS = {
-    LOOK: "Drag to move the view, wheel to zoom.",
-    MOVE: "Click picks a thing, dragging moves it.",
-    "Wall": "Drag from one end to the other.",
-    "Box": "Drag from corner to corner.",
-    "Cylinder": "Drag from the centre outwards.",
-    "Door": "Drag along a wall, from jamb to jamb.",
-    PERSON: "Click the start, then each goal; double click ends the way.",
-    "Start": "Drag from the place towards the heading.",
-    "Goal": "Drag from the place towards the heading.",
-    "Keepout": "Drag from corner to corner.",
-    "Speed zone": "Drag from corner to corner; the limit is in % of the speed.",
-}
 STEPS = [("0", "no grid"), ("0.01", "1 cm"), ("0.05", "5 cm"), ("0.1", "10 cm"), ("0.5", "50 cm")]
 GRID = (
     ".bk-btn-group { display: grid !important; gap: 4px; "
     "grid-template-columns: repeat(auto-fill, minmax(84px, 1fr)); }"
 )
+FREE = "The start is free, the goal can be reached, the robot fits through every gap."
 CHOOSE, FLOOR = ("", "open or begin ..."), ("new", "new: empty floor")
 REFRESH_MS = 700
 
 
-class ScenarioPage:
+class ScenarioPage(Page):
     """The drawing of the desk's scenario."""
 
     def __init__(self, document: Document, desk: Desk) -> None:
-        self._document, self._desk = document, desk
+        super().__init__(document, desk)
         self._picked: Item | None = None
-        self._person_open = False
+        self._way_goes_on = False
         self._seen: Any = None
         self._ground: Ground | None = None
         self._make_widgets()
@@ -120,13 +104,14 @@ class ScenarioPage:
         )
         self._tool.stylesheets = [InlineStyleSheet(css=GRID)]
         self._tool.on_change("active", lambda _name, _old, _new: self._show_hint())
-        self._step = Select(title="Grid", options=STEPS, value="0.05", width=120)
-        self._percent = Spinner(title="Zone [%]", value=50, low=1, high=100, step=5, width=90)
+        self._step = Select(title="Grid", options=STEPS, value="0.05", width=90)
+        self._percent = Spinner(title="Zone [%]", value=50, low=1, high=100, step=5, width=80)
+        self._speed = Spinner(title="Cart [m/s]", value=0.5, low=0.1, high=5, step=0.1, width=80)
         self._entry = TextInput(title="Picked", visible=False, sizing_mode="stretch_width")
         self._entry.on_change("value", self._edit)
         styled(self._files, self._name, self._description, self._robot, self._tool)
-        styled(self._step, self._percent, self._entry)
-        self._hint, self._line = html(), html(name="line")
+        styled(self._step, self._percent, self._speed, self._entry)
+        self._hint = html()
         self._faults, self._text = html(name="faults"), html(name="text")
         self._hint.text = HINTS["Wall"]
 
@@ -134,8 +119,8 @@ class ScenarioPage:
         save = Button(label="Save", button_type="primary", width=90, name="save")
         save.on_click(self._save)
         buttons = {
-            "Undo": self._undo,
-            "Redo": self._redo,
+            "Undo": partial(self._step_back, again=False),
+            "Redo": partial(self._step_back, again=True),
             "Delete": self._delete,
         }
         made = [
@@ -149,7 +134,7 @@ class ScenarioPage:
             self._tool,
             self._hint,
             Row(*styled(*made), spacing=2, sizing_mode="stretch_width"),
-            Row(self._step, self._percent, spacing=10),
+            Row(self._step, self._percent, self._speed, spacing=8),
             self._robot,
             self._description,
             self._name,
@@ -181,39 +166,28 @@ class ScenarioPage:
 
     def _choose(self, _name: str, _old: Any, chosen: str) -> None:
         kind, _, name = chosen.partition(":")
-        if not kind:
-            return
-        self._try(partial(self._open, kind, name))
-        self._files.update(options=self._choices(), value="")
+        if kind:
+            self._try(partial(self._open, kind, name))
+            self._files.update(options=self._choices(), value="")
 
     def _open(self, kind: str, name: str) -> None:
         scenario = self._desk.scenario
-        if kind == "file":
-            scenario.open_file(name)
-        elif kind == "built-in":
-            scenario.open_built_in(name)
-        elif kind == "map":
-            content = {**drawing.EMPTY_FLOOR, "world": {"map": name, "obstacles": []}}
-            scenario.open_new(content, f"on_{name.rpartition('/')[2]}")
-        elif kind == "world":
-            self._open_world(name)
+        if kind != "world":
+            scenario.open(kind, name)
+            self._opened()
             return
-        else:
-            scenario.open_new(drawing.EMPTY_FLOOR)
-        self._opened()
-
-    def _open_world(self, name: str) -> None:
+        scenario.require_saved(kind, name)
         path = self._desk.folder.inside(name)
-        begun = self._desk.engine.look("scenario_of_world", path, self._desk.robot_argument())
+        robot = self._desk.robot_argument()
 
-        def done(world: Future[Any]) -> None:
-            def take() -> None:
-                self._desk.scenario.open_new(world.result(), f"in_{path.stem}.yaml")
-                self._opened()
+        def take(content: dict[str, Any]) -> None:
+            scenario.open_new(content, f"in_{path.stem}.yaml")
+            self._opened()
 
-            self._try(take)
-
-        self._desk.then(self._document, begun, done)
+        self._ask(
+            lambda: self._desk.engine.look("scenario_of_world", path, robot),
+            lambda content: self._try(partial(take, content)),
+        )
 
     def _opened(self) -> None:
         scenario = self._desk.scenario
@@ -223,20 +197,17 @@ class ScenarioPage:
         self._plan.show_ground(None, None)
         self._plan.look_at(self._items(), None)
         asked = Asked(scenario.drawing.content, scenario.path)
-        begun = self._desk.engine.look("open_scenario", asked)
-        self._desk.then(self._document, begun, partial(self._grounded, scenario.opened))
+        self._ask(
+            lambda: self._desk.engine.look("open_scenario", asked),
+            partial(self._grounded, scenario.opened),
+        )
 
-    def _grounded(self, opened: int, done: Future[Any]) -> None:
-        if opened != self._desk.scenario.opened:
+    def _grounded(self, opened: int, ground: Ground | None) -> None:
+        if ground is None or opened != self._desk.scenario.opened:
             return
-        error = done.exception()
-        if error is not None:
-            self._say(str(error))
-            return
-        self._ground = done.result()
-        if self._ground is not None:
-            self._plan.show_ground(self._ground.image, self._ground.bounds)
-            self._plan.look_at(self._items(), self._ground.bounds)
+        self._ground = ground
+        self._plan.show_ground(ground.image, ground.bounds)
+        self._plan.look_at(self._items(), ground.bounds)
 
     def _save(self) -> None:
         def save() -> None:
@@ -271,65 +242,39 @@ class ScenarioPage:
         step_m = float(self._step.value)
         return snapped(point[0], step_m), snapped(point[1], step_m)
 
-    def _drag(self, begin: tuple[float, float], end: tuple[float, float]) -> None:
-        tool = TOOLS[self._tool.active]
-        if tool == MOVE:
-            self._picked = item_at(self._items(), begin)
-        self._person_open = False
-        self._try(partial(self._draw, tool, self._at(begin), self._at(end)))
+    def _hold(self) -> Hold:
+        percent, speed_mps = int(self._percent.value or 50), float(self._speed.value or 0.5)
+        picked = None if self._picked is None else self._picked.place
+        name = TOOLS[self._tool.active]
+        return Hold(name, self._desk.scenario.floor, percent, speed_mps, picked)
 
-    def _draw(self, tool: str, one: drawing.Point, other: drawing.Point) -> None:
-        scenario = self._desk.scenario
-        content, floor = scenario.drawing.content, scenario.floor
-        obstacles: drawing.Place = (*floor, "world", "obstacles")
-        if tool in SHAPES:
-            changed = with_added(content, obstacles, SHAPES[tool](one, other))
-        elif tool == "Door":
-            walls = _list_at(content, obstacles)
-            changed = with_entry(content, obstacles, drawing.with_door(walls, one, other))
-        elif tool == "Keepout":
-            changed = drawing.with_area(content, floor, "keepout", drawing.area(one, other))
-        elif tool == "Speed zone":
-            zone = drawing.area(one, other, int(self._percent.value or 50))
-            changed = drawing.with_area(content, floor, "speed_percent", zone)
-        elif tool in ("Start", "Goal"):
-            place = tool.lower()
-            before = content.get(place, [0.0, 0.0, 0.0])
-            changed = with_entry(content, (place,), drawing.pose(one, other, before))
-        elif tool == MOVE and self._picked is not None:
-            by = (other[0] - one[0], other[1] - one[1])
-            moved = drawing.moved(entry_at(content, self._picked.place), by)
-            changed = with_entry(content, self._picked.place, moved)
-        else:
-            return
-        self._apply(changed)
+    def _drag(self, begin: tuple[float, float], end: tuple[float, float]) -> None:
+        if TOOLS[self._tool.active] == MOVE:
+            self._picked = item_at(self._items(), begin)
+        self._way_goes_on = False
+        self._draw(self._at(begin), self._at(end))
+
+    def _draw(self, one: drawing.Point, other: drawing.Point) -> None:
+        content = self._desk.scenario.drawing.content
+        self._try(lambda: self._apply(dragged(content, self._hold(), one, other)))
 
     def _tap(self, point: tuple[float, float]) -> None:
-        tool = TOOLS[self._tool.active]
-        if tool == PERSON:
-            self._try(partial(self._add_to_way, self._at(point)))
-        elif tool in ("Start", "Goal"):
-            self._try(partial(self._draw, tool, self._at(point), self._at(point)))
+        tool, at = TOOLS[self._tool.active], self._at(point)
+        if tool in OF_WAYS:
+            self._try(partial(self._go_on, at))
+        elif tool in OF_POSES:
+            self._draw(at, at)
         elif tool == MOVE:
             self._picked = item_at(self._items(), point)
             self._refresh()
 
     def _double_tap(self, _point: tuple[float, float]) -> None:
-        self._person_open = False
+        self._way_goes_on = False
 
-    def _add_to_way(self, point: drawing.Point) -> None:
-        scenario = self._desk.scenario
-        content = scenario.drawing.content
-        place: drawing.Place = (*scenario.floor, "world", "people", "persons")
-        persons = _list_at(content, place)
-        if not self._person_open or not persons:
-            self._apply(with_added(content, place, {"start": list(point), "goals": []}))
-            self._person_open = True
-            return
-        last: drawing.Place = (*place, len(persons) - 1, "goals")
-        goals = _list_at(content, last)
-        if list(point) != (goals or [persons[-1]["start"]])[-1]:
-            self._apply(with_added(content, last, list(point)))
+    def _go_on(self, point: drawing.Point) -> None:
+        content = self._desk.scenario.drawing.content
+        self._apply(with_way(content, self._hold(), point, goes_on=self._way_goes_on))
+        self._way_goes_on = True
 
     def _delete(self) -> None:
         picked = self._picked
@@ -360,18 +305,14 @@ class ScenarioPage:
         self._desk.robot = robot
         self._check()
 
-    def _undo(self) -> None:
+    def _step_back(self, *, again: bool) -> None:
         self._picked = None
-        self._desk.scenario.drawing.undo()
+        self._way_goes_on = False
+        (self._desk.scenario.drawing.redo if again else self._desk.scenario.drawing.undo)()
         self._refresh()
 
-    def _redo(self) -> None:
-        self._picked = None
-        self._desk.scenario.drawing.redo()
-        self._refresh()
-
-    def _apply(self, content: dict[str, Any]) -> None:
-        self._desk.scenario.change(content)
+    def _apply(self, content: Mapping[str, Any]) -> None:
+        self._desk.scenario.change(dict(content))
         self._refresh()
 
     # Showing.
@@ -397,62 +338,35 @@ class ScenarioPage:
 
     def _check(self) -> None:
         scenario = self._desk.scenario
-        seen = self._seen
+        if not self._faults.text:
+            self._faults.text = str(lines(["checking ..."], "soft"))
         try:
             asked = Asked(scenario.drawing.content, scenario.path)
-            begun = self._desk.engine.look("check_drawing", asked, self._desk.robot_argument())
+            robot = self._desk.robot_argument()
         except NavbenchError as error:
             self._faults.text = str(lines([str(error)], "bad"))
             return
-        if not self._faults.text:
-            self._faults.text = str(lines(["checking ..."], "soft"))
-        self._desk.then(self._document, begun, partial(self._checked, seen))
+        self._ask(
+            lambda: self._desk.engine.look("check_drawing", asked, robot),
+            partial(self._checked, self._seen),
+        )
 
-    def _checked(self, seen: Any, done: Future[Any]) -> None:
+    def _checked(self, seen: Any, found: Checked) -> None:
         if seen != self._seen:
             return
-        error = done.exception()
-        found = Checked((str(error),)) if error is not None else done.result()
-        ok = "The start is free, the goal can be reached, the robot fits through every gap."
-        shown = lines(found.faults, "bad") if found.faults else lines([ok], "good")
+        shown = lines(found.faults, "bad") if found.faults else lines([FREE], "good")
         self._faults.text = str(shown)
-        outlines = []
-        if found.outline is not None:
-            for item in self._items():
-                if item.kind in ("start", "goal"):
-                    pose = entry_at(self._desk.scenario.drawing.content, item.place)
-                    color = style.START if item.kind == "start" else style.GOAL
-                    outlines.append((place_outline(found.outline, pose), color))
+        content = self._desk.scenario.drawing.content
+        outlines = [
+            (place_outline(found.outline, entry_at(content, item.place)), POSES[item.kind])
+            for item in self._items()
+            if item.kind in POSES and found.outline is not None
+        ]
         self._plan.show_plans(found.plans, outlines)
 
     def _show_hint(self) -> None:
-        self._person_open = False
+        self._way_goes_on = False
         self._hint.text = HINTS[TOOLS[self._tool.active]]
-
-    def _try(self, function: Callable[[], None]) -> None:
-        """Calls a function; tells an error in a line."""
-        self._say("")
-        try:
-            function()
-        except NavbenchError as error:
-            self._say(str(error))
-
-    def _say(self, text: str, kind: str = "bad") -> None:
-        self._line.text = str(lines([text], kind)) if text else ""
-
-
-SHAPES: dict[str, Callable[[drawing.Point, drawing.Point], dict[str, Any]]] = {
-    "Wall": drawing.wall,
-    "Box": drawing.box,
-    "Cylinder": drawing.cylinder,
-}
-
-
-def _list_at(content: Any, place: drawing.Place) -> list[Any]:
-    try:
-        return entry_at(content, place) or []
-    except (KeyError, IndexError):
-        return []
 
 
 def _line_of(content: Any, picked: Item) -> str:

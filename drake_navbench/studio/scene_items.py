@@ -12,11 +12,13 @@ import shapely
 from numpy.typing import NDArray
 from pydantic import TypeAdapter
 
+from drake_navbench.inputs.moving import MovingObstacle
 from drake_navbench.inputs.world import Obstacle
+from drake_navbench.kernels.poses import place_outline
 from drake_navbench.studio.drawing import Place, entry_at
 
 Array = NDArray[np.float64]
-OBSTACLE = TypeAdapter[Any](Obstacle)
+OBSTACLE, MOVING = TypeAdapter[Any](Obstacle), TypeAdapter[Any](MovingObstacle)
 # A click is for what is so near, m; of several the smallest.
 REACH_M = 0.15
 PERSON_RADIUS_M = 0.3
@@ -101,9 +103,9 @@ def _movers(content: Mapping[str, Any], floor: Place) -> Iterator[Item]:
         radius_m = person.get("radius_m", PERSON_RADIUS_M)
         yield Item(place, "person", _disc(way[0], radius_m), way)
     for index, thing in enumerate(_found(content, (*floor, "world", "moving_obstacles"))):
-        way = np.array([entry["position"] for entry in thing["waypoints"]], dtype=float)
+        knots = (moving := MOVING.validate_python(thing)).knots
         place = (*floor, "world", "moving_obstacles", index)
-        yield Item(place, "moving", _disc(way[0], PERSON_RADIUS_M), way)
+        yield Item(place, "moving", place_outline(moving.outline, knots[0, 1:]), knots[:, 1:3])
 
 
 def _poses(content: Mapping[str, Any]) -> Iterator[Item]:

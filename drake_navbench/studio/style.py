@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
+import numpy as np
 from bokeh.document import Document
 from bokeh.models import ColumnDataSource, CustomJS, Div, InlineStyleSheet, Range1d, UIElement
 from bokeh.plotting import figure
@@ -198,6 +199,21 @@ def fill(document: Document, page: str, folder: str, *, main: UIElement, side: A
 def every(document: Document, milliseconds: int, function: Callable[[], None]) -> None:
     """Calls a function again and again while the page is open."""
     document.add_periodic_callback(function, milliseconds)
+
+
+def coordinates(lines: Iterable[Any]) -> dict[str, list[Any]]:
+    """Returns lines or rings, (N, 2) m each, as the columns xs and ys of a picture's source."""
+    drawn = [np.asarray(line, dtype=float).reshape(-1, 2) for line in lines]
+    xs, ys = ([line[:, axis].tolist() for line in drawn] for axis in (0, 1))
+    return {"xs": xs, "ys": ys}
+
+
+def image_at(image: Any, bounds: Sequence[float] | None) -> dict[str, list[Any]]:
+    """Returns an RGBA image over x0, y0, x1, y1 m as columns of a source; None: nothing."""
+    if bounds is None:
+        return {"image": [], "x": [], "y": [], "dw": [], "dh": []}
+    x0, y0, x1, y1 = map(float, bounds)
+    return {"image": [image], "x": [x0], "y": [y0], "dw": [x1 - x0], "dh": [y1 - y0]}
 
 
 # One metre is as long in both directions, whatever the picture's size.

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 import warnings
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -13,8 +12,10 @@ import shapely
 from numpy.typing import NDArray
 
 from drake_navbench.analysis.metrics.registry import all_metrics
+from drake_navbench.analysis.replay.reasons import shown_reasons
 from drake_navbench.analysis.tables import PRINTED, trial_row
 from drake_navbench.campaign.campaign import plan_campaign
+from drake_navbench.campaign.logged_trial import logged_trial, trial_of_log
 from drake_navbench.costmaps.map_file import OCCUPIED, UNKNOWN
 from drake_navbench.errors import InputError, NavbenchError
 from drake_navbench.inputs.controller_file import names_file
@@ -24,6 +25,7 @@ from drake_navbench.inputs.robot import Robot, body_top_m, load_robot
 from drake_navbench.inputs.scenario import Scenario
 from drake_navbench.inputs.task_check import check_task
 from drake_navbench.kernels.poses import place_outline
+from drake_navbench.logs.log import TrialLog
 from drake_navbench.logs.results import write_whole
 from drake_navbench.nav2.whole_files import FileColumns, WholeFile, columns_of_files
 from drake_navbench.studio.messages import (
@@ -35,17 +37,27 @@ from drake_navbench.studio.messages import (
     Ground,
     MetricOf,
 )
-from drake_navbench.studio.moments import Watched, read_watched
-from drake_navbench.studio.parameter_fields import ParameterField, fields_of
+from drake_navbench.studio.moments import CostmapFrame, Reasons, Watched
+from drake_navbench.studio.parameter_fields import ParameterField, fields_of, node_fields
 from drake_navbench.trial.planning import make_plan
 from drake_navbench.trial.spec import TrialSpec
 from drake_navbench.trial.trial import simulate
+from drake_navbench.trial.why import require_explainable, whole_why
 
 Array = NDArray[np.float64]
 WARM_COLUMNS = ("rpp", "dwb")
 WARM_SCENARIO = "doorway"
 # The metrics beside those of the tables that the terminal prints.
 MORE_METRICS = ("duration_s", "driven_length_m", "mean_speed_mps", "min_clearance_m")
+# Columns of the log that the table of a moment shows, with their names there.
+SHOWN = {
+    "v_mps": "speed [m/s]",
+    "w_radps": "turn rate [rad/s]",
+    "command_v_mps": "commanded speed [m/s]",
+    "command_w_radps": "commanded turn rate [rad/s]",
+    "clearance_m": "clearance [m]",
+    "compute_time_ms": "compute time [ms]",
+}
 # A larger map is drawn with fewer cells.
 MAX_GROUND_CELLS = 1500
 
@@ -106,8 +118,11 @@ def columns_in(file: str, text: str, robot: str) -> list[str]:
 
 
 def column_fields(column: Column, robot: str) -> list[ParameterField]:
-    """Returns the fields of a column's parameters, with its changes as their values."""
-    return fields_of(_preset_and_robot(column, robot)[0])
+    """Returns the fields of a column's parameters, and of its file's costmaps and servers."""
+    if not column.file:
+        return fields_of(_preset_and_robot(column, robot)[0])
+    columns = _columns(column.file, column.patched_text, robot)
+    return [*fields_of(_plugin_of(columns, column)), *node_fields(columns.setup)]
 
 
 def drive_column(asked: Asked, column: Column, robot: str, log: str) -> Driven:
@@ -127,7 +142,6 @@ def drive_column(asked: Asked, column: Column, robot: str, log: str) -> Driven:
         samples["time_s"].to_numpy(dtype=float),
         samples[["x_m", "y_m", "yaw_rad"]].to_numpy(dtype=float),
         samples[["v_mps", "w_radps"]].to_numpy(dtype=float),
-        samples["clearance_m"].to_numpy(dtype=float),
         ended.course[:, :2],
         spec.preset.robot(spec.robot).outline,
         {name: float(v) for name, v in row.items() if isinstance(v, int | float)},
@@ -138,11 +152,45 @@ def drive_column(asked: Asked, column: Column, robot: str, log: str) -> Driven:
     )
 
 
-def drive_with_diagnostics(asked: Asked, column: Column, robot: str, log: str) -> Watched:
-    """Drives the same trial with the controller's arrays in its log; it moves the same."""
-    spec = replace(spec_of(asked, column, robot), wants_diagnostics=True)
-    write_whole(Path(log), simulate(spec).write)
-    return read_watched(log)
+def read_watched(path: str) -> Watched:
+    """Returns the trial of a log; raises InputError."""
+    log = TrialLog.read(Path(path))
+    samples = log.samples
+    poses = samples[["x_m", "y_m", "yaw_rad"]].to_numpy(dtype=float)
+    is_drifting = "odometry_x_m" in samples
+    odometry = samples[["odometry_x_m", "odometry_y_m"]].to_numpy(float) if is_drifting else poses
+    info = log.info
+    outline = np.asarray(Robot.model_validate(dict(info["robot"])).outline, dtype=float)
+    name = f"{info['scenario']['name']}, {info['controller']}, trial {info['trial']}"
+    return Watched(
+        f"{name}: {log.outcome}, {info['reason']}",
+        {**info["scenario"], "world": {"obstacles": list(log.obstacles)}},
+        outline,
+        samples["time_s"].to_numpy(dtype=float),
+        poses,
+        {shown: samples[c].to_numpy(dtype=float) for c, shown in SHOWN.items() if c in samples},
+        log.course[:, :2],
+        tuple(
+            CostmapFrame(c.stamp_s, c.origin_x, c.origin_y, c.resolution, np.asarray(c.costs))
+            for c in log.costmaps
+        ),
+        log.diagnostics,
+        poses[:, :2] - odometry[:, :2],
+        is_drifting,
+    )
+
+
+def reasons_of(path: str, asked: tuple[Asked, Column, str] | None) -> Reasons:
+    """Returns why a logged trial's controller decided as it did, and what it left of each cycle.
+
+    asked: of a trial of the studio; None for a log in a results folder. Raises InputError where the
+    controller cannot tell, or the trial cannot be driven again.
+    """
+    log = TrialLog.read(Path(path))
+    require_explainable(log)
+    spec = logged_trial(log, Path(path)) if asked is None else trial_of_log(spec_of(*asked), log)
+    found = whole_why(spec, log)
+    return Reasons(tuple(shown_reasons(found.decisions)), found.diagnostics)
 
 
 def spec_of(asked: Asked, column: Column, robot: str) -> TrialSpec:
@@ -159,9 +207,13 @@ def _preset_and_robot(column: Column, robot: str) -> tuple[Preset, str | Robot]:
             raise InputError(f"controller {column.name}: expected the name of a preset")
         return load_preset(column.argument), robot
     columns = _columns(column.file, column.patched_text, robot)
+    return _plugin_of(columns, column), columns.setup.robot
+
+
+def _plugin_of(columns: FileColumns, column: Column) -> Preset:
     if column.name not in columns.plugins:
         raise InputError(f"{column.file}: {SERVER}: has no controller {column.name} any more")
-    return columns.plugins[column.name], columns.setup.robot
+    return columns.plugins[column.name]
 
 
 def _columns(file: str, text: str, robot: str) -> FileColumns:

@@ -11,7 +11,7 @@ from markupsafe import Markup
 from drake_navbench.studio import style
 from drake_navbench.studio.messages import Driven, MetricOf
 from drake_navbench.studio.scene_items import Item, bounds_of
-from drake_navbench.studio.style import MapView, picture
+from drake_navbench.studio.style import MapView, coordinates, picture
 
 MARGIN_M = 0.8
 # As long as nothing is driven, oldest at the bottom.
@@ -24,9 +24,7 @@ class TrialPictures:
     """Two figures: the floor with the paths, and the speed over time."""
 
     def __init__(self) -> None:
-        self._map = MapView(
-            height=400,
-        )
+        self._map = MapView(height=400)
         self.floor = self._map.figure
         self.speed = picture(
             height=190,
@@ -68,10 +66,7 @@ class TrialPictures:
         """Draws the obstacles, the start and the goals of a scenario."""
         walls = [item.outline for item in items if item.kind == "wall"]
         ends = [item for item in items if item.kind in ("start", "goal")]
-        self._shapes.data = {
-            "xs": [wall[:, 0].tolist() for wall in walls],
-            "ys": [wall[:, 1].tolist() for wall in walls],
-        }
+        self._shapes.data = coordinates(walls)
         self._ends.data = {
             "x": [float(item.outline[0, 0]) for item in ends],
             "y": [float(item.outline[0, 1]) for item in ends],
@@ -94,11 +89,11 @@ class TrialPictures:
         now = trials.get("now")
         if now is None:
             self._plan.data = {"x": [], "y": []}
-            self._outline.data = {"xs": [], "ys": []}
+            self._outline.data = coordinates([])
             return
         self._plan.data = {"x": now.plan[:, 0], "y": now.plan[:, 1]}
         body = placed(now.outline, now.poses[-1]) if len(now.poses) else np.empty((0, 2))
-        self._outline.data = {"xs": [body[:, 0].tolist()], "ys": [body[:, 1].tolist()]}
+        self._outline.data = coordinates([body])
 
 
 def placed(outline: np.ndarray, pose: np.ndarray) -> np.ndarray:

@@ -18,8 +18,8 @@ DEFAULT_COLUMN = "rpp"
 class TuningDesk:
     """A column that is changed and driven again.
 
-    file: of the Nav2 file below the folder, '' for a preset. changes: by the name that the file
-    uses. now, before, reference: the trial driven last, the one before it, and the locked one.
+    file: of the Nav2 file below the folder, '' for a preset. changes: as in Column. now, before,
+    reference: the trial driven last, the one before it, and the locked one.
     """
 
     def __init__(self, folder: OpenFolder) -> None:
@@ -44,9 +44,9 @@ class TuningDesk:
     def change(self, field: ParameterField, value: Any) -> None:
         """Sets a parameter; one that is as in the file again is no change."""
         if value == field.value:
-            self.changes.pop(field.given_name, None)
+            self.changes.pop(field.key, None)
         else:
-            self.changes[field.given_name] = value
+            self.changes[field.key] = value
 
     def column(self, *, is_changed: bool = True) -> Column:
         """Returns the column to drive, or as the file has it."""

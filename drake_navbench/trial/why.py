@@ -1,4 +1,4 @@
-"""Why a trial's controller decided as it did at a time: the trial is driven again up to there.
+"""Why a trial's controller decided as it did: the trial is driven again, up to a time or its end.
 
 Nothing of it is stored: a trial is a function of its inputs, so that the controller gets the same
 observation and the same memory once more, and tells its reasons (`ExplainingController`).
@@ -7,15 +7,22 @@ observation and the same memory once more, and tells its reasons (`ExplainingCon
 from __future__ import annotations
 
 import math
+import multiprocessing
+from collections.abc import Mapping
 from dataclasses import replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from drake_navbench.controller import Controller
 from drake_navbench.errors import InputError, NavbenchError, is_machine_fault, one_line
-from drake_navbench.explanation import ControlCycle, ExplainingController, Explanation
+from drake_navbench.explanation import (
+    ControlCycle,
+    ExplainingController,
+    Explanation,
+    told_command,
+)
 from drake_navbench.logs.log import LIVE_CHANGES, UNREPEATABLE_COLUMNS, Outcome, TrialLog
 from drake_navbench.processes.worker_process import Returned
 from drake_navbench.processes.workers import Task, run_tasks, start_server
@@ -47,23 +54,40 @@ class Why(NamedTuple):
     doubt: str
     checked_rows: int
 
+    @property
+    def assurance(self) -> tuple[str, ...]:
+        """Sentences on how sure it is that these are the reasons of the logged command."""
+        if self.doubt:
+            return (
+                f"Not certain: {self.doubt}. The trial that was driven again is another one from "
+                "there on, and so may be its reasons.",
+            )
+        command = self.explanation.command
+        changed = (
+            (f"The robot got {told_command(self.sent)}: what follows the controller changed it.",)
+            if command is not None and not self.explanation.gives(self.sent)
+            else ()
+        )
+        return (
+            *changed,
+            f"Recomputed: command and all {self.checked_rows} samples up to then equal the log to "
+            "the last bit.",
+        )
 
-class _Last:
-    """Keeps the last control cycle that began by a time."""
 
-    def __init__(self, time_s: float) -> None:
-        self._time_s = time_s
-        self.cycle: ControlCycle | None = None
-        self.count = 0
+class WholeWhy(NamedTuple):
+    """The reasons of all decisions of a trial.
 
-    def hear(self, cycle: ControlCycle) -> None:
-        if cycle.observation.time_s <= self._time_s + ROUNDING_S:
-            self.cycle = cycle
-            self.count += 1
+    decisions: in the order of their control cycles. diagnostics: time s of each cycle, and what the
+    controller left of it, arrays included, as in `TrialLog.diagnostics`.
+    """
+
+    decisions: tuple[Why, ...]
+    diagnostics: tuple[tuple[float, Mapping[str, Any]], ...]
 
 
-def require_explainable(log: TrialLog, time_s: float) -> None:
-    """Raises InputError where a log has no decision at a time that could be explained."""
+def require_explainable(log: TrialLog) -> None:
+    """Raises InputError where the decisions in a log cannot be explained."""
     if log.is_recording:
         raise InputError("made of a recording: the controller of it is not known")
     if log.outcome is Outcome.ERROR:
@@ -72,11 +96,6 @@ def require_explainable(log: TrialLog, time_s: float) -> None:
         raise InputError("a running stack drove; it cannot be asked again")
     if log.info.get(LIVE_CHANGES):
         raise InputError("sliders of --live changed its parameters; it cannot be driven again")
-    first_s, end_s = float(log.info["start_time_s"]), log.end_time_s
-    if not (math.isfinite(time_s) and first_s <= time_s <= end_s):
-        raise InputError(
-            f"--at {time_s:g}: expected a time of the trial, {first_s:g} to {end_s:g} s"
-        )
 
 
 def why(spec: TrialSpec, log: TrialLog, time_s: float) -> Why:
@@ -85,48 +104,84 @@ def why(spec: TrialSpec, log: TrialLog, time_s: float) -> Why:
     spec: of the trial that the log is of. Raises InputError where the controller cannot tell, or
     there is no cycle by then. A controller that is not ours runs in a process of its own.
     """
-    require_explainable(log, time_s)
+    require_explainable(log)
+    first_s, end_s = float(log.info["start_time_s"]), log.end_time_s
+    if not (math.isfinite(time_s) and first_s <= time_s <= end_s):
+        raise InputError(
+            f"--at {time_s:g}: expected a time of the trial, {first_s:g} to {end_s:g} s"
+        )
+    found = _asked_again(spec, log, time_s).decisions
+    if not found:
+        raise InputError(f"--at {time_s:g}: there was no control cycle yet")
+    return found[-1]
+
+
+def whole_why(spec: TrialSpec, log: TrialLog) -> WholeWhy:
+    """Returns why the controller decided as it did in each cycle of a trial; as for `why`."""
+    require_explainable(log)
+    return _asked_again(spec, log, None)
+
+
+def _asked_again(spec: TrialSpec, log: TrialLog, time_s: float | None) -> WholeWhy:
+    """Returns the reasons of the last decision by a time, s; without one, of all."""
     if ComputeClock(spec.scenario.conditions(spec.robot).timing, None).is_needed:
         spec = replace(spec, compute_times_ms=compute_times(log))
-    if not spec.code_owner:
-        return _why(spec, log, time_s)
+    # A worker is a process of its own already, and may have no others.
+    if not spec.code_owner or multiprocessing.current_process().daemon:
+        return _driven_again(spec, log, time_s)
     start_server([__name__])
     limit_s = wall_clock_limit_s(spec.scenario)
-    task = Task(_why, (spec, log, time_s), time_limit_s=limit_s, owner=spec.code_owner)
+    task = Task(_driven_again, (spec, log, time_s), time_limit_s=limit_s, owner=spec.code_owner)
     ((_, ending),) = run_tasks([task], jobs=1)
     if not isinstance(ending, Returned):
         raise InputError(f"{spec.preset.name}: {ending.sentence}")
     return ending.value
 
 
-def _why(spec: TrialSpec, log: TrialLog, time_s: float) -> Why:
-    spec = replace(spec, robot=spec.preset.robot(spec.robot), keeps_costmaps=False)
-    name = spec.preset.name
+def _driven_again(spec: TrialSpec, log: TrialLog, time_s: float | None) -> WholeWhy:
+    """Drives a trial and explains it afterwards, so that no reason can change what is driven."""
+    spec = replace(spec, robot=spec.preset.robot(spec.robot), wants_diagnostics=True)
     if not hasattr(spec.preset.controller_class, "explain"):
-        raise InputError(f"{name}: its controller cannot tell why; it has no method `explain`")
-    last = _Last(time_s)
-    with built_controller(spec.preset, spec.robot) as controller:
-        again = simulate_with(
-            controller,
-            spec,
-            Looks(keeps_costmaps=False, hear=last.hear),
-            until_s=time_s + 2.0 * RECORDER_PERIOD_S,
+        raise InputError(
+            f"{spec.preset.name}: its controller cannot tell why; it has no method `explain`"
         )
-    if last.cycle is None:
-        raise InputError(f"--at {time_s:g}: there was no control cycle yet")
+    asked_s = math.inf if time_s is None else time_s
+    cycles: list[ControlCycle] = []
+
+    def hear(cycle: ControlCycle) -> None:
+        if cycle.observation.time_s <= asked_s + ROUNDING_S:
+            cycles.append(cycle)
+
+    looks, until_s = Looks(hear=hear), asked_s + 2.0 * RECORDER_PERIOD_S
     with built_controller(spec.preset, spec.robot, wants_diagnostics=True) as controller:
-        explanation = _explained(controller, last.cycle, name)
-    checked, doubt = _doubt(again, log, time_s + RECORDER_PERIOD_S)
-    if not doubt and not explanation.gives(last.cycle.command):
+        again = simulate_with(controller, spec, looks, until_s=until_s)
+    difference = _first_difference(again, log, asked_s + RECORDER_PERIOD_S)
+    asked = range(len(cycles)) if time_s is None else range(len(cycles))[-1:]
+    with built_controller(spec.preset, spec.robot, wants_diagnostics=True) as controller:
+        decisions = tuple(
+            _decision(controller, cycles[number], number + 1, log, difference, time_s)
+            for number in asked
+        )
+    return WholeWhy(decisions, again.diagnostics)
+
+
+def _decision(
+    controller: Controller,
+    cycle: ControlCycle,
+    count: int,
+    log: TrialLog,
+    difference: _Difference,
+    asked_s: float | None,
+) -> Why:
+    """Returns the reasons of one cycle; asked_s: the time that was asked for, None for its own."""
+    begun_s = cycle.observation.time_s
+    until_s = (begun_s if asked_s is None else asked_s) + RECORDER_PERIOD_S + ROUNDING_S
+    explanation = _explained(controller, cycle, log.info["controller"])
+    doubt = difference.text if difference.time_s <= until_s else ""
+    if not doubt and not explanation.gives(cycle.command):
         doubt = "the explained command is not the one that the controller gave"
-    return Why(
-        last.cycle.observation.time_s,
-        last.count,
-        explanation,
-        _sent(log, last.count),
-        doubt,
-        checked,
-    )
+    checked = int(np.searchsorted(log.samples["time_s"].to_numpy(), until_s, "right"))
+    return Why(begun_s, count, explanation, _sent(log, count), doubt, checked)
 
 
 def _explained(controller: Controller, cycle: ControlCycle, name: str) -> Explanation:
@@ -145,27 +200,40 @@ def _explained(controller: Controller, cycle: ControlCycle, name: str) -> Explan
     return found
 
 
-def _doubt(again: TrialLog, log: TrialLog, until_s: float) -> tuple[int, str]:
-    """Returns the number of compared samples, and the first difference, '' without one."""
+class _Difference(NamedTuple):
+    """The first value in which a recomputed trial is another one than its log, and when, s."""
+
+    time_s: float
+    text: str
+
+
+def _first_difference(again: TrialLog, log: TrialLog, until_s: float) -> _Difference:
+    """Returns the first difference up to a time; one at an infinite time where there is none."""
     theirs = log.samples[log.samples["time_s"] <= until_s + ROUNDING_S]
     ours = again.samples[again.samples["time_s"].isin(theirs["time_s"])]
     count = len(theirs)
     if len(ours) != count:
-        return count, f"the log has {count} samples up to then, the recomputed trial {len(ours)}"
+        return _Difference(
+            -math.inf, f"the log has {count} samples up to then, the recomputed trial {len(ours)}"
+        )
+    first = _Difference(math.inf, "")
     for name in theirs.columns:
         if name in UNREPEATABLE_COLUMNS:
             continue
         if name not in ours.columns:
-            return count, f"the log has a column {name}, the recomputed trial has none"
+            return _Difference(
+                -math.inf, f"the log has a column {name}, the recomputed trial has none"
+            )
         logged, recomputed = (entry[name].to_numpy() for entry in (theirs, ours))
         differs = ~((logged == recomputed) | (np.isnan(logged) & np.isnan(recomputed)))
-        if differs.any():
-            row = int(np.argmax(differs))
-            return count, (
-                f"{name} at {theirs['time_s'].iloc[row]:.2f} s: logged {logged[row]!r}, "
-                f"recomputed {recomputed[row]!r}"
+        row = int(np.argmax(differs))
+        time_s = float(theirs["time_s"].iloc[row]) if differs.any() else math.inf
+        if time_s < first.time_s:
+            first = _Difference(
+                time_s,
+                f"{name} at {time_s:.2f} s: logged {logged[row]!r}, recomputed {recomputed[row]!r}",
             )
-    return count, ""
+    return first
 
 
 def _sent(log: TrialLog, cycle: int) -> NDArray[np.float64]:

@@ -7,12 +7,14 @@ import json
 import re
 import subprocess
 from pathlib import Path
+from typing import NamedTuple
 
 import pytest
 from browser import CHROMIUM, HEADLESS_FLAGS, NO_CHROMIUM, Browser
 from replay_logs import replay_log, with_diagnostics
 
 from drake_navbench.analysis.replay import write_race_replay, write_trial_replay
+from drake_navbench.explanation import Explanation
 from drake_navbench.inputs.robot import load_robot
 
 TIMEOUT_S = 120
@@ -141,6 +143,19 @@ def test_trial_with_all_diagnostics_opens_without_errors(tmp_path):
     assert seen["moved"] > 100
 
 
+class Told(NamedTuple):
+    """A decision with its reasons."""
+
+    time_s: float
+    explanation: Explanation
+    assurance: tuple[str, ...] = ("Recomputed.",)
+
+
+def told(time_s, sentence, cost) -> Told:
+    columns = ("critic", "chosen")
+    return Told(time_s, Explanation(None, sentence, columns, (("CostCritic", cost),)))
+
+
 @pytest.fixture(scope="module")
 def tab(tmp_path_factory):
     """A browser in which a race is open: one robot arrives, the other gives up after 2 s."""
@@ -151,7 +166,8 @@ def tab(tmp_path_factory):
         replay_log("dwb"),
         replay_log("rpp", speed_mps=0.3, outcome="aborted", end_time_s=2.0, info=failure),
     ]
-    write_race_replay(logs, page, model=MODEL)
+    reasons = {"rpp": [told(0.0, "It starts.", 0.1), told(1.0, "<b>It turns.</b>", 0.25)]}
+    write_race_replay(logs, page, model=MODEL, reasons=reasons)
     with Browser(folder / "profile") as browser:
         browser.open(page.as_uri() + "#t=1")
         browser.wait_for("viewer.animator.duration > 0 && !viewer.animator.playing")
@@ -284,6 +300,20 @@ def test_the_strip_shows_the_moment_and_takes_a_click(tab):
             document.querySelector("#navbench-dock").getBoundingClientRect().top]"""
     )
     assert low == pytest.approx(top, abs=1.0)
+
+
+def test_the_reasons_are_those_of_the_chosen_robot_at_the_shown_time(tab):
+    panel = "document.querySelector('#navbench-why')"
+    choices = "document.querySelectorAll('.choose')"
+    tab.evaluate(f"{choices}[0].click()")
+    assert tab.evaluate(f"{panel}.hidden")
+    tab.evaluate(f"{choices}[1].click()")
+    seek(tab, 0.99)
+    tab.wait_for(f"{panel}.innerText.includes('It starts.')")
+    seek(tab, 1.0)
+    tab.wait_for(f"{panel}.innerText.includes('<b>It turns.</b>')")
+    assert tab.evaluate(f"{panel}.querySelector('tr:last-child').innerText") == "CostCritic\t0.25"
+    tab.evaluate(f"{choices}[0].click()")
 
 
 @pytest.mark.parametrize(("width", "height", "is_dark"), [(1280, 800, True), (390, 844, False)])

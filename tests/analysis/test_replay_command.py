@@ -37,6 +37,12 @@ def refused(capsys, *arguments) -> str:
     return told
 
 
+def test_a_trial_that_cannot_be_driven_again_is_not_explained(path, tmp_path, capsys):
+    told = refused(capsys, path, "--why", "--out", tmp_path / "page.html")
+    assert told.startswith(f"--why: {path}: ")
+    assert not (tmp_path / "page.html").exists()
+
+
 def test_a_torn_log_is_one_line_and_leaves_no_page(path, tmp_path, capsys):
     torn = tmp_path / "torn.parquet"
     torn.write_bytes(path.read_bytes()[:2000])

@@ -6,7 +6,10 @@ import pytest
 
 from drake_navbench.errors import InputError
 from drake_navbench.studio import drawing
-from drake_navbench.studio.drawing import Drawing
+from drake_navbench.studio.drawing import EMPTY_FLOOR, Drawing
+from drake_navbench.studio.drawing_tools import Hold, dragged, with_way
+from drake_navbench.studio.messages import Asked
+from drake_navbench.studio.scene_items import items_of
 
 WALL = drawing.wall((3.0, -2.0), (3.0, 2.0))
 
@@ -95,3 +98,44 @@ def test_the_start_cannot_be_deleted():
 def test_a_pose_looks_where_the_mouse_was_drawn_to():
     assert drawing.pose((1.0, 1.0), (1.0, 2.0), [0, 0, 0.3]) == [1.0, 1.0, 1.571]
     assert drawing.pose((1.0, 1.0), (1.0, 1.0), [0, 0, 0.3]) == [1.0, 1.0, 0.3]
+
+
+def hold(tool) -> Hold:
+    return Hold(tool, (), 50, 0.5)
+
+
+def test_a_cart_goes_to_each_click_at_its_speed_with_its_front_ahead():
+    content = EMPTY_FLOOR
+    for number, click in enumerate([(2.0, -2.0), (2.0, 2.0), (0.0, 2.0)]):
+        content = with_way(content, hold("Moving"), click, goes_on=number > 0)
+    (cart,) = content["world"]["moving_obstacles"]
+    # 4 m and 2 m at 0.5 m/s; it looks along +y, then along -x.
+    assert [(w["time_s"], w["position"], w["yaw_rad"]) for w in cart["waypoints"]] == [
+        (0.0, [2.0, -2.0], 1.571),
+        (8.0, [2.0, 2.0], 1.571),
+        (12.0, [0.0, 2.0], 3.142),
+    ]
+    # Where it already is it does not go again.
+    assert with_way(content, hold("Moving"), (0.0, 2.0), goes_on=True) == content
+    (moving,) = [item for item in items_of(content) if item.kind == "moving"]
+    # 1.0 m long along +y, 0.6 m wide.
+    assert moving.outline.min(axis=0) == pytest.approx([1.7, -2.5], abs=1e-3)
+    assert moving.way[-1].tolist() == [0.0, 2.0]
+    Asked(content, "drawn.yaml").scenario()
+
+
+def test_the_cart_turns_the_shorter_way():
+    cart = drawing.moving_box((0.0, 0.0))
+    for place in ((-1.0, 0.2), (-2.0, 0.0)):
+        cart = drawing.moved_on(cart, place, 0.5)
+    turns = [entry["yaw_rad"] for entry in cart["waypoints"]]
+    assert turns[2] - turns[1] == pytest.approx(0.395, abs=1e-3)
+
+
+def test_a_waypoint_is_a_goal_before_the_goal_which_the_loader_takes():
+    content = dragged(EMPTY_FLOOR, hold("Waypoint"), (2.0, 1.0), (2.0, 2.0))
+    assert content["waypoints"] == [[2.0, 1.0, 1.571]]
+    assert content["navigation_mode"] == "navigate_to_pose"
+    goals = Asked(content, "drawn.yaml").scenario().goals
+    assert goals == ((2.0, 1.0, 1.571), (5.0, 0.0, 0.0))
+    assert "waypoints" not in drawing.without(content, ("waypoints", 0))

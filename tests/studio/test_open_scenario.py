@@ -21,7 +21,7 @@ def scenario(tmp_path) -> OpenScenario:
 
 @pytest.mark.parametrize("name", SCENARIO_FILES.names)
 def test_a_built_in_scenario_is_opened_and_saved_to_the_last_byte(scenario, tmp_path, name):
-    scenario.open_built_in(name)
+    scenario.open("built-in", name)
     items = items_of(scenario.drawing.content, scenario.floor)
     assert {item.kind for item in items} >= {"start"}
     scenario.save(f"{name}.yaml")
@@ -30,6 +30,16 @@ def test_a_built_in_scenario_is_opened_and_saved_to_the_last_byte(scenario, tmp_
     asked = Asked(scenario.drawing.content, scenario.path)
     ground = open_scenario(asked)
     assert (ground is None) == (asked.scenario().places[0].map is None)
+
+
+def test_steps_that_are_not_saved_are_dropped_at_the_second_choice_only(scenario):
+    scenario.change(drawing.with_entry(scenario.drawing.content, ("goal",), [4.0, 0.0, 0.0]))
+    with pytest.raises(InputError, match=r"drawn\.yaml: has steps that are not saved"):
+        scenario.open("built-in", "doorway")
+    assert scenario.drawing.content["goal"][0] == 4.0
+    scenario.open("built-in", "doorway")
+    assert scenario.name == "doorway.yaml"
+    scenario.open("built-in", "empty")
 
 
 def test_what_the_loader_refuses_is_no_step(scenario):
@@ -87,7 +97,7 @@ def test_a_map_outside_the_folder_is_not_opened(tmp_path):
     (tmp_path / "mine" / "a.yaml").write_text("world: {map: ../map.yaml}\ngoal: [1, 0, 0]\n")
     scenario = OpenScenario(OpenFolder.at(tmp_path / "mine"))
     with pytest.raises(InputError, match=r"\.\./map\.yaml: lies outside"):
-        scenario.open_file("a.yaml")
+        scenario.open("file", "a.yaml")
 
 
 def test_files_are_told_apart_by_their_fields(scenario, tmp_path):

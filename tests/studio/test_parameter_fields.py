@@ -8,11 +8,15 @@ import pytest
 
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.presets import load_preset, preset_files
+from drake_navbench.studio.drawing import EMPTY_FLOOR
+from drake_navbench.studio.messages import Asked
 from drake_navbench.studio.open_folder import OpenFolder
 from drake_navbench.studio.parameter_fields import fields_of
-from drake_navbench.studio.tasks import column_fields, columns_in
+from drake_navbench.studio.tasks import column_fields, columns_in, spec_of
 from drake_navbench.studio.tuning_desk import TuningDesk
 
+INFLATION = "local_costmap/inflation_layer.inflation_radius"
+GLOBAL_RESOLUTION = ("global_costmap", "resolution")
 WAFFLE = Path(__file__).parents[2] / "models" / "nav2" / "turtlebot3_waffle.yaml"
 
 
@@ -68,6 +72,37 @@ def test_a_field_of_a_nav2_file_has_the_name_that_the_file_uses(tuning):
     assert columns_in(str(WAFFLE), tuning.text, "turtlebot3_waffle") == ["FollowPath"]
     speed = field(column_fields(tuning.column(), "turtlebot3_waffle"), "max_linear_vel")
     assert (speed.given_name, speed.given) == ("desired_linear_vel", 0.26)
+
+
+def test_the_costmaps_of_a_nav2_file_have_fields_too(tuning):
+    fields = column_fields(tuning.column(), "turtlebot3_waffle")
+    local = {entry.given_name: entry for entry in fields if entry.node == "local_costmap"}
+    radius = local["inflation_layer.inflation_radius"]
+    assert (radius.unit, radius.default, radius.given) == ("m", 0.55, 0.6)
+    assert (local["width"].kind, local["width"].given) == ("whole", 3)
+    # Nav2's default, which is not the model's.
+    found = [entry for entry in fields if (entry.node, entry.name) == GLOBAL_RESOLUTION]
+    assert [entry.default for entry in found] == [0.1]
+    assert {"planner_server", "velocity_smoother"} <= {entry.node for entry in fields}
+    for entry in fields:
+        if entry.kind in ("number", "whole"):
+            assert entry.low <= entry.value <= entry.high
+
+
+def test_a_changed_inflation_is_a_patch_of_one_line_and_is_driven(tuning):
+    fields = column_fields(tuning.column(), "turtlebot3_waffle")
+    (radius,) = [entry for entry in fields if entry.key == INFLATION]
+    tuning.change(radius, 0.9)
+    lines = [line for line in tuning.patch().splitlines() if line[0] in "+-"][2:]
+    assert [line.strip("+- ") for line in lines] == [
+        "inflation_radius: 0.6",
+        "inflation_radius: 0.9",
+    ]
+    asked = Asked(EMPTY_FLOOR, "drawn.yaml")
+    robot = spec_of(asked, tuning.column(), "turtlebot3_waffle").robot
+    navigation = robot.navigation
+    assert navigation.local_costmap.inflation_layer.inflation_radius == 0.9
+    assert navigation.global_costmap.inflation_layer.inflation_radius == 0.6
 
 
 def test_a_change_is_a_patch_of_one_line_and_saved_with_the_comments(tuning, tmp_path):

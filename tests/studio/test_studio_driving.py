@@ -15,7 +15,7 @@ from drake_navbench.studio.drawing import EMPTY_FLOOR
 from drake_navbench.studio.engine import Engine, NoResult
 from drake_navbench.studio.messages import Asked, Column
 from drake_navbench.studio.moments import image_of, moment_at, rows_of, trajectories_of
-from drake_navbench.studio.tasks import drive_column, drive_with_diagnostics, spec_of
+from drake_navbench.studio.tasks import drive_column, read_watched, reasons_of, spec_of
 from drake_navbench.typed_files.typed_yaml import read_yaml
 
 DOORWAY = SCENARIO_FILES.find("doorway")
@@ -43,7 +43,7 @@ def test_a_trial_can_be_looked_at_moment_by_moment(tmp_path):
     driven = drive_column(ASKED, Column("rpp"), "wheelchair", str(tmp_path / "a.parquet"))
     assert driven.outcome == "succeeded"
     assert driven.poses[0] == pytest.approx([0.0, -1.0, 0.0])
-    watched = drive_with_diagnostics(*driven.asked, str(tmp_path / "b.parquet"))
+    watched = read_watched(driven.log)
     assert np.array_equal(watched.poses, driven.poses)
     moment = moment_at(watched, 5.0)
     assert watched.times_s[moment.sample] == pytest.approx(5.0, abs=0.021)
@@ -53,6 +53,31 @@ def test_a_trial_can_be_looked_at_moment_by_moment(tmp_path):
     assert rows["lookahead_distance_m"] == "0.6"
     assert moment_at(watched, 0.0).sample == 0
     assert trajectories_of(moment)[0] == []
+    assert moment.decision is None
+
+
+def test_every_decision_of_a_trial_is_told_with_the_costs_of_its_critics(tmp_path):
+    driven = drive_column(ASKED, Column("dwb"), "wheelchair", str(tmp_path / "a.parquet"))
+    found = reasons_of(driven.log, driven.asked)
+    watched = read_watched(driven.log)._replace(decisions=found.decisions, cycles=found.cycles)
+    assert len(watched.decisions) == len(watched.cycles)
+    moment = moment_at(watched, 3.0)
+    assert moment.decision["time"] == pytest.approx(2.97, abs=0.05)
+    columns, rows = moment.decision["columns"], moment.decision["rows"]
+    table = {row[0]: dict(zip(columns, row, strict=True)) for row in rows}
+    command = dict(rows_of(watched, moment))["commanded speed [m/s]"]
+    assert table["v [m/s]"]["chosen"] == command
+    assert float(table["total"]["chosen"]) <= float(table["total"]["next"])
+    assert moment.decision["notes"][-1].endswith("equal the log to the last bit.")
+    # The arrays of the cycle, which the log leaves out, come with it.
+    assert trajectories_of(moment)[0]
+
+
+def test_a_trial_whose_scenario_was_changed_is_not_explained(tmp_path):
+    driven = drive_column(ASKED, Column("rpp"), "wheelchair", str(tmp_path / "a.parquet"))
+    content = {**ASKED.content, "timeout_s": 90.0}
+    with pytest.raises(InputError, match="expected unchanged inputs"):
+        reasons_of(driven.log, (ASKED._replace(content=content), *driven.asked[1:]))
 
 
 @pytest.mark.long

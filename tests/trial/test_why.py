@@ -3,17 +3,21 @@
 from __future__ import annotations
 
 import json
+import re
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pyarrow.parquet as pq
 import pytest
 
 from drake_navbench.__main__ import main
+from drake_navbench.campaign.logged_trial import logged_trial
 from drake_navbench.commands.why import WIDTH, table_lines
 from drake_navbench.explanation import Explanation
 from drake_navbench.logs.log import METADATA_KEY
 from drake_navbench.trial.trial import run_trial
+from drake_navbench.trial.why import whole_why
 
 AT_S = 1.0
 
@@ -54,6 +58,29 @@ def test_the_reasons_of_a_logged_command(path, rpp_log, capsys):
     # Samples every 0.02 s from 0 to 1.02 s.
     assert "command and all 52 samples up to then equal the log to the last bit." in text
     assert max(map(len, lines)) <= WIDTH
+
+
+def test_every_decision_is_in_the_replay_that_is_asked_for_it(path, rpp_log, capsys):
+    assert main(["replay", str(path), "--why"]) == 0
+    page = path.with_suffix(".html").read_text(encoding="utf-8")
+    (data,) = re.findall(r'id="navbench-data">(.*?)</script>', page)
+    reasons = json.loads(data)["robots"][0]["reasons"]
+    assert len(reasons) == rpp_log.samples["cycle_count"].max()
+    at = next(entry for entry in reversed(reasons) if entry["time"] <= AT_S)
+    _, lines, _ = asked(path, capsys)
+    assert at["sentence"] in " ".join(lines)
+    assert all(entry["notes"][-1].endswith("to the last bit.") for entry in reasons)
+
+
+def test_decisions_before_the_first_difference_are_certain(rpp_log):
+    samples = rpp_log.samples.copy()
+    samples.loc[100, "command_v_mps"] += 1e-9
+    log = replace(rpp_log, samples=samples)
+    decisions = whole_why(logged_trial(log, Path("log.parquet")), log).decisions
+    # Sample 100 is the one of 2 s; a sample of 0.02 s after a cycle is compared, too.
+    doubtful = [entry.time_s for entry in decisions if entry.doubt]
+    assert min(doubtful) == pytest.approx(2.0, abs=0.05)
+    assert len(doubtful) == sum(entry.time_s >= min(doubtful) for entry in decisions)
 
 
 def test_a_log_that_another_trial_left_is_not_explained_as_certain(rpp_log, tmp_path, capsys):
