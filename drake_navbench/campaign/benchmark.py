@@ -69,7 +69,7 @@ from drake_navbench.inputs.scenario import PUBLISHED_SCENARIOS, Scenario
 from drake_navbench.inputs.speed_check import lines_of
 from drake_navbench.logs.log import Outcome
 from drake_navbench.logs.results import ResultsFolder, only_run_in, require_writable
-from drake_navbench.processes import cache_folder
+from drake_navbench.processes import cache_folder, instruction_set
 from drake_navbench.processes.kernel_cache import notice_of_wheel
 from drake_navbench.processes.machine import available_cores
 from drake_navbench.trial.trial import DEFAULT_ROBOT
@@ -301,7 +301,8 @@ def _run(
     began_s: float,
     cluster: ClusterPlace | None = None,
 ) -> bool:
-    for line in filter(None, (cache_folder.notice(), notice_of_wheel())):
+    notices = instruction_set.notice(), cache_folder.notice(), notice_of_wheel()
+    for line in filter(None, notices):
         console.print(line, soft_wrap=True)
     compiling = _begin_compiling(campaign, console, jobs, is_beside=cluster is None)
     started = time.perf_counter()

@@ -7,6 +7,8 @@ from importlib.util import find_spec
 from drake_navbench.errors import InputError
 
 HOW_TO_INSTALL = "pip install 'drake-navbench[live]'"
+# cyclonedds has wheels for these; the extra leaves it out elsewhere.
+OLDEST_PYTHON, NEWEST_PYTHON = "3.11", "3.13"
 
 
 def require_live_libraries() -> None:
@@ -15,5 +17,5 @@ def require_live_libraries() -> None:
         if find_spec(name) is None:
             raise InputError(
                 f"live: a ROS 2 system is reached by the library {name}, which is not installed: "
-                f"{HOW_TO_INSTALL}"
+                f"{HOW_TO_INSTALL} with Python {OLDEST_PYTHON} to {NEWEST_PYTHON}"
             )

@@ -58,13 +58,35 @@ def instruction_set() -> str:
     return BASELINE if all(os.environ.get(key) == VARIABLES[key] for key in VARIABLES) else HOST
 
 
+def notice() -> str:
+    """Returns a line where this process is not held to the baseline, with the reason, else ''."""
+    if instruction_set() == BASELINE:
+        return ""
+    return f"{_reason()}: trials may differ in the last bit from those of other processors"
+
+
+def _reason() -> str:
+    """Returns why this process is not held to the baseline."""
+    if has_baseline():
+        given = {key: os.environ.get(key, value) for key, value in VARIABLES.items()}
+        others = [f"{key}={value}" for key, value in given.items() if value != VARIABLES[key]]
+        return f"Held to other instructions than {BASELINE} by {', '.join(others)}"
+    lacking = NEEDED_FLAGS - _flags()
+    if platform.machine() != "x86_64" or lacking == NEEDED_FLAGS:
+        return f"This processor is not known to have {BASELINE}"
+    return f"This processor lacks {', '.join(sorted(lacking))} of {BASELINE}"
+
+
 @cache
 def has_baseline() -> bool:
     """Returns whether this processor has the baseline's instructions, as far as Linux tells."""
-    if platform.machine() != "x86_64":
-        return False
+    return platform.machine() == "x86_64" and _flags() >= NEEDED_FLAGS
+
+
+def _flags() -> set[str]:
+    """Returns the instructions that Linux tells of this processor, none where it tells none."""
     try:
-        flags = re.search(r"^flags\s*: (.+)$", CPU_INFO.read_text(), re.MULTILINE)
+        found = re.search(r"^flags\s*: (.+)$", CPU_INFO.read_text(), re.MULTILINE)
     except OSError:
-        return False
-    return flags is not None and set(flags[1].split()) >= NEEDED_FLAGS
+        return set()
+    return set() if found is None else set(found[1].split())

@@ -8,10 +8,13 @@ from contextlib import contextmanager, suppress
 
 import numpy as np
 import pytest
+from stand_ins import CYCLONE, ROBOT, live, stand_in, way
+
+pytest.importorskip("cyclonedds")
+
 from cyclonedds.core import DDSException
 from cyclonedds.pub import DataWriter
 from cyclonedds.topic import Topic
-from stand_ins import CYCLONE, ROBOT, live, stand_in, way
 
 from drake_navbench.live import lookout
 from drake_navbench.live.domain import LATCHED, NODE_TOPIC, NODE_TYPE, PLAIN, LiveDomain, _qos

@@ -7,6 +7,8 @@ import math
 import numpy as np
 import pytest
 
+pytest.importorskip("cyclonedds")
+
 from drake_navbench.costmaps.point_cloud import PointCloud
 from drake_navbench.errors import InputError
 from drake_navbench.live import clock_file

@@ -8,6 +8,8 @@ from concurrent.futures import ThreadPoolExecutor
 import pytest
 from stand_ins import CYCLONE, ROBOT, live, stand_in, way
 
+pytest.importorskip("cyclonedds")
+
 from drake_navbench.__main__ import main
 from drake_navbench.analysis.metrics.compute import cycle_times_ms
 from drake_navbench.analysis.metrics.definition import Undefined

@@ -9,6 +9,7 @@ import pytest
 from drake_navbench.processes import instruction_set as subject
 
 BASELINE_FLAGS = "fpu sse2 avx avx2 bmi1 bmi2 f16c fma abm movbe"
+DIFFERS = "trials may differ in the last bit from those of other processors"
 CODE = (
     "import drake_navbench, numpy, numba, os;"
     "from drake_navbench.processes.fingerprint import fingerprint;"
@@ -63,6 +64,7 @@ def test_a_processor_with_all_flags_is_held_to_the_baseline(cpu_info):
     subject.hold_to_baseline()
     assert {name: os.environ[name] for name in subject.VARIABLES} == subject.VARIABLES
     assert subject.instruction_set() == "x86-64-v3"
+    assert subject.notice() == ""
 
 
 @pytest.mark.parametrize("flags", [BASELINE_FLAGS.replace("fma", ""), "", None])
@@ -71,3 +73,13 @@ def test_a_processor_without_one_of_them_uses_what_it_has(cpu_info, flags):
     subject.hold_to_baseline()
     assert not os.environ.keys() & subject.VARIABLES.keys()
     assert subject.instruction_set() == "host"
+    reason = "lacks fma of" if flags else "is not known to have"
+    assert subject.notice() == f"This processor {reason} x86-64-v3: {DIFFERS}"
+
+
+def test_what_the_user_has_set_is_told_by_its_name(cpu_info, monkeypatch):
+    cpu_info(BASELINE_FLAGS)
+    monkeypatch.setenv("OPENBLAS_CORETYPE", "SkylakeX")
+    subject.hold_to_baseline()
+    by = "Held to other instructions than x86-64-v3 by OPENBLAS_CORETYPE=SkylakeX"
+    assert subject.notice() == f"{by}: {DIFFERS}"
