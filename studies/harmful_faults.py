@@ -87,16 +87,14 @@ def census(seed: int, out: Path) -> None:
         name = f"sound_{controller}"
         if name not in done:
             rows = _rows_of(sound_file(controller), out / name, FIRST_SEEDS)
-            done[name] = sorted(s.value for s in seen_in(rows, share=1e-9))
-            _write(done)
+            done = _kept(name, sorted(s.value for s in seen_in(rows, share=1e-9)))
         for place, value, is_up in in_draw_order(controller, seed):
             own = _entries(done, seed, controller)
             if sum(bool(entry["harmful"]) for entry in own) >= HARMFUL_EACH:
                 break
             key = f"{seed} {controller} {place}"
             if key not in done and not _is_known(done, seed, controller, place):
-                done[key] = _census_of(controller, place, value, is_up, out, set(done[name]))
-                _write(done)
+                done = _kept(key, _census_of(controller, place, value, is_up, out, set(done[name])))
                 print(key, done[key], flush=True)
 
 
@@ -151,15 +149,16 @@ def _rows_of(file: Mapping[str, Any], folder: Path, seeds: int) -> list[Row]:
 
 
 def visit_all(seed: int, out: Path) -> None:
-    """Makes a visit of each harmful fault that has none, one of each controller in turn."""
-    done = _read()
-    for key in _in_turn(done, seed):
-        entry = done[key]
-        if "first" in entry:
-            continue
+    """Makes a visit of each harmful fault that has none, one of each controller in turn.
+
+    The census may go on beside it.
+    """
+    while waiting := [key for key in _in_turn(_read(), seed) if "first" not in _read()[key]]:
+        key = waiting[0]
+        entry = _read()[key]
         fault = _fault_of(entry)
         entry |= _visited(fault, Symptom(entry["harmful"][0]), out / _folder(fault))
-        _write(done)
+        _kept(key, entry)
         print(key, entry, flush=True)
 
 
@@ -186,8 +185,11 @@ def _read() -> dict[str, Any]:
     return done
 
 
-def _write(done: Mapping[str, Any]) -> None:
+def _kept(key: str, entry: Any) -> dict[str, Any]:
+    """Keeps an entry beside those of the file, to which another step may have added meanwhile."""
+    done = _read() | {key: entry}
     DRIVEN.write_text(json.dumps(done, indent=1) + "\n", encoding="utf-8")
+    return done
 
 
 def harmful_lines() -> Iterator[str]:
