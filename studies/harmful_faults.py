@@ -18,7 +18,8 @@ it does harm. Written before anything was driven:
 - *Harmful* is a strength at which at least half of the two trials of a probe show a symptom that
   none of the sound file's trials shows (as in `planted_faults_driven.py`). The mildest harmful
   strength is the fault.
-- *Stop.* The census of a controller ends with its sixth harmful fault or its last parameter.
+- *Stop.* The census of a controller ends with the eight parameters that bring its sixth harmful
+  fault, or with its last parameter; eight of each controller in turn, as many as the time allows.
 - *Complaint.* The new symptom that most trials show; of several the weightiest. The doctor is given
   it as `--symptom` and no words. It does not know the sound file.
 - *Order.* One of each controller in turn, as many as the time allows; none is left out after its
@@ -64,6 +65,8 @@ DRIVEN = HERE / "harmful_faults.json"
 SEEDS = (2030, 2031)
 MILD, STRONG = 3.0, 10.0
 HARMFUL_EACH = 6
+# Parameters of a controller that are screened in one batch.
+TOGETHER = 8
 
 
 def in_draw_order(controller: str, seed: int) -> list[tuple[str, Any, bool]]:
@@ -81,21 +84,34 @@ def spoilt_by(controller: str, place: str, value: Any, is_up: bool, factor: floa
 
 
 def census(seed: int, out: Path) -> None:
-    """Drives the probes of the sound files and of the faults, and keeps what they show."""
+    """Drives the probes of the sound files and of the faults, and keeps what they show.
+
+    A few parameters of each controller in turn.
+    """
     for controller in CONTROLLERS:
-        done = _read()
         name = f"sound_{controller}"
-        if name not in done:
-            rows = _rows_of(sound_file(controller), out / name, FIRST_SEEDS)
-            done = _kept(name, sorted(s.value for s in seen_in(rows, share=1e-9)))
-        for place, value, is_up in in_draw_order(controller, seed):
-            own = _entries(done, seed, controller)
-            if sum(bool(entry["harmful"]) for entry in own) >= HARMFUL_EACH:
-                break
-            key = f"{seed} {controller} {place}"
-            if key not in done and not _is_known(done, seed, controller, place):
-                done = _kept(key, _census_of(controller, place, value, is_up, out, set(done[name])))
-                print(key, done[key], flush=True)
+        if name not in _read():
+            (rows,) = _rows_of([sound_file(controller)], out / controller, FIRST_SEEDS)
+            _kept(name, sorted(s.value for s in seen_in(rows, share=1e-9)))
+    waiting = {controller: _waiting(seed, controller) for controller in CONTROLLERS}
+    while any(waiting.values()):
+        for controller, parameters in waiting.items():
+            _screen(seed, controller, parameters[:TOGETHER], out / controller)
+        waiting = {controller: _waiting(seed, controller) for controller in CONTROLLERS}
+
+
+def _waiting(seed: int, controller: str) -> list[tuple[str, Any, bool]]:
+    """Returns the parameters that the census of a controller has still to take."""
+    done = _read()
+    own = _entries(done, seed, controller)
+    if sum(bool(entry["harmful"]) for entry in own) >= HARMFUL_EACH:
+        return []
+    return [
+        parameter
+        for parameter in in_draw_order(controller, seed)
+        if f"{seed} {controller} {parameter[0]}" not in done
+        and not _is_known(done, seed, controller, parameter[0])
+    ]
 
 
 def _is_known(done: Mapping[str, Any], seed: int, controller: str, place: str) -> bool:
@@ -104,33 +120,46 @@ def _is_known(done: Mapping[str, Any], seed: int, controller: str, place: str) -
     return any(entry["harmful"] for entry in earlier if entry)
 
 
-def _census_of(
-    controller: str, place: str, value: Any, is_up: bool, out: Path, sound: set[str]
-) -> dict[str, Any]:
-    faults = [
-        fault
-        for factor in (MILD, STRONG)
-        if (fault := spoilt_by(controller, place, value, is_up, factor)).spoilt != value
-        and _is_read(fault)
-    ]
-    entry: dict[str, Any] = {
-        "controller": controller, "place": place, "sound": value, "spoilt": None, "harmful": []
-    }  # fmt: skip
-    if not faults:
-        return entry | {"refused": True}
-    entry["spoilt"] = faults[-1].spoilt
-    if not _new(faults[-1], out, sound, seeds=1):
-        return entry
-    for fault in dict.fromkeys(faults):
-        new = _new(fault, out, sound, seeds=FIRST_SEEDS)
+def _screen(
+    seed: int, controller: str, parameters: list[tuple[str, Any, bool]], folder: Path
+) -> None:
+    """Takes some parameters: one seed of the strongest fault of each, then what that leaves."""
+    sound = set(_read()[f"sound_{controller}"])
+    strengths = {place: _strengths(controller, place, *rest) for place, *rest in parameters}
+    strongest = [faults[-1] for faults in strengths.values() if faults]
+    driven = _rows_of([spoilt_file(fault) for fault in strongest], folder, 1)
+    new = {f.place: _new(rows, sound) for f, rows in zip(strongest, driven, strict=True)}
+    for place, value, _ in parameters:
+        faults, key = strengths[place], f"{seed} {controller} {place}"
+        entry = {"controller": controller, "place": place, "sound": value, "harmful": []}
+        if not faults:
+            entry |= {"spoilt": None, "refused": True}
+        elif not new[place]:
+            entry |= {"spoilt": faults[-1].spoilt}
+        else:
+            entry |= _mildest(faults, folder, sound)
+        _kept(key, entry)
+        print(key, entry, flush=True)
+
+
+def _strengths(controller: str, place: str, value: Any, is_up: bool) -> list[Fault]:
+    """Returns the faults of a parameter that the file's reader takes, the mildest first."""
+    faults = (spoilt_by(controller, place, value, is_up, factor) for factor in (MILD, STRONG))
+    return [f for f in dict.fromkeys(faults) if f.spoilt != value and _is_read(f)]
+
+
+def _mildest(faults: list[Fault], folder: Path, sound: set[str]) -> dict[str, Any]:
+    """Returns the mildest strength that does harm, and the harm."""
+    for fault in faults:
+        (rows,) = _rows_of([spoilt_file(fault)], folder, FIRST_SEEDS)
+        new = _new(rows, sound)
         if new:
-            return entry | {"spoilt": fault.spoilt, "harmful": new}
-    return entry
+            return {"spoilt": fault.spoilt, "harmful": new}
+    return {"spoilt": faults[-1].spoilt}
 
 
-def _new(fault: Fault, out: Path, sound: set[str], *, seeds: int) -> list[str]:
+def _new(rows: list[Row], sound: set[str]) -> list[str]:
     """Returns the symptoms that the sound file has not, that of most trials first."""
-    rows = _rows_of(spoilt_file(fault), out / _folder(fault), seeds)
     seen = seen_in(rows)
     new = [s for s in BY_WEIGHT if s in seen and s.value not in sound]
     return [s.value for s in sorted(new, key=lambda s: -sum(shows(row, s) for row in rows))]
@@ -140,12 +169,27 @@ def _folder(fault: Fault) -> str:
     return f"{fault.name}_{fault.spoilt}"
 
 
-def _rows_of(file: Mapping[str, Any], folder: Path, seeds: int) -> list[Row]:
-    patient, driver = _patient_and_driver(file, folder)
-    columns = patient.columns()
-    robot = columns.setup.robot
-    probes = probes_for(robot, speed_asked(patient.facts(), robot), seed=0)
-    return driver.drive(patient.chosen(columns), list(probes.values()), seeds, seed=0, must=True)
+def _rows_of(files: list[dict[str, Any]], folder: Path, seeds: int) -> list[list[Row]]:
+    """Returns the rows of several files, each driven through all probes.
+
+    Files of one size and speed have the same probes and are driven in one batch.
+    """
+    found: dict[int, list[Row]] = {}
+    batches: dict[Any, list[int]] = {}
+    columns, probes = [], []
+    for index, file in enumerate(files):
+        patient, driver = _patient_and_driver(file, folder)
+        own = patient.columns()
+        robot = own.setup.robot
+        speed_mps = speed_asked(patient.facts(), robot)
+        columns.append(patient.chosen(own))
+        probes.append(list(probes_for(robot, speed_mps, seed=0).values()))
+        batches.setdefault((speed_mps, robot.radii), []).append(index)
+    for indices in batches.values():
+        own_columns = [columns[index] for index in indices]
+        rows = driver.drive_together(own_columns, probes[indices[0]], seeds, seed=0, must=True)
+        found |= dict(zip(indices, rows, strict=True))
+    return [found[index] for index in range(len(files))]
 
 
 def visit_all(seed: int, out: Path) -> None:
