@@ -340,6 +340,7 @@ def main(argv: list[str]) -> None:
 
 def page_lines() -> Iterator[str]:
     """Yields the page."""
+    from harmful_faults import harmful_lines
     from planted_faults_driven import driven_lines
 
     faults, rows = drawn(), read_score(drawn())
@@ -363,6 +364,7 @@ def page_lines() -> Iterator[str]:
     told = "no skill: any parameter and direction at random"
     yield f"| {told} | {chance:.1f} | {chance / count:.0%} |"
     yield from driven_lines(faults)
+    yield from harmful_lines()
     yield ""
 
 

@@ -49,6 +49,7 @@ from planted_faults import (
     spoilt_file,
 )
 
+from drake_navbench.processes.machine import available_cores
 from drake_navbench.studies.doctor.change import CHANCE
 from drake_navbench.studies.doctor.driving import FRESH_SEED, Driver, Row, shows
 from drake_navbench.studies.doctor.files import Patient, speed_asked
@@ -106,7 +107,9 @@ def _shown_by(file: Mapping[str, Any], folder: Path) -> list[str]:
 
 def _patient_and_driver(file: Mapping[str, Any], folder: Path) -> tuple[Patient, Driver]:
     folder.mkdir(parents=True, exist_ok=True)
-    driver = Driver(folder, ROBOT, jobs=1, budget_s=NO_BUDGET_S, tell=lambda line: None)
+    driver = Driver(
+        folder, ROBOT, jobs=available_cores(), budget_s=NO_BUDGET_S, tell=lambda line: None
+    )
     return patient_of(file, folder), driver
 
 
@@ -125,6 +128,8 @@ def visit_all(faults: list[Fault], out: Path) -> None:
 def _visited(fault: Fault, complaint: Symptom, folder: Path) -> dict[str, Any]:
     patient, driver = _patient_and_driver(spoilt_file(fault), folder)
     found = visit(patient, complaint, "", driver, seed=0)
+    if found.is_interrupted:
+        raise KeyboardInterrupt
     facts = found.facts
     causes = [entry.suspicion.cause for entry in found.shown]
     back = [_is_back(cause.place, cause.direction, fault, facts) for cause in causes]

@@ -8,7 +8,7 @@ nothing else may have changed, as it would where several nodes share a value by 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -196,11 +196,34 @@ def _replaced(text: str, entry: _Entry, value: Any) -> str:
     start, end = node.start_mark.index, _end(node)
     if start == end:
         return f"{text[:start]} {_flow(value, node)}{text[end:]}"
+    if isinstance(node, yaml.SequenceNode) and isinstance(value, list):
+        further = _further(value, node)
+        if further:
+            return _extended(text, node, further)
     if isinstance(node, yaml.SequenceNode) and not node.flow_style and isinstance(value, list):
         gap = "\n" + " " * node.start_mark.column
-        items = (f"- {_flow(item, None)}" for item in value)
+        items = (f"- {_flow(item, like)}" for item, like in _with_models(value, node))
         return text[:start] + (gap.join(items) or "[]") + text[end:]
     return text[:start] + _flow(value, node) + text[end:]
+
+
+def _further(values: Sequence[Any], node: yaml.SequenceNode) -> Sequence[Any]:
+    """Returns the items that a list of texts has behind all those of a node; else none."""
+    count = len(node.value)
+    own = [item.value for item in node.value if isinstance(item, yaml.ScalarNode)]
+    return values[count:] if 0 < count == len(own) and own == list(values[:count]) else ()
+
+
+def _extended(text: str, node: yaml.SequenceNode, further: Sequence[Any]) -> str:
+    """Returns the text with items behind those of a list, which stay with their comments."""
+    last = node.value[-1]
+    items = [_flow(item, last) for item in further]
+    if node.flow_style:
+        at = _end(last)
+        return text[:at] + "".join(f", {item}" for item in items) + text[at:]
+    gap = " " * node.start_mark.column
+    at = _line_end(text, _end(node))
+    return _with_lines(text, at, "\n".join(f"{gap}- {item}" for item in items))
 
 
 def _end(node: yaml.Node) -> int:
@@ -249,10 +272,23 @@ def _block_text(keys: list[str], value: Any, column: int) -> str:
     return "\n".join(lines) + "\n"
 
 
+def _with_models(
+    values: Sequence[Any], before: yaml.Node | None
+) -> Iterator[tuple[Any, yaml.Node | None]]:
+    """Yields the items of a list, each with the node before it whose quotes it has.
+
+    That is the item with its own text, for a new item the last one.
+    """
+    nodes = before.value if isinstance(before, yaml.SequenceNode) else []
+    for value in values:
+        own = (node for node in nodes if isinstance(node, yaml.ScalarNode) and node.value == value)
+        yield value, next(own, nodes[-1] if nodes else None)
+
+
 def _flow(value: Any, before: yaml.Node | None) -> str:
     """Returns a value as YAML on one line; text with the quotes of the node that it replaces."""
     if isinstance(value, list | tuple):
-        return f"[{', '.join(_flow(item, None) for item in value)}]"
+        return f"[{', '.join(_flow(item, like) for item, like in _with_models(value, before))}]"
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, int | float):

@@ -151,3 +151,26 @@ def test_a_place_names_node_and_parameter(text):
 def test_a_node_that_is_not_there_is_told():
     with pytest.raises(InputError, match="the file has no node planner_server"):
         patched(TEXT, {"planner_server.GridBased.tolerance": 0.5}, FILE)
+
+
+@pytest.mark.parametrize(
+    ("before", "after"),
+    [
+        ("[\"A\", 'B', C]", "[\"A\", 'B', C, D]"),
+        ('["A", "B"]', '["A", "B", "D"]'),
+        ("['A']", "['A', 'D']"),
+        ("[A,  # first\n      'B']", "[A,  # first\n      'B', 'D']"),
+        ('\n      - "A"\n      - B # seen', '\n      - "A"\n      - B # seen\n      - D'),
+        ('\n      - "A" # first', '\n      - "A" # first\n      - "D"'),
+    ],
+)
+def test_the_entries_of_a_list_that_is_extended_keep_their_quotes(before, after):
+    text = f"n:\n  ros__parameters:\n    critics: {before}\n    rate: 5\n"
+    names = [name for name in "ABC" if name in before]
+    found = patched(text, {"n.critics": [*names, "D"]}, FILE)
+    assert found == text.replace(before, after)
+
+
+def test_the_entries_of_a_list_in_another_order_keep_their_quotes():
+    text = "n:\n  ros__parameters:\n    critics: [\"A\", 'B', C]\n"
+    assert "critics: [C, 'B', D]" in patched(text, {"n.critics": ["C", "B", "D"]}, FILE)

@@ -11,9 +11,9 @@ from dataclasses import dataclass
 from drake_navbench.inputs.scenario import Scenario
 from drake_navbench.studies.doctor.cures import Trial
 from drake_navbench.studies.doctor.driving import FRESH_SEED, Driver, Row, severity, shows
-from drake_navbench.studies.doctor.experiment import Tried, Verdict
 from drake_navbench.studies.doctor.files import Patient
 from drake_navbench.studies.doctor.symptoms import Symptom
+from drake_navbench.studies.doctor.tried import Tried, Verdict
 
 # Sets that are judged at most, the likeliest first.
 MOST_JUDGED = 3

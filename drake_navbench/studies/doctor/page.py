@@ -11,9 +11,9 @@ from drake_navbench.errors import CannotBeWritten
 from drake_navbench.studies.doctor.before_after import REPLAY, name_of, write_replays
 from drake_navbench.studies.doctor.change import Judged
 from drake_navbench.studies.doctor.driving import Driver
-from drake_navbench.studies.doctor.experiment import Tried
 from drake_navbench.studies.doctor.files import Patient, told_files
 from drake_navbench.studies.doctor.symptoms import LOOKS_LIKE, Symptom
+from drake_navbench.studies.doctor.tried import Tried
 from drake_navbench.studies.doctor.visit import Visit
 from drake_navbench.studies.doctor.words import assumed, change_told, evidence, verdict
 

@@ -9,7 +9,7 @@ from drake_navbench.inputs.scenario import Scenario
 from drake_navbench.studies.doctor.change import Judged, judge
 from drake_navbench.studies.doctor.differences import with_differences
 from drake_navbench.studies.doctor.driving import Driver, OutOfTime, Row, shows
-from drake_navbench.studies.doctor.experiment import Experiment, Tried, Verdict
+from drake_navbench.studies.doctor.experiment import Experiment
 from drake_navbench.studies.doctor.facts import Facts
 from drake_navbench.studies.doctor.files import Patient, speed_asked
 from drake_navbench.studies.doctor.probes import MADE_FOR, probes_for
@@ -17,6 +17,7 @@ from drake_navbench.studies.doctor.reading import Suspicion, findings_of, suspic
 from drake_navbench.studies.doctor.rules.rule import Finding
 from drake_navbench.studies.doctor.surroundings import Surroundings
 from drake_navbench.studies.doctor.symptoms import Symptom
+from drake_navbench.studies.doctor.tried import Tried, Verdict
 
 # Seeds in which every probe is driven at first.
 FIRST_SEEDS = 2

@@ -7,8 +7,8 @@ from drake_navbench.nav2.patch import Place
 from drake_navbench.studies.doctor.causes import Cause
 from drake_navbench.studies.doctor.change import Judged
 from drake_navbench.studies.doctor.cures import Trial
-from drake_navbench.studies.doctor.experiment import Tried, Verdict
 from drake_navbench.studies.doctor.symptoms import LOOKS_LIKE, Symptom
+from drake_navbench.studies.doctor.tried import Tried, Verdict
 from drake_navbench.studies.doctor.visit import Visit
 
 MOST_NAMED = 3

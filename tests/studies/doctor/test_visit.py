@@ -18,19 +18,14 @@ from drake_navbench.studies.doctor.cures import Trial
 from drake_navbench.studies.doctor.detectors import detectors_digest
 from drake_navbench.studies.doctor.differences import with_differences
 from drake_navbench.studies.doctor.driving import Driver
-from drake_navbench.studies.doctor.experiment import (
-    MOST_TO_THE_END,
-    TOGETHER,
-    Experiment,
-    Tried,
-    Verdict,
-    _corrected,
-)
+from drake_navbench.studies.doctor.experiment import TOGETHER, Experiment
 from drake_navbench.studies.doctor.files import Patient
 from drake_navbench.studies.doctor.page import write_outputs
 from drake_navbench.studies.doctor.probes import LONGEST_S, MAKERS, ROUGH, probes_for
+from drake_navbench.studies.doctor.race import MOST_TO_THE_END
 from drake_navbench.studies.doctor.reading import Suspicion, findings_of, suspicions_of
 from drake_navbench.studies.doctor.symptoms import Symptom
+from drake_navbench.studies.doctor.tried import Tried, Verdict, corrected
 from drake_navbench.studies.doctor.words import change_told, verdict
 
 FOOTPRINT = Place("controller_server", "FollowPath.CostCritic.consider_footprint")
@@ -54,7 +49,7 @@ def tried(before, after, p_value, **changed):
 def test_a_cause_is_shown_only_where_its_p_value_holds_after_correction():
     # Holm over 20: 0.0005 becomes 0.01, 0.01 becomes 0.19.
     none = [tried(2.0, 2.0, 1.0) for _ in range(18)]
-    found = _corrected([tried(2.0, 0.0, 0.0005), tried(2.0, 0.5, 0.01), *none])
+    found = corrected([tried(2.0, 0.0, 0.0005), tried(2.0, 0.5, 0.01), *none])
     assert [e.verdict for e in found[:2]] == [Verdict.SHOWN, Verdict.NOT_SHOWN]
     assert found[0].p_value == pytest.approx(0.01)
 
@@ -72,7 +67,7 @@ def test_a_change_of_one_costmap_is_told_from_that_of_the_other():
 
 def test_a_fall_that_is_small_or_brings_touches_is_not_shown():
     small, touching = tried(2.0, 1.7, 1e-6), tried(2.0, 0.0, 1e-6, touches=1)
-    assert {e.verdict for e in _corrected([small, touching])} == {Verdict.NOT_SHOWN}
+    assert {e.verdict for e in corrected([small, touching])} == {Verdict.NOT_SHOWN}
 
 
 @pytest.fixture
@@ -169,7 +164,7 @@ def test_only_a_change_that_does_something_is_driven_to_the_end(
         patient, patient.facts(), Symptom.WOBBLE_STRAIGHT, list(PROBES.values()), driver, seed=0
     )
     candidate, _ = experiment._candidate(Suspicion(CAUSE, 1.0, ()), TRIAL)
-    (found,) = experiment._race([candidate])
+    (found,) = experiment._race.run([candidate])
     assert (driver.trials, found.reason) == (trials, reason)
     assert (found.p_value < 1.0) == (reason == "")
 

@@ -1,0 +1,203 @@
+"""A race of changes: each alone against the file as it is, on the same trials.
+
+One trial of each change tells whether it has any effect, a few more whether the symptom falls; the
+best are driven to the end.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from drake_navbench.analysis.statistics import compare_differences
+from drake_navbench.inputs.presets import Preset
+from drake_navbench.inputs.scenario import Scenario
+from drake_navbench.studies.doctor.cures import Trial
+from drake_navbench.studies.doctor.driving import Driver, Row, severity, shows
+from drake_navbench.studies.doctor.reading import Suspicion
+from drake_navbench.studies.doctor.symptoms import Symptom
+from drake_navbench.studies.doctor.tried import ERROR, LEAST_FALL, PAIRS, Tried, Verdict
+
+# Of a candidate whose first pairs show no fall, or one by less than this share, the rest is not
+# driven.
+FIRST_LOOK, FIRST_FALL = 4, 0.1
+# Of a batch, those with the largest fall in the first pairs are driven to the end.
+MOST_TO_THE_END = 5
+# Causes that are tried at most in a visit, which bounds the correction for many tests.
+MOST_CANDIDATES = 24
+NO_TIME = "the time was too short for more pairs"
+
+
+@dataclass
+class Candidate:
+    """A change that is being tried. rows: of the changed file, in the pairs driven so far.
+
+    left: why no more of its trials are driven; '' where they are.
+    """
+
+    suspicion: Suspicion
+    trial: Trial
+    after: Preset
+    rows: list[Row] = field(default_factory=list)
+    left: str = ""
+
+    @property
+    def is_alive(self) -> bool:
+        """Whether more of its trials may be driven."""
+        return not self.left
+
+
+class Race:
+    """Drives batches of changes for a symptom on the probes that show it.
+
+    before: the column of the file as it is.
+    """
+
+    def __init__(
+        self,
+        before: Preset,
+        symptom: Symptom,
+        probes: Sequence[Scenario],
+        driver: Driver,
+        *,
+        seed: int,
+    ) -> None:
+        self._before, self._symptom = before, symptom
+        self._probes, self._driver, self._seed = list(probes), driver, seed
+        self.is_out_of_time = False
+
+    def run(self, batch: Sequence[Candidate]) -> list[Tried]:
+        """Returns the effects of the changes of a batch, as far as the budget goes."""
+        if not batch:
+            return []
+        self._tell_of(batch)
+        seeds = -(-PAIRS // len(self._probes))
+        first = min(max(1, -(-FIRST_LOOK // len(self._probes))), seeds)
+        self._drive(batch, 1, self._probes[:1])
+        old = self._old(1, self._probes[:1])
+        for candidate in batch:
+            if candidate.rows and _told(candidate.rows) == _told(old):
+                candidate.left = "changes nothing in the first trial"
+        self._drive(batch, first)
+        for candidate in batch:
+            is_driven = len(candidate.rows) >= first * len(self._probes)
+            if candidate.is_alive and not is_driven:
+                candidate.left = NO_TIME
+            elif candidate.is_alive and self._fall(candidate) <= FIRST_FALL:
+                candidate.left = "little or no fall in the first pairs"
+        self._leave_all_but_the_best(batch)
+        self._drive(batch, seeds)
+        unsure = [c for c in batch if c.is_alive and self._is_unsure(c)]
+        self._drive(unsure, 2 * seeds)
+        return self._entries(batch)
+
+    def _drive(
+        self, batch: Sequence[Candidate], seeds: int, probes: Sequence[Scenario] | None = None
+    ) -> None:
+        """Drives the changes that are alive; those for which the time is too short stay as is."""
+        alive = [candidate for candidate in batch if candidate.is_alive]
+        if not alive or self.is_out_of_time:
+            return
+        columns = [self._before, *(candidate.after for candidate in alive)]
+        found = self._driver.drive_together(columns, probes or self._probes, seeds, seed=self._seed)
+        for candidate, rows in zip(alive, found[1:], strict=False):
+            candidate.rows = rows
+        self.is_out_of_time = len(found) < len(columns)
+
+    def _old(self, seeds: int, probes: Sequence[Scenario]) -> list[Row]:
+        """Returns the rows of the file as it is, which were driven with the first of a batch."""
+        return self._driver.drive(self._before, probes, seeds, seed=self._seed)
+
+    def _before_of(self, candidate: Candidate) -> list[Row]:
+        """Returns the rows of the file as it is in a candidate's pairs."""
+        count = len(candidate.rows)
+        if count < len(self._probes):
+            return self._old(1, self._probes[:count])
+        return self._old(count // len(self._probes), self._probes)
+
+    def _fall(self, candidate: Candidate) -> float:
+        """Returns the share by which the severity falls in the pairs so far."""
+        if not candidate.rows:
+            return 0.0
+        before = np.mean(_severities(self._before_of(candidate), self._symptom))
+        after = np.mean(_severities(candidate.rows, self._symptom))
+        return float((before - after) / before) if before > 0.0 else 0.0
+
+    def _leave_all_but_the_best(self, batch: Sequence[Candidate]) -> None:
+        """Leaves the changes that others outdo, and strong ones where a mild one does as much."""
+        falls = {id(c): round(self._fall(c), 1) for c in batch if c.is_alive}
+        alive = [c for c in batch if c.is_alive]
+        done: set[tuple[str, Any]] = set()
+        for candidate in sorted(alive, key=lambda c: -falls[id(c)]):
+            key = candidate.suspicion.cause.key
+            if key in done:
+                candidate.left = "another value does as much in the first pairs"
+            elif len(done) >= MOST_TO_THE_END:
+                candidate.left = "others do more in the first pairs"
+            else:
+                done.add(key)
+
+    def _is_unsure(self, candidate: Candidate) -> bool:
+        """Tells whether a change helps, but not surely enough for one of many that were tried."""
+        entry = self._entry(candidate)
+        return entry.fall >= LEAST_FALL and entry.p_value > ERROR / MOST_CANDIDATES
+
+    def _entries(self, batch: Sequence[Candidate]) -> list[Tried]:
+        found = [self._entry(candidate) for candidate in batch if candidate.rows]
+        for entry in sorted(found, key=lambda e: (bool(e.reason), -e.fall)):
+            assert entry.trial is not None
+            if not entry.reason:
+                self._driver.tell(
+                    f"  {entry.trial.told}: {entry.before:.2f} -> {entry.after:.2f} in "
+                    f"{entry.pairs} pair{'s' * (entry.pairs != 1)}"
+                )
+        left = sum(bool(entry.reason) for entry in found)
+        if left:
+            self._driver.tell(f"  {left} other change{'s' * (left != 1)}: no or a smaller effect")
+        return found
+
+    def _tell_of(self, batch: Sequence[Candidate]) -> None:
+        names = list(dict.fromkeys(c.suspicion.cause.told for c in batch))
+        more = f" and {len(names) - 3} more" if len(names) > 3 else ""
+        trials = len(batch) * FIRST_LOOK + MOST_TO_THE_END * (PAIRS - FIRST_LOOK)
+        self._driver.tell(
+            f"trying {len(batch)} changes ({', '.join(names[:3])}{more}): up to {trials} trials, "
+            f"{self._driver.told_time(trials)}"
+        )
+
+    def _entry(self, candidate: Candidate) -> Tried:
+        before_rows = self._before_of(candidate)
+        before, after = (
+            np.array(_severities(rows, self._symptom)) for rows in (before_rows, candidate.rows)
+        )
+        found = compare_differences(after - before)
+        touches = sum(shows(row, Symptom.COLLISION) for row in candidate.rows) - sum(
+            shows(row, Symptom.COLLISION) for row in before_rows
+        )
+        # What was left early, also for want of time, is no test.
+        is_whole = not candidate.left and len(candidate.rows) >= PAIRS
+        reason = candidate.left or ("" if is_whole else NO_TIME)
+        return Tried(
+            candidate.suspicion,
+            candidate.trial,
+            Verdict.NOT_SHOWN,
+            float(before.mean()),
+            float(after.mean()),
+            (found.interval.low, found.interval.high),
+            found.p_value if is_whole and found.difference < 0.0 else 1.0,
+            len(candidate.rows),
+            max(touches, 0),
+            reason,
+        )
+
+
+def _told(rows: Sequence[Row]) -> list[tuple[Any, ...]]:
+    """Returns the outcomes of the drives in the rows, without the column's name."""
+    return [(row["outcome"], row["end"], row["severity"]) for row in rows]
+
+
+def _severities(rows: Sequence[dict[str, Any]], symptom: str) -> list[float]:
+    return [severity(row, symptom) for row in rows]

@@ -1,0 +1,79 @@
+"""Changes that were tried, and the verdict on each: by Wilcoxon's test, corrected by Holm.
+
+Corrected for every change that was driven, also for those that were left early.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+
+from drake_navbench.analysis.statistics import holm
+from drake_navbench.studies.doctor.cures import Trial
+from drake_navbench.studies.doctor.reading import Suspicion
+
+ERROR = 0.05
+# Pairs of a candidate; so many that 20 candidates can be told apart: 2^-11 is less than 0.05 / 20.
+# Of one that helps but not in every pair, as many again.
+PAIRS = 12
+# What falls by less is of no use to anybody, as a share.
+LEAST_FALL = 0.3
+# By so much the symptom falls where it counts as taken away.
+NEARLY_ALL = 0.9
+
+
+class Verdict(StrEnum):
+    """The experiment's verdict on a cause."""
+
+    SHOWN = "shown"
+    NOT_SHOWN = "not shown"
+    OUTSIDE = "outside the file"
+    NOT_TRIED = "not tried"
+
+
+@dataclass(frozen=True)
+class Tried:
+    """A change that was tried. before, after: mean severity in the pairs. p_value: corrected.
+
+    fall: share by which the severity falls, with its interval. reason: why it was not tried, or
+    left early.
+    """
+
+    suspicion: Suspicion
+    trial: Trial | None
+    verdict: Verdict
+    before: float = 0.0
+    after: float = 0.0
+    interval: tuple[float, float] = (0.0, 0.0)
+    p_value: float = 1.0
+    pairs: int = 0
+    touches: int = 0
+    reason: str = ""
+
+    @property
+    def fall(self) -> float:
+        """The share by which the severity falls."""
+        return (self.before - self.after) / self.before if self.before > 0.0 else 0.0
+
+    @property
+    def takes_all(self) -> bool:
+        """Whether the symptom is nearly gone, in all pairs, without more touches."""
+        return self.pairs >= PAIRS and self.fall >= NEARLY_ALL and not self.touches
+
+
+def corrected(raw: Sequence[Tried]) -> list[Tried]:
+    """Returns the changes with p-values corrected for all that were driven, the best first."""
+    driven = [entry for entry in raw if entry.pairs]
+    adjusted = holm([entry.p_value for entry in driven])
+    found: list[Tried] = []
+    for entry, p_value in zip(driven, adjusted, strict=True):
+        is_shown = p_value <= ERROR and entry.fall >= LEAST_FALL and not entry.touches
+        verdict = Verdict.SHOWN if is_shown else Verdict.NOT_SHOWN
+        values = entry.__dict__ | {"verdict": verdict, "p_value": float(p_value)}
+        found.append(Tried(**values))
+    # Of changes that all take the symptom away, the likeliest cause stays before the others.
+    found.sort(
+        key=lambda e: (e.verdict is not Verdict.SHOWN, not e.takes_all, -e.fall * (not e.takes_all))
+    )
+    return found + [entry for entry in raw if not entry.pairs]

@@ -1,0 +1,291 @@
+"""Planted faults that do harm: does the doctor's experiment find them and take the harm away?
+
+    python studies/harmful_faults.py census DIR    which faults do harm, and how strong they must be
+    python studies/harmful_faults.py visit DIR     whole visits of the harmful ones
+    python studies/planted_faults.py page          docs/doctor_planted_faults.md
+
+Both go on where they were stopped. `planted_faults_driven.py` drew faults of which 13 of 14 do no
+harm in any probe, so that its goals were judged on one fault. Here a fault is made stronger until
+it does harm. Written before anything was driven:
+
+- *Draw.* Of the sound files of RPP, DWB and Graceful. A seed (2030) orders all numbers and
+  switches of a file and draws a coin for each number's direction. Parameters are taken in this
+  order.
+- *Strength.* A number is multiplied by 10 or 1/10, as the coin says; a switch is turned round; what
+  the file's reader refuses is passed over. Where one seed of each probe shows no symptom that the
+  sound file does not show, the parameter counts as harmless and nothing more of it is driven. Else
+  it is multiplied by 3 or 1/3 and, where that does no harm, by 10 or 1/10.
+- *Harmful* is a strength at which at least half of the two trials of a probe show a symptom that
+  none of the sound file's trials shows (as in `planted_faults_driven.py`). The mildest harmful
+  strength is the fault.
+- *Stop.* The census of a controller ends with the eight parameters that bring its sixth harmful
+  fault, or with its last parameter; eight of each controller in turn, as many as the time allows.
+- *Complaint.* The new symptom that most trials show; of several the weightiest. The doctor is given
+  it as `--symptom` and no words. It does not know the sound file.
+- *Order.* One of each controller in turn, as many as the time allows; none is left out after its
+  answer is known. No budget in seconds, as there.
+- *Scores* are those of `planted_faults_driven.py`: first, among, gone, nothing worse on further
+  seeds, the first suspect by reading, and the value farthest from Nav2's default. *Chance* is any
+  parameter of the file and a coin for its direction, as an expected value.
+- *Rounds.* The doctor as it is at the draw is scored with seed 2030. If it is changed because of
+  these answers, the changed doctor is scored with the seed 2031, whose faults are drawn alike, and
+  both scores are published; of 2031 a parameter that is harmful in 2030 too is passed over.
+
+Unit: one fault, which is one file. Intervals are Wilson's, 95%. Faults of one controller share
+their sound file, so they are less apart than the intervals suppose.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from planted_faults import (
+    HERE,
+    Fault,
+    _is_read,
+    _spoilt,
+    candidates,
+    sound_file,
+    spoilt_file,
+)
+from planted_faults_driven import CONTROLLERS, _patient_and_driver, _score_lines, _visited
+
+from drake_navbench.studies.doctor.driving import Row, shows
+from drake_navbench.studies.doctor.files import speed_asked
+from drake_navbench.studies.doctor.probes import probes_for
+from drake_navbench.studies.doctor.symptoms import Symptom
+from drake_navbench.studies.doctor.visit import BY_WEIGHT, FIRST_SEEDS, seen_in
+
+DRIVEN = HERE / "harmful_faults.json"
+SEEDS = (2030, 2031)
+MILD, STRONG = 3.0, 10.0
+HARMFUL_EACH = 6
+# Parameters of a controller that are screened in one batch.
+TOGETHER = 8
+
+
+def in_draw_order(controller: str, seed: int) -> list[tuple[str, Any, bool]]:
+    """Returns place, value and direction (up or not) of a file's parameters, in drawn order."""
+    generator = np.random.default_rng([seed, CONTROLLERS.index(controller)])
+    choices = candidates(controller)
+    order = generator.permutation(len(choices))
+    coins = generator.integers(0, 2, len(choices))
+    return [(*choices[int(i)], bool(coin)) for i, coin in zip(order, coins, strict=True)]
+
+
+def spoilt_by(controller: str, place: str, value: Any, is_up: bool, factor: float) -> Fault:
+    """Returns a fault of a strength."""
+    return Fault(controller, place, value, _spoilt(value, factor if is_up else 1.0 / factor))
+
+
+def census(seed: int, out: Path) -> None:
+    """Drives the probes of the sound files and of the faults, and keeps what they show.
+
+    A few parameters of each controller in turn.
+    """
+    for controller in CONTROLLERS:
+        name = f"sound_{controller}"
+        if name not in _read():
+            (rows,) = _rows_of([sound_file(controller)], out / controller, FIRST_SEEDS)
+            _kept(name, sorted(s.value for s in seen_in(rows, share=1e-9)))
+    waiting = {controller: _waiting(seed, controller) for controller in CONTROLLERS}
+    while any(waiting.values()):
+        for controller, parameters in waiting.items():
+            _screen(seed, controller, parameters[:TOGETHER], out / controller)
+        waiting = {controller: _waiting(seed, controller) for controller in CONTROLLERS}
+
+
+def _waiting(seed: int, controller: str) -> list[tuple[str, Any, bool]]:
+    """Returns the parameters that the census of a controller has still to take."""
+    done = _read()
+    own = _entries(done, seed, controller)
+    if sum(bool(entry["harmful"]) for entry in own) >= HARMFUL_EACH:
+        return []
+    return [
+        parameter
+        for parameter in in_draw_order(controller, seed)
+        if f"{seed} {controller} {parameter[0]}" not in done
+        and not _is_known(done, seed, controller, parameter[0])
+    ]
+
+
+def _is_known(done: Mapping[str, Any], seed: int, controller: str, place: str) -> bool:
+    """Tells whether a parameter does harm in an earlier draw."""
+    earlier = (done.get(f"{other} {controller} {place}") for other in SEEDS if other < seed)
+    return any(entry["harmful"] for entry in earlier if entry)
+
+
+def _screen(
+    seed: int, controller: str, parameters: list[tuple[str, Any, bool]], folder: Path
+) -> None:
+    """Takes some parameters: one seed of the strongest fault of each, then what that leaves."""
+    sound = set(_read()[f"sound_{controller}"])
+    strengths = {place: _strengths(controller, place, *rest) for place, *rest in parameters}
+    strongest = [faults[-1] for faults in strengths.values() if faults]
+    driven = _rows_of([spoilt_file(fault) for fault in strongest], folder, 1)
+    new = {f.place: _new(rows, sound) for f, rows in zip(strongest, driven, strict=True)}
+    for place, value, _ in parameters:
+        faults, key = strengths[place], f"{seed} {controller} {place}"
+        entry = {"controller": controller, "place": place, "sound": value, "harmful": []}
+        if not faults:
+            entry |= {"spoilt": None, "refused": True}
+        elif not new[place]:
+            entry |= {"spoilt": faults[-1].spoilt}
+        else:
+            entry |= _mildest(faults, folder, sound)
+        _kept(key, entry)
+        print(key, entry, flush=True)
+
+
+def _strengths(controller: str, place: str, value: Any, is_up: bool) -> list[Fault]:
+    """Returns the faults of a parameter that the file's reader takes, the mildest first."""
+    faults = (spoilt_by(controller, place, value, is_up, factor) for factor in (MILD, STRONG))
+    return [f for f in dict.fromkeys(faults) if f.spoilt != value and _is_read(f)]
+
+
+def _mildest(faults: list[Fault], folder: Path, sound: set[str]) -> dict[str, Any]:
+    """Returns the mildest strength that does harm, and the harm."""
+    for fault in faults:
+        (rows,) = _rows_of([spoilt_file(fault)], folder, FIRST_SEEDS)
+        new = _new(rows, sound)
+        if new:
+            return {"spoilt": fault.spoilt, "harmful": new}
+    return {"spoilt": faults[-1].spoilt}
+
+
+def _new(rows: list[Row], sound: set[str]) -> list[str]:
+    """Returns the symptoms that the sound file has not, that of most trials first."""
+    seen = seen_in(rows)
+    new = [s for s in BY_WEIGHT if s in seen and s.value not in sound]
+    return [s.value for s in sorted(new, key=lambda s: -sum(shows(row, s) for row in rows))]
+
+
+def _folder(fault: Fault) -> str:
+    return f"{fault.name}_{fault.spoilt}"
+
+
+def _rows_of(files: list[dict[str, Any]], folder: Path, seeds: int) -> list[list[Row]]:
+    """Returns the rows of several files, each driven through all probes.
+
+    Files of one size and speed have the same probes and are driven in one batch.
+    """
+    found: dict[int, list[Row]] = {}
+    batches: dict[Any, list[int]] = {}
+    columns, probes = [], []
+    for index, file in enumerate(files):
+        patient, driver = _patient_and_driver(file, folder)
+        own = patient.columns()
+        robot = own.setup.robot
+        speed_mps = speed_asked(patient.facts(), robot)
+        columns.append(patient.chosen(own))
+        probes.append(list(probes_for(robot, speed_mps, seed=0).values()))
+        batches.setdefault((speed_mps, robot.radii), []).append(index)
+    for indices in batches.values():
+        own_columns = [columns[index] for index in indices]
+        rows = driver.drive_together(own_columns, probes[indices[0]], seeds, seed=0, must=True)
+        found |= dict(zip(indices, rows, strict=True))
+    return [found[index] for index in range(len(files))]
+
+
+def visit_all(seed: int, out: Path) -> None:
+    """Makes a visit of each harmful fault that has none, one of each controller in turn.
+
+    The census may go on beside it.
+    """
+    while waiting := [key for key in _in_turn(_read(), seed) if "first" not in _read()[key]]:
+        key = waiting[0]
+        entry = _read()[key]
+        fault = _fault_of(entry)
+        entry |= _visited(fault, Symptom(entry["harmful"][0]), out / _folder(fault))
+        _kept(key, entry)
+        print(key, entry, flush=True)
+
+
+def _in_turn(done: Mapping[str, Any], seed: int) -> list[str]:
+    """Returns the keys of the harmful faults, one of each controller in turn."""
+    queues = [
+        [key for key, e in done.items() if key.startswith(f"{seed} {c} ") and e["harmful"]]
+        for c in CONTROLLERS
+    ]
+    turns = max(map(len, queues), default=0)
+    return [queue[turn] for turn in range(turns) for queue in queues if turn < len(queue)]
+
+
+def _fault_of(entry: Mapping[str, Any]) -> Fault:
+    return Fault(entry["controller"], entry["place"], entry["sound"], entry["spoilt"])
+
+
+def _entries(done: Mapping[str, Any], seed: int, controller: str = "") -> list[dict[str, Any]]:
+    return [e for key, e in done.items() if key.startswith(f"{seed} {controller}".rstrip() + " ")]
+
+
+def _read() -> dict[str, Any]:
+    done: dict[str, Any] = json.loads(DRIVEN.read_text()) if DRIVEN.exists() else {}
+    return done
+
+
+def _kept(key: str, entry: Any) -> dict[str, Any]:
+    """Keeps an entry beside those of the file, to which another step may have added meanwhile."""
+    done = _read() | {key: entry}
+    DRIVEN.write_text(json.dumps(done, indent=1) + "\n", encoding="utf-8")
+    return done
+
+
+def harmful_lines() -> Iterator[str]:
+    """Yields the part of the page about faults that do harm."""
+    done = _read()
+    yield from ["", "## Faults that do harm", "", *ABOUT.splitlines()]
+    for seed in SEEDS:
+        own = _entries(done, seed)
+        if own:
+            yield from ["", f"### Seed {seed}", ""]
+            yield from _seed_lines(own)
+
+
+def _seed_lines(own: list[dict[str, Any]]) -> Iterator[str]:
+    harmful = [entry for entry in own if entry["harmful"]]
+    visited = [entry for entry in harmful if "first" in entry]
+    refused = sum("refused" in entry for entry in own)
+    yield f"{len(own)} parameters were taken. {refused} values are refused by the file's reader,"
+    yield f"{len(own) - refused - len(harmful)} do no harm, {len(harmful)} do harm. The doctor was"
+    yield f"given {len(visited)} of these."
+    if not visited:
+        return
+    yield from _score_lines(visited)
+    chance = np.mean([0.5 / len(candidates(entry["controller"])) for entry in visited])
+    yield f"Any parameter and direction at random: {chance:.1%}."
+    yield from ["", "| fault | sound | spoilt | complaint | first cause shown | change | worse |"]
+    yield "|---|---|---|---|---|---|---|"
+    for entry in visited:
+        worse = ", ".join(entry.get("worse", ())) or ("none" if entry["gone"] else "")
+        cells = [
+            f"{entry['controller']} `{entry['place'].rpartition(': ')[2]}`", str(entry["sound"]),
+            str(entry["spoilt"]), entry["harmful"][0], entry["shown"] or "none",
+            entry["change"] or "none", worse,
+        ]  # fmt: skip
+        yield f"| {' | '.join(cells)} |"
+
+
+ABOUT = """\
+Made by `python studies/harmful_faults.py census DIR` and `visit DIR`. Most of the faults above do
+no harm in any probe, and what does no harm nobody can find by driving. So further faults were drawn
+from the files of RPP, DWB and Graceful and made stronger until a probe shows a symptom that the
+sound file does not show: by a factor of 3, else of 10, in a direction drawn by a coin. The rules,
+at the top of the study, were written before anything was driven."""
+
+
+def main(argv: list[str]) -> None:
+    """Runs a step of the study."""
+    steps = {"census": census, "visit": visit_all}
+    if len(argv) not in (2, 3) or argv[0] not in steps:
+        sys.exit("expected census FOLDER [SEED] or visit FOLDER [SEED]")
+    steps[argv[0]](int(argv[2]) if len(argv) == 3 else SEEDS[0], Path(argv[1]))
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])

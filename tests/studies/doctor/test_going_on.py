@@ -1,0 +1,83 @@
+"""A visit that was stopped goes on; what it cannot use is one line."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+from doctor_texts import RPP, RPP_BLOCK, nav2_text
+
+from drake_navbench.commands.command_line import EXIT_INTERRUPTED
+from drake_navbench.commands.doctor import main
+from drake_navbench.studies.doctor import driving
+from drake_navbench.studies.doctor.driving import Driver
+
+
+@pytest.fixture
+def file(tmp_path):
+    path = tmp_path / "nav2.yaml"
+    path.write_text(nav2_text(RPP_BLOCK, plugin=RPP))
+    return path
+
+
+@pytest.fixture
+def driven(monkeypatch):
+    """The trials that were driven, by identity; the first visit is stopped after five."""
+    identities = []
+    stops = [5]
+
+    def drive_each(specs, kept_of, *, jobs, on_row):
+        for spec in specs:
+            if stops and len(identities) == stops[0]:
+                stops.clear()
+                raise KeyboardInterrupt
+            identities.append(spec.identity)
+            on_row(spec, {"scenario": spec.scenario.name, "outcome": "succeeded", "severity": {}})
+
+    monkeypatch.setattr(driving, "drive_each", drive_each)
+    return identities
+
+
+def test_after_ctrl_c_the_same_command_drives_only_the_rest(file, tmp_path, driven, capsys):
+    out = tmp_path / "visit"
+    command = [str(file), "--out", str(out)]
+    assert main(command) == EXIT_INTERRUPTED
+    printed = capsys.readouterr()
+    assert "driving 34 trials" in printed.out
+    assert printed.err.endswith("interrupted; the same command goes on\n")
+    # What is known so far is written: five trials and the page.
+    lines = (out / "journal.jsonl").read_text().splitlines()
+    assert [json.loads(line)["identity"] for line in lines] == driven
+    assert len(driven) == 5
+    assert (out / "doctor.html").exists()
+
+    assert main(command) == 0
+    # 17 probes of two seeds, none twice.
+    assert len(driven) == len(set(driven)) == 34
+    assert "Nothing to improve" in capsys.readouterr().out
+
+
+def test_progress_tells_the_expected_time_and_the_rest_of_the_budget(tmp_path):
+    driver = Driver(tmp_path, "wheelchair", jobs=1, budget_s=600.4, tell=print)
+    # 2 s a trial before the first one, then what a trial took.
+    assert driver.told_time(34) == "about 68 s; left 10:00 of the budget"
+    driver.driven, driver._driving_s = 10, 5.0
+    assert driver.told_time(34).startswith("about 17 s;")
+
+
+@pytest.mark.parametrize(
+    ("text", "options", "told"),
+    [
+        ("", ["--symptom", "dances"], "--symptom 'dances': unknown class of symptoms; expected"),
+        (RPP, [], "{path}, line 20: controller_server.ros__parameters.FollowPath.plugin: "),
+        ("", ["--bag", "none"], "none: "),
+    ],
+)
+def test_an_input_that_cannot_be_used_is_one_line(
+    text, options, told, file, monkeypatch, tmp_path, capsys
+):
+    monkeypatch.chdir(tmp_path)
+    file.write_text(file.read_text().replace(text or "\0", "x::Y"))
+    assert main([str(file), *options, "--read-only"]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line.startswith(told.format(path=file))
