@@ -29,6 +29,7 @@ from question_trials import (
 )
 
 from drake_navbench.errors import InputError
+from drake_navbench.inputs.drive import LEAST_LAG_S
 from drake_navbench.inputs.robot import Robot, load_robot, overridden
 from drake_navbench.logs.log import Outcome
 from drake_navbench.recordings.drive_data import DriveData, drive_data
@@ -44,6 +45,8 @@ STANDING_MPS, STANDING_RADPS = 0.02, 0.05
 # A half must move so far or turn so much, and its commands change so often.
 LEAST_WAY_M, LEAST_TURN_RAD, LEAST_CHANGES = 0.3, 0.5, 2
 SHORTEST_S = 15.0
+# A real robot's stamps are later than 2001.
+EARLIEST_NS = 10**18
 # The robot file that stands for a recorded robot, none of which ships.
 SHIPPED = {"Neato": "round_robot", "Husky": "jackal"}
 MODELS = ("fitted", "as shipped", "at once")
@@ -56,10 +59,12 @@ SHOWN = (
     ("speed, r.m.s. [m/s]", "v_rms_mps", "{:.3f}"),
     ("turn rate, r.m.s. [rad/s]", "w_rms_radps", "{:.3f}"),
 )
-NUMBERS = (*(column for _, column, _ in SHOWN), "starts", "lag_s", "dead_time_s")
+NUMBERS = (*(column for _, column, _ in SHOWN), "starts", "lag_s", "dead_time_s", "explained")
+# As the doctor asks before it believes a fit; the split by it was added after the drives were seen.
+LEAST_EXPLAINED = 0.5
 PAIRS = tuple((other, "fitted") for other in MODELS[1:])
-# The lag of a base that does at once as it is told.
-AT_ONCE_S = 0.005
+# The lag of a base that does at once as it is told: the shortest that a base may have.
+AT_ONCE_S = LEAST_LAG_S
 MAX_BYTES = 100_000_000
 # A difference that matters to nobody.
 POSITION = metric("position_5s_m", "m", relevant=0.01)
@@ -126,7 +131,13 @@ def errors_of(robot_name: str, halves: Halves) -> Iterator[Row]:
             "w_rms_radps": gap.w_rms_radps,
             "lag_s": fit.response_time_constant_s,
             "dead_time_s": fit.dead_time_s,
+            "explained": explained_by(fit),
         }
+
+
+def explained_by(fit: DriveFit) -> float:
+    """Returns the share of the first half's motion that the fit explains, of its worse axis."""
+    return min(axis.explained for axis in (fit.linear, fit.angular) if axis.least_command)
 
 
 def _base(robot: Robot, lag_s: float, linear: float | None, angular: float | None) -> Robot:
@@ -160,9 +171,12 @@ def rows_of(entry: Mapping[str, Any], folder: Path) -> list[Row]:
     topics = {role: entry[role] for role in ("odom", "command") if isinstance(entry[role], str)}
     try:
         recording = read_bag(path, Piece(topics, None, None, None))
-        data = drive_data(recording.columns, recorded_motion(path, recording.columns))
+        columns = recording.columns
+        data = drive_data(columns, recorded_motion(path, columns))
     except InputError as error:
         return [own | {"model": "", "left_out": str(error).replace(str(path), path.name)}]
+    if columns["odom"].stamp_ns[0] < EARLIEST_NS:
+        return [own | {"model": "", "left_out": "its stamps begin near zero: a simulation"}]
     halves = "it has no commands" if data is None else halves_of(data)
     if isinstance(halves, str):
         return [own | {"model": "", "left_out": halves}]
@@ -225,14 +239,15 @@ def tell(rows: pd.DataFrame) -> Mapping[str, str]:
 
 def _models(used: pd.DataFrame) -> tuple[list[str], list[list[str]]]:
     """Returns titles and cells: the median over the drives, and their range."""
-    titles = ["model", "drives", *(title for title, _, _ in SHOWN)]
-    cells = []
-    for model in MODELS:
-        own = used[used["model"] == model]
-        cells.append(
-            [model, str(len(own))] + [spread(own, column, form) for _, column, form in SHOWN]
-        )
-    return titles, cells
+    is_explained = used["explained"] >= LEAST_EXPLAINED
+    groups = {"all": used, "explained": used[is_explained], "not": used[~is_explained]}
+    cells = [
+        [group, model, str(len(own))] + [spread(own, column, form) for _, column, form in SHOWN]
+        for group, rows in groups.items()
+        for model in MODELS
+        for own in [rows[rows["model"] == model]]
+    ]
+    return ["drives", "model", "number", *(title for title, _, _ in SHOWN)], cells
 
 
 def _units(used: pd.DataFrame) -> tuple[list[str], list[list[str]]]:
@@ -257,9 +272,10 @@ def _drives(used: pd.DataFrame) -> tuple[list[str], list[list[str]]]:
             [f"`{name}`", fitted["unit"], f"{fitted['starts']:.0f}"]
             + [f"{by.loc[model, 'position_5s_m']:.3f}" for model in MODELS]
             + [f"{fitted['lag_s']:.2f}", f"{fitted['dead_time_s']:.2f}"]
+            + [f"{max(100 * fitted['explained'], 0):.0f}"]
         )
     titles = ["recording", "of", "starts", *(f"{m} [m]" for m in MODELS)]
-    return [*titles, "lag [s]", "dead time [s]"], cells
+    return [*titles, "lag [s]", "dead time [s]", "explained [%]"], cells
 
 
 def draw(rows: pd.DataFrame) -> Figure:
