@@ -238,7 +238,7 @@ def answer(study: Study, arguments: argparse.Namespace) -> None:
         print(f"{name}\n\n{text}\n")
     shipped = PAGES / f"{study.name}.csv"
     if arguments.write:
-        _write(study, rows, told)
+        write_page(study.name, rows, told, study.draw)
     elif shipped.exists():
         equal = equal_rows(rows, read_rows(shipped))
         print(f"{equal} of {len(rows)} trials are equal to those of docs/questions/{shipped.name}")
@@ -252,11 +252,17 @@ def _asked(study: Study, rows: pd.DataFrame) -> pd.DataFrame:
     return asked.assign(_place=places).sort_values(["seed", "_place"]).drop(columns="_place")
 
 
-def _write(study: Study, rows: pd.DataFrame, told: Mapping[str, str]) -> None:
-    rows.to_csv(PAGES / f"{study.name}.csv", index=False, float_format=ROUNDED)
+def write_page(
+    name: str,
+    rows: pd.DataFrame,
+    told: Mapping[str, str],
+    draw: Callable[[pd.DataFrame], Figure],
+) -> None:
+    """Writes a page's rows, its picture, and its tables into their places."""
+    rows.to_csv(PAGES / f"{name}.csv", index=False, float_format=ROUNDED)
     with figure_style():
-        write_figure(study.draw(rows), PAGES / study.name, [SVG])
-    page = PAGES / f"{study.name}.md"
+        write_figure(draw(rows), PAGES / name, [SVG])
+    page = PAGES / f"{name}.md"
     page.write_text(filled(page.read_text(encoding="utf-8"), told), encoding="utf-8")
 
 

@@ -13,7 +13,7 @@ from pathlib import Path
 
 from question_trials import answer
 
-NAMES = ("arrival", "late_cycles", "casters")
+NAMES = ("arrival", "late_cycles", "casters", "recordings")
 
 
 def main() -> None:
@@ -25,7 +25,11 @@ def main() -> None:
     parser.add_argument("--try-out", type=int, metavar="UNITS", help="seeds that do not count")
     parser.add_argument("--write", action="store_true", help="write rows, tables and picture")
     arguments = parser.parse_args()
-    answer(import_module(f"question_{arguments.name}").STUDY, arguments)
+    module = import_module(f"question_{arguments.name}")
+    if arguments.name == "recordings":
+        module.answer(arguments)
+    else:
+        answer(module.STUDY, arguments)
 
 
 if __name__ == "__main__":

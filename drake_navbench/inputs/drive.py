@@ -17,8 +17,13 @@ from drake_navbench.typed_files.quantities import (
     Length,
     Period,
     Speed,
+    Within,
 )
 from drake_navbench.typed_files.typed_yaml import FrozenModel, QuietModel, tuples_for_lists
+
+# A trial's step of 0.02 s cannot integrate a faster response: from half of it on, speeds explode.
+LEAST_LAG_S = 0.02
+Lag = Annotated[float, Within(LEAST_LAG_S, 3600.0)]
 
 
 class MotionBounds(NamedTuple):
@@ -41,8 +46,10 @@ class _Drive(FrozenModel):
     min_linear_velocity_mps: Speed = Field(
         -0.5, le=0.0, description="Largest backward speed [m/s]."
     )
-    response_time_constant_s: Period = Field(
-        0.1, description="Time constant of the velocity's first-order response [s]."
+    response_time_constant_s: Lag = Field(
+        0.1,
+        description="Time constant of the velocity's first-order response [s], at least the step "
+        "of the integration.",
     )
     max_linear_acceleration_mps2: Acceleration | None = Field(
         2.5, gt=0.0, description="Largest acceleration |dv/dt| [m/s^2]; null: no limit."

@@ -22,14 +22,19 @@ from drake_navbench.releases import Release
 
 # By the version of nav2_core; Nav2's branches number their packages so.
 RELEASE_OF_VERSION = {"{}.{}".format(*release.version): release for release in Release}
+# Until a release branches off, main bears the number of the one before. From Lyrical's change of
+# the controllers' interface on, it drives by Lyrical's rules.
+CORE_INTERFACE = Path("include") / CORE / "controller.hpp"
+SINCE_LYRICAL = "newPathReceived"
+LONGEST_INTERFACE = 1_000_000
 
 
 @dataclass(frozen=True)
 class Checkout:
     """A folder with packages of Nav2.
 
-    release: by the version of its nav2_core. commit: of git, '' where it is not known, with a plus
-    where files differ from it.
+    release: by the version of its nav2_core and by the interface of its controllers. commit: of
+    git, '' where it is not known, with a plus where files differ from it.
     """
 
     root: Path
@@ -151,10 +156,20 @@ def read_checkout(root: Path) -> Checkout:
             f"{packages[CORE].folder / PACKAGE_FILE}: version: got {version!r}, "
             f"expected a release that is known: {known}"
         )
+    if release is Release.KILTED and _has_interface_of_lyrical(packages[CORE].folder):
+        release = Release.LYRICAL
     checkout = Checkout(root, packages, release, version, commit_of(root))
     if not checkout.controller_packages:
         raise InputError(f"{root}: no package in it exports a {CONTROLLER_BASE}")
     return checkout
+
+
+def _has_interface_of_lyrical(core: Path) -> bool:
+    header = core / CORE_INTERFACE
+    if not header.is_file():
+        return False
+    with header.open(encoding="utf-8", errors="replace") as text:
+        return SINCE_LYRICAL in text.read(LONGEST_INTERFACE)
 
 
 def _package_files(root: Path) -> list[Path]:

@@ -23,6 +23,7 @@ from scipy.optimize import differential_evolution, minimize
 
 import drake_navbench.kernels  # noqa: F401, before numba looks for what is compiled
 from drake_navbench.errors import InputError
+from drake_navbench.inputs.drive import LEAST_LAG_S
 from drake_navbench.recordings.drive_data import DriveData
 
 Array = NDArray[np.float64]
@@ -33,7 +34,7 @@ LONGEST_S = 300.0
 SHORTEST_S = 5.0
 # Ranges searched: lag s, dead time s, then for each axis acceleration and deadband. Accelerations
 # are shares of what takes the axis to its largest command in this time, deadbands of that command.
-LAGS_S, DEAD_TIMES_S = (0.005, 1.5), (0.0, 0.5)
+LAGS_S, DEAD_TIMES_S = (LEAST_LAG_S, 1.5), (0.0, 0.5)
 FASTEST_RISE_S, SLOWEST_RISE_S = 0.02, 10.0
 DEADBAND_SHARES = (0.0, 0.6)
 SEED = 0

@@ -3,9 +3,19 @@
 import pytest
 
 from drake_navbench.errors import InputError
-from drake_navbench.inputs.drive import AckermannDrive, DifferentialDrive, OmnidirectionalDrive
+from drake_navbench.inputs.drive import (
+    LEAST_LAG_S,
+    AckermannDrive,
+    DifferentialDrive,
+    OmnidirectionalDrive,
+)
 from drake_navbench.inputs.robot import load_robot
 from drake_navbench.inputs.scenario import load_scenario
+from drake_navbench.trial.timing import MAX_STEP_S
+
+
+def test_the_shortest_lag_is_the_step_of_the_integration():
+    assert LEAST_LAG_S == MAX_STEP_S
 
 
 def test_a_robot_file_without_a_type_has_a_differential_base_and_its_log_does_not_name_it():
@@ -31,6 +41,7 @@ def test_the_built_in_robots_have_their_bases():
             {"type": "ackermann", "wheelbase_m": 0.5, "min_turning_radius_m": 0.0},
             "min_turning_radius_m: .*greater than 0",
         ),
+        ({"response_time_constant_s": 0.01}, "response_time_constant_s: .*0.02"),
         ({"max_lateral_velocity_mps": 0.3}, "max_lateral_velocity_mps: unknown field"),
     ],
 )

@@ -27,6 +27,24 @@ def test_a_checkout_tells_its_release_and_its_controllers(copied):
     assert set(checkout.compiled_for(["tiny_controller"])) == set(checkout.packages)
 
 
+@pytest.mark.parametrize(
+    ("version", "interface", "release"),
+    [
+        ("1.4.2", "setPlan", "kilted"),
+        ("1.4.0", "newPathReceived", "lyrical"),
+        ("1.5.1", "newPathReceived", "lyrical"),
+    ],
+)
+def test_main_before_its_release_branches_off_is_told_by_its_interface(
+    copied, version, interface, release
+):
+    package = copied / "nav2_core" / "package.xml"
+    package.write_text(package.read_text().replace("1.3.99", version))
+    header = copied / "nav2_core" / "include" / "nav2_core" / "controller.hpp"
+    header.write_text(f"virtual void {interface}(const nav_msgs::msg::Path & path) = 0;\n")
+    assert read_checkout(copied).release == release
+
+
 def _add_package(checkout, name: str, source: str, *depends: str, place: str = "") -> None:
     """Adds a package with one source to a checkout, in a folder of packages where one is given."""
     folder = checkout / place / name
