@@ -10,19 +10,15 @@ from typing import Any, NamedTuple
 
 import pandas as pd
 
-from drake_navbench.analysis.every_pair import compare_every_pair
-from drake_navbench.analysis.gaps import compare_columns, values_by_seed
 from drake_navbench.analysis.invariants import Violation, violations_of
 from drake_navbench.analysis.journey import Deed, Leg, deeds_of, legs_of
 from drake_navbench.analysis.metrics.definition import Metric
 from drake_navbench.analysis.metrics.registry import all_metrics, measure_all
+from drake_navbench.analysis.pairs import ComparedPair, compare_every_pair, values_by_seed
 from drake_navbench.analysis.repeats import repeated_cells, repeated_controllers
 from drake_navbench.analysis.statistics import (
-    CONFIDENCE,
     Interval,
-    PairedComparison,
     Summary,
-    smallest_p_value,
     success_interval,
     summarize,
 )
@@ -106,18 +102,10 @@ class Success(NamedTuple):
 
 
 class Pair(NamedTuple):
-    """Two controllers compared in one metric.
-
-    p_holm: adjusted for all pairs of the metric. can_be_shown: whether so many trials could bring
-    it below 5% at all.
-    """
+    """Two controllers compared in one metric, as one of all pairs of the metric."""
 
     metric: str
-    first: str
-    second: str
-    comparison: PairedComparison
-    p_holm: float
-    can_be_shown: bool = True
+    compared: ComparedPair
 
 
 @dataclass
@@ -255,18 +243,5 @@ def _pairs(
 ) -> list[Pair]:
     once = repeated if entry.is_repeatable else frozenset()
     values = values_by_seed(table, scenario, entry.name)
-    compared = compare_every_pair(
-        values.columns, lambda first, second: compare_columns(values, first, second, repeated=once)
-    )
-    tested = sum(pair.comparison.pairs > 0 for pair in compared)
-    # No p-value is adjusted to less than the smallest of them is.
-    most_pairs = max((pair.comparison.pairs for pair in compared), default=0)
-    floor = smallest_p_value(most_pairs, tested)
-    return [
-        Pair(
-            entry.name,
-            *pair,
-            max(floor, smallest_p_value(pair.comparison.pairs, 1)) < 1.0 - CONFIDENCE,
-        )
-        for pair in compared
-    ]
+    columns = {str(name): values[name] for name in values}
+    return [Pair(entry.name, pair) for pair in compare_every_pair(columns, repeated=once)]

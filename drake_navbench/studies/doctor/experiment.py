@@ -14,7 +14,8 @@ from typing import Any
 
 import numpy as np
 
-from drake_navbench.analysis.statistics import compare_differences, holm
+from drake_navbench.analysis.paired_comparison import compare_differences
+from drake_navbench.analysis.pairs import holm
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.presets import Preset
 from drake_navbench.inputs.scenario import Scenario
