@@ -75,7 +75,7 @@ class ScenarioSection(NamedTuple):
 def write_sweep(folder: Path, trials: pd.DataFrame, sweep: Mapping[str, Mapping[str, Any]]) -> Path:
     """Writes tables/sweep.csv, the figures and sweep.html of a results folder; returns the page.
 
-    trials: as from `tables.trial_row`. sweep: the manifest's.
+    trials: as from `trial_row`. sweep: the manifest's.
     """
     table = long_table(trials, sweep)
     write_text(ResultsFolder(folder).table_path(TABLE_NAME, ".csv"), csv_text(table))

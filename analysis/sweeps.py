@@ -46,7 +46,7 @@ class Slope(NamedTuple):
 def long_table(trials: pd.DataFrame, sweep: Mapping[str, Mapping[str, Any]]) -> pd.DataFrame:
     """Returns the rows of trials with one column a swept field, under their own names.
 
-    trials: as from `tables.trial_row`. sweep: the manifest's. A field of a controller has no value
+    trials: as from `trial_row`. sweep: the manifest's. A field of a controller has no value
     in the rows of others.
     """
     table = trials.copy()

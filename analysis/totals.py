@@ -79,7 +79,7 @@ def told_by_totals(suites: Mapping[str, str]) -> frozenset[str]:
 
 
 def suites_of(trials: pd.DataFrame) -> dict[str, str]:
-    """Returns the suite of each scenario; trials: rows as from `tables.trial_row`."""
+    """Returns the suite of each scenario; trials: rows as from `trial_row`."""
     if "suite" not in trials:
         return {}
     return dict(zip(trials["scenario"], trials["suite"].fillna(""), strict=True))

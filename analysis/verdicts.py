@@ -13,7 +13,7 @@ from typing import NamedTuple
 import pandas as pd
 
 from drake_navbench.analysis.metrics.definition import Better, Metric
-from drake_navbench.analysis.metrics.registry import unrepeatable_names
+from drake_navbench.analysis.metrics.registry import all_metrics, unrepeatable_names
 from drake_navbench.analysis.numbers import typeset
 from drake_navbench.analysis.paired_comparison import PairedComparison, trials_needed
 from drake_navbench.analysis.pairs import (
@@ -23,6 +23,7 @@ from drake_navbench.analysis.pairs import (
     gap,
     values_by_seed,
 )
+from drake_navbench.analysis.repeats import repeated_cells, repeated_controllers
 from drake_navbench.analysis.statistics import ROUNDING
 from drake_navbench.logs.log import Outcome
 
@@ -91,6 +92,30 @@ def comparable_trials(trials: pd.DataFrame, metrics: Iterable[str]) -> pd.DataFr
     kept = trials.copy()
     kept.loc[failed, [name for name in metrics if name not in measured_anew]] = math.nan
     return kept
+
+
+def scenario_verdicts(trials: pd.DataFrame, scenario: str, names: Sequence[str]) -> list[Verdict]:
+    """Returns the verdicts on these metrics in a scenario, in the order of the catalogue.
+
+    trials: all of the scenario. A metric without anything to compare has none.
+    """
+    counted = comparable_trials(trials, [name for name in names if name in trials])
+    repeated = repeated_controllers(repeated_cells(trials), scenario)
+    touches = touch_counts(trials)
+    anyone_arrived = not is_failed(trials).all()
+    found = (
+        verdict(
+            counted,
+            scenario,
+            entry,
+            anyone_arrived=anyone_arrived,
+            repeated=repeated,
+            touches=touches,
+        )
+        for entry in all_metrics()
+        if entry.name in names and entry.name in trials
+    )
+    return [one for one in found if one is not None]
 
 
 def verdict(

@@ -89,7 +89,7 @@ class Ranking(NamedTuple):
 def rank(trials: pd.DataFrame) -> Ranking:
     """Returns the ranking of the controllers in a table of trials.
 
-    trials: rows as from `tables.trial_row` with the column RUN_SEED; every controller has the same
+    trials: rows as from `trial_row` with the column RUN_SEED; every controller has the same
     scenarios, seeds and trials.
     """
     controllers = list(dict.fromkeys(trials["controller"]))

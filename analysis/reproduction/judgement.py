@@ -137,7 +137,7 @@ def judge(
     *,
     repeated: frozenset[tuple[str, str]] | None = None,
 ) -> Judgement:
-    """Judges a finding on trials, rows as from `tables.trial_row`.
+    """Judges a finding on trials, rows as from `trial_row`.
 
     Every part is judged by itself, those that are ties in the publication are not. It holds, or
     does not, where the sign of its difference is that of the whole 95% interval (for "does not"
