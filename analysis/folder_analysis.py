@@ -104,7 +104,7 @@ def analyse_folder(
     see `measured_trials` and `kept_drawing`. A scenario of very many trials is told from their
     rows, see `many_trials`.
     figures: which of them to draw into the folder. jobs: processes; 1 stays in this one.
-    measured: rows as from `tables.trial_row` of some of these logs, not to be measured again.
+    measured: rows as from `trial_row` of some of these logs, not to be measured again.
     keeps: whether to keep what was measured for the next time.
     Raises InputError where the folder is no results folder or holds no readable log.
     """

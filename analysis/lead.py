@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import pandas as pd
 
-from drake_navbench.analysis.gaps import RELEVANT_RATIO
+from drake_navbench.analysis.pairs import RELEVANT_RATIO
 from drake_navbench.analysis.scenario_analysis import (
     ScenarioAnalysis,
 )

@@ -20,6 +20,7 @@ from drake_navbench.analysis.scenario_analysis import (
     TrialEntry,
     read_trials,
 )
+from drake_navbench.analysis.trial_rows import VIOLATIONS, row_columns
 from drake_navbench.logs.log import TrialLog
 from drake_navbench.logs.results import ResultsFolder
 
@@ -30,8 +31,6 @@ LOGS_DRAWN = 60
 # The most logs opened of trials that break an invariant; the same fault may be in every trial.
 LOGS_WITH_VIOLATIONS_OPENED = 50
 
-IDENTITY = ("suite", "density", "scenario", "controller", "trial", "seed", "outcome", "reason")
-
 
 def has_many(paths: Sequence[Path]) -> bool:
     """Returns whether a scenario has so many logs that it is read from the table of trials."""
@@ -40,8 +39,7 @@ def has_many(paths: Sequence[Path]) -> bool:
 
 def rows_by_path(folder: ResultsFolder, table: pd.DataFrame) -> KnownValues:
     """Returns the rows of a table of trials by the paths of their logs."""
-    names = [*IDENTITY, *(entry.name for entry in all_metrics()), "violations"]
-    kept = table[[name for name in names if name in table]]
+    kept = table[[name for name in row_columns() if name in table]]
     rows = kept.to_dict("records")
     return {folder.log_path(row["scenario"], row["controller"], row["trial"]): row for row in rows}
 
@@ -70,7 +68,7 @@ def read_some_trials(
     rows: of the logs that are measured already. A log without a row, or one that lacks a metric, is
     opened and measured. Of the logs that are not drawn, only one at a time is in memory.
     """
-    names = {*IDENTITY, *(entry.name for entry in all_metrics()), "violations"}
+    names = set(row_columns())
     rows = {path: row for path, row in rows.items() if names <= row.keys()}
     drawn = set(logs_drawn(paths))
     opened = drawn | _unexplained(_by_controller(paths), rows) | _violating(paths, rows)
@@ -103,5 +101,5 @@ def _unexplained(by_controller: Mapping[Path, Sequence[Path]], rows: KnownValues
 
 
 def _violating(paths: Sequence[Path], rows: KnownValues) -> set[Path]:
-    violating = [path for path in paths if rows.get(path, {}).get("violations")]
+    violating = [path for path in paths if rows.get(path, {}).get(VIOLATIONS)]
     return set(violating[:LOGS_WITH_VIOLATIONS_OPENED])

@@ -20,12 +20,13 @@ from drake_navbench.analysis.invariants import Violation
 from drake_navbench.analysis.journey import Deed, Leg
 from drake_navbench.analysis.metrics.registry import all_metrics
 from drake_navbench.analysis.scenario_analysis import KnownValues, TrialEntry
+from drake_navbench.analysis.trial_rows import IDENTITY, VIOLATIONS
 from drake_navbench.logs.results import ResultsFolder, write_whole
 
 METADATA_KEY = b"drake_navbench_stamps"
 PATH, STAMP, TOLD = "log", "log_sha256", "told"
-WORDS = ("suite", "density", "scenario", "controller", "outcome", "reason")
-NUMBERS = ("trial", "seed", "violations")
+NUMBERS = ("trial", "seed", VIOLATIONS)
+WORDS = tuple(name for name in IDENTITY if name not in NUMBERS)
 
 
 class MeasuredTrials(NamedTuple):
@@ -67,8 +68,7 @@ def _read(root: Path, stamps: Mapping[Path, str]) -> MeasuredTrials:
     ):
         if not all(is_right(table.schema.field(name).type) for name in names):
             return NOTHING_MEASURED
-    identity = ["suite", "density", "scenario", "controller", "trial", "seed", "outcome", "reason"]
-    names = [*identity, *held, "violations"]
+    names = [*IDENTITY, *held, VIOLATIONS]
     columns = [table[name].to_pylist() for name in (PATH, STAMP, TOLD, *names)]
     entries, values = {}, {}
     for place, stamp, told, *row in zip(*columns, strict=True):

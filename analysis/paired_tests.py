@@ -17,6 +17,12 @@ import numpy as np
 
 from drake_navbench.analysis.metrics.definition import Better, Metric
 from drake_navbench.analysis.metrics.registry import all_metrics
+from drake_navbench.analysis.paired_comparison import (
+    PairedComparison,
+    compare_differences,
+    sign_test_p_value,
+    trials_needed,
+)
 from drake_navbench.analysis.paired_shares import paired_share_interval
 from drake_navbench.analysis.paired_trials import (
     Array,
@@ -26,16 +32,8 @@ from drake_navbench.analysis.paired_trials import (
     lost_trials,
     paired_cells,
 )
-from drake_navbench.analysis.statistics import (
-    ROUNDING,
-    Interval,
-    PairedComparison,
-    compare_differences,
-    holm,
-    sign_test_p_value,
-    smallest_p_value,
-    trials_needed,
-)
+from drake_navbench.analysis.pairs import holm, smallest_p_value
+from drake_navbench.analysis.statistics import ROUNDING, Interval
 
 SUCCESS = "success_rate"
 TOUCH = "touch_rate"

@@ -15,7 +15,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from drake_navbench.analysis.gaps import RELEVANT_RATIO
+from drake_navbench.analysis.pairs import RELEVANT_RATIO
 from drake_navbench.analysis.statistics import CONFIDENCE, Interval
 from drake_navbench.analysis.verdicts import is_failed
 

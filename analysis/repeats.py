@@ -16,7 +16,7 @@ NUMBERING = ("trial", "seed")
 def repeated_cells(trials: pd.DataFrame) -> frozenset[tuple[str, str]]:
     """Returns (scenario, controller) of the cells whose trials are all the same one.
 
-    trials: rows as from `tables.trial_row`. Trials are the same where every number measured of
+    trials: rows as from `trial_row`. Trials are the same where every number measured of
     them is equal to the last bit, compute times apart. One trial alone repeats nothing.
     """
     skipped = {*NUMBERING, *unrepeatable_names()}

@@ -88,7 +88,7 @@ def build_report(
 
     With trials of the published scenarios comes the reproduction of the publication, too.
     figures: which of them to draw. difference: share of the mean for which the needed number of
-    trials is told. measured: rows of these logs as from `tables.trial_row`, not to be measured
+    trials is told. measured: rows of these logs as from `trial_row`, not to be measured
     again. parameters_of: as for `write_reproduction`. Raises InputError where the folder is no
     results folder, or has links to others in it.
     """

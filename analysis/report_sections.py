@@ -13,10 +13,10 @@ from drake_navbench.analysis.html import relative_change
 from drake_navbench.analysis.many_trials import MOST_LOGS_OPENED
 from drake_navbench.analysis.metrics.registry import all_metrics, installed_metrics
 from drake_navbench.analysis.numbers import short_number
+from drake_navbench.analysis.paired_comparison import trials_needed
 from drake_navbench.analysis.reproduction.lineups import PUBLISHED_SETTINGS
 from drake_navbench.analysis.reproduction.publication import published_table
 from drake_navbench.analysis.scenario_analysis import ScenarioAnalysis, TrialEntry
-from drake_navbench.analysis.statistics import trials_needed
 from drake_navbench.analysis.tables import scenario_table
 from drake_navbench.logs.log import Outcome
 from drake_navbench.logs.results import ResultsFolder
@@ -140,17 +140,16 @@ def pair_rows(scenario: ScenarioAnalysis, difference: float) -> list[dict[str, A
     metrics = {entry.name: entry for entry in all_metrics()}
     rows = []
     for pair in scenario.pairs:
-        found = pair.comparison
-        scale = difference * abs(means[pair.first, pair.metric])
+        found = pair.compared.comparison
+        scale = difference * abs(means[pair.compared.first, pair.metric])
         needed = None
         if found.pairs > 1 and scale > 0.0 and math.isfinite(scale):
             needed = trials_needed(found.sd, scale)
         rows.append(
             {
                 "scenario": scenario.scenario,
-                "pair": pair,
+                "pair": pair.compared,
                 "metric": metrics[pair.metric],
-                "is_shown": found.interval.excludes(0.0),
                 "needed": needed,
             }
         )

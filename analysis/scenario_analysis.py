@@ -10,28 +10,24 @@ from typing import Any, NamedTuple
 
 import pandas as pd
 
-from drake_navbench.analysis.every_pair import compare_every_pair
-from drake_navbench.analysis.gaps import compare_columns, values_by_seed
-from drake_navbench.analysis.invariants import Violation, violations_of
+from drake_navbench.analysis.invariants import Violation
 from drake_navbench.analysis.journey import Deed, Leg, deeds_of, legs_of
 from drake_navbench.analysis.metrics.definition import Metric
-from drake_navbench.analysis.metrics.registry import all_metrics, measure_all
+from drake_navbench.analysis.metrics.registry import all_metrics
+from drake_navbench.analysis.pairs import ComparedPair, compare_every_pair, values_by_seed
 from drake_navbench.analysis.repeats import repeated_cells, repeated_controllers
 from drake_navbench.analysis.statistics import (
-    CONFIDENCE,
     Interval,
-    PairedComparison,
     Summary,
-    smallest_p_value,
     success_interval,
     summarize,
 )
-from drake_navbench.analysis.tables import trial_identity
+from drake_navbench.analysis.trial_rows import measured_log
 from drake_navbench.analysis.verdicts import (
     Verdict,
     comparable_trials,
+    scenario_verdicts,
     touch_counts,
-    verdict,
 )
 from drake_navbench.errors import InputError
 from drake_navbench.logs.log import LIVE_CHANGES, Outcome, TrialLog
@@ -106,18 +102,10 @@ class Success(NamedTuple):
 
 
 class Pair(NamedTuple):
-    """Two controllers compared in one metric.
-
-    p_holm: adjusted for all pairs of the metric. can_be_shown: whether so many trials could bring
-    it below 5% at all.
-    """
+    """Two controllers compared in one metric, as one of all pairs of the metric."""
 
     metric: str
-    first: str
-    second: str
-    comparison: PairedComparison
-    p_holm: float
-    can_be_shown: bool = True
+    compared: ComparedPair
 
 
 @dataclass
@@ -164,9 +152,8 @@ def read_trials(
         try:
             log = TrialLog.read(path)
             require_a_result(log)
-            row = trial_identity(log)
+            measured = measured_log(log, known.get(path))
             legs, deeds = legs_of(log), deeds_of(log)
-            violations = violations_of(log)
         except InputError as error:
             left_out.append(LeftOut(name, str(error).removeprefix(f"{path}: ")))
             continue
@@ -174,11 +161,8 @@ def read_trials(
             # A file of the right version whose content is damaged or incomplete.
             left_out.append(LeftOut(name, f"damaged log: {type(error).__name__}: {error}"))
             continue
-        measured = measure_all(log, known.get(path))
-        row.update({key: value.value for key, value in measured.items()})
-        row["violations"] = sum(violation.row_count for violation in violations)
-        reasons = {key: value.reason for key, value in measured.items() if value.reason}
         logs.append(log)
+        row, reasons, violations = measured
         entries.append(TrialEntry(row, reasons, name, legs, deeds, violations))
     return logs, entries, left_out
 
@@ -210,16 +194,7 @@ def analyse(scenario: str, entries: list[TrialEntry], left_out: list[LeftOut]) -
     for entry in all_metrics():
         if entry.name in HEADLINE_METRICS:
             result.pairs += _pairs(comparable, scenario, entry, repeated)
-            found = verdict(
-                comparable,
-                scenario,
-                entry,
-                anyone_arrived=result.anyone_arrived,
-                repeated=repeated,
-                touches=touches,
-            )
-            if found is not None:
-                result.verdicts.append(found)
+    result.verdicts = scenario_verdicts(table, scenario, HEADLINE_METRICS)
     return result
 
 
@@ -255,18 +230,5 @@ def _pairs(
 ) -> list[Pair]:
     once = repeated if entry.is_repeatable else frozenset()
     values = values_by_seed(table, scenario, entry.name)
-    compared = compare_every_pair(
-        values.columns, lambda first, second: compare_columns(values, first, second, repeated=once)
-    )
-    tested = sum(pair.comparison.pairs > 0 for pair in compared)
-    # No p-value is adjusted to less than the smallest of them is.
-    most_pairs = max((pair.comparison.pairs for pair in compared), default=0)
-    floor = smallest_p_value(most_pairs, tested)
-    return [
-        Pair(
-            entry.name,
-            *pair,
-            max(floor, smallest_p_value(pair.comparison.pairs, 1)) < 1.0 - CONFIDENCE,
-        )
-        for pair in compared
-    ]
+    columns = {str(name): values[name] for name in values}
+    return [Pair(entry.name, pair) for pair in compare_every_pair(columns, repeated=once)]

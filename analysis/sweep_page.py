@@ -20,12 +20,12 @@ from drake_navbench.analysis.figures.sweeps import (
 )
 from drake_navbench.analysis.html import page_environment
 from drake_navbench.analysis.numbers import number, typeset
+from drake_navbench.analysis.pairs import ComparedPair
 from drake_navbench.analysis.scenario_analysis import headline_metrics
 from drake_navbench.analysis.sweeps import (
     PAGE_NAME,
     SUCCEEDED,
     Slope,
-    SlopeDifference,
     constants,
     heat_maps,
     is_numeric,
@@ -52,7 +52,7 @@ class Steepness(NamedTuple):
     metric: str
     unit: str
     slopes: list[Slope]
-    apart: list[SlopeDifference]
+    apart: list[ComparedPair]
 
 
 class AxisSection(NamedTuple):
@@ -75,7 +75,7 @@ class ScenarioSection(NamedTuple):
 def write_sweep(folder: Path, trials: pd.DataFrame, sweep: Mapping[str, Mapping[str, Any]]) -> Path:
     """Writes tables/sweep.csv, the figures and sweep.html of a results folder; returns the page.
 
-    trials: as from `tables.trial_row`. sweep: the manifest's.
+    trials: as from `trial_row`. sweep: the manifest's.
     """
     table = long_table(trials, sweep)
     write_text(ResultsFolder(folder).table_path(TABLE_NAME, ".csv"), csv_text(table))
@@ -131,7 +131,7 @@ def _axis_section(stem: Path, rows: pd.DataFrame, field: str, look: Look) -> Axi
         for name, unit in _metrics():
             differences = slope_differences(rows, field, name)
             is_compared |= bool(differences)
-            apart = [entry for entry in differences if entry.is_apart]
+            apart = [entry for entry in differences if entry.is_shown]
             steepness.append(Steepness(name, unit, slopes(rows, field, name), apart))
     return AxisSection(field, figure, [entry for entry in steepness if entry.slopes], is_compared)
 

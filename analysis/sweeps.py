@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
 
-from drake_navbench.analysis.every_pair import compare_every_pair
+from drake_navbench.analysis.pairs import ComparedPair, compare_every_pair
 from drake_navbench.analysis.statistics import (
     Interval,
     mean_interval,
-    paired_comparison,
     success_interval,
 )
 from drake_navbench.logs.log import Outcome
@@ -45,25 +43,10 @@ class Slope(NamedTuple):
     seeds: int
 
 
-class SlopeDifference(NamedTuple):
-    """The slope of `second` minus that of `first`, paired by seed.
-
-    p_value: of Wilcoxon's test, corrected after Holm. is_apart: whether the 95% interval leaves
-    out 0.
-    """
-
-    first: str
-    second: str
-    difference: float
-    interval: Interval
-    p_value: float
-    is_apart: bool
-
-
 def long_table(trials: pd.DataFrame, sweep: Mapping[str, Mapping[str, Any]]) -> pd.DataFrame:
     """Returns the rows of trials with one column a swept field, under their own names.
 
-    trials: as from `tables.trial_row`. sweep: the manifest's. A field of a controller has no value
+    trials: as from `trial_row`. sweep: the manifest's. A field of a controller has no value
     in the rows of others.
     """
     table = trials.copy()
@@ -172,30 +155,14 @@ def slopes(table: pd.DataFrame, field: str, metric: str) -> list[Slope]:
     return found
 
 
-def slope_differences(table: pd.DataFrame, field: str, metric: str) -> list[SlopeDifference]:
-    """Returns the difference of slopes of each two controllers in one scenario, paired by seed.
+def slope_differences(table: pd.DataFrame, field: str, metric: str) -> list[ComparedPair]:
+    """Returns the differences of slopes of every two controllers in one scenario, paired by seed.
 
-    The intervals hold together with 95% confidence. Each of them has the confidence
-    1 - 0.05 / (number of pairs of controllers), after Bonferroni.
+    Controllers with fewer than two slopes, and pairs with fewer than two seeds, are left out.
     """
     each = {name: seed_slopes(rows, field, metric) for name, rows in _by_controller(table, field)}
-    known = [name for name, found in each.items() if len(found) > 1]
-    confidence = 1.0 - 0.05 / max(math.comb(len(known), 2), 1)
-    compared = compare_every_pair(
-        known, lambda a, b: paired_comparison(each[a], each[b], confidence=confidence)
-    )
-    return [
-        SlopeDifference(
-            pair.first,
-            pair.second,
-            pair.comparison.difference,
-            pair.comparison.interval,
-            pair.p_holm,
-            is_apart=not pair.comparison.interval.low <= 0.0 <= pair.comparison.interval.high,
-        )
-        for pair in compared
-        if pair.comparison.pairs > 1
-    ]
+    known = {name: found for name, found in each.items() if len(found) > 1}
+    return [pair for pair in compare_every_pair(known) if pair.comparison.pairs > 1]
 
 
 def response_table(

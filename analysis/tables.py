@@ -1,22 +1,19 @@
-"""Tables: one row a trial, and per scenario one row a metric as the publication prints them."""
+"""Tables of a scenario: one row a metric, as the publication prints them or as a run does."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Any
 
 import pandas as pd
 
-from drake_navbench.analysis.invariants import violations_of
-from drake_navbench.analysis.metrics.registry import all_metrics, measure_all
-from drake_navbench.analysis.repeats import repeated_cells
+from drake_navbench.analysis.metrics.registry import all_metrics
 from drake_navbench.analysis.reproduction.publication import (
     published_table,
 )
 from drake_navbench.analysis.reproduction.published import PUBLISHED_METRICS
-from drake_navbench.analysis.verdicts import comparable_trials, touch_counts, verdict
-from drake_navbench.logs.log import Outcome, TrialLog
+from drake_navbench.analysis.verdicts import comparable_trials, scenario_verdicts
+from drake_navbench.logs.log import Outcome
 from drake_navbench.markdown_text import markdown_table
 
 STD_HEADING_ERROR = "std_heading_error"
@@ -34,36 +31,6 @@ PRINTED = (
     "cross_track_error_mean_m",
     "jerk_rms_mps3",
 )
-
-
-def trial_row(log: TrialLog) -> dict[str, Any]:
-    """Returns the row of trials.parquet for a trial: its identity, its outcome, then every metric.
-
-    A metric without a value for this trial is NaN. The last entry is the number of violations of
-    `analysis.invariants`, summed over the rows of the log.
-    """
-    row = trial_identity(log)
-    row.update({name: measured.value for name, measured in measure_all(log).items()})
-    row["violations"] = sum(violation.row_count for violation in violations_of(log))
-    return row
-
-
-def trial_identity(log: TrialLog) -> dict[str, Any]:
-    """Returns suite, density, scenario, controller, trial, seed, outcome and reason of a trial.
-
-    The suite is '' where the scenario is in none, and so is a density that the suite does not tell.
-    """
-    suite = log.info["scenario"].get("suite") or {}
-    return {
-        "suite": suite.get("name", ""),
-        "density": suite.get("density", ""),
-        "scenario": log.info["scenario"]["name"],
-        "controller": log.info["controller"],
-        "trial": log.info["trial"],
-        "seed": log.info["seed"],
-        "outcome": str(log.outcome),
-        "reason": log.info["reason"],
-    }
 
 
 def published_rows(scenario: str) -> list[tuple[str, str]]:
@@ -149,23 +116,7 @@ def best_of(trials: pd.DataFrame, scenario: str, names: Sequence[str]) -> dict[s
     A metric in which no controller is shown to be best is left out.
     """
     own = trials[trials["scenario"] == scenario]
-    counted = comparable_trials(own, [name for name in names if name in own])
-    has_arrival = bool((own["outcome"] == Outcome.SUCCEEDED).any())
-    repeated = frozenset(str(name) for _, name in repeated_cells(own))
-    found = {}
-    for entry in all_metrics():
-        if entry.name in names and entry.name in own:
-            judged = verdict(
-                counted,
-                scenario,
-                entry,
-                anyone_arrived=has_arrival,
-                repeated=repeated,
-                touches=touch_counts(own),
-            )
-            if judged is not None and judged.best is not None:
-                found[entry.name] = judged.best
-    return found
+    return {v.metric: v.best for v in scenario_verdicts(own, scenario, names) if v.best}
 
 
 def table_to_markdown(table: pd.DataFrame) -> str:

@@ -8,17 +8,14 @@ own mean.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
-from functools import partial
 from typing import NamedTuple
 
 import pandas as pd
 
-from drake_navbench.analysis.every_pair import compare_every_pair
+from drake_navbench.analysis.pairs import ComparedPair, compare_every_pair
 from drake_navbench.analysis.statistics import (
     Interval,
-    PairedComparison,
     Summary,
-    paired_comparison,
     share_interval,
     summarize,
 )
@@ -61,22 +58,11 @@ class Total(NamedTuple):
 
 
 class Difference(NamedTuple):
-    """Two controllers in the worlds that both drove; the comparison is second minus first.
-
-    p_holm: adjusted for all pairs of controllers of the suite and quantity.
-    """
+    """Two controllers in the worlds that both drove, as one pair of the suite and quantity."""
 
     suite: str
     quantity: str
-    first: str
-    second: str
-    comparison: PairedComparison
-    p_holm: float
-
-    @property
-    def is_shown(self) -> bool:
-        """Whether the interval of the difference leaves out 0."""
-        return self.comparison.interval.excludes(0.0)
+    compared: ComparedPair
 
 
 def told_by_totals(suites: Mapping[str, str]) -> frozenset[str]:
@@ -93,7 +79,7 @@ def told_by_totals(suites: Mapping[str, str]) -> frozenset[str]:
 
 
 def suites_of(trials: pd.DataFrame) -> dict[str, str]:
-    """Returns the suite of each scenario; trials: rows as from `tables.trial_row`."""
+    """Returns the suite of each scenario; trials: rows as from `trial_row`."""
     if "suite" not in trials:
         return {}
     return dict(zip(trials["scenario"], trials["suite"].fillna(""), strict=True))
@@ -120,8 +106,7 @@ def differences(trials: pd.DataFrame) -> list[Difference]:
         by_world = {name: _by_world(rows) for name, rows in own.groupby("controller", sort=False)}
         for quantity in COMPARED:
             values = {str(name): rows[quantity] for name, rows in by_world.items()}
-            pairs = compare_every_pair(values, partial(_compared, values))
-            found += [Difference(suite, quantity, *pair) for pair in pairs]
+            found += [Difference(suite, quantity, p) for p in compare_every_pair(values)]
     return found
 
 
@@ -202,8 +187,3 @@ def _share(values: Iterable[float]) -> Share:
     shares = list(values)
     mean = sum(shares) / len(shares)
     return Share(mean, share_interval(mean, len(shares)))
-
-
-def _compared(values: Mapping[str, pd.Series], first: str, second: str) -> PairedComparison:
-    """Returns the comparison in the worlds that both drove."""
-    return paired_comparison(*values[first].align(values[second]))

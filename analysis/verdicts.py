@@ -1,6 +1,6 @@
 """Verdicts in words: the best controller in a metric, where the intervals support it.
 
-`gaps` defines when a controller is behind another, and when two are level.
+`pairs.gap` decides when a controller is behind another, and when two are level.
 """
 
 from __future__ import annotations
@@ -12,16 +12,19 @@ from typing import NamedTuple
 
 import pandas as pd
 
-from drake_navbench.analysis.gaps import RELEVANT_RATIO, Gap, gap_to, values_by_seed
 from drake_navbench.analysis.metrics.definition import Better, Metric
-from drake_navbench.analysis.metrics.registry import unrepeatable_names
+from drake_navbench.analysis.metrics.registry import all_metrics, unrepeatable_names
 from drake_navbench.analysis.numbers import typeset
-from drake_navbench.analysis.statistics import (
-    CONFIDENCE,
-    ROUNDING,
-    PairedComparison,
-    trials_needed,
+from drake_navbench.analysis.paired_comparison import PairedComparison, trials_needed
+from drake_navbench.analysis.pairs import (
+    RELEVANT_RATIO,
+    Gap,
+    confidence_of_each,
+    gap,
+    values_by_seed,
 )
+from drake_navbench.analysis.repeats import repeated_cells, repeated_controllers
+from drake_navbench.analysis.statistics import ROUNDING
 from drake_navbench.logs.log import Outcome
 
 SIGNIFICANT_DIGITS = 3
@@ -91,6 +94,30 @@ def comparable_trials(trials: pd.DataFrame, metrics: Iterable[str]) -> pd.DataFr
     return kept
 
 
+def scenario_verdicts(trials: pd.DataFrame, scenario: str, names: Sequence[str]) -> list[Verdict]:
+    """Returns the verdicts on these metrics in a scenario, in the order of the catalogue.
+
+    trials: all of the scenario. A metric without anything to compare has none.
+    """
+    counted = comparable_trials(trials, [name for name in names if name in trials])
+    repeated = repeated_controllers(repeated_cells(trials), scenario)
+    touches = touch_counts(trials)
+    anyone_arrived = not is_failed(trials).all()
+    found = (
+        verdict(
+            counted,
+            scenario,
+            entry,
+            anyone_arrived=anyone_arrived,
+            repeated=repeated,
+            touches=touches,
+        )
+        for entry in all_metrics()
+        if entry.name in names and entry.name in trials
+    )
+    return [one for one in found if one is not None]
+
+
 def verdict(
     trials: pd.DataFrame,
     scenario: str,
@@ -116,11 +143,18 @@ def verdict(
     if len(means) < 2:
         return None
     leader, others = means.index[0], list(means.index[1:])
-    # Bonferroni: all comparisons with the leader hold together at 95%.
-    confidence = 1.0 - (1.0 - CONFIDENCE) / len(others)
+    # All comparisons with the leader hold together.
+    confidence = confidence_of_each(len(others))
     once = repeated if entry.is_repeatable else frozenset()
     gaps = {
-        other: gap_to(values, means, other, entry=entry, once=once, confidence=confidence)
+        other: gap(
+            values[leader],
+            values[other],
+            is_higher_better=entry.better is Better.HIGHER,
+            relevant=entry.relevant,
+            confidence=confidence,
+            is_one_trial=once >= {leader, other},
+        )
         for other in others
     }
     behind = [other for other in others if gaps[other].is_shown]

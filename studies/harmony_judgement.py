@@ -12,10 +12,12 @@ import pandas as pd
 from numpy.typing import NDArray
 from scipy import stats
 
+from drake_navbench.analysis.pairs import holm
+from drake_navbench.analysis.statistics import CONFIDENCE, exact_share_interval
 from drake_navbench.logs.log import Outcome
+from drake_navbench.markdown_text import markdown_table
 
 OURS = "harmony"
-CONFIDENCE = 0.95
 # Scenarios in which giving up is what is expected.
 CLOSED = (
     "restricted_small",
@@ -99,7 +101,7 @@ def succeeded(units: pd.DataFrame, controller: str) -> NDArray[np.bool_]:
 
 def share_bound(count: int, of: int) -> float:
     """Returns the exact upper bound of a share at 95% (Clopper, Pearson): 9.5% for 0 of 30."""
-    return 1.0 if count >= of else float(stats.beta.ppf(CONFIDENCE, count + 1, of - count))
+    return exact_share_interval(count, of, confidence=2.0 * CONFIDENCE - 1.0).high
 
 
 def success_lost(trials: pd.DataFrame, rival: str) -> tuple[int, int, float]:
@@ -240,19 +242,10 @@ def touches(rows: pd.DataFrame) -> pd.DataFrame:
     return pd.DataFrame(found, columns=["family", "column", "touches", "units", "at most"])
 
 
-def holm(p_values: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Returns Holm's corrected p-values; NaN stays, and does not count."""
-    corrected = np.full(len(p_values), np.nan)
-    known = np.flatnonzero(np.isfinite(p_values))
-    order = known[np.argsort(p_values[known])]
-    scaled = p_values[order] * np.arange(len(order), 0, -1)
-    corrected[order] = np.minimum(np.maximum.accumulate(scaled), 1.0)
-    return corrected
-
-
 def markdown(table: pd.DataFrame) -> str:
     """Returns a table in Markdown, numbers with three decimals."""
-    rows = [list(map(str, table.columns)), ["---"] * len(table.columns)]
-    for values in table.itertuples(index=False):
-        rows.append([f"{v:.3f}" if isinstance(v, float) else str(v) for v in values])
-    return "\n".join("| " + " | ".join(row) + " |" for row in rows)
+    rows = (
+        [f"{value:.3f}" if isinstance(value, float) else str(value) for value in values]
+        for values in table.itertuples(index=False)
+    )
+    return "\n".join(markdown_table(list(map(str, table.columns)), rows))

@@ -12,7 +12,7 @@ import pandas as pd
 
 from drake_navbench import run_benchmark
 from drake_navbench.analysis.metrics.registry import all_metrics
-from drake_navbench.analysis.statistics import paired_comparison
+from drake_navbench.analysis.paired_comparison import paired_comparison
 from drake_navbench.inputs.scenario import PUBLISHED_SCENARIOS
 
 SAMPLED, POLISHED = "mppi_nav2", "mppi"

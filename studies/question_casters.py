@@ -7,9 +7,10 @@ from collections.abc import Mapping
 import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
-from question_trials import CONFIDENCE, Arm, Row, Study, arrived, robot_in, table
+from question_trials import Arm, Row, Study, arrived, robot_in, table
 
-from drake_navbench.analysis.statistics import compare_differences
+from drake_navbench.analysis.paired_comparison import compare_differences
+from drake_navbench.analysis.pairs import confidence_of_each
 from drake_navbench.inputs.scenario import load_scenario
 from drake_navbench.logs.log import TrialLog
 
@@ -92,7 +93,7 @@ def difference_cell(
     by_pair = _values(rows, f"{controller} {friction_nm:g}", measure) - _values(
         rows, f"{controller} ideal", measure
     )
-    found = compare_differences(by_pair, confidence=1.0 - (1.0 - CONFIDENCE) / tests)
+    found = compare_differences(by_pair, confidence=confidence_of_each(tests))
     low, high = found.interval
     shown = "open"
     if low > WOBBLE_RADPS:

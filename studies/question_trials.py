@@ -15,13 +15,14 @@ from typing import Any, NamedTuple
 import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
-from scipy import stats
 
 from drake_navbench.analysis.figures.style import SVG, figure_style, write_figure
 from drake_navbench.analysis.metrics.definition import Better, Metric
 from drake_navbench.analysis.metrics.registry import all_metrics
 from drake_navbench.analysis.paired_tests import Finding, Judged, Verdict, judge_pairs
 from drake_navbench.analysis.paired_trials import Contest
+from drake_navbench.analysis.pairs import confidence_of_each
+from drake_navbench.analysis.statistics import exact_share_interval
 from drake_navbench.inputs.presets import load_preset
 from drake_navbench.inputs.robot import Robot, overridden
 from drake_navbench.inputs.scenario import Scenario
@@ -31,7 +32,6 @@ from drake_navbench.studies.tuning.pairs import drive_each
 from drake_navbench.trial.spec import TrialSpec
 
 PAGES = Path(__file__).parents[1] / "docs" / "questions"
-CONFIDENCE = 0.95
 # Seeds from here on are for trying things out; no page counts them.
 FIRST_TRY_OUT_SEED = 100_000
 # Numbers in the rows have so many digits.
@@ -132,17 +132,9 @@ def equal_rows(rows: pd.DataFrame, shipped: pd.DataFrame) -> int:
     return int(same.all(axis=1).sum())
 
 
-def share_interval(count: int, of: int, *, tests: int = 1) -> tuple[float, float]:
-    """Returns the exact interval of a share (Clopper, Pearson); of so many all hold at 95%."""
-    tail = 0.5 * (1.0 - CONFIDENCE) / tests
-    low = float(stats.beta.ppf(tail, count, of - count + 1)) if count else 0.0
-    high = float(stats.beta.ppf(1.0 - tail, count + 1, of - count)) if count < of else 1.0
-    return low, high
-
-
 def share_cell(count: int, of: int, *, tests: int = 1) -> str:
-    """Returns a cell such as "5 of 16 (11 to 59%)"."""
-    low, high = share_interval(count, of, tests=tests)
+    """Returns a cell such as "5 of 16 (11 to 59%)"; so many intervals hold together at 95%."""
+    low, high = exact_share_interval(count, of, confidence=confidence_of_each(tests))
     return f"{count} of {of} ({100 * low:.0f} to {100 * high:.0f}%)"
 
 

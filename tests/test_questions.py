@@ -10,6 +10,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from drake_navbench.analysis.statistics import exact_share_interval
+
 STUDIES = Path(__file__).parents[1] / "studies"
 PAGES = Path(__file__).parents[1] / "docs" / "questions"
 NAMES = sorted(path.stem for path in PAGES.glob("*.csv"))
@@ -39,9 +41,9 @@ def rows_of(arm, outcomes, times_s):
 
 def test_a_share_has_its_exact_interval(shared):
     # 0 of n: the upper end u has (1 - u)^n = 0.025.
-    low, high = shared.share_interval(0, 12)
+    low, high = exact_share_interval(0, 12)
     assert (low, high) == (0.0, pytest.approx(1.0 - 0.025 ** (1 / 12)))
-    low, high = shared.share_interval(12, 12, tests=50)
+    low, high = exact_share_interval(12, 12, confidence=1.0 - 0.05 / 50)
     assert (low, high) == (pytest.approx((0.025 / 50) ** (1 / 12)), 1.0)
     assert shared.share_cell(12, 12) == "12 of 12 (74 to 100%)"
 

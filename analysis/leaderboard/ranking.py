@@ -19,14 +19,12 @@ from typing import NamedTuple
 
 import pandas as pd
 
-from drake_navbench.analysis.gaps import RELEVANT_RATIO
+from drake_navbench.analysis.paired_comparison import PairedComparison, paired_comparison
+from drake_navbench.analysis.pairs import confidence_of_each, gap, shares_differ
 from drake_navbench.analysis.repeats import repeated_cells
 from drake_navbench.analysis.statistics import (
-    CONFIDENCE,
     Interval,
-    PairedComparison,
     Summary,
-    paired_comparison,
     share_interval,
     summarize,
 )
@@ -91,7 +89,7 @@ class Ranking(NamedTuple):
 def rank(trials: pd.DataFrame) -> Ranking:
     """Returns the ranking of the controllers in a table of trials.
 
-    trials: rows as from `tables.trial_row` with the column RUN_SEED; every controller has the same
+    trials: rows as from `trial_row` with the column RUN_SEED; every controller has the same
     scenarios, seeds and trials.
     """
     controllers = list(dict.fromkeys(trials["controller"]))
@@ -106,7 +104,7 @@ def rank(trials: pd.DataFrame) -> Ranking:
         for name in ("arrived", "touched", "time")
     )
     pairs = list(combinations(controllers, 2))
-    confidence = 1.0 - (1.0 - CONFIDENCE) / max(1, QUANTITIES * len(pairs))
+    confidence = confidence_of_each(QUANTITIES * len(pairs))
     duels = tuple(
         _duel(
             arrived[[first, second]],
@@ -158,47 +156,30 @@ def _duel(
         return second if (comparison.difference < 0.0) == is_less_better else first
 
     by_arrivals = better_of(
-        arrivals, is_shown=_differ_in_shares(shares, arrivals), is_less_better=False
+        arrivals,
+        is_shown=shares_differ(shares[first], shares[second], arrivals),
+        is_less_better=False,
     )
     by_touches = better_of(
-        contacts, is_shown=_differ_in_shares(touches, contacts), is_less_better=True
+        contacts,
+        is_shown=shares_differ(touches[first], touches[second], contacts),
+        is_less_better=True,
     )
-    by_time = ""
-    if len(times) and abs(duration.difference) > RELEVANT_RATIO * float(times.mean().max()):
-        by_time = better_of(
-            duration, is_shown=_is_shown_in_time(times, confidence), is_less_better=True
-        )
+    quicker, slower = times.mean().sort_values(kind="stable").index
+    is_behind = gap(
+        times[quicker],
+        times[slower],
+        is_higher_better=False,
+        confidence=confidence,
+        is_one_trial=is_one_trial,
+    ).is_shown
+    by_time = quicker if is_behind else ""
     found = ((by_arrivals, "arrivals"), (by_touches, "touches"), (by_time, "time"))
     winner, decided_by = next(((name, by) for name, by in found if name), ("", ""))
     denied = winner if by_touches and by_touches != winner else ""
     if denied:
         winner, decided_by = "", ""
     return Duel(first, second, arrivals, contacts, duration, winner, decided_by, denied)
-
-
-def _is_shown_in_time(times: pd.DataFrame, confidence: float) -> bool:
-    """Whether the whole interval of the difference lies beyond 1% of the longer mean."""
-    slower, quicker = times.mean().sort_values(ascending=False, kind="stable").index
-    # The time that the slower one needs beyond 1% of its own mean.
-    excess = paired_comparison(
-        times[quicker], (1.0 - RELEVANT_RATIO) * times[slower], confidence=confidence
-    )
-    return excess.interval.low > 0.0
-
-
-def _differ_in_shares(shares: pd.DataFrame, comparison: PairedComparison) -> bool:
-    """Whether the trials show it.
-
-    Where every pair differs by the same, Student's interval has no width, be it of two pairs only;
-    there Wilson's intervals of both have to be apart.
-    """
-    if not comparison.interval.excludes(0.0):
-        return False
-    if comparison.sd > 0.0:
-        return True
-    count = len(shares)
-    low, high = sorted(share_interval(float(shares[name].mean()), count) for name in shares)
-    return low.high < high.low
 
 
 def _standing(

@@ -92,7 +92,7 @@ class Agreement(NamedTuple):
 
 
 def account(trials: pd.DataFrame, lineup: Lineup = PUBLISHED_SETTINGS) -> Account:
-    """Computes all of one lineup; trials: rows as from `tables.trial_row`."""
+    """Computes all of one lineup; trials: rows as from `trial_row`."""
     repeated = repeated_cells(trials)
     return Account(
         lineup,

@@ -16,7 +16,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from drake_navbench.analysis.gaps import RELEVANT_RATIO
+from drake_navbench.analysis.pairs import RELEVANT_RATIO
 from drake_navbench.analysis.repeats import repeated_cells
 from drake_navbench.analysis.reproduction.findings import Finding, is_published_tie
 from drake_navbench.analysis.reproduction.lineups import (

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 
-from drake_navbench.analysis.gaps import RELEVANT_RATIO
+from drake_navbench.analysis.pairs import RELEVANT_RATIO
 from drake_navbench.analysis.reproduction.lineups import ALL_SCENARIOS, GOAL_SCENARIOS
 from drake_navbench.analysis.reproduction.publication import (
     PUBLISHED_CONTROLLERS,

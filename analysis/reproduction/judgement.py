@@ -16,7 +16,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from drake_navbench.analysis.gaps import RELEVANT_RATIO
+from drake_navbench.analysis.pairs import RELEVANT_RATIO, confidence_of_each
 from drake_navbench.analysis.repeats import repeated_cells
 from drake_navbench.analysis.reproduction.findings import Finding, findings
 from drake_navbench.analysis.reproduction.lineups import (
@@ -27,7 +27,6 @@ from drake_navbench.analysis.reproduction.lineups import (
 )
 from drake_navbench.analysis.reproduction.relations import PERCENT, Equals, Inequality
 from drake_navbench.analysis.statistics import (
-    CONFIDENCE,
     UNDEFINED_INTERVAL,
     Interval,
     mean_interval,
@@ -138,7 +137,7 @@ def judge(
     *,
     repeated: frozenset[tuple[str, str]] | None = None,
 ) -> Judgement:
-    """Judges a finding on trials, rows as from `tables.trial_row`.
+    """Judges a finding on trials, rows as from `trial_row`.
 
     Every part is judged by itself, those that are ties in the publication are not. It holds, or
     does not, where the sign of its difference is that of the whole 95% interval (for "does not"
@@ -243,8 +242,7 @@ def _judge_inequality(
         verdict, note = _by_sign(difference.mean, bar), NOTHING_RANDOM
     else:
         # One part of several that fails is enough: the more are looked at, the wider this one.
-        confidence = 1.0 - (1.0 - CONFIDENCE) / part_count
-        widened = mean_interval(differences, confidence=confidence)
+        widened = mean_interval(differences, confidence=confidence_of_each(part_count))
         verdict, note = _by_intervals(difference, widened, bar=bar, part_count=part_count)
     if left_out and not is_one_trial:
         lack = "trials lack" if left_out > 1 else "trial lacks"

@@ -10,8 +10,8 @@ from typing import Any, NamedTuple
 
 import pandas as pd
 
-from drake_navbench.analysis.gaps import RELEVANT_RATIO
 from drake_navbench.analysis.html import page_environment, relative_change
+from drake_navbench.analysis.pairs import RELEVANT_RATIO
 from drake_navbench.analysis.reproduction.accounts import (
     TOGETHER,
     Account,

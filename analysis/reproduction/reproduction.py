@@ -44,7 +44,7 @@ def write_reproduction(
 ) -> Reproduction:
     """Writes findings.csv, published_vs_ours.csv, orderings.csv in tables/, and reproduction.html.
 
-    trials: rows as from `tables.trial_row`; the folder's own table if not given. Manifest and
+    trials: rows as from `trial_row`; the folder's own table if not given. Manifest and
     inputs are the folder's. parameters_of: the resolved parameters of a preset that was not driven,
     None where they are not known; what it changes is left out then. Raises InputError where the
     folder is no results folder.

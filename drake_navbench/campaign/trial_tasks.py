@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import traceback
 
-from drake_navbench.analysis.tables import trial_row
+from drake_navbench.analysis.trial_rows import trial_row
 from drake_navbench.errors import CannotBeWritten, is_machine_fault, one_line
 from drake_navbench.logs.log import TrialLog
 from drake_navbench.logs.results import ResultsFolder

@@ -251,7 +251,7 @@ def decide_in_scenes(column: TrialSpec) -> int:
 
 def drive_briefly(column: TrialSpec) -> None:
     """Drives a column for a moment, and measures it."""
-    from drake_navbench.analysis.tables import trial_row
+    from drake_navbench.analysis.trial_rows import trial_row
     from drake_navbench.trial.trial import simulate
 
     with _rare_collections():
@@ -264,7 +264,7 @@ def drive_world_briefly(spec: TrialSpec) -> None:
 
     A simple controller drives: one of somebody else is left to the trials.
     """
-    from drake_navbench.analysis.tables import trial_row
+    from drake_navbench.analysis.trial_rows import trial_row
     from drake_navbench.inputs.presets import load_preset
     from drake_navbench.trial.trial import simulate
 

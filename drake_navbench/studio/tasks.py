@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 
 from drake_navbench.analysis.metrics.registry import all_metrics
 from drake_navbench.analysis.replay.reasons import shown_reasons
-from drake_navbench.analysis.tables import PRINTED, trial_row
+from drake_navbench.analysis.tables import PRINTED
+from drake_navbench.analysis.trial_rows import trial_row
 from drake_navbench.campaign.campaign import plan_campaign
 from drake_navbench.campaign.logged_trial import logged_trial, trial_of_log
 from drake_navbench.costmaps.map_file import OCCUPIED, UNKNOWN

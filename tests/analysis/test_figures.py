@@ -40,7 +40,7 @@ from drake_navbench.analysis.figures.style import (
     write_figure,
 )
 from drake_navbench.analysis.metrics import efficiency
-from drake_navbench.analysis.tables import trial_row
+from drake_navbench.analysis.trial_rows import trial_row
 from drake_navbench.analysis.verdicts import verdict
 from drake_navbench.errors import CannotBeWritten
 from drake_navbench.logs.plans import Plan

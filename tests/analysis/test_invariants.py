@@ -12,7 +12,7 @@ from synthetic_logs import FOOTPRINT, log_times, make_log
 from drake_navbench.analysis.folder_analysis import analyse_folder
 from drake_navbench.analysis.invariants import Violation, violations_of, warnings_of
 from drake_navbench.analysis.report import render
-from drake_navbench.analysis.tables import trial_row
+from drake_navbench.analysis.trial_rows import trial_row
 from drake_navbench.logs.log import TrialLog
 from drake_navbench.logs.results import ResultsFolder
 

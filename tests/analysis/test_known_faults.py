@@ -17,7 +17,8 @@ from synthetic_logs import circle_log, log_times, make_log, straight_log
 from drake_navbench.analysis.metrics import Undefined, efficiency, safety, smoothness, tracking
 from drake_navbench.analysis.metrics.registry import all_metrics, measure_all
 from drake_navbench.analysis.reproduction import published
-from drake_navbench.analysis.tables import scenario_table, trial_row
+from drake_navbench.analysis.tables import scenario_table
+from drake_navbench.analysis.trial_rows import trial_row
 
 
 @pytest.mark.parametrize("period_s", [0.02, 0.1, 0.4])

@@ -9,6 +9,7 @@ from paired_tables import METRICS, Law, draw
 
 from drake_navbench.analysis.metrics import efficiency, safety
 from drake_navbench.analysis.metrics.definition import Better
+from drake_navbench.analysis.paired_comparison import compare_differences, sign_test_p_value
 from drake_navbench.analysis.paired_shares import paired_share_interval
 from drake_navbench.analysis.paired_tests import (
     ALARM_RATES,
@@ -19,7 +20,7 @@ from drake_navbench.analysis.paired_tests import (
 )
 from drake_navbench.analysis.paired_text import lost_lines, undecided_sentence
 from drake_navbench.analysis.paired_trials import Contest
-from drake_navbench.analysis.statistics import compare_differences, holm, sign_test_p_value
+from drake_navbench.analysis.pairs import holm
 
 TIME, CLEARANCE = efficiency.time_to_goal_s, safety.min_clearance_m
 LENGTH = efficiency.driven_length_m

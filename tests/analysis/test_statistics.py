@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import stats
 
-from drake_navbench.analysis import statistics
+from drake_navbench.analysis import paired_comparison, pairs, statistics
 
 
 def test_a_summary_counts_what_it_leaves_out():
@@ -78,7 +78,7 @@ def test_no_trials_have_no_success_interval():
 def test_pairs_are_made_by_seed_and_those_left_out_are_counted():
     first = pd.Series([1.0, 2.0, 3.0, math.nan], index=[7, 8, 9, 10])
     second = pd.Series([5.0, 3.5, 2.0], index=[9, 8, 7])
-    found = statistics.paired_comparison(first, second)
+    found = paired_comparison.paired_comparison(first, second)
     # Seeds 7, 8, 9: 1, 1.5, 2.
     assert (found.pairs, found.left_out) == (3, 1)
     assert found.difference == pytest.approx(1.5)
@@ -95,25 +95,27 @@ def test_the_paired_interval_agrees_with_scipys_paired_t_test():
     rng = np.random.default_rng(1)
     first, second = pd.Series(rng.normal(size=12)), pd.Series(rng.normal(1.0, size=12))
     expected = stats.ttest_rel(second, first).confidence_interval(0.95)
-    assert statistics.paired_comparison(first, second).interval == pytest.approx(tuple(expected))
+    assert paired_comparison.paired_comparison(first, second).interval == pytest.approx(
+        tuple(expected)
+    )
 
 
 def test_what_never_differs_has_p_one_and_no_effect():
     same = pd.Series([1.0, 2.0, 3.0])
-    found = statistics.paired_comparison(same, same)
+    found = paired_comparison.paired_comparison(same, same)
     assert (found.p_value, found.effect, found.interval) == (1.0, 0.0, (0.0, 0.0))
 
 
 def test_rounding_repeated_is_no_difference():
     # Without noise its interval would exclude zero.
     first, second = pd.Series([0.0] * 4), pd.Series([8e-19] * 4)
-    found = statistics.paired_comparison(first, second)
+    found = paired_comparison.paired_comparison(first, second)
     assert (found.difference, found.interval) == (0.0, (0.0, 0.0))
     assert (found.p_value, found.effect) == (1.0, 0.0)
 
 
 def test_without_a_common_seed_nothing_is_compared():
-    found = statistics.paired_comparison(pd.Series([1.0], [1]), pd.Series([2.0], [2]))
+    found = paired_comparison.paired_comparison(pd.Series([1.0], [1]), pd.Series([2.0], [2]))
     assert (found.pairs, found.left_out) == (0, 2)
     assert math.isnan(found.p_value)
     assert math.isnan(found.effect)
@@ -121,25 +123,27 @@ def test_without_a_common_seed_nothing_is_compared():
 
 def test_the_sign_test_counts_pairs_that_one_side_alone_has():
     # 4 of 4 one way: 2 of 2^4 signs. Agreeing pairs do not count, so nothing changed says nothing.
-    assert statistics.sign_test_p_value(0, 4) == pytest.approx(2 / 16)
-    assert statistics.sign_test_p_value(4, 0) == pytest.approx(2 / 16)
-    assert statistics.sign_test_p_value(3, 3) == 1.0
-    assert statistics.sign_test_p_value(0, 0) == 1.0
+    assert paired_comparison.sign_test_p_value(0, 4) == pytest.approx(2 / 16)
+    assert paired_comparison.sign_test_p_value(4, 0) == pytest.approx(2 / 16)
+    assert paired_comparison.sign_test_p_value(3, 3) == 1.0
+    assert paired_comparison.sign_test_p_value(0, 0) == 1.0
 
 
 def test_rank_biserial_weighs_differences_by_rank():
     # |d| ranks 1, 2, 3; signs +, -, +: (1 - 2 + 3) / 6.
-    assert statistics.compare_differences(np.array([0.5, -1.0, 4.0])).effect == pytest.approx(2 / 6)
+    assert paired_comparison.compare_differences(
+        np.array([0.5, -1.0, 4.0])
+    ).effect == pytest.approx(2 / 6)
 
 
 def test_holm_multiplies_by_the_number_of_hypotheses_still_standing():
     # statsmodels multipletests(..., method="holm") gives the same.
-    assert statistics.holm([0.01, 0.04, 0.03, 0.005]) == pytest.approx([0.03, 0.06, 0.06, 0.02])
-    assert statistics.holm([0.9, 0.8]) == pytest.approx([1.0, 1.0])
+    assert pairs.holm([0.01, 0.04, 0.03, 0.005]) == pytest.approx([0.03, 0.06, 0.06, 0.02])
+    assert pairs.holm([0.9, 0.8]) == pytest.approx([1.0, 1.0])
 
 
 def test_holm_does_not_count_undefined_p_values():
-    adjusted = statistics.holm([0.02, math.nan, 0.03])
+    adjusted = pairs.holm([0.02, math.nan, 0.03])
     assert adjusted[[0, 2]] == pytest.approx([0.04, 0.04])
     assert math.isnan(adjusted[1])
 
@@ -150,18 +154,18 @@ def test_holm_does_not_count_undefined_p_values():
     [(1.0, 0.5, 34), (1.0, 0.8, 15), (5.0, 1.0, 199), (0.0, 1.0, 2)],
 )
 def test_trials_needed_for_a_difference(sd, difference, trials):
-    assert statistics.trials_needed(sd, difference) == trials
+    assert paired_comparison.trials_needed(sd, difference) == trials
 
 
 def test_more_confidence_needs_more_trials():
     # Guenther (1981): ((z_a + z_b) / effect)^2 + z_a^2 / 2 with z_a = 2.498, z_b = 0.842:
     # 44.6 + 3.1 = 47.7.
-    assert statistics.trials_needed(1.0, 0.5, confidence=0.9875) == 48
+    assert paired_comparison.trials_needed(1.0, 0.5, confidence=0.9875) == 48
 
 
 def test_trials_needed_refuses_no_difference():
     with pytest.raises(ValueError, match="difference > 0"):
-        statistics.trials_needed(1.0, 0.0)
+        paired_comparison.trials_needed(1.0, 0.0)
 
 
 def test_the_pareto_front_keeps_what_nothing_beats_in_everything():
@@ -187,11 +191,11 @@ def test_summaries_move_with_their_values(values, shift):
 
 
 def test_the_smallest_p_value_is_that_of_differences_of_one_sign():
-    for pairs in (3, 6, 8):
-        smallest = statistics.compare_differences(np.arange(1.0, pairs + 1.0)).p_value
-        assert statistics.smallest_p_value(pairs, 1) == pytest.approx(smallest)
+    for count in (3, 6, 8):
+        smallest = paired_comparison.compare_differences(np.arange(1.0, count + 1.0)).p_value
+        assert pairs.smallest_p_value(count, 1) == pytest.approx(smallest)
     # Holm multiplies the smallest of ten by ten.
-    assert statistics.smallest_p_value(8, 10) == pytest.approx(10 / 128)
+    assert pairs.smallest_p_value(8, 10) == pytest.approx(10 / 128)
 
 
 @pytest.mark.parametrize(
@@ -201,4 +205,4 @@ def test_the_smallest_p_value_is_that_of_differences_of_one_sign():
 def test_the_p_value_is_scipys_whatever_was_asked_before(differences):
     wanted = float(stats.wilcoxon(differences).pvalue)
     for order in (differences, differences[::-1], [10.0 * d for d in differences]):
-        assert statistics.compare_differences(np.array(order)).p_value == wanted
+        assert paired_comparison.compare_differences(np.array(order)).p_value == wanted

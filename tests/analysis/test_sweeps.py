@@ -137,14 +137,14 @@ def test_slopes_are_those_of_each_seed():
 def test_slopes_of_two_controllers_are_compared_seed_by_seed():
     (found,) = slope_differences(long_table(trials(), SWEEP), NOISE, TIME)
     assert (found.first, found.second) == ("dwb", "rpp")
-    assert found.difference == pytest.approx(10.0)
-    assert found.is_apart
+    assert found.comparison.difference == pytest.approx(10.0)
+    assert found.is_shown
 
 
 def test_slopes_that_do_not_differ_are_not_apart():
     table = trials()
     table[TIME] = np.tile(np.random.default_rng(0).normal(20.0, 1.0, 9), 2)
-    assert not any(e.is_apart for e in slope_differences(long_table(table, SWEEP), NOISE, TIME))
+    assert not any(e.is_shown for e in slope_differences(long_table(table, SWEEP), NOISE, TIME))
 
 
 def test_a_heat_map_has_the_mean_of_each_cell():

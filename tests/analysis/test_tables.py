@@ -14,8 +14,8 @@ from drake_navbench.analysis.tables import (
     scenario_table,
     suite_tables,
     table_to_markdown,
-    trial_row,
 )
+from drake_navbench.analysis.trial_rows import trial_row
 
 
 def trials_of(*logs):

@@ -59,10 +59,10 @@ def test_controllers_are_compared_world_by_world():
     rows = [row(world, score=0.2 + 0.01 * world) for world in range(10)]
     rows += [row(w, controller="dwb", score=0.1 + 0.01 * w, outcome="collided") for w in range(10)]
     found = {entry.quantity: entry for entry in differences(pd.DataFrame(rows))}
-    assert found["score"].comparison.difference == pytest.approx(-0.1)
-    assert found["score"].is_shown
-    assert found["collision"].comparison.difference == 1.0
-    assert (found["score"].first, found["score"].second) == ("rpp", "dwb")
+    assert found["score"].compared.comparison.difference == pytest.approx(-0.1)
+    assert found["score"].compared.is_shown
+    assert found["collision"].compared.comparison.difference == 1.0
+    assert found["score"].compared[:2] == ("rpp", "dwb")
 
 
 def test_what_is_in_no_suite_or_alone_in_it_has_no_totals():

@@ -7,9 +7,9 @@ import math
 import numpy as np
 import pandas as pd
 
-from drake_navbench.analysis.gaps import values_by_seed
 from drake_navbench.analysis.metrics import metric
-from drake_navbench.analysis.statistics import trials_needed
+from drake_navbench.analysis.paired_comparison import trials_needed
+from drake_navbench.analysis.pairs import values_by_seed
 from drake_navbench.analysis.verdicts import Standing, comparable_trials, verdict
 
 

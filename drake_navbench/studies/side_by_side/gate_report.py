@@ -7,6 +7,7 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 from drake_navbench.analysis.metrics.definition import Better
+from drake_navbench.analysis.paired_comparison import detectable_difference
 from drake_navbench.analysis.paired_tests import (
     SUCCESS,
     TOUCH,
@@ -24,7 +25,6 @@ from drake_navbench.analysis.paired_text import (
     table,
     undecided_sentence,
 )
-from drake_navbench.analysis.statistics import detectable_difference
 from drake_navbench.logs.log import Outcome
 from drake_navbench.logs.results import ResultsFolder
 from drake_navbench.markdown_text import markdown_table

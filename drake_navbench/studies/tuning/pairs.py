@@ -7,7 +7,7 @@ from contextlib import closing
 from dataclasses import replace
 from typing import Any
 
-from drake_navbench.analysis.tables import trial_row
+from drake_navbench.analysis.trial_rows import trial_row
 from drake_navbench.campaign.campaign import plan_campaign
 from drake_navbench.campaign.trial_tasks import TRIALS_PER_WORKER
 from drake_navbench.campaign.warm_up import start_worker_server
