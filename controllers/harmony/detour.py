@@ -20,7 +20,7 @@ from drake_navbench.kernels.read_only import read_only
 Array = NDArray[np.float64]
 
 # Ways keep off obstacles by costs that fall over INFLATION_M, with this weight.
-INFLATION_M = 0.5
+INFLATION_M = 0.4
 TRAVEL_MULTIPLIER = 4.0
 # Nav2's smoother of grid paths: tolerance m, most sweeps, both weights, passes after the first.
 SMOOTHING = (1e-4, 1000, 0.2, 0.3, 2)

@@ -34,7 +34,7 @@ class Way(NamedTuple):
     blocked_m: along the path to its first pose at which the robot has no room, inf where there is
     none. behind: (2,) m, the path's first point behind that, its last one where the robot has no
     room up to there, or None. stop_m: along the path to where plans come to rest, inf where they
-    need not. backs_up: it is driven backwards.
+    need not. backs_up: it is driven backwards. has_room: the robot has room at the target.
     """
 
     path: Array
@@ -46,6 +46,7 @@ class Way(NamedTuple):
     behind: Array | None = None
     stop_m: float = np.inf
     backs_up: bool = False
+    has_room: bool = True
 
 
 def way_along(
@@ -89,6 +90,7 @@ def way_along(
         float(stations[blocked[0]]) if len(blocked) else np.inf,
         behind,
         float(stations[-1]) if nears_goal else np.inf,
+        has_room=bool(has_room[min(index, len(path) - 1)]),
     )
 
 
@@ -118,11 +120,12 @@ def _first_room(plan: Array, last: Array, field: DistanceField, discs: Array) ->
 
 
 def around(way: Way) -> Way:
-    """Returns the way aimed at the path behind the obstacle on it, where that is in reach.
+    """Returns the way aimed at the path behind the obstacle on it, where the target lies in that.
 
-    A target inside an obstacle is as near from in front of it as from beside it.
+    A target inside an obstacle is as near from in front of it as from beside it. One behind the
+    obstacle stays: a nearer one would only make the robot slow, as in front of a door.
     """
-    if way.behind is None or way.nears_goal or way.blocked_m > way.length_m:
+    if way.behind is None or way.nears_goal or way.blocked_m > way.length_m or way.has_room:
         return way
     # As writable as the targets of other ways, so that kernels are compiled once for all of them.
     return way._replace(target=np.array([*way.behind, way.target[2]]), beyond=np.array(way.behind))

@@ -8,7 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drake_navbench.controller import ControllerSetup, Observation
-from drake_navbench.controllers.harmony.detour import find_detour, is_good, joined, still_ahead
+from drake_navbench.controllers.harmony.detour import (
+    distances_at,
+    find_detour,
+    is_good,
+    joined,
+    still_ahead,
+)
 from drake_navbench.controllers.harmony.discs import half_width
 from drake_navbench.controllers.harmony.memory import HarmonyMemory
 from drake_navbench.controllers.harmony.parameters import HarmonyParameters
@@ -91,7 +97,8 @@ class WayFinder:
             if not self._is_open(observation, way, field):
                 stop_m = self._parameters.give_up_distance - SLOW_AT_M
                 return FoundWay(up_to_blocked(way, stop_m), False, None, way.blocked_m)
-            detour = self._new_detour(observation, way, field) if memory.is_trapped else None
+            if memory.is_trapped or self._is_inside(way, field):
+                detour = self._new_detour(observation, way, field)
         if detour is None:
             return FoundWay(around(way), True, None, way.blocked_m)
         whole = joined(detour, observation.plan, observation.global_plan)
@@ -118,6 +125,11 @@ class WayFinder:
             return True
         position = observation.pose[:2]
         return bool(is_connected(field, self._half_width, self.look_past_m, position, way.behind))
+
+    def _is_inside(self, way: Way, field: DistanceField) -> bool:
+        """Returns whether the target lies in an obstacle, where no heading has room."""
+        distance_m = distances_at(field, way.target[None, :2])[0]
+        return not way.nears_goal and bool(distance_m < self._half_width)
 
     def _detour_so_far(
         self, observation: Observation, memory: HarmonyMemory, way: Way, field: DistanceField
