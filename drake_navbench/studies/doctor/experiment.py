@@ -8,13 +8,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from itertools import combinations
 
-<<<<<<< HEAD
-=======
-import numpy as np
-
-from drake_navbench.analysis.paired_comparison import compare_differences
-from drake_navbench.analysis.pairs import holm
->>>>>>> house
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.presets import Preset
 from drake_navbench.inputs.scenario import Scenario

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from drake_navbench.analysis.statistics import compare_differences
+from drake_navbench.analysis.paired_comparison import compare_differences
 from drake_navbench.inputs.presets import Preset
 from drake_navbench.inputs.scenario import Scenario
 from drake_navbench.studies.doctor.cures import Trial

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 
-from drake_navbench.analysis.statistics import holm
+from drake_navbench.analysis.pairs import holm
 from drake_navbench.studies.doctor.cures import Trial
 from drake_navbench.studies.doctor.reading import Suspicion
 
