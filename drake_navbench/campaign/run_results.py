@@ -105,14 +105,17 @@ class Results:
         )
         return None if judged is None else judged.best
 
-    def compare(self, other: Results | str | Path, *, jobs: int = 1) -> FolderComparison:
+    def compare(
+        self, other: Results | str | Path | None = None, *, jobs: int = 1
+    ) -> FolderComparison:
         """Returns the comparison of another results folder with this one; `print` shows it.
 
-        Columns with equal names are compared. If one column is left in each folder after that,
-        these two are compared.
+        other: None compares the columns of this folder with its first one. Columns are paired as
+        by `drake-navbench compare`. Raises InputError where nothing can be compared.
         """
-        path = other.path if isinstance(other, Results) else Path(other)
-        return compare_folders([self.path, path], jobs=jobs)
+        path = other.path if isinstance(other, Results) else other
+        folders = [self.path] if path is None else [self.path, Path(path)]
+        return compare_folders(folders, jobs=jobs)
 
     def plot(self, metric: str) -> Picture:
         """Returns a picture of a metric: a dot a trial, a row a controller, a panel a scenario.
