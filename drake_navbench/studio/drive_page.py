@@ -56,14 +56,18 @@ class DrivePage(Page):
     def _make_widgets(self) -> None:
         desk = self._desk
         wide: dict[str, Any] = {"sizing_mode": "stretch_width"}
-        self._scenario = Select(title="Scenario", options=self._scenarios(), value=DRAWN, **wide)
-        self._robot = Select(title="Robot", options=desk.robots(), value=desk.robot, **wide)
-        self._column = Select(title="Controller", options=[], **wide)
-        self._save_as = TextInput(title="Save as", **wide)
+        self._scenario = Select(
+            title="Scenario", options=self._scenarios(), value=DRAWN, name="scenario", **wide
+        )
+        self._robot = Select(
+            title="Robot", options=desk.robots(), value=desk.robot, name="robot", **wide
+        )
+        self._column = Select(title="Controller", options=[], name="column", **wide)
+        self._save_as = TextInput(title="Save as", name="save as", **wide)
         self._drive = Button(label="Drive", button_type="primary", width=90, name="drive")
         self._stop = Button(label="Stop", width=60, disabled=True)
-        self._lock = Button(label="Lock as reference", sizing_mode="stretch_width")
-        self._save = Button(label="Save", width=70)
+        self._lock = Button(label="Lock as reference", sizing_mode="stretch_width", name="lock")
+        self._save = Button(label="Save", width=70, name="save")
         styled(self._scenario, self._robot, self._column, self._save_as)
         styled(self._drive, self._stop, self._lock, self._save)
         self._metrics = html(name="metrics")

@@ -72,7 +72,9 @@ class LivePage(Page):
             self._trial.value = self._trial.options[0][0]
 
     def _make_widgets(self) -> None:
-        self._trial = Select(title="Trial", options=self._choices(), sizing_mode="stretch_width")
+        self._trial = Select(
+            title="Trial", options=self._choices(), sizing_mode="stretch_width", name="trial"
+        )
         self._trial.on_change("value", self._choose)
         self._time = Slider(
             start=0.0,
@@ -86,7 +88,10 @@ class LivePage(Page):
         )
         self._time.on_change("value", lambda _name, _old, _new: self._show())
         self._play = Button(label="Play", width=70, button_type="primary", name="play")
-        back, ahead = Button(label="− 0.1 s", width=70), Button(label="+ 0.1 s", width=70)
+        back, ahead = (
+            Button(label=label, width=70, name=name)
+            for label, name in (("− 0.1 s", "back"), ("+ 0.1 s", "ahead"))
+        )
         self._why = Button(label="Why?", width=70, name="why")
         self._speed = Select(options=SPEEDS, value="1", width=80)
         self._play.on_click(self._toggle)

@@ -88,7 +88,8 @@ def moment_at(watched: Watched, time_s: float) -> Moment:
         watched.costmaps[costmap] if costmap >= 0 else None,
         watched.cycles[cycle][1] if cycle >= 0 else {},
         next((left for _, left in latest if not TRAJECTORIES.isdisjoint(left)), {}),
-        watched.decisions[decision] if decision >= 0 else None,
+        # Before the first cycle, the first one, so that something is seen.
+        watched.decisions[max(decision, 0)] if watched.decisions else None,
     )
 
 

@@ -46,12 +46,22 @@ class RunsPage(Page):
         self._list.children = [self._card(*entry) for entry in shown] or [html(EMPTY)]
 
     def _card(self, state: RunState, is_own: bool, told: str | None) -> Any:
-        text = card(text=_text(state, told))
-        resume = Button(label="Resume", disabled=is_own or not state.can_resume, width=80)
+        text = card(text=_text(state, told), name=f"card {state.run.name}")
+        resume = Button(
+            label="Resume",
+            disabled=is_own or not state.can_resume,
+            width=80,
+            name=f"resume {state.run.name}",
+        )
         resume.on_click(partial(self._resume, state.path))
-        again = Button(label="Run again", disabled=state.total is None, width=90)
+        again = Button(
+            label="Run again",
+            disabled=state.total is None,
+            width=90,
+            name=f"again {state.run.name}",
+        )
         again.on_click(partial(self._again, state))
-        stop = Button(label="Stop", visible=is_own, width=60)
+        stop = Button(label="Stop", visible=is_own, width=60, name=f"stop {state.run.name}")
         stop.on_click(partial(self._desk.jobs.stop, state.path))
         buttons = Row(*styled(resume, again, stop), spacing=6)
         return Column(text, buttons, sizing_mode="stretch_width", spacing=4)

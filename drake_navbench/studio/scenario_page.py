@@ -87,7 +87,9 @@ class ScenarioPage(Page):
         every(document, REFRESH_MS, self._watch)
 
     def _make_widgets(self) -> None:
-        self._files = Select(title="File", options=self._choices(), sizing_mode="stretch_width")
+        self._files = Select(
+            title="File", options=self._choices(), sizing_mode="stretch_width", name="file"
+        )
         self._files.on_change("value", self._choose)
         self._name = TextInput(title="Save as", sizing_mode="stretch_width", name="save as")
         self._description = TextInput(title="Description", sizing_mode="stretch_width")

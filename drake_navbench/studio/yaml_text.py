@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from difflib import SequenceMatcher
+from functools import lru_cache
 from io import StringIO
 from typing import Any
 
@@ -35,20 +36,14 @@ def updated_text(text: str, data: Mapping[str, Any], source: str) -> str:
     """
     from ruamel.yaml import YAML
     from ruamel.yaml.comments import CommentedMap
-    from ruamel.yaml.util import load_yaml_guess_indent
 
     if text and parse_yaml(text, source) == data:
         return text
     yaml = YAML()
     yaml.preserve_quotes = True
     yaml.width = WIDTH
-    _, sequence, dash = load_yaml_guess_indent(text) if text else (None, None, None)
-    has_sequences = sequence is not None and dash is not None
-    yaml.indent(
-        mapping=MAPPING_INDENT,
-        sequence=sequence if has_sequences else SEQUENCE_INDENT,
-        offset=dash if has_sequences else DASH_OFFSET,
-    )
+    sequence, dash = _indents(text)
+    yaml.indent(mapping=MAPPING_INDENT, sequence=sequence, offset=dash)
     tree = yaml.load(text) if text else CommentedMap()
     _change_mapping(tree, data)
     out = StringIO()
@@ -56,6 +51,17 @@ def updated_text(text: str, data: Mapping[str, Any], source: str) -> str:
     if parse_yaml(out.getvalue(), source) != data:
         raise InputError(f"{source}: cannot be saved without changing more than was drawn")
     return out.getvalue()
+
+
+@lru_cache(maxsize=4)
+def _indents(text: str) -> tuple[int, int]:
+    """Returns the indents of entries and dashes in lists, as the text has them."""
+    from ruamel.yaml.util import load_yaml_guess_indent
+
+    _, sequence, dash = load_yaml_guess_indent(text) if text else (None, None, None)
+    if sequence is None or dash is None:
+        return SEQUENCE_INDENT, DASH_OFFSET
+    return sequence, dash
 
 
 def _change_mapping(tree: Any, data: Mapping[str, Any]) -> None:

@@ -145,21 +145,32 @@ class Browser:
 
     def drag(self, begin: tuple[float, float], end: tuple[float, float]) -> None:
         """Presses the button at a place of the window, moves the mouse, and releases it."""
-        for kind, (x, y) in (
-            ("mouseMoved", begin),
-            ("mousePressed", begin),
-            ("mouseMoved", end),
-            ("mouseReleased", end),
-        ):
-            self._ask(
-                "Input.dispatchMouseEvent",
-                type=kind,
-                x=x,
-                y=y,
-                button="none" if kind == "mouseMoved" and (x, y) == begin else "left",
-                buttons=0 if kind == "mouseReleased" else 1,
-                clickCount=1,
-            )
+        self.move(*begin, is_down=False)
+        self.press(*begin)
+        self.move(*end)
+        self.release(*end)
+
+    def press(self, x: float, y: float) -> None:
+        """Presses the mouse's button."""
+        self._mouse("mousePressed", x, y, button="left", buttons=1)
+
+    def move(self, x: float, y: float, *, is_down: bool = True) -> None:
+        """Moves the mouse, its button pressed or not."""
+        button = "left" if is_down else "none"
+        self._mouse("mouseMoved", x, y, button=button, buttons=int(is_down))
+
+    def release(self, x: float, y: float) -> None:
+        """Releases the mouse's button."""
+        self._mouse("mouseReleased", x, y, button="left", buttons=0)
+
+    def _mouse(self, kind: str, x: float, y: float, **how: Any) -> None:
+        self._ask("Input.dispatchMouseEvent", type=kind, x=x, y=y, clickCount=1, **how)
+
+    def work_s(self) -> float:
+        """Returns the processor time of the page's main thread so far, s."""
+        self._ask("Performance.enable", timeDomain="threadTicks")
+        found = self._ask("Performance.getMetrics")["metrics"]
+        return next(entry["value"] for entry in found if entry["name"] == "TaskDuration")
 
     def resize(self, width: int, height: int, *, is_dark: bool = False) -> None:
         """Gives the window another size, and the pages the other colours."""

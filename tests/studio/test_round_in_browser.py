@@ -5,65 +5,19 @@ Skipped where there is no Chromium. The screenshots are kept, see `browser.artif
 
 from __future__ import annotations
 
+import time
 from dataclasses import replace
 
 import pytest
-from browser import CHROMIUM, NO_CHROMIUM, Browser
+from browser import CHROMIUM, NO_CHROMIUM, POLL_S, TIMEOUT_S, Browser
+from hand import Hand
 
+from drake_navbench.__main__ import main
 from drake_navbench.inputs.scenario import load_scenario
 from drake_navbench.logs.log import TrialLog
 from drake_navbench.run import main as run
 
 pytestmark = pytest.mark.skipif(CHROMIUM is None, reason=NO_CHROMIUM)
-
-WHERE = """(() => {{
-  const view = Bokeh.index.find_one(Bokeh.documents[0].get_model_by_name({name!r}));
-  const box = view.el.getBoundingClientRect();
-  return [box.x + box.width / 2, box.y + box.height / 2];
-}})()"""
-# A place of the picture's floor on the screen.
-ON_FLOOR = """(() => {{
-  const view = Bokeh.index.find_one(Bokeh.documents[0].get_model_by_name("floor"));
-  const box = view.el.getBoundingClientRect(), canvas = view.canvas_view.el.getBoundingClientRect();
-  return [canvas.x + view.frame.x_scale.compute({x}), canvas.y + view.frame.y_scale.compute({y})];
-}})()"""
-
-
-class Hand:
-    """A browser with a studio's page, and a hand on the mouse."""
-
-    def __init__(self, browser: Browser, studio) -> None:
-        self.browser, self._studio = browser, studio
-
-    def open(self, page: str) -> None:
-        self.browser.open(self._studio.page(page))
-        self.browser.wait_for("Bokeh.documents.length && Bokeh.documents[0].is_idle")
-
-    def click(self, name: str) -> None:
-        x, y = self.browser.evaluate(WHERE.format(name=name))
-        self.browser.drag((x, y), (x, y))
-
-    def take(self, tool: str) -> None:
-        self.set("tool", "active", f"m.labels.indexOf({tool!r})")
-
-    def set(self, name: str, field: str, value: str) -> None:
-        self.browser.evaluate(
-            f"(() => {{ const m = Bokeh.documents[0].get_model_by_name({name!r});"
-            f" m.{field} = {value}; }})()"
-        )
-
-    def drag(self, begin: tuple[float, float], end: tuple[float, float]) -> None:
-        places = [self.browser.evaluate(ON_FLOOR.format(x=x, y=y)) for x, y in (begin, end)]
-        self.browser.drag(tuple(places[0]), tuple(places[1]))
-
-    def tap(self, place: tuple[float, float]) -> None:
-        x, y = self.browser.evaluate(ON_FLOOR.format(x=place[0], y=place[1]))
-        self.browser.drag((x, y), (x, y))
-
-    def wait_text(self, name: str, text: str) -> None:
-        self.browser.wait_for(
-            f"Bokeh.documents[0].get_model_by_name({name!r}).text.includes({text!r})"
-        )
 
 
 @pytest.fixture
@@ -102,6 +56,13 @@ def test_a_scenario_is_drawn_driven_tuned_saved_and_run_to_the_same_trial(hand, 
 
     hand.open("live")
     hand.wait_text("line", "rpp:lookahead_dist=0.9")
+    hand.click("why")
+    hand.wait_text("reason", "RPP drives")
+    hand.set("time", "value", "2.0")
+    hand.wait_text("reason", "why, 1.97 s")
+    hand.wait_text("reason", "equal the log to the last bit")
+    hand.browser.screenshot("studio-live")
+
     ours = sorted(studio.logs.glob("drake-navbench-studio-*/*.parquet"))[-1]
     out = studio.folder / "results" / "same"
     column = "rpp:lookahead_dist=0.9"
@@ -125,6 +86,40 @@ def test_a_scenario_is_drawn_driven_tuned_saved_and_run_to_the_same_trial(hand, 
     )
     (theirs,) = out.glob("trials/*/*/*.parquet")
     assert timeless_bytes(ours, tmp_path) == timeless_bytes(theirs, tmp_path)
+
+
+@pytest.mark.long
+def test_a_run_is_stopped_resumed_and_repeated_by_its_buttons(hand, studio, tmp_path):
+    out = studio.folder / "results" / "old"
+    arguments = ["empty", "--controllers", "rpp", "--trials", "2"]
+    quiet = ["--replay", "none", "--figures", "none", "--jobs", "1", "--quiet"]
+    assert run([*arguments, *quiet, "--out", str(out)]) == 0
+    assert main(["runs", str(out.parent), "--tag", "old", "first"]) == 0
+    (out / "trials" / "empty" / "rpp" / "trial_001.parquet").unlink()
+    hand.open("runs")
+    hand.wait_text("card old", "stopped: 1 of 2 trials")
+    hand.wait_text("card old", '<span class="tag">first</span>')
+    hand.click("resume old")
+    wait_until(lambda: len(list(out.glob("trials/*/*/*.parquet"))) == 2)
+    hand.wait_gone("card old", "stopped")
+    others = {path.name for path in out.parent.iterdir()}
+    hand.click("again old")
+    wait_until(lambda: {path.name for path in out.parent.iterdir()} - others)
+    (name,) = {path.name for path in out.parent.iterdir()} - others
+    hand.browser.wait_for(f"!!Bokeh.documents[0].get_model_by_name('card {name}')")
+    wait_until(lambda: len(list((out.parent / name).glob("trials/*/*/*.parquet"))) == 2)
+    first, again = (
+        [timeless_bytes(log, tmp_path) for log in sorted(path.glob("trials/*/*/*.parquet"))]
+        for path in (out, out.parent / name)
+    )
+    assert first == again
+
+
+def wait_until(is_so) -> None:
+    end = time.monotonic() + TIMEOUT_S
+    while not is_so():
+        assert time.monotonic() < end
+        time.sleep(POLL_S)
 
 
 def timeless_bytes(path, folder) -> bytes:

@@ -1,0 +1,60 @@
+"""A hand on the mouse in a page of a studio, in a real browser."""
+
+from __future__ import annotations
+
+from browser import Browser
+
+WHERE = """(() => {{
+  const view = Bokeh.index.find_one(Bokeh.documents[0].get_model_by_name({name!r}));
+  view.el.scrollIntoView({{block: "center"}});
+  const box = view.el.getBoundingClientRect();
+  return [box.x + box.width / 2, box.y + box.height / 2];
+}})()"""
+# A place of the picture's floor on the screen.
+ON_FLOOR = """(() => {{
+  const view = Bokeh.index.find_one(Bokeh.documents[0].get_model_by_name("floor"));
+  const box = view.el.getBoundingClientRect(), canvas = view.canvas_view.el.getBoundingClientRect();
+  return [canvas.x + view.frame.x_scale.compute({x}), canvas.y + view.frame.y_scale.compute({y})];
+}})()"""
+
+
+class Hand:
+    """A browser with a studio's page, and a hand on the mouse."""
+
+    def __init__(self, browser: Browser, studio) -> None:
+        self.browser, self._studio = browser, studio
+
+    def open(self, page: str) -> None:
+        self.browser.open(self._studio.page(page))
+        self.browser.wait_for("Bokeh.documents.length && Bokeh.documents[0].is_idle")
+
+    def click(self, name: str) -> None:
+        x, y = self.browser.evaluate(WHERE.format(name=name))
+        self.browser.drag((x, y), (x, y))
+
+    def take(self, tool: str) -> None:
+        self.set("tool", "active", f"m.labels.indexOf({tool!r})")
+
+    def set(self, name: str, field: str, value: str) -> None:
+        self.browser.evaluate(
+            f"(() => {{ const m = Bokeh.documents[0].get_model_by_name({name!r});"
+            f" m.{field} = {value}; }})()"
+        )
+
+    def drag(self, begin: tuple[float, float], end: tuple[float, float]) -> None:
+        places = [self.browser.evaluate(ON_FLOOR.format(x=x, y=y)) for x, y in (begin, end)]
+        self.browser.drag(tuple(places[0]), tuple(places[1]))
+
+    def tap(self, place: tuple[float, float]) -> None:
+        x, y = self.browser.evaluate(ON_FLOOR.format(x=place[0], y=place[1]))
+        self.browser.drag((x, y), (x, y))
+
+    def wait_text(self, name: str, text: str) -> None:
+        self.browser.wait_for(
+            f"Bokeh.documents[0].get_model_by_name({name!r}).text.includes({text!r})"
+        )
+
+    def wait_gone(self, name: str, text: str) -> None:
+        self.browser.wait_for(
+            f"!Bokeh.documents[0].get_model_by_name({name!r}).text.includes({text!r})"
+        )
