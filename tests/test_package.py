@@ -13,7 +13,10 @@ from pathlib import Path
 
 import pytest
 
+from drake_navbench.inputs.presets import DEFAULT_PRESETS
+
 REPOSITORY = Path(__file__).parents[1]
+WORLD = "static_obstacles"
 PROJECT = tomllib.loads((REPOSITORY / "pyproject.toml").read_text(encoding="utf-8"))["project"]
 
 
@@ -92,7 +95,7 @@ def test_the_wheel_works_from_an_empty_folder(wheel, tmp_path):
 
 
 @pytest.mark.long
-def test_a_wheel_with_kernels_drives_without_compiling(tmp_path):
+def test_a_wheel_with_kernels_drives_every_default_column_without_compiling(tmp_path):
     spec = importlib.util.spec_from_file_location("wheel", REPOSITORY / ".ci" / "wheel.py")
     maker = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(maker)
@@ -105,15 +108,15 @@ def test_a_wheel_with_kernels_drives_without_compiling(tmp_path):
         f"spec = importlib.util.spec_from_file_location('wheel', {spec.origin!r})\n"
         "maker = importlib.util.module_from_spec(spec)\n"
         "spec.loader.exec_module(maker)\n"
-        f"maker.compile_into(maker.Path({str(brought)!r}), ['rpp'], ['empty'], 1)\n"
+        f"maker.compile_into(maker.Path({str(brought)!r}), {[*DEFAULT_PRESETS]}, [{WORLD!r}], 2)\n"
     )
     subprocess.run([sys.executable, "-c", script], check=True)
     wheel = maker.build(source, tmp_path / "wheel")
     assert re.search(r"-cp3\d+-none-linux_\w+\.whl$", wheel.name)
     with zipfile.ZipFile(wheel) as archive:
         archive.extractall(site)
-    ask = [sys.executable, "-m", "drake_navbench", "run", "empty", "--controllers", "rpp"]
-    ask += ["--trials", "1", "--replay", "none", "--figures", "none", "--out"]
+    ask = [sys.executable, "-m", "drake_navbench", "run", WORLD, "--trials", "1"]
+    ask += ["--replay", "none", "--figures", "none", "--out"]
 
     def told(out: str, **environment: str) -> str:
         own = {"PYTHONPATH": str(site), "XDG_CACHE_HOME": str(cache)}
@@ -130,7 +133,7 @@ def test_a_wheel_with_kernels_drives_without_compiling(tmp_path):
     assert "Compiling" not in told("first")
     kernels = cache / "drake_navbench" / "kernels"
     there = {path.relative_to(kernels): path.read_bytes() for path in kernels.glob("*/*.nbc")}
-    assert len(there) > 50
+    assert len(there) > 200
     assert all((brought / path).read_bytes() == code for path, code in there.items())
     # Elsewhere they are of no use, which is told in a line.
     (site / "drake_navbench" / "compiled_kernels" / "compiler.txt").write_text("numba 0.1\n")

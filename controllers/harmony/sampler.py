@@ -94,7 +94,7 @@ def score(scene, path, velocities, start, window, motion, gradient, hessian):
     """
     count, dt = velocities.shape[0], scene.dt
     stage, reference = start.copy(), np.empty(REFERENCE_SIZE)
-    index, cost = 0, 0.0
+    index, cost = np.int64(0), 0.0
     inflation_weight = dt * scene.weights[COSTMAP_COST]
     motion[0, 0], motion[0, 1], motion[0, 2] = start[X], start[Y], start[YAW]
     cosine, sine = math.cos(start[YAW]), math.sin(start[YAW])
@@ -123,7 +123,7 @@ def score(scene, path, velocities, start, window, motion, gradient, hessian):
             stage[V], stage[W], stage[A] = v, w, (v - before_v) / dt
             share = 1.0 if k == count - 1 else float(STRIDE)
             cost += share * stage_cost(
-                scene, k, count - 1, stage, reference, gradient, hessian, False
+                scene, k, count - 1, stage, reference, gradient, hessian, np.bool_(False)
             )
     return cost
 

@@ -128,7 +128,8 @@ def references_along(scene, path, plan, window):
     """Returns (N + 1, 4) the references of a plan: the path's points nearest to its stages."""
     count = plan.shape[0]
     references = np.empty((count, REFERENCE_SIZE))
-    index = 0
+    # A plain 0 would have numba compile `nearest_on_path` for it, and once more for any number.
+    index = np.int64(0)
     for k in range(count):
         index, x, y, yaw = nearest_on_path(path, plan[k, X], plan[k, Y], index, window)
         references[k, 0], references[k, 1] = x, y

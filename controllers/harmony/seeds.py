@@ -84,7 +84,7 @@ def pursuit(path, start, target, nears_goal, limits, dt, count, window):
     velocities = np.empty((count, 2))
     pose = np.array([start[X], start[Y], start[YAW]])
     v, w = start[V], start[W]
-    index = 0
+    index = np.int64(0)
     for k in range(count):
         velocities[k, 0], velocities[k, 1] = v, w
         _move(pose, v, w, dt)

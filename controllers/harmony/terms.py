@@ -199,11 +199,11 @@ def maximum_velocity(scene, reference, stage, weight, gradient, hessian):
 
 
 @njit(cache=True)
-def stage_cost(scene, k, last, stage, reference, gradient, hessian, with_costmap=True):
+def stage_cost(scene, k, last, stage, reference, gradient, hessian, with_costmap):
     """Returns the cost of stage k of 0..last, and adds its derivatives.
 
     reference: (4,) of this stage. Stage 0 is given: only its inputs cost something. with_costmap:
-    whether the term of the costmap counts.
+    whether the term of the costmap counts; of a constant numba would compile all of this for it.
     """
     weights, dt = scene.weights, scene.dt
     cost = 0.0
@@ -247,5 +247,7 @@ def plan_cost(scene, plan):
     last = plan.shape[0] - 1
     cost = 0.0
     for k in range(last + 1):
-        cost += stage_cost(scene, k, last, plan[k], scene.references[k], gradient, hessian)
+        cost += stage_cost(
+            scene, k, last, plan[k], scene.references[k], gradient, hessian, np.bool_(True)
+        )
     return cost

@@ -253,9 +253,9 @@ def _straight_drive(steps: int, dt_s: float, speed_mps: float) -> Situation:
     speed = np.array([speed_mps, 0.0])
     x = speed_mps * dt_s * np.arange(1, steps + 1)
     return Situation(
-        pose=np.zeros(3),
+        # Read-only like an observation's and a memory's, so that `objective` is compiled once.
+        pose=frozen(np.zeros(3)),
         speed=speed,
-        # Read-only like a memory's, so that `objective` is compiled once.
         earlier_speed=frozen(speed.copy()),
         references=np.column_stack([x, np.zeros((steps, 2))]),
         carrot=np.array([2 * x[-1], 0.0]),

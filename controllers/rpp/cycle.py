@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+import numpy as np
 from numba import njit
 
 from drake_navbench.controllers.rpp.dynamic_window import (
@@ -116,7 +117,7 @@ def points_ahead(settings, poses_B, lookahead):
         lookahead = min(lookahead, cusp)
         if not settings.release.steers_by_carrot:
             curvature_lookahead = min(curvature_lookahead, cusp)
-    carrot_x, carrot_y = point_at(poses_B, lookahead, interpolates, False)
+    carrot_x, carrot_y = point_at(poses_B, lookahead, interpolates, np.bool_(False))
     if not settings.use_fixed_curvature_lookahead:
         return lookahead, carrot_x, carrot_y, carrot_x, carrot_y
     beyond = settings.interpolate_curvature_after_goal

@@ -342,7 +342,8 @@ def add_lagrangian_curvature(z, interval_count, scene, weights, multipliers, pos
     own, coupled = np.zeros((m, 3, 3)), np.zeros((m, 3, 3))
     speed_pulls, turn_pulls = _rate_pulls(multipliers, scene, m)
     _rate_curvature(
-        LENGTH,
+        # Plain constants would have numba compile it for each.
+        np.int64(LENGTH),
         speeds,
         steps,
         scene.start_twist[0],
@@ -354,7 +355,7 @@ def add_lagrangian_curvature(z, interval_count, scene, weights, multipliers, pos
         coupled,
     )
     _rate_curvature(
-        TURN,
+        np.int64(TURN),
         turn_rates,
         steps,
         scene.start_twist[1],

@@ -56,12 +56,11 @@ def _attach_by_distance(poses, count, around, association):
     for i in range(0 if association.with_first_pose else 1, count - 1):
         if used + number + 2 > capacity:
             capacity = 2 * capacity + number + 2
+            wider_poses = np.empty(capacity, dtype=np.int64)
             wider = np.empty(capacity, dtype=np.int64)
-            wider[:used] = pose_indices[:used]
-            pose_indices = wider
-            wider = np.empty(capacity, dtype=np.int64)
-            wider[:used] = indices[:used]
-            indices = wider
+            for pair in range(used):
+                wider_poses[pair], wider[pair] = pose_indices[pair], indices[pair]
+            pose_indices, indices = wider_poses, wider
         x, y = poses[i, 0], poses[i, 1]
         cos_yaw, sin_yaw = math.cos(poses[i, 2]), math.sin(poses[i, 2])
         left, right = -1, -1

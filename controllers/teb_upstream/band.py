@@ -66,6 +66,26 @@ def step_time(start, end, max_speed, max_turn_rate):
 
 
 @njit(cache=True, error_model="numpy")
+def put(poses, i, pose):
+    """Writes a pose (3,) into row i, a number at a time.
+
+    An array that is assigned to a row or a slice makes numba compile its strings, for the message
+    of an error: seconds.
+    """
+    for axis in range(3):
+        poses[i, axis] = pose[axis]
+
+
+@njit(cache=True, error_model="numpy")
+def copy_band(poses, steps, count, to_poses, to_steps):
+    """Copies the first `count` poses and the time steps between them, a number at a time."""
+    for i in range(count):
+        put(to_poses, i, poses[i])
+    for i in range(count - 1):
+        to_steps[i] = steps[i]
+
+
+@njit(cache=True, error_model="numpy")
 def band_from_plan(plan, headings_from_path, backwards, fewest, max_speed, max_turn_rate):
     """Returns (poses, time steps) of a band along a plan (P, 3), its ends included.
 
@@ -77,10 +97,10 @@ def band_from_plan(plan, headings_from_path, backwards, fewest, max_speed, max_t
     size = max(inner + 2, fewest)
     poses = np.empty((size, 3))
     steps = np.empty(size - 1)
-    poses[0] = plan[0]
+    put(poses, 0, plan[0])
     last = 0
     for i in range(1, count - 1):
-        poses[last + 1] = plan[i]
+        put(poses, last + 1, plan[i])
         if headings_from_path:
             yaw = math.atan2(plan[i + 1, 1] - plan[i, 1], plan[i + 1, 0] - plan[i, 0])
             poses[last + 1, 2] = normalize(yaw + math.pi) if backwards else yaw
@@ -88,11 +108,12 @@ def band_from_plan(plan, headings_from_path, backwards, fewest, max_speed, max_t
         last += 1
     goal = plan[count - 1]
     while last + 1 < fewest - 1:
-        poses[last + 1, :2] = (poses[last, :2] + goal[:2]) / 2.0
+        for axis in range(2):
+            poses[last + 1, axis] = (poses[last, axis] + goal[axis]) / 2.0
         poses[last + 1, 2] = mean_angle(poses[last, 2], goal[2])
         steps[last] = step_time(poses[last], poses[last + 1], max_speed, max_turn_rate)
         last += 1
-    poses[last + 1] = goal
+    put(poses, last + 1, goal)
     steps[last] = step_time(poses[last], goal, max_speed, max_turn_rate)
     return poses[: last + 2].copy(), steps[: last + 1].copy()
 
@@ -108,7 +129,7 @@ def band_from_points(points, start_yaw, goal_yaw, backwards, fewest, max_speed, 
     size = max(count, fewest)
     poses = np.empty((size, 3))
     steps = np.empty(size - 1)
-    poses[0, :2], poses[0, 2] = points[0], start_yaw
+    poses[0, 0], poses[0, 1], poses[0, 2] = points[0, 0], points[0, 1], start_yaw
     last = 0
     for i in range(1, count):
         dx, dy = points[i, 0] - poses[last, 0], points[i, 1] - poses[last, 1]
@@ -117,17 +138,19 @@ def band_from_points(points, start_yaw, goal_yaw, backwards, fewest, max_speed, 
         if i == count - 1:
             break
         yaw = math.atan2(dy, dx)
-        poses[last + 1, :2] = points[i]
+        poses[last + 1, 0], poses[last + 1, 1] = points[i, 0], points[i, 1]
         poses[last + 1, 2] = normalize(yaw + math.pi) if backwards else yaw
         steps[last] = time if time > 0.0 else RESTING_STEP_S
         last += 1
     while last + 1 < fewest - 1:
         time /= 2.0
-        poses[last + 1, :2] = (poses[last, :2] + points[-1]) / 2.0
+        for axis in range(2):
+            poses[last + 1, axis] = (poses[last, axis] + points[-1, axis]) / 2.0
         poses[last + 1, 2] = mean_angle(poses[last, 2], goal_yaw)
         steps[last] = time
         last += 1
-    poses[last + 1, :2], poses[last + 1, 2] = points[-1], goal_yaw
+    poses[last + 1, 0], poses[last + 1, 1] = points[-1, 0], points[-1, 1]
+    poses[last + 1, 2] = goal_yaw
     steps[last] = time
     return poses[: last + 2].copy(), steps[: last + 1].copy()
 
@@ -148,7 +171,8 @@ def warm_start(poses, steps, start, goal, fewest):
         passed = i
     kept_poses = np.vstack((poses[:1], poses[1 + passed :]))
     kept_steps = np.concatenate((steps[:1], steps[1 + passed :]))
-    kept_poses[0], kept_poses[-1] = start, goal
+    put(kept_poses, 0, start)
+    put(kept_poses, len(kept_poses) - 1, goal)
     return kept_poses, kept_steps
 
 
@@ -166,7 +190,7 @@ def resize(poses, steps, count, dt_ref, dt_hysteresis, fewest, most, once):
             if steps[i] > dt_ref + dt_hysteresis and count - 1 < most:
                 half = 0.5 * steps[i]
                 for k in range(count, i + 1, -1):
-                    poses[k] = poses[k - 1]
+                    put(poses, k, poses[k - 1])
                 for k in range(count - 1, i + 1, -1):
                     steps[k] = steps[k - 1]
                 poses[i + 1, 0] = (poses[i, 0] + poses[i + 2, 0]) / 2.0
@@ -180,7 +204,7 @@ def resize(poses, steps, count, dt_ref, dt_hysteresis, fewest, most, once):
                 dropped_pose = i if is_last else i + 1
                 steps[i - 1 if is_last else i + 1] += steps[i]
                 for k in range(dropped_pose, count - 1):
-                    poses[k] = poses[k + 1]
+                    put(poses, k, poses[k + 1])
                 for k in range(i, count - 2):
                     steps[k] = steps[k + 1]
                 count -= 1

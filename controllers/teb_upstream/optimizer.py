@@ -15,7 +15,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from drake_navbench.controllers.teb_upstream.association import Association, attach
-from drake_navbench.controllers.teb_upstream.band import resize
+from drake_navbench.controllers.teb_upstream.band import copy_band, resize
 from drake_navbench.controllers.teb_upstream.normal_equations import (
     COST_KINDS,
     OBSTACLE_COST,
@@ -129,10 +129,22 @@ def descend(poses, steps, count, terms, around, attached, multiplier, iterations
     old_poses, old_steps = np.empty((count, 3)), np.empty(count)
     damping, growth = 0.0, 2.0
     first, end = STRIDE - 1, STRIDE - 1 + size
+    # Plain True and False would have numba compile all edges for each.
+    with_slopes, without_slopes = np.bool_(True), np.bool_(False)
     done = 0
     for iteration in range(iterations):
         add_edges(
-            poses, steps, count, terms, around, attached, multiplier, system, True, costs, motion
+            poses,
+            steps,
+            count,
+            terms,
+            around,
+            attached,
+            multiplier,
+            system,
+            with_slopes,
+            costs,
+            motion,
         )
         current = costs.sum()
         if iteration == 0:
@@ -141,8 +153,7 @@ def descend(poses, steps, count, terms, around, attached, multiplier, iterations
         gain_ratio = 0.0
         done += 1
         while True:
-            old_poses[:] = poses[:count]
-            old_steps[: count - 1] = steps[: count - 1]
+            copy_band(poses, steps, count, old_poses, old_steps)
             solved = solve_banded(system.matrix, damping, system.right, size, factor, solution)
             _move(poses, steps, count, solution)
             add_edges(
@@ -154,7 +165,7 @@ def descend(poses, steps, count, terms, around, attached, multiplier, iterations
                 attached,
                 multiplier,
                 system,
-                False,
+                without_slopes,
                 costs,
                 motion,
             )
@@ -172,8 +183,7 @@ def descend(poses, steps, count, terms, around, attached, multiplier, iterations
             else:
                 damping *= growth
                 growth *= 2.0
-                poses[:count] = old_poses
-                steps[: count - 1] = old_steps[: count - 1]
+                copy_band(old_poses, old_steps, count, poses, steps)
                 if not math.isfinite(damping):
                     break
             if not (gain_ratio < 0.0 and trials < MOST_TRIALS):
@@ -192,8 +202,7 @@ def optimize(poses, steps, terms, around, association, rounds):
     count = poses.shape[0]
     capacity = max(count, rounds.most + 2)
     band_poses, band_steps = np.empty((capacity, 3)), np.empty(capacity)
-    band_poses[:count] = poses
-    band_steps[: count - 1] = steps
+    copy_band(poses, steps, count, band_poses, band_steps)
     costs = np.zeros(COST_KINDS)
     multiplier = 1.0
     total = 0
@@ -231,7 +240,7 @@ def optimize(poses, steps, terms, around, association, rounds):
                 attached,
                 multiplier,
                 unused,
-                False,
+                np.bool_(False),
                 costs,
                 motion,
             )

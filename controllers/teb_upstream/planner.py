@@ -25,6 +25,7 @@ from drake_navbench.controllers.teb_upstream.parameters import (
 )
 from drake_navbench.controllers.teb_upstream.penalties import Surroundings, Terms, add_edges
 from drake_navbench.controllers.teb_upstream.robot_models import RobotModel
+from drake_navbench.kernels.read_only import read_only
 from drake_navbench.kernels.speed_limit import speed_limit_ratio
 
 Array = NDArray[np.float64]
@@ -262,7 +263,7 @@ class TebPlanner:
         self, band: Trajectory, scene: Scene, terms: Terms, via_points: Array
     ) -> Surroundings:
         return Surroundings(
-            start_twist=scene.twist,
+            start_twist=read_only(scene.twist),
             stops_at_goal=not self._parameters.free_goal_vel,
             preferred_turn=band.preferred_turn,
             obstacles=scene.obstacles if terms.weight_obstacle != 0.0 else NO_POINTS,
@@ -278,8 +279,10 @@ class TebPlanner:
         multiplier = self._rounds.adapt_factor ** (self._rounds.outer - 1)
         around = self._around(band, scene, terms, scene.via_points)
         costs = np.zeros(COST_KINDS)
-        count = len(band.poses)
-        attached = attach(band.poses, count, around, self._association)
+        # Writable as while it is optimised, so that the edges are compiled once.
+        poses, steps = band.poses.copy(), band.time_steps.copy()
+        count = len(poses)
+        attached = attach(poses, count, around, self._association)
         unused = System(np.zeros((1, 1)), np.zeros(1))
         found: dict[str, float] = {}
         for kind, name in PENALTY_WEIGHTS.items():
@@ -287,8 +290,8 @@ class TebPlanner:
                 weight: 0.0 for weight in PENALTY_WEIGHTS.values() if weight != name
             }
             add_edges(
-                band.poses,
-                band.time_steps,
+                poses,
+                steps,
                 count,
                 terms._replace(**others),
                 around,

@@ -87,7 +87,9 @@ def poses_on_tracks(knots, firsts, periods, time):
         low = first_later_row(knots, first, past, own)
         if low in (first, past):
             row = first if low == first else past - 1
-            poses[body] = knots[row, 1:]
+            # Assigned as an array, it would have numba compile its strings, for an error message.
+            for i in range(3):
+                poses[body, i] = knots[row, i + 1]
             continue
         share = (own - knots[low - 1, 0]) / (knots[low, 0] - knots[low - 1, 0])
         for i in range(3):

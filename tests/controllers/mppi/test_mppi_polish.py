@@ -20,6 +20,7 @@ from drake_navbench.controllers.mppi.polish import Polish
 from drake_navbench.controllers.mppi.refinement import path_references
 from drake_navbench.controllers.mppi.sequence_rules import limits_of
 from drake_navbench.kernels.grid import Grid
+from drake_navbench.kernels.read_only import read_only
 
 STEPS, DT = 56, 0.05
 WEIGHTS = Weights(
@@ -46,9 +47,9 @@ def situation_of(seed=0, *, starts_now=True) -> Situation:
     y, x = np.mgrid[0:60, 0:60] * 0.05 - 1.475
     costs = (200 * np.exp(-4 * ((x - 0.6) ** 2 + (y + 0.2) ** 2))).astype(np.uint8)
     return Situation(
-        pose=np.array([0.013, 0.021, 0.05]),
+        pose=read_only([0.013, 0.021, 0.05]),
         speed=np.array([0.35, 0.02]),
-        earlier_speed=np.array([0.33, 0.05]),
+        earlier_speed=read_only([0.33, 0.05]),
         references=references,
         carrot=np.array([1.2, 0.4]),
         sampled=sampled,

@@ -10,6 +10,7 @@ from drake_navbench.controllers.teb.layout import pack_band
 from drake_navbench.controllers.teb.objective import Weights
 from drake_navbench.controllers.teb.program import BandLimits
 from drake_navbench.kernels.distance_field import DistanceField
+from drake_navbench.kernels.read_only import read_only
 
 WHEELCHAIR_DISCS = np.array([[0.05, 0.30], [0.55, 0.30]])
 CELLS = 120
@@ -63,7 +64,7 @@ def round_obstacles_field(obstacles, origin_x: float = -3.0, origin_y: float = -
     distances = np.full((CELLS, CELLS), 100.0)
     for centre_x, centre_y, radius in obstacles:
         distances = np.minimum(distances, np.hypot(x - centre_x, y - centre_y) - radius)
-    return DistanceField(distances, origin_x, origin_y, RESOLUTION)
+    return DistanceField(read_only(distances), origin_x, origin_y, RESOLUTION)
 
 
 def make_scene(
@@ -74,7 +75,7 @@ def make_scene(
     Every pose of a band, however long, keeps all of the clearance.
     """
     return BandScene(
-        start=np.array(start, dtype=float),
+        start=read_only(start),
         goal=np.array(goal, dtype=float),
         start_twist=np.array(start_twist, dtype=float),
         goal_twist=np.array(goal_twist, dtype=float),

@@ -1,0 +1,78 @@
+"""Measures the cost of the one instruction set: trials with it and with all that the processor has.
+
+    python studies/baseline_cost.py [PAIRS]
+
+Two processes take turns, one held to the baseline and one with the host's instructions; each drives
+the same trials. Prints by preset the median ratio of the processor times of the pairs, with the
+baseline / without, of whole trials and of control cycles, and how many trials have the same bytes.
+The first pair compiles, and is left out.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+import time
+from pathlib import Path
+from statistics import median
+from typing import Any
+
+from drake_navbench import run_trial
+from drake_navbench.processes.instruction_set import HOST, NUMBA_VARIABLE, VARIABLES
+
+sys.path.append(str(Path(__file__).parents[1] / "tests" / "trial"))
+
+SCENARIOS = ("one_obstacle", "static_obstacles")
+PRESETS = ("rpp", "dwb", "mppi_nav2", "teb_upstream", "teb", "mppi")
+PAIRS = 8
+
+
+def driven(preset: str) -> dict[str, Any]:
+    """Drives a preset's trials in this process; returns their processor times, s, and digests."""
+    from digests import digest
+
+    trials_s, cycles_s, digests = 0.0, 0.0, []
+    for scenario in SCENARIOS:
+        run_trial(scenario, preset)
+        began_s = time.process_time()
+        log = run_trial(scenario, preset)
+        trials_s += time.process_time() - began_s
+        cycles = log.samples.drop_duplicates("cycle_count")
+        cycles_s += 1e-3 * float(cycles["compute_cpu_time_ms"].sum())
+        digests.append(digest(log))
+    return {"trials": trials_s, "cycles": cycles_s, "digests": digests}
+
+
+def driven_apart(**variables: str) -> dict[str, Any]:
+    """Returns `driven` of every preset in a new process with environment variables."""
+    environment = {k: v for k, v in os.environ.items() if k not in VARIABLES} | variables
+    command = [sys.executable, __file__, "--drive"]
+    told = subprocess.run(command, env=environment, stdout=subprocess.PIPE, text=True, check=True)
+    found: dict[str, Any] = json.loads(told.stdout.splitlines()[-1])
+    return found
+
+
+def main(pairs: int) -> None:
+    """Drives the pairs and prints the ratios."""
+    both = [(driven_apart(), driven_apart(**{NUMBA_VARIABLE: HOST})) for _ in range(pairs + 1)][1:]
+    print(f"processor time with the baseline / without, medians of {pairs} pairs")
+    for preset in PRESETS:
+        ratios = {
+            what: median(held[preset][what] / free[preset][what] for held, free in both)
+            for what in ("trials", "cycles")
+        }
+        held, free = (one[preset]["digests"] for one in both[0])
+        same = sum(a == b for a, b in zip(held, free, strict=True))
+        print(
+            f"{preset:13} trials {ratios['trials']:.3f}, cycles {ratios['cycles']:.3f}, "
+            f"{same} of {len(SCENARIOS)} with the same bytes"
+        )
+
+
+if __name__ == "__main__":
+    if sys.argv[1:] == ["--drive"]:
+        print(json.dumps({preset: driven(preset) for preset in PRESETS}))
+    else:
+        main(int(sys.argv[1]) if len(sys.argv) > 1 else PAIRS)
