@@ -20,6 +20,7 @@ it does harm. Written before anything was driven:
   strength is the fault.
 - *Stop.* The census of a controller ends with the eight parameters that bring its sixth harmful
   fault, or with its last parameter; eight of each controller in turn, as many as the time allows.
+  (In turn only after RPP's first 15; before, the controllers came one after the other.)
 - *Complaint.* The new symptom that most trials show; of several the weightiest. The doctor is given
   it as `--symptom` and no words. It does not know the sound file.
 - *Order.* One of each controller in turn, as many as the time allows; none is left out after its
@@ -245,15 +246,20 @@ def harmful_lines() -> Iterator[str]:
         if own:
             yield from ["", f"### Seed {seed}", ""]
             yield from _seed_lines(own)
+            yield from ["", *REMARKS.get(seed, "").splitlines()]
 
 
 def _seed_lines(own: list[dict[str, Any]]) -> Iterator[str]:
     harmful = [entry for entry in own if entry["harmful"]]
     visited = [entry for entry in harmful if "first" in entry]
     refused = sum("refused" in entry for entry in own)
-    yield f"{len(own)} parameters were taken. {refused} values are refused by the file's reader,"
-    yield f"{len(own) - refused - len(harmful)} do no harm, {len(harmful)} do harm. The doctor was"
-    yield f"given {len(visited)} of these."
+    taken = ", ".join(
+        f"{sum(entry['controller'] == c for entry in own)} of {len(candidates(c))} of {c}"
+        for c in CONTROLLERS
+    )
+    yield f"{len(own)} parameters were taken ({taken}). The reader refuses the values of {refused},"
+    yield f"{len(own) - refused - len(harmful)} do no harm, {len(harmful)} do harm."
+    yield f"The doctor was given {len(visited)} of these."
     if not visited:
         return
     yield from _score_lines(visited)
@@ -277,6 +283,17 @@ no harm in any probe, and what does no harm nobody can find by driving. So furth
 from the files of RPP, DWB and Graceful and made stronger until a probe shows a symptom that the
 sound file does not show: by a factor of 3, else of 10, in a direction drawn by a coin. The rules,
 at the top of the study, were written before anything was driven."""
+
+
+REMARKS = {
+    2030: """\
+The two misses have reasons. Graceful's costmap of 1 m: both changes that are shown take the symptom
+away (5 of 6 trials before, 0 after), but the sound Graceful file itself touches something in the
+closed way, so no way back to it is free of touches. DWB's patience of 45 s: the two steps that
+were tried, 30 and 20 s, are both longer than a probe. Since then Nav2's own value is a third step.
+With it this fault is found and gone (2 -> 0 of 2 trials, nothing worse), which is not counted here.
+No other fault was driven with the changed doctor, and seed 2031 was not drawn.""",
+}
 
 
 def main(argv: list[str]) -> None:

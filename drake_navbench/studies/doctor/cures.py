@@ -12,10 +12,14 @@ from drake_navbench.releases import Release
 from drake_navbench.studies.doctor.causes import COPIES, Cause, Direction
 from drake_navbench.studies.doctor.facts import CONTROLLER, COSTMAPS, Facts
 from drake_navbench.studies.doctor.suspects import ranges
+from drake_navbench.studies.doctor.usual import unusual_value
 
 # Steps from a value where no usual range says more.
 FACTORS = {Direction.UP: (1.6, 2.6), Direction.DOWN: (0.6, 0.35)}
 DIGITS = 3
+MILD, STRONG, NAV2S = 0, 1, 2
+# From this ratio to Nav2's values on a value is another one.
+OTHER = 1.3
 LAYERS = {
     "inflation_radius": "InflationLayer",
     "cost_scaling_factor": "InflationLayer",
@@ -57,7 +61,11 @@ class Trial(NamedTuple):
 
 
 def trials_of(cause: Cause, facts: Facts, setup: Nav2Setup) -> list[Trial]:
-    """Returns the changes to try for a cause, the mildest first; none where no value is known."""
+    """Returns the changes to try for a cause, the mildest first; none where no value is known.
+
+    A mild and a strong step and, where the file is far from it in this direction, Nav2's own value:
+    two steps from a value that is far off may both fall short.
+    """
     if cause.is_outside or cause.direction is Direction.ADD:
         return []
     places = [
@@ -66,7 +74,7 @@ def trials_of(cause: Cause, facts: Facts, setup: Nav2Setup) -> list[Trial]:
         if "*" in cause.place or place == cause.place
     ]
     found: list[Trial] = []
-    for step in (0, 1):
+    for step in (MILD, STRONG, NAV2S):
         changes: dict[Place, Any] = {}
         for place, value in places:
             new = _value(cause, place, value, facts, step)
@@ -156,6 +164,8 @@ def _layer_places(node: str, name: str, setup: Nav2Setup) -> Iterator[Place]:
 
 
 def _value(cause: Cause, place: str, value: Any, facts: Facts, step: int) -> Any:
+    if step == NAV2S:
+        return _nav2s(cause, place, value, facts)
     if cause.direction is Direction.SET:
         return None if step else _set_value(cause, value, facts)
     if isinstance(value, list | tuple) and value and all(_is_number(v) for v in value):
@@ -168,6 +178,13 @@ def _value(cause: Cause, place: str, value: Any, facts: Facts, step: int) -> Any
         return None
     stepped = _stepped(cause, place, float(value), step)
     return None if stepped is None else _like(stepped, value)
+
+
+def _nav2s(cause: Cause, place: str, value: Any, facts: Facts) -> Any:
+    """Returns Nav2's or nav2_bringup's value where it lies in the direction of the cure."""
+    other = unusual_value(facts, place, least=OTHER)
+    is_back = other is not None and cause.is_number and other.back is cause.direction
+    return _like(other.nearest, value) if other is not None and is_back else None
 
 
 def _set_value(cause: Cause, value: Any, facts: Facts) -> Any:

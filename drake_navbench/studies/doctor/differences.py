@@ -11,14 +11,13 @@ import math
 from collections.abc import Iterator, Sequence
 
 from drake_navbench.studies.doctor.causes import Cause, Direction
+from drake_navbench.studies.doctor.cures import OTHER
 from drake_navbench.studies.doctor.facts import Facts
 from drake_navbench.studies.doctor.far_values import is_robots_own
 from drake_navbench.studies.doctor.in_effect import is_in_effect
 from drake_navbench.studies.doctor.reading import Suspicion
 from drake_navbench.studies.doctor.usual import FAR, unusual_value
 
-# From this ratio to the usual values on a value is another one.
-OTHER = 1.3
 # Scores beside the suspects' weights, which are 0 to 1: of a value far from the usual ones, of
 # another one, and of a switch.
 FAR_SCORE, OTHER_SCORE, SWITCH_SCORE = 0.6, 0.2, 0.3

@@ -56,6 +56,16 @@ def test_a_number_goes_to_the_usual_range_and_then_to_its_middle(patient):
     assert found == [{place: 0.4}, {place: 0.325}]
 
 
+def test_of_a_number_that_is_far_from_nav2s_that_value_is_tried_as_well(patient):
+    # From 45 s the steps go to the upper end of the usual range and to its middle; Nav2 has 10 s.
+    text = nav2_text(RPP_BLOCK, plugin=RPP).replace("allowance: 20.0", "allowance: 45.0")
+    place = Place("controller_server", "progress_checker.movement_time_allowance")
+    down = Cause("progress_checker.movement_time_allowance", Direction.DOWN)
+    assert changes(patient(text), down) == [{place: 30.0}, {place: 20.0}, {place: 10.0}]
+    # In the other direction it is no cure.
+    assert {place: 10.0} not in changes(patient(text), down._replace(direction=Direction.UP))
+
+
 def test_a_critic_is_added_to_the_list(patient):
     (found,) = changes(
         patient(nav2_text(DWB_BLOCK, plugin=DWB)),
