@@ -19,6 +19,7 @@ from question_trials import (
     findings_table,
     judged,
     measures_of,
+    more_trials_table,
     robot_in,
     share_cell,
     spread,
@@ -149,7 +150,11 @@ def tell(rows: pd.DataFrame) -> Mapping[str, str]:
         "angular_jerk_rms_radps3": "angular jerk, r.m.s. [rad/s³]",
     }
     found = judged(rows, pairs(), metrics).findings
-    return {"arms": table(titles, lines), "pairs": findings_table(found, shown)}
+    return {
+        "arms": table(titles, lines),
+        "pairs": findings_table(found, shown),
+        "more": more_trials_table(found, shown),
+    }
 
 
 def draw(rows: pd.DataFrame) -> Figure:
