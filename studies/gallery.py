@@ -46,7 +46,11 @@ IMAGES = PAGE.parent / "images" / "gallery"
 SEED = 0
 IN_EVERY_SCENARIO = ("rpp", "dwb", "mppi_nav2")
 # Those that get through where none of these does.
-ALSO_IN = {"box_on_path": ("teb", "harmony"), "pocket": ("teb", "harmony")}
+ALSO_IN = {
+    "box_on_path": ("teb", "harmony"),
+    "blocking_box": ("teb", "harmony"),
+    "pocket": ("teb", "harmony"),
+}
 COURSE = "static_obstacles"
 ROBOT_OF = {
     "dwb_omni": "omni_robot",

@@ -16,6 +16,7 @@ from question_trials import (
     findings_table,
     judged,
     metric,
+    more_trials_table,
     share_cell,
     spread,
     table,
@@ -172,7 +173,11 @@ def tell(rows: pd.DataFrame) -> Mapping[str, str]:
     ]
     found = judged(counted, pairs, [HUNTING]).findings
     shown = {"success_rate": "precise at rest [%]", "near_time_s": "near the goal [s]"}
-    return {"arms": table(titles, cells), "pairs": findings_table(found, shown)}
+    return {
+        "arms": table(titles, cells),
+        "pairs": findings_table(found, shown),
+        "more": more_trials_table(found, shown),
+    }
 
 
 def draw(rows: pd.DataFrame) -> Figure:

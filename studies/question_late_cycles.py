@@ -15,6 +15,7 @@ from question_trials import (
     findings_table,
     judged,
     measures_of,
+    more_trials_table,
     robot_in,
     share_cell,
     spread,
@@ -145,7 +146,11 @@ def tell(rows: pd.DataFrame) -> Mapping[str, str]:
         "min_clearance_m": "least clearance [m]",
         "angular_jerk_rms_radps3": "angular jerk, r.m.s. [rad/s³]",
     }
-    return {"arms": table(titles, lines), "pairs": findings_table(found, shown)}
+    return {
+        "arms": table(titles, lines),
+        "pairs": findings_table(found, shown),
+        "more": more_trials_table(found, shown),
+    }
 
 
 def draw(rows: pd.DataFrame) -> Figure:

@@ -7,6 +7,7 @@ its command.
 from __future__ import annotations
 
 import argparse
+import math
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
@@ -19,7 +20,7 @@ from matplotlib.figure import Figure
 from drake_navbench.analysis.figures.style import SVG, figure_style, write_figure
 from drake_navbench.analysis.metrics.definition import Better, Metric
 from drake_navbench.analysis.metrics.registry import all_metrics
-from drake_navbench.analysis.paired_tests import Finding, Judged, Verdict, judge_pairs
+from drake_navbench.analysis.paired_tests import Family, Finding, Judged, Verdict, judge_pairs
 from drake_navbench.analysis.paired_trials import Contest
 from drake_navbench.analysis.pairs import confidence_of_each
 from drake_navbench.analysis.statistics import exact_share_interval
@@ -34,6 +35,8 @@ from drake_navbench.trial.spec import TrialSpec
 PAGES = Path(__file__).parents[1] / "docs" / "questions"
 # Seeds from here on are for trying things out; no page counts them.
 FIRST_TRY_OUT_SEED = 100_000
+# A page with so many units can still be driven by whoever wants to repeat it.
+AFFORDABLE_UNITS = 64
 # Numbers in the rows have so many digits.
 ROUNDED = "%.6g"
 # Verdicts that decide nothing.
@@ -185,6 +188,45 @@ def findings_table(findings: Iterable[Finding], titles: Mapping[str, str]) -> st
     rest = ", ".join(f"{count} {verdict}" for verdict, count in counts.items() if count)
     heads = ["from -> to", "measure", "pairs", "before", "after", "difference", "p", "verdict"]
     return f"{table(heads, lines)}\n\nOf {len(shown)} comparisons the others: {rest or 'none'}."
+
+
+def more_trials_table(findings: Iterable[Finding], titles: Mapping[str, str]) -> str:
+    """Returns the undecided outcomes that affordably more units would decide, in Markdown.
+
+    Each would be decided if the difference stays as large as it was found. Of the metrics it says
+    how many would be.
+    """
+    undecided = [
+        (units_needed(found), found)
+        for found in findings
+        if found.quantity.name in titles and found.verdict is Verdict.UNDECIDED
+    ]
+    outcomes, others = (
+        [pair for pair in undecided if (pair[1].quantity.family is Family.OUTCOMES) is is_outcome]
+        for is_outcome in (True, False)
+    )
+    able = [pair for pair in outcomes if pair[0] <= AFFORDABLE_UNITS]
+    lines = [
+        [*_finding_cells(found, titles)[:6], f"{needed:.0f}"]
+        for needed, found in sorted(able, key=lambda pair: pair[0])
+    ]
+    heads = ["from -> to", "measure", "pairs", "before", "after", "difference", "units needed"]
+    count = sum(needed <= AFFORDABLE_UNITS for needed, _ in others)
+    rest = (
+        f"The other {len(outcomes) - len(able)} undecided outcomes need more than "
+        f"{AFFORDABLE_UNITS}. Of {len(others)} undecided differences of metrics {count} would be "
+        f"decided by at most so many"
+    )
+    fewest = min((needed for needed, _ in others), default=math.inf)
+    rest += f", the first of them by {fewest:.0f}." if count else "."
+    return f"{table(heads, lines)}\n\n{rest}"
+
+
+def units_needed(found: Finding) -> float:
+    """Returns the number of units that would decide a difference as it was found; inf if none."""
+    needed = found.trials_needed
+    # So many pairs at least, all moved in one direction, reach the level of either test.
+    return math.inf if needed is None else max(needed, found.fewest_differing)
 
 
 def _finding_cells(found: Finding, titles: Mapping[str, str]) -> list[str]:

@@ -13,7 +13,7 @@ from pathlib import Path
 
 from question_trials import answer
 
-NAMES = ("arrival", "late_cycles", "casters", "recordings")
+NAMES = ("arrival", "late_cycles", "casters", "recordings", "bypass")
 
 
 def main() -> None:
