@@ -239,7 +239,7 @@ def digest_of_code() -> str:
     root = Path(__file__).parents[3]
     found = hashlib.sha256(Path(__file__).read_bytes())
     for folder in (
-        *("controllers/harmony", "controllers/rpp", "controllers/teb"),
+        *("controllers/harmony", "controllers/rpp"),
         *("drake_navbench", "drake_navbench/kernels"),
     ):
         for path in sorted((root / folder).glob("*.py")):

@@ -67,7 +67,7 @@ def test_giving_up_lasts_while_nothing_is_accepted():
     assert len(memory.sent.commands) == 12
     # A way out ends it.
     out = controller.step(replace(seen(), time_s=0.6), memory)
-    assert out.diagnostics["accepted"].startswith("group")
+    assert out.diagnostics["accepted"].startswith("plan")
     assert out.memory.refused_since_s is None
 
 
