@@ -29,7 +29,7 @@ CELLS, RESOLUTION_M = 120, 0.05
 # x0, y0, x1, y1 m: one on the path, one beside it.
 BOXES = ((1.65, -0.1, 1.8, 0.05), (2.2, 0.85, 2.6, 1.3))
 SPEED_MPS = 0.45
-SAMPLE_COLOR, GROUP_COLOR, CHOSEN_COLOR, STOP_COLOR = "#c2d1df", "#1a8c73", "#cc1a1a", "#731a8c"
+SAMPLE_COLOR, CHOSEN_COLOR, STOP_COLOR = "#c2d1df", "#cc1a1a", "#731a8c"
 
 
 def observation() -> Observation:
@@ -71,9 +71,6 @@ def main() -> None:
         for index, motion in enumerate(shown["sampled_trajectories"][free]):
             label = "samples" if index == 0 else None
             axes.plot(*motion[:, :2].T, color=SAMPLE_COLOR, lw=0.7, label=label)
-        for index, plan in enumerate(shown["group_trajectories"]):
-            label = "groups" if index == 0 else None
-            axes.plot(*plan[:, :2].T, color=GROUP_COLOR, lw=1.6, label=label)
         chosen, stop = shown["predicted_trajectory"], shown["stop_trajectory"]
         axes.plot(*chosen[:, :2].T, color=CHOSEN_COLOR, lw=2.2, label="accepted")
         axes.plot(*stop[:, :2].T, color=STOP_COLOR, lw=1.4, ls=":", label="stop plan")

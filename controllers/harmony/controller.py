@@ -139,7 +139,7 @@ class Harmony:
         reach_m = limits.forward_speed * parameters.horizon
         found = self._way_finder.find(observation, memory, start, field, reach_m)
         way, memory = found.way, memory._replace(detour=found.detour)
-        candidates, samples = self._planner.candidates(
+        candidate, samples = self._planner.candidate(
             self._planner.scene(start, way, field, limits),
             start,
             way,
@@ -148,7 +148,7 @@ class Harmony:
             is_trapped=memory.is_trapped or np.isfinite(way.blocked_m),
             noise_key=observation.noise_key,
         )
-        notes = self._notes(candidates, found, len(check.moving))
+        notes = self._notes(candidate, found, len(check.moving))
         gives_up = not found.is_open and found.blocked_m <= parameters.give_up_distance
         # Things that move will be gone soon, so the robot waits for them.
         if gives_up and len(check.moving) == 0:
@@ -158,16 +158,15 @@ class Harmony:
                 details=notes,
                 memory=self._stopped(observation, memory),
             )
-        for rank, candidate in enumerate(candidates):
-            cycles = self._accepted(check, candidate.plan)
-            if cycles > 0:
-                notes.update(accepted=f"group {rank}", follow_s=cycles * check.interval_s)
-                if self._setup.wants_diagnostics:
-                    notes.update(self._arrays(check, candidates, candidate, cycles, samples))
-                decision = self._commit(observation, memory, check, candidate.plan, notes)
-                tolerance_m = observation.goal_xy_tolerance_m
-                trapped = is_trapped(way, candidate.plan, start, tolerance_m)
-                return decision._replace(memory=decision.memory._replace(is_trapped=trapped))
+        cycles = 0 if candidate is None else self._accepted(check, candidate.plan)
+        if candidate is not None and cycles > 0:
+            notes.update(accepted="plan", follow_s=cycles * check.interval_s)
+            if self._setup.wants_diagnostics:
+                notes.update(self._arrays(check, candidate, cycles, samples))
+            decision = self._commit(observation, memory, check, candidate.plan, notes)
+            tolerance_m = observation.goal_xy_tolerance_m
+            trapped = is_trapped(way, candidate.plan, start, tolerance_m)
+            return decision._replace(memory=decision.memory._replace(is_trapped=trapped))
         return self._last_resorts(observation, memory, check, start, limits, notes)
 
     def _check(self, observation: Observation, memory: HarmonyMemory) -> Check:
@@ -370,16 +369,14 @@ class Harmony:
         return command
 
     def _notes(
-        self, candidates: list[Candidate], found: FoundWay, moving_count: int
+        self, candidate: Candidate | None, found: FoundWay, moving_count: int
     ) -> dict[str, Any]:
         """Returns the diagnostics that the log keeps of every cycle."""
-        best = candidates[0] if candidates else None
         return {
-            "group_count": len(candidates),
-            "solved_count": sum(c.solved for c in candidates),
-            "iterations": sum(c.iterations for c in candidates),
-            "cost": best.cost if best else None,
-            "violation": best.violation if best else None,
+            "is_solved": candidate is not None and candidate.solved,
+            "iterations": candidate.iterations if candidate else 0,
+            "cost": candidate.cost if candidate else None,
+            "violation": candidate.violation if candidate else None,
             "blocked_m": found.blocked_m if np.isfinite(found.blocked_m) else None,
             "moving_count": moving_count,
             "detour_m": None if found.detour is None else path_length(found.detour),
@@ -388,12 +385,11 @@ class Harmony:
     def _arrays(
         self,
         check: Check,
-        candidates: list[Candidate],
         chosen: Candidate,
         cycles: int,
         samples: Samples,
     ) -> dict[str, Any]:
-        """Returns the accepted plan, those of all groups, the stop and samples, for the replay."""
+        """Returns the accepted plan, the stop and samples, for the replay."""
         dt = self._parameters.time_step
         stop = follow_then_brake(
             self._response, check.state, chosen.plan, dt, check.interval_s, cycles
@@ -404,7 +400,6 @@ class Harmony:
         return {
             "predicted_trajectory": chosen.plan[:, :3].copy(),
             "stop_trajectory": np.vstack([stop[::SHOWN_STOP_STRIDE], stop[-1:]]),
-            "group_trajectories": np.stack([c.plan[:, :3] for c in candidates]),
             "sampled_trajectories": samples.motions[::every].copy(),
             "sampled_costs": costs,
         }

@@ -47,7 +47,7 @@ class Weights(ControllerParameters):
         0.5, ge=0.0, description="Weight of the inflation cost under the discs [1/s]."
     )
     path_alignment: Weight = Field(
-        1.2, ge=0.0, description="Weight of the squared distance from the path [1/m^2 s]."
+        12.0, ge=0.0, description="Weight of the squared distance from the path [1/m^2 s]."
     )
     path_orientation: Weight = Field(
         0.5, ge=0.0, description="Weight of the squared heading error to the path [1/rad^2 s]."
@@ -59,7 +59,7 @@ class Weights(ControllerParameters):
     energy: Weight = Field(0.5, ge=0.0, description="Weight of speeding up and braking [s^5/m^4].")
     sharp_curves: Weight = Field(0.01, ge=0.0, description="Weight of curvature [m^2/s].")
     linear_jerk: Weight = Field(
-        1.5, ge=0.0, description="Weight of changes of acceleration [s^5/m^2]."
+        0.8, ge=0.0, description="Weight of changes of acceleration [s^5/m^2]."
     )
     maximum_velocity: Weight = Field(
         3.0, ge=0.0, description="Weight of speed below the largest one [1/s]."
@@ -100,7 +100,7 @@ class HarmonyParameters(ControllerParameters):
         0.5, gt=0.0, description="Distance between the drive wheels [m]."
     )
     max_lateral_acceleration: Acceleration = Field(
-        0.13, gt=0.0, description="Largest lateral acceleration: speed times turn rate [m/s^2]."
+        0.18, gt=0.0, description="Largest lateral acceleration: speed times turn rate [m/s^2]."
     )
     min_obstacle_dist: Length = Field(
         0.0, ge=0.0, description="Clearance that plans keep in addition to the error bound [m]."
@@ -145,20 +145,6 @@ class HarmonyParameters(ControllerParameters):
     )
     sample_w_std: AngularSpeed = Field(
         0.35, gt=0.0, description="Standard deviation of the drawn turn rates [rad/s]."
-    )
-
-    # Groups
-    use_groups: bool = Field(
-        True, description="Group plans by the side on which they pass each obstacle."
-    )
-    max_groups: Count = Field(
-        3, ge=1, le=3, description="Number of groups whose best plan is optimised."
-    )
-    hysteresis: Number = Field(
-        0.1,
-        ge=0.0,
-        lt=1.0,
-        description="Share by which another group must be cheaper to replace the current one [-].",
     )
 
     # Program

@@ -1,4 +1,4 @@
-"""From one cycle's situation to plans: seeds, samples, groups, and the program of each group."""
+"""From one cycle's situation to a plan: seeds, samples, and the program for the best of them."""
 
 from __future__ import annotations
 
@@ -8,7 +8,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from drake_navbench.controllers.harmony.groups import nearest_anchors
 from drake_navbench.controllers.harmony.interior_point import SolverSettings, solve
 from drake_navbench.controllers.harmony.motion import V, W, plan_of_velocities, shifted
 from drake_navbench.controllers.harmony.parameters import HarmonyParameters
@@ -33,7 +32,6 @@ from drake_navbench.controllers.harmony.seeds import (
 )
 from drake_navbench.controllers.harmony.terms import plan_cost
 from drake_navbench.controllers.harmony.way import Way
-from drake_navbench.controllers.teb.homotopy import find_clusters
 from drake_navbench.kernels.angles import wrap
 from drake_navbench.kernels.distance_field import DistanceField
 from drake_navbench.kernels.read_only import read_only
@@ -47,7 +45,7 @@ ROOM_TO_SPARE_M = 0.02
 # The allowed violation of the program's rows, in parts of their limits.
 TOLERANCE = 1e-2
 WARM_BARRIER, COLD_BARRIER, LAST_BARRIER = 1e-3, 1e-2, 1e-5
-# A sample replaces the driven plan as their group's guess where its cost is below this part.
+# A sample replaces the driven plan as the program's guess where its cost is below this part.
 BETTER_GUESS_RATIO = 0.8
 # Segments of the path looked at from stage to stage, as the robot's reach a stage by their length.
 MOST_SEGMENTS_AHEAD = 12
@@ -58,16 +56,14 @@ _STEP_MULTIPLIER, _STREAM_MULTIPLIER = 0x9E3779B97F4A7C15, 0xD1B54A32D192ED03
 
 
 class Candidate(NamedTuple):
-    """A plan (N + 1, 9) of one group.
+    """A plan (N + 1, 9).
 
-    cost: of the terms. is_driven: its group is that of the plan driven so far. solved: by the
-    program, within its limits. iterations, violation: of the program.
+    cost: of the terms. solved: by the program, within its limits. iterations, violation: of the
+    program.
     """
 
     plan: Array
     cost: float
-    group: int
-    is_driven: bool
     solved: bool
     iterations: int
     violation: float
@@ -156,7 +152,7 @@ class Planner:
             self._weights,
         )
 
-    def candidates(
+    def candidate(
         self,
         scene: Scene,
         start: Array,
@@ -166,8 +162,8 @@ class Planner:
         elapsed_s: float,
         is_trapped: bool,
         noise_key: NoiseKey,
-    ) -> tuple[list[Candidate], Samples]:
-        """Returns the plans of up to max_groups groups, best first, and the samples.
+    ) -> tuple[Candidate | None, Samples]:
+        """Returns the plan made of the cheapest sample, None if all are blocked, and the samples.
 
         start: (9,) first stage. driven: the plan driven so far, committed `elapsed_s` ago.
         """
@@ -175,38 +171,29 @@ class Planner:
         window = self._window(way)
         rest = None if driven is None else shifted(driven, dt, elapsed_s, start)
         seeds = self._seeds(scene, start, way, rest, window=window, is_trapped=is_trapped)
-        clusters = find_clusters(scene.field, float(self._discs[:, 1].min()))
-        velocities, motions, costs, groups = draw_samples(
+        velocities, motions, costs = draw_samples(
             scene,
             way.path,
             seeds,
             start,
-            nearest_anchors(clusters.anchors, start),
-            way.beyond,
             noise_word(noise_key),
             parameters.sample_count if parameters.use_sampler else 0,
             parameters.sample_v_std,
             parameters.sample_w_std,
             window,
         )
-        if not parameters.use_groups:
-            groups[:] = 0
-        found = []
-        for index in self._best_of_groups(costs, groups):
-            is_driven = rest is not None and bool(
-                np.isfinite(costs[0]) and groups[0] == groups[index]
-            )
-            guess = plan_of_velocities(velocities[index], dt, start)
-            is_warm = is_driven and costs[index] > BETTER_GUESS_RATIO * costs[0]
-            if is_warm and rest is not None:
-                guess = rest
-            group = int(groups[index])
-            candidate = self._improved(scene, way, guess, group, is_driven, is_warm, window)
-            if is_driven and not candidate.solved and not is_warm and rest is not None:
-                # A sample ignores the jerk; the driven plan can at least be driven on.
-                candidate = self._improved(scene, way, rest, group, is_driven, True, window)
-            found.append(candidate)
-        return self._ranked(found), Samples(motions, costs)
+        samples = Samples(motions, costs)
+        best = int(np.argmin(costs))
+        if not np.isfinite(costs[best]):
+            return None, samples
+        if rest is not None and costs[best] > BETTER_GUESS_RATIO * costs[0]:
+            return self._improved(scene, way, rest, True, window), samples
+        guess = plan_of_velocities(velocities[best], dt, start)
+        found = self._improved(scene, way, guess, False, window)
+        if rest is not None and np.isfinite(costs[0]) and not found.solved:
+            # A sample ignores the jerk; the driven plan can at least be driven on.
+            found = self._improved(scene, way, rest, True, window)
+        return found, samples
 
     def ways_to_stop(
         self, start: Array, limits: Limits, driven: Array | None, elapsed_s: float
@@ -253,20 +240,11 @@ class Planner:
             ]
         return np.stack(seeds)
 
-    def _best_of_groups(self, costs: Array, groups: NDArray[np.int64]) -> list[int]:
-        """Returns the cheapest sample of each group, of the cheapest groups, cheapest first."""
-        order = np.argsort(costs, kind="stable")
-        order = order[np.isfinite(costs[order])]
-        _, first = np.unique(groups[order], return_index=True)
-        return order[np.sort(first)[: self._parameters.max_groups]].tolist()
-
     def _improved(
         self,
         scene: Scene,
         way: Way,
         guess: Array,
-        group: int,
-        is_driven: bool,
         is_warm: bool,
         window: int,
     ) -> Candidate:
@@ -275,7 +253,7 @@ class Planner:
         scene = with_references(scene, references_along(scene, way.path, guess, window))
         if not parameters.use_program:
             cost = plan_cost(scene, guess)
-            return Candidate(guess, cost, group, is_driven, True, 0, 0.0)
+            return Candidate(guess, cost, True, 0, 0.0)
         settings = SolverSettings(
             parameters.warm_iterations if is_warm else parameters.cold_iterations,
             WARM_BARRIER if is_warm else COLD_BARRIER,
@@ -285,17 +263,4 @@ class Planner:
         solution = solve(scene, guess, settings)
         plan = solution.plan if solution.solved else guess
         cost = solution.cost if solution.solved else plan_cost(scene, guess)
-        return Candidate(
-            plan,
-            cost,
-            group,
-            is_driven,
-            solution.solved,
-            solution.iterations,
-            solution.violation,
-        )
-
-    def _ranked(self, found: list[Candidate]) -> list[Candidate]:
-        """Returns plans best first; another group than the driven one must be better by a part."""
-        part = 1.0 - self._parameters.hysteresis
-        return sorted(found, key=lambda c: (not c.solved, c.cost * (part if c.is_driven else 1.0)))
+        return Candidate(plan, cost, solution.solved, solution.iterations, solution.violation)

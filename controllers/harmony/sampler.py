@@ -13,7 +13,6 @@ import math
 import numpy as np
 from numba import njit
 
-from drake_navbench.controllers.harmony.groups import group_of
 from drake_navbench.controllers.harmony.motion import STAGE_SIZE, YAW, A, V, W, X, Y
 from drake_navbench.controllers.harmony.scene import REFERENCE_SIZE, heading_wanted, nearest_on_path
 from drake_navbench.controllers.harmony.seeds import within_limits
@@ -25,8 +24,6 @@ KNOTS = 6
 # Every ROOM_STRIDE-th stage is checked for room, as a robot moves by two cells between; every
 # STRIDE-th stage is rated by the terms.
 ROOM_STRIDE, STRIDE = 2, 5
-# Samples are grouped by every GROUP_STRIDE-th pose.
-GROUP_STRIDE = 3
 _GOLDEN = np.uint64(0x9E3779B97F4A7C15)
 _FIRST_MIX = np.uint64(0xBF58476D1CE4E5B9)
 _SECOND_MIX = np.uint64(0x94D049BB133111EB)
@@ -129,20 +126,17 @@ def score(scene, path, velocities, start, window, motion, gradient, hessian):
 
 
 @njit(cache=True)
-def draw_samples(
-    scene, path, seeds, start, anchors, beyond, key, count, v_deviation, w_deviation, window
-):
-    """Returns (velocities, motions, costs, groups) of samples: (K, N + 1, 2), (K, N + 1, 3), (K,).
+def draw_samples(scene, path, seeds, start, key, count, v_deviation, w_deviation, window):
+    """Returns (velocities, motions, costs) of samples: (K, N + 1, 2), (K, N + 1, 3), (K,).
 
     seeds: (S, N + 1, 2); the first S samples are the seeds themselves, the others come around them
-    in turn, in pairs. anchors (C, 2), beyond (2,): see `group_of`. key: 64 bits that name the
-    noise. Costs are inf where a motion is blocked.
+    in turn, in pairs. key: 64 bits that name the noise. Costs are inf where a motion is blocked.
     """
     seed_count, stages = seeds.shape[0], seeds.shape[1]
     total = seed_count + 2 * (count // 2)
     velocities = np.empty((total, stages, 2))
     motions = np.empty((total, stages, 3))
-    costs, groups = np.empty(total), np.zeros(total, dtype=np.int64)
+    costs = np.empty(total)
     noise = np.zeros((KNOTS, 2))
     limits, dt = scene.limits, scene.dt
     gradient, hessian = np.zeros(STAGE_SIZE), np.zeros((STAGE_SIZE, STAGE_SIZE))
@@ -176,6 +170,4 @@ def draw_samples(
                 )
                 velocities[k, i, 0], velocities[k, i, 1] = v, w
         costs[k] = score(scene, path, velocities[k], start, window, motions[k], gradient, hessian)
-        if costs[k] < math.inf:
-            groups[k] = group_of(motions[k], GROUP_STRIDE, anchors, beyond)
-    return velocities, motions, costs, groups
+    return velocities, motions, costs

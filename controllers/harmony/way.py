@@ -28,18 +28,16 @@ SAME_PLACE_M = 1e-6
 class Way(NamedTuple):
     """The part of the path that a cycle follows.
 
-    path: (P, 3). target: (3,) the point aimed at. beyond: (2,) m the point to which all motions are
-    extended, to group them by side; farther by the robot's own reach, as its front passes obstacles
-    before its base does. nears_goal: the target is the goal. length_m: along the path to it.
-    blocked_m: along the path to its first pose at which the robot has no room, inf where there is
-    none. behind: (2,) m, the path's first point behind that, its last one where the robot has no
-    room up to there, or None. stop_m: along the path to where plans come to rest, inf where they
-    need not. backs_up: it is driven backwards. has_room: the robot has room at the target.
+    path: (P, 3). target: (3,) the point aimed at. nears_goal: the target is the goal. length_m:
+    along the path to it. blocked_m: along the path to its first pose at which the robot has no
+    room, inf where there is none. behind: (2,) m, the path's first point behind that, its last one
+    where the robot has no room up to there, or None. stop_m: along the path to where plans come to
+    rest, inf where they need not. backs_up: it is driven backwards. has_room: the robot has room at
+    the target.
     """
 
     path: Array
     target: Array
-    beyond: Array
     nears_goal: bool
     length_m: float
     blocked_m: float
@@ -70,8 +68,6 @@ def way_along(
     is_end = index >= len(path)
     target = path[-1 if is_end else index]
     nears_goal = is_end and bool(np.hypot(*(target[:2] - goal[:2])) < SAME_PLACE_M)
-    front_m = float(np.max(discs[:, 0] + discs[:, 1]))
-    beyond = int(np.searchsorted(stations, reach_m + front_m, side="left"))
     has_room = path_clearance(field, discs, driven) >= 0.0
     blocked = np.flatnonzero(~has_room)
     behind = None
@@ -84,7 +80,6 @@ def way_along(
     return Way(
         path,
         np.array(goal if nears_goal else target),
-        np.array(path[min(beyond, len(path) - 1), :2]),
         nears_goal,
         float(stations[min(index, len(path) - 1)]),
         float(stations[blocked[0]]) if len(blocked) else np.inf,
@@ -128,7 +123,7 @@ def around(way: Way) -> Way:
     if way.behind is None or way.nears_goal or way.blocked_m > way.length_m or way.has_room:
         return way
     # As writable as the targets of other ways, so that kernels are compiled once for all of them.
-    return way._replace(target=np.array([*way.behind, way.target[2]]), beyond=np.array(way.behind))
+    return way._replace(target=np.array([*way.behind, way.target[2]]))
 
 
 def up_to_blocked(way: Way, distance_m: float) -> Way:
@@ -168,14 +163,14 @@ def turn_at(start: Array, goal: Array) -> Way:
     start: (9,) first stage of plans. goal: (3,).
     """
     pose = np.array([start[0], start[1], goal[2]])
-    return Way(read_only(pose[None]), pose, pose[:2], True, 0.0, np.inf, stop_m=0.0)
+    return Way(read_only(pose[None]), pose, True, 0.0, np.inf, stop_m=0.0)
 
 
 def straight_back(start: Array, distance_m: float) -> Way:
     """Returns the way straight backwards from where plans (9,) start, by the way it came."""
     pose = np.array(start[:3])
     behind = pose - distance_m * np.array([np.cos(pose[2]), np.sin(pose[2]), 0.0])
-    return Way(read_only(pose[None]), behind, behind[:2], False, 0.0, np.inf, backs_up=True)
+    return Way(read_only(pose[None]), behind, False, 0.0, np.inf, backs_up=True)
 
 
 def progress_on(way: Way, position: Array) -> float:

@@ -24,7 +24,7 @@ from numba import njit
 
 from drake_navbench.controller import ControllerError, ControllerSetup, Observation
 from drake_navbench.controllers.harmony import Harmony, HarmonyParameters
-from drake_navbench.controllers.harmony.base_response import follow
+from drake_navbench.controllers.harmony.base_response import Response, follow
 from drake_navbench.kernels.footprint import footprint_radii
 from drake_navbench.kernels.grid import LETHAL, Costmap
 from drake_navbench.kernels.outline_distance import outline_to_edges
@@ -165,14 +165,26 @@ def controller_with(settings: HarmonyParameters) -> Harmony:
     return Harmony(settings, SETUP)
 
 
-def drive(seed: int, *, error_m: float = ERROR_M, **parameters) -> Drive:
-    """Drives harmony, as bold as it can be made, through a random world to a goal ahead."""
+def drive(seed: int, *, error_m: float = ERROR_M, slowness: float = 1.0, **parameters) -> Drive:
+    """Drives harmony, as bold as it can be made, through a random world to a goal ahead.
+
+    slowness: the base's time constant, in parts of the one that the controller is told.
+    """
     settings = HarmonyParameters(sample_count=100, **BOLD, **parameters)
-    return drive_among(random_boxes(seed), settings, seed, error_m=error_m, longest_s=LONGEST_S)
+    base = BASE._replace(time_constant_s=slowness * BASE.time_constant_s)
+    return drive_among(
+        random_boxes(seed), settings, seed, error_m=error_m, longest_s=LONGEST_S, base=base
+    )
 
 
 def drive_among(
-    boxes: np.ndarray, settings: HarmonyParameters, seed: int, *, error_m: float, longest_s: float
+    boxes: np.ndarray,
+    settings: HarmonyParameters,
+    seed: int,
+    *,
+    error_m: float,
+    longest_s: float,
+    base: Response = BASE,
 ) -> Drive:
     """Drives harmony among boxes (B, 4) to a goal straight ahead; stops at a contact."""
     edges = edges_of(boxes)
@@ -207,7 +219,7 @@ def drive_among(
                 # What the controller server does from then on: it commands 0.
                 end, command = "aborted", np.zeros(2)
         v, w = float(command[0]), float(command[1])
-        least = min(least, least_gap_on(edges, BASE, state, v, w))
+        least = min(least, least_gap_on(edges, base, state, v, w))
         if least == 0.0:
             return Drive(least, "contact", time_s)
         if end == "aborted" and abs(state[3]) < 1e-3 and abs(state[4]) < 1e-3:
@@ -239,7 +251,7 @@ def digest_of_code() -> str:
     root = Path(__file__).parents[3]
     found = hashlib.sha256(Path(__file__).read_bytes())
     for folder in (
-        *("controllers/harmony", "controllers/rpp", "controllers/teb"),
+        *("controllers/harmony", "controllers/rpp"),
         *("drake_navbench", "drake_navbench/kernels"),
     ):
         for path in sorted((root / folder).glob("*.py")):

@@ -131,7 +131,7 @@ def test_it_gives_up_where_the_map_has_no_way_past():
 
 
 def test_it_drives_on_where_there_is_a_way_past():
-    assert decide((1.25, -3.0, 1.35, 0.3)).diagnostics["accepted"].startswith("group")
+    assert decide((1.25, -3.0, 1.35, 0.3)).diagnostics["accepted"] == "plan"
 
 
 def test_it_says_how_far_it_looked_for_a_way_past():
@@ -152,11 +152,6 @@ def test_it_brakes_before_it_gives_up():
         for boxes in (near, open_way)
     ]
     assert plans[0][-1, 0] < 0.5 * plans[1][-1, 0]
-
-
-def test_two_ways_past_a_box_are_two_groups():
-    decision = decide((1.5, -0.05, 1.6, 0.05), twist=(0.45, 0.0))
-    assert decision.diagnostics["group_count"] >= 2
 
 
 def test_before_braking_hard_come_the_plan_so_far_and_a_stop_within_the_limits():
@@ -198,11 +193,10 @@ def test_the_latency_of_a_base_is_found_from_what_it_does():
     assert LATENCIES_S[memory.sent.latency] == pytest.approx(0.2)
 
 
-def test_the_replay_is_told_of_groups_plan_and_stop():
+def test_the_replay_is_told_of_samples_plan_and_stop():
     shown = decide((1.2, 0.2, 1.4, 0.6)).diagnostics
     assert shown["predicted_trajectory"].shape == (31, 3)
     assert shown["sampled_trajectories"].shape[1:] == (31, 3)
-    assert shown["group_trajectories"].shape[1:] == (31, 3)
     assert shown["sampled_costs"].shape == shown["sampled_trajectories"].shape[:1]
     assert shown["stop_trajectory"].shape[1] == 3
 

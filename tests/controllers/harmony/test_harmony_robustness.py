@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from harmony_scenes import costmap_with, straight
+from harmony_worlds import FOOTPRINT
 from test_harmony_controller import decide, seen, setup_for
 
 from drake_navbench.controller import CollisionAhead
@@ -15,15 +16,19 @@ from drake_navbench.controllers.harmony import Harmony, HarmonyParameters
 from drake_navbench.controllers.harmony.base_response import (
     Response,
     braking_time,
+    command_of,
+    follow,
     follow_then_brake,
 )
 from drake_navbench.controllers.harmony.gatekeeper import is_clear, is_on_free_cell, lethal_edges
-from drake_navbench.controllers.harmony.motion import V, stage_at
+from drake_navbench.controllers.harmony.motion import V, plan_of_velocities, stage_at
 from drake_navbench.controllers.harmony.prediction import predicted
+from drake_navbench.controllers.harmony.scene import make_start
 from drake_navbench.controllers.harmony.way import along_itself
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.presets import load_preset
 from drake_navbench.kernels.grid import LETHAL, Costmap
+from drake_navbench.kernels.poses import place_outline
 
 WHEELCHAIR = Response(0.1, 2.5, 3.0)
 # 4 cm ahead of the outline, with a bound of 10.5 cm.
@@ -67,7 +72,7 @@ def test_giving_up_lasts_while_nothing_is_accepted():
     assert len(memory.sent.commands) == 12
     # A way out ends it.
     out = controller.step(replace(seen(), time_s=0.6), memory)
-    assert out.diagnostics["accepted"].startswith("group")
+    assert out.diagnostics["accepted"].startswith("plan")
     assert out.memory.refused_since_s is None
 
 
@@ -128,6 +133,41 @@ def test_the_time_to_brake_is_that_of_the_prediction():
         assert braking_time(response, 0.5, 0.4) == pytest.approx(0.01 * len(poses), abs=0.06)
 
 
+def stop_of(told, true, state, plan):
+    """Returns (4, 2) m the corners at rest, after one cycle of a plan and the brake."""
+    v, w = command_of(told, plan, 0.1, 0.05, 0)
+    moved = state.copy()
+    for k in range(300):
+        follow(true, moved, v if k < 5 else 0.0, w if k < 5 else 0.0, 0.01)
+    return place_outline(FOOTPRINT, moved[:3])
+
+
+@pytest.mark.parametrize(
+    ("time_constant_s", "ratio", "most_m"),
+    [(0.1, 0.7, 0.012), (0.1, 1.3, 0.016), (0.2, 0.7, 0.040), (0.2, 1.3, 0.046)],
+)
+def test_a_wrong_time_constant_puts_the_stop_off_by_the_way_driven_in_its_error(
+    time_constant_s, ratio, most_m
+):
+    told = Response(time_constant_s, 2.5, 3.0)
+    true = told._replace(time_constant_s=ratio * time_constant_s)
+    random, reach_m, worst_m = np.random.default_rng(0), math.hypot(0.86, 0.31), 0.0
+    for _ in range(500):
+        v, w, a, alpha = random.uniform([-0.2, -1.0, -0.8, -1.5], [0.5, 1.0, 0.8, 1.5])
+        if abs(v * w) > 0.18 or abs(v) + 0.25 * abs(w) > 0.7:
+            continue
+        velocities = np.array([[v, w]]) + 0.1 * np.arange(4)[:, None] * np.array([[a, alpha]])
+        plan = plan_of_velocities(velocities, 0.1, make_start(np.zeros(3), v, w))
+        state = np.array([0.0, 0.0, 0.0, v, w])
+        stops = [stop_of(told, base, state, plan) for base in (told, true)]
+        off_m = float(np.hypot(*(stops[0] - stops[1]).T).max())
+        # The farthest corner's speed at the end of the cycle, as the plan speeds up meanwhile.
+        speed = abs(v) + 0.05 * 0.8 + reach_m * (abs(w) + 0.05 * 1.5)
+        assert off_m <= abs(1.0 - ratio) * time_constant_s * speed
+        worst_m = max(worst_m, off_m)
+    assert 0.8 * most_m < worst_m <= most_m
+
+
 def test_a_base_that_does_not_come_to_rest_is_refused():
     with pytest.raises(InputError, match=r"brakes for 10\.0 s, expected at most 5 s"):
         Harmony(HarmonyParameters(base_acceleration=0.05, response_time=0.0), setup_for())
@@ -170,7 +210,7 @@ def test_the_last_resort_is_no_faster_than_plans():
         controller = Harmony(HarmonyParameters(max_vel_x=top_speed), setup_for())
         # As where no plan passes.
         planner = controller._planner
-        planner.candidates = lambda *given, **named: ([], None)
+        planner.candidate = lambda *given, **named: (None, None)
         decision = controller.step(seen(twist=(0.1, 0.0)), controller.initial_memory())
         assert decision.diagnostics["accepted"] == "rpp"
         assert decision.command[0] == pytest.approx(top_speed)
