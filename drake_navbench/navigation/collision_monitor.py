@@ -16,6 +16,7 @@ from pydantic import Field, model_validator
 
 from drake_navbench.kernels.points_inside import NO_COLLISION, count_inside, time_to_collision
 from drake_navbench.navigation.monitor_sources import THE_SCAN, MonitorSource
+from drake_navbench.releases import ReadBy, Release, since
 from drake_navbench.typed_files.quantities import (
     Angle,
     AngularSpeed,
@@ -40,6 +41,14 @@ NO_VERTICES = np.empty((0, 2))
 
 
 class _Shape(FrozenModel):
+    READ_BY: ClassVar[Mapping[str, ReadBy]] = {
+        "min_points": since(Release.IRON),
+        "linear_limit": since(Release.IRON),
+        "angular_limit": since(Release.IRON),
+        "trigger_consecutive_points": since(Release.LYRICAL),
+        "release_consecutive_points": since(Release.LYRICAL),
+    }
+
     action_type: Literal["stop", "slowdown", "limit", "approach", "none"] = Field(
         "approach", description="Action when at least min_points points are inside the shape."
     )
@@ -148,6 +157,8 @@ MonitorShape = Annotated[
 
 class CollisionMonitorParameters(QuietModel):
     """Parameters of nav2_collision_monitor."""
+
+    READ_BY: ClassVar[Mapping[str, ReadBy]] = {"enabled": since(Release.LYRICAL)}
 
     quiet: ClassVar = frozenset({"observation_sources"})
 

@@ -12,7 +12,7 @@ from pydantic.fields import FieldInfo
 
 from drake_navbench.inputs.presets import Preset
 from drake_navbench.plugins.names import flattened
-from drake_navbench.releases import RELEASE_FIELD, ReadBy, Release
+from drake_navbench.releases import RELEASE_FIELD, Release, read_by
 from drake_navbench.typed_files.quantities import Within
 
 UNIT = re.compile(r"\s*\[([^\]]+)\]")
@@ -81,7 +81,7 @@ def _field(
     model = type(preset.parameters)
     default = info.get_default(call_default_factory=True)
     if release is not None:
-        default = model.READ_BY.get(name, ReadBy()).defaults.get(release, default)
+        default = read_by(model, name).defaults.get(release, default)
     text = " ".join((info.description or "").split())
     units = UNIT.findall(text)
     unit = units[0] if units and units[0] != "-" else ""
