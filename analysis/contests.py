@@ -34,40 +34,40 @@ class Match(NamedTuple):
 
 
 def matches_between(
-    before: Sequence[str], after: Sequence[str], asked: Sequence[Match] = ()
+    before: Sequence[str], after: Sequence[str], requested: Sequence[Match] = ()
 ) -> list[Match]:
     """Returns the pairs of columns, one of each folder, that are compared.
 
-    First come the pairs in `asked`, then the columns with equal names. If one column is left in
-    each folder after that, these two are a pair. Raises InputError where a column in `asked` does
-    not exist or occurs twice.
+    First come the pairs in `requested`, then the columns with equal names. If one column is left in
+    each folder after that, these two are a pair. Raises InputError where a column in `requested`
+    does not exist or occurs twice.
     """
-    _require_known([match.old for match in asked], before)
-    _require_known([match.new for match in asked], after)
-    taken_old, taken_new = ({match[side] for match in asked} for side in (0, 1))
+    _require_known([match.old for match in requested], before)
+    _require_known([match.new for match in requested], after)
+    taken_old, taken_new = ({match[side] for match in requested} for side in (0, 1))
     equal = [n for n in before if n in after and n not in taken_old and n not in taken_new]
     left_old = [name for name in before if name not in (*taken_old, *equal)]
     left_new = [name for name in after if name not in (*taken_new, *equal)]
     last = [Match(left_old[0], left_new[0])] if len(left_old) == len(left_new) == 1 else []
-    return [*asked, *(Match(name, name) for name in equal), *last]
+    return [*requested, *(Match(name, name) for name in equal), *last]
 
 
 def matches_within(
-    columns: Sequence[str], files: Mapping[str, Mapping[str, str]], asked: Sequence[Match] = ()
+    columns: Sequence[str], files: Mapping[str, Mapping[str, str]], requested: Sequence[Match] = ()
 ) -> list[Match]:
     """Returns the pairs of columns of one folder that are compared.
 
     The first of these rules that gives a pair counts:
-    - `asked` has pairs: these.
+    - `requested` has pairs: these.
     - The columns come from several whole Nav2 files: a column of the first file with the column of
       the same plugin in each other file. Two files with one column each need not share the plugin.
     - Else the first column with every other one.
-    files: for each file's alias its columns by plugin. Raises InputError where a column in `asked`
-    does not exist.
+    files: for each file's alias its columns by plugin. Raises InputError where a column in
+    `requested` does not exist.
     """
-    if asked:
-        _require_known([name for match in asked for name in match], columns)
-        return list(asked)
+    if requested:
+        _require_known([name for match in requested for name in match], columns)
+        return list(requested)
     # A manifest has them by the alphabet; the first file is that of the first column.
     order = {name: place for place, name in enumerate(columns)}
     plugins = sorted(

@@ -205,11 +205,11 @@ class RotationShimParameters(ControllerParameters):
 
     def asked_speeds(self) -> AskedSpeeds:
         """Returns the primary controller's, and the rate of a turn."""
-        asked = self.primary_controller.parameters.asked_speeds()
-        if asked.max_angular_radps is None:
-            return asked
-        turning = max(asked.max_angular_radps, self.rotate_to_heading_angular_vel)
-        return asked._replace(max_angular_radps=turning)
+        speeds = self.primary_controller.parameters.asked_speeds()
+        if speeds.max_angular_radps is None:
+            return speeds
+        turning = max(speeds.max_angular_radps, self.rotate_to_heading_angular_vel)
+        return speeds._replace(max_angular_radps=turning)
 
     @model_validator(mode="before")
     @classmethod

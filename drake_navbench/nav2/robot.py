@@ -100,8 +100,8 @@ class Nav2Setup:
     """The columns that Nav2 files define, the robot that they drive, and the check of the files.
 
     places: by the column's name, the node and the block of its controller. given: the values of all
-    parameters, by node without the namespace and by name. asked: the speeds that each controller
-    needs of the base. spin_radps: the yaw rate that the spin needs. namespace: that of the nodes
+    parameters, by node without the namespace and by name. needed_speeds: of the base, by each
+    controller. spin_radps: the yaw rate that the spin needs. namespace: that of the nodes
     that are read, 'robot1'.
     """
 
@@ -110,7 +110,7 @@ class Nav2Setup:
     check: Check
     places: Mapping[str, tuple[str, str]] = field(default_factory=dict)
     given: Mapping[tuple[str, str], Any] = field(default_factory=dict)
-    asked: tuple[AskedSpeeds, ...] = ()
+    needed_speeds: tuple[AskedSpeeds, ...] = ()
     spin_radps: float = 0.0
     namespace: str = ""
 
@@ -260,11 +260,11 @@ class _Files:
         data["navigation"] = {**data.get("navigation", {}), **dict.fromkeys(OPTIONAL), **navigation}
         if self._added_sensors:
             data["depth_sensors"] = {**data.get("depth_sensors", {}), **self._added_sensors}
-        asked = tuple(preset.parameters.asked_speeds() for preset in presets)
+        needed_speeds = tuple(preset.parameters.asked_speeds() for preset in presets)
         spin = navigation.get("behavior_server", {}).get("max_rotational_vel") or 0.0
         data["drive"], remarks = drive_for(
             data.get("drive", {}),
-            [*asked, *(speeds for other in beside for speeds in other.asked)],
+            [*needed_speeds, *(speeds for other in beside for speeds in other.needed_speeds)],
             self._base,
             self._base_name,
             spin_radps=max([spin, *(other.spin_radps for other in beside)]),
@@ -292,7 +292,7 @@ class _Files:
             check,
             self._places,
             given=self._given(),
-            asked=asked,
+            needed_speeds=needed_speeds,
             spin_radps=spin,
             namespace=self._namespace.lstrip("/"),
         )

@@ -234,8 +234,8 @@ class CollisionMonitor:
         if points is None:
             return MonitorState(state.shapes, "stop", INVALID_SOURCE), np.zeros(3)
         v, w, vy = command.tolist()
-        asked: Command = (v, w, vy)
-        chosen, action, polygon = asked, "none", ""
+        wanted: Command = (v, w, vy)
+        chosen, action, polygon = wanted, "none", ""
         shapes = dict(state.shapes)
         for name, shape in self._parameters.polygons.items():
             if not (shape.enabled and self._parameters.enabled):
@@ -243,7 +243,7 @@ class CollisionMonitor:
             if action == "stop":
                 break
             before = shapes.get(name, ShapeState())
-            shapes[name], ratio = self._look_at(name, before, asked, points)
+            shapes[name], ratio = self._look_at(name, before, wanted, points)
             if ratio is None:
                 continue
             candidate = ratio * v, ratio * w, ratio * vy

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from drake_navbench.campaign.asked import request_from_arguments, told_of_files
 from drake_navbench.campaign.campaign import plan_campaign
 from drake_navbench.campaign.request import Request
+from drake_navbench.campaign.request_arguments import request_from_arguments, told_of_files
 from drake_navbench.commands.run import build_parser, main
 from drake_navbench.errors import InputError
 from drake_navbench.nav2.differences import differences
