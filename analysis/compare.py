@@ -196,21 +196,21 @@ def _columns(folder: FolderAnalysis) -> list[str]:
     return list(dict.fromkeys(folder.trials["controller"]))
 
 
-def _matches(baseline: FolderAnalysis, other: FolderAnalysis, asked: Sequence[str]) -> list[Match]:
+def _matches(baseline: FolderAnalysis, other: FolderAnalysis, texts: Sequence[str]) -> list[Match]:
     before, after = _columns(baseline), _columns(other)
     files = (
         baseline.manifest.get("nav2_columns", {}),
         other.manifest.get("nav2_columns", {}),
     )
-    return matches_between(before, after, read_matches(asked, before, after), files)
+    return matches_between(before, after, read_matches(texts, before, after), files)
 
 
-def _matches_within(folder: FolderAnalysis, asked: Sequence[str]) -> list[Match]:
+def _matches_within(folder: FolderAnalysis, texts: Sequence[str]) -> list[Match]:
     """Returns the pairs of columns of one folder; raises InputError where it has one column."""
     columns = _columns(folder)
     if len(columns) < 2:
         raise InputError(f"{folder.path}: has one column; expected a second folder to compare with")
-    asked_pairs = read_matches(asked, columns, columns)
+    asked_pairs = read_matches(texts, columns, columns)
     return matches_within(columns, folder.manifest.get("nav2_columns", {}), asked_pairs)
 
 

@@ -40,27 +40,27 @@ Files = Mapping[str, Mapping[str, str]]
 def matches_between(
     before: Sequence[str],
     after: Sequence[str],
-    asked: Sequence[Match] = (),
+    requested: Sequence[Match] = (),
     files: tuple[Files, Files] = ({}, {}),
 ) -> list[Match]:
     """Returns the pairs of columns, one of each folder, that are compared.
 
     Each of these rules looks at the columns that the ones before it have left:
-    - The pairs in `asked`.
+    - The pairs in `requested`.
     - Columns of equal name.
     - Columns of the same plugin from files of the same alias: `old/FollowPath` of a run of one file
       is `old` in a run of several.
     - Columns of the same plugin, where those that are left come from one file in each folder.
     - The only column left in each folder.
-    files: of each folder. Raises InputError where a column in `asked` does not exist.
+    files: of each folder. Raises InputError where a column in `requested` does not exist.
     """
-    _require_known([match.old for match in asked], before)
-    _require_known([match.new for match in asked], after)
+    _require_known([match.old for match in requested], before)
+    _require_known([match.new for match in requested], after)
     places = [
         {column: (alias, plugin) for alias, own in side.items() for plugin, column in own.items()}
         for side in files
     ]
-    found = list(asked)
+    found = list(requested)
 
     def left() -> list[list[str]]:
         return [
@@ -90,21 +90,21 @@ def matches_between(
 
 
 def matches_within(
-    columns: Sequence[str], files: Files, asked: Sequence[Match] = ()
+    columns: Sequence[str], files: Files, requested: Sequence[Match] = ()
 ) -> list[Match]:
     """Returns the pairs of columns of one folder that are compared.
 
     The first of these rules that gives a pair counts:
-    - `asked` has pairs: these.
+    - `requested` has pairs: these.
     - The columns come from several whole Nav2 files: a column of the first file with the column of
       the same plugin in each other file. Two files with one column each need not share the plugin.
     - Else the first column with every other one.
-    files: for each file's alias its columns by plugin. Raises InputError where a column in `asked`
-    does not exist.
+    files: for each file's alias its columns by plugin. Raises InputError where a column in
+    `requested` does not exist.
     """
-    if asked:
-        _require_known([name for match in asked for name in match], columns)
-        return list(asked)
+    if requested:
+        _require_known([name for match in requested for name in match], columns)
+        return list(requested)
     # A manifest has them by the alphabet; the first file is that of the first column.
     order = {name: place for place, name in enumerate(columns)}
     plugins = sorted(

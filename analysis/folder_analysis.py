@@ -303,10 +303,10 @@ def _is_drawn(figures: FigureChoice, is_told_by_totals: bool) -> bool:
 
 def _describe(analysis: ScenarioAnalysis, info: Mapping[str, Any], told: frozenset[str]) -> None:
     """Adds what the header of a log of the scenario tells of it."""
-    asked = info["scenario"]
-    analysis.description = str(asked.get("description", ""))
-    analysis.is_impossible = asked.get("expected_outcome") == Outcome.ABORTED
-    analysis.clean_scenario = str(asked.get("clean_scenario") or "")
+    task = info["scenario"]
+    analysis.description = str(task.get("description", ""))
+    analysis.is_impossible = task.get("expected_outcome") == Outcome.ABORTED
+    analysis.clean_scenario = str(task.get("clean_scenario") or "")
     analysis.is_told_by_totals = analysis.scenario in told
 
 

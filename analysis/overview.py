@@ -13,7 +13,7 @@ from drake_navbench.analysis.metrics.definition import Better, Metric
 from drake_navbench.analysis.metrics.registry import all_metrics
 from drake_navbench.analysis.numbers import number, typeset
 from drake_navbench.analysis.scenario_analysis import ScenarioAnalysis
-from drake_navbench.analysis.task_lead import QUANTITIES, means_of
+from drake_navbench.analysis.task_summary import QUANTITIES, means_of
 
 ARRIVED = "Goals reached"
 DIGITS = 3

@@ -12,13 +12,12 @@ from typing import Any, NamedTuple
 import pandas as pd
 
 from drake_navbench.analysis.chart_library import chart_library
-from drake_navbench.analysis.circumstances import compute_note
 from drake_navbench.analysis.figures.choice import FIGURES_FOLDER, FigureChoice
 from drake_navbench.analysis.folder_analysis import FolderAnalysis, analyse_folder
 from drake_navbench.analysis.html import inline_svg, page_environment, script_json
 from drake_navbench.analysis.invariants import warnings_of
-from drake_navbench.analysis.lead import lead_of
 from drake_navbench.analysis.leg_tables import legs_table
+from drake_navbench.analysis.machine_note import compute_note
 from drake_navbench.analysis.many_trials import MOST_LOGS_OPENED
 from drake_navbench.analysis.metrics.definition import Better
 from drake_navbench.analysis.metrics.registry import all_metrics, installed_metrics
@@ -33,6 +32,7 @@ from drake_navbench.analysis.report_sections import (
     scenario_section,
     trial_rows,
 )
+from drake_navbench.analysis.report_summary import summary_of
 from drake_navbench.analysis.reproduction.page import ParametersOf, nothing_known
 from drake_navbench.analysis.reproduction.reproduction import (
     PAGE_NAME,
@@ -121,7 +121,7 @@ def build_report(
     write_text(path, _rendered(analysis, page))
     if results.replays_path.is_dir():
         write_text(folder / REPLAYS_SCRIPT, REPLAYS_SCRIPT_TEXT)
-    return ReportResult(path, len(trials), analysis.left_out, tuple(page["lead"].sentences))
+    return ReportResult(path, len(trials), analysis.left_out, tuple(page["summary"].sentences))
 
 
 def render(
@@ -196,7 +196,9 @@ def _page(analysis: FolderAnalysis, difference: float) -> dict[str, Any]:
     listed = listed_trials(driven)
     return {
         "manifest": analysis.manifest,
-        "lead": lead_of(scenarios, totals(trials), _descriptions_of_touching(analysis, scenarios)),
+        "summary": summary_of(
+            scenarios, totals(trials), _descriptions_of_touching(analysis, scenarios)
+        ),
         "overview": overview_of(scenarios),
         "rank_changes": changes,
         "rank_sentences": [

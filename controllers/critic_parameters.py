@@ -7,18 +7,23 @@ does. Which fields a block has says the critic's class, a built-in one or a user
 
 from __future__ import annotations
 
-import json
 from abc import abstractmethod
 from collections.abc import Mapping
 from typing import Any, ClassVar
 
 from pydantic import ConfigDict, ValidationError, model_validator
-from pydantic_core import InitErrorDetails, PydanticCustomError
+from pydantic_core import InitErrorDetails
 
 from drake_navbench.controller import ControllerParameters
 from drake_navbench.errors import InputError, nearest_name_hint
 from drake_navbench.plugins.kinds import PluginKind
-from drake_navbench.typed_files.typed_yaml import EXTRA_FIELD, tuples_for_lists, unknown_field
+from drake_navbench.typed_files.typed_yaml import (
+    faults_within,
+    found_fault,
+    read_block,
+    tuples_for_lists,
+    unknown_field,
+)
 
 
 class CriticBlock(ControllerParameters):
@@ -77,12 +82,12 @@ class ParametersWithCritics(ControllerParameters):
                 continue
             try:
                 model = cls._critic_model(name, block)
-                # Through JSON, because strictness there takes a list for a tuple.
-                fields[name] = model.model_validate_json(json.dumps(block), strict=True)
+                fields[name] = read_block(model, block)
             except InputError as error:
-                faults.append(_fault(str(error), ("critics",), name))
+                faults.append(found_fault(str(error), ("critics",), name))
             except ValidationError as error:
-                faults.extend(_nested_faults(name, error, model))
+                unknown = f"critic {name} has no such parameter"
+                faults += faults_within((name,), error, model, unknown)
         if faults:
             raise ValidationError.from_exception_data(cls.__name__, faults)
         return fields
@@ -105,23 +110,3 @@ def listed_critics(values: Mapping[str, Any]) -> list[str]:
     critics = values.get("critics")
     critics = critics if isinstance(critics, list | tuple) else ()
     return [name for name in critics if isinstance(name, str)]
-
-
-def _nested_faults(
-    name: str, error: ValidationError, model: type[CriticBlock]
-) -> list[InitErrorDetails]:
-    """Returns the faults of a critic's block as faults of the whole model."""
-    faults = []
-    for fault in error.errors():
-        place = (name, *fault["loc"])
-        if fault["type"] == EXTRA_FIELD:
-            hint = nearest_name_hint(str(fault["loc"][-1]), model.model_fields)
-            text = f"critic {name} has no such parameter{hint}"
-            faults.append(unknown_field(text, place, fault["input"]))
-        else:
-            faults.append(_fault(fault["msg"].removeprefix("Value error, "), place, fault["input"]))
-    return faults
-
-
-def _fault(text: str, location: tuple[int | str, ...], found: Any) -> InitErrorDetails:
-    return InitErrorDetails(type=PydanticCustomError("critic", text), loc=location, input=found)

@@ -31,7 +31,14 @@ from drake_navbench.kernels.read_only import read_only
 from drake_navbench.kernels.settings_record import settings_record
 from drake_navbench.noise import NO_NOISE, NoiseKey
 from drake_navbench.plugins.kinds import PluginKind
-from drake_navbench.releases import NEWEST_RELEASE, RELEASE_FIELD, ReadBy, Release, release_in
+from drake_navbench.releases import (
+    NEWEST_RELEASE,
+    RELEASE_FIELD,
+    ReadBy,
+    Release,
+    read_by,
+    release_in,
+)
 
 CONTROLLERS = PluginKind(
     noun="controller",
@@ -257,7 +264,7 @@ class ControllerParameters(BaseModel):
         parts = name.split(".")
         # An entry about a block holds for all parameters in it.
         places = [".".join(parts[:count]) for count in range(1, len(parts) + 1)]
-        return all(release in cls.READ_BY.get(place, ReadBy()).releases for place in places)
+        return all(release in read_by(cls, place).releases for place in places)
 
     @classmethod
     def what_is_done_instead(cls, name: str, values: Mapping[str, Any]) -> str | None:

@@ -1,5 +1,8 @@
 """The releases of Nav2 that parameters and plugins may be written for.
 
+A model of parameters has the class variable READ_BY: by parameter, which releases read it and which
+of them have another default. `read_by` and `defaults_in` ask it.
+
 Source: the branches humble, iron, jazzy, kilted and lyrical of navigation2.
 """
 
@@ -66,6 +69,28 @@ class ReadBy(NamedTuple):
 
     releases: frozenset[Release] = frozenset(Release)
     defaults: Mapping[Release, Any] = {}
+
+
+def read_by(model: type, name: str) -> ReadBy:
+    """Returns the releases that read a parameter, as the READ_BY of its model or a base says.
+
+    Every release reads a parameter that is not in it, with one default.
+    """
+    return facts_of(model).get(name, ReadBy())
+
+
+def defaults_in(model: type, release: Release) -> dict[str, Any]:
+    """Returns the parameters whose default in a release differs from the model's, with it."""
+    known = facts_of(model).items()
+    return {name: found.defaults[release] for name, found in known if release in found.defaults}
+
+
+def facts_of(model: type) -> Mapping[str, ReadBy]:
+    """Returns READ_BY of a model and its bases; what stands in the model itself prevails."""
+    facts: dict[str, ReadBy] = {}
+    for base in reversed(model.__mro__):
+        facts |= vars(base).get("READ_BY", {})
+    return facts
 
 
 def since(release: Release, defaults: Mapping[Release, Any] | None = None) -> ReadBy:

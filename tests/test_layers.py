@@ -81,7 +81,7 @@ MAY_IMPORT: dict[str, set[str]] = {
 }
 # What analysis may use of the engine: the shapes that were in the world, which every log has.
 SHAPES = {
-    "drake_navbench.inputs.moving",
+    "drake_navbench.inputs.moving_obstacles",
     "drake_navbench.inputs.people",
     "drake_navbench.inputs.recorded_people",
     "drake_navbench.inputs.world",

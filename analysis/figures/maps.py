@@ -25,7 +25,7 @@ from drake_navbench.analysis.metrics.mission import goals
 from drake_navbench.analysis.metrics.moving import look_times
 from drake_navbench.analysis.metrics.safety import obstacle_outlines
 from drake_navbench.analysis.metrics.signals import Array, positions, stretches
-from drake_navbench.analysis.moving import is_there, movers_of
+from drake_navbench.analysis.movers import is_there, movers_of
 from drake_navbench.kernels.poses import place_outline
 from drake_navbench.logs.log import TrialLog
 

@@ -13,7 +13,7 @@ from drake_navbench.analysis.metrics.signals import (
     times,
 )
 from drake_navbench.analysis.metrics.standing import edges_within, shapes_of
-from drake_navbench.analysis.moving import movers_of
+from drake_navbench.analysis.movers import movers_of
 from drake_navbench.inputs.world import World
 from drake_navbench.kernels.least_gap import Surroundings, least_gap
 from drake_navbench.kernels.swept_contact import pose_within_step

@@ -18,8 +18,8 @@ from drake_navbench.analysis.metrics.moving import (
     robot_poses,
 )
 from drake_navbench.analysis.metrics.signals import Array
-from drake_navbench.analysis.moving import is_there, movers_of
-from drake_navbench.inputs.moving import Bodies
+from drake_navbench.analysis.movers import is_there, movers_of
+from drake_navbench.inputs.moving_obstacles import Bodies
 from drake_navbench.kernels.moving_bodies import clearances_of_bodies
 from drake_navbench.kernels.poses import place_outline
 from drake_navbench.logs.log import TrialLog

@@ -26,7 +26,7 @@ from drake_navbench.analysis.metrics.signals import (
     lateral_velocity,
     times,
 )
-from drake_navbench.analysis.moving import movers_of
+from drake_navbench.analysis.movers import movers_of
 from drake_navbench.kernels.poses import place_outline
 from drake_navbench.kernels.social_force import social_force
 from drake_navbench.logs.log import Outcome, TrialLog

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pydrake.geometry import Rgba
 
 from drake_navbench.analysis.replay.ground_texture import textured_square
-from drake_navbench.analysis.replay.moving import on_floor
+from drake_navbench.analysis.replay.moving_shapes import on_floor
 from drake_navbench.analysis.replay.odometry_frame import world_from_odometry
 from drake_navbench.analysis.replay.stage import Stage, frame_of, spaced_in_time
 from drake_navbench.logs.log import TrialLog

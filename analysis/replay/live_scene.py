@@ -17,7 +17,7 @@ from drake_navbench.analysis.replay.flat_meshes import ribbon, thinned
 from drake_navbench.analysis.replay.global_plans import PLAN_COLOR, PLAN_PATH, draw_plan
 from drake_navbench.analysis.replay.ground_texture import textured_square
 from drake_navbench.analysis.replay.intentions import PREDICTED_COLOR, draw_prediction
-from drake_navbench.analysis.replay.moving import draw_moving, on_floor
+from drake_navbench.analysis.replay.moving_shapes import draw_moving, on_floor
 from drake_navbench.analysis.replay.odometry_frame import placed_points
 from drake_navbench.analysis.replay.page import LegendRow, assemble
 from drake_navbench.analysis.replay.paths import (

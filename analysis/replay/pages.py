@@ -15,7 +15,7 @@ from drake_navbench.analysis.colors import controller_color
 from drake_navbench.analysis.metrics.body import outline_of
 from drake_navbench.analysis.metrics.mission import goals
 from drake_navbench.analysis.metrics.signals import stretches
-from drake_navbench.analysis.moving import movers_of
+from drake_navbench.analysis.movers import movers_of
 from drake_navbench.analysis.replay import intentions
 from drake_navbench.analysis.replay.actors import (
     Pace,
@@ -35,7 +35,7 @@ from drake_navbench.analysis.replay.global_plans import (
     add_course,
     add_plans_in_force,
 )
-from drake_navbench.analysis.replay.moving import add_moving
+from drake_navbench.analysis.replay.moving_shapes import add_moving
 from drake_navbench.analysis.replay.odometry_frame import cycles_in_world
 from drake_navbench.analysis.replay.page import LegendRow, assemble
 from drake_navbench.analysis.replay.paths import (

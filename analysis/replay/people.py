@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from pydrake.geometry import Capsule, Ellipsoid, Rgba, Shape, Sphere
 from pydrake.math import RigidTransform, RotationMatrix
 
-from drake_navbench.analysis.replay.moving import on_floor
+from drake_navbench.analysis.replay.moving_shapes import on_floor
 from drake_navbench.analysis.replay.stage import Stage, frames_until
 from drake_navbench.inputs.people import HIP_HALF_WIDTH_M, HIP_HEIGHT_M, foot_offsets_m
 from drake_navbench.logs.log import TrialLog

@@ -161,10 +161,10 @@ def camera_view(course: Bounds) -> tuple[Array, Array]:
     corners = np.array([[*c, z] for c in course.corners for z in (0.0, OBSTACLE_TOP_M)]) - target
     # A point p is in the picture where |p . right| <= (distance - p . toward) * half_width, and
     # likewise for up; so each point asks for a distance, and the largest one serves all.
-    asked = corners @ toward_camera + np.maximum(
+    distances = corners @ toward_camera + np.maximum(
         np.abs(corners @ right) / half_width, np.abs(corners @ up) / half_height
     )
-    return target + asked.max() * toward_camera, target
+    return target + distances.max() * toward_camera, target
 
 
 def _aim_camera(meshcat: Meshcat, course: Bounds) -> None:

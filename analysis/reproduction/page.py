@@ -12,9 +12,12 @@ import pandas as pd
 
 from drake_navbench.analysis.html import page_environment, relative_change
 from drake_navbench.analysis.pairs import RELEVANT_RATIO
-from drake_navbench.analysis.reproduction.accounts import (
+from drake_navbench.analysis.reproduction.concordance import EXCLUDED_METRICS, PUBLISHED_TRIALS
+from drake_navbench.analysis.reproduction.heading_ties import heading_ties
+from drake_navbench.analysis.reproduction.judgement import Estimate, Judgement, Part, Verdict
+from drake_navbench.analysis.reproduction.lineup_results import (
     TOGETHER,
-    Account,
+    LineupResult,
     Share,
     agreements,
     errors_by_metric,
@@ -22,9 +25,6 @@ from drake_navbench.analysis.reproduction.accounts import (
     shares,
     shares_by_difficulty,
 )
-from drake_navbench.analysis.reproduction.concordance import EXCLUDED_METRICS, PUBLISHED_TRIALS
-from drake_navbench.analysis.reproduction.heading_ties import heading_ties
-from drake_navbench.analysis.reproduction.judgement import Estimate, Judgement, Part, Verdict
 from drake_navbench.analysis.reproduction.lineups import (
     ALL_SCENARIOS,
     GOAL_SCENARIOS,
@@ -97,7 +97,7 @@ def render(
     *,
     manifest: Mapping[str, Any],
     trials: pd.DataFrame,
-    accounts: Sequence[Account],
+    results: Sequence[LineupResult],
     parameters_of: ParametersOf = nothing_known,
 ) -> str:
     """Returns the page's HTML; parameters_of: as for `changed_parameters`."""
@@ -106,8 +106,8 @@ def render(
         number=_number, span=_span, duration=_duration, change=relative_change, percent=_percent,
         size=_size,
     )  # fmt: skip
-    main, *others = accounts
-    lineups = [account.lineup for account in accounts]
+    main, *others = results
+    lineups = [lineup_result.lineup for lineup_result in results]
     noisy = next((a for a in others if a.lineup.scenarios), None)
     rows = agreements(main, noisy)
     page = {
@@ -120,7 +120,7 @@ def render(
         "lineups": lineups,
         "drives_constrained_teb": any("teb" in lineup.presets.values() for lineup in lineups),
         "absent": [lineup for lineup in LINEUPS if lineup not in lineups],
-        "shares": _share_rows(accounts),
+        "shares": _share_rows(results),
         "total": shares(main.judgements)[-1],
         "difficulty": shares_by_difficulty(main.judgements),
         "errors": errors_by_metric(main),
@@ -144,18 +144,18 @@ def render(
         "goal_scenarios": GOAL_SCENARIOS,
         "all_scenarios": ALL_SCENARIOS,
         "excluded": EXCLUDED_METRICS,
-        "comparison": _comparison_rows(accounts),
+        "comparison": _comparison_rows(results),
         "changes": _changes(folder, parameters_of),
     }
     return environment.get_template("reproduction.html").render(page=page, main=main.lineup)
 
 
-def _share_rows(accounts: Sequence[Account]) -> list[tuple[str, list[Share | None]]]:
+def _share_rows(results: Sequence[LineupResult]) -> list[tuple[str, list[Share | None]]]:
     """Returns for each scenario its name and one share a lineup.
 
     The share is None where a lineup has the same scenario and presets as the published lineup.
     """
-    main, *others = accounts
+    main, *others = results
     rows: list[tuple[str, list[Share | None]]] = [
         (share.scenario, [share]) for share in shares(main.judgements)
     ]
@@ -168,7 +168,7 @@ def _share_rows(accounts: Sequence[Account]) -> list[tuple[str, list[Share | Non
     return rows
 
 
-def _is_own(own: Account, judgement: Judgement) -> bool:
+def _is_own(own: LineupResult, judgement: Judgement) -> bool:
     """Whether a lineup has trials of its own to judge a finding by."""
     finding = judgement.finding
     return any(
@@ -193,7 +193,7 @@ def _is_small(judgement: Judgement) -> bool:
 
 
 def _comparison_rows(
-    accounts: Sequence[Account],
+    results: Sequence[LineupResult],
 ) -> list[tuple[str, str, str, list[tuple[Comparison, list[tuple[str, Comparison]]]]]]:
     """Returns a row a published metric: scenario, metric, unit, and a cell a controller.
 
@@ -201,12 +201,12 @@ def _comparison_rows(
     own, each under the name of what was driven.
     """
     rows: dict[tuple[str, str, str], list[tuple[Comparison, list[tuple[str, Comparison]]]]] = {}
-    main, *others = accounts
+    main, *others = results
     for index, row in enumerate(main.cells):
         own = [
-            (_driven_name(account.lineup, row), account.cells[index])
-            for account in others
-            if account.lineup.differs(PUBLISHED_SETTINGS, row.scenario, row.controller)
+            (_driven_name(lineup_result.lineup, row), lineup_result.cells[index])
+            for lineup_result in others
+            if lineup_result.lineup.differs(PUBLISHED_SETTINGS, row.scenario, row.controller)
         ]
         rows.setdefault((row.scenario, row.metric, row.unit), []).append((row, own))
     return [(*key, cells) for key, cells in rows.items()]

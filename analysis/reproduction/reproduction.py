@@ -11,10 +11,10 @@ from typing import Any, NamedTuple
 
 import pandas as pd
 
-from drake_navbench.analysis.reproduction.accounts import Account, account, shares
 from drake_navbench.analysis.reproduction.concordance import concordance, is_covered
 from drake_navbench.analysis.reproduction.findings import findings
 from drake_navbench.analysis.reproduction.judgement import Judgement, Part
+from drake_navbench.analysis.reproduction.lineup_results import LineupResult, lineup_result, shares
 from drake_navbench.analysis.reproduction.lineups import present_lineups
 from drake_navbench.analysis.reproduction.page import ParametersOf, nothing_known, render
 from drake_navbench.analysis.reproduction.publication import PUBLISHED_CONTROLLERS, published_table
@@ -49,26 +49,26 @@ def write_reproduction(
     None where they are not known; what it changes is left out then. Raises InputError where the
     folder is no results folder.
     """
-    results = ResultsFolder(folder)
-    manifest = results.read_manifest()
+    results_folder = ResultsFolder(folder)
+    manifest = results_folder.read_manifest()
     if trials is None:
-        trials = pd.read_parquet(results.trials_path)
-    accounts = [account(trials, lineup) for lineup in present_lineups(trials)]
+        trials = pd.read_parquet(results_folder.trials_path)
+    results = [lineup_result(trials, lineup) for lineup in present_lineups(trials)]
     tables = folder / "tables"
-    write_text(tables / FINDINGS_NAME, csv_text(findings_table(accounts)))
-    write_text(tables / COMPARISON_NAME, csv_text(comparison_table(accounts)))
-    write_text(tables / ORDERINGS_NAME, csv_text(orderings_table(accounts)))
+    write_text(tables / FINDINGS_NAME, csv_text(findings_table(results)))
+    write_text(tables / COMPARISON_NAME, csv_text(comparison_table(results)))
+    write_text(tables / ORDERINGS_NAME, csv_text(orderings_table(results)))
     page = folder / PAGE_NAME
     write_text(
         page,
         render(
-            folder, manifest=manifest, trials=trials, accounts=accounts, parameters_of=parameters_of
+            folder, manifest=manifest, trials=trials, results=results, parameters_of=parameters_of
         ),
     )
-    return Reproduction(page, _in_a_sentence(accounts[0]))
+    return Reproduction(page, _in_a_sentence(results[0]))
 
 
-def _in_a_sentence(own: Account) -> str:
+def _in_a_sentence(own: LineupResult) -> str:
     total = shares(own.judgements)[-1]
     found = concordance(own.orderings)
     text = f"Of the publication's {total.total} claims {total.holds} hold here"
@@ -87,18 +87,18 @@ def _in_a_sentence(own: Account) -> str:
     )
 
 
-def findings_table(accounts: Iterable[Account]) -> pd.DataFrame:
+def findings_table(results: Iterable[LineupResult]) -> pd.DataFrame:
     """Returns one row a finding and lineup: published values, ours with intervals, the verdict."""
     return pd.DataFrame(
         [
-            _finding_row(account.lineup.name, judgement)
-            for account in accounts
-            for judgement in account.judgements
+            _finding_row(lineup_result.lineup.name, judgement)
+            for lineup_result in results
+            for judgement in lineup_result.judgements
         ]
     )
 
 
-def comparison_table(accounts: Iterable[Account]) -> pd.DataFrame:
+def comparison_table(results: Iterable[LineupResult]) -> pd.DataFrame:
     """Returns one row a published number and lineup: ours, its interval, relative difference."""
     return pd.DataFrame(
         [
@@ -107,9 +107,9 @@ def comparison_table(accounts: Iterable[Account]) -> pd.DataFrame:
                 "metric": row.metric,
                 "unit": row.unit,
                 "controller": row.controller,
-                "lineup": account.lineup.name,
-                "driven_scenario": account.lineup.scenario(row.scenario),
-                "preset": account.lineup.presets[row.controller],
+                "lineup": lineup_result.lineup.name,
+                "driven_scenario": lineup_result.lineup.scenario(row.scenario),
+                "preset": lineup_result.lineup.presets[row.controller],
                 "published": row.published,
                 "ours": row.ours.mean,
                 "ours_low": row.ours.interval.low,
@@ -117,13 +117,13 @@ def comparison_table(accounts: Iterable[Account]) -> pd.DataFrame:
                 "relative_difference": row.relative_difference,
                 "trials": row.ours.count,
             }
-            for account in accounts
-            for row in account.cells
+            for lineup_result in results
+            for row in lineup_result.cells
         ]
     )
 
 
-def orderings_table(accounts: Iterable[Account]) -> pd.DataFrame:
+def orderings_table(results: Iterable[LineupResult]) -> pd.DataFrame:
     """Returns one row a published ordering and lineup: both differences, whether they agree.
 
     Differences are the second's mean minus the first's, as a share of the larger.
@@ -132,13 +132,13 @@ def orderings_table(accounts: Iterable[Account]) -> pd.DataFrame:
     return pd.DataFrame(
         [
             {
-                "lineup": account.lineup.name,
+                "lineup": lineup_result.lineup.name,
                 **row._asdict(),
                 "agreement": row.agreement,
                 "is_claimed": is_covered(row, claimed),
             }
-            for account in accounts
-            for row in account.orderings
+            for lineup_result in results
+            for row in lineup_result.orderings
         ]
     )
 

@@ -131,8 +131,8 @@ class DynamicWindowApproach:
         """
         window = evaluation.trajectories
         poses = _padded(window.poses, window.pose_counts)
-        asked = np.arange(len(evaluation.scales)) < evaluation.judged_counts[:, None]
-        is_sound = asked & (evaluation.violations.T == 0)
+        was_called = np.arange(len(evaluation.scales)) < evaluation.judged_counts[:, None]
+        is_sound = was_called & (evaluation.violations.T == 0)
         best = evaluation.best
         return {
             "predicted_trajectory": poses[best, : window.pose_counts[best]].copy(),

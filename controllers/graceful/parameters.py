@@ -13,7 +13,16 @@ from drake_navbench.controller import (
     ControllerParameters,
 )
 from drake_navbench.kernels.grid import INSCRIBED
-from drake_navbench.releases import NEWEST_RELEASE, ReadBy, Release, release_in, since, until
+from drake_navbench.releases import (
+    NEWEST_RELEASE,
+    ReadBy,
+    Release,
+    before,
+    defaults_in,
+    release_in,
+    since,
+    until,
+)
 from drake_navbench.typed_files.quantities import (
     Acceleration,
     Angle,
@@ -27,7 +36,6 @@ LAMBDA = "lambda"
 MIN_LOOKAHEAD = "min_lookahead"
 # The search distance is the path handler's since the controllers do not cut the plan any more.
 SEARCH_DISTANCE = "max_robot_pose_search_dist"
-HUMBLE_DEFAULTS = MappingProxyType({"k_phi": 3.0, "k_delta": 2.0, "beta": 0.2})
 
 
 class GracefulParameters(ControllerParameters):
@@ -70,6 +78,9 @@ class GracefulParameters(ControllerParameters):
             "initial_rotation_min_angle": until(Release.HUMBLE),
             "final_rotation": until(Release.HUMBLE),
             SEARCH_DISTANCE: until(Release.KILTED),
+            "k_phi": ReadBy(defaults=before(Release.IRON, 3.0)),
+            "k_delta": ReadBy(defaults=before(Release.IRON, 2.0)),
+            "beta": ReadBy(defaults=before(Release.IRON, 0.2)),
         }
     )
 
@@ -228,8 +239,8 @@ class GracefulParameters(ControllerParameters):
     @model_validator(mode="before")
     @classmethod
     def _with_defaults_of_release(cls, data: Any) -> Any:
-        if isinstance(data, Mapping) and release_in(data) is Release.HUMBLE:
-            return {**HUMBLE_DEFAULTS, **data}
+        if isinstance(data, Mapping):
+            return {**defaults_in(cls, release_in(data)), **data}
         return data
 
     @model_serializer(mode="wrap")

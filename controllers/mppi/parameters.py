@@ -14,7 +14,16 @@ from drake_navbench.controllers.critic_parameters import CriticBlock, Parameters
 from drake_navbench.controllers.mppi.critics.base import CriticParameters
 from drake_navbench.controllers.mppi.critics.registry import CRITICS
 from drake_navbench.plugins.kinds import PluginKind
-from drake_navbench.releases import NEWEST_RELEASE, ReadBy, Release, release_in, since, until
+from drake_navbench.releases import (
+    NEWEST_RELEASE,
+    ReadBy,
+    Release,
+    before,
+    defaults_in,
+    release_in,
+    since,
+    until,
+)
 from drake_navbench.typed_files.quantities import (
     Acceleration,
     Angle,
@@ -159,17 +168,8 @@ OF_OWN_PLAN = (
     "enforce_path_inversion",
     "inversion_xy_tolerance",
     "inversion_yaw_tolerance",
-)
-# Defaults up to Iron, by critic.
-OLDER_DEFAULTS: Mapping[str, Mapping[str, Any]] = {
-    "PathAngleCritic": {"cost_weight": 2.0, "max_angle_to_furthest": 1.2},
-    "ObstaclesCritic": {"collision_cost": 1e4},
-    # Every column, and a collision is near from the inscribed cost on.
-    "CostCritic": {"trajectory_point_step": 1, "near_collision_cost": 253},
-}
-WITH_OLDER_DEFAULTS = (Release.HUMBLE, Release.IRON)
-# The parameters that Jazzy and Lyrical have, but not Kilted.
-NOT_IN_KILTED = ("open_loop", "GoalAngleCritic.symmetric_yaw_tolerance")
+)  # Jazzy and Lyrical have them.
+NOT_IN_KILTED = ReadBy(frozenset({Release.JAZZY, Release.LYRICAL}))
 
 
 class MppiParameters(ParametersWithCritics):
@@ -216,10 +216,14 @@ class MppiParameters(ParametersWithCritics):
             "ay_max": since(Release.JAZZY),
             "ay_min": since(Release.JAZZY),
             "az_max": since(Release.JAZZY),
-            "open_loop": since(Release.JAZZY),
-            "CostCritic.near_collision_cost": since(Release.JAZZY),
-            "CostCritic.trajectory_point_step": since(Release.JAZZY),
-            "GoalAngleCritic.symmetric_yaw_tolerance": since(Release.JAZZY),
+            "open_loop": NOT_IN_KILTED,
+            # Every column, and a collision is near from the inscribed cost on.
+            "CostCritic.near_collision_cost": since(Release.JAZZY, before(Release.JAZZY, 253)),
+            "CostCritic.trajectory_point_step": since(Release.JAZZY, before(Release.JAZZY, 1)),
+            "GoalAngleCritic.symmetric_yaw_tolerance": NOT_IN_KILTED,
+            "ObstaclesCritic.collision_cost": ReadBy(defaults=before(Release.JAZZY, 1e4)),
+            "PathAngleCritic.cost_weight": ReadBy(defaults=before(Release.JAZZY, 2.0)),
+            "PathAngleCritic.max_angle_to_furthest": ReadBy(defaults=before(Release.JAZZY, 1.2)),
             "publish_optimal_trajectory": since(Release.KILTED),
             "TrajectoryValidator": since(Release.LYRICAL),
             "clamp_raw_controls": since(Release.LYRICAL),
@@ -363,13 +367,6 @@ class MppiParameters(ParametersWithCritics):
         return {name: told for name in ("vx_min", "vx_max") if name in values}
 
     @classmethod
-    def is_read(cls, name: str, release: Any) -> bool:
-        """See the base class."""
-        if release == "kilted" and name in NOT_IN_KILTED:
-            return False
-        return super().is_read(name, release)
-
-    @classmethod
     def path_handler_fields(cls, given: Mapping[str, Any]) -> dict[str, str]:
         """See the base class; up to Kilted the controller has no path handler before it."""
         if release_in(given) != NEWEST_RELEASE:
@@ -379,15 +376,15 @@ class MppiParameters(ParametersWithCritics):
     def as_read(self) -> Self:
         """See the base class; also sets unread fields of the critics' blocks to their defaults."""
         blocks = {}
+        defaults = defaults_in(type(self), self.nav2_release)
         for name in self.critics:
             block = self.critic(name)
             fields = type(block).model_fields
             unread = [f for f in fields if not self.is_read(f"{name}.{f}", self.nav2_release)]
             values = {field: fields[field].get_default() for field in unread}
-            if self.nav2_release in WITH_OLDER_DEFAULTS:
-                older = OLDER_DEFAULTS.get(name, {})
-                given = block.model_fields_set.difference(unread)
-                values |= {field: v for field, v in older.items() if field not in given}
+            given = block.model_fields_set.difference(unread)
+            older = {f: v for f in fields if (v := defaults.get(f"{name}.{f}")) is not None}
+            values |= {field: value for field, value in older.items() if field not in given}
             blocks[name] = block.model_copy(update=values)
         return super().as_read().model_copy(update=blocks)
 

@@ -6,7 +6,6 @@ beside the shim's own, and `primary_controller` was the plugin alone. Both are t
 
 from __future__ import annotations
 
-import json
 from collections.abc import Collection, Mapping
 from pathlib import Path
 from typing import Any, ClassVar, Self
@@ -18,7 +17,7 @@ from pydantic import (
     model_serializer,
     model_validator,
 )
-from pydantic_core import InitErrorDetails, PydanticCustomError
+from pydantic_core import InitErrorDetails
 
 from drake_navbench.controller import CONTROLLERS, AskedSpeeds, Controller, ControllerParameters
 from drake_navbench.controllers.rotation_shim.releases import RULES
@@ -33,8 +32,9 @@ from drake_navbench.typed_files.quantities import (
     Number,
 )
 from drake_navbench.typed_files.typed_yaml import (
-    EXTRA_FIELD,
-    UNKNOWN_FIELD,
+    faults_within,
+    found_fault,
+    read_block,
     tuples_for_lists,
     unknown_field,
 )
@@ -205,11 +205,11 @@ class RotationShimParameters(ControllerParameters):
 
     def asked_speeds(self) -> AskedSpeeds:
         """Returns the primary controller's, and the rate of a turn."""
-        asked = self.primary_controller.parameters.asked_speeds()
-        if asked.max_angular_radps is None:
-            return asked
-        turning = max(asked.max_angular_radps, self.rotate_to_heading_angular_vel)
-        return asked._replace(max_angular_radps=turning)
+        speeds = self.primary_controller.parameters.asked_speeds()
+        if speeds.max_angular_radps is None:
+            return speeds
+        turning = max(speeds.max_angular_radps, self.rotate_to_heading_angular_vel)
+        return speeds._replace(max_angular_radps=turning)
 
     @model_validator(mode="before")
     @classmethod
@@ -270,14 +270,14 @@ def _primary(
     if name is None:
         hint = nearest_name_hint(str(plugin), CONTROLLERS.names)
         text = f"expected a controller's name or plugin type{hint}"
-        raise ValidationError.from_exception_data(PRIMARY, [_fault(text, where, plugin)])
+        raise ValidationError.from_exception_data(PRIMARY, [found_fault(text, where, plugin)])
     try:
         controller = CONTROLLERS.load(name)
     except InputError as error:
-        faults = [_fault(str(error), where, plugin)]
+        faults = [found_fault(str(error), where, plugin)]
         raise ValidationError.from_exception_data(PRIMARY, faults) from error
     if issubclass(controller.Parameters, RotationShimParameters):
-        faults = [_fault("expected a controller other than a rotation shim", where, plugin)]
+        faults = [found_fault("expected a controller other than a rotation shim", where, plugin)]
         raise ValidationError.from_exception_data(PRIMARY, faults)
     model = controller.Parameters
     known = {field for name, info in model.model_fields.items() for field in _names(name, info)}
@@ -285,12 +285,10 @@ def _primary(
     if release in set(Release) and RELEASE_FIELD in known:
         offered.setdefault(RELEASE_FIELD, release)
     try:
-        # Through JSON, because strictness there takes a list for a tuple.
-        parameters = model.model_validate_json(json.dumps(offered, default=str), strict=True)
+        parameters = read_block(model, offered)
     except ValidationError as error:
-        raise ValidationError.from_exception_data(
-            PRIMARY, [_nested_fault(fault, place, model) for fault in error.errors()]
-        ) from error
+        faults = faults_within(place, error, model)
+        raise ValidationError.from_exception_data(PRIMARY, faults) from error
     return PrimaryController.model_construct(plugin=name, parameters=parameters)
 
 
@@ -299,28 +297,8 @@ def _names(name: str, info: Any) -> list[str]:
     return [name, *getattr(info.validation_alias, "choices", ())]
 
 
-def _nested_fault(
-    fault: Any, place: tuple[str, ...], model: type[ControllerParameters]
-) -> InitErrorDetails:
-    """Returns a fault of the primary controller's parameters as one of the shim's."""
-    location = (*place, *fault["loc"])
-    if fault["type"] == EXTRA_FIELD:
-        return _unknown(str(fault["loc"][-1]), location, fault["input"], model)
-    text = fault["msg"].removeprefix("Value error, ")
-    if fault["type"] == UNKNOWN_FIELD:
-        return unknown_field(text, location, fault["input"])
-    if fault["type"] == "missing":
-        text = "missing, but required"
-    return _fault(text, location, fault["input"])
-
-
 def _unknown(
     name: str, location: tuple[int | str, ...], found: Any, model: type[ControllerParameters]
 ) -> InitErrorDetails:
     text = f"unknown field{nearest_name_hint(name, model.model_fields)}"
     return unknown_field(text, location, found)
-
-
-def _fault(text: str, location: tuple[int | str, ...], found: Any) -> InitErrorDetails:
-    kind = PydanticCustomError("primary_controller", "{text}", {"text": text})
-    return InitErrorDetails(type=kind, loc=location, input=found)

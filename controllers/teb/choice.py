@@ -142,7 +142,7 @@ class BandChooser:
             if candidate.is_cold:
                 planned = self._planner.lead_cold(candidate.guess, task, pace=attempt.pace)
             else:
-                planned = self._planner.lead(candidate.guess, task)
+                planned = self._planner.run_newton(candidate.guess, task)
             tried.append((candidate, planned))
             work += planned.solution.newton_steps * len(planned.solution.time_steps)
         failed_lately = time_s - attempt.memory.spare_failed_s < REVISIT_PERIOD_S

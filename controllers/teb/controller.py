@@ -24,7 +24,7 @@ from drake_navbench.controllers.teb.local_plan import (
     via_points,
 )
 from drake_navbench.controllers.teb.memory import REVISIT_PERIOD_S, TebMemory
-from drake_navbench.controllers.teb.moving import Track, track_obstacles
+from drake_navbench.controllers.teb.obstacle_tracking import Track, track_obstacles
 from drake_navbench.controllers.teb.parameters import TebParameters
 from drake_navbench.controllers.teb.passage import plan_passage
 from drake_navbench.controllers.teb.planner import (

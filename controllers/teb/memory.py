@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drake_navbench.controllers.teb.band import Band
-from drake_navbench.controllers.teb.moving import Tracking
+from drake_navbench.controllers.teb.obstacle_tracking import Tracking
 
 # Bands that lost or failed are tried again only after this, s: little changes in a cycle.
 REVISIT_PERIOD_S = 0.25

@@ -23,7 +23,7 @@ from drake_navbench.controllers.teb.program import (
     BandLimits,
     BandProgram,
     BandSolution,
-    Lead,
+    NewtonResult,
 )
 from drake_navbench.controllers.teb.surroundings import Surroundings
 from drake_navbench.kernels.distance_field import path_clearance
@@ -59,14 +59,14 @@ class PlannedBand(NamedTuple):
     """An optimised band and how it came about.
 
     accepted: it obeys the limits. given_up_m: min_obstacle_dist less the clearance at its narrowest
-    place, besides the slack. lead: the result of Newton's method.
+    place, besides the slack. newton: the result of Newton's method.
     """
 
     band: Band
     solution: BandSolution
     accepted: bool
     given_up_m: float
-    lead: Lead
+    newton: NewtonResult
 
 
 def band_limits(parameters: TebParameters, speed_limit: SpeedLimit | None) -> BandLimits:
@@ -131,17 +131,17 @@ class BandPlanner:
         Where its time steps come out too long or too short it is cut anew and optimised once more,
         as teb_local_planner resizes its bands between its rounds.
         """
-        planned = self.lead(guess, task)
+        planned = self.run_newton(guess, task)
         if not planned.accepted:
             return planned
         current = len(planned.band.time_steps)
         count = pace.interval_count(planned.band.duration_s, current)
         if count == current:
             return planned
-        again = self.lead(resampled(planned.band, count), task)
+        again = self.run_newton(resampled(planned.band, count), task)
         return again if again.accepted else planned
 
-    def lead(self, guess: Band, task: Task) -> PlannedBand:
+    def run_newton(self, guess: Band, task: Task) -> PlannedBand:
         """Returns the band that Newton's method makes of a guess."""
         scene = self._scene(guess, task)
         longest = max(task.limits.longest_step, 2.0 * float(guess.time_steps.max()))
@@ -157,35 +157,37 @@ class BandPlanner:
         program = self._program(
             len(guess.time_steps), meets_moving=len(scene.encounters.things) > 0
         )
-        lead = program.lead(
+        newton = program.run_newton(
             pack_band(guess.poses, guess.time_steps, 0.0),
             scene=scene,
             weights=self._weights,
             limits=limits,
         )
-        planned = self._planned(lead, program.led(lead), limits)
-        return planned._replace(accepted=planned.accepted and lead.descent.converged)
+        planned = self._planned(newton, program.unconfirmed(newton), limits)
+        return planned._replace(accepted=planned.accepted and newton.descent.converged)
 
     def confirm(self, planned: PlannedBand, task: Task, *, iterations: int) -> PlannedBand:
         """Has IPOPT optimise a band, with at most so many iterations.
 
         It starts where Newton's method ended, or from the guess where that failed.
         """
-        problem = planned.lead.problem
+        problem = planned.newton.problem
         meets_moving = len(problem.scene.encounters.things) > 0
         program = self._program(problem.interval_count, meets_moving=meets_moving)
-        solution = program.confirm(planned.lead, iterations)
-        return self._planned(planned.lead, solution, task.limits)
+        solution = program.confirm(planned.newton, iterations)
+        return self._planned(planned.newton, solution, task.limits)
 
-    def _planned(self, lead: Lead, solution: BandSolution, limits: BandLimits) -> PlannedBand:
+    def _planned(
+        self, newton: NewtonResult, solution: BandSolution, limits: BandLimits
+    ) -> PlannedBand:
         finite = bool(np.isfinite(solution.poses).all() and np.isfinite(solution.time_steps).all())
-        least_share = float(lead.problem.scene.clearance_shares.min(initial=1.0))
+        least_share = float(newton.problem.scene.clearance_shares.min(initial=1.0))
         return PlannedBand(
             Band(freeze(solution.poses), freeze(solution.time_steps)),
             solution,
             finite and solution.violation <= ACCEPTED_VIOLATION,
             (1.0 - least_share) * limits.clearance,
-            lead,
+            newton,
         )
 
     def _program(self, interval_count: int, *, meets_moving: bool) -> BandProgram:

@@ -75,7 +75,7 @@ class BandSolution(NamedTuple):
     newton_steps: int = 0
 
 
-class Lead(NamedTuple):
+class NewtonResult(NamedTuple):
     """A problem and where Newton's method ended on it."""
 
     problem: Problem
@@ -121,12 +121,14 @@ class BandProgram:
 
         IPOPT takes `iterations` at most; where Newton's method fails it has the guess itself.
         """
-        lead = self.lead(guess, scene=scene, weights=weights, limits=limits)
-        if lead.descent.converged and not self._settings.is_confirmed:
-            return self.led(lead)
-        return self.confirm(lead, iterations)
+        newton = self.run_newton(guess, scene=scene, weights=weights, limits=limits)
+        if newton.descent.converged and not self._settings.is_confirmed:
+            return self.unconfirmed(newton)
+        return self.confirm(newton, iterations)
 
-    def lead(self, guess: Array, *, scene: BandScene, weights: Weights, limits: BandLimits) -> Lead:
+    def run_newton(
+        self, guess: Array, *, scene: BandScene, weights: Weights, limits: BandLimits
+    ) -> NewtonResult:
         """Runs Newton's method from a guess, to tighter tolerances than those of IPOPT."""
         settings = self._settings
         problem = Problem(
@@ -143,22 +145,26 @@ class BandProgram:
             error_tolerance=NEWTON_TOLERANCE_RATIO * settings.tolerance,
             violation_tolerance=settings.violation_tolerance,
         )
-        return Lead(problem, descend_in_stages(problem, wanted))
+        return NewtonResult(problem, descend_in_stages(problem, wanted))
 
-    def led(self, lead: Lead) -> BandSolution:
+    def unconfirmed(self, newton: NewtonResult) -> BandSolution:
         """Returns the end of Newton's method as a solution, without IPOPT."""
-        self._scene, self._weights, self._evaluations = lead.problem.scene, lead.problem.weights, 0
-        z = lead.descent.z
-        converged = lead.descent.converged
+        self._scene, self._weights, self._evaluations = (
+            newton.problem.scene,
+            newton.problem.weights,
+            0,
+        )
+        z = newton.descent.z
+        converged = newton.descent.converged
         status = SolutionResult.kSolutionFound if converged else SolutionResult.kIterationLimit
-        return self._solution(lead, z, self._objective(z)[0], status)
+        return self._solution(newton, z, self._objective(z)[0], status)
 
-    def confirm(self, lead: Lead, iterations: int) -> BandSolution:
+    def confirm(self, newton: NewtonResult, iterations: int) -> BandSolution:
         """Has IPOPT optimise the end of Newton's method, or the guess where that failed.
 
         iterations: of IPOPT, at most.
         """
-        problem, descent = lead.problem, lead.descent
+        problem, descent = newton.problem, newton.descent
         self._scene, self._weights, self._evaluations = problem.scene, problem.weights, 0
         if self._ipopt is None:
             self._ipopt = self._ipopt_program()
@@ -167,10 +173,12 @@ class BandProgram:
             start, problem.bounds, iterations=iterations, is_at_minimum=descent.converged
         )
         cost = float(result.get_optimal_cost())
-        return self._solution(lead, result.get_x_val(), cost, result.get_solution_result())
+        return self._solution(newton, result.get_x_val(), cost, result.get_solution_result())
 
-    def _solution(self, lead: Lead, z: Array, cost: float, status: SolutionResult) -> BandSolution:
-        problem, m = lead.problem, self._interval_count
+    def _solution(
+        self, newton: NewtonResult, z: Array, cost: float, status: SolutionResult
+    ) -> BandSolution:
+        problem, m = newton.problem, self._interval_count
         return BandSolution(
             poses=unpack_poses(z, problem.scene.start, problem.scene.goal, m),
             time_steps=z[:m].copy(),
@@ -179,7 +187,7 @@ class BandProgram:
             violation=self._violation(z, problem.bounds),
             status=status.name,
             evaluations=self._evaluations,
-            newton_steps=lead.descent.iterations,
+            newton_steps=newton.descent.iterations,
         )
 
     def _violation(self, z: Array, bounds: Bounds) -> float:

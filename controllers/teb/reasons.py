@@ -124,7 +124,7 @@ def _row(kind: _Kind) -> tuple[Cell, ...]:
 
 def _kinds(planned: PlannedBand) -> list[_Kind]:
     """Returns the kinds of constraints, in the order of the program's rows."""
-    problem, band = planned.lead.problem, planned.band
+    problem, band = planned.newton.problem, planned.band
     m = len(band.time_steps)
     scene, bounds = problem.scene, problem.bounds
     z = pack_band(band.poses, band.time_steps, planned.solution.slack)

@@ -11,7 +11,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from drake_navbench.controllers.teb.feasibility import OUTLINE_MARGIN_M, is_free
-from drake_navbench.controllers.teb.moving import Track
+from drake_navbench.controllers.teb.obstacle_tracking import Track
 from drake_navbench.controllers.teb.predicted import (
     NOTHING_MOVES,
     MovingFields,

@@ -25,7 +25,6 @@ from drake_navbench.analysis.tables import (
     suite_tables,
 )
 from drake_navbench.analysis.totals import told_by_totals, totals
-from drake_navbench.campaign.asked import listed_controllers, request_from_arguments, told_of_files
 from drake_navbench.campaign.campaign import DEFAULT_TRIALS, Campaign, plan_campaign
 from drake_navbench.campaign.cluster_connection import (
     ClusterPlace,
@@ -53,6 +52,11 @@ from drake_navbench.campaign.manifest import (
 )
 from drake_navbench.campaign.replays import write_replays
 from drake_navbench.campaign.request import Request
+from drake_navbench.campaign.request_arguments import (
+    listed_controllers,
+    request_from_arguments,
+    told_of_files,
+)
 from drake_navbench.campaign.run_results import Results
 from drake_navbench.campaign.suite_console import print_rank_changes, print_totals
 from drake_navbench.campaign.unsuccessful import unsuccessful_lines
@@ -124,7 +128,7 @@ def run_benchmark(
     names = [c if isinstance(c, str) else c.name for c in controllers]
     scenario_names = [s if isinstance(s, str) else s.name for s in scenarios]
     is_told_by_names = [*names, *scenario_names] == [*controllers, *scenarios]
-    asked = {
+    given = {
         "scenarios": scenario_names,
         "controllers": names,
         "parameter_files": [],
@@ -140,7 +144,7 @@ def run_benchmark(
         raise InputError(
             "run_benchmark: nav2, against and map: expected controllers and scenarios by name"
         )
-    request = validate(Request, asked | of_files, "run_benchmark")
+    request = validate(Request, given | of_files, "run_benchmark")
     if any(of_files.values()):
         campaign = request.campaign()
     else:
@@ -266,18 +270,18 @@ def _running_stacks(campaign: Campaign) -> list[str]:
     return [preset.name for preset in campaign.presets if preset.is_running_stack]
 
 
-def _jobs(campaign: Campaign, asked: int | None) -> int:
+def _jobs(campaign: Campaign, given: int | None) -> int:
     """Returns the number of workers: one where a running stack drives, one trial at a time.
 
     Raises InputError where more were asked for.
     """
     stacks = _running_stacks(campaign)
     if not stacks:
-        return asked or available_cores()
-    if asked not in (None, 1):
+        return given or available_cores()
+    if given not in (None, 1):
         raise InputError(
             f"--jobs: the running stack {stacks[0]} drives one trial at a time; expected 1, "
-            f"got {asked}"
+            f"got {given}"
         )
     return 1
 

@@ -110,13 +110,13 @@ def plan_campaign(
     Empty sequences stand for the five published scenarios and the default presets. What is given
     twice runs once; different ones of the same name are refused.
     """
-    asked = tuple({str(entry): entry for entry in scenarios}.values()) or PUBLISHED_SCENARIOS
-    loaded = [entry if isinstance(entry, Scenario) else load_scenario(entry) for entry in asked]
+    entries = tuple({str(entry): entry for entry in scenarios}.values()) or PUBLISHED_SCENARIOS
+    loaded = [entry if isinstance(entry, Scenario) else load_scenario(entry) for entry in entries]
     _require_different_names(
         "scenario",
         [
             (found.name, entry if isinstance(entry, str) else found.description)
-            for found, entry in zip(loaded, asked, strict=True)
+            for found, entry in zip(loaded, entries, strict=True)
         ],
     )
     columns = [

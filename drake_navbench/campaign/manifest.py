@@ -20,7 +20,7 @@ from drake_navbench.inputs.presets import as_yaml
 from drake_navbench.logs.results import ResultsFolder, file_name, remove_unfinished, write_text
 from drake_navbench.nav2.differences import difference_lines, differences
 from drake_navbench.processes.fingerprint import Fingerprint
-from drake_navbench.processes.machine import circumstances
+from drake_navbench.processes.machine import machine_facts
 from drake_navbench.trial.spec import TrialSpec
 from drake_navbench.typed_files.typed_yaml import FrozenModel
 
@@ -43,9 +43,9 @@ def begin(folder: ResultsFolder, campaign: Campaign, request: Request | None, jo
     """Writes the manifest and the resolved inputs; without a request it cannot be resumed."""
     inputs = _inputs(campaign)
     remove_unfinished(folder.path)
-    asked = {} if request is None else {"request": request.model_dump(mode="json")}
-    machines = {"machines": [circumstances(jobs)]}
-    folder.write_manifest(asked | machines | _manifest(campaign, inputs))
+    request_entry = {} if request is None else {"request": request.model_dump(mode="json")}
+    machines = {"machines": [machine_facts(jobs)]}
+    folder.write_manifest(request_entry | machines | _manifest(campaign, inputs))
     _write_inputs(folder, inputs)
 
 
@@ -56,7 +56,7 @@ def complete(folder: ResultsFolder, campaign: Campaign, jobs: int) -> None:
     """
     remove_unfinished(folder.path)
     manifest = folder.read_manifest()
-    manifest["machines"] = [*manifest.get("machines", []), circumstances(jobs)]
+    manifest["machines"] = [*manifest.get("machines", []), machine_facts(jobs)]
     folder.write_manifest(manifest)
     _write_inputs(folder, _inputs(campaign))
 

@@ -432,9 +432,9 @@ def with_package(
     parser: argparse.ArgumentParser, arguments: argparse.Namespace
 ) -> argparse.Namespace:
     """Returns the arguments with what a robot's repository gives; prints what was found."""
-    from drake_navbench.campaign import asked_package
+    from drake_navbench.campaign import package_arguments
 
-    arguments, lines = asked_package.with_package(arguments, parser.get_default("robot"))
+    arguments, lines = package_arguments.with_package(arguments, parser.get_default("robot"))
     if not arguments.quiet:
         print("\n".join(lines), flush=True)
     return arguments
@@ -455,7 +455,7 @@ def _run(parser: argparse.ArgumentParser, arguments: argparse.Namespace) -> int:
     elif arguments.pick:
         raise InputError(f"--pick {arguments.pick[0]}: expected --package as well")
     if arguments.check:
-        from drake_navbench.campaign.asked import print_check
+        from drake_navbench.campaign.request_arguments import print_check
 
         print_check(arguments)
         return EXIT_DONE

@@ -96,15 +96,15 @@ def _show(arguments: argparse.Namespace) -> None:
     if arguments.check:
         raise InputError("--check: prints a table and belongs to run; expected no --check")
     defaults = run_parser().parse_args([])
-    asked = argparse.Namespace(**vars(defaults) | vars(arguments))
-    asked.out, asked.robot = None, arguments.robot or defaults.robot
-    if asked.package:
-        asked = with_package(run_parser(), asked)
+    run_arguments = argparse.Namespace(**vars(defaults) | vars(arguments))
+    run_arguments.out, run_arguments.robot = None, arguments.robot or defaults.robot
+    if run_arguments.package:
+        run_arguments = with_package(run_parser(), run_arguments)
 
-    from drake_navbench.campaign.asked import request_from_arguments
+    from drake_navbench.campaign.request_arguments import request_from_arguments
 
-    request = request_from_arguments(asked)
-    has_robot = arguments.robot is not None or asked.robot != defaults.robot
+    request = request_from_arguments(run_arguments)
+    has_robot = arguments.robot is not None or run_arguments.robot != defaults.robot
     views, told = _views(request, has_robot=has_robot, has_columns=arguments.controllers)
     for line in told:
         print(printable(line), file=sys.stderr)

@@ -5,6 +5,7 @@ Source: nav2_costmap_2d (StaticLayer, DenoiseLayer, InflationLayer, KeepoutFilte
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import ClassVar, Literal
 
@@ -23,6 +24,7 @@ from drake_navbench.kernels.layer_grid import MergeRule, fill_outline, merge_lay
 from drake_navbench.kernels.poses import compose, place_outline
 from drake_navbench.kernels.rasterize import MASK_UNKNOWN, apply_keepout, mask_costs
 from drake_navbench.kernels.static_layer import sample_static, static_costs
+from drake_navbench.releases import ReadBy, Release, before, since
 from drake_navbench.typed_files.immutable import Immutable
 from drake_navbench.typed_files.quantities import Count, Length, Number
 
@@ -34,6 +36,10 @@ NO_OVERRIDE = -1
 
 class StaticLayerParameters(LayerParameters):
     """Nav2's static layer: the map."""
+
+    READ_BY: ClassVar[Mapping[str, ReadBy]] = {
+        "restore_cleared_footprint": since(Release.KILTED, before(Release.KILTED, False)),
+    }
 
     plugin: Literal["nav2_costmap_2d::StaticLayer"] = "nav2_costmap_2d::StaticLayer"
     footprint_clearing_enabled: bool = Field(False, description="Free the cells under the robot.")
@@ -74,6 +80,11 @@ class InflationLayerParameters(LayerParameters):
 
 class KeepoutFilterParameters(LayerParameters):
     """Nav2's keepout filter; the areas come from the scenario's filters of type keepout."""
+
+    READ_BY: ClassVar[Mapping[str, ReadBy]] = {
+        "override_lethal_cost": since(Release.JAZZY),
+        "lethal_override_cost": since(Release.JAZZY),
+    }
 
     plugin: Literal["nav2_costmap_2d::KeepoutFilter"] = "nav2_costmap_2d::KeepoutFilter"
     override_lethal_cost: bool = Field(

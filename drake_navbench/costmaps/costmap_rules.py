@@ -2,15 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import ClassVar
+
 from pydantic import Field
 
-from drake_navbench.releases import NEWEST_RELEASE, Release
+from drake_navbench.releases import NEWEST_RELEASE, ReadBy, Release, since
 from drake_navbench.typed_files.quantities import Frequency
 from drake_navbench.typed_files.typed_yaml import FrozenModel
 
 
 class CostmapRules(FrozenModel):
     """The rate of a costmap, its reading of maps, and the release whose rules it follows."""
+
+    READ_BY: ClassVar[Mapping[str, ReadBy]] = {
+        "inscribed_obstacle_cost_value": since(Release.LYRICAL),
+    }
 
     nav2_release: Release = Field(
         NEWEST_RELEASE,

@@ -24,6 +24,7 @@ from drake_navbench.kernels.observation import Observation
 from drake_navbench.kernels.obstacle_layer import update_obstacle_layer
 from drake_navbench.kernels.poses import place_outline
 from drake_navbench.kernels.voxel_layer import UNKNOWN_COLUMN, update_voxel_layer, voxel_grid
+from drake_navbench.releases import ReadBy, Release, before, since
 from drake_navbench.typed_files.immutable import Immutable
 
 Costs = NDArray[np.uint8]
@@ -62,8 +63,16 @@ class ObstacleLayerParameters(SensingParameters):
     plugin: Literal["nav2_costmap_2d::ObstacleLayer"] = "nav2_costmap_2d::ObstacleLayer"
 
 
+# No point lies lower, m: voxel layers had no least height.
+ANY_HEIGHT_M = -1000.0
+
+
 class VoxelLayerParameters(SensingParameters):
     """Nav2's voxel layer."""
+
+    READ_BY: ClassVar[Mapping[str, ReadBy]] = {
+        "min_obstacle_height": since(Release.JAZZY, before(Release.JAZZY, ANY_HEIGHT_M)),
+    }
 
     plugin: Literal["nav2_costmap_2d::VoxelLayer"] = "nav2_costmap_2d::VoxelLayer"
     z_voxels: int = Field(

@@ -66,8 +66,8 @@ class RangeSensorLayerParameters(LayerParameters):
     @field_validator("input_sensor_type")
     @classmethod
     def _known_type(cls, given: str) -> str:
-        asked = given.upper()
-        return asked if asked in (VARIABLE, FIXED) else ALL
+        upper = given.upper()
+        return upper if upper in (VARIABLE, FIXED) else ALL
 
 
 @dataclass(frozen=True, eq=False)

@@ -72,8 +72,8 @@ def _write_objs(wanted: Mapping[Path, dict[str, Any]]) -> None:
         user_cache_folder().joinpath(FOLDER).mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryDirectory(dir=user_cache_folder() / FOLDER) as folder:
             parts = {file: Path(folder) / file.name for file in wanted}
-            asked = [entry | {"obj": str(parts[file])} for file, entry in wanted.items()]
-            _read_now("write_objs", asked)
+            requests = [entry | {"obj": str(parts[file])} for file, entry in wanted.items()]
+            _read_now("write_objs", requests)
             for file, part in parts.items():
                 if part.is_file():
                     part.replace(file)
@@ -91,14 +91,14 @@ def _asked(shape: Shape, to_base: Array) -> dict[str, Any]:
     }
 
 
-def _read(function: str, asked: list[dict[str, Any]]) -> list[dict[str, Any]]:
+def _read(function: str, requests: list[dict[str, Any]]) -> list[dict[str, Any]]:
     """Returns an answer for each mesh: from the cache, else read now, all in one process."""
-    files = [_cache_file(function, entry) for entry in asked]
+    files = [_cache_file(function, entry) for entry in requests]
     answers = [_cached(file) for file in files]
     missing = [index for index, answer in enumerate(answers) if answer is None]
     if missing:
         for index, answer in zip(
-            missing, _read_now(function, [asked[i] for i in missing]), strict=True
+            missing, _read_now(function, [requests[i] for i in missing]), strict=True
         ):
             answers[index] = _explained(answer)
             if "fault" not in answer:
@@ -106,17 +106,17 @@ def _read(function: str, asked: list[dict[str, Any]]) -> list[dict[str, Any]]:
     return [answer or {} for answer in answers]
 
 
-def _read_now(function: str, asked: list[dict[str, Any]]) -> list[dict[str, Any]]:
+def _read_now(function: str, requests: list[dict[str, Any]]) -> list[dict[str, Any]]:
     """Reads meshes together, and where that takes too much one by one."""
-    if not asked:
+    if not requests:
         return []
     try:
-        return list(call_limited(f"{CHILD}:{function}", asked, "meshes"))
+        return list(call_limited(f"{CHILD}:{function}", requests, "meshes"))
     except InputError:
-        if len(asked) == 1:
+        if len(requests) == 1:
             return [{"fault": "needs more than 1 GB of memory or 30 s"}]
-    half = len(asked) // 2
-    return _read_now(function, asked[:half]) + _read_now(function, asked[half:])
+    half = len(requests) // 2
+    return _read_now(function, requests[:half]) + _read_now(function, requests[half:])
 
 
 def _explained(answer: dict[str, Any]) -> dict[str, Any]:

@@ -28,37 +28,37 @@ WHEEL = re.compile(r"<joint\b[^>]*wheel", re.IGNORECASE)
 XML_SUFFIXES = (".xacro", ".urdf", ".xml", ".gazebo", ".sdf")
 
 
-def expand(asked: dict[str, Any]) -> dict[str, Any]:
+def expand(request: dict[str, Any]) -> dict[str, Any]:
     """Returns the text of a xacro file expanded, its arguments with their values, and remarks.
 
-    asked: file, text (None: the file's own), folders (of `Packages`) and arguments, by name. A file
-    that only defines a macro of its own name is expanded with this called. What a package describes
-    that is not there is left out. Raises InputError, one line, where no wheels are left then, or
-    xacro cannot expand the file.
+    request: file, text (None: the file's own), folders (of `Packages`) and arguments, by name. A
+    file that only defines a macro of its own name is expanded with this called. What a package
+    describes that is not there is left out. Raises InputError, one line, where no wheels are left
+    then, or xacro cannot expand the file.
     """
-    path = Path(asked["file"])
-    given = path.read_bytes() if asked["text"] is None else asked["text"].encode()
+    path = Path(request["file"])
+    given = path.read_bytes() if request["text"] is None else request["text"].encode()
     content = without_late_declaration(given).decode(errors="replace")
-    text, arguments, remarks = _expanded_with(path, content, asked)
+    text, arguments, remarks = _expanded_with(path, content, request)
     macro = None if LINK.search(text) else robot_macro(content, path)
     if macro is not None:
-        call = call_of(content, macro, asked["arguments"])
-        text, arguments, remarks = _expanded_with(path, with_call(content, call.text), asked)
+        call = call_of(content, macro, request["arguments"])
+        text, arguments, remarks = _expanded_with(path, with_call(content, call.text), request)
         arguments |= call.values
         remarks.append(f"only defines a macro; expanded as {call.text}")
     return {"text": text, "arguments": arguments, "remarks": remarks}
 
 
 def _expanded_with(
-    path: Path, content: str, asked: dict[str, Any]
+    path: Path, content: str, request: dict[str, Any]
 ) -> tuple[str, dict[str, str], list[str]]:
     """Returns a text expanded, the arguments with their values, and remarks."""
-    packages = Packages(path, [Path(folder) for folder in asked["folders"]])
+    packages = Packages(path, [Path(folder) for folder in request["folders"]])
     found_packages.update_package_cache(packages.all())
     with tempfile.TemporaryDirectory() as folder:
         missing = _Missing(Path(folder), packages)
         for _ in range(MAX_MISSING):
-            arguments = _Arguments(asked["arguments"])
+            arguments = _Arguments(request["arguments"])
             try:
                 text = _expanded(path, content, arguments, missing)
                 break

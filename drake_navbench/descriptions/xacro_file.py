@@ -42,7 +42,7 @@ def expand_xacro(
     """
     read_input(path, max_bytes=MAX_FILE_BYTES)
     require_library("xacrodoc", str(path))
-    asked = {
+    request = {
         "file": str(path.absolute()),
         "text": text,
         "folders": [str(folder.absolute()) for folder in folders],
@@ -50,7 +50,7 @@ def expand_xacro(
     }
     answer = call_limited(
         "drake_navbench.descriptions.xacro_child:expand",
-        asked,
+        request,
         str(path),
         folder=path.absolute().parent,
     )

@@ -20,7 +20,7 @@ from drake_navbench.costmaps.filter_masks import (
 )
 from drake_navbench.costmaps.map_file import OccupancyMap, load_map
 from drake_navbench.inputs.map_world import occupied_boxes
-from drake_navbench.inputs.moving import MovingObstacles
+from drake_navbench.inputs.moving_obstacles import MovingObstacles
 from drake_navbench.inputs.named_files import NamedFiles
 from drake_navbench.inputs.people import WalkingPeople
 from drake_navbench.inputs.recorded_people import RecordedPeople, load_recording

@@ -19,7 +19,7 @@ from drake_navbench.costmaps.map_file import OccupancyMap
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.floor_scenario import FloorScenario
 from drake_navbench.inputs.mission import Lift, MissionStep
-from drake_navbench.inputs.moving import NOTHING_MOVES, MovingObstacles
+from drake_navbench.inputs.moving_obstacles import NOTHING_MOVES, MovingObstacles
 from drake_navbench.inputs.people import NOBODY, People, WalkingPeople
 from drake_navbench.inputs.scenario_world import Floor
 from drake_navbench.inputs.world import World

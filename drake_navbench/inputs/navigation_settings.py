@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Mapping
+from typing import Any, ClassVar
 
 from pydantic import (
     Field,
@@ -36,6 +37,7 @@ from drake_navbench.navigation.smoother_parameters import SimpleSmootherParamete
 from drake_navbench.navigation.smoother_settings import SmootherSettings
 from drake_navbench.navigation.velocity_smoother import VelocitySmootherParameters
 from drake_navbench.navigation.waypoint_follower import WaypointFollowerParameters
+from drake_navbench.releases import ReadBy, Release, before, since, until
 from drake_navbench.typed_files.quantities import (
     AngularSpeed,
     Duration,
@@ -50,6 +52,14 @@ PATIENT_FOR_EVER = -1.0
 
 class ControllerServerSettings(FrozenModel):
     """Nav2's controller server."""
+
+    READ_BY: ClassVar[Mapping[str, ReadBy]] = {
+        # Its default counts without a controller server in the file as well, see `navigation_of`.
+        "costmap_update_timeout": since(Release.JAZZY, before(Release.JAZZY, 0.0)),
+        "path_handler_plugins": since(Release.LYRICAL),
+        "progress_checker_plugin": until(Release.IRON),
+        "progress_checker_plugins": since(Release.IRON),
+    }
 
     controller_frequency: Frequency = Field(20.0, description="Rate of the control cycles [Hz].")
     failure_tolerance: Duration = Field(

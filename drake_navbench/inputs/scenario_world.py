@@ -13,7 +13,7 @@ from pydantic import (
 )
 
 from drake_navbench.costmaps.filter_masks import FilterDescription
-from drake_navbench.inputs.moving import MAX_MOVING, MovingObstacle
+from drake_navbench.inputs.moving_obstacles import MAX_MOVING, MovingObstacle
 from drake_navbench.inputs.people import People
 from drake_navbench.inputs.world import Obstacle, Point
 from drake_navbench.typed_files.typed_yaml import FrozenModel

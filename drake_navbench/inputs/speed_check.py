@@ -13,10 +13,10 @@ TOLERANCE = 0.01
 
 def asks_for_more(preset: Preset, robot: Robot) -> str:
     """Returns a text with the column's speeds that the base cannot drive, '' for none."""
-    asked, drive = preset.for_robot(robot).parameters.asked_speeds(), robot.drive
+    demanded, drive = preset.for_robot(robot).parameters.asked_speeds(), robot.drive
     has = {
-        "m/s ahead": (asked.max_linear_mps, drive.max_linear_velocity_mps),
-        "rad/s": (asked.max_angular_radps, getattr(drive, "max_angular_velocity_radps", None)),
+        "m/s ahead": (demanded.max_linear_mps, drive.max_linear_velocity_mps),
+        "rad/s": (demanded.max_angular_radps, getattr(drive, "max_angular_velocity_radps", None)),
     }
     return " and ".join(
         f"{wanted:g} {unit} of a base that drives {most:g}"
@@ -27,5 +27,5 @@ def asks_for_more(preset: Preset, robot: Robot) -> str:
 
 def lines_of(columns: Iterable[tuple[Preset, Robot]]) -> list[str]:
     """Returns a line for each column that asks for more than its base drives."""
-    asked = {preset.source: asks_for_more(preset, robot) for preset, robot in columns}
-    return [f"{source}: asks {what}" for source, what in asked.items() if what]
+    demanded = {preset.source: asks_for_more(preset, robot) for preset, robot in columns}
+    return [f"{source}: asks {what}" for source, what in demanded.items() if what]

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from pydantic import Field, model_validator
 from shapely.geometry.base import BaseGeometry
 
-from drake_navbench.inputs.moving import NOTHING_MOVES, MovingObstacles
+from drake_navbench.inputs.moving_obstacles import NOTHING_MOVES, MovingObstacles
 from drake_navbench.inputs.people import NOBODY, WalkingPeople
 from drake_navbench.inputs.recorded_people import RecordedPeople
 from drake_navbench.kernels.depth_casting import Solids

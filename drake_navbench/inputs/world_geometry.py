@@ -19,7 +19,7 @@ from pydrake.geometry import (
 from pydrake.math import RigidTransform, RotationMatrix
 
 from drake_navbench.inputs import world
-from drake_navbench.inputs.moving import MovingBox, MovingCylinder
+from drake_navbench.inputs.moving_obstacles import MovingBox, MovingCylinder
 from drake_navbench.inputs.world import World
 
 OBSTACLE_COLOR = (0.45, 0.47, 0.50, 1.0)

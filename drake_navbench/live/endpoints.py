@@ -99,13 +99,13 @@ def _mismatch(one: Endpoint, ours: OwnTopic) -> list[str]:
             f"{one.topic}: {one.told_node} has another {one.type} than drake_navbench: "
             f"{one.type_hash} against {ours.type_hashes[0]}"
         ]
-    asked, offered = one.quality, ours.quality
+    requested, offered = one.quality, ours.quality
     if one.is_publisher:
-        asked, offered = offered, asked
+        requested, offered = offered, requested
     faults = []
     for name, wanted, best in (
-        ("reliability", asked.reliability, RELIABLE),
-        ("durability", asked.durability, TRANSIENT_LOCAL),
+        ("reliability", requested.reliability, RELIABLE),
+        ("durability", requested.durability, TRANSIENT_LOCAL),
     ):
         given = getattr(offered, name)
         if wanted == best and given != best:

@@ -177,11 +177,11 @@ class LiveSession:
 
         AMCL forgets a pose that comes before it is active, so once may not be enough.
         """
-        heard = listeners_of(endpoints, self._parameters.topic("initialpose"))
+        listeners = listeners_of(endpoints, self._parameters.topic("initialpose"))
         if self._parameters.localization == "auto":
-            self._stack_localizes = bool(heard)
+            self._stack_localizes = bool(listeners)
         now = time.monotonic()
-        if not (self._stack_localizes and heard) or now - self._pose_told_at < RESEND_S:
+        if not (self._stack_localizes and listeners) or now - self._pose_told_at < RESEND_S:
             return
         if not self._stack.has_localized():
             self._robot.send_pose("initialpose", self._stamp_ns, sensed.state[:3])

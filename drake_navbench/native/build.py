@@ -71,8 +71,8 @@ def build_checkout(
     checkout = read_checkout(root)
     name = require_name(name or checkout.release)
     compiler = find_compiler()
-    asked = wanted or ([inside] if inside else [])
-    choice = choose(checkout, asked, compiler, folders_of(checkout))
+    requested = wanted or ([inside] if inside else [])
+    choice = choose(checkout, requested, compiler, folders_of(checkout))
     _require_sampling(noise, choice.chosen)
     for reason in choice.reasons.values():
         tell(f"left out: {reason}")

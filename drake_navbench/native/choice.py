@@ -70,18 +70,18 @@ class Choice:
 
 def choose(
     checkout: Checkout,
-    asked: Sequence[str],
+    requested: Sequence[str],
     compiler: Compiler,
     folders_of: Callable[[Package], tuple[Path, ...]],
 ) -> Choice:
     """Returns the packages to build: those asked for, or all with controllers that can be built.
 
-    asked: names of packages, or of folders that hold packages. folders_of: see MissingHeaders.
+    requested: names of packages, or of folders that hold packages. folders_of: see MissingHeaders.
     Raises InputError where no package is chosen, or where an asked one cannot be built.
     """
-    named = [name for each in asked for name in checkout.named(each)]
+    named = [name for each in requested for name in checkout.named(each)]
     chosen = dict.fromkeys(named or checkout.controller_packages)
-    choice = Choice(checkout, tuple(chosen), bool(asked))
+    choice = Choice(checkout, tuple(chosen), bool(requested))
     lacking = {}
     for name in choice.chosen:
         missing = missing_libraries(checkout.packages[name].dependencies, compiler)

@@ -40,12 +40,12 @@ FLAGS_VARIABLE = "CXXFLAGS"
 class Flags:
     """The flags of a build.
 
-    asked: by package, the accepted flags that the package asks for. whole_program: the flags for
-    optimization across all files. given: the user's flags.
+    requested: by package, the accepted flags that the package asks for. whole_program: the flags
+    for optimization across all files. given: the user's flags.
     """
 
     kind: FlagSet
-    asked: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    requested: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     whole_program: tuple[str, ...] = ()
     given: tuple[str, ...] = ()
 
@@ -60,7 +60,7 @@ class Flags:
 
         Eigen and xtensor lay out memory by them, so files with different ones do not fit together.
         """
-        found = (word for words in self.asked.values() for word in words if word[:2] == "-m")
+        found = (word for words in self.requested.values() for word in words if word[:2] == "-m")
         return tuple(dict.fromkeys(found))
 
     def of_package(self, package: Package) -> tuple[str, ...]:
@@ -69,10 +69,12 @@ class Flags:
         standard = OLDER_STANDARD if is_older else STANDARD
         if self.kind is FlagSet.PORTABLE:
             return (standard, *PORTABLE, *self.everywhere)
-        asked = self.asked.get(package.name, ())
+        requested = self.requested.get(package.name, ())
         # One that asks for no instructions has none to contract with.
-        contraction = () if _instructions(asked) == self.instructions else ("-ffp-contract=off",)
-        return (standard, *RELEASE, *self.instructions, *asked, *contraction, *self.everywhere)
+        contraction = (
+            () if _instructions(requested) == self.instructions else ("-ffp-contract=off",)
+        )
+        return (standard, *RELEASE, *self.instructions, *requested, *contraction, *self.everywhere)
 
     def of_stand_in(self, package: Package) -> tuple[str, ...]:
         """Returns the flags for a source of ours in a package: its layout, and our arithmetic.
@@ -95,7 +97,9 @@ class Flags:
     @property
     def description(self) -> str:
         """The flags that differ from the portable ones, in one line; empty where none does."""
-        rows = [f"{name} {' '.join(words)}" for name, words in sorted(self.asked.items()) if words]
+        rows = [
+            f"{name} {' '.join(words)}" for name, words in sorted(self.requested.items()) if words
+        ]
         if self.given:
             rows.append(f"{FLAGS_VARIABLE} {' '.join(self.given)}")
         return "; ".join(rows)
@@ -118,17 +122,17 @@ def flags_of(
     whole_program = next((words for words in WHOLE_PROGRAM if compiler.links(words)), ())
     if kind is FlagSet.PORTABLE:
         return Flags(kind, whole_program=whole_program, given=given)
-    asked = {}
+    requested = {}
     for package in packages:
         options = options_of(package)
         taken = tuple(option for option in options.of_code if compiler.serves(option))
         if taken:
-            asked[package.name] = taken
+            requested[package.name] = taken
         if left := [option for option in options.of_code if option not in taken]:
             tell(f"{package.name}: not of this compiler or processor: {' '.join(left)}")
         if options.others:
             tell(f"{package.name}: no options that change its code: {' '.join(options.others)}")
-    return Flags(kind, asked, whole_program, given)
+    return Flags(kind, requested, whole_program, given)
 
 
 def _instructions(options: Iterable[str]) -> tuple[str, ...]:

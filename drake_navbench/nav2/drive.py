@@ -14,7 +14,7 @@ Fields = dict[str, Any]
 
 def drive_for(
     data: Fields,
-    asked: Sequence[AskedSpeeds],
+    needed: Sequence[AskedSpeeds],
     base: Robot,
     base_name: str,
     *,
@@ -22,13 +22,13 @@ def drive_for(
 ) -> tuple[Fields, dict[str, str]]:
     """Returns the fields of a drive with the needed speeds, and a remark for each changed field.
 
-    data: the fields of the base robot. asked: the speeds that each controller needs. spin_radps:
+    data: the fields of the base robot. needed: the speeds that each controller needs. spin_radps:
     the yaw rate that the spin needs. The drive becomes omnidirectional where a controller moves
     sideways. The remarks are by the name of the field.
     """
     drive = base.drive
     remarks = {}
-    speeds = _speeds(asked, spin_radps, base)
+    speeds = _speeds(needed, spin_radps, base)
     if "max_lateral_velocity_mps" in speeds and not isinstance(drive, OmnidirectionalDrive):
         data = as_omnidirectional(drive)
         remarks["type"] = f"omnidirectional, as the controllers ask; {base_name} is not"
@@ -39,7 +39,7 @@ def drive_for(
             if name not in drive.model_fields_set:
                 has = f"{base_name} tells none"
             remarks[name] = f"{value:g}, as the controllers ask; {has}"
-    for name, most in _accelerations(asked).items():
+    for name, most in _accelerations(needed).items():
         own = getattr(drive, name, None)
         if own is not None and most > own:
             of = f"that of {base_name}" if name in drive.model_fields_set else "the default"
@@ -47,17 +47,17 @@ def drive_for(
     return {**data, **speeds}, remarks
 
 
-def _speeds(asked: Sequence[AskedSpeeds], spin_radps: float, base: Robot) -> dict[str, float]:
+def _speeds(needed: Sequence[AskedSpeeds], spin_radps: float, base: Robot) -> dict[str, float]:
     """Returns the largest needed limits by the drive's names.
 
     For a controller that needs no limit, that of the base counts.
     """
     drive = base.drive
-    asked = asked or [AskedSpeeds()]
-    forward = [s.max_linear_mps or drive.max_linear_velocity_mps for s in asked]
-    backward = [s.min_linear_mps or 0.0 for s in asked]
-    turning = [s.max_angular_radps or drive.max_angular_velocity_radps for s in asked]
-    sideways = max(s.max_lateral_mps or 0.0 for s in asked)
+    needed = needed or [AskedSpeeds()]
+    forward = [s.max_linear_mps or drive.max_linear_velocity_mps for s in needed]
+    backward = [s.min_linear_mps or 0.0 for s in needed]
+    turning = [s.max_angular_radps or drive.max_angular_velocity_radps for s in needed]
+    sideways = max(s.max_lateral_mps or 0.0 for s in needed)
     speeds = {
         "max_linear_velocity_mps": max(forward),
         "min_linear_velocity_mps": min(drive.min_linear_velocity_mps, *backward),
@@ -70,9 +70,9 @@ def _speeds(asked: Sequence[AskedSpeeds], spin_radps: float, base: Robot) -> dic
     return speeds
 
 
-def _accelerations(asked: Sequence[AskedSpeeds]) -> dict[str, float]:
-    linear = [s.linear_acceleration_mps2 or 0.0 for s in asked]
-    angular = [s.angular_acceleration_radps2 or 0.0 for s in asked]
+def _accelerations(needed: Sequence[AskedSpeeds]) -> dict[str, float]:
+    linear = [s.linear_acceleration_mps2 or 0.0 for s in needed]
+    angular = [s.angular_acceleration_radps2 or 0.0 for s in needed]
     return {
         "max_linear_acceleration_mps2": max(linear, default=0.0),
         "max_angular_acceleration_radps2": max(angular, default=0.0),

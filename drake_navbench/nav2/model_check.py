@@ -42,10 +42,10 @@ def _speeds(setup: Nav2Setup, described: DescribedRobot) -> list[tuple[str, str]
     limits = described.fields.get("drive", {})
     told = []
     for preset in setup.presets:
-        asked = preset.parameters.asked_speeds()
+        speeds = preset.parameters.asked_speeds()
         for name, value, limit in (
-            ("linear speed", asked.max_linear_mps, limits.get("max_linear_velocity_mps")),
-            ("turning speed", asked.max_angular_radps, limits.get("max_angular_velocity_radps")),
+            ("linear speed", speeds.max_linear_mps, limits.get("max_linear_velocity_mps")),
+            ("turning speed", speeds.max_angular_radps, limits.get("max_angular_velocity_radps")),
         ):
             if limit is not None and value is not None and value > limit + SPEED_TOLERANCE:
                 unit = "m/s" if name == "linear speed" else "rad/s"
@@ -65,10 +65,10 @@ def _smoother(setup: Nav2Setup) -> list[tuple[str, str]]:
     most = smoother.max_velocity[2]
     told = []
     for preset in setup.presets:
-        asked = preset.parameters.asked_speeds().max_angular_radps
-        if asked is not None and asked > most + SPEED_TOLERANCE:
+        speeds = preset.parameters.asked_speeds().max_angular_radps
+        if speeds is not None and speeds > most + SPEED_TOLERANCE:
             remark = (
-                f"{preset.name} turns with up to {asked:.3g} rad/s, the velocity smoother lets "
+                f"{preset.name} turns with up to {speeds:.3g} rad/s, the velocity smoother lets "
                 f"{most:.3g} rad/s pass: arcs are wider than the controller has checked"
             )
             told.append(("velocity_smoother.max_velocity", remark))

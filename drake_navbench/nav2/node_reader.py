@@ -12,9 +12,8 @@ from pydantic import BaseModel, ValidationError
 from drake_navbench.errors import InputError, printable
 from drake_navbench.inputs.check import CheckRow, Status
 from drake_navbench.nav2.parameters import Node
-from drake_navbench.nav2.read_by import read_by
 from drake_navbench.nav2.substitutions import missing_value
-from drake_navbench.releases import NEWEST_RELEASE, Release
+from drake_navbench.releases import NEWEST_RELEASE, Release, read_by
 
 # Parameters that nodes of every kind have, and that concern processes, frames and topics alone.
 OF_EVERY_NODE = frozenset(
@@ -311,8 +310,8 @@ def similar_name_hint(name: str, known: Iterable[str]) -> str:
 def similar_plugin_hint(plugin_type: str, known: Iterable[str]) -> str:
     """Returns '; did you mean X?' for a type that differs by a slip in its class, else ''."""
     for close in difflib.get_close_matches(plugin_type, sorted(known), n=1, cutoff=LIKE_A_SLIP):
-        asked, own = (kind.rpartition("::")[2] for kind in (plugin_type, close))
-        if difflib.SequenceMatcher(None, asked, own).ratio() > LIKE_A_SLIP:
+        named, own = (kind.rpartition("::")[2] for kind in (plugin_type, close))
+        if difflib.SequenceMatcher(None, named, own).ratio() > LIKE_A_SLIP:
             return f"; did you mean {close!r}?"
     return ""
 

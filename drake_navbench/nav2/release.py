@@ -11,9 +11,11 @@ from collections.abc import Iterable, Mapping
 from typing import Any, NamedTuple
 
 from drake_navbench.inputs.check import CheckRow, Status
+from drake_navbench.inputs.navigation_settings import ControllerServerSettings
 from drake_navbench.kernels.grid import INSCRIBED
 from drake_navbench.nav2.parameters import Section
-from drake_navbench.releases import NEWEST_RELEASE, RELEASE_FIELD, Release
+from drake_navbench.navigation.behavior_tree.settings import BehaviorTreeSettings
+from drake_navbench.releases import NEWEST_RELEASE, RELEASE_FIELD, Release, defaults_in
 
 # What tells a release, the most decisive first:
 #
@@ -74,17 +76,6 @@ LISTED_LIBRARIES = frozenset(
     {"nav2_compute_path_to_pose_action_bt_node", "nav2_follow_path_action_bt_node"}
 )
 LAST_OF_OLD_NAMES, FIRST_OF_NEW_NAMES = Release.IRON, Release.JAZZY
-
-# Nav2's default tree and its nodes in a release, as settings of `BehaviorTreeSettings`.
-TREES: Mapping[Release, Mapping[str, Any]] = {
-    Release.HUMBLE: {"wrap_around": True, "backup_speed": 0.05},
-    Release.IRON: {"wrap_around": True, "backup_speed": 0.05},
-    Release.JAZZY: {"wrap_around": True},
-    Release.KILTED: {"wrap_around": True},
-    Release.LYRICAL: {},
-}
-# The controller server of these waits for ever for a costmap that is current.
-WITHOUT_COSTMAP_TIMEOUT = (Release.HUMBLE, Release.IRON)
 
 
 class Found(NamedTuple):
@@ -187,10 +178,9 @@ def _by_plugin(value: Any) -> Found | None:
 
 def navigation_of(release: Release) -> dict[str, Any]:
     """Returns the values of `NavigationSettings` whose default in a release differs from ours."""
-    fields: dict[str, Any] = {"behavior_tree": {RELEASE_FIELD: release, **TREES[release]}}
-    if release in WITHOUT_COSTMAP_TIMEOUT:
-        fields["controller_server"] = {"costmap_update_timeout": 0.0}
-    return fields
+    tree = {RELEASE_FIELD: release, **defaults_in(BehaviorTreeSettings, release)}
+    server = defaults_in(ControllerServerSettings, release)
+    return {"behavior_tree": tree} | ({"controller_server": server} if server else {})
 
 
 def tree_of(release: Release, tree: Mapping[str, Any]) -> dict[str, Any]:

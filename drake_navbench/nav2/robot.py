@@ -101,8 +101,8 @@ class Nav2Setup:
 
     places: by the column's name, the node and the block of its controller. given: the values of all
     parameters, by node without the namespace and by name. offers: the typed parameters outside of
-    the controllers, by the last part of the node's name and by name. asked: the speeds that each
-    controller needs of the base. spin_radps: the yaw rate that the spin needs. namespace: that of
+    the controllers, by the last part of the node's name and by name. needed_speeds: of the base, by
+    each controller. spin_radps: the yaw rate that the spin needs. namespace: that of
     the nodes that are read, 'robot1'.
     """
 
@@ -112,7 +112,7 @@ class Nav2Setup:
     places: Mapping[str, tuple[str, str]] = field(default_factory=dict)
     given: Mapping[tuple[str, str], Any] = field(default_factory=dict)
     offers: Mapping[tuple[str, str], Offer] = field(default_factory=dict)
-    asked: tuple[AskedSpeeds, ...] = ()
+    needed_speeds: tuple[AskedSpeeds, ...] = ()
     spin_radps: float = 0.0
     namespace: str = ""
 
@@ -263,11 +263,11 @@ class _Files:
         data["navigation"] = {**data.get("navigation", {}), **dict.fromkeys(OPTIONAL), **navigation}
         if self._added_sensors:
             data["depth_sensors"] = {**data.get("depth_sensors", {}), **self._added_sensors}
-        asked = tuple(preset.parameters.asked_speeds() for preset in presets)
+        needed_speeds = tuple(preset.parameters.asked_speeds() for preset in presets)
         spin = navigation.get("behavior_server", {}).get("max_rotational_vel") or 0.0
         data["drive"], remarks = drive_for(
             data.get("drive", {}),
-            [*asked, *(speeds for other in beside for speeds in other.asked)],
+            [*needed_speeds, *(speeds for other in beside for speeds in other.needed_speeds)],
             self._base,
             self._base_name,
             spin_radps=max([spin, *(other.spin_radps for other in beside)]),
@@ -300,7 +300,7 @@ class _Files:
                 for reader in self._readers
                 for name, offer in reader.offers.items()
             },
-            asked=asked,
+            needed_speeds=needed_speeds,
             spin_radps=spin,
             namespace=self._namespace.lstrip("/"),
         )

@@ -14,7 +14,6 @@ from typing import Any
 from drake_navbench.inputs.check import Status
 from drake_navbench.nav2.controller_server import plugin_block
 from drake_navbench.nav2.node_reader import NodeReader
-from drake_navbench.nav2.read_by import read_by
 from drake_navbench.nav2.tree_files import installed_tree, tree_beside
 from drake_navbench.navigation.behavior_tree.settings import (
     RECOVERY_ACTIONS,
@@ -35,7 +34,7 @@ from drake_navbench.navigation.waypoint_follower import (
     WaitAtWaypointParameters,
     WaypointFollowerParameters,
 )
-from drake_navbench.releases import NEWEST_RELEASE, Release
+from drake_navbench.releases import NEWEST_RELEASE, Release, defaults_in
 
 Fields = dict[str, Any]
 
@@ -208,8 +207,7 @@ def read_behavior_server(reader: NodeReader) -> Fields:
 
 def straight_drive_of(release: Release) -> Fields:
     """Returns a release's default limits of the STRAIGHT behaviours where they differ from ours."""
-    fields = {name: read_by(DriveLimits, name).defaults for name in DriveLimits.model_fields}
-    limits = {name: known[release] for name, known in fields.items() if release in known}
+    limits = defaults_in(DriveLimits, release)
     return {behavior: limits for behavior in STRAIGHT} if limits else {}
 
 

@@ -21,6 +21,7 @@ from drake_navbench.kernels.footprint import footprint_cost
 from drake_navbench.kernels.grid import LETHAL, OFF_MAP, Costmap, cost_at
 from drake_navbench.plugins.kinds import PluginKind
 from drake_navbench.plugins.parameters import PluginBlocks, PluginParameters
+from drake_navbench.releases import ReadBy, Release, before
 from drake_navbench.typed_files.quantities import (
     Acceleration,
     AngularAcceleration,
@@ -38,12 +39,24 @@ NEGLIGIBLE_ANGLE_RAD = 1e-6
 NANOSECOND_DIGITS = 9
 
 
+RAMP = ReadBy(
+    frozenset({Release.HUMBLE, Release.KILTED, Release.LYRICAL}), before(Release.KILTED, None)
+)
+
+
 class DriveLimits(FrozenModel):
     """Parameters of a behaviour that drives straight.
 
     Without either limit it drives at the goal's speed all the way, as Nav2 does in iron and jazzy,
     and in humble where they are not given.
     """
+
+    READ_BY: ClassVar[Mapping[str, ReadBy]] = {
+        # Humble has them, 0 being none; iron and jazzy have not; in kilted they came again.
+        "acceleration_limit": RAMP,
+        "deceleration_limit": RAMP,
+        "minimum_speed": RAMP._replace(defaults=before(Release.KILTED, 0.0)),
+    }
 
     acceleration_limit: Acceleration | None = Field(
         2.5,

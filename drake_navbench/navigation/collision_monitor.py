@@ -16,6 +16,7 @@ from pydantic import Field, model_validator
 
 from drake_navbench.kernels.points_inside import NO_COLLISION, count_inside, time_to_collision
 from drake_navbench.navigation.monitor_sources import THE_SCAN, MonitorSource
+from drake_navbench.releases import ReadBy, Release, since
 from drake_navbench.typed_files.quantities import (
     Angle,
     AngularSpeed,
@@ -40,6 +41,14 @@ NO_VERTICES = np.empty((0, 2))
 
 
 class _Shape(FrozenModel):
+    READ_BY: ClassVar[Mapping[str, ReadBy]] = {
+        "min_points": since(Release.IRON),
+        "linear_limit": since(Release.IRON),
+        "angular_limit": since(Release.IRON),
+        "trigger_consecutive_points": since(Release.LYRICAL),
+        "release_consecutive_points": since(Release.LYRICAL),
+    }
+
     action_type: Literal["stop", "slowdown", "limit", "approach", "none"] = Field(
         "approach", description="Action when at least min_points points are inside the shape."
     )
@@ -149,6 +158,8 @@ MonitorShape = Annotated[
 class CollisionMonitorParameters(QuietModel):
     """Parameters of nav2_collision_monitor."""
 
+    READ_BY: ClassVar[Mapping[str, ReadBy]] = {"enabled": since(Release.LYRICAL)}
+
     quiet: ClassVar = frozenset({"observation_sources"})
 
     polygons: dict[str, MonitorShape] = Field(
@@ -223,8 +234,8 @@ class CollisionMonitor:
         if points is None:
             return MonitorState(state.shapes, "stop", INVALID_SOURCE), np.zeros(3)
         v, w, vy = command.tolist()
-        asked: Command = (v, w, vy)
-        chosen, action, polygon = asked, "none", ""
+        wanted: Command = (v, w, vy)
+        chosen, action, polygon = wanted, "none", ""
         shapes = dict(state.shapes)
         for name, shape in self._parameters.polygons.items():
             if not (shape.enabled and self._parameters.enabled):
@@ -232,7 +243,7 @@ class CollisionMonitor:
             if action == "stop":
                 break
             before = shapes.get(name, ShapeState())
-            shapes[name], ratio = self._look_at(name, before, asked, points)
+            shapes[name], ratio = self._look_at(name, before, wanted, points)
             if ratio is None:
                 continue
             candidate = ratio * v, ratio * w, ratio * vy

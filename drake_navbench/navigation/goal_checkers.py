@@ -8,7 +8,8 @@ branch lyrical.
 from __future__ import annotations
 
 import math
-from typing import Literal, NamedTuple
+from collections.abc import Mapping
+from typing import ClassVar, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,6 +26,7 @@ from drake_navbench.navigation.goal_check import (
 )
 from drake_navbench.plugins.kinds import PluginKind
 from drake_navbench.plugins.parameters import PluginParameters
+from drake_navbench.releases import ReadBy, Release, before, since
 from drake_navbench.typed_files.quantities import Angle, AngularSpeed, Length, Speed
 from drake_navbench.typed_files.typed_yaml import FrozenModel
 
@@ -33,6 +35,11 @@ Array = NDArray[np.float64]
 
 class PositionGoalCheckerParameters(FrozenModel):
     """Parameters of nav2_controller::PositionGoalChecker."""
+
+    READ_BY: ClassVar[Mapping[str, ReadBy]] = {
+        "path_length_tolerance": since(Release.LYRICAL, before(Release.LYRICAL, None)),
+        "xy_goal_tolerance_buffer": since(Release.LYRICAL),
+    }
 
     plugin: Literal["nav2_controller::PositionGoalChecker"] = "nav2_controller::PositionGoalChecker"
     xy_goal_tolerance: Length = Field(
@@ -54,6 +61,10 @@ class PositionGoalCheckerParameters(FrozenModel):
 
 class SimpleGoalCheckerParameters(PositionGoalCheckerParameters):
     """Parameters of nav2_controller::SimpleGoalChecker."""
+
+    READ_BY: ClassVar[Mapping[str, ReadBy]] = {
+        "symmetric_yaw_tolerance": ReadBy(frozenset(Release) - {Release.IRON}),
+    }
 
     # A derived set of parameters has a tag of its own.
     plugin: Literal["nav2_controller::SimpleGoalChecker"] = "nav2_controller::SimpleGoalChecker"  # type: ignore[assignment]

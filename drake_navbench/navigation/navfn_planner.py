@@ -16,7 +16,8 @@ path ends at its position.
 from __future__ import annotations
 
 import math
-from typing import Literal
+from collections.abc import Mapping
+from typing import ClassVar, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -32,6 +33,7 @@ from drake_navbench.navigation.planner import (
     cells_of_request,
     outside_map,
 )
+from drake_navbench.releases import ReadBy, Release, since
 from drake_navbench.typed_files.typed_yaml import FrozenModel
 
 Array = NDArray[np.float64]
@@ -44,6 +46,10 @@ SAME_COMPONENT_M = 1e-4
 
 class NavfnPlannerParameters(FrozenModel):
     """Parameters of nav2_navfn_planner::NavfnPlanner."""
+
+    READ_BY: ClassVar[Mapping[str, ReadBy]] = {
+        "max_cycles_factor": since(Release.LYRICAL),
+    }
 
     plugin: Literal["nav2_navfn_planner::NavfnPlanner"] = "nav2_navfn_planner::NavfnPlanner"
     tolerance: float = Field(

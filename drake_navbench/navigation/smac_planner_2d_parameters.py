@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
-from typing import Any, Literal, Self
+from collections.abc import Mapping
+from typing import Any, ClassVar, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field
 
+from drake_navbench.navigation.smoother_parameters import REFINEMENT
+from drake_navbench.releases import ReadBy, Release, since
 from drake_navbench.typed_files.quantities import Count, Duration, Length, Number
 
 
 class GridSmootherParameters(BaseModel):
     """Parameters `smoother.*` of SmacPlanner2D, with Nav2's names and defaults."""
+
+    READ_BY: ClassVar[Mapping[str, ReadBy]] = REFINEMENT
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
@@ -40,6 +45,10 @@ class GridSmootherParameters(BaseModel):
 
 class SmacPlanner2DParameters(BaseModel):
     """Parameters of SmacPlanner2D with Nav2's names and defaults, then our own switches."""
+
+    READ_BY: ClassVar[Mapping[str, ReadBy]] = {
+        "terminal_checking_interval": since(Release.JAZZY),
+    }
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 

@@ -2,17 +2,35 @@
 
 from __future__ import annotations
 
-from typing import Literal, Self
+from collections.abc import Mapping
+from typing import ClassVar, Literal, Self
 
 from pydantic import Field, model_validator
 
 from drake_navbench.navigation.smac_planner_2d_parameters import GridSmootherParameters
+from drake_navbench.releases import ReadBy, Release, before, since
 from drake_navbench.typed_files.quantities import Count, Duration, Length, Number
 from drake_navbench.typed_files.typed_yaml import FrozenModel
+
+# No cell has more: before there was a limit, curves to the goal were held to none.
+ANY_COST = 255.0
 
 
 class SmacPlannerHybridParameters(FrozenModel):
     """Parameters of nav2_smac_planner::SmacPlannerHybrid, with its names and defaults."""
+
+    READ_BY: ClassVar[Mapping[str, ReadBy]] = {
+        "debug_visualizations": since(Release.IRON),
+        # Read from jazzy on, and only in lyrical true by default.
+        "allow_primitive_interpolation": since(Release.JAZZY, before(Release.LYRICAL, False)),
+        "analytic_expansion_max_cost": since(Release.JAZZY, before(Release.JAZZY, ANY_COST)),
+        "analytic_expansion_max_cost_override": since(Release.JAZZY),
+        "downsample_obstacle_heuristic": since(Release.JAZZY),
+        "terminal_checking_interval": since(Release.JAZZY),
+        "use_quadratic_cost_penalty": since(Release.JAZZY),
+        "coarse_search_resolution": since(Release.KILTED),
+        "goal_heading_mode": since(Release.KILTED),
+    }
 
     plugin: Literal["nav2_smac_planner::SmacPlannerHybrid"] = "nav2_smac_planner::SmacPlannerHybrid"
     motion_model_for_search: Literal["DUBIN", "REEDS_SHEPP"] = Field(

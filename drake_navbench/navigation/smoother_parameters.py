@@ -2,19 +2,33 @@
 
 from __future__ import annotations
 
-from typing import Literal, Self
+from collections.abc import Mapping
+from typing import ClassVar, Literal, Self
 
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
+from drake_navbench.releases import ReadBy, Release, before, since
 from drake_navbench.typed_files.quantities import Count, Length, Number
 
 Array = NDArray[np.float64]
 
 
+# How many times smoothers went over their path again before it was a parameter.
+REFINEMENTS_OF_HUMBLE = 4
+REFINEMENT: Mapping[str, ReadBy] = {
+    "refinement_num": since(Release.IRON, before(Release.IRON, REFINEMENTS_OF_HUMBLE)),
+}
+
+
 class SimpleSmootherParameters(BaseModel):
     """Parameters of SimpleSmoother, with Nav2's names and defaults."""
+
+    READ_BY: ClassVar[Mapping[str, ReadBy]] = {
+        **REFINEMENT,
+        "enforce_path_inversion": since(Release.KILTED),
+    }
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
@@ -47,6 +61,12 @@ class SimpleSmootherParameters(BaseModel):
 
 class SavitzkyGolaySmootherParameters(BaseModel):
     """Parameters of SavitzkyGolaySmoother, with Nav2's names and defaults."""
+
+    READ_BY: ClassVar[Mapping[str, ReadBy]] = {
+        "enforce_path_inversion": since(Release.KILTED),
+        "poly_order": since(Release.LYRICAL),
+        "window_size": since(Release.LYRICAL),
+    }
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 

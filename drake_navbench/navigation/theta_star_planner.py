@@ -10,8 +10,9 @@ codes for failures.
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from itertools import pairwise
-from typing import Literal
+from typing import ClassVar, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -26,6 +27,7 @@ from drake_navbench.navigation.planner import (
     as_pose,
     cells_of_request,
 )
+from drake_navbench.releases import ReadBy, Release, since
 from drake_navbench.typed_files.typed_yaml import FrozenModel
 
 Array = NDArray[np.float64]
@@ -33,6 +35,10 @@ Array = NDArray[np.float64]
 
 class ThetaStarPlannerParameters(FrozenModel):
     """Parameters of nav2_theta_star_planner::ThetaStarPlanner."""
+
+    READ_BY: ClassVar[Mapping[str, ReadBy]] = {
+        "terminal_checking_interval": since(Release.JAZZY),
+    }
 
     plugin: Literal["nav2_theta_star_planner::ThetaStarPlanner"] = (
         "nav2_theta_star_planner::ThetaStarPlanner"

@@ -6,7 +6,6 @@ several blocks, under names that the file chooses, each name their plugin.
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from typing import Any, ClassVar
 
@@ -17,17 +16,17 @@ from pydantic import (
     ValidationError,
     model_validator,
 )
-from pydantic_core import CoreSchema, InitErrorDetails, PydanticCustomError
+from pydantic_core import CoreSchema, InitErrorDetails
 
 from drake_navbench.errors import InputError, nearest_name_hint
 from drake_navbench.plugins.kinds import PluginKind
 from drake_navbench.typed_files.typed_yaml import (
-    EXTRA_FIELD,
     FrozenModel,
+    faults_within,
+    found_fault,
+    read_block,
     unknown_field,
 )
-
-Location = tuple[int | str, ...]
 
 
 class PluginParameters(FrozenModel):
@@ -59,15 +58,13 @@ def chosen_plugin(kind: PluginKind, block: Mapping[str, Any]) -> Any:
             raise InputError(f"got {name!r}, expected a {kind.noun} of another package")
         model = chosen.Parameters
     except InputError as error:
-        raise _as_validation_error([_fault(str(error), ("plugin",), name)]) from error
+        fault = found_fault(str(error), ("plugin",), name)
+        raise ValidationError.from_exception_data("plugin", [fault]) from error
     try:
-        # Through JSON, because strictness there takes a list for a tuple.
-        return model.model_validate_json(json.dumps({**block}, default=str), strict=True)
+        return read_block(model, block)
     except ValidationError as error:
-        who = f"{kind.noun} {name}"
-        raise _as_validation_error([_retold(fault, who, model) for fault in error.errors()]) from (
-            error
-        )
+        faults = faults_within((), error, model, f"{kind.noun} {name} has no such parameter")
+        raise ValidationError.from_exception_data("plugin", faults) from error
 
 
 class PluginBlocks(FrozenModel):
@@ -105,7 +102,7 @@ class PluginBlocks(FrozenModel):
                 try:
                     fields[name] = chosen_plugin(cls.PLUGINS, block)
                 except ValidationError as error:
-                    faults += [_moved(fault, (name,)) for fault in error.errors()]
+                    faults += faults_within((name,), error, cls)
         if faults:
             raise ValidationError.from_exception_data(cls.__name__, faults)
         return fields
@@ -122,25 +119,3 @@ class PluginBlocks(FrozenModel):
             "required": ["plugin"],
         }
         return schema
-
-
-def _as_validation_error(faults: list[InitErrorDetails]) -> ValidationError:
-    return ValidationError.from_exception_data("plugin", faults)
-
-
-def _retold(fault: Any, who: str, model: Any) -> InitErrorDetails:
-    """Returns a fault of a plugin's parameters; an unknown one with the nearest of its own."""
-    if fault["type"] != EXTRA_FIELD:
-        return _fault(fault["msg"].removeprefix("Value error, "), fault["loc"], fault["input"])
-    hint = nearest_name_hint(str(fault["loc"][-1]), model.model_fields)
-    return unknown_field(f"{who} has no such parameter{hint}", fault["loc"], fault["input"])
-
-
-def _moved(fault: Any, place: Location) -> InitErrorDetails:
-    """Returns a fault with a place put before its own."""
-    kind = PydanticCustomError(fault["type"], fault["msg"])
-    return InitErrorDetails(type=kind, loc=(*place, *fault["loc"]), input=fault["input"])
-
-
-def _fault(text: str, location: Location, found: Any) -> InitErrorDetails:
-    return InitErrorDetails(type=PydanticCustomError("plugin", text), loc=location, input=found)

@@ -36,7 +36,7 @@ def load_average() -> float | None:
     return None
 
 
-def circumstances(jobs: int) -> dict[str, Any]:
+def machine_facts(jobs: int) -> dict[str, Any]:
     """Returns the manifest's entry on the machine, for readers of compute times.
 
     jobs: number of parallel workers. The load is measured when this is called, so call it before

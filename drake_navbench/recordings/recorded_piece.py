@@ -122,10 +122,10 @@ class RecordedPiece:
             times = self._motion.clock.times(column)
             rows = np.flatnonzero(times <= self.task.begin_s + GOAL_LEAD_S)
             if len(rows):
-                asked: Poses = column.values[rows[-1]]
-                place = self._motion.in_world(asked.frame, times[rows[-1:]])
+                goals: Poses = column.values[rows[-1]]
+                place = self._motion.in_world(goals.frame, times[rows[-1:]])
                 if place is not None:
-                    return composed(place[0], asked.poses[0])
+                    return composed(place[0], goals.poses[0])
         missing["goal"] = "the recording has neither a plan nor a goal"
         return self._motion.pose[self._rows][-1]
 

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from pydantic import TypeAdapter
 
 from drake_navbench.analysis.metrics.moving import look_times
-from drake_navbench.analysis.moving import is_there, movers_of
+from drake_navbench.analysis.movers import is_there, movers_of
 from drake_navbench.inputs.robot import Robot
 from drake_navbench.inputs.world import Obstacle, World
 from drake_navbench.kernels.poses import carrier_pose, place_outline

@@ -14,7 +14,7 @@ from drake_navbench.inputs.presets import Preset
 from drake_navbench.nav2.node_reader import Offer
 from drake_navbench.nav2.robot import Nav2Setup
 from drake_navbench.plugins.names import flattened
-from drake_navbench.releases import RELEASE_FIELD, ReadBy, Release
+from drake_navbench.releases import RELEASE_FIELD, Release, read_by
 from drake_navbench.typed_files.quantities import Within
 
 UNIT = re.compile(r"\s*\[([^\]]+)\]")
@@ -104,7 +104,7 @@ def _field(
     model = type(preset.parameters)
     default = info.get_default(call_default_factory=True)
     if release is not None:
-        default = model.READ_BY.get(name, ReadBy()).defaults.get(release, default)
+        default = read_by(model, name).defaults.get(release, default)
     given_name = _given_name(name, info, value, preset, given, release)
     found = given.get(given_name, given.get(name))
     return _typed_field(name, given_name, info, default, found, value)

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from drake_navbench.inputs.moving import MovingBox
+from drake_navbench.inputs.moving_obstacles import MovingBox
 from drake_navbench.inputs.people import Crowd, OrcaSettings, WalkingPeople
 from drake_navbench.inputs.world import World
 from drake_navbench.kernels.orca import linked_edges, step_orca

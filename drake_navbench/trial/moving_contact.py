@@ -8,7 +8,7 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from drake_navbench.inputs.moving import circle, with_people
+from drake_navbench.inputs.moving_obstacles import circle, with_people
 from drake_navbench.inputs.recorded_people import RecordedPeople
 from drake_navbench.inputs.world import World
 from drake_navbench.kernels.moving_bodies import (

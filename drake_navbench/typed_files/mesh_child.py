@@ -32,29 +32,30 @@ UNIT = re.compile(r"<unit\b[^>]*\bmeter\s*=\s*[\"']([^\"']+)")
 ASSET_BYTES = 20_000
 
 
-def outlines(asked: list[dict[str, Any]]) -> list[dict[str, Any]]:
+def outlines(requests: list[dict[str, Any]]) -> list[dict[str, Any]]:
     """Returns for each mesh the hull of its points over the floor, and its lowest and highest.
 
-    asked: file, submesh, is_centred and transform (4, 4) each. Of one that cannot be read `fault`.
+    requests: file, submesh, is_centred and transform (4, 4) each. One that cannot be read has
+    `fault`.
     """
-    return [_answer(mesh, _outline) for mesh in asked]
+    return [_answer(mesh, _outline) for mesh in requests]
 
 
-def sections(asked: list[dict[str, Any]]) -> list[dict[str, Any]]:
+def sections(requests: list[dict[str, Any]]) -> list[dict[str, Any]]:
     """Returns for each mesh the areas that it covers at heights: rings of corners (K, 2) m.
 
-    asked: as for `outlines`, and bands: the heights of each cut.
+    requests: as for `outlines`, and bands: the heights of each cut.
     """
-    return [_answer(mesh, _section) for mesh in asked]
+    return [_answer(mesh, _section) for mesh in requests]
 
 
-def write_objs(asked: list[dict[str, Any]]) -> list[dict[str, Any]]:
+def write_objs(requests: list[dict[str, Any]]) -> list[dict[str, Any]]:
     """Writes each mesh as OBJ, in metres, into the file `obj`; returns the `fault` where it fails.
 
-    asked: `file` and `obj` of each mesh. A mesh of more than MAX_DRAWN triangles is written as its
-    convex hull.
+    requests: `file` and `obj` of each mesh. A mesh of more than MAX_DRAWN triangles is written as
+    its convex hull.
     """
-    return [_answer({**mesh, "transform": np.eye(4)}, _written) for mesh in asked]
+    return [_answer({**mesh, "transform": np.eye(4)}, _written) for mesh in requests]
 
 
 def _written(corners: Array, mesh: dict[str, Any]) -> dict[str, Any]:

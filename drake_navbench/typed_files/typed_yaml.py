@@ -32,6 +32,8 @@ MAX_FAULTS_SHOWN = 20
 # finds it out by itself.
 EXTRA_FIELD = "extra_forbidden"
 UNKNOWN_FIELD = "unknown_field"
+
+Location = tuple[int | str, ...]
 # A declaration, a comment, or an element with an attribute or a child; no `<name>:` of a template.
 XML_START = re.compile(r"\s*<(\?xml|!--|[\w:.-]+\s+[\w:.-]+\s*=|[\w:.-]+>\s*<)")
 
@@ -137,7 +139,7 @@ def validate(
         raise InputError(f"{source}: {one_line(error)}") from error
 
 
-def unknown_fields(model: type[BaseModel], data: Mapping[str, Any]) -> list[tuple[int | str, ...]]:
+def unknown_fields(model: type[BaseModel], data: Mapping[str, Any]) -> list[Location]:
     """Returns the places in `data` of fields that the model does not have, as far as it can tell.
 
     Where something else is wrong, a model may not come so far as to notice them all.
@@ -150,10 +152,49 @@ def unknown_fields(model: type[BaseModel], data: Mapping[str, Any]) -> list[tupl
     return []
 
 
-def unknown_field(text: str, location: tuple[int | str, ...], found: Any) -> InitErrorDetails:
+def unknown_field(text: str, location: Location, found: Any) -> InitErrorDetails:
     """Returns the fault of a field that a model itself finds to be unknown; text: as shown."""
     kind = PydanticCustomError(UNKNOWN_FIELD, text)
     return InitErrorDetails(type=kind, loc=location, input=found)
+
+
+def found_fault(text: str, location: Location, found: Any) -> InitErrorDetails:
+    """Returns a fault that a model itself finds in a value; text: as shown."""
+    return InitErrorDetails(type=PydanticCustomError("fault", text), loc=location, input=found)
+
+
+def read_block(model: type[Model], values: Mapping[str, Any]) -> Model:
+    """Returns the values of a block as an instance of its own model; raises ValidationError.
+
+    Through JSON, because strictness there takes a list for a tuple.
+    """
+    return model.model_validate_json(json.dumps(values, default=str), strict=True)
+
+
+def faults_within(
+    place: Location,
+    error: ValidationError,
+    model: type[BaseModel],
+    unknown: str = "unknown field",
+) -> list[InitErrorDetails]:
+    """Returns the faults of a block as faults of the model around it.
+
+    place: of the block. model: the block's, of which an unknown field is told the nearest. unknown:
+    the text of such a fault.
+    """
+    faults = []
+    for fault in error.errors():
+        location, found = (*place, *fault["loc"]), fault["input"]
+        text = fault["msg"].removeprefix("Value error, ")
+        if fault["type"] == EXTRA_FIELD:
+            hint = nearest_name_hint(str(fault["loc"][-1]), model.model_fields)
+            faults.append(unknown_field(f"{unknown}{hint}", location, found))
+        elif fault["type"] == UNKNOWN_FIELD:
+            faults.append(unknown_field(text, location, found))
+        else:
+            text = "missing, but required" if fault["type"] == "missing" else text
+            faults.append(found_fault(text, location, found))
+    return faults
 
 
 def tuples_for_lists(value: Any) -> Any:
@@ -193,7 +234,7 @@ def _tells(message: str, found: Any) -> bool:
     return shown in message if isinstance(found, str) else f"got {shown}" in message
 
 
-def _dotted(location: tuple[int | str, ...]) -> str:
+def _dotted(location: Location) -> str:
     text = ""
     for part in location:
         text += f"[{part}]" if isinstance(part, int) else f".{part}"
@@ -205,7 +246,7 @@ def _shortened(value: Any, limit: int = 60) -> str:
     return text if len(text) <= limit else text[: limit - 3] + "..."
 
 
-def _field_names(model: type[BaseModel], location: tuple[int | str, ...]) -> list[str]:
+def _field_names(model: type[BaseModel], location: Location) -> list[str]:
     """Returns the fields known at a place inside a model, for the hint of a misspelt one."""
     models = [model]
     for part in location:

@@ -7,11 +7,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from drake_navbench.analysis.figures.ranking import rank_rows
-from drake_navbench.analysis.lead import lead_of
 from drake_navbench.analysis.metrics.registry import all_metrics
 from drake_navbench.analysis.overview import overview_of
+from drake_navbench.analysis.report_summary import summary_of
 from drake_navbench.analysis.scenario_analysis import TrialEntry, analyse
-from drake_navbench.analysis.task_lead import best_ones, listed
+from drake_navbench.analysis.task_summary import best_ones, listed
 
 NAMES = [entry.name for entry in all_metrics()]
 
@@ -45,7 +45,7 @@ NEVER = {"dwb": ["aborted"] * 4}
 
 
 def test_who_is_best_where_how_sure_and_with_which_weak_points():
-    lead = lead_of([scenario("bend", time_to_goal_s=TIMES, jerk_rms_mps3=JERKS)])
+    lead = summary_of([scenario("bend", time_to_goal_s=TIMES, jerk_rms_mps3=JERKS)])
     text = " ".join(lead.sentences)
     assert text.startswith("All 2 controllers reached every goal that can be reached.")
     # Whoever is praised has the weak point in the same sentence.
@@ -66,7 +66,7 @@ def test_a_weak_point_that_is_not_shown_is_not_told():
     found = scenario(
         "bend", time_to_goal_s={"dwb": TIMES["rpp"], "rpp": TIMES["dwb"]}, jerk_rms_mps3=jerks
     )
-    assert lead_of([found]).sentences[1] == (
+    assert summary_of([found]).sentences[1] == (
         "dwb is quickest, and is nowhere shown to be 10% behind another controller."
     )
 
@@ -88,7 +88,7 @@ def test_weak_points_of_the_praised_tasks_come_first():
         scenario("door", time_to_goal_s=TIMES, cross_track_error_mean_m=near),
         scenario("hall", jerk_rms_mps3={"rpp": JERKS["rpp"], "dwb": [0.1, 0.11, 0.1, 0.09]}),
     ]
-    assert lead_of(scenarios).sentences[2] == (
+    assert summary_of(scenarios).sentences[2] == (
         "rpp is quickest in door, but has 2.0 times dwb's distance from the plan in door "
         "(0.200 against 0.100 m) and 40 times dwb's jerk in hall (4.00 against 0.100 m/s³)."
     )
@@ -105,12 +105,12 @@ def test_compute_times_are_compared_as_processor_time_over_all_trials():
         compute_cpu_time_p95_ms=processor,
     )
     more = {"rpp": [1.0, 1.1, 1.0, 1.1], "dwb": [3.0, 3.1, 3.0, 3.1]}
-    text = " ".join(lead_of([found, scenario("door", compute_cpu_time_p95_ms=more)]).sentences)
+    text = " ".join(summary_of([found, scenario("door", compute_cpu_time_p95_ms=more)]).sentences)
     assert "rpp is cheapest to compute over all trials, and is nowhere shown to be" in text
     (verdict,) = found.verdicts
     assert "in 4 trials" in verdict.text
     undecided = {"rpp": [1.0, 1.1, 1.0, 1.1], "dwb": [0.2, 9.0, 3.0, 0.1]}
-    unsure = lead_of([scenario("bend", compute_cpu_time_p95_ms=undecided)])
+    unsure = summary_of([scenario("bend", compute_cpu_time_p95_ms=undecided)])
     assert unsure.sentences[1] == ("More trials are needed to say who is cheapest to compute.")
 
 
@@ -123,7 +123,7 @@ def test_a_touch_is_told_with_what_the_preset_says_and_takes_the_first_place():
     (verdict,) = found.verdicts
     assert (verdict.standing, verdict.best, verdict.leaders) == ("touched", None, ("rpp",))
     assert "rpp touched something in 1 trial, so that nobody is best" in verdict.text
-    lead = lead_of([found], descriptions={"rpp": "looks at its centre alone"})
+    lead = summary_of([found], descriptions={"rpp": "looks at its centre alone"})
     assert lead.sentences[1:] == [
         "rpp touched something in bend (1 of 4 trials). A controller may stop where the way is "
         "closed; it must never touch anything.",
@@ -154,7 +154,7 @@ def test_words_and_places_never_contradict_each_other(seed):
         for name in names
     }
     found = scenario("bend", outcomes=outcomes, time_to_goal_s=values(), jerk_rms_mps3=values())
-    line = lead_of([found]).tasks[0].sentence
+    line = summary_of([found]).tasks[0].sentence
     words = {"time_to_goal_s": "quickest", "jerk_rms_mps3": "smoothest"}
     metrics = [entry for entry in all_metrics() if entry.name in words]
     rows = {row.metric.name: row for row in rank_rows(found.verdicts, metrics)}
@@ -173,13 +173,13 @@ def test_words_and_places_never_contradict_each_other(seed):
 
 def test_a_smaller_clearance_is_a_share_of_the_best_one_and_jerk_beside_none_is_more_jerk():
     clearances = {"rpp": [0.5, 0.51, 0.49, 0.5], "dwb": [0.2, 0.21, 0.2, 0.19]}
-    lead = lead_of([scenario("bend", min_clearance_m=clearances, jerk_rms_mps3=JERKS)])
+    lead = summary_of([scenario("bend", min_clearance_m=clearances, jerk_rms_mps3=JERKS)])
     text = " ".join(lead.sentences)
     assert (
         "dwb is smoothest, but has 40% of rpp's smallest clearance (0.200 against 0.500 m)" in text
     )
     still = {"rpp": JERKS["rpp"], "dwb": [0.0] * 4}
-    lead = lead_of([scenario("bend", min_clearance_m=clearances, jerk_rms_mps3=still)])
+    lead = summary_of([scenario("bend", min_clearance_m=clearances, jerk_rms_mps3=still)])
     assert "but has more jerk than dwb (4.00 against 0 m/s³)" in " ".join(lead.sentences)
 
 
@@ -188,20 +188,20 @@ def test_with_several_tasks_it_says_in_which():
         scenario("bend", time_to_goal_s=TIMES, jerk_rms_mps3=JERKS),
         scenario("door", time_to_goal_s=TIMES),
     ]
-    first, second = lead_of(scenarios).sentences[1:3]
+    first, second = summary_of(scenarios).sentences[1:3]
     assert first.startswith("rpp is quickest in all 2 tasks, but has 4.0 times dwb's jerk in ")
     assert second.startswith("dwb is smoothest in bend, but has 1.2 times rpp's time in bend ")
 
 
 def test_if_only_one_arrives_it_says_that():
-    lead = lead_of([scenario("bend", outcomes=NEVER, time_to_goal_s=TIMES)])
+    lead = summary_of([scenario("bend", outcomes=NEVER, time_to_goal_s=TIMES)])
     assert lead.sentences[0] == ("Only rpp arrived, in 4 of 4 trials; dwb never reached a goal.")
     assert lead.tasks[0].sentence.startswith("only rpp arrives: 4 of 4 trials reach the goal; ")
 
 
 def test_if_nobody_arrives_nobody_is_best():
     outcomes = {"rpp": ["collided"] * 4} | NEVER
-    lead = lead_of([scenario("bend", outcomes=outcomes, time_to_goal_s=TIMES)])
+    lead = summary_of([scenario("bend", outcomes=outcomes, time_to_goal_s=TIMES)])
     assert lead.sentences == [
         "No controller reached any goal, so none is best.",
         "rpp touched something in bend (4 of 4 trials). A controller may stop where the way is "
@@ -214,7 +214,7 @@ def test_if_nobody_arrives_nobody_is_best():
 
 def test_who_missed_some_is_told_with_the_count():
     outcomes = {"dwb": ["succeeded"] * 3 + ["aborted"]}
-    lead = lead_of([scenario("bend", outcomes=outcomes, time_to_goal_s=TIMES)])
+    lead = summary_of([scenario("bend", outcomes=outcomes, time_to_goal_s=TIMES)])
     assert (
         lead.sentences[0] == "Only rpp reached every goal that can be reached; dwb missed 1 of 4."
     )
@@ -228,26 +228,26 @@ def test_an_impossible_task_counts_for_nobody():
         is_impossible=True,
         time_to_goal_s=TIMES,
     )
-    lead = lead_of([scenario("bend", time_to_goal_s=TIMES), walled])
+    lead = summary_of([scenario("bend", time_to_goal_s=TIMES), walled])
     assert lead.sentences[0].startswith("All 2 controllers")
     assert lead.tasks[1].sentence == (
         "impossible on purpose. 7 of 8 trials ended with giving up, as they should. dwb touched "
         "something in 1 of 4 trials."
     )
-    alone = lead_of([walled]).sentences[0]
+    alone = summary_of([walled]).sentences[0]
     assert alone.startswith("Every task here is impossible on purpose")
 
 
 def test_what_is_not_decided_is_not_claimed():
     close = {"rpp": [10.0, 12.0, 11.0, 10.5], "dwb": [12.0, 11.0, 11.5, 10.9]}
-    lead = lead_of([scenario("bend", time_to_goal_s=close)])
+    lead = summary_of([scenario("bend", time_to_goal_s=close)])
     assert lead.sentences[1:] == ["More trials are needed to say who is quickest."]
 
 
 def test_one_trial_each_shows_nothing():
     times = {"rpp": [10.0], "dwb": [12.0]}
     found = scenario("bend", time_to_goal_s=times)
-    assert lead_of([found]).sentences[1] == "One trial of each cannot show who is quickest."
+    assert summary_of([found]).sentences[1] == "One trial of each cannot show who is quickest."
 
 
 def test_the_overview_has_a_bar_a_controller_as_long_as_its_share_of_the_longest():

@@ -10,8 +10,8 @@ import pandas as pd
 import pytest
 from trial_tables import published_trials, times, trials
 
-from drake_navbench.analysis.reproduction.accounts import account, agreements, shares
 from drake_navbench.analysis.reproduction.judgement import judge_all
+from drake_navbench.analysis.reproduction.lineup_results import agreements, lineup_result, shares
 from drake_navbench.analysis.reproduction.lineups import LINEUPS, present_lineups, trial_values
 from drake_navbench.analysis.reproduction.page import changed_parameters, command_line
 from drake_navbench.analysis.reproduction.publication import published_table
@@ -107,7 +107,7 @@ def test_agreement_is_told_by_scenario_by_controller_and_with_noise_beside():
     is_wall = table["scenario"].str.startswith("restricted")
     noisy = table[is_wall].assign(scenario=table["scenario"] + "_noisy")
     table = pd.concat([table, noisy], ignore_index=True)
-    rows = agreements(account(table), account(table, NOISY))
+    rows = agreements(lineup_result(table), lineup_result(table, NOISY))
     assert [row.title for row in rows] == [
         "empty",
         "static_obstacles",
@@ -234,7 +234,7 @@ def test_the_table_of_findings_shows_every_lineup():
     table = published_trials()
     polished = table[table["controller"] == "mppi_nav2"].assign(controller="mppi")
     table = pd.concat([table, polished.assign(time_taken=1.0)])
-    rows = findings_table([account(table), account(table, POLISHED)])
+    rows = findings_table([lineup_result(table), lineup_result(table, POLISHED)])
     assert len(rows) == 2 * 65
     # "RPP is the fastest" is lost to the polished one.
     assert list(rows.loc[rows["id"] == 2, "verdict"]) == ["holds", "does not hold"]

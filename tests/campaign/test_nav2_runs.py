@@ -9,8 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from drake_navbench.campaign.asked import request_from_arguments
 from drake_navbench.campaign.request import Request
+from drake_navbench.campaign.request_arguments import request_from_arguments
 from drake_navbench.commands.run import build_parser, main
 from drake_navbench.inputs.check import Status
 from drake_navbench.logs.log import Outcome

@@ -12,7 +12,7 @@ import pytest
 
 from drake_navbench.analysis.metrics.registry import unrepeatable_names
 from drake_navbench.campaign import benchmark
-from drake_navbench.campaign.asked import request_from_arguments
+from drake_navbench.campaign.request_arguments import request_from_arguments
 from drake_navbench.commands import report
 from drake_navbench.commands.run import build_parser, main
 from drake_navbench.errors import InputWarning, NavbenchError

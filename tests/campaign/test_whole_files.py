@@ -10,10 +10,10 @@ import pytest
 
 from drake_navbench.analysis.compare_page import parameters_that_differ
 from drake_navbench.analysis.contests import Match
-from drake_navbench.campaign.asked import request_from_arguments, told_of_files
 from drake_navbench.campaign.campaign import plan_campaign
 from drake_navbench.campaign.manifest import begin
 from drake_navbench.campaign.request import Request
+from drake_navbench.campaign.request_arguments import request_from_arguments, told_of_files
 from drake_navbench.commands.run import build_parser, main
 from drake_navbench.errors import InputError
 from drake_navbench.logs.results import ResultsFolder

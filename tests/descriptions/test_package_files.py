@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 from descriptions_scenes import ROOM, world, write_repository
 
-from drake_navbench.campaign.asked import request_from_arguments
-from drake_navbench.campaign.asked_package import with_package
+from drake_navbench.campaign.package_arguments import with_package
+from drake_navbench.campaign.request_arguments import request_from_arguments
 from drake_navbench.commands.run import build_parser, main
 from drake_navbench.errors import InputError
 

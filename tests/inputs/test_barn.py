@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from drake_navbench.campaign.asked import request_from_arguments
+from drake_navbench.campaign.request_arguments import request_from_arguments
 from drake_navbench.commands.run import build_parser
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.barn import barn_scenarios, reference_path

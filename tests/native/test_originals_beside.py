@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from drake_navbench.campaign.asked import request_from_arguments
+from drake_navbench.campaign.request_arguments import request_from_arguments
 from drake_navbench.commands.command_line import EXIT_WRONG_INPUT
 from drake_navbench.commands.run import build_parser, main
 from drake_navbench.errors import InputError, InputWarning

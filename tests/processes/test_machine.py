@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from drake_navbench.analysis.circumstances import compute_note
-from drake_navbench.processes.machine import circumstances, processor_name
+from drake_navbench.analysis.machine_note import compute_note
+from drake_navbench.processes.machine import machine_facts, processor_name
 
 
 def test_the_model_of_the_processor_is_the_one_that_the_system_tells(tmp_path):
@@ -16,8 +16,8 @@ def test_where_the_system_does_not_tell_there_is_a_word_all_the_same(tmp_path):
     assert processor_name(tmp_path / "missing")
 
 
-def test_circumstances_tell_jobs_cores_and_load():
-    told = circumstances(3)
+def test_the_facts_of_a_machine_tell_jobs_cores_and_load():
+    told = machine_facts(3)
     assert told["jobs"] == 3
     assert told["cores"] >= 1
     assert told["load_before"] is None or told["load_before"] >= 0.0

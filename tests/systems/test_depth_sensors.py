@@ -9,7 +9,12 @@ from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import ConstantVectorSource
 
 from drake_navbench.inputs.depth_sensor import DepthSensorSettings
-from drake_navbench.inputs.moving import MovingBox, MovingCylinder, MovingObstacles, TimedPose
+from drake_navbench.inputs.moving_obstacles import (
+    MovingBox,
+    MovingCylinder,
+    MovingObstacles,
+    TimedPose,
+)
 from drake_navbench.inputs.world import Box, World
 from drake_navbench.systems.depth_sensors import DepthSensors
 from drake_navbench.systems.moving_world import MovingWorld

@@ -10,7 +10,12 @@ from pydrake.systems.primitives import ConstantVectorSource
 
 from drake_navbench.inputs.depth_sensor import DepthSensorSettings
 from drake_navbench.inputs.lidar import LidarSettings
-from drake_navbench.inputs.moving import MovingBox, MovingCylinder, MovingObstacles, TimedPose
+from drake_navbench.inputs.moving_obstacles import (
+    MovingBox,
+    MovingCylinder,
+    MovingObstacles,
+    TimedPose,
+)
 from drake_navbench.inputs.timeline import Timeline
 from drake_navbench.inputs.world import Cylinder, World
 from drake_navbench.systems.clearance import Clearance

@@ -3,7 +3,12 @@
 import numpy as np
 import pytest
 
-from drake_navbench.inputs.moving import MovingBox, MovingCylinder, MovingObstacles, TimedPose
+from drake_navbench.inputs.moving_obstacles import (
+    MovingBox,
+    MovingCylinder,
+    MovingObstacles,
+    TimedPose,
+)
 from drake_navbench.inputs.people import People, Person, WalkingPeople
 from drake_navbench.inputs.world import Box, Cylinder, World
 from drake_navbench.kernels.orca import ALONG_X, EDGE_VX, NEXT, linked_edges

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from pydrake.systems.analysis import Simulator
 
-from drake_navbench.campaign.asked import request_from_arguments
 from drake_navbench.campaign.campaign import Campaign
+from drake_navbench.campaign.request_arguments import request_from_arguments
 from drake_navbench.commands.run import build_parser
 from drake_navbench.costmaps.layered_costmap import local_layers
 from drake_navbench.inputs.robot import ROBOT_FILES, load_robot

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Annotated, ClassVar
 
 from pydantic import BeforeValidator, Field, field_validator
@@ -9,7 +10,7 @@ from pydantic import BeforeValidator, Field, field_validator
 from drake_navbench.navigation.behavior_tree.description import NodeDescription
 from drake_navbench.plugins.kinds import PluginKind
 from drake_navbench.plugins.parameters import PluginBlocks, PluginParameters
-from drake_navbench.releases import NEWEST_RELEASE, Release
+from drake_navbench.releases import NEWEST_RELEASE, ReadBy, Release, before
 from drake_navbench.typed_files.quantities import Angle, Count, Duration, Frequency, Length, Speed
 from drake_navbench.typed_files.typed_yaml import tuples_for_lists
 
@@ -43,6 +44,12 @@ class BehaviorTreeSettings(PluginBlocks):
     A block under another name, with `plugin`, is a node that is not built in: the recovery action
     of that name, or what takes the place of the tree's leaf of that name.
     """
+
+    READ_BY: ClassVar[Mapping[str, ReadBy]] = {
+        # Values of the releases' default trees and nodes.
+        "wrap_around": ReadBy(defaults=before(Release.LYRICAL, True)),
+        "backup_speed": ReadBy(defaults=before(Release.JAZZY, 0.05)),
+    }
 
     PLUGINS: ClassVar[PluginKind] = TREE_NODES
 

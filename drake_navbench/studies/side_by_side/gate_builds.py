@@ -93,9 +93,9 @@ def _content(package: Package) -> bytes:
     return path.read_bytes() if path.is_file() else b""
 
 
-def _require_built(build: Build, what: str, built: str, asked: str | None) -> None:
-    if asked is not None and asked != built:
+def _require_built(build: Build, what: str, built: str, requested: str | None) -> None:
+    if requested is not None and requested != built:
         raise InputError(
-            f"--{what} {asked}: build {build.name!r} has {what} {built}; "
-            f"nav2-build CHECKOUT --{what} {asked} makes another"
+            f"--{what} {requested}: build {build.name!r} has {what} {built}; "
+            f"nav2-build CHECKOUT --{what} {requested} makes another"
         )

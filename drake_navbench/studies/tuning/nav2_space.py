@@ -71,10 +71,10 @@ class FileSpace(SearchSpace):
         write_text(stem.with_name(f"{stem.name}.patch"), comments + "".join(lines))
 
 
-def file_space(path: Path, plugin: str | None, robot: str, asked: Sequence[str]) -> FileSpace:
+def file_space(path: Path, plugin: str | None, robot: str, axes: Sequence[str]) -> FileSpace:
     """Returns the search space of a Nav2 file; raises InputError.
 
-    plugin: the name of one of the file's controllers; may be left out if there is only one. asked:
+    plugin: the name of one of the file's controllers; may be left out if there is only one. axes:
     NAME=VALUES as in `search_space`, where NAME is a parameter of the controller or of another
     node, such as `local_costmap.PARAMETER`. If it is empty, the space is the one in the
     controller's own tuning.yaml.
@@ -84,7 +84,7 @@ def file_space(path: Path, plugin: str | None, robot: str, asked: Sequence[str])
     plugin = _chosen(columns, plugin)
     baseline = _column(columns, plugin)
     settings = resolved_settings(columns)
-    texts = list(asked) or own_texts(baseline)
+    texts = list(axes) or own_texts(baseline)
     names = [entry.partition("=")[0] for entry in texts]
     now = {name: settings.get(_place(name, plugin)) for name in names}
     for name in names:

@@ -89,13 +89,13 @@ def plain_values(values: Mapping[str, Any]) -> dict[str, Any]:
     }
 
 
-def search_space(baseline: Preset, asked: Sequence[str] = ()) -> SearchSpace:
+def search_space(baseline: Preset, axes: Sequence[str] = ()) -> SearchSpace:
     """Returns the search space around a preset; raises InputError.
 
-    asked: NAME=LOW:HIGH, NAME=LOW:HIGH:log or NAME=A,B,C. If it is empty, the space is the one in
+    axes: NAME=LOW:HIGH, NAME=LOW:HIGH:log or NAME=A,B,C. If it is empty, the space is the one in
     the controller's own tuning.yaml, which must then exist.
     """
-    texts = list(asked) or own_texts(baseline)
+    texts = list(axes) or own_texts(baseline)
     resolved = dict(flattened(baseline.parameters.model_dump(mode="json")))
     dimensions = [parse_dimension(text, resolved) for text in texts]
     names = [entry.name for entry in dimensions]

@@ -46,11 +46,11 @@ class TuningTask(FrozenModel):
 
 
 def tuning_task(
-    baseline: Preset, of_file: Mapping[str, Any] | None = None, **asked: Any
+    baseline: Preset, of_file: Mapping[str, Any] | None = None, **options: Any
 ) -> TuningTask:
     """Returns the task of a preset.
 
-    of_file: for a column of a Nav2 file, further values that define its parameters. asked: the
+    of_file: for a column of a Nav2 file, further values that define its parameters. options: the
     other fields. Raises InputError.
     """
     own = {
@@ -58,7 +58,7 @@ def tuning_task(
         "baseline": baseline.name,
         "parameters": baseline.parameters.model_dump(mode="json") | dict(of_file or {}),
     }
-    return validate(TuningTask, own | asked, "command line")
+    return validate(TuningTask, own | options, "command line")
 
 
 def require_same_task(task: TuningTask, begun: dict[str, Any], where: str) -> None:

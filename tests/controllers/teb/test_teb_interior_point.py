@@ -134,15 +134,15 @@ def test_a_detour_that_newtons_method_fails_at_is_found_by_way_of_higher_barrier
     guess, scene = detour_over(height_m, radius, offset)
     count = len(scene.clearance_shares) + 1
     program = BandProgram(count, 2, settings=ALONE)
-    lead = program.lead(guess, scene=scene, weights=WEIGHTS, limits=LIMITS)
+    newton = program.run_newton(guess, scene=scene, weights=WEIGHTS, limits=LIMITS)
     straight = descend_from(
-        lead.problem, guess, DescentSettings(iterations=ALONE.newton_iterations)
+        newton.problem, guess, DescentSettings(iterations=ALONE.newton_iterations)
     )
     assert not straight.converged
-    assert lead.descent.converged
-    solution = program.led(lead)
+    assert newton.descent.converged
+    solution = program.unconfirmed(newton)
     assert solution.violation < 1e-4
-    confirmed = program.confirm(lead, 20)
+    confirmed = program.confirm(newton, 20)
     assert confirmed.status == "kSolutionFound"
     assert confirmed.evaluations <= 6
     np.testing.assert_allclose(confirmed.poses, solution.poses, atol=1e-3)
@@ -154,7 +154,7 @@ def test_a_guess_without_a_band_is_given_up_before_the_last_stage():
     scene = of_size(make_scene(poses[0], poses[-1]), 3)
     program = BandProgram(3, 2, settings=ALONE)
     guess = pack_band(poses, np.ones(3), 0.0)
-    lead = program.lead(guess, scene=scene, weights=WEIGHTS, limits=LIMITS)
-    assert not lead.descent.converged
+    newton = program.run_newton(guess, scene=scene, weights=WEIGHTS, limits=LIMITS)
+    assert not newton.descent.converged
     stages = sum(stage.iterations for stage in STAGES)
-    assert lead.descent.iterations <= ALONE.newton_iterations + stages
+    assert newton.descent.iterations <= ALONE.newton_iterations + stages

@@ -127,7 +127,7 @@ EFFECTS = {
     "solver": ("interior_point", "bend", {}),
     "blocked_goal_distance_m": (2.0, "dead end", {}),
 }
-# Of IPOPT's own way, and of obstacles that move: tested here and in test_teb_moving.py.
+# Of IPOPT's own way, and of obstacles that move: tested here and in test_teb_obstacle_tracking.py.
 ELSEWHERE = {
     "no_inner_iterations",
     "no_outer_iterations",

@@ -9,10 +9,10 @@ from numpy.typing import NDArray
 from pydrake.geometry import Rgba
 from pydrake.math import RigidTransform, RotationMatrix
 
-from drake_navbench.analysis.moving import Movers
+from drake_navbench.analysis.movers import Movers
 from drake_navbench.analysis.replay.paths import MOVING_PATH
 from drake_navbench.analysis.replay.stage import Stage, frames_until
-from drake_navbench.inputs.moving import MovingObstacles
+from drake_navbench.inputs.moving_obstacles import MovingObstacles
 from drake_navbench.inputs.world_geometry import MOVING_COLOR, moving_shape
 
 Array = NDArray[np.float64]

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import TypeAdapter
 
-from drake_navbench.inputs.moving import (
+from drake_navbench.inputs.moving_obstacles import (
     Bodies,
     MovingObstacle,
     MovingObstacles,

@@ -17,7 +17,7 @@ from drake_navbench.analysis.scenario_analysis import (
     ScenarioAnalysis,
 )
 from drake_navbench.analysis.statistics import CONFIDENCE
-from drake_navbench.analysis.task_lead import (
+from drake_navbench.analysis.task_summary import (
     COMPUTE,
     QUANTITIES,
     SUPERLATIVES,
@@ -37,25 +37,25 @@ ALL_TRIALS = "all trials"
 TOUCHES_ARE_FAULTS = "A controller may stop where the way is closed; it must never touch anything."
 
 
-class TaskLead(NamedTuple):
+class TaskSummary(NamedTuple):
     """The sentences about one scenario."""
 
     scenario: str
     sentence: str
 
 
-class Lead(NamedTuple):
+class ReportSummary(NamedTuple):
     """The paragraph for all scenarios together, and a line for each."""
 
     sentences: list[str]
-    tasks: list[TaskLead]
+    tasks: list[TaskSummary]
 
 
-def lead_of(
+def summary_of(
     scenarios: Sequence[ScenarioAnalysis],
     totals: Sequence[Total] = (),
     descriptions: Mapping[str, str] | None = None,
-) -> Lead:
+) -> ReportSummary:
     """Returns the verdict on these scenarios, each of which has trials.
 
     totals: those of suites whose worlds are too many to be described one by one. descriptions: the
@@ -70,9 +70,9 @@ def lead_of(
             *_first_places(scenarios, compute),
             *_undecided(scenarios, compute),
         ]
-    return Lead(
+    return ReportSummary(
         [sentence for sentence in sentences if sentence],
-        [TaskLead(scenario.scenario, task_sentence(scenario)) for scenario in scenarios],
+        [TaskSummary(scenario.scenario, task_sentence(scenario)) for scenario in scenarios],
     )
 
 
@@ -121,38 +121,38 @@ def _arrivals(scenarios: Sequence[ScenarioAnalysis]) -> str:
     if not possible:
         return "Every task here is impossible on purpose: nobody can arrive, and nobody is best."
     arrived: Counter[str] = Counter()
-    asked: Counter[str] = Counter()
+    driven: Counter[str] = Counter()
     for scenario in possible:
         for success in scenario.successes:
             arrived[success.controller] += success.succeeded
-            asked[success.controller] += success.trials
-    always = [name for name in asked if arrived[name] == asked[name]]
-    ever = [name for name in asked if arrived[name]]
-    others = [name for name in asked if name not in always]
+            driven[success.controller] += success.trials
+    always = [name for name in driven if arrived[name] == driven[name]]
+    ever = [name for name in driven if arrived[name]]
+    others = [name for name in driven if name not in always]
     if not ever:
         return "No controller reached any goal, so none is best."
     missed = listed(
-        _missed(name, asked[name] - arrived[name], asked[name]) for name in others or [""]
+        _missed(name, driven[name] - arrived[name], driven[name]) for name in others or [""]
     )
-    if len(asked) == 1:
-        (name,) = asked
-        return f"{name} reached the goal in {arrived[name]} of {asked[name]} trials."
+    if len(driven) == 1:
+        (name,) = driven
+        return f"{name} reached the goal in {arrived[name]} of {driven[name]} trials."
     if len(ever) == 1:
-        own = f"in {arrived[ever[0]]} of {asked[ever[0]]} trials"
+        own = f"in {arrived[ever[0]]} of {driven[ever[0]]} trials"
         return (
-            f"Only {ever[0]} arrived, {own}; {listed(n for n in asked if n != ever[0])} never "
+            f"Only {ever[0]} arrived, {own}; {listed(n for n in driven if n != ever[0])} never "
             "reached a goal."
         )
     if not others:
-        return f"All {len(asked)} controllers reached every goal that can be reached."
+        return f"All {len(driven)} controllers reached every goal that can be reached."
     if not always:
         return f"No controller reached every goal: {missed}."
     alone = "Only " if len(always) == 1 else ""
     return f"{alone}{listed(always)} reached every goal that can be reached; {missed}."
 
 
-def _missed(name: str, missed: int, asked: int) -> str:
-    return f"{name} missed {'all' if missed == asked else missed} of {asked}"
+def _missed(name: str, missed: int, driven: int) -> str:
+    return f"{name} missed {'all' if missed == driven else missed} of {driven}"
 
 
 def _touches(scenarios: Sequence[ScenarioAnalysis], descriptions: Mapping[str, str]) -> list[str]:

@@ -22,7 +22,7 @@ from drake_navbench.controllers.teb.ipopt_program import SolverSettings
 from drake_navbench.controllers.teb.layout import pack_band, row_count
 from drake_navbench.controllers.teb.memory import TebMemory
 from drake_navbench.controllers.teb.motion_of_cells import farthest_free_cell
-from drake_navbench.controllers.teb.moving import Track, Tracking, track_obstacles
+from drake_navbench.controllers.teb.obstacle_tracking import Track, Tracking, track_obstacles
 from drake_navbench.controllers.teb.predicted import encounters_of, moving_fields
 from drake_navbench.controllers.teb.program import BandProgram
 from drake_navbench.inputs.presets import load_preset

@@ -42,7 +42,7 @@ TOGETHER = "together"
 
 
 @dataclass(frozen=True)
-class Account:
+class LineupResult:
     """One lineup: its findings, orderings and errors against the publication."""
 
     lineup: Lineup
@@ -91,10 +91,10 @@ class Agreement(NamedTuple):
     error: RelativeError
 
 
-def account(trials: pd.DataFrame, lineup: Lineup = PUBLISHED_SETTINGS) -> Account:
+def lineup_result(trials: pd.DataFrame, lineup: Lineup = PUBLISHED_SETTINGS) -> LineupResult:
     """Computes all of one lineup; trials: rows as from `trial_row`."""
     repeated = repeated_cells(trials)
-    return Account(
+    return LineupResult(
         lineup,
         judge_all(trials, lineup, repeated=repeated),
         compare_numbers(trials, lineup, repeated=repeated),
@@ -123,7 +123,7 @@ def shares_by_difficulty(judgements: Sequence[Judgement]) -> tuple[Share, Share]
     return _share("success rate and top speed", easy), _share("all others", rest)
 
 
-def errors_by_metric(own: Account) -> dict[str, RelativeError]:
+def errors_by_metric(own: LineupResult) -> dict[str, RelativeError]:
     """Returns the relative error of all printed numbers, of those left out and of the others.
 
     'compared' are the metrics whose orderings count, 'uncertain' those for which four trials are
@@ -137,11 +137,11 @@ def errors_by_metric(own: Account) -> dict[str, RelativeError]:
     }
 
 
-def agreements(own: Account, noisy: Account | None = None) -> list[Agreement]:
+def agreements(own: LineupResult, noisy: LineupResult | None = None) -> list[Agreement]:
     """Returns concordance and relative error by scenario, by controller, and of all together.
 
     Between them those of the orderings that the findings cover and of those that they do not.
-    noisy: the account of a lineup whose scenarios are set beside those that they stand for.
+    noisy: the lineup_result of a lineup whose scenarios are set beside those that they stand for.
     """
     claimed = findings()
     rows = []
@@ -159,7 +159,7 @@ def agreements(own: Account, noisy: Account | None = None) -> list[Agreement]:
     return [*rows, _agreement(own, TOGETHER, "", lambda row: True)]
 
 
-def lineup_agreements(own: Account) -> list[Agreement]:
+def lineup_agreements(own: LineupResult) -> list[Agreement]:
     """Returns concordance and relative error by scenario and of all together."""
     by_scenario = [
         _agreement(own, name, name, _is_of_scenario(name))
@@ -176,7 +176,9 @@ def _share(name: str, judgements: Sequence[Judgement]) -> Share:
     return Share(name, **counts, from_one_trial=once, holds_from_one_trial=held)
 
 
-def _agreement(own: Account, title: str, key: str, is_wanted: Callable[[Row], bool]) -> Agreement:
+def _agreement(
+    own: LineupResult, title: str, key: str, is_wanted: Callable[[Row], bool]
+) -> Agreement:
     return Agreement(
         title,
         concordance(filter(is_wanted, own.orderings)),
