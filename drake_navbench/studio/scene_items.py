@@ -12,7 +12,7 @@ import shapely
 from numpy.typing import NDArray
 from pydantic import TypeAdapter
 
-from drake_navbench.inputs.moving import MovingObstacle
+from drake_navbench.inputs.moving_obstacles import MovingObstacle
 from drake_navbench.inputs.world import Obstacle
 from drake_navbench.kernels.poses import place_outline
 from drake_navbench.studio.drawing import Place, entry_at
