@@ -253,7 +253,7 @@ def _straight_drive(steps: int, dt_s: float, speed_mps: float) -> Situation:
     speed = np.array([speed_mps, 0.0])
     x = speed_mps * dt_s * np.arange(1, steps + 1)
     return Situation(
-        # Read-only like an observation's and a memory's, so that `objective` is compiled once.
+        # Read-only as in a cycle, so that `objective` is compiled once.
         pose=frozen(np.zeros(3)),
         speed=speed,
         earlier_speed=frozen(speed.copy()),

@@ -29,6 +29,7 @@ from drake_navbench.controllers.mppi.polish import Polish, PolishOutcome, Polish
 from drake_navbench.controllers.mppi.sampler import CycleResult, Sampler
 from drake_navbench.controllers.mppi.validator import is_trajectory_clear
 from drake_navbench.kernels.angles import wrap
+from drake_navbench.kernels.read_only import read_only
 
 # Stands in for a sampling deviation of zero: an axis that is not sampled may hardly be corrected.
 _LEAST_DEVIATION = 1e-3
@@ -121,7 +122,7 @@ class Refiner:
         references, last_index = path_references(path, sampled.trajectory.astype(np.float64))
         carrot = min(last_index + p.polish.carrot_offset, len(path) - 1)
         return Situation(
-            pose=scene.pose,
+            pose=read_only(scene.pose),
             speed=sampled.speed[[VX, WZ]].astype(np.float64),
             earlier_speed=earlier_speed,
             references=references,
