@@ -177,4 +177,4 @@ def draw(rows: pd.DataFrame) -> Figure:
     return figure
 
 
-STUDY = Study("bypass", arms(), range(12), kept_of, tell, draw)
+STUDY = Study("bypass", arms(), range(10), kept_of, tell, draw)
