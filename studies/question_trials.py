@@ -73,7 +73,7 @@ class Study(NamedTuple):
 
     name: str
     arms: Sequence[Arm]
-    seeds: range
+    seeds: Sequence[int]
     kept_of: Callable[[TrialLog], Row]
     tell: Callable[[pd.DataFrame], Mapping[str, str]]
     draw: Callable[[pd.DataFrame], Figure]
@@ -212,9 +212,10 @@ def more_trials_table(findings: Iterable[Finding], titles: Mapping[str, str]) ->
     ]
     heads = ["from -> to", "measure", "pairs", "before", "after", "difference", "units needed"]
     count = sum(needed <= AFFORDABLE_UNITS for needed, _ in others)
-    rest = (
-        f"The other {len(outcomes) - len(able)} undecided outcomes need more than "
-        f"{AFFORDABLE_UNITS}. Of {len(others)} undecided differences of metrics {count} would be "
+    more = len(outcomes) - len(able)
+    rest = f"{more or 'No'} other undecided outcomes need more than {AFFORDABLE_UNITS}. "
+    rest += (
+        f"Of {len(others)} undecided differences of metrics {count} would be "
         f"decided by at most so many"
     )
     fewest = min((needed for needed, _ in others), default=math.inf)

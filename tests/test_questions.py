@@ -11,10 +11,13 @@ import pandas as pd
 import pytest
 
 from drake_navbench.analysis.statistics import exact_share_interval
+from drake_navbench.recordings.drive_data import DriveData
+from drake_navbench.recordings.drive_fit import AxisFit, DriveFit
 
 STUDIES = Path(__file__).parents[1] / "studies"
 PAGES = Path(__file__).parents[1] / "docs" / "questions"
-NAMES = sorted(path.stem for path in PAGES.glob("*.csv"))
+# Of the recordings no trial is driven.
+NAMES = sorted(path.stem for path in PAGES.glob("*.csv") if not path.stem.startswith("recordings"))
 
 
 @pytest.fixture
@@ -85,3 +88,69 @@ def test_a_page_tells_what_its_rows_tell(shared, study_of, name):
     assert len(rows) == len(study.arms) * len(study.seeds)
     page = (PAGES / f"{name}.md").read_text(encoding="utf-8")
     assert shared.filled(page, study.tell(rows)) == page
+
+
+@pytest.fixture
+def recordings(shared):
+    return import_module("question_recordings")
+
+
+def a_drive(end_s, speed_mps=0.2, commands_every_s=2.0):
+    """A drive at a constant speed, every 0.1 s, whose commands alternate about it."""
+    time_s = np.arange(0.0, end_s, 0.1)
+    still = np.zeros_like(time_s)
+    command_time_s = np.arange(0.0, end_s, commands_every_s)
+    commands = np.zeros((len(command_time_s), 3))
+    commands[:, 0] = speed_mps + 0.05 * (-1.0) ** np.arange(len(command_time_s))
+    return DriveData(
+        time_s,
+        np.column_stack([speed_mps * time_s, still, still]),
+        np.column_stack([still + speed_mps, still, still]),
+        command_time_s,
+        commands,
+    )
+
+
+def test_a_drive_is_cut_in_the_middle_of_its_motion(recordings):
+    halves = recordings.halves_of(a_drive(20.0))
+    # From 0 to 19.9 s.
+    assert halves.first.time_s[-1] == pytest.approx(9.9)
+    assert halves.second.time_s[0] == pytest.approx(10.0)
+
+
+@pytest.mark.parametrize(
+    ("drive", "reason"),
+    [
+        (a_drive(10.0), "it moves for 10 s"),
+        (a_drive(20.0, speed_mps=0.0), "it never moves"),
+        (a_drive(20.0, commands_every_s=9.0), "too little happens in the first half"),
+    ],
+)
+def test_a_drive_that_shows_too_little_is_left_out_with_the_reason(recordings, drive, reason):
+    assert recordings.halves_of(drive) == reason
+
+
+def test_commands_reach_the_base_after_the_dead_time_and_not_within_the_deadband(recordings):
+    fit = DriveFit(0.1, 0.3, AxisFit(None, 0.2, 0.0, 0.15), AxisFit(None, None, 0.0, 0.0))
+    data = recordings.as_the_base_gets_them(a_drive(4.0), fit)
+    assert data.command_time_s.tolist() == [0.3, 2.3]
+    assert data.commands[:, 0].tolist() == [0.25, 0.0]
+
+
+def test_the_page_of_the_recordings_tells_what_its_rows_tell(shared, recordings):
+    page = (PAGES / "recordings.md").read_text(encoding="utf-8")
+    rows = shared.read_rows(PAGES / "recordings.csv")
+    assert shared.filled(page, recordings.tell(rows)) == page
+
+
+def test_units_that_would_decide_are_at_least_those_that_can(shared):
+    rows = pd.concat(
+        [
+            rows_of("a", ["aborted"] * 8, np.arange(8.0)),
+            rows_of("b", ["succeeded"] * 4 + ["aborted"] * 4, np.arange(8.0) + 1.0),
+        ]
+    )
+    found = shared.judged(rows, [("a", "b")], [shared.metric("near_time_s", "s")]).findings
+    (arrivals,) = [f for f in found if f.quantity.name == "success_rate"]
+    # 2 / 2^7 is within 3%, 2 / 2^6 is not: 7 pairs that differ, of which every second does.
+    assert shared.units_needed(arrivals) == 14
