@@ -93,7 +93,9 @@ class Drawing:
 
 
 def entry_at(content: Mapping[str, Any], place: Place) -> Any:
-    """Returns the entry at a place of a content."""
+    """Returns the entry at a place of a content; the loader's start where the content has none."""
+    if place == ("start",):
+        return content.get("start", [0.0, 0.0, 0.0])
     found: Any = content
     for part in place:
         found = found[part]

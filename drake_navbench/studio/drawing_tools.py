@@ -67,8 +67,8 @@ def dragged(content: Mapping[str, Any], hold: Hold, one: Point, other: Point) ->
         return drawing.with_waypoint(content, (*floor, "waypoints"), at)
     if tool in OF_POSES:
         place = tool.lower()
-        before = content.get(place, [0.0, 0.0, 0.0])
-        return with_entry(content, (place,), drawing.pose(one, other, before))
+        at = drawing.pose(one, other, entry_at(content, (place,)))
+        return with_entry(content, (place,), at)
     if tool == MOVE and hold.picked is not None:
         by = (other[0] - one[0], other[1] - one[1])
         return with_entry(content, hold.picked, drawing.moved(entry_at(content, hold.picked), by))

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
-from bokeh.events import DoubleTap, MouseMove, Pan, PanEnd, PanStart, Tap
+from bokeh.events import DoubleTap, MouseMove, Pan, PanEnd, PanStart, PressUp, Tap
 from bokeh.models import ColumnDataSource, CustomJS, InlineStyleSheet, Label
 
 from drake_navbench.studio import style
@@ -36,6 +37,8 @@ COLORS = {
 AREAS = ("keepout", "zone")
 POSES = {"start": style.START, "goal": style.GOAL}
 MARGIN_M = 1.0
+# A shorter drag is a click of a hand that is not still.
+LEAST_DRAG_PX = 4.0
 # Shows the mouse's place, and what a drag would draw; the server hears of the drag's end alone.
 FOLLOW = """
 const snap = (v) => step.value > 0 ? Math.round(v / step.value) * step.value : v;
@@ -70,7 +73,7 @@ class FloorPlan:
     def __init__(self, tool: Any, step: Any) -> None:
         self._map = MapView(height=560, name="floor", active_drag=None)
         self.figure = self._map.figure
-        self._begin: tuple[float, float] | None = None
+        self._begin: Any = None
         self._ground = ColumnDataSource(image_at(None, None))
         self._shapes = ColumnDataSource({"xs": [], "ys": [], "color": [], "alpha": [], "line": []})
         self._ways = ColumnDataSource({"xs": [], "ys": []})
@@ -143,16 +146,22 @@ class FloorPlan:
         """Tells of drags, clicks and double clicks."""
 
         def begin(event: Any) -> None:
-            self._begin = (event.x, event.y)
+            self._begin = event
 
         def end(event: Any) -> None:
             start, self._begin = self._begin, None
-            if start is not None and self.figure.toolbar.active_drag is None:
-                on_drag(start, (event.x, event.y))
+            if start is None or self.figure.toolbar.active_drag is not None:
+                return
+            if math.hypot(event.sx - start.sx, event.sy - start.sy) < LEAST_DRAG_PX:
+                on_tap((start.x, start.y))
+            else:
+                on_drag((start.x, start.y), (event.x, event.y))
 
         self.figure.on_event(PanStart, begin)
         self.figure.on_event(PanEnd, end)
-        self.figure.on_event(Tap, lambda event: on_tap((event.x, event.y)))
+        for click in (Tap, PressUp):
+            # A button that is held for long makes a press.
+            self.figure.on_event(click, lambda event: on_tap((event.x, event.y)))
         self.figure.on_event(DoubleTap, lambda event: on_double((event.x, event.y)))
 
     def show(self, items: Sequence[Item], picked: Item | None) -> None:

@@ -63,6 +63,7 @@ class ScenarioPage(Page):
         super().__init__(document, desk)
         self._picked: Item | None = None
         self._way_goes_on = False
+        self._is_changed = False
         self._seen: Any = None
         self._ground: Ground | None = None
         self._make_widgets()
@@ -228,7 +229,10 @@ class ScenarioPage(Page):
                 self._opened()
             else:
                 self._refresh()
-        if scenario.is_changed_on_disk:
+        is_changed, was_changed = scenario.is_changed_on_disk, self._is_changed
+        self._is_changed = is_changed
+        if is_changed and not was_changed:
+            # Once: other lines are to be seen, too.
             self._say(
                 f"{scenario.name}: has changed on disk since it was opened; saving needs "
                 "another name, opening it again takes what is there"

@@ -109,7 +109,7 @@ def _movers(content: Mapping[str, Any], floor: Place) -> Iterator[Item]:
 
 
 def _poses(content: Mapping[str, Any]) -> Iterator[Item]:
-    yield Item(("start",), "start", _arrow(content.get("start", [0.0, 0.0, 0.0])), NOWAY)
+    yield Item(("start",), "start", _arrow(entry_at(content, ("start",))), NOWAY)
     for index, pose in enumerate(content.get("waypoints") or ()):
         yield Item(("waypoints", index), "goal", _arrow(pose), NOWAY)
     if "goal" in content:

@@ -139,3 +139,10 @@ def test_a_waypoint_is_a_goal_before_the_goal_which_the_loader_takes():
     goals = Asked(content, "drawn.yaml").scenario().goals
     assert goals == ((2.0, 1.0, 1.571), (5.0, 0.0, 0.0))
     assert "waypoints" not in drawing.without(content, ("waypoints", 0))
+
+
+def test_a_start_that_the_file_leaves_out_is_the_loaders_and_can_be_moved():
+    content = {"goal": [5.0, 0.0, 0.0]}
+    assert drawing.entry_at(content, ("start",)) == [0.0, 0.0, 0.0]
+    moved = dragged(content, hold("Move")._replace(picked=("start",)), (0.0, 0.0), (1.0, 0.5))
+    assert moved["start"] == [1.0, 0.5, 0.0]
