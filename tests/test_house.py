@@ -48,7 +48,6 @@ WITH_MANY_PARAMETERS = {
     "controllers/rotation_shim/kernels.py:turn_by",
     "controllers/rotation_shim/kernels.py:turns_into_obstacle",
     "controllers/rpp/cycle.py:run_cycle",
-    "controllers/teb/candidates.py:gather_candidates",
     "controllers/teb/constraints.py:_fill_pose_clearances",
     "controllers/teb/constraints.py:_fill_turnings",
     "controllers/teb/curvature.py:_add_distance_bends",

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -24,6 +26,16 @@ from drake_navbench.kernels.distance_field import DistanceField
 from drake_navbench.kernels.path_geometry import path_length
 
 Array = NDArray[np.float64]
+
+SIDES = (LEFT, RIGHT)
+
+
+class Ends(NamedTuple):
+    """The ends of the bands of a cycle: start (3,), goal (3,), and the speed at the start, m/s."""
+
+    start: Array
+    goal: Array
+    speed: float
 
 
 class Candidate(NamedTuple):
@@ -72,14 +84,8 @@ def ways_past_block(
         path_length(plan.poses[: plan.goal_index + 1])
         + float(np.hypot(*(plan.poses[0, :2] - start)))
     )
-    paths = []
-    for side in (LEFT, RIGHT):
-        path = path_past_cluster(
-            field, clusters, cluster=cluster, side=side, start=start, goal=goal
-        )
-        if path is not None and path_length(path) <= longest:
-            paths.append(path)
-    return sorted(paths, key=path_length)
+    past = partial(path_past_cluster, field, clusters, start=start, goal=goal)
+    return _shortest_first([past(cluster=cluster, side=side) for side in SIDES], longest)
 
 
 def ways_past_narrow(
@@ -99,35 +105,33 @@ def ways_past_narrow(
     start, goal = pose[:2], plan.poses[plan.goal_index, :2]
     narrowest = plan.poses[int(np.argmin(plan.clearances[: plan.goal_index + 1])), :2]
     longest = longest_ratio * path_length(plan.poses[: plan.goal_index + 1])
-    paths = []
-    for cluster in clusters.labels_beside(narrowest, field, reach_m):
-        for side in (LEFT, RIGHT):
-            path = path_past_cluster(
-                field, clusters, cluster=cluster, side=side, start=start, goal=goal
-            )
-            if path is not None and path_length(path) <= longest:
-                paths.append(path)
-    return sorted(paths, key=path_length)
+    past = partial(path_past_cluster, field, clusters, start=start, goal=goal)
+    beside = clusters.labels_beside(narrowest, field, reach_m)
+    return _shortest_first([past(cluster=c, side=side) for c in beside for side in SIDES], longest)
+
+
+def _shortest_first(paths: Iterable[Array | None], longest: float) -> list[Array]:
+    """Returns the paths that are no longer than `longest`, m; None is no path."""
+    short = [path for path in paths if path is not None and path_length(path) <= longest]
+    return sorted(short, key=path_length)
 
 
 def gather_candidates(
     memory: TebMemory,
     paths: list[Array],
+    ends: Ends,
     *,
-    start: Array,
-    goal: Array,
     time_s: float,
     leads_through: bool,
-    speed: float,
     clusters: Clusters,
     pace: Pace,
     parameters: TebParameters,
 ) -> list[Candidate]:
     """Returns at most max_number_classes candidates of different classes, the driven one first.
 
-    leads_through: whether the plan itself can be driven, as the first of the paths. speed: that
-    bands start with, m/s.
+    leads_through: whether the plan itself can be driven, as the first of the paths.
     """
+    start, goal, speed = ends
     plan_angles = [
         swept_angles(np.vstack([start[:2], path, goal[:2]]), clusters.anchors) for path in paths
     ]
@@ -163,10 +167,8 @@ def gather_candidates(
 def spare_candidate(
     candidates: list[Candidate],
     paths: list[Array],
+    ends: Ends,
     *,
-    start: Array,
-    goal: Array,
-    speed: float,
     clusters: Clusters,
     pace: Pace,
 ) -> Candidate | None:
@@ -174,6 +176,7 @@ def spare_candidate(
 
     Arguments as for `gather_candidates`.
     """
+    start, goal, speed = ends
     if not candidates or not candidates[0].is_driven:
         return None
     driven = candidates[0]

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from drake_navbench.controller import ControllerSetup, Decision, NoValidControl, Observation
 from drake_navbench.controllers.teb.candidates import (
+    Ends,
     gather_candidates,
     spare_candidate,
     ways_past_block,
@@ -169,14 +170,13 @@ class TimedElasticBand:
             limits=limits,
         )
         pace = pace_of(parameters, limits)
+        ends = Ends(task.start, task.goal, float(twist[0]))
         candidates = gather_candidates(
             memory,
             paths,
-            start=task.start,
-            goal=task.goal,
+            ends,
             time_s=observation.time_s,
             leads_through=leads_through,
-            speed=float(twist[0]),
             clusters=clusters,
             pace=pace,
             parameters=parameters,
@@ -185,9 +185,7 @@ class TimedElasticBand:
             spare_candidate,
             candidates,
             paths,
-            start=task.start,
-            goal=task.goal,
-            speed=float(twist[0]),
+            ends,
             clusters=clusters,
             pace=pace,
         )

@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
-POSE_LENGTH = 6
 # Positions beyond it are slips; a world of it is told as too large, m.
 FARTHEST_M = 1e6
 

@@ -214,14 +214,14 @@ def test_a_band_that_lost_is_optimised_at_once_where_the_driven_one_breaks_a_lim
     controller = make()
     box = observe((0, 0, 0), [(1.0, -0.32, 1.3, 0.3)])
     memory = with_a_lost_alternative(controller, box)
-    led = program_module.BandProgram.led
+    unconfirmed = program_module.BandProgram.unconfirmed
     violations = iter([1.0])
 
-    def driven_one_fails(self, lead):
-        solution = led(self, lead)
+    def driven_one_fails(self, newton):
+        solution = unconfirmed(self, newton)
         return solution._replace(violation=next(violations, solution.violation))
 
-    monkeypatch.setattr(program_module.BandProgram, "led", driven_one_fails)
+    monkeypatch.setattr(program_module.BandProgram, "unconfirmed", driven_one_fails)
     decision = controller.step(replace(box, time_s=0.05), memory)
     assert decision.diagnostics["candidate_count"] == 2
     assert not decision.diagnostics["is_fallback"]
@@ -254,7 +254,7 @@ def test_ipopt_confirms_the_band_that_is_driven_and_no_other(monkeypatch):
 
 def without_bands(monkeypatch):
     """Lets Newton's method and IPOPT fail at every guess."""
-    for name in ("led", "confirm"):
+    for name in ("unconfirmed", "confirm"):
         method = getattr(program_module.BandProgram, name)
         monkeypatch.setattr(program_module.BandProgram, name, _without_a_feasible_iterate(method))
 
@@ -266,14 +266,14 @@ def test_a_class_that_failed_is_tried_again_only_after_a_while(monkeypatch):
     memory = controller.step(observe((0, 0, 0), box), TebMemory()).memory
     memory = memory._replace(alternatives=())
     without_bands(monkeypatch)
-    leads = watched(monkeypatch, "lead")
+    runs = watched(monkeypatch, "run_newton")
     counts = []
     for time_s in (0.05, 0.1, 0.05 + REVISIT_PERIOD_S):
-        leads.clear()
+        runs.clear()
         decision = controller.step(observe((0, 0, 0), box, time_s=time_s), memory)
         memory = decision.memory
         assert decision.diagnostics["is_fallback"]
-        counts.append(len(leads))
+        counts.append(len(runs))
     assert counts[1] < counts[0]
     assert counts[2] == counts[0]
 
@@ -302,9 +302,9 @@ def test_what_was_put_off_is_tried_before_the_robot_gives_up(monkeypatch):
         *(other._replace(accepted=False) for other in good.memory.alternatives),
     ]
     memory = TebMemory(alternatives=tuple(failed))
-    leads = watched(monkeypatch, "lead")
+    runs = watched(monkeypatch, "run_newton")
     again = controller.step(observe((0, 0, 0), box, time_s=0.05), memory)
-    assert leads
+    assert runs
     np.testing.assert_allclose(again.command, good.command, atol=1e-6)
 
 
@@ -340,7 +340,7 @@ def test_a_command_is_never_returned_for_a_band_whose_outline_collides():
 def test_the_last_feasible_band_drives_on_when_the_solver_stops_too_early(monkeypatch):
     controller = make()
     first = controller.step(observe((0, 0, 0), twist=(0.4, 0)), TebMemory())
-    for name in ("led", "confirm"):
+    for name in ("unconfirmed", "confirm"):
         method = getattr(program_module.BandProgram, name)
         monkeypatch.setattr(program_module.BandProgram, name, _without_a_feasible_iterate(method))
     second = controller.step(observe((0.02, 0, 0), twist=(0.4, 0), time_s=0.05), first.memory)

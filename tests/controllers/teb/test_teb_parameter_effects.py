@@ -196,16 +196,16 @@ def test_no_parameter_is_forgotten():
 )
 def test_ipopts_own_way_is_as_long_as_the_parameters_say(monkeypatch, name, twist, wanted):
     asked = []
-    led, confirm = BandProgram.led, BandProgram.confirm
+    unconfirmed, confirm = BandProgram.unconfirmed, BandProgram.confirm
 
-    def failed(self, lead):
-        return led(self, lead)._replace(violation=1.0)
+    def failed(self, newton):
+        return unconfirmed(self, newton)._replace(violation=1.0)
 
-    def watched(self, lead, iterations):
+    def watched(self, newton, iterations):
         asked.append(iterations)
-        return confirm(self, lead, iterations)._replace(violation=1.0)
+        return confirm(self, newton, iterations)._replace(violation=1.0)
 
-    monkeypatch.setattr(BandProgram, "led", failed)
+    monkeypatch.setattr(BandProgram, "unconfirmed", failed)
     monkeypatch.setattr(BandProgram, "confirm", watched)
     decisions(SCENES["open"]._replace(twist=twist, plans=(STRAIGHT,)), **{name: 3})
     assert asked == [wanted]
