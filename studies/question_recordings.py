@@ -289,6 +289,8 @@ def draw(rows: pd.DataFrame) -> Figure:
     ends = [0.5 * by_model.to_numpy().min(), 2.0 * by_model.to_numpy().max()]
     axes.plot(ends, ends, "k", lw=0.8)
     axes.set(xscale="log", yscale="log", xlim=ends, ylim=ends)
+    for axis in (axes.xaxis, axes.yaxis):
+        axis.set_major_formatter("{x:g}")
     axes.set(xlabel="the other model: position after 5 s [m]", ylabel="fitted [m]")
     axes.legend(loc="upper left")
     return figure
