@@ -220,7 +220,7 @@ NAVIGATION = OVERRIDES["navigation"]
         ),
         (
             {"local_costmap": {"puddle": {"plugin": "theirs::Puddle"}}},
-            "navigation.local_costmap.puddle.centre: field required",
+            "navigation.local_costmap.puddle.centre: missing, but required",
         ),
         (
             {"local_costmap": {"puddel": {"plugin": "theirs::Puddel"}}},
