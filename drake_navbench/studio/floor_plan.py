@@ -6,7 +6,6 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
-from bokeh.document import Document
 from bokeh.models import ColumnDataSource, InlineStyleSheet
 
 from drake_navbench.studio import style
@@ -47,7 +46,6 @@ class FloorPlan:
 
     def __init__(
         self,
-        document: Document,
         tool: Any,
         step: Any,
         on_drag: Callable[[Place, Place], None],
@@ -65,7 +63,7 @@ class FloorPlan:
         self._draw()
         sheet = InlineStyleSheet(css=":host { cursor: crosshair; touch-action: none; }")
         self.figure.stylesheets = [*self.figure.stylesheets, sheet]
-        Mouse(document, self.figure, tool, step, SHAPES).on(on_drag, on_click)
+        Mouse(self.figure, tool, step, SHAPES).on(on_drag, on_click)
 
     def _draw(self) -> None:
         plot = self.figure

@@ -10,8 +10,6 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from bokeh.document import Document
-from bokeh.events import DocumentReady
 from bokeh.models import ColumnDataSource, CustomJS, Label, PanTool
 
 from drake_navbench.studio import style
@@ -86,9 +84,7 @@ class Mouse:
     'box' or 'circle', seen while the button is down. A drag that pans the figure is not told.
     """
 
-    def __init__(
-        self, document: Document, figure: Any, tool: Any, step: Any, shapes: Mapping[str, str]
-    ) -> None:
+    def __init__(self, figure: Any, tool: Any, step: Any, shapes: Mapping[str, str]) -> None:
         label = Label(
             x=0,
             y=0,
@@ -118,7 +114,8 @@ class Mouse:
             "click_px": CLICK_PX,
             "again_px": AGAIN_PX,
         }
-        document.js_on_event(DocumentReady, CustomJS(args=arguments, code=LISTEN))
+        # As soon as the figure has its size.
+        figure.js_on_change("inner_width", CustomJS(args=arguments, code=LISTEN))
 
     def on(
         self, on_drag: Callable[[Place, Place], None], on_click: Callable[[Place, bool], None]

@@ -68,7 +68,7 @@ class ScenarioPage(Page):
         self._seen: Any = None
         self._ground: Ground | None = None
         self._make_widgets()
-        self._plan = FloorPlan(document, self._tool, self._step, self._drag, self._click)
+        self._plan = FloorPlan(self._tool, self._step, self._drag, self._click)
         self._let_pan()
         fill(
             document,
