@@ -22,14 +22,12 @@ const view = Bokeh.index.find_one(plot), area = view.canvas_view.events_el;
 if (area.is_heard) { return; }
 area.is_heard = true;
 const snap = (v) => step.value > 0 ? Math.round(v / step.value) * step.value : v;
-const px = (one, other) => {
-  const {x_scale: x, y_scale: y} = view.frame;
-  return Math.hypot(x.compute(one.x) - x.compute(other.x), y.compute(one.y) - y.compute(other.y));
-};
+// On the screen: the view may move under a hand that is still.
+const px = (one, other) => Math.hypot(one.sx - other.sx, one.sy - other.sy);
 const place = (event) => {
   const {x_scale, y_scale, bbox} = view.frame, box = area.getBoundingClientRect();
   const sx = event.clientX - box.x, sy = event.clientY - box.y;
-  return {x: x_scale.invert(sx), y: y_scale.invert(sy), is_inside: bbox.contains(sx, sy)};
+  return {sx, sy, x: x_scale.invert(sx), y: y_scale.invert(sy), is_inside: bbox.contains(sx, sy)};
 };
 // Seen on this page alone: the server does not hear of it.
 const draw = (model, values) => model.setv(values, {sync: false});

@@ -211,7 +211,9 @@ class ScenarioPage(Page):
             return
         self._ground = ground
         self._plan.show_ground(ground.image, ground.bounds)
-        self._plan.look_at(self._items(), ground.bounds)
+        if ground.bounds is not None:
+            # Else all is in view already, and must not move under a hand that draws.
+            self._plan.look_at(self._items(), ground.bounds)
 
     def _save(self) -> None:
         def save() -> None:
