@@ -21,6 +21,11 @@ PAGE_PATH = "/"
 ICON_PATH = "/favicon.ico"
 # The paths under which Meshcat keeps the assets of its scene.
 ASSET_PATH = re.compile(r"/cas-v1/[A-Za-z0-9._-]{1,200}")
+# Until there is a page: a browser may open the address as soon as it is told.
+NO_PAGE_YET = (
+    '<!doctype html><meta http-equiv="refresh" content="1"><link rel="icon" href="data:,">'
+    "<title>live</title><p>The first trial is being prepared ..."
+)
 # For a browser to say what it wants, and for Meshcat to answer.
 PATIENCE_S = 10.0
 
@@ -56,7 +61,7 @@ class LiveServer:
 
     def __init__(self, scene_address: str = "", *, port: int = 0) -> None:
         self._scene_address = scene_address
-        self._page = b""
+        self._page = NO_PAGE_YET.encode()
         self._number = 0
         own = self
 

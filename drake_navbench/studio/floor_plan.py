@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
-from bokeh.events import DoubleTap, MouseMove, Pan, PanEnd, PanStart, PressUp, Tap
-from bokeh.models import ColumnDataSource, CustomJS, InlineStyleSheet, Label
+from bokeh.models import ColumnDataSource, InlineStyleSheet
 
 from drake_navbench.studio import style
+from drake_navbench.studio.mouse import Mouse, Place
 from drake_navbench.studio.scene_items import Item, bounds_of
 from drake_navbench.studio.style import MapView, coordinates, image_at
 
@@ -37,43 +36,23 @@ COLORS = {
 AREAS = ("keepout", "zone")
 POSES = {"start": style.START, "goal": style.GOAL}
 MARGIN_M = 1.0
-# A shorter drag is a click of a hand that is not still.
-LEAST_DRAG_PX = 4.0
-# Shows the mouse's place, and what a drag would draw; the server hears of the drag's end alone.
-FOLLOW = """
-const snap = (v) => step.value > 0 ? Math.round(v / step.value) * step.value : v;
-const x = snap(cb_obj.x), y = snap(cb_obj.y);
-let text = `${x.toFixed(2)}, ${y.toFixed(2)} m`;
-if (cb_obj.event_name === "panstart") { state.data = {x: [x], y: [y]}; }
-const from = state.data.x;
-if (from.length && cb_obj.event_name !== "mousemove") {
-  const x0 = from[0], y0 = state.data.y[0], kind = shapes[tool.labels[tool.active]];
-  const dx = x - x0, dy = y - y0, length = Math.hypot(dx, dy);
-  let xs = [x0, x], ys = [y0, y];
-  if (kind === "box") { xs = [x0, x, x, x0, x0]; ys = [y0, y0, y, y, y0];
-    text += `  ${Math.abs(dx).toFixed(2)} × ${Math.abs(dy).toFixed(2)} m`; }
-  else { if (kind === "circle") { xs = []; ys = []; for (let i = 0; i <= 32; i++) {
-      xs.push(x0 + length * Math.cos(i * Math.PI / 16));
-      ys.push(y0 + length * Math.sin(i * Math.PI / 16)); } }
-    text += `  ${length.toFixed(2)} m, ${(Math.atan2(dy, dx) * 180 / Math.PI).toFixed(0)}°`; }
-  preview.data = {x: kind ? xs : [], y: kind ? ys : []};
-}
-if (cb_obj.event_name === "panend") { state.data = {x: [], y: []}; preview.data = {x: [], y: []}; }
-label.x = cb_obj.x; label.y = cb_obj.y; label.text = text; label.visible = true;
-"""
 
 
 class FloorPlan:
     """A figure of a scenario.
 
-    tool, step: the widgets of the chosen tool and of the grid. on_drag: is given both ends of a
-    drag, on_tap the place of a click, on_double that of a double click; m, not snapped.
+    tool, step: the widgets of the chosen tool and of the grid. on_drag, on_click: see `Mouse`.
     """
 
-    def __init__(self, tool: Any, step: Any) -> None:
+    def __init__(
+        self,
+        tool: Any,
+        step: Any,
+        on_drag: Callable[[Place, Place], None],
+        on_click: Callable[[Place, bool], None],
+    ) -> None:
         self._map = MapView(height=560, name="floor", active_drag=None)
         self.figure = self._map.figure
-        self._begin: Any = None
         self._ground = ColumnDataSource(image_at(None, None))
         self._shapes = ColumnDataSource({"xs": [], "ys": [], "color": [], "alpha": [], "line": []})
         self._ways = ColumnDataSource({"xs": [], "ys": []})
@@ -81,9 +60,10 @@ class FloorPlan:
         self._arrows = ColumnDataSource({"xs": [], "ys": [], "color": []})
         self._outlines = ColumnDataSource({"xs": [], "ys": [], "color": []})
         self._plans = ColumnDataSource({"xs": [], "ys": []})
-        self.preview = ColumnDataSource({"x": [], "y": []})
         self._draw()
-        self._follow(tool, step)
+        sheet = InlineStyleSheet(css=":host { cursor: crosshair; touch-action: none; }")
+        self.figure.stylesheets = [*self.figure.stylesheets, sheet]
+        Mouse(self.figure, tool, step, SHAPES).on(on_drag, on_click)
 
     def _draw(self) -> None:
         plot = self.figure
@@ -106,63 +86,6 @@ class FloorPlan:
         plot.multi_line("xs", "ys", source=self._outlines, color="color", line_width=1.5)
         plot.multi_line("xs", "ys", source=self._arrows, color="color", line_width=3)
         plot.scatter("x", "y", source=self._poses, color="color", size=11)
-        plot.line("x", "y", source=self.preview, color=style.PICKED, line_width=2.5)
-
-    def _follow(self, tool: Any, step: Any) -> None:
-        label = Label(
-            x=0,
-            y=0,
-            x_offset=12,
-            y_offset=10,
-            text="",
-            visible=False,
-            text_color=style.INK,
-            text_font_size="12px",
-        )
-        self.figure.add_layout(label)
-        state = ColumnDataSource({"x": [], "y": []})
-        follow = CustomJS(
-            args={
-                "tool": tool,
-                "step": step,
-                "state": state,
-                "preview": self.preview,
-                "label": label,
-                "shapes": SHAPES,
-            },
-            code=FOLLOW,
-        )
-        for event in (MouseMove, PanStart, Pan, PanEnd):
-            self.figure.js_on_event(event, follow)
-        sheet = InlineStyleSheet(css=":host { cursor: crosshair; touch-action: none; }")
-        self.figure.stylesheets = [*self.figure.stylesheets, sheet]
-
-    def on_mouse(
-        self,
-        on_drag: Callable[[tuple[float, float], tuple[float, float]], None],
-        on_tap: Callable[[tuple[float, float]], None],
-        on_double: Callable[[tuple[float, float]], None],
-    ) -> None:
-        """Tells of drags, clicks and double clicks."""
-
-        def begin(event: Any) -> None:
-            self._begin = event
-
-        def end(event: Any) -> None:
-            start, self._begin = self._begin, None
-            if start is None or self.figure.toolbar.active_drag is not None:
-                return
-            if math.hypot(event.sx - start.sx, event.sy - start.sy) < LEAST_DRAG_PX:
-                on_tap((start.x, start.y))
-            else:
-                on_drag((start.x, start.y), (event.x, event.y))
-
-        self.figure.on_event(PanStart, begin)
-        self.figure.on_event(PanEnd, end)
-        for click in (Tap, PressUp):
-            # A button that is held for long makes a press.
-            self.figure.on_event(click, lambda event: on_tap((event.x, event.y)))
-        self.figure.on_event(DoubleTap, lambda event: on_double((event.x, event.y)))
 
     def show(self, items: Sequence[Item], picked: Item | None) -> None:
         """Draws the things of a scenario."""

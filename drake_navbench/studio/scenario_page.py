@@ -40,6 +40,7 @@ from drake_navbench.studio.drawing_tools import (
 )
 from drake_navbench.studio.floor_plan import POSES, FloorPlan
 from drake_navbench.studio.messages import Asked, Checked, Ground
+from drake_navbench.studio.mouse import Place
 from drake_navbench.studio.open_scenario import WORLD_SUFFIXES, files_of
 from drake_navbench.studio.page import Page
 from drake_navbench.studio.scene_items import Item, item_at, items_of
@@ -67,8 +68,7 @@ class ScenarioPage(Page):
         self._seen: Any = None
         self._ground: Ground | None = None
         self._make_widgets()
-        self._plan = FloorPlan(self._tool, self._step)
-        self._plan.on_mouse(self._drag, self._tap, self._double_tap)
+        self._plan = FloorPlan(self._tool, self._step, self._drag, self._click)
         self._let_pan()
         fill(
             document,
@@ -195,6 +195,7 @@ class ScenarioPage(Page):
     def _opened(self) -> None:
         scenario = self._desk.scenario
         self._picked, self._ground = None, None
+        self._way_goes_on = False
         self._name.value = scenario.name
         self._refresh()
         self._plan.show_ground(None, None)
@@ -210,7 +211,9 @@ class ScenarioPage(Page):
             return
         self._ground = ground
         self._plan.show_ground(ground.image, ground.bounds)
-        self._plan.look_at(self._items(), ground.bounds)
+        if ground.bounds is not None:
+            # Else all is in view already, and must not move under a hand that draws.
+            self._plan.look_at(self._items(), ground.bounds)
 
     def _save(self) -> None:
         def save() -> None:
@@ -244,7 +247,7 @@ class ScenarioPage(Page):
         scenario = self._desk.scenario
         return items_of(scenario.drawing.content, scenario.floor)
 
-    def _at(self, point: tuple[float, float]) -> tuple[float, float]:
+    def _at(self, point: Place) -> Place:
         step_m = float(self._step.value)
         return snapped(point[0], step_m), snapped(point[1], step_m)
 
@@ -254,28 +257,32 @@ class ScenarioPage(Page):
         name = TOOLS[self._tool.active]
         return Hold(name, self._desk.scenario.floor, percent, speed_mps, picked)
 
-    def _drag(self, begin: tuple[float, float], end: tuple[float, float]) -> None:
-        if TOOLS[self._tool.active] == MOVE:
+    def _drag(self, begin: Place, end: Place) -> None:
+        tool = TOOLS[self._tool.active]
+        if tool in OF_WAYS:
+            # A click of a hand that moves.
+            self._click(begin, False)
+            return
+        if tool == MOVE:
             self._picked = item_at(self._items(), begin)
-        self._way_goes_on = False
         self._draw(self._at(begin), self._at(end))
 
     def _draw(self, one: drawing.Point, other: drawing.Point) -> None:
         content = self._desk.scenario.drawing.content
         self._try(lambda: self._apply(dragged(content, self._hold(), one, other)))
 
-    def _tap(self, point: tuple[float, float]) -> None:
+    def _click(self, point: Place, is_again: bool) -> None:
         tool, at = TOOLS[self._tool.active], self._at(point)
         if tool in OF_WAYS:
-            self._try(partial(self._go_on, at))
+            if is_again and self._way_goes_on:
+                self._way_goes_on = False
+            else:
+                self._try(partial(self._go_on, at))
         elif tool in OF_POSES:
             self._draw(at, at)
         elif tool == MOVE:
             self._picked = item_at(self._items(), point)
             self._refresh()
-
-    def _double_tap(self, _point: tuple[float, float]) -> None:
-        self._way_goes_on = False
 
     def _go_on(self, point: drawing.Point) -> None:
         content = self._desk.scenario.drawing.content

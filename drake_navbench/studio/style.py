@@ -32,6 +32,8 @@ PAGE = Template("""\
 @media (prefers-color-scheme: dark) { :root { --ground: #12161b; --card: #1b2027; --ink: #e4e9ef;
   --soft: #98a4b1; --line: #2d353f; --accent: #6ea2f5; --field: #12161b; --good: #5cc98d;
   --bad: #f08a76; --tint: rgba(110, 162, 245, 0.15); } }
+/* Always: one that appears would move the picture under a hand that draws. */
+html { overflow-y: scroll; }
 body { background: var(--ground); color: var(--ink);
   font: 14px/1.45 Helvetica, Arial, sans-serif; }
 header { display: flex; align-items: center; gap: 6px; padding: 0 20px; height: 50px;

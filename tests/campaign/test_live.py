@@ -27,6 +27,8 @@ from browser import CHROMIUM, NO_CHROMIUM, Browser
 
 def test_the_server_tells_when_there_is_another_page():
     with LiveServer() as server:
+        # Before the first one, what there is comes again by itself.
+        assert b'<meta http-equiv="refresh" content="1">' in urlopen(server.address).read()
         server.show("<p>first</p>")
         first = urlopen(f"{server.address}number").read()
         assert urlopen(server.address).read() == b"<p>first</p>"

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import time
+
 from browser import Browser
 
 WHERE = """(() => {{
@@ -48,6 +50,18 @@ class Hand:
     def tap(self, place: tuple[float, float]) -> None:
         x, y = self.browser.evaluate(ON_FLOOR.format(x=place[0], y=place[1]))
         self.browser.drag((x, y), (x, y))
+
+    def tap_twice(self, place: tuple[float, float]) -> None:
+        for _ in range(2):
+            self.tap(place)
+
+    def hold(self, place: tuple[float, float], seconds: float) -> None:
+        """Clicks with a button that stays down."""
+        x, y = self.browser.evaluate(ON_FLOOR.format(x=place[0], y=place[1]))
+        self.browser.move(x, y, is_down=False)
+        self.browser.press(x, y)
+        time.sleep(seconds)
+        self.browser.release(x, y)
 
     def wait_text(self, name: str, text: str) -> None:
         self.browser.wait_for(
