@@ -65,6 +65,7 @@ const heard = {
       count: [++count]};
     last = is_click ? begin : null;
     clear();
+    follow(end);
   },
   pointercancel: clear,
   pointerleave: () => { if (begin === null) { draw(label, {visible: false}); } },

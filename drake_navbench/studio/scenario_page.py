@@ -107,9 +107,10 @@ class ScenarioPage(Page):
         )
         self._tool.stylesheets = [InlineStyleSheet(css=GRID)]
         self._tool.on_change("active", lambda _name, _old, _new: self._show_hint())
-        self._step = Select(title="Grid", options=STEPS, value="0.05", width=90)
-        self._percent = Spinner(title="Zone [%]", value=50, low=1, high=100, step=5, width=80)
-        self._speed = Spinner(title="Cart [m/s]", value=0.5, low=0.1, high=5, step=0.1, width=80)
+        third: Any = {"sizing_mode": "stretch_width", "min_width": 50}
+        self._step = Select(title="Grid", options=STEPS, value="0.05", **third)
+        self._percent = Spinner(title="Zone [%]", value=50, low=1, high=100, step=5, **third)
+        self._speed = Spinner(title="Cart [m/s]", value=0.5, low=0.1, high=5, step=0.1, **third)
         self._entry = TextInput(title="Picked", visible=False, sizing_mode="stretch_width")
         self._entry.on_change("value", self._edit)
         styled(self._files, self._name, self._description, self._robot, self._tool)
@@ -137,7 +138,7 @@ class ScenarioPage(Page):
             self._tool,
             self._hint,
             Row(*styled(*made), spacing=2, sizing_mode="stretch_width"),
-            Row(self._step, self._percent, self._speed, spacing=8),
+            Row(self._step, self._percent, self._speed, sizing_mode="stretch_width"),
             self._robot,
             self._description,
             self._name,
