@@ -49,7 +49,7 @@ def _motion_of(log: TrialLog) -> tuple[Array, Array]:
     count = max(int(np.searchsorted(time_s, end_s + ROUNDING_S, side="right")), 1)
     last, after = count - 1, min(count, len(time_s) - 1)
     if after == last or time_s[last] >= end_s - ROUNDING_S:
-        # A copy: the log's own times are read-only, for which the kernel would be compiled once more.
+        # A copy: the kernel would be compiled once more for the log's read-only times.
         return time_s[:count].copy(), states[:count]
     duration_s = time_s[after] - time_s[last]
     share = (end_s - time_s[last]) / duration_s
