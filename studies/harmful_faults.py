@@ -48,13 +48,13 @@ import numpy as np
 from planted_faults import (
     HERE,
     Fault,
-    _is_read,
-    _spoilt,
     candidates,
+    is_read,
     sound_file,
     spoilt_file,
+    spoilt_value,
 )
-from planted_faults_driven import CONTROLLERS, _patient_and_driver, _score_lines, _visited
+from planted_faults_driven import CONTROLLERS, patient_and_driver, score_lines, visited_by
 
 from drake_navbench.studies.doctor.driving import Row, shows
 from drake_navbench.studies.doctor.files import speed_asked
@@ -81,7 +81,7 @@ def in_draw_order(controller: str, seed: int) -> list[tuple[str, Any, bool]]:
 
 def spoilt_by(controller: str, place: str, value: Any, is_up: bool, factor: float) -> Fault:
     """Returns a fault of a strength."""
-    return Fault(controller, place, value, _spoilt(value, factor if is_up else 1.0 / factor))
+    return Fault(controller, place, value, spoilt_value(value, factor if is_up else 1.0 / factor))
 
 
 def census(seed: int, out: Path) -> None:
@@ -146,7 +146,7 @@ def _screen(
 def _strengths(controller: str, place: str, value: Any, is_up: bool) -> list[Fault]:
     """Returns the faults of a parameter that the file's reader takes, the mildest first."""
     faults = (spoilt_by(controller, place, value, is_up, factor) for factor in (MILD, STRONG))
-    return [f for f in dict.fromkeys(faults) if f.spoilt != value and _is_read(f)]
+    return [f for f in dict.fromkeys(faults) if f.spoilt != value and is_read(f)]
 
 
 def _mildest(faults: list[Fault], folder: Path, sound: set[str]) -> dict[str, Any]:
@@ -179,7 +179,7 @@ def _rows_of(files: list[dict[str, Any]], folder: Path, seeds: int) -> list[list
     batches: dict[Any, list[int]] = {}
     columns, probes = [], []
     for index, file in enumerate(files):
-        patient, driver = _patient_and_driver(file, folder)
+        patient, driver = patient_and_driver(file, folder)
         own = patient.columns()
         robot = own.setup.robot
         speed_mps = speed_asked(patient.facts(), robot)
@@ -202,7 +202,7 @@ def visit_all(seed: int, out: Path) -> None:
         key = waiting[0]
         entry = _read()[key]
         fault = _fault_of(entry)
-        entry |= _visited(fault, Symptom(entry["harmful"][0]), out / _folder(fault))
+        entry |= visited_by(fault, Symptom(entry["harmful"][0]), out / _folder(fault))
         _kept(key, entry)
         print(key, entry, flush=True)
 
@@ -262,7 +262,7 @@ def _seed_lines(own: list[dict[str, Any]]) -> Iterator[str]:
     yield f"The doctor was given {len(visited)} of these."
     if not visited:
         return
-    yield from _score_lines(visited)
+    yield from score_lines(visited)
     chance = np.mean([0.5 / len(candidates(entry["controller"])) for entry in visited])
     yield f"Any parameter and direction at random: {chance:.1%}."
     yield from ["", "| fault | sound | spoilt | complaint | first cause shown | change | worse |"]

@@ -235,14 +235,14 @@ def draw() -> list[Fault]:
                 break
             place, value = choices[index]
             factor = float(generator.choice(FACTORS))
-            fault = Fault(controller, place, value, _spoilt(value, factor))
-            if fault.spoilt != value and _is_read(fault):
+            fault = Fault(controller, place, value, spoilt_value(value, factor))
+            if fault.spoilt != value and is_read(fault):
                 own.append(fault)
         found += own
     return found
 
 
-def _spoilt(value: Any, factor: float) -> Any:
+def spoilt_value(value: Any, factor: float) -> Any:
     if isinstance(value, bool):
         return not value
     if isinstance(value, int):
@@ -250,7 +250,7 @@ def _spoilt(value: Any, factor: float) -> Any:
     return float(f"{value * factor:.4g}")
 
 
-def _is_read(fault: Fault) -> bool:
+def is_read(fault: Fault) -> bool:
     with tempfile.TemporaryDirectory() as folder:
         try:
             patient_of(spoilt_file(fault), Path(folder)).facts()

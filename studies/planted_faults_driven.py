@@ -49,6 +49,7 @@ from planted_faults import (
     spoilt_file,
 )
 
+from drake_navbench.analysis.statistics import share_interval
 from drake_navbench.processes.machine import available_cores
 from drake_navbench.studies.doctor.change import CHANCE
 from drake_navbench.studies.doctor.driving import FRESH_SEED, Driver, Row, shows
@@ -95,7 +96,7 @@ def census(faults: list[Fault], out: Path, most: int) -> None:
 
 def _shown_by(file: Mapping[str, Any], folder: Path) -> list[str]:
     """Returns the symptoms that the probes show of a file."""
-    patient, driver = _patient_and_driver(file, folder)
+    patient, driver = patient_and_driver(file, folder)
     columns = patient.columns()
     robot = columns.setup.robot
     probes = probes_for(robot, speed_asked(patient.facts(), robot), seed=0)
@@ -105,7 +106,7 @@ def _shown_by(file: Mapping[str, Any], folder: Path) -> list[str]:
     return sorted(symptom.value for symptom in seen_in(rows))
 
 
-def _patient_and_driver(file: Mapping[str, Any], folder: Path) -> tuple[Patient, Driver]:
+def patient_and_driver(file: Mapping[str, Any], folder: Path) -> tuple[Patient, Driver]:
     folder.mkdir(parents=True, exist_ok=True)
     driver = Driver(
         folder, ROBOT, jobs=available_cores(), budget_s=NO_BUDGET_S, tell=lambda line: None
@@ -120,13 +121,13 @@ def visit_all(faults: list[Fault], out: Path) -> None:
         row = done.get(fault.name)
         if row is None or not row["harmful"] or "first" in row:
             continue
-        row |= _visited(fault, Symptom(row["harmful"][0]), out / fault.name)
+        row |= visited_by(fault, Symptom(row["harmful"][0]), out / fault.name)
         _write(done)
         print(fault.name, row, flush=True)
 
 
-def _visited(fault: Fault, complaint: Symptom, folder: Path) -> dict[str, Any]:
-    patient, driver = _patient_and_driver(spoilt_file(fault), folder)
+def visited_by(fault: Fault, complaint: Symptom, folder: Path) -> dict[str, Any]:
+    patient, driver = patient_and_driver(spoilt_file(fault), folder)
     found = visit(patient, complaint, "", driver, seed=0)
     if found.is_interrupted:
         raise KeyboardInterrupt
@@ -181,13 +182,10 @@ def _write(done: Mapping[str, Any]) -> None:
     DRIVEN.write_text(json.dumps(done, indent=1) + "\n", encoding="utf-8")
 
 
-def wilson(count: int, of: int) -> str:
-    """Returns Wilson's 95% interval of a share: '42% to 98%'."""
-    z = 1.959964
-    share, scale = count / of, 1.0 + z * z / of
-    middle = (share + z * z / (2 * of)) / scale
-    half = z / scale * float(np.sqrt(share * (1.0 - share) / of + z * z / (4 * of * of)))
-    return f"{max(middle - half, 0.0):.0%} to {min(middle + half, 1.0):.0%}"
+def share_text(count: int, of: int) -> str:
+    """Returns the 95% interval of a share: '42% to 98%'."""
+    interval = share_interval(count / of, of)
+    return f"{interval.low:.0%} to {interval.high:.0%}"
 
 
 def driven_lines(faults: list[Fault]) -> Iterator[str]:
@@ -208,7 +206,7 @@ def driven_lines(faults: list[Fault]) -> Iterator[str]:
         yield f"The sound {controller} file shows {told}."
     yield "A fault that only adds to a symptom of its sound file counts as harmless."
     if visited:
-        yield from _score_lines(visited)
+        yield from score_lines(visited)
     yield from ["", "| fault | sound | spoilt | new symptoms | first cause shown | change |"]
     yield "|---|---|---|---|---|---|"
     for fault, row in own:
@@ -221,7 +219,7 @@ def driven_lines(faults: list[Fault]) -> Iterator[str]:
         yield f"| {' | '.join(cells)} |"
 
 
-def _score_lines(visited: list[dict[str, Any]]) -> Iterator[str]:
+def score_lines(visited: list[dict[str, Any]]) -> Iterator[str]:
     cured = [row for row in visited if row["gone"]]
     yield from ["", "| of the harmful ones | number | of | 95% | goal |", "|---|---|---|---|---|"]
     for told, rows, key, goal in (
@@ -234,7 +232,7 @@ def _score_lines(visited: list[dict[str, Any]]) -> Iterator[str]:
     ):
         if rows:
             count = sum(not r["worse"] if key == "fine" else r[key] for r in rows)
-            yield f"| {told} | {count} | {len(rows)} | {wilson(count, len(rows))} | {goal} |"
+            yield f"| {told} | {count} | {len(rows)} | {share_text(count, len(rows))} | {goal} |"
     yield from [
         "",
         f"A visit drove {np.mean([row['trials'] for row in visited]):.0f} trials on average.",
