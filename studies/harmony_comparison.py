@@ -17,6 +17,7 @@ from pathlib import Path
 import harmony_judgement as judgement
 import pandas as pd
 from harmony_worlds import FAMILIES, write_world
+from question_trials import require_no_errors
 
 from drake_navbench.campaign.campaign import plan_campaign
 from drake_navbench.campaign.trial_tasks import table_row
@@ -107,7 +108,9 @@ def main() -> None:
     if (arguments.folder is None) == (arguments.judge is None):
         parser.error("expected FOLDER or --judge FILE, and not both")
     if arguments.judge is not None:
-        tell(pd.read_csv(arguments.judge))
+        rows = pd.read_csv(arguments.judge)
+        require_no_errors(rows, arguments.judge)
+        tell(rows)
         return
     (arguments.folder / "worlds").mkdir(parents=True, exist_ok=True)
     settings = {"trials": TRIALS, "seed": SEED, "first_worlds": FIRST_WORLDS}
@@ -115,7 +118,10 @@ def main() -> None:
         settings = {"trials": 2, "seed": 1000, "first_worlds": dict.fromkeys(FAMILIES, 8000)}
     columns = [judgement.OURS, *RIVALS.values()]
     asked = rounds(arguments.folder / "worlds", columns, **settings)
-    tell(drive_missing(arguments.folder / "trials.csv", asked, arguments.jobs))
+    path = arguments.folder / "trials.csv"
+    rows = drive_missing(path, asked, arguments.jobs)
+    require_no_errors(rows, path)
+    tell(rows)
 
 
 if __name__ == "__main__":

@@ -13,10 +13,8 @@ from question_trials import (
     Row,
     Study,
     arrived,
-    findings_table,
-    judged,
+    compared,
     metric,
-    more_trials_table,
     share_cell,
     spread,
     table,
@@ -171,12 +169,10 @@ def tell(rows: pd.DataFrame) -> Mapping[str, str]:
         for before, after in OF_SETTINGS
         for checker in ("latched", "stopped")
     ]
-    found = judged(counted, pairs, [HUNTING]).findings
     shown = {"success_rate": "precise at rest [%]", "near_time_s": "near the goal [s]"}
     return {
         "arms": table(titles, cells),
-        "pairs": findings_table(found, shown),
-        "more": more_trials_table(found, shown),
+        **compared(counted, pairs, [HUNTING], shown),
     }
 
 

@@ -16,10 +16,8 @@ from question_trials import (
     Row,
     Study,
     arrived,
-    findings_table,
-    judged,
+    compared,
     measures_of,
-    more_trials_table,
     robot_in,
     share_cell,
     spread,
@@ -151,11 +149,9 @@ def tell(rows: pd.DataFrame) -> Mapping[str, str]:
         "cross_track_error_rms_m": "off the path, r.m.s. [m]",
         "angular_jerk_rms_radps3": "angular jerk, r.m.s. [rad/s³]",
     }
-    found = judged(rows, pairs(), metrics).findings
     return {
         "arms": table(titles, lines),
-        "pairs": findings_table(found, shown),
-        "more": more_trials_table(found, shown),
+        **compared(rows, pairs(), metrics, shown),
     }
 
 

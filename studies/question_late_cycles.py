@@ -12,10 +12,8 @@ from question_trials import (
     Row,
     Study,
     arrived,
-    findings_table,
-    judged,
+    compared,
     measures_of,
-    more_trials_table,
     robot_in,
     share_cell,
     spread,
@@ -138,7 +136,6 @@ def tell(rows: pd.DataFrame) -> Mapping[str, str]:
         *("time to the goal [s]", "least clearance [m]"),
     ]
     metrics = [m for m in all_metrics() if m.name in KEPT]
-    found = judged(rows, pairs(), metrics).findings
     shown = {
         "touch_rate": "touches [%]",
         "success_rate": "arrivals [%]",
@@ -148,8 +145,7 @@ def tell(rows: pd.DataFrame) -> Mapping[str, str]:
     }
     return {
         "arms": table(titles, lines),
-        "pairs": findings_table(found, shown),
-        "more": more_trials_table(found, shown),
+        **compared(rows, pairs(), metrics, shown),
     }
 
 

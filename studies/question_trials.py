@@ -9,6 +9,7 @@ from __future__ import annotations
 import argparse
 import math
 import re
+import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -177,6 +178,23 @@ def judged(
     return judge_pairs(contests, listed=[m.name for m in metrics], metrics=metrics)
 
 
+def compared(
+    rows: pd.DataFrame,
+    pairs: Iterable[tuple[str, str]],
+    metrics: Sequence[Metric],
+    titles: Mapping[str, str],
+) -> dict[str, str]:
+    """Returns the page's tables of all pairs: what is decided, and what more units would decide.
+
+    titles: by the name of the quantity; others are left out.
+    """
+    found = judged(rows, pairs, metrics).findings
+    return {
+        "pairs": findings_table(found, titles),
+        "more": more_trials_table(found, titles),
+    }
+
+
 def findings_table(findings: Iterable[Finding], titles: Mapping[str, str]) -> str:
     """Returns the decided findings in Markdown, and how many are not.
 
@@ -268,6 +286,7 @@ def answer(study: Study, arguments: argparse.Namespace) -> None:
     path = arguments.folder / "trials.csv"
     drive_missing(study, path, jobs=arguments.jobs)
     rows = _asked(study, read_rows(path))
+    require_no_errors(rows, path)
     told = study.tell(rows)
     for name, text in told.items():
         print(f"{name}\n\n{text}\n")
@@ -277,6 +296,17 @@ def answer(study: Study, arguments: argparse.Namespace) -> None:
     elif shipped.exists():
         equal = equal_rows(rows, read_rows(shipped))
         print(f"{equal} of {len(rows)} trials are equal to those of docs/questions/{shipped.name}")
+
+
+def require_no_errors(rows: pd.DataFrame, path: Path) -> None:
+    """Ends the command where a trial ended in an error: it is neither an arrival nor a failure."""
+    errors = rows[rows["outcome"] == str(Outcome.ERROR)]
+    if not errors.empty:
+        row = int(errors.index[0]) + 2
+        sys.exit(
+            f"{path}, line {row}: {len(errors)} of {len(rows)} trials ended in an error, this one "
+            "among them; nothing is judged. Mend the column, delete these lines and drive them again"
+        )
 
 
 def _asked(study: Study, rows: pd.DataFrame) -> pd.DataFrame:

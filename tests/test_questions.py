@@ -154,3 +154,10 @@ def test_units_that_would_decide_are_at_least_those_that_can(shared):
     (arrivals,) = [f for f in found if f.quantity.name == "success_rate"]
     # 2 / 2^7 is within 3%, 2 / 2^6 is not: 7 pairs that differ, of which every second does.
     assert shared.units_needed(arrivals) == 14
+
+
+def test_a_trial_that_ended_in_an_error_is_judged_by_nobody(shared, tmp_path):
+    rows = rows_of("a", ["succeeded", "error", "aborted"], [1.0, 2.0, 3.0])
+    with pytest.raises(SystemExit, match=r"trials\.csv, line 3: 1 of 3 trials ended in an error"):
+        shared.require_no_errors(rows, tmp_path / "trials.csv")
+    shared.require_no_errors(rows.drop(index=1), tmp_path / "trials.csv")
