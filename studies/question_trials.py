@@ -305,7 +305,7 @@ def require_no_errors(rows: pd.DataFrame, path: Path) -> None:
         row = int(errors.index[0]) + 2
         sys.exit(
             f"{path}, line {row}: {len(errors)} of {len(rows)} trials ended in an error, this one "
-            "among them; nothing is judged. Mend the column, delete these lines and drive them again"
+            "among them; nothing is judged. Mend the column, delete these lines, drive again"
         )
 
 
