@@ -302,7 +302,7 @@ def _is_drawn(figures: FigureChoice, is_told_by_totals: bool) -> bool:
 
 
 def _describe(analysis: ScenarioAnalysis, info: Mapping[str, Any], told: frozenset[str]) -> None:
-    """Adds what the header of a log of the scenario tells of it."""
+    """Sets a scenario's description, purpose and clean twin from the header of one of its logs."""
     task = info["scenario"]
     analysis.description = str(task.get("description", ""))
     analysis.is_impossible = task.get("expected_outcome") == Outcome.ABORTED

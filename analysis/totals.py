@@ -58,7 +58,7 @@ class Total(NamedTuple):
 
 
 class Difference(NamedTuple):
-    """Two controllers in the worlds that both drove, as one pair of the suite and quantity."""
+    """Two controllers compared in one quantity over the worlds of a suite that both drove."""
 
     suite: str
     quantity: str

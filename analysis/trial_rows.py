@@ -17,7 +17,7 @@ Row = dict[str, Any]
 
 
 class MeasuredLog(NamedTuple):
-    """The row of a log; reasons: of metrics without a value; violations: of the invariants."""
+    """A trial's row. reasons: why a metric has no value. violations: of the invariants."""
 
     row: Row
     reasons: dict[str, str]
@@ -39,10 +39,10 @@ def trial_row(log: TrialLog) -> Row:
 
 
 def measured_log(log: TrialLog, known: Mapping[str, Any] | None = None) -> MeasuredLog:
-    """Returns the row of a log with the reasons for its gaps.
+    """Measures a trial: its row, a reason for each metric without a value, broken invariants.
 
-    The suite is '' where the scenario is in none, and so is a density that the suite does not tell.
-    known: values that were measured already.
+    Suite and density are '' where the scenario has none.
+    known: metrics that were measured before.
     """
     suite = log.info["scenario"].get("suite") or {}
     measured = measure_all(log, known)

@@ -194,7 +194,7 @@ def _rows_of(files: list[dict[str, Any]], folder: Path, seeds: int) -> list[list
 
 
 def visit_all(seed: int, out: Path) -> None:
-    """Makes a visit of each harmful fault that has none, one of each controller in turn.
+    """Visits, as the doctor, each harmful fault that was not visited, one controller in turn.
 
     The census may go on beside it.
     """
@@ -231,7 +231,7 @@ def _read() -> dict[str, Any]:
 
 
 def _kept(key: str, entry: Any) -> dict[str, Any]:
-    """Keeps an entry beside those of the file, to which another step may have added meanwhile."""
+    """Adds an entry to the file, which is read anew: another step may write to it as well."""
     done = _read() | {key: entry}
     DRIVEN.write_text(json.dumps(done, indent=1) + "\n", encoding="utf-8")
     return done

@@ -115,7 +115,7 @@ def patient_and_driver(file: Mapping[str, Any], folder: Path) -> tuple[Patient, 
 
 
 def visit_all(faults: list[Fault], out: Path) -> None:
-    """Makes a visit of each harmful fault that has none."""
+    """Visits, as the doctor, each harmful fault that was not visited."""
     done = _read()
     for fault in in_order(faults):
         row = done.get(fault.name)

@@ -115,7 +115,7 @@ def _first_room(plan: Array, last: Array, field: DistanceField, discs: Array) ->
 
 
 def around(way: Way) -> Way:
-    """Returns the way aimed at the path behind the obstacle on it, where the target lies in that.
+    """Returns the way with its target behind the obstacle if the target lies inside it.
 
     A target inside an obstacle is as near from in front of it as from beside it. One behind the
     obstacle stays: a nearer one would only make the robot slow, as in front of a door.

@@ -111,7 +111,7 @@ def ways_past_narrow(
 
 
 def _shortest_first(paths: Iterable[Array | None], longest: float) -> list[Array]:
-    """Returns the paths that are no longer than `longest`, m; None is no path."""
+    """Returns the paths of at most `longest` m, the shortest first; None stands for no path."""
     short = [path for path in paths if path is not None and path_length(path) <= longest]
     return sorted(short, key=path_length)
 

@@ -215,7 +215,7 @@ def _further(values: Sequence[Any], node: yaml.SequenceNode) -> Sequence[Any]:
 
 
 def _extended(text: str, node: yaml.SequenceNode, further: Sequence[Any]) -> str:
-    """Returns the text with items behind those of a list, which stay with their comments."""
+    """Appends items to a list in the text; the list's own items keep their comments."""
     last = node.value[-1]
     items = [_flow(item, last) for item in further]
     if node.flow_style:
@@ -275,9 +275,9 @@ def _block_text(keys: list[str], value: Any, column: int) -> str:
 def _with_models(
     values: Sequence[Any], before: yaml.Node | None
 ) -> Iterator[tuple[Any, yaml.Node | None]]:
-    """Yields the items of a list, each with the node before it whose quotes it has.
+    """Yields each item with the node of the old list whose quotes it takes.
 
-    That is the item with its own text, for a new item the last one.
+    For an item of the old list that is its own node, for a new one the last node.
     """
     nodes = before.value if isinstance(before, yaml.SequenceNode) else []
     for value in values:

@@ -220,7 +220,7 @@ def moved_on(thing: Mapping[str, Any], to: Point, speed_mps: float) -> dict[str,
 
 
 def with_waypoint(content: Mapping[str, Any], place: Place, at: Sequence[float]) -> dict[str, Any]:
-    """Returns a content with one more goal before the goal, for which Nav2's tree drives."""
+    """Adds a waypoint, and the navigation mode in which Nav2's tree drives through waypoints."""
     changed = with_added(content, place, list(at))
     return with_entry(changed, ("navigation_mode",), "navigate_to_pose")
 

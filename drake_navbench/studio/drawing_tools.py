@@ -35,7 +35,7 @@ SHAPES: Mapping[str, Callable[[Point, Point], dict[str, Any]]] = {
 
 
 class Hold(NamedTuple):
-    """The tool in the hand.
+    """The drawing tool that is selected, with its settings.
 
     name: of TOOLS. floor: see OpenScenario. percent: of a speed zone. speed_mps: of a moving
     obstacle. picked: the thing that is moved.
@@ -99,7 +99,7 @@ def with_way(
 
 
 def list_at(content: Mapping[str, Any], place: Place) -> list[Any]:
-    """Returns the list at a place of a content, an empty one where there is none."""
+    """Returns the list at a place of a scenario's content; an empty list where it has none."""
     try:
         return entry_at(content, place) or []
     except (KeyError, IndexError):

@@ -229,7 +229,7 @@ class LivePage(Page):
 
 
 def told_decision(decision: Mapping[str, Any]) -> Markup:
-    """Returns a decision's reasons: the sentence, the table, and what is to be said to it."""
+    """Returns a decision's reasons as HTML: the sentence, the table, the notes."""
     head = Markup("<h3>why, {:.2f} s</h3>").format(decision["time"])
     shown = table(decision["columns"], decision["rows"]) if decision["rows"] else Markup("")
     return head + lines([decision["sentence"]]) + shown + lines(decision["notes"], "soft")

@@ -77,7 +77,7 @@ Place = tuple[float, float]
 
 
 class Mouse:
-    """The mouse on a figure, whose place and drawing are shown beside it.
+    """The mouse on a figure: its coordinates and the shape being drawn are shown beside it.
 
     tool, step: the widgets of the chosen tool and of the grid. shapes: of a drag by tool: 'line',
     'box' or 'circle', seen while the button is down. A drag that pans the figure is not told.

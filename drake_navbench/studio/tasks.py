@@ -182,7 +182,7 @@ def read_watched(path: str) -> Watched:
 
 
 def reasons_of(path: str, asked: tuple[Asked, Column, str] | None) -> Reasons:
-    """Returns why a logged trial's controller decided as it did, and what it left of each cycle.
+    """Returns the reasons of every decision of a logged trial, and the diagnostics of its cycles.
 
     asked: of a trial of the studio; None for a log in a results folder. Raises InputError where the
     controller cannot tell, or the trial cannot be driven again.

@@ -201,7 +201,7 @@ def _explained(controller: Controller, cycle: ControlCycle, name: str) -> Explan
 
 
 class _Difference(NamedTuple):
-    """The first value in which a recomputed trial is another one than its log, and when, s."""
+    """The first value in which a trial that was driven again differs from its log, and when."""
 
     time_s: float
     text: str

@@ -97,7 +97,7 @@ class Race:
     def _drive(
         self, batch: Sequence[Candidate], seeds: int, probes: Sequence[Scenario] | None = None
     ) -> None:
-        """Drives the changes that are alive; those for which the time is too short stay as is."""
+        """Drives the candidates that are alive, as far as the budget goes."""
         alive = [candidate for candidate in batch if candidate.is_alive]
         if not alive or self.is_out_of_time:
             return

@@ -12,9 +12,10 @@ MINUTE_S, HOUR_S = 60.0, 3600.0
 
 
 class Forecast(NamedTuple):
-    """Trials at most: of the baseline in the search, of each configuration, of the judgement.
+    """The largest number of trials that a search can drive.
 
-    Configurations that are dropped or touch drive fewer, and a smaller front is judged sooner.
+    each: of the baseline and of each configuration. judgement: of the front and the baseline, on
+    fresh seeds. A configuration that is dropped drives fewer.
     """
 
     configurations: int
