@@ -10,6 +10,7 @@ The first pair compiles, and is left out.
 
 from __future__ import annotations
 
+import argparse
 import json
 import os
 import subprocess
@@ -72,7 +73,15 @@ def main(pairs: int) -> None:
 
 
 if __name__ == "__main__":
-    if sys.argv[1:] == ["--drive"]:
+    parser = argparse.ArgumentParser(description="Measures the cost of the one instruction set.")
+    parser.add_argument("pairs", type=int, nargs="?", default=PAIRS)
+    parser.add_argument("--drive", action="store_true", help="drive once in this process")
+    arguments = parser.parse_args()
+    if arguments.pairs < 1:
+        parser.error(
+            f"argument pairs: got {arguments.pairs}, expected a whole number of at least 1"
+        )
+    if arguments.drive:
         print(json.dumps({preset: driven(preset) for preset in PRESETS}))
     else:
-        main(int(sys.argv[1]) if len(sys.argv) > 1 else PAIRS)
+        main(arguments.pairs)

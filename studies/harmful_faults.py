@@ -38,8 +38,8 @@ their sound file, so they are less apart than the intervals suppose.
 
 from __future__ import annotations
 
+import argparse
 import json
-import sys
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
@@ -296,13 +296,16 @@ No other fault was driven with the changed doctor, and seed 2031 was not drawn."
 }
 
 
-def main(argv: list[str]) -> None:
-    """Runs a step of the study."""
+def main() -> None:
+    """Runs the step of the study that the command line names."""
     steps = {"census": census, "visit": visit_all}
-    if len(argv) not in (2, 3) or argv[0] not in steps:
-        sys.exit("expected census FOLDER [SEED] or visit FOLDER [SEED]")
-    steps[argv[0]](int(argv[2]) if len(argv) == 3 else SEEDS[0], Path(argv[1]))
+    parser = argparse.ArgumentParser(description="Planted faults that do harm.")
+    parser.add_argument("step", choices=steps)
+    parser.add_argument("folder", type=Path, help="for files and trials")
+    parser.add_argument("seed", type=int, nargs="?", choices=SEEDS, default=SEEDS[0])
+    arguments = parser.parse_args()
+    steps[arguments.step](arguments.seed, arguments.folder)
 
 
 if __name__ == "__main__":
-    main(sys.argv[1:])
+    main()

@@ -107,6 +107,8 @@ def main() -> None:
     arguments = parser.parse_args()
     if (arguments.folder is None) == (arguments.judge is None):
         parser.error("expected FOLDER or --judge FILE, and not both")
+    if arguments.judge is not None and not arguments.judge.is_file():
+        parser.error(f"--judge {arguments.judge}: no such file")
     if arguments.judge is not None:
         rows = pd.read_csv(arguments.judge)
         require_no_errors(rows, arguments.judge)
