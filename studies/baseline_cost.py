@@ -78,9 +78,7 @@ if __name__ == "__main__":
     parser.add_argument("--drive", action="store_true", help="drive once in this process")
     arguments = parser.parse_args()
     if arguments.pairs < 1:
-        parser.error(
-            f"argument pairs: got {arguments.pairs}, expected a whole number of at least 1"
-        )
+        parser.error(f"argument pairs: got {arguments.pairs}, expected at least 1")
     if arguments.drive:
         print(json.dumps({preset: driven(preset) for preset in PRESETS}))
     else:
