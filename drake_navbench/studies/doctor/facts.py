@@ -28,12 +28,6 @@ SHIM = "rotation_shim"
 KINDS = {SHIM: "shim", "teb_upstream": "teb", "external": "external"}
 # Older names of parameters.
 ALIASES = {"desired_linear_vel": "max_linear_vel"}
-# Blocks of the settings whose names are not those of their nodes.
-NODES = {
-    "planner": "planner_server",
-    "smoother": "smoother_server",
-    "behavior_tree": "bt_navigator",
-}
 
 
 @dataclass(frozen=True)

@@ -60,7 +60,6 @@ class Case(BaseModel):
     parameters: dict[str, Any] = {}
     culprits: dict[str, Any] = {}
     reproducible: str = ""
-    tier: str = ""
 
     @property
     def words(self) -> str:

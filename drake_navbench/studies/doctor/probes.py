@@ -37,11 +37,10 @@ Fields = dict[str, Any]
 
 @dataclass(frozen=True)
 class Size:
-    """Dimensions of the robot that probes depend on: half width, two radii about the base, reach
+    """Dimensions of the robot that probes depend on: half width, outer radius about the base, reach
     ahead and behind, m, and the speed that the file asks for, m/s."""
 
     half_width_m: float
-    inner_m: float
     outer_m: float
     front_m: float
     rear_m: float
@@ -55,12 +54,12 @@ class Size:
 
 def size_of(robot: Robot, speed_mps: float) -> Size:
     """Returns the size that probes are made for."""
-    inner, outer = robot.radii
+    outer = robot.radii[1]
     if robot.is_circle or robot.footprint is None:
-        return Size(outer, inner, outer, outer, outer, speed_mps or 0.3)
+        return Size(outer, outer, outer, outer, speed_mps or 0.3)
     xs, ys = zip(*robot.footprint, strict=True)
     half = max(abs(y) for y in ys)
-    return Size(half, inner, outer, max(xs), -min(xs), speed_mps or 0.3)
+    return Size(half, outer, max(xs), -min(xs), speed_mps or 0.3)
 
 
 def _box(x0: float, y0: float, x1: float, y1: float, *, known: bool = True) -> Fields:
