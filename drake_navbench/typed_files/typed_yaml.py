@@ -126,7 +126,7 @@ def validate(
     try:
         return model.model_validate_json(plain, strict=True)
     except ValidationError as error:
-        faults = error.errors(include_url=False, include_context=False)
+        faults = error.errors(include_url=False)
         lines = [
             _describe(fault, model, place_in(text, source, fault["loc"]) if text else source)
             for fault in faults[:MAX_FAULTS_SHOWN]
@@ -191,8 +191,11 @@ def faults_within(
             faults.append(unknown_field(f"{unknown}{hint}", location, found))
         elif fault["type"] == UNKNOWN_FIELD:
             faults.append(unknown_field(text, location, found))
+        elif fault["type"] == "missing":
+            faults.append(found_fault("missing, but required", location, found))
+        elif kind := _fault_of_kind(fault):
+            faults.append(found_fault(kind[1], (*location, kind[0]), found))
         else:
-            text = "missing, but required" if fault["type"] == "missing" else text
             faults.append(found_fault(text, location, found))
     return faults
 
@@ -219,6 +222,8 @@ def _describe(fault: Mapping[str, Any], model: type[BaseModel], source: str) -> 
         return f"{source}: {field}: unknown field{hint}"
     if fault["type"] == "missing":
         return f"{source}: {field}: missing, but required"
+    if kind := _fault_of_kind(fault):
+        return f"{source}: {_dotted((*location, kind[0]))}: {kind[1]}"
     message = fault["msg"].removeprefix("Value error, ")
     message = message[:1].lower() + message[1:]
     if not location:
@@ -226,6 +231,17 @@ def _describe(fault: Mapping[str, Any], model: type[BaseModel], source: str) -> 
     if _tells(message, fault["input"]):
         return f"{source}: {field}: {message}"
     return f"{source}: {field}: {message}, got {_shortened(fault['input'])}"
+
+
+def _fault_of_kind(fault: Mapping[str, Any]) -> tuple[str, str] | None:
+    """Returns field and text of a fault in the field that tells of which model a value is."""
+    context = fault.get("ctx", {})
+    name = str(context.get("discriminator", "")).strip("'")
+    if fault["type"] == "union_tag_not_found":
+        return name, "missing, but required"
+    if fault["type"] == "union_tag_invalid":
+        return name, f"got {context['tag']!r}, expected one of {context['expected_tags']}"
+    return None
 
 
 def _tells(message: str, found: Any) -> bool:

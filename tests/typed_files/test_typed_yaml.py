@@ -45,6 +45,19 @@ def test_a_missing_field_is_named():
     assert line == "task.yaml: goal: missing, but required"
 
 
+@pytest.mark.parametrize(
+    ("given", "text"),
+    [
+        ({}, "missing, but required"),
+        ({"type": "boxx"}, "got 'boxx', expected one of 'box', 'wall', 'polygon', 'cylinder'"),
+    ],
+)
+def test_a_shape_of_no_known_type_names_the_field_type(given, text):
+    world = {"obstacles": [{"centre": [0, 0], "radius_m": 1, **given}]}
+    (line,) = lines_of(MINIMAL | {"world": world})
+    assert line == f"task.yaml: world.obstacles[0].type: {text}"
+
+
 def test_text_is_no_number():
     (line,) = lines_of(MINIMAL | {"timeout_s": "12"})
     assert line.startswith("task.yaml: timeout_s: input should be a valid number")
