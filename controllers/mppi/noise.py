@@ -13,10 +13,9 @@ from typing import NamedTuple
 
 import numpy as np
 from numba import njit
-from numpy.typing import ArrayLike
 
 from drake_navbench.controllers.mppi.float32_math import F32, HALF, ONE, TWO, TWO_PI, ZERO, sin_cos
-from drake_navbench.controllers.mppi.lanes import LANES, Lanes, block_count, pack
+from drake_navbench.controllers.mppi.lanes import LANES, Lanes, block_count
 
 _STATE_WORDS = 4
 _ROTATION_OUTPUT = np.uint32(7)
@@ -140,13 +139,6 @@ class Noise(NamedTuple):
         blocks = block_count(batch_size)
         shapes = ((blocks, steps, LANES), (blocks if holonomic else 0, steps, LANES))
         return cls(*(np.zeros(shapes[k], np.float32) for k in (0, 1, 0)))
-
-    @classmethod
-    def from_samples(cls, *, vx: ArrayLike, wz: ArrayLike, vy: ArrayLike | None = None) -> Noise:
-        """Packs noise given as (B, N) arrays."""
-        packed = pack(vx)
-        sideways = np.zeros((0, *packed.shape[1:]), np.float32) if vy is None else pack(vy)
-        return cls(packed, sideways, pack(wz))
 
     def draw(self, key: tuple[int, ...], deviations: tuple[float, float, float]) -> None:
         """Fills the arrays with noise of the given deviations that depends on `key` alone."""
