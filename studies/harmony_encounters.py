@@ -1,12 +1,16 @@
 """Trials in which somebody walks straight on to where the robot will be, in an empty world.
 
 python studies/harmony_encounters.py prints the robot's speed when they meet, for each direction
-from which they come, with and without harmony's tracking.
+from which they come: with Nav2's costmap as it is and with one that beams without a hit clear, with
+and without harmony's tracking.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import Any
 
 import numpy as np
 
@@ -14,6 +18,12 @@ from drake_navbench import run_trial
 from drake_navbench.inputs.scenario import Scenario
 from drake_navbench.logs.log import Outcome, TrialLog
 
+# Nav2's obstacle layer is not cleared by beams that hit nothing, unless a source says so.
+SCAN = {"clearing": True, "max_obstacle_height": 2.0, "obstacle_max_range": 2.95}
+LAYERS = {
+    "as it is": {},
+    "inf_is_valid": {"observation_sources": {"scan": SCAN | {"inf_is_valid": True}}},
+}
 COLUMNS = ("harmony", "harmony:track_moving=true")
 DIRECTIONS, WALKING_MPS = 8, (1.0, 1.4)
 SPEED_MPS, MEET_S, WALKS_ON_S, RADIUS_M = 0.5, 5.0, 6.0, 0.25
@@ -21,8 +31,14 @@ SPEED_MPS, MEET_S, WALKS_ON_S, RADIUS_M = 0.5, 5.0, 6.0, 0.25
 START_LOSS_M, MIDDLE_M = 0.35, 0.3
 
 
-def encounter(bearing_rad: float, walking_mps: float) -> Scenario:
-    """Returns a drive straight ahead that somebody crosses; bearing_rad: whence they come."""
+def encounter(
+    bearing_rad: float, walking_mps: float, layer: Mapping[str, Any] = MappingProxyType({})
+) -> Scenario:
+    """Returns a drive straight ahead that somebody crosses.
+
+    bearing_rad: of the side that they come from, off the robot's heading. layer: fields of the
+    local costmap's obstacle layer.
+    """
     meeting = np.array([SPEED_MPS * MEET_S - START_LOSS_M + MIDDLE_M, 0.0])
     whence = np.array([math.cos(bearing_rad), math.sin(bearing_rad)])
     places = {
@@ -38,6 +54,7 @@ def encounter(bearing_rad: float, walking_mps: float) -> Scenario:
         plan={"type": "polyline", "points": [[0.0, 0.0], [7.0, 0.0]]},
         goal=(7.0, 0.0, 0.0),
         timeout_s=60.0,
+        robot_overrides={"navigation": {"local_costmap": {"obstacle_layer": dict(layer)}}},
     )
 
 
@@ -48,19 +65,22 @@ def told(log: TrialLog) -> str:
     return log.outcome.value
 
 
+def speeds_of(column: str, walking_mps: float, layer: Mapping[str, Any]) -> list[str]:
+    """Returns `told` of the trials from all directions, from behind on around the robot."""
+    bearings = [2.0 * math.pi * (k + 0.5) / DIRECTIONS - math.pi for k in range(DIRECTIONS)]
+    return [
+        told(run_trial(encounter(bearing, walking_mps, layer), column, seed=k))
+        for k, bearing in enumerate(bearings)
+    ]
+
+
 def main() -> None:
-    """Prints a line a column and speed, from the right behind on around the robot."""
-    for column in COLUMNS:
-        for walking_mps in WALKING_MPS:
-            logs = (
-                run_trial(
-                    encounter(2.0 * math.pi * (k + 0.5) / DIRECTIONS - math.pi, walking_mps),
-                    column,
-                    seed=k,
-                )
-                for k in range(DIRECTIONS)
-            )
-            print(f"{column}, walking {walking_mps:g} m/s: {', '.join(map(told, logs))}")
+    """Prints a line for each costmap, column and walking speed."""
+    for name, layer in LAYERS.items():
+        for column in COLUMNS:
+            for walking_mps in WALKING_MPS:
+                speeds = ", ".join(speeds_of(column, walking_mps, layer))
+                print(f"costmap {name}, {column}, walking {walking_mps:g} m/s: {speeds}")
 
 
 if __name__ == "__main__":
