@@ -16,7 +16,7 @@ from drake_navbench.analysis.metrics.registry import unrepeatable_names
 from drake_navbench.campaign.campaign import plan_campaign
 from drake_navbench.campaign.driving import run_campaign
 from drake_navbench.logs.log import UNREPEATABLE_COLUMNS, TrialLog
-from drake_navbench.logs.results import ResultsFolder
+from drake_navbench.logs.results import ResultsFolder, remove_unfinished
 
 SCENARIO = "description: nothing in the way\ngoal: [2.0, 0.0, 0.0]\ntimeout_s: 20.0\n"
 PATIENCE_S = 60.0
@@ -164,6 +164,8 @@ def test_a_run_killed_while_it_drives_goes_on_from_what_it_had(task, tmp_path):
     kept = {path: path.read_bytes() for path in folder.path.rglob("trial_*.parquet")}
     assert 0 < len(kept) < 8
     campaign = plan_campaign([task[0]], ["rpp"], trials=8)
+    # As a resumed run begins: a worker may have been killed while it wrote a log.
+    remove_unfinished(folder.path)
     run_campaign(campaign, folder, jobs=2)
     whole = ResultsFolder(tmp_path / "whole")
     whole.write_manifest({"identity": campaign.identity})
