@@ -146,7 +146,7 @@ def _read_match(text: str, before: Sequence[str], after: Sequence[str]) -> Match
     known = [way for way in ways if way.old in before and way.new in after]
     if len(known) > 1:
         told = " or ".join(f"{way.old!r} with {way.new!r}" for way in known)
-        raise InputError(f"--match {text!r}: may be {told}; rename a column by --name")
+        raise InputError(f"--match {text!r}: means {told}; rename a column by --name")
     # Neither pair fits: take one with one known name, so that the error names the other.
     half = [way for way in ways if way.old in before or way.new in after]
     return (known or half or ways)[0]

@@ -23,7 +23,7 @@ def cycle_times_ms(log: TrialLog, measure: str = "compute_time_ms") -> Array:
     if not is_new.any():
         if "running_stack" in log.info:
             raise Undefined("a running stack keeps its control cycles to itself")
-        raise Undefined("the controller was never asked")
+        raise Undefined("the controller was never called")
     return column(log, measure)[is_new]
 
 

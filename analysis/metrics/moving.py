@@ -80,7 +80,7 @@ def moving_time_to_collision_min_s(log: TrialLog) -> float:
     """
     shortest_s = collision_times_s(log).min()
     if math.isinf(shortest_s):
-        raise Undefined("no course met one that moves within 10 s")
+        raise Undefined("no course met a moving obstacle within 10 s")
     return float(shortest_s)
 
 

@@ -57,7 +57,7 @@ class DynamicWindowApproach:
 
     @property
     def cuts_plan(self) -> bool:
-        """Whether it cuts the plan itself, as up to Kilted."""
+        """Whether the controller cuts the plan itself, as Nav2's does up to Kilted."""
         return self._own_plan is not None
 
     def initial_memory(self) -> DwbMemory:

@@ -87,7 +87,7 @@ def cell_distances(
     distance), not as two (Manhattan distance). Without a seed every cell is rows * columns + 1:
     unreachable.
     """
-    # A margin of one cell saves the questions at the border.
+    # With a margin of one cell around the grid no loop has to ask whether it is at the border.
     distances = np.full((rows + 2, columns + 2), rows * columns + 1, dtype=np.int32)
     if seeds.size > 0:
         distances[1 + seeds // columns, 1 + seeds % columns] = 0

@@ -210,7 +210,7 @@ class DynamicWindowApproachParameters(ParametersWithCritics):
     )
 
     def asked_speeds(self) -> AskedSpeeds:
-        """Returns the limits of its samples."""
+        """Returns the limits of the velocity samples."""
         lateral = max(abs(self.min_vel_y), abs(self.max_vel_y))
         return AskedSpeeds(
             self.max_vel_x,
@@ -231,12 +231,12 @@ class DynamicWindowApproachParameters(ParametersWithCritics):
 
     @property
     def cuts_plan(self) -> bool:
-        """Whether it cuts the plan itself, as up to Kilted."""
+        """Whether the controller cuts the plan itself, as Nav2's does up to Kilted."""
         return self.nav2_release != NEWEST_RELEASE
 
     @property
     def compares_plain_headings(self) -> bool:
-        """Whether a turn by 2 pi is one, as up to Kilted."""
+        """Whether headings are compared unwrapped: 2 pi counts as a turn, as up to Kilted."""
         return self.nav2_release != NEWEST_RELEASE
 
     @property

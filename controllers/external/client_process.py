@@ -31,9 +31,9 @@ WRITE_VARIABLE = "DRAKE_NAVBENCH_WRITE_FD"
 LENGTH = struct.Struct(">I")
 MAX_ANSWER_BYTES = 2**24
 CHUNK_BYTES = 2**16
-# The length of the end of a client's output that is kept.
+# The last bytes of a client's output that are kept.
 KEPT_OUTPUT_BYTES = 4096
-# For a client to leave by itself, after `shutdown` or when it has closed its pipe.
+# The time that a client has to end by itself, after `shutdown` or when it has closed its pipe.
 EXIT_PATIENCE_S = 1.0
 # While its pipe is full a client may wait for us to read its output.
 ROOM_PATIENCE_S = 0.01
@@ -48,8 +48,8 @@ class ExternalControllerFailed(RuntimeError):
 class ClientProcess:
     """One client from its start to its end.
 
-    command: program and arguments. shows_output: whether it prints where we do.
-    Raises InputError where there is no such program.
+    command: program and arguments. shows_output: whether its output goes to our terminal. Raises
+    InputError where there is no such program.
     """
 
     def __init__(self, command: Sequence[str], *, shows_output: bool = False) -> None:
@@ -102,7 +102,7 @@ class ClientProcess:
     def ask(self, message: Mapping[str, Any], *, deadline_s: float) -> dict[str, Any]:
         """Returns the answer to a message.
 
-        Raises ExternalControllerFailed, and ends the client, where there is none within the
+        Raises ExternalControllerFailed, and ends the client, where no answer comes within the
         deadline; EndedFromOutside where a signal from outside has ended it.
         """
         if not self._end.alive:

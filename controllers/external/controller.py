@@ -39,10 +39,10 @@ class ExternalMemory(NamedTuple):
 class ExternalController:
     """One client from `configure` to `shutdown`, asked once a cycle.
 
-    It is started when this is built and ended by `close`; so every trial has a fresh one. It may
-    return its memory as `memory`; then a decision is a function of the message alone. not_read:
-    names of the given parameters that it does not know. Raises InputError where there is no such
-    program or it refuses to be configured.
+    The constructor starts the client and `close` ends it, so that every trial has a fresh one. The
+    client may return its memory as `memory`; then a decision is a function of the message alone.
+    not_read: names of the given parameters that the client does not know. Raises InputError where
+    there is no such program or the client refuses to be configured.
     """
 
     Parameters: ClassVar[type[ExternalParameters]] = ExternalParameters

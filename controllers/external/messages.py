@@ -121,7 +121,7 @@ def compute_message(observation: Observation, memory: Any) -> dict[str, Any]:
 def failure_of(answer: Mapping[str, Any], memory: Any) -> ControllerError | None:
     """Returns the failure that an answer reports, or None.
 
-    Raises ValueError where it is none that a controller may have.
+    Raises ValueError for a kind of failure that does not exist.
     """
     kind = answer.get("failure")
     if kind is None:

@@ -37,8 +37,9 @@ class Law(NamedTuple):
 def curvature_to(law, distance, target_angle, robot_angle):
     """Returns the curvature to steer, 1/m, equation 13 of the paper.
 
-    distance: to the target, m, not a number's reciprocal at 0. target_angle, robot_angle: of the
-    headings there and here from the line of sight, rad (theta and delta of the paper).
+    distance: to the target, m; at 0 the curvature is not finite. target_angle, robot_angle:
+    headings at the target and of the robot against the line of sight, rad (theta and delta of the
+    paper).
     """
     slow = law.k_phi * target_angle
     proportional = law.k_delta * (robot_angle - math.atan(-slow))

@@ -45,7 +45,7 @@ BRANCH_NAMES = {
     ROTATE_TO_GOAL: "rotate_to_goal",
     ROTATE_TO_TARGET: "rotate_to_target",
 }
-# So large that no drive is slower for it: before Lyrical nothing limits how fast it brakes.
+# A deceleration that slows no drive down: before Lyrical nothing limits how fast the robot brakes.
 NO_DECELERATION_LIMIT = 1e300
 
 
@@ -82,14 +82,15 @@ class Graceful:
 
     @property
     def cuts_plan(self) -> bool:
-        """Whether it cuts the plan itself, as up to Kilted."""
+        """Whether the controller cuts the plan itself, as Nav2's does up to Kilted."""
         return self._release.cuts_plan
 
     def step(self, observation: Observation, memory: GracefulMemory) -> Decision:
         """Returns the command of one cycle.
 
         Raises InvalidPath for a plan without poses; NoValidControl where no target on the plan can
-        be reached, or the only one left is where the robot stands. In Humble all are the latter.
+        be reached, or the only one left is where the robot stands. In Humble all errors are
+        NoValidControl.
         """
         if observation.plan_id != memory.plan_id:
             memory = GracefulMemory(observation.plan_id)

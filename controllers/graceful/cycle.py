@@ -86,7 +86,7 @@ def turning(w, yaw, may_turn_first, safe_angle, near_goal):
 
 @njit(cache=True)
 def blocked(may_turn_first, safe_angle, near_goal):
-    """Returns the Cycle in which there is no way."""
+    """Returns the Cycle of a robot that stands because every way is blocked."""
     still = np.zeros((1, 3))
     return Cycle(0.0, 0.0, BLOCKED, 0.0, 0.0, 0.0, still, may_turn_first, safe_angle, near_goal)
 

@@ -70,8 +70,8 @@ def run_kilted_cycle(settings_record, scene, plan, near_goal, goal_tolerance, ma
 def run_humble_cycle(settings_record, scene, plan, near_goal, goal_tolerance):
     """Returns the Cycle for one observation, in Humble; see `run_kilted_cycle`.
 
-    Of a local plan of one pose Nav2 reads the pose before it, which is not there; this keeps the
-    heading of the one.
+    For a local plan of one pose Nav2 reads memory before that pose; here the pose keeps its
+    heading.
     """
     settings = settings_record[0]
     poses = to_robot_frame(plan, scene.x, scene.y, scene.yaw)
@@ -98,7 +98,7 @@ def run_humble_cycle(settings_record, scene, plan, near_goal, goal_tolerance):
         w = turn_rate_to(settings, scene, bearing)
     else:
         v, w = velocity_to(scene.law, scene.max_v, x, y, yaw, 0.0, 0.0, 0.0, backward)
-    # Also of a turn in place it is the drive to the target that is looked at.
+    # The drive to the target is checked before a turn in place, too.
     is_free, trajectory = _humble_drive(settings, scene, x, y, yaw, backward)
     if not is_free:
         return blocked(False, math.nan, near_goal)

@@ -34,7 +34,7 @@ from drake_navbench.typed_files.quantities import (
 
 LAMBDA = "lambda"
 MIN_LOOKAHEAD = "min_lookahead"
-# The search distance is the path handler's since the controllers do not cut the plan any more.
+# Since controllers do not cut the plan any more, the path handler has this parameter.
 SEARCH_DISTANCE = "max_robot_pose_search_dist"
 
 
@@ -204,13 +204,13 @@ class GracefulParameters(ControllerParameters):
     )
 
     def asked_speeds(self) -> AskedSpeeds:
-        """Returns the largest speed, backwards too where it may, and the largest turn rate."""
+        """Returns the largest speed, also backwards where allowed, and the largest turn rate."""
         backward = -self.v_linear_max if self.drives_backward else None
         return AskedSpeeds(self.v_linear_max, backward, self.v_angular_max)
 
     @property
     def drives_backward(self) -> bool:
-        """Whether it may drive backwards."""
+        """Whether the controller may drive backwards."""
         return self.allow_backward and not self.initial_rotation
 
     @classmethod
@@ -231,7 +231,7 @@ class GracefulParameters(ControllerParameters):
 
     @classmethod
     def path_handler_fields(cls, given: Mapping[str, Any]) -> dict[str, str]:
-        """See the base class; up to Kilted the controller has no path handler before it."""
+        """See the base class; empty up to Kilted, where the controller itself cuts the plan."""
         if release_in(given) != NEWEST_RELEASE:
             return {}
         return super().path_handler_fields(given)

@@ -86,7 +86,7 @@ def _rules(cycle: Cycle, scene: Scene, distance: float) -> list[SpeedRule]:
 
 
 def _setting(rules: list[SpeedRule], v: float) -> SpeedRule:
-    """Returns the rule that set the speed; `room` where no rule of the law gives it."""
+    """Returns the rule that set the speed v; `room`, the last one, where no other gives it."""
     *bounds, least, room = rules
     slowest = min(bounds, key=lambda rule: rule.speed)
     given = least if least.speed > slowest.speed else slowest

@@ -163,9 +163,9 @@ def simulate(settings, scene, target_x, target_y, target_yaw, max_v, backward, m
 
 @njit(cache=True)
 def drive_to(settings, scene, target_x, target_y, target_yaw, distance, may_turn_first):
-    """Returns the Drive to a target, slower as long as it is not free; not free where it is far.
+    """Returns the fastest free Drive to a target, else one that is not free, as for far targets.
 
-    distance: to the target along the plan, m.
+    distance: to the target along the plan, m; targets beyond max_lookahead are far.
     """
     if distance > settings.max_lookahead:
         return Drive(False, 0.0, 0.0, np.empty((0, 3)), 0.0, may_turn_first, target_yaw)
@@ -218,11 +218,11 @@ def arrival_time(scene, drive, target_x, target_y, backward):
 
 @njit(cache=True)
 def best_approach(settings, scene, target_x, target_y, distance, drive, safe_angle):
-    """Returns (Drive, safe angle): the fastest of the drives that arrive at another heading.
+    """Returns (Drive, may_turn_first, safe_angle): the fastest drive of all headings to arrive at.
 
-    drive: to fall back on. safe_angle: the heading found in an earlier cycle, rad, not a number
-    where there is none. As in Nav2, each heading found shifts those that are still to be tried, and
-    one that is fast but too near an obstacle keeps slower ones out.
+    drive: returned where no heading is free and far enough from obstacles. safe_angle: the heading
+    found in an earlier cycle, rad; NaN without one. As in Nav2, each heading found shifts those
+    that are still to be tried, and a fast heading too near an obstacle keeps slower ones out.
     """
     backward = settings.allow_backward and target_x < 0.0
     least_time = math.inf

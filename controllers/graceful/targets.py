@@ -23,7 +23,7 @@ LEAST_POSES_TO_ORIENT = 3
 def has_orientations(plan):
     """Tells whether the poses between first and last have headings of their own.
 
-    As in Nav2 a difference counts with its sign: of a plan that only turns left none is seen.
+    As in Nav2 a difference counts with its sign: a plan that only turns left seems to have none.
     """
     for i in range(2, plan.shape[0] - 1):
         if wrap(plan[1, 2] - plan[i, 2]) > SAME_HEADING_RAD:
@@ -56,7 +56,8 @@ def distances_along(plan):
 def point_ahead(plan, lookahead):
     """Returns (x, y, yaw, distance): the target `lookahead` m along the plan from its first pose.
 
-    It faces along its segment. Of a shorter plan it is the last pose; distance: along the plan, m.
+    It faces along its segment. On a shorter plan the target is the last pose. distance: along the
+    plan, m.
     """
     travelled = 0.0
     for i in range(1, plan.shape[0]):

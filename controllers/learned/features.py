@@ -29,7 +29,7 @@ FEATURE_COUNT = SECTOR_COUNT + GOAL_FEATURE_COUNT + 2
 
 
 def outline_radii(outline: Array, count: int) -> Array:
-    """Returns (count,) the reach of an outline (K, 2), base frame, m, in the middle of sectors.
+    """Returns (count,) m: how far an outline (K, 2) m, base frame, reaches in each sector's middle.
 
     Sectors are counted from the one that begins straight behind, counter-clockwise.
     """
@@ -68,7 +68,7 @@ def sector_closeness(points, x, y, yaw, radii, reach):
 
 
 def goal_features(goal: Array) -> Array:
-    """Returns (7,) of a goal (3,) x m, y m, yaw rad in the base frame."""
+    """Returns (7,) the features of a goal (3,) x m, y m, yaw rad in the base frame."""
     x, y, yaw = goal.tolist()
     distance_m = math.hypot(x, y)
     nearness = math.exp(-0.5 * (distance_m / NEAR_M) ** 2)
@@ -89,5 +89,8 @@ def goal_features(goal: Array) -> Array:
 
 
 def features(closeness: Array, goal: Array, twist: Array, limits: Array) -> Array:
-    """Returns (33,) all of it; twist and limits (2,) v m/s, w rad/s."""
+    """Returns (33,) the network's inputs: closeness, features of the goal, twist over its limits.
+
+    twist, limits: (2,) v m/s, w rad/s.
+    """
     return np.concatenate([closeness, goal_features(goal), twist / limits])

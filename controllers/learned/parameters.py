@@ -10,12 +10,12 @@ from pydantic import Field
 from drake_navbench.controller import AskedSpeeds, ControllerParameters
 from drake_navbench.typed_files.quantities import AngularSpeed, Speed
 
-# Those that come with the package.
+# The folder of the weights that come with the package.
 WEIGHTS_FOLDER = Path(__file__).parent / "weights"
 
 
 class LearnedPolicyParameters(ControllerParameters):
-    """Which network drives, and how fast it may."""
+    """The network that drives, and its largest speeds."""
 
     weights: str = Field(
         "navigation",
@@ -42,5 +42,5 @@ class LearnedPolicyParameters(ControllerParameters):
         return {self.weights_path.name: self.weights_path}
 
     def asked_speeds(self) -> AskedSpeeds:
-        """Returns the speeds of outputs of 1."""
+        """Returns the speeds that network outputs of 1 stand for."""
         return AskedSpeeds(self.max_linear_vel, -self.max_linear_vel, self.max_angular_vel)

@@ -108,7 +108,7 @@ def _sequence(spline, variables):
 
 @njit(cache=True, error_model="numpy")
 def _error(gradient, variables, low, high, lower, upper, barrier):
-    """Returns by how much the conditions of the barrier problem do not hold."""
+    """Returns the largest residual of the barrier problem's conditions."""
     error = 0.0
     for i in range(variables.shape[0]):
         error = max(error, abs(gradient[i] - low[i] + high[i]))
@@ -129,7 +129,7 @@ def _barrier(variables, lower, upper, barrier):
 def _newton_step(curvature, slopes):
     """Returns the step against the slopes; damps the second derivatives until they are positive.
 
-    No step where they are not even then.
+    The step is zero where even the largest damping does not make them positive.
     """
     damping = _FIRST_DAMPING
     factor = np.empty_like(curvature)

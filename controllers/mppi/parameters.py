@@ -161,14 +161,16 @@ def _resolve_motion_model(raw: dict[str, Any]) -> None:
         raw["AckermannConstraints"] = values
 
 
-# The parameters that the path handler reads since Lyrical: equal but for the first's default.
+# The parameters that the path handler reads since Lyrical; only `prune_distance` has another
+# default there.
 OF_OWN_PLAN = (
     "prune_distance",
     "max_robot_pose_search_dist",
     "enforce_path_inversion",
     "inversion_xy_tolerance",
     "inversion_yaw_tolerance",
-)  # Jazzy and Lyrical have them.
+)
+# Jazzy and Lyrical read a parameter of this kind, Kilted does not.
 NOT_IN_KILTED = ReadBy(frozenset({Release.JAZZY, Release.LYRICAL}))
 
 
@@ -217,7 +219,7 @@ class MppiParameters(ParametersWithCritics):
             "ay_min": since(Release.JAZZY),
             "az_max": since(Release.JAZZY),
             "open_loop": NOT_IN_KILTED,
-            # Every column, and a collision is near from the inscribed cost on.
+            # Before Jazzy: every column counts, and a collision is near from the inscribed cost on.
             "CostCritic.near_collision_cost": since(Release.JAZZY, before(Release.JAZZY, 253)),
             "CostCritic.trajectory_point_step": since(Release.JAZZY, before(Release.JAZZY, 1)),
             "GoalAngleCritic.symmetric_yaw_tolerance": NOT_IN_KILTED,
@@ -351,7 +353,7 @@ class MppiParameters(ParametersWithCritics):
     polish: PolishParameters = PolishParameters()
 
     def asked_speeds(self) -> AskedSpeeds:
-        """Returns the limits of its samples."""
+        """Returns the limits of the velocity samples."""
         lateral = self.vy_max if self.motion_model == "Omni" else 0.0
         limits = (self.ax_max, self.az_max) if self.is_read("ax_max", self.nav2_release) else ()
         return AskedSpeeds(self.vx_max, self.vx_min, self.wz_max, lateral, *limits)
@@ -394,12 +396,12 @@ class MppiParameters(ParametersWithCritics):
 
     @classmethod
     def registered_name(cls, name: str, block: Any = None) -> str:
-        """Returns the name of a critic's block: MPPI's critics have no others."""
+        """Returns the name of a critic's block, which in MPPI is the critic's own name."""
         return name
 
     @classmethod
     def keys_not_read(cls, values: Mapping[str, Any]) -> list[str]:
-        """Returns blocks of critics that are not listed, and another motion model's parameters."""
+        """Returns the blocks of critics that are not listed and of other motion models."""
         name = values.get("motion_model", DEFAULT_MOTION_MODEL)
         not_read = [key for key in super().keys_not_read(values) if key != name]
         if "AckermannConstraints" in values and (name != "Ackermann" or name in values):
@@ -424,7 +426,7 @@ class MppiParameters(ParametersWithCritics):
     @model_validator(mode="before")
     @classmethod
     def _read_motion_model(cls, raw: Any) -> Any:
-        """Accepts the block of a motion model; runs before the base's, which wants critics only."""
+        """Accepts a motion model's block, before the base class refuses all but critics."""
         if not isinstance(raw, Mapping):
             return raw
         raw = dict(raw)

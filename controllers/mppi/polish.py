@@ -112,7 +112,8 @@ class Polish:
         self._solver = IpoptSolver()
         self._options = _solver_options(max_iterations, _BOUND_PUSH)
         self._led_options = _led_solver_options(max_iterations)
-        # By whether column 0 is the present.
+        # The constant curvature of the controls, first where column 0 is in the future, then the
+        # present.
         self._control_curvatures = tuple(
             self._curvature_of_controls(straight._replace(starts_now=starts_now))
             for starts_now in (False, True)
@@ -185,7 +186,7 @@ class Polish:
     def _lead(
         self, situation: Situation, start: Array, lowest: Array, highest: Array
     ) -> tuple[Array, bool]:
-        """Returns the solution of IPOPT's first barrier problem, and whether it is one."""
+        """Returns the solution of IPOPT's first barrier problem, and whether it converged."""
         spline = ControlSpline(
             self._by_speed @ situation.speed,
             self._by_variables,

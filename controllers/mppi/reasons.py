@@ -93,7 +93,10 @@ def _groups(velocities: Array, chosen: Array) -> list[tuple[str, NDArray[np.int6
 
 
 def _shares(weights: Array, totals: Array, members: NDArray[np.int64]) -> Array:
-    """Returns (B,) weights of a group alone; of one whose weights are all 0 its cheapest sample."""
+    """Returns (B,) the weights of a group's samples, their sum 1.
+
+    Where all of them are 0, the cheapest sample of the group gets 1.
+    """
     shares = np.zeros(len(weights))
     shares[members] = weights[members]
     if shares.sum() == 0.0:

@@ -39,8 +39,8 @@ _COLLISION_CRITICS = ("CostCritic", "ObstaclesCritic")
 class Refinement(NamedTuple):
     """A polished cycle.
 
-    state: to go on with, before sending. trajectory: (N, 3) of its sequence. status: whether the
-    polished sequence is in it. outcome: of the solve.
+    state: the sampler's state, before sending. trajectory: (N, 3) poses of its sequence. status:
+    whether the polished sequence is in it. outcome: of the solve.
     """
 
     state: SamplerState

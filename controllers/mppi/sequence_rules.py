@@ -58,8 +58,9 @@ class SequenceRules:
     ) -> NDArray[np.float64]:
         """Returns the speed (3,) that roll-outs start from.
 
-        The last command, as far as the robot can have reached it from the measured speed within
-        one control period; with `open_loop` the last command itself. Up to Kilted it is measured.
+        The last command, as far as the robot can have reached it from the measured speed within one
+        control period; with `open_loop` the last command itself. Up to Kilted it is the measured
+        speed.
         """
         if self._parameters.open_loop:
             return last_command.copy()
@@ -82,7 +83,7 @@ class SequenceRules:
         return rise * F32(step_s), fall * F32(step_s)
 
     def pinned(self, controls: Float32Array, speed: Float32Array) -> Float32Array:
-        """Returns a copy of the sequence whose first column the robot can be at."""
+        """Returns a copy of the sequence that begins with a speed that the robot can have."""
         pinned = controls.copy()
         if not self._release.predicts_start:
             return pinned
@@ -118,7 +119,7 @@ class SequenceRules:
             limit_curvature(controls, min_turning_r)
 
     def _constrain_freely(self, controls: Float32Array, limits: MotionLimits) -> None:
-        """The same up to Kilted: the sequence may begin anywhere."""
+        """Makes a sequence obey the limits as up to Kilted: it may begin at any speed in them."""
         lowest = (limits.vx_min, -limits.vy_max, -limits.wz_max)
         highest = (limits.vx_max, limits.vy_max, limits.wz_max)
         rise, fall = self.rates(self._parameters.model_dt)

@@ -34,9 +34,9 @@ class RotationShim:
     """Nav2's Rotation Shim over any registered controller, branches humble to lyrical.
 
     Before Lyrical the original sees the whole plan; here it sees the path handler's part of it,
-    which begins at the robot. Its `in_rotation_`, which it keeps from one goal to the next, begins
-    anew with each goal here. Cancelled it stops at once, whatever its primary controller would do,
-    as in Nav2.
+    which begins at the robot. The original keeps `in_rotation_` from one goal to the next; here it
+    begins anew with each goal. When cancelled, the shim stops at once, whatever its primary
+    controller would do, as in Nav2.
     """
 
     Parameters: ClassVar[type[RotationShimParameters]] = RotationShimParameters
@@ -64,7 +64,7 @@ class RotationShim:
 
     @property
     def cuts_plan(self) -> bool:
-        """Whether its primary controller does."""
+        """Whether the primary controller cuts the plan itself."""
         return isinstance(self._primary, PlanCuttingController) and self._primary.cuts_plan
 
     def initial_memory(self) -> ShimMemory:
@@ -115,7 +115,7 @@ class RotationShim:
         return self._primary.explain(observation, memory.primary)
 
     def close(self) -> None:
-        """Closes the primary controller, where it is one to be closed."""
+        """Closes the primary controller where it has a `close`."""
         if isinstance(self._primary, ClosableController):
             self._primary.close()
 
@@ -138,7 +138,7 @@ class RotationShim:
         )
 
     def _angle_to_plan(self, observation: Observation) -> float:
-        """Returns the angle to the plan's heading, rad, not a number where it has none."""
+        """Returns the angle to the plan's heading, rad; NaN where the plan gives no heading."""
         x, y, yaw = observation.pose.tolist()
         angle: float = heading_of_plan(
             read_only(observation.plan),
@@ -192,7 +192,7 @@ class RotationShim:
 
     @staticmethod
     def _driving(memory: ShimMemory, primary: Any, last_w: float) -> ShimMemory:
-        """Returns the memory after a cycle in which the primary controller was asked."""
+        """Returns the memory after a cycle in which the primary controller drove."""
         return ShimMemory(
             primary, False, last_w, memory.plan_id, memory.goal, False, memory.goal_xy_reached
         )

@@ -30,9 +30,10 @@ class Turn(NamedTuple):
 def heading_of_plan(plan, x, y, yaw, distance, use_path_orientations, takes_last_pose):
     """Returns the angle from a robot's heading to that of a plan (M, 3), rad.
 
-    It is that of the first pose at least `distance` m from the plan's first one, or with
-    `takes_last_pose` of the last; not a number where there is none. It is called in every cycle and
-    takes few arguments: to pass a tuple of settings costs more than the computation.
+    The plan's heading is that of the first pose at least `distance` m from its first pose. A
+    shorter plan has the heading of its last pose with `takes_last_pose`; otherwise the angle is
+    NaN. The kernel is called in every cycle and takes few arguments: to pass a tuple of settings
+    costs more than the computation.
     """
     count = plan.shape[0]
     if count < LEAST_POSES:
@@ -55,9 +56,9 @@ def heading_of_plan(plan, x, y, yaw, distance, use_path_orientations, takes_last
 
 @njit(cache=True)
 def turn_rate(settings, angle, current_w):
-    """Returns w for a turn by `angle` rad, from w now: as fast as asked, accelerating as allowed.
+    """Returns w for a turn by `angle` rad: as fast as asked and reachable from `current_w`.
 
-    The bound that lets it stop in time ignores the acceleration, as in Nav2.
+    The bound that lets the robot stop in time ignores the acceleration, as in Nav2.
     """
     sign = 1.0 if angle > 0.0 else -1.0
     change = settings.max_angular_accel * settings.control_period_s
@@ -73,8 +74,8 @@ def turn_rate(settings, angle, current_w):
 def turns_into_obstacle(settings, angle, w, x, y, yaw, grid, tracks_unknown, footprint):
     """Tells whether turning at w for `simulate_ahead_time` meets a cost that is too high.
 
-    As in Nav2, it looks no further than where the primary controller would take over, but measures
-    that with a sign: only a turn to the right ends there, and one to the left never.
+    As in Nav2, the check ends where the primary controller would take over, but the turn so far is
+    measured with a sign: only the check of a turn to the right ends there.
     """
     until_handover = abs(angle) - settings.angular_dist_threshold
     time = 0.0

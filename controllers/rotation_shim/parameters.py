@@ -1,7 +1,7 @@
 """The parameters of the Rotation Shim, under Nav2's names and with Nav2's defaults.
 
 Those of the primary controller are a block with its `plugin` since Lyrical; before, they stood
-beside the shim's own, and `primary_controller` was the plugin alone. Both are taken.
+beside the shim's own, and `primary_controller` was the plugin alone. Both forms are accepted.
 """
 
 from __future__ import annotations
@@ -204,7 +204,7 @@ class RotationShimParameters(ControllerParameters):
         return self.primary_controller.parameters.files_read()
 
     def asked_speeds(self) -> AskedSpeeds:
-        """Returns the primary controller's, and the rate of a turn."""
+        """Returns the primary controller's speeds, and the turn rate of the shim."""
         speeds = self.primary_controller.parameters.asked_speeds()
         if speeds.max_angular_radps is None:
             return speeds

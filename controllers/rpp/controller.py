@@ -74,7 +74,7 @@ class RegulatedPurePursuit:
             parameters.interpolate_curvature_after_goal and parameters.use_fixed_curvature_lookahead
         )
         turns = self._release.turns_or_reverses and parameters.use_rotate_to_heading
-        # Options that Nav2 switches off are off.
+        # Options that Nav2 switches off with a warning are off in the kernels' record, too.
         self._settings_record = parameters.as_record(
             release=self._release,
             control_period_s=setup.control_period_s,
@@ -87,7 +87,7 @@ class RegulatedPurePursuit:
 
     @property
     def cuts_plan(self) -> bool:
-        """Whether it cuts the plan itself, as up to Kilted."""
+        """Whether the controller cuts the plan itself, as Nav2's does up to Kilted."""
         return self._release.cuts_plan
 
     def initial_memory(self) -> RppMemory:
@@ -156,13 +156,13 @@ class RegulatedPurePursuit:
         chosen.flags.writeable = False
         return Decision(
             chosen,
-            # In order: `_replace` takes as long as a tenth of the kernel.
+            # Positional arguments: `_replace` would take a tenth of the kernel's time.
             RppMemory(command.v, command.w, is_cancelling, has_stopped, *memory[4:]),
             self._diagnostics(cycle, observation, has_stopped),
         )
 
     def is_at_rest(self, memory: RppMemory) -> bool:
-        """Tells whether a cancelled controller is done; without deceleration it is at once."""
+        """Tells whether a cancelled robot is at rest; True without `use_cancel_deceleration`."""
         return memory.has_stopped or not self._parameters.use_cancel_deceleration
 
     def _local_plan(self, observation: Observation, memory: RppMemory) -> tuple[Array, RppMemory]:

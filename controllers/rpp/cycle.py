@@ -41,7 +41,7 @@ NO_COLLISION = -1
 class Aim(NamedTuple):
     """The aim of a cycle's steering, in the base frame: m, rad, 1/m.
 
-    lookahead: to the carrot (carrot_x, carrot_y), along the plan or straight. curvature,
+    lookahead: distance to the carrot (carrot_x, carrot_y), along the plan or straight. curvature,
     heading_error: of the arc and of the line to the point steered by, the latter turned round where
     the robot reverses. slowing_curvature: of the arc by which the robot slows down. sign: -1 for
     reversing, else 1. plan_length: arc length of the local plan. end_distance, goal_angle: straight
@@ -201,7 +201,7 @@ def choose_command(
 ):
     """Returns the Command of a cycle; arguments as of `run_cycle`.
 
-    centre_cost: at the robot's position, OFF_MAP where there is none.
+    centre_cost: cost of the cell at the robot's position; OFF_MAP outside of the map.
     """
     measured_v, measured_w = twist
     if settings.use_rotate_to_heading:
@@ -253,9 +253,9 @@ def run_cycle(
 
     settings_record: (1,) `parameters.as_record`. plan: (M, 3) local plan; pose: (x, y, yaw) of the
     robot, both in the odometry frame, m and rad. twist: its measured (v, w), m/s and rad/s.
-    max_linear_vel: under the speed limit, m/s. goal_xy_reached: it turns to the goal's heading; up
-    to Kilted also where the carrot is nearer than end_tolerance m. last_command: (v, w), m/s and
-    rad/s. grid, tracks_unknown: of the costmap. footprint: (K, 2) m.
+    max_linear_vel: cruise speed under the speed limit, m/s. goal_xy_reached: it turns to the goal's
+    heading; up to Kilted also where the carrot is nearer than end_tolerance m. last_command: (v,
+    w), m/s and rad/s. grid, tracks_unknown: of the costmap. footprint: (K, 2) m.
     """
     settings = settings_record[0]
     x, y, yaw = pose

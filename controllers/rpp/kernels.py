@@ -31,7 +31,8 @@ def lookahead_distance(settings, measured_v):
 def point_along(poses_B, distance):
     """Returns (x, y, beyond): the point `distance` m along a plan, measured from its first pose, m.
 
-    Where the plan is shorter it is the last pose, and `beyond` is the missing length, m; else 0.
+    Where the plan is shorter, (x, y) is its last pose, and `beyond` is the missing length, m; else
+    0.
     """
     last = poses_B.shape[0] - 1
     travelled = 0.0
@@ -94,7 +95,7 @@ def speed_in_curve(settings, v, curvature):
 
 @njit(cache=True)
 def speed_near_obstacle(settings, v, centre_cost):
-    """Returns v, reduced in proportion to the distance that the cost at the centre stands for."""
+    """Returns v, reduced in proportion to the obstacle distance that the centre's cost encodes."""
     factor = settings.inflation_cost_scaling_factor
     if factor <= 0.0 or centre_cost in (FREE, NO_INFORMATION):
         return v

@@ -24,9 +24,9 @@ from drake_navbench.typed_files.quantities import (
     Speed,
 )
 
-# The cruise speed's name, and the only one that releases before the newest read.
+# The name of the cruise speed in Lyrical, and the only name that earlier releases read.
 SPEED, OLDER_SPEED = "max_linear_vel", "desired_linear_vel"
-# The search distance is the path handler's since the controllers do not cut the plan any more.
+# Since controllers do not cut the plan any more, the path handler has this parameter.
 SEARCH_DISTANCE = "max_robot_pose_search_dist"
 
 
@@ -224,17 +224,17 @@ class RegulatedPurePursuitParameters(ControllerParameters):
     )
 
     def asked_speeds(self) -> AskedSpeeds:
-        """Returns the cruise speed, as far back where it reverses; its turn rate has no limit."""
+        """Returns the cruise speed, also backwards if allowed; the turn rate has no limit."""
         backward = -self.max_linear_vel if self.allow_reversing else None
         return AskedSpeeds(self.max_linear_vel, backward)
 
     def turns_in_place(self) -> bool:
-        """Returns whether it may command a rotation without translation."""
+        """Returns whether the controller may command a rotation without translation."""
         return self.use_rotate_to_heading
 
     @classmethod
     def keys_not_read(cls, values: Mapping[str, Any]) -> list[str]:
-        """Returns the newer name of the cruise speed where the older one counts, and others."""
+        """Returns the unread parameters, also `max_linear_vel` where the older name counts."""
         not_read = super().keys_not_read(values)
         is_newest = release_in(values) == NEWEST_RELEASE
         if SPEED in values and (OLDER_SPEED in values or not is_newest):
@@ -243,7 +243,7 @@ class RegulatedPurePursuitParameters(ControllerParameters):
 
     @classmethod
     def path_handler_fields(cls, given: Mapping[str, Any]) -> dict[str, str]:
-        """See the base class; up to Kilted the controller has no path handler before it."""
+        """See the base class; empty up to Kilted, where the controller itself cuts the plan."""
         if release_in(given) != NEWEST_RELEASE:
             return {}
         return super().path_handler_fields(given)

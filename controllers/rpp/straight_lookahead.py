@@ -28,8 +28,9 @@ def point_on_circle(x1, y1, x2, y2, radius):
 def point_at(poses_B, distance, interpolates, goes_beyond):
     """Returns (x, y), m, of the first place of a plan that is `distance` m from the robot.
 
-    interpolates: between two poses; else it is the farther one of them. goes_beyond: where the plan
-    ends nearer than that, its last segment goes on; else, and with one pose, it is the last pose.
+    interpolates: the place may lie between two poses; otherwise it is the farther of them.
+    goes_beyond: a plan that ends nearer than `distance` goes on along its last segment; otherwise,
+    and for a plan of one pose, the place is the last pose.
     """
     last = poses_B.shape[0] - 1
     for i in range(last + 1):
@@ -51,8 +52,8 @@ def point_at(poses_B, distance, interpolates, goes_beyond):
 def distance_to_cusp(poses_B, heeds_turns):
     """Returns the straight distance from the robot to the plan's first cusp, m; inf without a cusp.
 
-    A cusp is a pose at which the plan turns by more than a right angle; with heeds_turns also one
-    that shares its place, but not its heading, with one next to it.
+    A cusp is a pose at which the plan turns by more than a right angle; with heeds_turns also a
+    pose whose neighbour has the same place, but another heading.
     """
     for i in range(1, poses_B.shape[0] - 1):
         to_x, to_y = poses_B[i, 0] - poses_B[i - 1, 0], poses_B[i, 1] - poses_B[i - 1, 1]

@@ -18,7 +18,7 @@ from drake_navbench.kernels.angles import wrap
 
 Array = NDArray[np.float64]
 
-# A first guess turns on the spot before it sets off where the path leaves farther to the side.
+# Where the path leaves farther to the side than this, a first guess begins with a turn on the spot.
 TURN_FIRST_ABOVE_RAD = math.pi / 4.0
 # The offset between the measured pose and the old band fades out over this many poses.
 BLEND_POSE_COUNT = 3
@@ -192,7 +192,10 @@ def next_twist(band: Band, twist: Array, period_s: float, look_ahead_poses: int 
 
 @njit(cache=True)
 def _twist_after(poses, time_steps, speed_now, rate_now, period_s, first):
-    """Returns (2,) the twist after a period, of speeds from those of interval `first` on."""
+    """Returns (2,) the twist after a period, interpolated between the middles of intervals.
+
+    The first interval that counts is `first`; the twist now is (speed_now, rate_now).
+    """
     lengths, _, turns, _, _ = band_geometry(poses)
     count = time_steps.shape[0]
     before, after = 0.0, 0.0

@@ -152,7 +152,7 @@ def gather_candidates(
         add(continued(memory.band, memory.stamp_s), is_driven=True)
     if parameters.enable_homotopy_class_planning:
         for known in memory.alternatives:
-            # A guess that failed tells which class is not worth another try yet, and no more.
+            # A failed guess only keeps its class from being tried again for a while.
             is_of_use = known.accepted or known.is_queued or known.is_recent(time_s)
             if is_of_use and not _goal_jumped(known.band, goal, parameters):
                 add(continued(known.band, known.stamp_s), known=known)

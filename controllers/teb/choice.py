@@ -116,11 +116,11 @@ class BandChooser:
     def _lead(
         self, attempt: Attempt, candidates: list[Candidate]
     ) -> tuple[list[Tried], list[Alternative]]:
-        """Leads the candidates that can pay; returns them and those to look at again later.
+        """Runs Newton's method on candidates that can win; returns them and those for later.
 
-        Candidates cannot pay whose length at full speed takes too long, that lost a moment ago, or
-        that obeyed no limit a moment ago. Where there is a band to drive, this one or the last one,
-        long searches are spread over several cycles.
+        A candidate cannot win that is too long even at full speed, or that lost or broke a limit a
+        moment ago. Where there is a band to drive, a new or the last one, long searches are spread
+        over several cycles.
         """
         task, time_s = attempt.task, attempt.observation.time_s
         work = 0
@@ -185,7 +185,7 @@ class BandChooser:
     def _confirmed(self, led: PlannedBand, task: Task) -> PlannedBand | None:
         """Returns a band that Newton's method found with IPOPT's last word, None if it is no good.
 
-        Without a last word where the parameters say so.
+        IPOPT is left out where the parameters say so.
         """
         if not self._is_free(task.around, led.band):
             return None

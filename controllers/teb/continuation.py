@@ -31,9 +31,10 @@ STAGES = (
     DescentSettings(barrier=0.01, iterations=15, error_tolerance=0.3, violation_tolerance=1e-3),
 )
 LAST_ITERATIONS = 25
-# Slopes of the Lagrangian after the stages that come of multipliers without bound.
+# Larger slopes of the Lagrangian after the stages mean that multipliers grow without bound.
 HOPELESS_ERROR = 1e3
-# Without stages: half-way 99 in 100 that converge have smaller ones, and of the others a third.
+# The same half-way through a descent without stages: 99 of 100 descents that converge have smaller
+# slopes there, and a third of those that do not.
 UNPROMISING_ERROR = 20.0
 
 
@@ -49,7 +50,7 @@ class Problem(NamedTuple):
 
 
 def descend_in_stages(problem: Problem, settings: DescentSettings) -> Descent:
-    """Returns the end of Newton's method: directly, or else through stages of falling barriers.
+    """Returns the result of Newton's method: directly, or else through stages of falling barriers.
 
     Where no iterations are allowed, there are no stages either.
     """
@@ -71,7 +72,7 @@ def descend_in_stages(problem: Problem, settings: DescentSettings) -> Descent:
 
 
 def descend_from(problem: Problem, z: Array, settings: DescentSettings) -> Descent:
-    """Returns the end of Newton's method from a start z (N,), with one barrier."""
+    """Returns the result of Newton's method from a start z (N,), with one barrier."""
     return descend(
         z,
         problem.interval_count,

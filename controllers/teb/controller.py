@@ -48,7 +48,7 @@ Array = NDArray[np.float64]
 
 # A band ignores moving obstacles that are this much farther than its required clearance, m.
 PREDICTED_ROOM_M = 0.3
-# No base that follows its commands lags behind them by more, s.
+# The longest time by which a base that follows its commands lags behind them, s.
 RESPONSE_S = 0.3
 
 
@@ -204,7 +204,8 @@ class TimedElasticBand:
     def _least_distance(self, plan: LocalPlan, field: DistanceField) -> float:
         """Returns the least distance at which the robot's centre passes obstacles, m.
 
-        It is no more than the plan's own: the obstacles on either side of the plan are not one.
+        It is at most the plan's own distance, so that obstacles on both sides of the plan do not
+        become one cluster.
         """
         clearance = LEAST_CLEARANCE_RATIO * self._parameters.min_obstacle_dist
         if plan.blocked_index is None:

@@ -29,7 +29,7 @@ Indices = NDArray[np.int64]
 
 # The distance of starts from bounds; or half of the room between two.
 BOUND_PUSH = 3e-3
-# The least room before a bound, and the room to either side of a variable that is given.
+# The least room before a bound, and the room to either side of a fixed variable.
 LEAST_ROOM, FIXED_ROOM = 1e-12, 1e-8
 # Compliance of the arc conditions, m: their residual a unit of their multipliers' change.
 COMPLIANCE = 1e-6
@@ -103,7 +103,7 @@ def structure_of(pattern: Indices, rows: int, interval_count: int) -> Structure:
 
 @njit(cache=True, error_model="numpy")
 def _advance(quantities, steps, share, lower, upper, low, high, barrier):
-    """Makes a share of the steps, and those of the bounds' multipliers."""
+    """Takes a share of the steps, also of those of the bounds' multipliers."""
     for i in range(quantities.shape[0]):
         if lower[i] > -math.inf:
             room = quantities[i] - lower[i]
@@ -305,7 +305,7 @@ def descend(
     """Runs Newton's method from a guess (N,)."""
     is_equality = bounds.row_lower == bounds.row_upper
     is_fixed = bounds.upper - bounds.lower < FIXED_ROOM
-    # A variable that is given gets a little room; the slack of an equality stays where it is.
+    # A fixed variable gets a little room; the slack of an equality stays where it is.
     lower = np.concatenate(
         [
             np.where(is_fixed, bounds.lower - FIXED_ROOM, bounds.lower),

@@ -17,13 +17,13 @@ from drake_navbench.kernels.path_geometry import path_length
 
 Array = NDArray[np.float64]
 
-# A band gives up the rest of the clearance it shall keep, at a price, but not this share.
+# The share of its wanted clearance that a band always keeps; it gives up the rest at a price.
 LEAST_CLEARANCE_RATIO = 0.5
 # The local goal moves back at most this far to a pose with more clearance, m.
 LONGEST_RETREAT_M = 0.5
 # Plan points nearer to the robot say nothing about the direction to take, m.
 IGNORED_NEAR_ROBOT_M = 0.15
-# The local goal is the plan's end where they are this close, m.
+# The local goal is the plan's end where it is closer to the end than this, m.
 SAME_GOAL_M = 1e-3
 
 

@@ -27,7 +27,7 @@ class Alternative(NamedTuple):
     is_queued: bool = False
 
     def is_recent(self, time_s: float) -> bool:
-        """Whether it was optimised less than REVISIT_PERIOD_S before."""
+        """Whether the alternative was optimised less than REVISIT_PERIOD_S before."""
         return not self.is_queued and time_s - self.stamp_s < REVISIT_PERIOD_S
 
 

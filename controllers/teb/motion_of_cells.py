@@ -19,7 +19,10 @@ SIGHT_STEP_CELLS = 0.5
 
 @njit(cache=True)
 def _is_near(lethal, row, column):
-    """Whether a cell or one of its eight neighbours is occupied: surfaces have gaps askew."""
+    """Whether a cell or one of its eight neighbours is occupied.
+
+    The neighbours count because a slanted surface has gaps between its cells.
+    """
     rows, columns = lethal.shape
     for i in range(max(row - 1, 0), min(row + 2, rows)):
         for j in range(max(column - 1, 0), min(column + 2, columns)):
@@ -52,7 +55,7 @@ def farthest_free_cell(cells, others, lethal, corner, robot, sight):
 
     cells (N, 2), others (M, 2): rows and columns. Of the cells only those count that the costmap
     `lethal`, with its first cell at `corner`, shows free and in sight of the robot within `sight`.
-    Distance 0 where there is none.
+    The distance is 0 where no cell counts.
     """
     best, best_row, best_column = 0.0, 0.0, 0.0
     for n in range(cells.shape[0]):

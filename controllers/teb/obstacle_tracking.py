@@ -22,7 +22,7 @@ from drake_navbench.kernels.grid import LETHAL, Costmap
 Array = NDArray[np.float64]
 Cells = NDArray[np.int64]
 
-# Occupied cells with gaps of up to twice of this belong to one thing, m.
+# Occupied cells with gaps of up to twice this belong to one thing, m.
 HALF_GAP_M = 0.1
 # Longer clusters are walls or rows of things, which stand, m.
 LARGEST_M = 2.5

@@ -188,7 +188,7 @@ class TebParameters(ControllerParameters):
     control_look_ahead_poses: Count = Field(
         1,
         ge=1,
-        description="Number of the band's interval whose speed the command leads up to.",
+        description="Number of the interval of the band whose speed the command aims at.",
     )
 
     # Robot
@@ -264,7 +264,7 @@ class TebParameters(ControllerParameters):
         0.95, gt=0.0, description="Factor on the duration of the global plan's homotopy class."
     )
     switching_blocking_period: Duration = Field(
-        0.0, ge=0.0, description="Time after a change of class in which there is no other one [s]."
+        0.0, ge=0.0, description="Time after a change of class until the next one is allowed [s]."
     )
     max_ratio_detours_duration_best_duration: Number = Field(
         3.0, ge=1.0, description="Ratio to the shortest duration above which a detour is dropped."
@@ -289,7 +289,7 @@ class TebParameters(ControllerParameters):
     blocked_goal_distance_m: Length = Field(
         0.05,
         gt=0.0,
-        description="Distance to the end of the plan's free part at which the controller "
+        description="Distance to the end of the plan's free part below which the controller "
         "gives up [m].",
     )
 

@@ -148,7 +148,7 @@ class BandProgram:
         return NewtonResult(problem, descend_in_stages(problem, wanted))
 
     def unconfirmed(self, newton: NewtonResult) -> BandSolution:
-        """Returns the end of Newton's method as a solution, without IPOPT."""
+        """Returns the point at which Newton's method ended as a solution, without IPOPT."""
         self._scene, self._weights, self._evaluations = (
             newton.problem.scene,
             newton.problem.weights,

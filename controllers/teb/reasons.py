@@ -20,7 +20,7 @@ from drake_navbench.explanation import Cell, Explanation, told_command
 Array = NDArray[np.float64]
 
 COLUMNS = ("constraint", "bound", "active", "of", "first at [s]", "nearest [unit]")
-# A row is active whose value is within this share of its bound, and at least within this.
+# A row counts as active within this share of its bound, or within this distance, in its unit.
 ACTIVE_RATIO, ACTIVE = 0.01, 1e-3
 UNITS = {
     "speed": "m/s",
@@ -31,7 +31,7 @@ UNITS = {
     "moving_clearance": "m",
     "turning": "m/s",
 }
-# Constraints active so soon shape the command, s.
+# Constraints that are active within this time from now shape the command, s.
 SOON_S = 0.5
 
 

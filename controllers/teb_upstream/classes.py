@@ -31,7 +31,7 @@ from drake_navbench.controllers.teb_upstream.signatures import (
 
 Array = NDArray[np.float64]
 
-# A best band that takes less than this counts as taking it, where others are compared with it, s.
+# Other bands are compared with the best one's duration, which counts as no less than this, s.
 SHORTEST_DURATION_S = 1.0
 
 NO_CLASSES = np.empty((0, 0))

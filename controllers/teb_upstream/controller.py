@@ -44,12 +44,12 @@ from drake_navbench.kernels.read_only import read_only
 
 Array = NDArray[np.float64]
 
-# A car's driver bounds the steering angle a little beyond min_turning_radius.
+# The driver of a car limits the steering at this share of min_turning_radius.
 TURNING_RADIUS_RATIO = 0.95
 
 
 class Cycle(NamedTuple):
-    """The outcome of one cycle; memory: as it goes on, but for planner and command."""
+    """The outcome of one cycle; memory: for the next one, but for `planner` and `last_command`."""
 
     scene: Scene
     terms: Terms
@@ -80,7 +80,7 @@ class UpstreamTimedElasticBand:
 
     @property
     def cuts_plan(self) -> bool:
-        """Whether it takes the whole plan and cuts it: as in Humble, whose interface it has."""
+        """True: the controller cuts the whole plan itself, as Nav2's do in Humble."""
         return True
 
     def initial_memory(self) -> TebUpstreamMemory:
@@ -168,7 +168,8 @@ class UpstreamTimedElasticBand:
     ) -> tuple[PlannerState, Trajectory]:
         """Returns the best band whose next poses are free.
 
-        The band that was driven so far must not fail: to change it then might be to change back.
+        Where the band that was driven so far fails, no other is taken: the next cycle might change
+        back.
         """
         parameters, setup = self._parameters, self._setup
         best = planned.best
@@ -235,7 +236,7 @@ def robot_model(parameters: TebUpstreamParameters, setup: ControllerSetup) -> Ro
         return circles(discs)
     corners = model.outline(setup.footprint)
     if model.type == "polygon":
-        # So the original reads them.
+        # The original reads the corners of a polygon in single precision.
         corners = corners.astype(np.float32).astype(np.float64)
     return outline(corners)
 

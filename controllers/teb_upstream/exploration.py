@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
-# An obstacle less ahead than this gets no keypoints, cosine.
+# Obstacles get no keypoints where the cosine of their angle off the goal's direction is below this.
 LEAST_KEYPOINT_COSINE = 0.1
 # Edges of a keypoint graph pass between the keypoints, so that half the distance is enough.
 KEYPOINT_CLEARANCE_RATIO = 0.5
@@ -68,7 +68,7 @@ def keypoint_graph(
     normal = clearance_m * np.array([-ahead[1], ahead[0]])
     offsets = obstacles - start[:2]
     distances = np.hypot(offsets[:, 0], offsets[:, 1])
-    # One at the start has no direction; the original keeps it.
+    # An obstacle at the start has no direction; the original keeps it.
     is_ahead = ~(offsets @ ahead < LEAST_KEYPOINT_COSINE * distances)
     kept = obstacles[is_ahead]
     beside = np.stack([kept + normal, kept - normal], axis=1).reshape(-1, 2)
@@ -131,10 +131,10 @@ def walk_of(graph: Graph) -> Walk:
 
 @njit(cache=True, error_model="numpy")
 def walk_on(edges, walk, length):
-    """Puts the next point on the path, if need be behind an earlier one.
+    """Moves a walk on to its next path: adds the next point, after going back as far as needed.
 
-    edges: (K, K) as a graph's; the path may end at each point that leads to the goal, but does not
-    contain that. length: of the path so far. Returns its new length, 0 at the end of the walk.
+    edges: (K, K) as a graph's. A path may end at each point that leads to the goal, but does not
+    contain the goal. length: of the path so far. Returns its new length, 0 at the end of the walk.
     """
     path, following, visited = walk.path, walk.following, walk.visited
     goal = path.shape[0] - 1

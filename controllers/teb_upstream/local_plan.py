@@ -16,7 +16,8 @@ from drake_navbench.kernels.read_only import read_only
 
 Array = NDArray[np.float64]
 
-# The radius of the region over half the costmap's side: obstacles at its edge are seen.
+# The radius of the region as a share of half the costmap's side, so that the map shows the
+# obstacles at its edge.
 REGION_RATIO = 0.85
 # Squared distance at which the robot counts as on the plan, m^2.
 ON_PLAN_M2 = 0.05
@@ -63,7 +64,7 @@ def cut_local_plan(
 def pruned_begin(plan, begin, pose, behind):
     """Returns the index of the first pose from `begin` on that is nearer than `behind` m.
 
-    Where none is, it stays. Passed poses stay dropped until there is a new plan.
+    Without such a pose `begin` stays. Passed poses stay dropped until there is a new plan.
     """
     for i in range(begin, plan.shape[0]):
         dx, dy = pose[0] - plan[i, 0], pose[1] - plan[i, 1]
@@ -76,8 +77,9 @@ def pruned_begin(plan, begin, pose, behind):
 def plan_window(plan, pose, region, longest):
     """Returns (first, end) of the plan's poses (M, 3) within the region (m) about the robot.
 
-    It starts at the nearest pose before the plan leaves the region, or, once near it, before it
-    leads away; it ends with the first pose beyond the region or the length (m; not positive: any).
+    It starts at the nearest pose before the plan leaves the region, or, where the robot is near the
+    plan, before the plan leads away; it ends with the first pose beyond the region or the length
+    (m; not positive: any).
     """
     first, nearest = 0, 1e10
     on_plan = False

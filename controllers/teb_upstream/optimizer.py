@@ -36,7 +36,7 @@ LEAST_DAMPING_FACTOR, MOST_DAMPING_FACTOR = 1.0 / 3.0, 2.0 / 3.0
 MOST_TRIALS = 10
 # Added to the predicted gain, so that it is never zero.
 LEAST_GAIN = 1e-3
-# Slower robots are not optimised for, m/s.
+# With a lower speed limit no band is optimised, m/s.
 LEAST_SPEED = 0.01
 
 

@@ -294,7 +294,7 @@ class TebUpstreamParameters(ControllerParameters):
         0.0, ge=0.0, le=1.0, description="Probability that a band is dropped in a cycle."
     )
     switching_blocking_period: Duration = Field(
-        0.0, ge=0.0, description="Time after a change of class in which there is no other one [s]."
+        0.0, ge=0.0, description="Time after a change of class until the next one is allowed [s]."
     )
     roadmap_graph_samples: Count = Field(
         15,

@@ -88,7 +88,7 @@ class Planned(NamedTuple):
         return next((band for band in bands if band.number == self.state.best), None)
 
     def without_best(self) -> Planned:
-        """Returns the same without the best band, none chosen in its place."""
+        """Returns the planning without the best band; no other one is chosen in its place."""
         state = self.state
         kept = tuple(band for band in state.trajectories if band.number != state.best)
         return self._replace(state=state._replace(trajectories=kept, best=-1), previous=-1)
@@ -195,7 +195,7 @@ class TebPlanner:
         return self.select(Planned(state, search.plan_number(), search.previous_best), scene.time_s)
 
     def select(self, planned: Planned, time_s: float) -> Planned:
-        """Returns the same with the cheapest band as the best; a change of band may be blocked."""
+        """Returns the planning with the cheapest band as the best; a change may be blocked."""
         parameters = self._parameters
         state, plan_number, previous = planned
         best, least = -1, float(np.finfo(np.float64).max)
@@ -274,7 +274,7 @@ class TebPlanner:
     def penalties(self, band: Trajectory, scene: Scene, terms: Terms) -> dict[str, float]:
         """Returns the penalties of an optimised band by kind, as the last round weighs them.
 
-        Each is computed with the weights of all others at zero. Attracted by all via-points.
+        Each is computed with the weights of all others at zero. All via-points attract the band.
         """
         multiplier = self._rounds.adapt_factor ** (self._rounds.outer - 1)
         around = self._around(band, scene, terms, scene.via_points)

@@ -17,12 +17,12 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
-# A conductor ends so late, s.
+# The time at which an obstacle's conductor ends, s.
 CONDUCTOR_END_S = 120.0
 # Points that the field is read at in each interval.
 FIELD_SAMPLES = 10
 COINCIDENT_M = 1e-15
-# In the plane: obstacles this close are one, m; and the least size of the region, m.
+# In the plane: obstacles this close count as one, m; and the least size of the region, m.
 SAME_OBSTACLE_M = 0.05
 LEAST_REGION_M = 3.0
 FEWEST_OBSTACLES = 5

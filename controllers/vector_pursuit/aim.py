@@ -66,9 +66,9 @@ def mean_heading(yaw_1, yaw_2):
 def pose_ahead(plan, lookahead, use_interpolation, use_heading_from_path):
     """Returns (x, y, yaw): the first pose at least `lookahead` m straight from the robot.
 
-    Interpolated, it lies at that distance, on the segment before. Of a plan that stays nearer it is
-    the last pose. Without `use_heading_from_path` it faces along the segment that leads to it, the
-    first pose along the one that leaves it; the plan then has two poses or more.
+    Interpolated, the pose lies at that distance, on the segment before. On a plan that stays nearer
+    it is the last pose. Without `use_heading_from_path` it faces along the segment that leads to
+    it, and the first pose along the segment that leaves it; the plan then has two poses or more.
     """
     count = plan.shape[0]
     i = 0

@@ -74,7 +74,7 @@ class VectorPursuit:
             inscribed_radius_m=setup.inscribed_radius_m,
             circumscribed_radius_m=setup.circumscribed_radius_m,
             is_mirrored=self._release.is_mirrored,
-            # The original switches it on, too.
+            # The original, too, turns in place where `min_turning_radius` is 0.
             use_rotate_to_heading=parameters.turns_in_place(),
         )
         self._wants_diagnostics = setup.wants_diagnostics
@@ -86,7 +86,7 @@ class VectorPursuit:
 
     @property
     def cuts_plan(self) -> bool:
-        """Whether it cuts the plan itself, as up to Kilted."""
+        """Whether the controller cuts the plan itself, as Nav2's do up to Kilted."""
         return self._release.cuts_plan
 
     def step(self, observation: Observation, memory: VectorPursuitMemory) -> Decision:

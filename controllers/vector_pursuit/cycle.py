@@ -34,8 +34,8 @@ class Command(NamedTuple):
     """The command of a cycle, before the collision check.
 
     v, w; branch: TRACK, ROTATE_TO_GOAL, ROTATE_TO_PATH or CENTRE_OFF_MAP. radius: of the curve, m.
-    lookahead: straight to the target, which is (target_x, target_y) m, target_yaw in the base
-    frame.
+    lookahead: straight distance to the target, which is (target_x, target_y) m, target_yaw in the
+    base frame.
     """
 
     v: float
@@ -98,7 +98,7 @@ def turn_rate_in_place(settings, angle, last_w):
 
 @njit(cache=True)
 def speed_near_obstacle(settings, v, centre_cost):
-    """Returns v, reduced in proportion to the distance that the cost at the centre stands for."""
+    """Returns v, reduced in proportion to the obstacle distance that the centre's cost encodes."""
     factor = settings.inflation_cost_scaling_factor
     if not settings.use_cost_regulated_linear_velocity_scaling or factor <= 0.0:
         return v

@@ -24,7 +24,7 @@ from drake_navbench.typed_files.quantities import (
     Speed,
 )
 
-# The search distance is the path handler's where the controller does not cut the plan.
+# Where the controller does not cut the plan, the path handler has this parameter.
 SEARCH_DISTANCE = "max_robot_pose_search_dist"
 
 
@@ -159,17 +159,17 @@ class VectorPursuitParameters(ControllerParameters):
     )
 
     def asked_speeds(self) -> AskedSpeeds:
-        """Returns the cruise speed, as far back where it reverses; its turn rate has no limit."""
+        """Returns the cruise speed, also backwards if allowed; the turn rate has no limit."""
         backward = -self.desired_linear_vel if self.allow_reversing else None
         return AskedSpeeds(self.desired_linear_vel, backward)
 
     def turns_in_place(self) -> bool:
-        """Returns whether it turns in place towards the plan and at the goal."""
+        """Returns whether the controller turns in place towards the plan and at the goal."""
         return self.use_rotate_to_heading or self.min_turning_radius == 0.0
 
     @classmethod
     def path_handler_fields(cls, given: Mapping[str, Any]) -> dict[str, str]:
-        """See the base class; up to Kilted the controller has no path handler before it."""
+        """See the base class; empty up to Kilted, where the controller itself cuts the plan."""
         if release_in(given) != NEWEST_RELEASE:
             return {}
         return super().path_handler_fields(given)

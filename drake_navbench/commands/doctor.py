@@ -135,7 +135,7 @@ def _add_robot(parser: argparse.ArgumentParser) -> None:
         action="extend",
         default=[],
         metavar="ROLE=TOPIC",
-        help="where a signal of --bag is, as of import-bag: odom=/robot/odom",
+        help="topic of a signal in --bag, as import-bag takes it: odom=/robot/odom",
     )
     add(
         "--measure-board",

@@ -70,20 +70,20 @@ def _add_what(parser: argparse.ArgumentParser) -> None:
 
 def _add_ros(parser: argparse.ArgumentParser) -> None:
     add = parser.add_argument_group("ROS 2").add_argument
-    add("--domain", type=whole_number, default=0, metavar="N", help="as ROS_DOMAIN_ID (0)")
+    add("--domain", type=whole_number, default=0, metavar="N", help="DDS domain, ROS_DOMAIN_ID (0)")
     add(
         "--peer",
         action="append",
         default=[],
         metavar="ADDRESS",
-        help="other machine to speak to; without, nothing leaves this machine",
+        help="address of another machine to exchange messages with (none: nothing leaves this one)",
     )
     add(
         "--allow-listeners",
         action="store_true",
         help="begin although others listen to /cmd_vel; none of them may be a robot",
     )
-    add("--namespace", default="", metavar="NAME", help="of all topics but /clock: /robot1")
+    add("--namespace", default="", metavar="NAME", help="namespace of all topics but /clock")
     add(
         "--topic",
         action="append",
@@ -113,7 +113,7 @@ def _add_how(parser: argparse.ArgumentParser) -> None:
         "--rate",
         default="1.0",
         metavar="RATE|max",
-        help="simulated seconds a second; max: as fast as the stack sends commands (1.0)",
+        help="simulated seconds per second; max: as fast as the stack sends commands (1.0)",
     )
     add(
         "--duration",

@@ -166,7 +166,7 @@ def _require_a_race(log: TrialLog, other: TrialLog, path: Path) -> None:
     """Raises InputError where two trials cannot be shown in one world by two colours."""
     names = [entry.info["scenario"]["name"] for entry in (log, other)]
     if names[0] != names[1]:
-        raise InputError(f"--beside {path}: is of {names[1]}, expected a trial of {names[0]}")
+        raise InputError(f"--beside {path}: scenario {names[1]}, expected {names[0]}")
     if log.info["controller"] == other.info["controller"]:
         raise InputError(
             f"--beside {path}: both are of the column {log.info['controller']!r}; expected another"

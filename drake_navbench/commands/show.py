@@ -66,7 +66,7 @@ def build_parser() -> argparse.ArgumentParser:
     # None tells that none is named; one that is named is drawn where no scene is asked for.
     parser.set_defaults(robot=None)
     add = parser.add_argument_group("output").add_argument
-    add("--seed", type=whole_number, default=0, help="of the tasks that --goals draws (0)")
+    add("--seed", type=whole_number, default=0, help="seed of the tasks of --goals (0)")
     add("--quiet", action="store_true", help="print errors only")
     add(
         "--out",

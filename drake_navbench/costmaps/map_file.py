@@ -71,7 +71,7 @@ class MapMetadata(FrozenModel):
     )
     free_thresh: float = Field(ge=0.0, le=1.0, description="Occupancy up to which a cell is free.")
     mode: MapMode = Field(
-        MapMode.TRINARY, description="How grey is read: trinary, scale or raw, in any case."
+        MapMode.TRINARY, description="How grey is read: trinary, scale or raw; upper or lower case."
     )
 
     @field_validator("negate", mode="before")

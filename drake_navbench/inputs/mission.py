@@ -86,8 +86,8 @@ def _floor_after(
         _require_known(f"{place}.floor", "floor", step.floor, floor_names)
         if step.floor != here:
             raise ValueError(
-                f"{place}.floor: expected {here}, where the robot then is, or a lift before, got "
-                f"{step.floor}"
+                f"{place}.floor: expected {here}, where the robot then is, or a lift ride "
+                f"before, got {step.floor}"
             )
         return here
     assert step.lift is not None
@@ -109,7 +109,7 @@ def _floor_after(
 def _require_different(place: str, names: Sequence[str]) -> None:
     for index, name in enumerate(names):
         if name in names[:index]:
-            raise ValueError(f"{place}[{index}].name: {name!r} is the name of one before")
+            raise ValueError(f"{place}[{index}].name: {name!r} is given twice, expected once")
 
 
 def _require_known(place: str, noun: str, name: str, names: Sequence[str]) -> None:

@@ -37,7 +37,9 @@ class Original(NamedTuple):
         if plugin in build.controllers:
             return {"command": [str(build.host)]}
         reason = build.left_out.get(plugin, f"it has {', '.join(build.controllers)}")
-        raise InputError(f"controller {self.name}@{build.name}: {plugin} is not in it: {reason}")
+        raise InputError(
+            f"controller {self.name}@{build.name}: {plugin} is not in the build: {reason}"
+        )
 
 
 def is_plugin_type(name: str) -> bool:

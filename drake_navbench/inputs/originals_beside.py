@@ -34,7 +34,9 @@ def with_originals(columns: Sequence[str | Preset], build_name: str) -> list[str
         except InputError as error:
             reasons.append(str(error))
     if reasons and len(beside) == len(columns):
-        raise InputError(f"--original {build.name}: no column has one: {'; '.join(reasons)}")
+        raise InputError(
+            f"--original {build.name}: no column has an original: {'; '.join(reasons)}"
+        )
     for reason in reasons:
         warnings.warn(
             f"--original: {reason}; this column drives without its original",
@@ -65,7 +67,7 @@ def _original_of_preset(preset: Preset, build: Build) -> Preset:
     original = Original(preset.name, build, ())
     plugin = preset.nav2_plugin
     if plugin is None:
-        raise InputError(f"controller {preset.name}: its file is none of Nav2's")
+        raise InputError(f"controller {preset.name}: its file names no Nav2 plugin")
     command = original.command_of(plugin.type)
     model: type[ControllerParameters] = preset.controller_class.Parameters
     given = nested(plugin.parameters.items(), preset.source)

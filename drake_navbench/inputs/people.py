@@ -221,10 +221,10 @@ class People(QuietModel):
             for name, field in type(self).model_fields.items():
                 default = field.get_default(call_default_factory=True)
                 if name != "recording" and getattr(self, name) != default:
-                    raise ValueError(f"{name}: those of a recording walk as they did; leave it out")
+                    raise ValueError(f"{name}: has no effect on recorded people; leave it out")
             return self
         if not self.persons:
-            raise ValueError("persons: expected somebody, or a recording")
+            raise ValueError("persons: expected at least one person, or a recording")
         if self.model == "orca":
             for index, person in enumerate(self.persons):
                 if person.reaction not in REACTIONS_WITH_ORCA:

@@ -199,7 +199,7 @@ def _in_trial(path: Path, name: str, rows: Sequence[Row], settings: Recording) -
             step_s = row.time_s - before.time_s
             if step_s <= 0.0:
                 raise InputError(
-                    f"{place} is there at {row.time_s:g} s after {before.time_s:g} s in line "
+                    f"{place} has the time {row.time_s:g} s after {before.time_s:g} s in line "
                     f"{before.line}; expected rising times"
                 )
             speed_mps = math.dist(row[2:], before[2:]) / step_s

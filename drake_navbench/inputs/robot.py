@@ -400,7 +400,7 @@ def _robot_of(data: Mapping[str, Any], source: str, directory: Path) -> Robot:
             f"{source}: directory: unknown field; the loader sets it from the file's place"
         )
     if "like" in data:
-        raise InputError(f"{source}: like: only a robot file says which other one it is like")
+        raise InputError(f"{source}: like: only a robot file may name another robot")
     robot = validate(Robot, data, source).model_copy(update={"directory": str(directory)})
     if robot.model_path is not None and not robot.model_path.is_file():
         raise InputError(f"{source}: model: no such file: {robot.model_path}")

@@ -239,7 +239,7 @@ class _Plan:
             return list(package.sources), []
         replaced = package.folder / NOISE_SOURCES[package.name]
         if replaced not in package.sources:
-            raise InputError(f"{replaced}: no such file, expected what makes the noise")
+            raise InputError(f"{replaced}: no such file, expected the source of the noise")
         others = [path for path in package.sources if path != replaced]
         return others, [BENCHMARK_NOISE / f"{package.name}.cpp"]
 

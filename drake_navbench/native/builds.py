@@ -37,20 +37,20 @@ class FlagSet(StrEnum):
 class Build(FrozenModel):
     """The record of a named build."""
 
-    name: str = Field(description="By which controllers ask for it: rpp@NAME.")
-    host: Path = Field(description="The program that drives the controllers.")
-    release: str = Field(description="Of the checkout, by its nav2_core.")
-    version: str = Field(description="Of its nav2_core.")
-    commit: str = Field(description="Of git, with a plus where files differed; empty if unknown.")
-    checkout: Path = Field(description="Where it was built from.")
-    compiler: str = Field(description="What the compiler says of itself.")
-    controllers: tuple[str, ...] = Field(description="The controllers in it.")
-    planners: tuple[str, ...] = Field((), description="The global planners in it.")
-    left_out: dict[str, str] = Field(description="The plugins that are not, each with the reason.")
-    seconds: float = Field(description="That the build took.")
-    noise: NoiseSource = Field(NoiseSource.OWN, description="Whose random numbers there are in it.")
-    flags: FlagSet = Field(FlagSet.PORTABLE, description="What it was compiled with.")
-    more_flags: str = Field("", description="What packages and CXXFLAGS add, in one line.")
+    name: str = Field(description="Name of the build, as in the column rpp@NAME.")
+    host: Path = Field(description="Program that runs the compiled controllers.")
+    release: str = Field(description="Nav2 release of the checkout.")
+    version: str = Field(description="Version of the checkout's nav2_core.")
+    commit: str = Field(description="Git commit; a plus: files differed from it; empty: unknown.")
+    checkout: Path = Field(description="Folder of the checkout.")
+    compiler: str = Field(description="Name and version of the compiler.")
+    controllers: tuple[str, ...] = Field(description="Plugin types of the controllers.")
+    planners: tuple[str, ...] = Field((), description="Plugin types of the planners.")
+    left_out: dict[str, str] = Field(description="Plugins that are not in the build -> reason.")
+    seconds: float = Field(description="Duration of the build [s].")
+    noise: NoiseSource = Field(NoiseSource.OWN, description="Source of the random numbers.")
+    flags: FlagSet = Field(FlagSet.PORTABLE, description="Compiler options.")
+    more_flags: str = Field("", description="Options that packages and CXXFLAGS add, in one line.")
 
     @property
     def where_from(self) -> str:

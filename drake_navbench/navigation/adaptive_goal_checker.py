@@ -40,7 +40,7 @@ class AdaptiveToleranceGoalCheckerParameters(FrozenModel):
     xy_goal_tolerance_buffer: Length = Field(
         0.0,
         ge=0.0,
-        description="Distance by which leaving the goal undoes `stateful` [m]; 0: never.",
+        description="Distance beyond the tolerance at which `stateful` is undone [m]; 0: never.",
     )
     yaw_goal_tolerance: Angle = Field(0.25, ge=0.0, description="Heading error [rad].")
     path_length_tolerance: Length = Field(
@@ -59,7 +59,7 @@ class AdaptiveToleranceGoalCheckerParameters(FrozenModel):
     required_stagnation_cycles: Count = Field(
         15,
         ge=0,
-        description="Number of cycles without getting nearer, or standing, after which coarse "
+        description="Number of cycles in which the robot gets no nearer or stands until the coarse "
         "tolerance counts.",
     )
 

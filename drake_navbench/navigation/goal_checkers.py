@@ -55,7 +55,7 @@ class PositionGoalCheckerParameters(FrozenModel):
     xy_goal_tolerance_buffer: Length = Field(
         0.0,
         ge=0.0,
-        description="Distance by which leaving the goal undoes `stateful` [m]; 0: never.",
+        description="Distance beyond the tolerance at which `stateful` is undone [m]; 0: never.",
     )
 
 

@@ -228,7 +228,7 @@ def read_columns(
             except (AttributeError, TypeError, ValueError, IndexError) as error:
                 raise InputError(
                     f"{source.path}: {topic} ({role}): a message of {source.topics[topic]} "
-                    f"without what is expected: {error}"
+                    f"lacks an expected field: {error}"
                 ) from error
     columns = {}
     for role, rows in kept.items():

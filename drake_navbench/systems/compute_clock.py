@@ -48,7 +48,7 @@ class ComputeClock:
             return measured
         if cycle >= len(self._logged):
             raise InputError(
-                f"compute times: found those of {len(self._logged)} cycles, expected more; they "
+                f"compute times: the log has {len(self._logged)} cycles, this trial more; they "
                 "are of another trial"
             )
         return self._logged[cycle]

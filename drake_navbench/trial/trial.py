@@ -109,7 +109,7 @@ def compute_times(log: TrialLog) -> tuple[tuple[float, float], ...]:
     cycles = cycles[cycles["cycle_count"] > 0]
     counts = cycles["cycle_count"].to_numpy()
     if not np.array_equal(counts, np.arange(1, len(counts) + 1)):
-        raise InputError("compute times: the log does not tell those of every control cycle")
+        raise InputError("compute times: the log lacks some control cycles")
     columns = ("compute_time_ms", "compute_cpu_time_ms")
     return tuple(zip(*(cycles[name].tolist() for name in columns), strict=True))
 

@@ -89,13 +89,17 @@ class WholeWhy(NamedTuple):
 def require_explainable(log: TrialLog) -> None:
     """Raises InputError where the decisions in a log cannot be explained."""
     if log.is_recording:
-        raise InputError("made of a recording: the controller of it is not known")
+        raise InputError("made of a recording, whose controller is not known")
     if log.outcome is Outcome.ERROR:
-        raise InputError(f"the trial ended in an error, {log.info['reason']}: none is explained")
+        raise InputError(
+            f"the trial ended in an error, {log.info['reason']}; such trials are not explained"
+        )
     if log.info.get("running_stack") is not None:
-        raise InputError("a running stack drove; it cannot be asked again")
+        raise InputError("a running ROS 2 stack drove it; it cannot be repeated")
     if log.info.get(LIVE_CHANGES):
-        raise InputError("sliders of --live changed its parameters; it cannot be driven again")
+        raise InputError(
+            "sliders of --live changed its parameters; the trial cannot be driven again"
+        )
 
 
 def why(spec: TrialSpec, log: TrialLog, time_s: float) -> Why:

@@ -37,7 +37,7 @@ def array_of(content: bytes) -> NDArray[Any]:
         raise NoArray(f"an array of {dtype}, expected numbers")
     count = math.prod(shape)
     if min(shape, default=0) < 0 or count * dtype.itemsize != len(content) - file.tell():
-        raise NoArray(f"an array of shape {shape} with bytes for another")
+        raise NoArray(f"an array of shape {shape} with too many or few bytes")
     values = np.frombuffer(content, dtype=dtype, offset=file.tell())
     return values.reshape(shape, order="F" if is_fortran else "C")
 

@@ -70,7 +70,7 @@ RIDE = {"lift": "main", "to": "upper"}
         ({"waypoints": [[1.0, 0.0, 0.0]]}, "waypoints: has no meaning with a mission"),
         (
             {"floors": [SMALL["floors"][0], {"name": "upper"}, {"name": "upper"}]},
-            "floors[2].name: 'upper' is the name of one before",
+            "floors[2].name: 'upper' is given twice, expected once",
         ),
         (
             {"floors": [SMALL["floors"][0], {"name": "upper", "storey": "first"}]},

@@ -98,7 +98,7 @@ def test_only_those_of_the_trial_are_kept_and_groups_are_by_name(tmp_path):
 @pytest.mark.parametrize(
     ("text", "settings", "expected"),
     [
-        (ANNA + "2.5,anna,1,3\n", {}, "line 5: person anna is there at 2.5 s after 3 s in line 4"),
+        (ANNA + "2.5,anna,1,3\n", {}, "line 5: person anna has the time 2.5 s after 3 s in line 4"),
         (ANNA + "3.1,anna,9,2\n", {}, "line 5: person anna jumps 8.00 m in 0.1 s, 80 m/s"),
         (ANNA + "4,anna,x,2\n", {}, "line 5: expected a number, got 'x'"),
         (ANNA + "4,anna,nan,2\n", {}, "line 5: expected a number, got 'nan'"),
@@ -169,7 +169,7 @@ def test_the_recording_is_one_of_the_files_of_a_scenario(tmp_path):
         ("{recording: {file: crowd.csv, format: eth_ucy}}", "frame_rate_hz: expected the frames"),
         ("{recording: {file: crowd.csv, frame_rate_hz: 2}}", "frame_rate_hz: expected none with"),
         ("{recording: {file: crowd.csv, max_sped_mps: 2}}", "max_sped_mps: unknown field"),
-        ("{}", "persons: expected somebody, or a recording"),
+        ("{}", "persons: expected at least one person, or a recording"),
         ("{recording: other.csv}", "other.csv: cannot be read: No such file"),
     ],
 )

@@ -211,7 +211,7 @@ def test_a_column_of_a_port_has_its_parameters(tiny, monkeypatch):
     [
         ("rpp@nowhere", "build 'nowhere' is not known"),
         ("rpp@", "name of a build: got ''"),
-        ("rpp@tiny", "is not in it: it has tiny::Controller"),
+        ("rpp@tiny", "is not in the build: it has tiny::Controller"),
         ("vector_pursuit_of_nobody@tiny", "is not known"),
         ("learned@tiny", "it is not a port of a Nav2 controller"),
         ("tiny::Controller@tiny:speed", "expected param=value"),

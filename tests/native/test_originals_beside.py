@@ -57,7 +57,9 @@ def test_an_original_that_is_asked_for_by_name_is_no_second_time_there(tiny):
 
 
 def test_where_no_column_has_one_it_is_wrong_input(tiny):
-    with pytest.raises(InputError, match=r"--original tiny: no column has one: .*harmony@tiny"):
+    with pytest.raises(
+        InputError, match=r"--original tiny: no column has an original: .*harmony@tiny"
+    ):
         with_originals(["harmony"], "tiny")
 
 

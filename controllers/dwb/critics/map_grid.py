@@ -47,7 +47,7 @@ class MapGridParameters(CriticParameters):
     aggregation_type: str = Field(
         "last",
         description="How the costs of a trajectory's poses become one score: last, sum or "
-        "product, in any case; any other word means last.",
+        "product, upper or lower case; any other word means last.",
     )
 
     @property
@@ -134,7 +134,7 @@ def score_forward_points(
 
 
 class MapGridCritic(Critic):
-    """Base of the four: a grid of distances, weighted with resolution * 0.5 * scale."""
+    """Base of the map grid critics: a grid of distances, weighted with resolution * 0.5 * scale."""
 
     Parameters: ClassVar[type[CriticParameters]] = MapGridParameters
     reasons: ClassVar[tuple[str, ...]] = (
@@ -165,7 +165,7 @@ class MapGridCritic(Critic):
 
 
 class AlignCritic(MapGridCritic):
-    """Base of the two that look at a point ahead of the robot."""
+    """Base of the two critics that look at a point ahead of the robot."""
 
     Parameters: ClassVar[type[CriticParameters]] = AlignParameters
 

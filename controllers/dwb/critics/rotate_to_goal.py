@@ -17,13 +17,13 @@ from drake_navbench.kernels.path_pruning import arc_length
 from drake_navbench.typed_files.quantities import Duration, Number
 
 NOT_SLOWING, NOT_ROTATING = 1, 2
-# Nav2 reads this one under a name that no parameter file can spell, so its default always holds.
+# Nav2 reads this parameter under a name that no file can spell, so its default always holds.
 PATH_LENGTH_TOLERANCE_M = 1.0
 NANOSECONDS_PER_SECOND = 1e9
 
 
 class RotateToGoalParameters(CriticParameters):
-    """Parameters of RotateToGoal; two more are the controller's own."""
+    """Parameters of RotateToGoal, which also reads two parameters of the controller itself."""
 
     slowing_factor: Number = Field(
         5.0, description="Weight of the squared speed while the robot slows down [-]."

@@ -104,7 +104,7 @@ class CriticContext:
 
     @property
     def holonomic(self) -> bool:
-        """Whether vy counts."""
+        """Whether the base can move sideways, so that vy counts."""
         return self.motion_model is MotionModel.OMNI
 
     @property
@@ -165,7 +165,7 @@ class PointwiseCritic(Critic):
     """
 
     def begin(self, scene: Scene, blocks: int) -> Any:
-        """Returns the data that `add` needs in this cycle for `blocks`; None where inactive."""
+        """Returns the data that `add` needs for `blocks` blocks; None: the critic is inactive."""
         raise NotImplementedError
 
     def add(self, cycle: Any, chunk: Trajectories, sums: Lanes, *, first_block: int) -> None:
@@ -178,7 +178,7 @@ class PointwiseCritic(Critic):
         return False
 
     def score(self, batch: Batch) -> tuple[Float32Array, bool]:
-        """Scores a batch alone; see `Critic`."""
+        """Scores a batch by `begin`, `add` and `finish`, without the sampler; see `Critic.score`."""
         costs = np.zeros(batch.x.shape[::2], np.float32)
         cycle = self.begin(batch.scene, len(costs)) if self.parameters.enabled else None
         if cycle is None:
@@ -201,7 +201,7 @@ class PathCritic(Critic):
         return self.parameters.enabled and bool(scene.way_left >= threshold)
 
     def score_reach(self, scene: Scene, reach: Reach, furthest: int) -> Float32Array | None:
-        """Returns the raw terms (blocks, LANES); None where inactive."""
+        """Returns the raw terms (blocks, LANES); None where the critic is inactive."""
         raise NotImplementedError
 
     def finish(self, costs: Float32Array) -> None:
@@ -209,7 +209,7 @@ class PathCritic(Critic):
         weigh(costs, F32(self.parameters.cost_weight), self.parameters.cost_power)
 
     def score(self, batch: Batch) -> tuple[Float32Array, bool]:
-        """Scores a batch alone; see `Critic`."""
+        """Scores a batch by `score_reach` and `finish`, without the sampler; see `Critic`."""
         costs = None
         if self.considers(batch.scene):
             reach = batch.reach(max(1, self.column_step))

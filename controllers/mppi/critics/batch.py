@@ -81,17 +81,17 @@ class Scene:
 
     @cached_property
     def path_x(self) -> Float32Array:
-        """(n,) m."""
+        """(n,) the x of the local plan's points, m."""
         return np.ascontiguousarray(self.path[:, 0])
 
     @cached_property
     def path_y(self) -> Float32Array:
-        """(n,) m."""
+        """(n,) the y of the local plan's points, m."""
         return np.ascontiguousarray(self.path[:, 1])
 
     @cached_property
     def path_yaw(self) -> Float32Array:
-        """(n,) rad."""
+        """(n,) the yaw of the local plan's points, rad."""
         return np.ascontiguousarray(self.path[:, 2])
 
     @cached_property
@@ -169,7 +169,7 @@ class Batch:
 
     @property
     def velocities(self) -> Float32Array:
-        """(B, N, 3) vx m/s, vy m/s, wz rad/s: likewise."""
+        """(B, N, 3) vx m/s, vy m/s, wz rad/s: a copy in the order that numpy code likes."""
         return np.stack([unpack(q, self.size) for q in (self.vx, self.vy, self.wz)], axis=2)
 
     def reach(self, column_step: int = 1) -> Reach:

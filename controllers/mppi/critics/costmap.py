@@ -144,7 +144,10 @@ class CostCritic(PointwiseCritic):
 
 @njit(cache=True)
 def add_cell_scores(view, score, step, in_float32, x, y, sums):
-    """Adds the score of the cell under every step-th column; cells are found in float32, or not."""
+    """Adds the score of the cell under every step-th column.
+
+    in_float32: whether the cells are found in float32, otherwise in float64.
+    """
     cells = np.empty(LANES, np.int32)
     for block in range(x.shape[0]):
         for t in range(0, x.shape[1], step):

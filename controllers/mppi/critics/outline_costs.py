@@ -58,7 +58,7 @@ class OutlineCosts(NamedTuple):
 
     @classmethod
     def of(cls, view: MapView) -> OutlineCosts:
-        """Returns one in which nothing is remembered yet."""
+        """Returns an empty table for the costmap of a view."""
         footprint = view.footprint
         radius_m = np.hypot(footprint[:, 0], footprint[:, 1]).max(initial=0.0)
         return cls(
@@ -83,7 +83,7 @@ class OutlineView:
         self._last: tuple[Costmap, MapView, OutlineCosts] | None = None
 
     def of(self, costmap: Costmap) -> tuple[MapView, OutlineCosts]:
-        """Returns the view of a costmap and the outlines remembered of it."""
+        """Returns the view of a costmap and the table of outline costs on it."""
         if self._last is None or self._last[0] is not costmap:
             view = MapView.of(costmap, self._footprint)
             self._last = costmap, view, OutlineCosts.of(view)

@@ -181,11 +181,12 @@ def _nearest_by_length_row(lengths, count, arcs, indices):
 
 @njit(cache=True)
 def _first_by_length_row(lengths, count, valid_count, arcs, indices):
-    """The same up to Iron: the first point from each lane's index on that is as far, or before it.
+    """Advances each lane's index to the path point nearest by arc length, as Nav2 does up to Iron.
 
-    Where that is the one it begins with, it goes back to the path's begin. Beyond the last of
-    `count` points Nav2 reads memory behind its list; that is taken for 0, so that the next point is
-    it, if the path has it.
+    Candidates are the first point, from the lane's index on, that is as far as the lane has driven,
+    and the point before it. Where the point at the index is already as far, the index returns to 0.
+    Beyond the last of `count` points Nav2 reads memory behind its list; that is taken for 0, so
+    that the index becomes `count`, if the path has such a point.
     """
     for lane in range(LANES):
         driven = arcs[lane]
@@ -293,7 +294,7 @@ class PathAngleCritic(PathCritic):
 
 
 class MeanPathAngleCritic(Critic):
-    """The same up to Iron: the mean over all columns of the samples, not their ends."""
+    """PathAngleCritic up to Iron: the mean over all columns of the samples, not their ends."""
 
     Parameters: ClassVar[type[CriticParameters]] = PathAngleParameters
 
@@ -302,7 +303,7 @@ class MeanPathAngleCritic(Critic):
         self.mode = path_angle_mode(parameters, context)
 
     def score(self, batch: Batch) -> tuple[Float32Array, bool]:
-        """Scores a batch; see `Critic`."""
+        """Scores a batch; see `Critic.score`."""
         p, scene = self.parameters, batch.scene
         costs = np.zeros(batch.x.shape[::2], np.float32)
         scored = costs.ravel()[: batch.size]

@@ -21,7 +21,7 @@ def load_critics(blocks: Iterable[tuple[str, Any]], context: CriticContext) -> l
     critics: list[Critic] = []
     for name, parameters in blocks:
         loaded = CRITICS.load(name)
-        # One that is not a subclass of `Critic` scores the same in all releases.
+        # A class that is not a subclass of `Critic` scores the same in all releases.
         of_release = getattr(loaded, "of_release", lambda release, loaded=loaded: loaded)
         critics.append(of_release(context.release)(parameters, context))
     return critics

@@ -64,9 +64,9 @@ class ConstraintCritic(PointwiseCritic):
 
 
 class SpeedConstraintCritic(ConstraintCritic):
-    """The same up to Kilted: limits the speed, with the sign of vx, by the norm of both limits.
+    """ConstraintCritic up to Kilted: limits the speed, signed as vx, by sqrt(vx_max^2 + vy_max^2).
 
-    A base that does not move sideways, too, may drive as fast as vx_max and vy_max together.
+    The bound is the same for a base that cannot move sideways.
     """
 
     def begin(self, scene: Scene, blocks: int) -> tuple[Any, ...]:

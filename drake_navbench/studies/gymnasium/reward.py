@@ -18,19 +18,20 @@ class RewardWeights(FrozenModel):
     """The weights of the reward's terms."""
 
     progress: Number = Field(
-        1.0, description="Each metre that the goal comes nearer (goal_traversal_ratio)."
+        1.0,
+        description="Each metre that the robot comes nearer to the goal (goal_traversal_ratio).",
     )
     heading: Number = Field(
-        0.5, description="Each radian that the heading comes nearer to the goal's, at the goal."
+        0.5, description="Each radian that the heading comes nearer to the goal's, near the goal."
     )
     heading_within_m: Length = Field(
-        0.5, gt=0.0, description="How near the goal its heading begins to count [m]."
+        0.5, gt=0.0, description="Distance to the goal below which the heading counts [m]."
     )
     time: Number = Field(-0.05, description="Each second (time_to_goal_s).")
     nearness: Number = Field(
-        -0.5, description="Each second at clearance 0, less the farther off (min_clearance_m)."
+        -0.5, description="Each second at clearance 0, less with more clearance (min_clearance_m)."
     )
-    near_m: Length = Field(0.3, gt=0.0, description="Clearance from which nothing is taken [m].")
+    near_m: Length = Field(0.3, gt=0.0, description="Clearance from which `nearness` is 0 [m].")
     turning: Number = Field(
         -0.01, description="Each rad/s by which the commanded yaw rate changes (smoothness)."
     )

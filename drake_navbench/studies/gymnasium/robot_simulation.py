@@ -42,8 +42,8 @@ class RobotSimulation:
     def __init__(self, robot: Robot, world: World, *, period_s: float) -> None:
         if not conditions_of(robot).are_plain:
             raise InputError(
-                "robot: localization, actuators, timing: what makes frames of its own, moves the "
-                "wheels or delays messages is for trials alone, not for environments"
+                "robot: localization, actuators, timing: drift of the odometry, faults of the "
+                "wheels and late messages exist in trials alone, not in environments"
             )
         builder = DiagramBuilder()
         scene_graph = builder.AddNamedSystem("scene_graph", SceneGraph())

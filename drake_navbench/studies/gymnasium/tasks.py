@@ -43,18 +43,18 @@ class RandomTasks(FrozenModel):
 
     area_m: Size = Field(8.0, description="Side of the square that holds start and goal [m].")
     max_obstacles: Annotated[int, Within(0, 100)] = Field(
-        6, description="Most pillars and boxes, besides what stands in the scenario."
+        6, description="Largest number of pillars and boxes added to the scenario's obstacles."
     )
-    min_radius_m: Size = Field(0.1, description="Of a pillar, or about a box [m].")
-    max_radius_m: Size = Field(0.5, description="Of a pillar, or about a box [m].")
+    min_radius_m: Size = Field(0.1, description="Least radius of a pillar, or about a box [m].")
+    max_radius_m: Size = Field(0.5, description="Largest radius of a pillar, or about a box [m].")
     passage_m: Length = Field(
-        1.4, ge=0.0, description="Least width between two of them, so that there is a way [m]."
+        1.4, ge=0.0, description="Least gap between two obstacles, so that there is a way [m]."
     )
     start_clearance_m: Length = Field(
-        0.3, ge=0.0, description="Least distance of the outline at the start [m]."
+        0.3, ge=0.0, description="Least clearance of the outline at the start [m]."
     )
-    min_distance_m: Length = Field(2.0, ge=0.0, description="From start to goal, at least [m].")
-    max_distance_m: Length = Field(6.0, ge=0.0, description="From start to goal, at most [m].")
+    min_distance_m: Length = Field(2.0, ge=0.0, description="Least distance to the goal [m].")
+    max_distance_m: Length = Field(6.0, ge=0.0, description="Largest distance to the goal [m].")
 
 
 def scenario_task(scenario: Scenario, seed: int) -> EpisodeTask:
