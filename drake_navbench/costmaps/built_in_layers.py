@@ -99,7 +99,7 @@ class KeepoutFilterParameters(LayerParameters):
 class StaticState(Immutable):
     """The map's costs on its own grid, (rows, columns) uint8.
 
-    kept: those that the next cycle begins with. shown: those of this cycle.
+    kept: the costs with which the next cycle begins. shown: the costs of this cycle.
     """
 
     kept: Costs
@@ -114,7 +114,7 @@ class StaticLayer:
 
     def __init__(self, parameters: StaticLayerParameters, setup: LayerSetup) -> None:
         known, rules = setup.static_map, setup.rules
-        assert known is not None  # Else the costmap leaves the layer out.
+        assert known is not None  # Without a map the costmap leaves this layer out.
         self._own = parameters
         self._setup = setup
         self._place = known.frame

@@ -107,7 +107,7 @@ class CostmapSettings(CostmapRules, PluginBlocks):
 
 
 class LocalCostmapSettings(CostmapSettings):
-    """Nav2's rolling local costmap; where bringup has a voxel layer, an obstacle layer."""
+    """Nav2's rolling local costmap, with an obstacle layer in place of bringup's voxel layer."""
 
     width: int = Field(5, gt=0, le=200, description="Length of the window along x [m].")
     height: int = Field(5, gt=0, le=200, description="Length of the window along y [m].")
@@ -132,9 +132,10 @@ class LocalCostmapSettings(CostmapSettings):
 
 
 class GlobalCostmapSettings(CostmapSettings):
-    """The grid on which the global planner searches: that of the map, where there is one.
+    """The grid on which the global planner searches.
 
-    Or a window of its own size that rolls with the robot, beyond which nothing is planned.
+    It is the map's grid where there is a map, or a window of its own size that rolls with the
+    robot, beyond which nothing is planned.
     """
 
     rolling_window: bool = Field(

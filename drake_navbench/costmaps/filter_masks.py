@@ -66,7 +66,7 @@ class FilterDescription(FrozenModel):
 
     @property
     def filter_name(self) -> FilterName:
-        """The filter that it is for, as costmaps list it."""
+        """The name under which costmaps list the filter of this type."""
         return FILTER_NAMES[self.type]
 
     @model_validator(mode="after")
@@ -92,7 +92,7 @@ class FilterMask(Immutable):
 
     @property
     def filter_name(self) -> FilterName:
-        """The filter that it is for, as costmaps list it."""
+        """The name under which costmaps list the filter that reads the mask."""
         return FILTER_NAMES[self.type]
 
     def value_at(self, position: NDArray[np.float64]) -> int | None:
@@ -117,10 +117,10 @@ def load_filter_mask(
 ) -> FilterMask:
     """Returns the mask of a filter.
 
-    file: of its mask; None where areas are drawn. bounds: min_x, min_y, max_x, max_y m of the
-    world: polygons are drawn on a grid that covers it, a mask from a file must meet it. lattice:
-    of the cells of drawn masks; that of the costmap, where it is to show them as they were drawn.
-    Raises InputError, one line, where the mask cannot be read or lies elsewhere.
+    file: the mask's file; None where areas are drawn. bounds: min_x, min_y, max_x, max_y m of the
+    world. The grid of drawn areas covers it; a mask from a file must meet it. lattice: the cells of
+    drawn masks; with the costmap's own lattice it shows them as they were drawn. Raises InputError,
+    one line, where the mask cannot be read or lies elsewhere.
     """
     if file is None:
         grid = _draw_areas(description.areas, bounds, lattice)
@@ -139,7 +139,7 @@ def _draw_areas(
 ) -> OccupancyMap:
     points = np.vstack([np.array(area.polygon) for area in areas] + [np.reshape(bounds, (2, 2))])
     corner, resolution = np.array([lattice.corner_x, lattice.corner_y]), lattice.resolution
-    # A bound that lies on the lattice, but for rounding, needs no further cell.
+    # A bound that is on the lattice but for rounding needs no further cell.
     first = np.floor((points.min(axis=0) - corner) / resolution + ROUNDING_CELLS)
     last = np.ceil((points.max(axis=0) - corner) / resolution - ROUNDING_CELLS)
     require_grid_size("filters: a mask drawn from areas", *(last - first))

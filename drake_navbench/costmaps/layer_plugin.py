@@ -47,9 +47,9 @@ class LayerSetup(NamedTuple):
     """The facts of a whole trial that a layer is made from.
 
     rows, columns: of the costmap, cells. resolution: cell edge, m. rolling_window: whether it
-    follows the robot. footprint: (K, 2) padded outline in the base frame, m. default_cost: of a
-    cell of which nothing is known. rules: of the whole costmap. static_map: in the frame of the
-    costmap, None where there is none. keepouts: the masks of the keepout filter.
+    follows the robot. footprint: (K, 2) padded outline in the base frame, m. default_cost: cost of
+    a cell of which nothing is known. rules: the rules of the whole costmap. static_map: the map in
+    the frame of the costmap, None without a map. keepouts: the masks of the keepout filter.
     """
 
     rows: int
@@ -72,7 +72,7 @@ class Seen(NamedTuple):
     sensors that send points, by name. map_from_costmap: (3,) pose of the costmap's frame in the
     map's, x m, y m, yaw rad. window: the cells that are written anew in this cycle; all of them
     while the layers observe. ranges: readings of the range sensors by name, the oldest first: all
-    since the cycle before, and perhaps older ones.
+    those since the last cycle, and perhaps older ones.
     """
 
     time_s: float
@@ -94,9 +94,9 @@ class Observed(NamedTuple):
     """The result of a layer's `observe`.
 
     state: handed to `write` and to the next `observe`. touched: box min_x, min_y, max_x, max_y m
-    around the cells that it may write otherwise than before, None for none. A costmap that stays
-    where it is writes only this box anew, joined with those of other layers and grown by the
-    inflation; a rolling one always writes all cells.
+    around the cells whose costs `write` may change, None for none. A costmap that stays where it is
+    writes only this box anew, joined with those of other layers and grown by the inflation; a
+    rolling one always writes all cells.
     """
 
     state: Any
@@ -107,8 +107,9 @@ class Layer(Protocol):
     """A layer of a costmap, made from its Parameters and a LayerSetup; pure.
 
     A class with `stays_in_window = True` promises that `write` changes costs only within
-    `seen.window`; it is then handed the costs themselves. A class with a method `is_current(state)`
-    can say that the costmap is not to be relied on: the controller then waits for it.
+    `seen.window`; `write` then gets the costs themselves, not a copy. A class with a method
+    `is_current(state)` can say that the costmap is not to be relied on: the controller then waits
+    for it.
     """
 
     def initial_state(self) -> Any:

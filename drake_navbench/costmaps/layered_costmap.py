@@ -81,8 +81,8 @@ class LayersState(Immutable):
 class LayeredCostmap:
     """The layers and filters of one costmap; the object itself never changes.
 
-    footprint: (K, 2) padded outline in the base frame, m. static_map: that of the static layer, in
-    the frame of the costmap. masks: of all filters; those of keepouts are used here.
+    footprint: (K, 2) padded outline in the base frame, m. static_map: the map of the static layer,
+    in the frame of the costmap. masks: of all filters; the costmap uses those of keepouts.
     """
 
     def __init__(
@@ -139,7 +139,7 @@ class LayeredCostmap:
         """Returns the state after one update cycle.
 
         scan: the newest one; None changes nothing. pose: (3,) of the robot, x m, y m, yaw rad.
-        clouds: the newest one of each sensor that sends points, by its name. ranges: the readings
+        clouds: the newest cloud of each sensor that sends points, by its name. ranges: the readings
         of each range sensor by its name, at least those since the update before. map_from_costmap:
         (3,) the pose of the frame of all these in the map's frame, which is that of the static map
         and the masks; None where they are one, as they must be unless the costmap rolls.

@@ -187,7 +187,7 @@ def load_map(path: str | Path) -> OccupancyMap:
 
 
 def _image_fault(path: Path) -> InputError:
-    """Returns the error of an image where its YAML file belongs."""
+    """Returns the error for an image given as a map, which names the map's YAML file."""
     beside = [path.with_suffix(suffix) for suffix in (".yaml", ".yml")]
     found = next((file.name for file in beside if file.is_file()), None)
     wanted = f"{found} beside it" if found else "a YAML file with image, resolution and origin"
@@ -195,7 +195,11 @@ def _image_fault(path: Path) -> InputError:
 
 
 def _image_of(path: Path, named: str) -> Path:
-    """Returns the path of a map's image, or the one beside the map for an absent absolute path."""
+    """Returns the path of a map's image.
+
+    Where an absolute path does not exist, it is the image of that name beside the map, with a
+    warning.
+    """
     image = path.parent / named
     beside = path.parent / Path(named).name
     if Path(named).is_absolute() and not image.is_file() and beside.is_file():
@@ -206,9 +210,10 @@ def _image_of(path: Path, named: str) -> Path:
 
 
 def _image_occupancy(image: Path, metadata: MapMetadata, named_by: str) -> NDArray[np.int8]:
-    """Returns the occupancy of a map's image, top row first; a MovingAI file tells it itself.
+    """Returns the occupancy of a map's image, top row first.
 
-    named_by: the place of its name, for errors.
+    The image may be a MovingAI file, which holds occupancies. named_by: the place that names the
+    image, for errors.
     """
     if image.suffix == MOVINGAI_SUFFIX:
         return read_movingai_map(image, occupied=OCCUPIED)
@@ -282,7 +287,7 @@ def _read_image(path: Path, named_by: str) -> tuple[NDArray[np.uint8], NDArray[n
             f"{named_by}: image: more than {Image.MAX_IMAGE_PIXELS:.3g} pixels are too many, "
             f"expected at most {MAX_GRID_CELLS:.3g}"
         ) from error
-    # Pillow reports broken files through all of these.
+    # Pillow reports broken files by errors of all these types.
     except (OSError, SyntaxError, ValueError) as error:
         reason = str(error).splitlines()[0] if str(error) else type(error).__name__
         raise InputError(f"{named_by}: image: cannot be read: {reason}") from error

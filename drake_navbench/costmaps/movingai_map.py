@@ -16,12 +16,12 @@ from drake_navbench.errors import InputError
 from drake_navbench.typed_files.input_file import read_input_text
 
 SUFFIX = ".map"
-# Ground, and swamp, on which one can walk.
+# Characters of cells that one can walk on: ground and swamp.
 PASSABLE = ".GS"
-# Out of bounds, trees, and water, which no wheel crosses.
+# Characters of cells that no wheel crosses: out of bounds, trees and water.
 BLOCKED = "@OTW"
 HEADER = ("type", "height", "width", "map")
-# One character a cell, a line end or two a row, and the header.
+# The largest file: one character a cell, one or two for the end of a row, and the header.
 MAX_FILE_BYTES = 2 * MAX_GRID_CELLS
 
 

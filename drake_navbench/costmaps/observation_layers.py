@@ -63,7 +63,7 @@ class ObstacleLayerParameters(SensingParameters):
     plugin: Literal["nav2_costmap_2d::ObstacleLayer"] = "nav2_costmap_2d::ObstacleLayer"
 
 
-# No point lies lower, m: voxel layers had no least height.
+# The least height of a point for voxel layers before Jazzy, which had no such parameter, m.
 ANY_HEIGHT_M = -1000.0
 
 
@@ -124,7 +124,7 @@ class ObstacleLayer:
         return None
 
     def observe(self, state: SensingState | None, seen: Seen) -> Observed:
-        """See `Layer`. Before the first scan or cloud the footprint is not freed either."""
+        """See `Layer`. Before the first scan or cloud no cells under the robot are freed."""
         sources, lidar = self._parameters.observation_sources, self._setup.lidar
         buffers = observed_by(sources, state.buffers if state else {}, lidar, seen)
         observations = [reading for buffer in buffers.values() for _, reading in buffer]

@@ -11,7 +11,7 @@ from drake_navbench.typed_files.typed_yaml import FrozenModel
 
 
 class SourceSettings(FrozenModel):
-    """Which of the robot's sensors a source is."""
+    """The choice of one of the robot's sensors as the source of a layer."""
 
     data_type: Literal["LaserScan", "PointCloud2"] = Field(
         "LaserScan", description="Message type of the source; the robot's lidar sends LaserScan."
@@ -36,7 +36,7 @@ class SourceSettings(FrozenModel):
 
 
 class ObservationSourceSettings(SourceSettings):
-    """One source of an obstacle or voxel layer, with Nav2's defaults: of a sensor on the floor."""
+    """One source of an obstacle or voxel layer, with Nav2's defaults, which suit a planar lidar."""
 
     marking: bool = Field(True, description="Let the points mark cells.")
     clearing: bool = Field(False, description="Let the rays to the points clear cells.")

@@ -35,7 +35,7 @@ def clouds_of(
     clouds: Mapping[str, PointCloud],
     inf_is_valid: bool,
 ) -> list[PointCloud]:
-    """Returns the newest cloud of each sensor that a source stands for; none before the first.
+    """Returns the newest cloud of each sensor of a source that has sent one.
 
     name: of the source. clouds: by the names of the robot's depth sensors.
     """

@@ -17,9 +17,10 @@ Array = NDArray[np.float64]
 class PointCloud(Immutable):
     """The points that a sensor saw, in the world's frame, or in that of the costmap reading them.
 
-    origin: (3,) of the sensor, x m, y m, z m. points: (N, 3) m. time_s: when it saw them, s.
-    yaw_rad, pitch_rad: of the sensor's axis; a positive pitch is down. odometry_from_here: (3,)
-    pose of the cloud's frame in the odometry's frame at time_s; None where they are one.
+    origin: (3,) of the sensor, x m, y m, z m. points: (N, 3) m. time_s: time at which the sensor
+    saw the points, s. yaw_rad, pitch_rad: of the sensor's axis; a positive pitch is down.
+    odometry_from_here: (3,) pose of the cloud's frame in the odometry's frame at time_s; None where
+    they are one.
     """
 
     origin: Array
@@ -30,9 +31,9 @@ class PointCloud(Immutable):
     odometry_from_here: Array | None = None
 
     def placed_by_odometry(self, frame_from_odometry: Array | None = None) -> PointCloud:
-        """Returns the cloud as the robot places it, in the odometry's frame or another one.
+        """Returns the cloud as the robot places it, in the odometry's frame or another frame.
 
-        frame_from_odometry: (3,) pose of the odometry's frame in the other one.
+        frame_from_odometry: (3,) pose of the odometry's frame in the other frame.
         """
         if self.odometry_from_here is None:
             return self

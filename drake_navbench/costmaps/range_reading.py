@@ -19,10 +19,10 @@ class RangeReading(Immutable):
 
     time_s: when it was taken. sensor_pose: (3,) x m, y m, yaw rad in the world frame, or in that of
     the costmap reading it. range_m: inf where nothing is in range, -inf where something is nearer
-    than the least range; of a sensor whose least and longest range are equal inf where nothing is
-    nearer, -inf where something is. field_of_view_rad: of the whole cone. odometry_pose: (3,) the
-    sensor's in the frame of the odometry then; None where that is the world's. Lengths and angles
-    have the single precision of the message.
+    than the least range. A sensor whose least and longest range are equal reads inf where nothing
+    is nearer, -inf where something is. field_of_view_rad: of the whole cone. odometry_pose: (3,)
+    the sensor's in the frame of the odometry then; None where that is the world's. Lengths and
+    angles have the single precision of the message.
     """
 
     time_s: float
@@ -34,9 +34,9 @@ class RangeReading(Immutable):
     odometry_pose: Array | None = None
 
     def placed_by_odometry(self, frame_from_odometry: Array | None = None) -> RangeReading:
-        """Returns the reading as the robot places it, in the odometry's frame or another one.
+        """Returns the reading as the robot places it, in the odometry's frame or another frame.
 
-        frame_from_odometry: (3,) pose of the odometry's frame in the other one.
+        frame_from_odometry: (3,) pose of the odometry's frame in the other frame.
         """
         if self.odometry_pose is None:
             return self
@@ -47,5 +47,5 @@ class RangeReading(Immutable):
 
     @property
     def is_within_range(self) -> bool:
-        """Whether the distance is one that the sensor can measure."""
+        """Whether the sensor can measure the distance."""
         return self.range_min_m <= self.range_m <= self.range_max_m

@@ -74,9 +74,10 @@ class RangeSensorLayerParameters(LayerParameters):
 class RangeState(Immutable):
     """The state of the layer.
 
-    costs: (rows, columns) uint8, how probably a cell is occupied. origin: lower left corner of cell
-    (0, 0), m. seen_until_s: time of the last cycle. last_reading_s: of the newest cycle with a
-    reading that counted, or of the first one. is_current: False once readings were missing.
+    costs: (rows, columns) uint8, the probability that a cell is occupied, as a cost. origin: lower
+    left corner of cell (0, 0), m. seen_until_s: time of the last cycle. last_reading_s: time of the
+    newest cycle with a reading that counted, or of the first cycle. is_current: False once readings
+    were missing.
     """
 
     costs: Costs
@@ -174,7 +175,7 @@ class RangeSensorLayer:
 
 
 def _around(boxes: list[Any]) -> tuple[float, float, float, float]:
-    """Returns the box min_x, min_y, max_x, max_y m around several."""
+    """Returns the box min_x, min_y, max_x, max_y m around several boxes."""
     stacked = np.array(boxes)
     low, high = stacked[:, :2].min(axis=0), stacked[:, 2:].max(axis=0)
     return float(low[0]), float(low[1]), float(high[0]), float(high[1])

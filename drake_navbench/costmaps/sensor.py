@@ -1,4 +1,4 @@
-"""The facts about a lidar that the costmap layers need that take its scans."""
+"""The facts about a lidar that the costmap layers which read its scans need."""
 
 from __future__ import annotations
 

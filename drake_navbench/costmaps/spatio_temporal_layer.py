@@ -144,7 +144,7 @@ class SpatioTemporalVoxelLayer:
             for name, source in parameters.observation_sources.items()
             if source.enabled
         }
-        # A float of C++.
+        # The original keeps the size in single precision.
         self._voxel_size = float(np.float32(parameters.voxel_size))
         tracks_unknown = setup.default_cost == NO_INFORMATION
         if parameters.track_unknown_space is not None:

@@ -21,7 +21,7 @@ def turned_along_axes(
     outside: int,
     source: str,
 ) -> tuple[NDArray[np.int8], float, float]:
-    """Returns the cells of a turned map on a grid along the axes, with that grid's lower left.
+    """Returns (cells, x, y): a turned map on a grid along the axes, and its lower left corner.
 
     occupancy: (rows, columns), row 0 at the lower edge. origin: x m, y m of the lower left corner
     and yaw rad, counter-clockwise about it. outside: the value of cells that are not on the map.

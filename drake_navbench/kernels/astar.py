@@ -36,11 +36,11 @@ NEIGHBOURS = 8
 FIRST_DIAGONAL = 4
 COLUMN_STEPS = np.array([-1, 1, 0, 0, -1, 1, -1, 1], dtype=np.int64)
 ROW_STEPS = np.array([0, 0, -1, 1, -1, -1, 1, 1], dtype=np.int64)
-# The index of the lowest bit of each set of directions; of the empty set the largest number.
+# The index of the lowest bit of each set of directions; the largest number for the empty set.
 LOWEST_BIT = np.array(
     [(k & -k).bit_length() - 1 for k in range(1 << NEIGHBOURS)], dtype=np.int64
 ).astype(np.uint64)
-# Blocked cells around the grid, so that every cell of it has eight neighbours.
+# Blocked cells around the grid give every cell of the grid eight neighbours.
 BORDER = 1
 
 # The g of a cell that was expanded: nothing improves on it.

@@ -7,7 +7,7 @@ import math
 
 from numba import njit
 
-# An acceleration couples two intervals, and so the columns of three poses.
+# An acceleration couples two intervals, and so the columns of three poses: the bandwidth.
 BANDWIDTH = 10
 
 

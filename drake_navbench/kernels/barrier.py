@@ -16,7 +16,7 @@ TO_BOUND_RATIO = 0.99
 
 @njit(cache=True, error_model="numpy")
 def barrier_terms(quantities, lower, upper, low, high, barrier, stiffness, push):
-    """Fills second derivatives of the barrier, by its multipliers, and first ones."""
+    """Fills the barrier's second derivatives, by its multipliers, and its first derivatives."""
     for i in range(quantities.shape[0]):
         stiffness[i] = push[i] = 0.0
         if lower[i] > -math.inf:

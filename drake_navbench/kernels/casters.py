@@ -22,8 +22,8 @@ from numba import njit
 # and the left wheel lag behind their set angles rad, then the casters' angles rad.
 TOLD_V, TOLD_W, BEHIND, FIRST_ANGLE = 5, 6, 7, 9
 
-# Below these friction is proportional to the rate: rad/s of a swivel, rad/s of a driven wheel, m/s
-# of a wheel that rolls.
+# Below these rates friction is proportional to the rate: rad/s of a swivel, rad/s of a driven
+# wheel, m/s of a rolling wheel.
 SWIVEL_SLACK_RADPS = 0.1
 WHEEL_SLACK_RADPS = 0.05
 ROLLING_SLACK_MPS = 0.01
@@ -101,7 +101,8 @@ def advanced(state, command, limits, body, motors, casters, frictions, duration,
     centre of mass ahead of the axle m, moment of inertia about the base origin. motors: wheel
     radius m, half the wheels' separation m, torque by speed N m s and by angle N m, largest torque
     N m, dry friction N m, radius m that the motors reckon with. casters: (C, 3) x m, y m, trail m.
-    frictions: of a swivel N m, of a caster that rolls N. count: steps (midpoint rule).
+    frictions: friction torque of a swivel N m, resistance of a rolling caster N. count: number of
+    steps (midpoint rule).
     """
     state = state.copy()
     step = duration / count

@@ -31,8 +31,8 @@ def distance_from_cost(cost, inscribed_radius, cost_scaling_factor):
 def is_pose_in_collision(grid, tracks_unknown, footprint, x, y, yaw):
     """Tells whether a footprint (K, 2) m at a pose touches a lethal cell.
 
-    Its outline counts as lethal off the map, and on unknown cells unless the costmap tracks them.
-    A pose whose centre is off the map is let pass. Source: RPP's CollisionChecker::inCollision.
+    Its outline counts as lethal off the map, and on unknown cells unless the costmap tracks them. A
+    pose whose centre is off the map counts as free. Source: RPP's CollisionChecker::inCollision.
     """
     if cost_at(grid, x, y) == OFF_MAP:
         return False

@@ -14,7 +14,7 @@ from numba import njit
 
 from drake_navbench.kernels.collision_check import is_pose_in_collision
 
-# Slower than the first and turning faster than the second counts as turning in place.
+# The robot turns in place where its speed is below the first and its turn rate above the second.
 IN_PLACE_SPEED_MPS = 0.01
 IN_PLACE_TURN_RATE_RADPS = 0.01
 

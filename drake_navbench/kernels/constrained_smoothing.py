@@ -103,8 +103,8 @@ def interpolated_cost(costs, x, y):
 def tangent(d1x, d1y, d2x, d2y):
     """Returns a tangent (x, y), of any length and sign, where chord d1 ends and chord d2 starts.
 
-    That of the circle through the three points; along the chord of both where they are straight,
-    across d1 where that vanishes.
+    It is that of the circle through the three points: along both chords where they are straight,
+    across d1 where their sum vanishes.
     """
     if abs(d1x * d2y - d1y * d2x) >= STRAIGHT_CROSS_M2:
         q1, q2 = d1x * d1x + d1y * d1y, d2x * d2x + d2y * d2y

@@ -29,7 +29,7 @@ class Solids(NamedTuple):
     circle_heights: Array
 
     def joined(self, other: Solids) -> Solids:
-        """Returns these shapes and then the others."""
+        """Returns these shapes, followed by the other ones."""
         return Solids(
             np.vstack([self.segments, other.segments]),
             np.concatenate([self.starts, self.starts[-1] + other.starts[1:]]),

@@ -22,8 +22,8 @@ Array = NDArray[np.float64]
 class DistanceField(NamedTuple):
     """Signed distance to the nearest lethal cell, sampled at cell centres; read-only.
 
-    distances: (rows, columns) m, [row = y, column = x]; negative inside obstacles. Zero lies on
-        the edges of the lethal cells along the axes (half a cell before the nearest centre).
+    distances: (rows, columns) m, [row = y, column = x]; negative inside obstacles. It is 0 on
+        the edges of the lethal cells along the axes, half a cell before the nearest centre.
     origin_x, origin_y: lower left corner of cell (0, 0), m. resolution: m.
     """
 
@@ -155,7 +155,7 @@ def _nearest_sample(coordinate, origin, resolution):
 
 @njit(cache=True)
 def _neighbours(index, count):
-    """Returns the three samples about an index; beyond the border lies the outermost one."""
+    """Returns the indices of the samples about an index; beyond the border, the outermost one's."""
     last = count - 1
     return (
         min(max(index - 1, 0), last),

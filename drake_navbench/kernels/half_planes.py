@@ -16,7 +16,7 @@ import math
 import numpy as np
 from numba import njit
 
-# Edges that turn by less are parallel.
+# Edges whose directions have a smaller cross product are parallel.
 PARALLEL = 1e-5
 HALF_PLANE_SIZE = 4
 
@@ -115,7 +115,8 @@ def _least_broken(planes, count, hard_count, first, top_speed, x, y):
     for index in range(first, count):
         if _excess(planes, index, x, y) <= largest:
             continue
-        # Where two are broken equally is a line through the crossing of their edges.
+        # The velocities that break two half-planes equally lie on a line through the crossing of
+        # their edges.
         px, py, dx, dy = planes[index]
         equal = np.empty((max(index, hard_count), HALF_PLANE_SIZE))
         equal[:hard_count] = planes[:hard_count]
@@ -134,7 +135,8 @@ def _least_broken(planes, count, hard_count, first, top_speed, x, y):
             equal[used, 2], equal[used, 3] = (ex - dx) / length, (ey - dy) / length
             used += 1
         kept, new_x, new_y = _nearest(equal, used, top_speed, -dy, dx, True)
-        # It fails by rounding alone, where edges are almost parallel: either may be better.
+        # This fails by rounding alone, where edges are almost parallel: either velocity may be
+        # better.
         if kept == used or _worst(planes, hard_count, index, new_x, new_y) < _worst(
             planes, hard_count, index, x, y
         ):

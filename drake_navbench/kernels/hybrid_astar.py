@@ -146,7 +146,7 @@ def _dequeue(queue, graph):
 
 @njit(cache=True)
 def _look_ahead(reached, ways, motions, goals, state, columns):
-    """Writes the larger of the way round obstacles and the car's way, from a state's cell."""
+    """Writes the heuristic of a state: the larger of the way round obstacles and the car's way."""
     bins, index = motions.bins, state.place
     column, row, heading = index // bins % columns, index // (bins * columns), index % bins
     around = way_round(reached, column, row)
@@ -228,7 +228,10 @@ def _neighbours(graph, body, motions, state, columns, neighbours):
 
 @njit(cache=True)
 def _path(graph, motions, state):
-    """Returns (N, 3) float32 the poses from the start to a state: cells and rad, N 0 or above 1."""
+    """Returns the poses from the start to a state, (N, 3) float32 x and y in cells, yaw in rad.
+
+    N is at least 2, or 0 where the state is the start.
+    """
     count, node = 1, state
     while parent_of(graph, node) != NO_STATE:
         node = parent_of(graph, node)
@@ -268,7 +271,10 @@ def _best_curve(graph, body, motions, expansion, state, goals, coarse):
 
 @njit(cache=True)
 def _possible_goals(graph, body, rules, goal, goal_bins, bins):
-    """Returns the goals that the robot may reach: states, poses (G, 3), which come first (0)."""
+    """Returns (states, poses (G, 3), coarse) of the goals that the robot may reach.
+
+    coarse: (G,), 0 for the goals that are tried first.
+    """
     columns = body.grid.costs.shape[1]
     states, coarse = np.empty(goal_bins.size, np.int64), np.zeros(goal_bins.size, np.int64)
     poses = np.empty((goal_bins.size, 3), np.float32)
@@ -332,8 +338,9 @@ def search(body, motions, rules, expansion, reached, ways, start, goal, goal_bin
             graph = with_room(graph, room)
         if queue.counts[1] + neighbours.size > queue.entries.size:
             queue = _with_queue_room(queue, neighbours.size)
-        # Here and below: a call hands on a dozen arrays, which takes longer than the question.
-        # So the loop stays whole: apart, the one over neighbours makes a search a fifth slower.
+        # Here and below: a call hands on a dozen arrays, which takes longer than this test. So the
+        # loop stays whole: with its part over neighbours in a function, a search takes a fifth
+        # longer.
         if np.isnan(graph.states[state].ahead):
             _look_ahead(reached, ways, motions, poses, graph.states[state], columns)
         least = min(least, int(graph.states[state].ahead))

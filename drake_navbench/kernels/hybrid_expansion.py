@@ -33,7 +33,8 @@ from drake_navbench.kernels.hybrid_graph import (
 F32 = np.float32
 SQRT_2 = F32(math.sqrt(2.0))
 WORST = F32(np.finfo(np.float32).max)
-# How often, and by how many states a time, a curve may begin earlier than where it was tried.
+# The number of times, and of states each time, by which a curve may begin earlier than where it was
+# tried.
 EARLIER_TRIES, EARLIER_STATES = 8, 5
 WIDEST, WIDENING = F32(4.0), F32(0.5)
 
@@ -41,7 +42,7 @@ WIDEST, WIDENING = F32(4.0), F32(0.5)
 class ExpansionRules(NamedTuple):
     """Parameters of Nav2 by their names; the length in cells, as float32.
 
-    columns, bins: of the graph. cost_penalty: of the search.
+    columns, bins: size of the graph. cost_penalty: parameter of the search.
     """
 
     ratio: np.float32
@@ -53,9 +54,9 @@ class ExpansionRules(NamedTuple):
 
 
 class Curve(NamedTuple):
-    """States on a curve, without the one that it begins at.
+    """The states on a curve, without the state at which it begins.
 
-    states: (n,) int64. poses: (n, 3) float32. changes: of direction.
+    states: (n,) int64. poses: (n, 3) float32. changes: number of changes of direction.
     """
 
     states: NDArray[np.int64]
@@ -200,7 +201,7 @@ def refined(graph, body, motions, rules, state, goal, curve):
 def joined(graph, state, goal, curve):
     """Makes a curve part of the graph: from `state` over its states to the goal, which it returns.
 
-    A state that was visited on another way keeps it; the curve gets one of its own there.
+    A state that was visited on another way keeps that way; the curve gets a new state there.
     """
     previous = state
     for k in range(curve.states.size):

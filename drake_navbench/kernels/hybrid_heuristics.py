@@ -22,7 +22,7 @@ F32 = np.float32
 ONE, TWO = F32(1.0), F32(2.0)
 SQRT_2 = F32(math.sqrt(2.0))
 MAX_COST, MAX_COST_SQUARED = F32(252.0), F32(63504.0)
-# Tells the goal's cell, at the start of the search, from one that was not reached.
+# The value of the goal's cell at the start of the search; 0 would mean that it was not reached.
 OPEN_GOAL = F32(-0.00001)
 # Cells nearer to the border than this are never entered.
 BORDER = 3
@@ -168,7 +168,7 @@ class FreeWays(NamedTuple):
 
 
 def free_ways(width: int, bins: int) -> FreeWays:
-    """Returns a table that knows nothing yet."""
+    """Returns a table without any length."""
     return FreeWays(np.zeros((width, (width + 1) // 2, bins), np.float32), width)
 
 
@@ -183,8 +183,8 @@ def _rounded(value):
 def free_way(ways, motions, column, row, heading, goal, way_round_cost):
     """Returns the length of a car's way from a cell and a bin to the goal (3,) float32.
 
-    0 beyond the table, but where the way round obstacles is not known; there Nav2 asks for the way
-    with bins in place of angles, times their number.
+    Beyond the table the length is 0, except where the way round obstacles is not known: there Nav2
+    computes it with bins in place of angles, times the number of bins.
     """
     cosine = F32(motions.cosines[int(goal[2])])
     sine = F32(-motions.sines[int(goal[2])])

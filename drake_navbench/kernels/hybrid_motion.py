@@ -15,7 +15,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 F32 = np.float32
-# Turn directions, as far as they are told apart.
+# The directions of turns that are told apart.
 FORWARD, TO_LEFT, TO_RIGHT, REVERSE, REVERSE_LEFT, REVERSE_RIGHT = 1, 2, 3, 4, 5, 6
 
 

@@ -77,9 +77,10 @@ def smooth_car_part(
 
 @njit(cache=True)
 def _relaxed(path, is_backward, grid, footprint, tolerance, max_iterations, w_data, w_smooth):
-    """Returns a path after sweeps until little moves, whether it came to that, and its direction.
+    """Returns (path, is_finished, is_backward): a path after sweeps until the points hardly move.
 
-    A sweep that collides is undone, and the last.
+    A sweep after which the path collides is undone, and is the last one; then, and after
+    max_iterations, is_finished is False.
     """
     trial, result = path.copy(), path.copy()
     sweeps, change = 0, tolerance
@@ -140,9 +141,9 @@ def _meet(path, pose, is_backward, is_end, grid, radius):
 
 @njit(cache=True)
 def _curve(start, end, count, replaced, grid, radius):
-    """Returns points (count + 1, 3) of Dubins' curve, its length along them, and if it is free.
+    """Returns (points (count + 1, 3), length, is_free) of Dubins' curve.
 
-    Without points where it is a loop, compared to the length that it replaces.
+    There are no points where the curve is a loop, compared to the length that it replaces.
     """
     kinds, lengths = np.empty(PIECES, np.int64), np.empty(PIECES)
     distance = shortest_curve(start, end, radius, False, kinds, lengths)

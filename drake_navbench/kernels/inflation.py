@@ -22,7 +22,7 @@ from drake_navbench.kernels.grid import (
     distance_to_cells,
 )
 
-# Nav2 looks costs up by the distance in cells, rounded to one part in this many.
+# Nav2 looks up costs by the distance in cells, rounded to 1 / this number.
 STEPS_PER_CELL = 100
 
 

@@ -48,9 +48,9 @@ def rolled_origin(
 
     origin: the corner so far, m. shape: (rows, columns). robot_pose: (3,) x m, y m, yaw rad; the
     window is moved until the robot is in its middle. The move is a whole number of cells, truncated
-    toward zero, so that the corner stays on its lattice and may lag by up to a cell.
-    is_short: the grid is taken for half a cell shorter than it is, as in Nav2 up to Kilted, so that
-    it lies a quarter of a cell off. (Costmap2D::updateOrigin)
+    toward zero, so that the corner stays on its lattice and may lag by up to a cell. is_short: the
+    grid counts as half a cell shorter than it is, as in Nav2 up to Kilted, so that it lies a
+    quarter of a cell off. (Costmap2D::updateOrigin)
     """
     rows, columns = shape
     missing = MISSING_CELLS if is_short else 0.0

@@ -30,7 +30,7 @@ FAR_AWAY_M = 1e6
 
 @dataclass(frozen=True)
 class Tracks:
-    """The ways of B bodies: knots (K, 4), firsts (B + 1,), periods_s (B,) 0 where none."""
+    """The tracks of B bodies: knots (K, 4), firsts (B + 1,), periods_s (B,), 0 without a period."""
 
     knots: Array
     firsts: NDArray[np.int64]
@@ -46,15 +46,15 @@ class Tracks:
 
     @property
     def count(self) -> int:
-        """Of bodies."""
+        """The number of bodies."""
         return len(self.periods_s)
 
     def poses_at(self, time_s: float) -> Array:
-        """Returns (B, 3) x m, y m, yaw rad."""
+        """Returns the poses of all bodies at a time: (B, 3) x m, y m, yaw rad."""
         return poses_on_tracks(self.knots, self.firsts, self.periods_s, time_s)
 
     def joined(self, other: Tracks) -> Tracks:
-        """Returns these bodies and then the others."""
+        """Returns these bodies, followed by the other ones."""
         return Tracks(
             np.vstack([self.knots, other.knots]),
             np.concatenate([self.firsts, self.firsts[-1] + other.firsts[1:]]),

@@ -37,7 +37,7 @@ IS_WAITING = np.uint16(1 << 8)
 COST_BITS = np.uint16(0xFF)
 UINT_0, UINT_1 = np.uint64(0), np.uint64(1)
 
-# A neighbour is visited again if its potential is higher by this: less than a step to it.
+# A neighbour is visited again if its potential is higher by this, which is less than a step costs.
 REACH_OF_COST = (INVERSE_SQRT_2 * np.arange(256)).astype(np.float32)
 
 
@@ -102,10 +102,10 @@ def _offer(waiting, base, count, cell, potential, value, status):
 def spread_potential(costs, seed_column, seed_row, target_column, target_row, use_astar):
     """Returns the potential (rows, columns) float32 around a seed, UNREACHED elsewhere.
 
-    costs: (rows, columns) uint8 from `traversal_costs`. It ends when the target is reached, or
-    never where that lies off the map; to there the A* variant measures distances.
-    A column too many means the first cell of the next row, which must be on the map for the seed.
-    (NavFn::setupNavFn, propNavFnDijkstra, propNavFnAstar)
+    costs: (rows, columns) uint8 from `traversal_costs`. The spreading ends when the target is
+    reached, to which the A* variant measures distances; for a target off the map it goes on over
+    all of the map. A column beyond the last one means the first cell of the next row; for the seed
+    that cell must be on the map. (NavFn::setupNavFn, propNavFnDijkstra, propNavFnAstar)
     """
     columns = costs.shape[1]
     costs = costs.ravel()
@@ -171,8 +171,8 @@ def spread_potential(costs, seed_column, seed_row, target_column, target_row, us
 def _slope(potential, columns, cell):
     """Returns the unit vector (x, y) down the potential at a cell, float32, or zeros without slope.
 
-    The cell is beside one whose eight neighbours were reached; its own may not have been.
-    (NavFn::gradCell, which caches slopes; a new call gives the same ones)
+    The cell is beside one whose eight neighbours were reached; its own neighbours may not have
+    been. (NavFn::gradCell, which caches slopes; a new call gives the same ones)
     """
     here = potential[cell]
     left, right = potential[cell - 1], potential[cell + 1]

@@ -87,9 +87,9 @@ def step_orca(people, traits, goals, edges, discs, robot, settings, step, period
     """Returns (P, 8) the people `step` s later, with the velocities that they then choose.
 
     people: (P, 8), traits: (P, 9), goals: (G, 2) m of all. edges: (N, 9) and discs: (M, 5), see the
-    module. robot: (5,) x m, y m, vx m/s, vy m/s and radius m of a disc round about it, of which the
-    regular expect that it does its half, and the impassive that it does nothing. settings: (6,).
-    period: the time for which they will keep the velocity that they choose, s.
+    module. robot: (5,) x m, y m, vx m/s, vy m/s and radius m of a disc around the robot. Regular
+    people expect that it avoids them by half, impassive people that it does nothing. settings:
+    (6,). period: the time for which they will keep the velocity that they choose, s.
     """
     after = people_after(people, step)
     chosen = np.empty((people.shape[0], 2))
@@ -239,7 +239,7 @@ def _add_edges(planes, person, radius, edges, settings, top_speed):
     horizon = settings[EDGE_HORIZON]
     for row in range(edges.shape[0]):
         x, y = edges[row, EDGE_X] - person[X], edges[row, EDGE_Y] - person[Y]
-        # Only from outside.
+        # An edge counts for persons on its outer side alone.
         if cross(edges[row, ALONG_X], edges[row, ALONG_Y], x, y) <= 0.0:
             continue
         after = int(edges[row, NEXT])
@@ -285,7 +285,7 @@ def _squared_to_segment(x0, y0, x1, y1):
 
 @njit(cache=True)
 def _is_covered(planes, count, person, radius, edges, row, horizon):
-    """Returns whether an earlier half-plane already forbids everything an edge would forbid."""
+    """Tells whether an earlier half-plane already forbids every velocity that an edge would."""
     after = int(edges[row, NEXT])
     evx, evy = edges[row, EDGE_VX], edges[row, EDGE_VY]
     x0 = (edges[row, EDGE_X] - person[X]) / horizon + evx
@@ -302,7 +302,7 @@ def _is_covered(planes, count, person, radius, edges, row, horizon):
 
 @njit(cache=True)
 def _tangent(x, y, radius, to_left):
-    """Returns the direction from the origin along a disc at x, y, past it on one side."""
+    """Returns the direction from the origin along a tangent of a disc at (x, y)."""
     squared = x * x + y * y
     leg = math.sqrt(max(squared - radius * radius, 0.0))
     if to_left:
@@ -312,16 +312,17 @@ def _tangent(x, y, radius, to_left):
 
 @njit(cache=True)
 def _edge_half_plane(x, y, vx, vy, radius, edges, row, horizon):
-    """Returns (is_one, px, py, dx, dy): the half-plane of an edge for one at x, y.
+    """Returns (exists, px, py, dx, dy): the half-plane of an edge for a person at (x, y).
 
-    vx, vy: his velocity relative to the edge. Where his body overlaps the edge it lets him only
-    away from it. There is none where that of a neighbouring edge does it all.
+    vx, vy: the person's velocity relative to the edge. Where the body overlaps the edge, only
+    velocities away from the edge are allowed. No half-plane exists where that of a neighbouring
+    edge suffices.
     """
     left, right = row, int(edges[row, NEXT])
     ex, ey = edges[row, ALONG_X], edges[row, ALONG_Y]
     x0, y0 = edges[left, EDGE_X] - x, edges[left, EDGE_Y] - y
     x1, y1 = edges[right, EDGE_X] - x, edges[right, EDGE_Y] - y
-    # Where along the edge he is, and how far from the line through it.
+    # The person's place along the edge, as a share of its length, and the distance from its line.
     length = (x1 - x0) * ex + (y1 - y0) * ey
     share = -(x0 * ex + y0 * ey) / length
     aside = abs(cross(ex, ey, x0, y0))
@@ -335,7 +336,7 @@ def _edge_half_plane(x, y, vx, vy, radius, edges, row, horizon):
     if 0.0 <= share < 1.0 and aside <= radius:
         return True, 0.0, 0.0, -ex, -ey
 
-    # The legs of the velocity obstacle; seen along the edge its nearer end hides the other.
+    # The legs of the velocity obstacle; for a person beyond an end, this end hides the other one.
     if share < 0.0 and aside <= radius:
         if edges[left, CONVEX] <= 0.0:
             return False, 0.0, 0.0, 0.0, 0.0
@@ -352,7 +353,7 @@ def _edge_half_plane(x, y, vx, vy, radius, edges, row, horizon):
         right_x, right_y = _tangent(x1, y1, radius, False)
     else:
         right_x, right_y = ex, ey
-    # A leg that would lead into the neighbouring edge is that edge's business.
+    # A leg that would lead into the neighbouring edge belongs to that edge.
     before = int(edges[left, BEFORE])
     left_is_own, right_is_own = True, True
     if edges[left, CONVEX] > 0.0:

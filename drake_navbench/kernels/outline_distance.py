@@ -16,7 +16,7 @@ def outline_to_edges(outline, edges, limit):
     """
     nearest_squared = limit * limit
     found = False
-    # Not by .min() of a column: numba compiles that for half a second.
+    # A column's .min() would take numba half a second to compile.
     min_x, min_y = max_x, max_y = outline[0, 0], outline[0, 1]
     for k in range(1, outline.shape[0]):
         min_x, max_x = min(min_x, outline[k, 0]), max(max_x, outline[k, 0])
@@ -72,7 +72,7 @@ def _outline_to_edge_squared(outline, x0, y0, x1, y1):
 
 @njit(cache=True)
 def _side(ax, ay, bx, by, x, y):
-    """Returns on which side of the line from a to b a point lies: positive to the left."""
+    """Returns the side of the line from a to b on which a point lies: positive to the left."""
     return (bx - ax) * (y - ay) - (by - ay) * (x - ax)
 
 

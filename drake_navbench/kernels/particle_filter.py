@@ -20,9 +20,9 @@ from drake_navbench.kernels.angles import wrap
 
 Array = NDArray[np.float64]
 
-# Cells of the histogram that the number of particles and the clusters rest on.
+# The size of a histogram's cells, by which the number of particles and the clusters are found.
 BIN_M, BIN_RAD = 0.5, math.radians(10.0)
-# A way shorter than this has no direction, m.
+# A motion shorter than this has no direction, m.
 LEAST_WAY_M = 0.01
 # Bins are packed into one number, with these bits for the heading and for y.
 YAW_BITS, Y_BITS = 16, 24
@@ -93,8 +93,9 @@ def _turn_size(angle):
 def move_differential(particles, yaw_before, delta, alphas, normals):
     """Moves particles, in place, as the odometry moved: turn, way, turn.
 
-    yaw_before: of the odometry before, rad. delta: (3,) of it, m, m, rad, in the odometry's frame.
-    normals: (N, 3) of spread 1. alphas: (5,), of which four count here.
+    yaw_before: yaw of the odometry before the motion, rad. delta: (3,) motion of the odometry, m,
+    m, rad, in its own frame. normals: (N, 3) of standard deviation 1. alphas: (5,), of which four
+    count here.
     """
     way = math.hypot(delta[0], delta[1])
     first = 0.0
@@ -121,7 +122,7 @@ def move_differential(particles, yaw_before, delta, alphas, normals):
 
 @njit(cache=True)
 def move_omnidirectional(particles, yaw_before, delta, alphas, normals):
-    """Moves particles, in place, as the odometry of a base moved that can go sideways.
+    """Moves particles, in place, as the odometry of a base moved that can drive sideways.
 
     Arguments as for `move_differential`.
     """
@@ -171,11 +172,11 @@ def _place_of(bins, key):
 
 @njit(cache=True)
 def resample(particles, weights, draws, random_share, strangers, error, quantile, least, most):
-    """Returns (M, 3) particles drawn by weight (N,), as many as the bins they come to need.
+    """Returns (M, 3) particles drawn by weight (N,), as many as the bins they fill require.
 
-    draws: (most, 2) uniform in [0, 1): where the first is below random_share, the next of strangers
-    (most, 3) comes in; the second chooses by weight. One more than the limit is taken, as
-    nav2_amcl does.
+    draws: (most, 2) uniform in [0, 1). Where the first number is below random_share, the next pose
+    of strangers (most, 3) is taken; otherwise the second number chooses a particle by weight. One
+    particle more than the limit is drawn, as in nav2_amcl.
     """
     sums = np.cumsum(weights)
     drawn = np.empty((most, 3))

@@ -116,8 +116,9 @@ def range_in_circle(plan, begin, x, y, searched, reach, takes_first, keeps_two):
     """Returns (first, stop): the poses plan[first:stop] that controllers up to Kilted follow.
 
     The first is the closest to the robot (x, y), m, within the arc length `searched` m from `begin`
-    on; takes_first: of equals the first. keeps_two: the last one of these does not begin it. It
-    stops before the first pose from there on that is farther than `reach` m from the robot.
+    on; takes_first: of equally close poses the first, otherwise the last. keeps_two: where the last
+    pose within `searched` is the closest, the one before it is the first. The part stops before the
+    first pose, from there on, that is farther than `reach` m from the robot.
     """
     count = plan.shape[0]
     end = first_pose_beyond(plan, begin, count, searched)

@@ -19,7 +19,7 @@ Array = NDArray[np.float64]
 
 # The cost of the cell that a reading points at, before the cone's update.
 TARGET_COST = 233
-# How much longer than the reading the triangle is in which cells are looked at.
+# The length of the triangle in which cells are looked at, as a multiple of the reading.
 CONE_LENGTH_RATIO = 1.2
 EVEN_ODDS = 0.5
 

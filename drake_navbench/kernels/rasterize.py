@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from drake_navbench.kernels.grid import LETHAL, NO_INFORMATION, Grid, world_to_cell
 
-# Round coordinates put edges right onto centres; without a tolerance, m, rounding would decide.
+# Edges at round coordinates lie right on centres; without a tolerance, m, rounding would decide.
 EDGE_TOLERANCE = 1e-9
 
 MASK_UNKNOWN = -1
@@ -26,7 +26,7 @@ def mark_polygon(grid: Grid, vertices: NDArray[np.float64]) -> None:
     vertices: (K, 2) m, in either direction; the last is joined to the first. Inside is decided by
     the even-odd rule; centres on an edge count as inside. Parts off the grid are ignored.
     """
-    # Where in a row outside turns into inside and back.
+    # The columns of a row at which outside turns into inside, or back.
     turns = np.zeros(grid.costs.shape[1] + 1, dtype=np.bool_)
     edges = np.hstack([vertices, np.roll(vertices, -1, axis=0)])
     _mark_rows(grid, turns, edges)
@@ -81,7 +81,7 @@ def mask_costs(mask: NDArray[np.int8]) -> NDArray[np.uint8]:
     """
     table = np.full(MASK_FULL + 2, NO_INFORMATION, dtype=np.uint8)
     table[: MASK_FULL + 1] = np.floor(np.arange(MASK_FULL + 1) * LETHAL / MASK_FULL + 0.5)
-    # Counted from the end of the table, MASK_UNKNOWN finds its last entry.
+    # An index of -1, MASK_UNKNOWN, counts from the end and finds the table's last entry.
     return table[mask]
 
 

@@ -30,7 +30,7 @@ PI = math.pi
 HALF_PI = 0.5 * math.pi
 ZERO = 10.0 * float(np.finfo(np.float64).eps)
 
-# Words, by the number of the formula.
+# The words, by the numbers of their formulas.
 W1, W2, W3, W7, W8, W9, W10, W11 = 1, 2, 3, 7, 8, 9, 10, 11
 
 
@@ -39,7 +39,7 @@ def write_reeds_shepp(x, y, phi, kinds, lengths):
     """Writes the pieces of the shortest curve."""
     lengths[0] = FARTHEST
     sine, cosine = math.sin(phi), math.cos(phi)
-    # From the end back: the same words in the other order.
+    # The same words backwards in time: the pieces in the opposite order.
     xb = x * cosine + y * sine
     yb = x * sine - y * cosine
     here, back = (x, y, phi, sine, cosine), (xb, yb, phi, sine, cosine)
@@ -52,7 +52,7 @@ def write_reeds_shepp(x, y, phi, kinds, lengths):
     shortest = total_length(lengths)
     shortest = _try(W7, False, here, shortest, kinds, lengths)
     _try(W8, False, here, shortest, kinds, lengths)
-    # These have a quarter of a turn more than t, u and v tell, or two.
+    # These words have one or two quarter turns more than t, u and v tell.
     shortest = total_length(lengths) - HALF_PI
     shortest = _try(W9, False, here, shortest, kinds, lengths)
     shortest = _try(W10, False, here, shortest, kinds, lengths)
@@ -92,7 +92,7 @@ def _try(formula, is_back, target, shortest, kinds, lengths):
 def _word(formula, x, y, phi, sine, cosine, shortest):
     """Returns whether a word leads to (x, y, phi), and its lengths t, u, v.
 
-    sine, cosine: of phi. Where u alone is as long as `shortest` it does not go on.
+    sine, cosine: of phi. Gives up where u alone is as long as `shortest`.
     """
     if formula in (W1, W3, W9):
         xi, eta = x - sine, y - 1.0 + cosine
@@ -109,7 +109,7 @@ def _word(formula, x, y, phi, sine, cosine, shortest):
                 v = _wrapped(phi - t)
                 found = v >= -ZERO
     elif formula == W2:
-        # Squared again, as the distance is rounded there.
+        # Squared again, as the distance has been rounded.
         squared = distance * distance
         if squared >= 4.0:
             u = math.sqrt(squared - 4.0)

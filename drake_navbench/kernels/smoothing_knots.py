@@ -18,7 +18,7 @@ from drake_navbench.kernels.constrained_smoothing import tangent
 
 Array = NDArray[np.float64]
 
-# The least length of the previous spacing, where it is divided by the next one.
+# The least length of the previous spacing where it is divided by the next spacing.
 MIN_SPACING_M = 1e-4
 # The inner control points of a cubic Bezier curve lie this part of its chord from its ends.
 BEZIER_HANDLE_RATIO = 0.4
@@ -43,8 +43,8 @@ class Knots(NamedTuple):
 def driving_signs(path: Array, *, reversing_enabled: bool, keep_start_orientation: bool) -> Array:
     """Returns (N,) +1 or -1: whether each pose's heading agrees with the step to the next pose.
 
-    The last pose takes the sign before it, the first one the sign after it unless its heading is
-    kept. All +1 unless `reversing_enabled`.
+    The last pose takes the sign of the pose before it; the first one takes that of the next pose
+    unless its heading is kept. All +1 unless `reversing_enabled`.
     """
     signs = np.ones(len(path))
     if reversing_enabled:

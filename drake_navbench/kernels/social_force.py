@@ -53,11 +53,12 @@ from drake_navbench.kernels.walking import (
 
 DESIRED_FACTOR, RELAXATION_S = 2.0, 0.5
 OBSTACLE_FACTOR, OBSTACLE_SIGMA_M = 10.0, 0.2
-# HuNavSim sets 5.0 where lightsfm has 2.1, at which bodies of 0.3 m that meet head on overlap.
+# HuNavSim sets 5.0 where lightsfm has 2.1; with 2.1, bodies of 0.3 m that meet head on overlap.
 SOCIAL_FACTOR = 5.0
 LAMBDA, GAMMA_M, ANGULAR, ANGULAR_ALONG = 2.0, 0.35, 2.0, 3.0
 GAZE_FACTOR, COHERENCE_FACTOR, REPULSION_FACTOR = 3.0, 2.0, 1.0
-# The range and half angle within which a person sees the robot, and the longest reaction.
+# The range and half angle within which a person sees the robot, and the longest reaction, by
+# reaction.
 SIGHT_M = np.array([0.0, 0.0, 4.0, 3.0, 10.0, 4.0, 0.0])
 SIGHT_HALF_ANGLE_RAD = 0.5 * math.pi + 0.17
 PATIENCE_S = np.array([0.0, 0.0, 30.0, 40.0, 30.0, 40.0, 0.0])
@@ -68,7 +69,7 @@ THREAT_SPEED_MPS, THREAT_AHEAD_M, THREAT_RADIUS_M = 2.0, 1.1, 0.05
 
 @njit(cache=True)
 def social_force(x, y, vx, vy, other_x, other_y, other_vx, other_vy):
-    """Returns (fx, fy) m/s^2, the social force on one at x, y by another, at factor 1."""
+    """Returns the social force (fx, fy) m/s^2 of another person on one at (x, y), at factor 1."""
     diff_x, diff_y = other_x - x, other_y - y
     distance = math.hypot(diff_x, diff_y)
     if distance < 1e-9:
@@ -127,7 +128,7 @@ def _repulsion(x, y, radius, edges, circles):
 
 @njit(cache=True)
 def _group_force(index, people, traits, goal_x, goal_y):
-    """Returns (fx, fy) m/s^2 that keeps a group together and each of it in sight."""
+    """Returns (fx, fy) m/s^2 that keeps a group together and its members in each other's sight."""
     group = traits[index, GROUP]
     if group < 0:
         return 0.0, 0.0
@@ -183,7 +184,7 @@ def _reacts(person, reaction, robot_distance, bearing, step):
 def _intention(person, traits, goals, reaction, robot, robot_distance):
     """Returns a person's (x m, y m, radius m, speed m/s): the target, its radius, the speed.
 
-    reaction: the one that one shows now, REGULAR where none.
+    reaction: the person's present reaction, REGULAR without one.
     """
     goal_x, goal_y = own_goal(person, traits, goals)
     if reaction == SCARED:
@@ -216,7 +217,7 @@ def _round_robot(x, y, radius, to_robot_x, to_robot_y, to_x, to_y, robot_edges):
 
 @njit(cache=True)
 def _chosen_velocity(vx, vy, force_x, force_y, speed, step):
-    """Returns (vx, vy) m/s after the forces; as in lightsfm none is faster than he wants to be."""
+    """Returns (vx, vy) m/s after the forces; as in lightsfm, at most the person's desired speed."""
     new_vx, new_vy = vx + step * force_x, vy + step * force_y
     limit = min(speed, TOP_SPEED_MPS)
     size = math.hypot(new_vx, new_vy)

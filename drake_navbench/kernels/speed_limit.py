@@ -33,7 +33,7 @@ def limited_speed(speed: float, limit: Limit | None) -> float:
 def speed_limit_ratio(speed: float, limit: Limit | None) -> float:
     """Returns the part of `speed` m/s that holds under a limit, for scaling other axes alike.
 
-    Of a percentage it is that percentage itself, as Nav2's MPPI has it, whatever the speed.
+    A limit in percent is that percentage, whatever the speed, as in Nav2's MPPI.
     """
     if limit is None or limit.value == NO_SPEED_LIMIT:
         return 1.0

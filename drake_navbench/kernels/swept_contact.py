@@ -43,7 +43,7 @@ def clearance_at(footprint, x, y, yaw, edges, circles, limit):
 
 @njit(cache=True)
 def covers(edges, circles, x, y):
-    """Returns whether a point lies inside something that stands."""
+    """Returns whether a point lies inside a standing obstacle."""
     # The winding number: outlines may overlap.
     turns = 0
     for n in range(edges.shape[0]):
@@ -95,10 +95,10 @@ def share_until_contact(footprint, start, end, duration, edges, circles, touchin
 def soonest_contact_s(
     gap_m: float, *, speed_mps: float, acceleration_mps2: float, top_speed_mps: float
 ) -> float:
-    """Returns the time that no point of an outline needs less than to cross a gap, s.
+    """Returns the least time in which a point of an outline can cross a gap, s.
 
-    speed_mps, acceleration_mps2, top_speed_mps: bounds of its speed now, of the rate at which that
-    grows, inf where there is none, and of its speed at any time.
+    speed_mps, acceleration_mps2, top_speed_mps: bounds of the points' speed now, of its growth, and
+    of the speed at any time; inf without a bound.
     """
     if gap_m <= 0.0:
         return 0.0

@@ -176,7 +176,7 @@ def _search(costs, start, goal, tables, w_euc_cost, neighbour_count):
     g, f = np.full(costs.size, np.inf), np.full(costs.size, np.inf)
     parents = np.full(costs.size, NO_PARENT, dtype=np.int32)
     is_waiting = np.zeros(costs.size, dtype=np.bool_)
-    # Every cell waits once at most, but for the start.
+    # Every cell waits at most once, except for the start.
     heap = np.empty(costs.size + 1, dtype=np.int32)
     start_row, start_column = start // columns, start % columns
     g[start] = step_costs[costs[start_row, start_column]]

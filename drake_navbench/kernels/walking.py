@@ -25,7 +25,7 @@ REGULAR, IMPASSIVE, SURPRISED, SCARED, CURIOUS, THREATENING, OBLIVIOUS = range(7
 TOP_SPEED_MPS = 2.5
 GOAL_RADIUS_M = 0.3
 TURN_RATE_RADPS = math.pi
-# The length of a person in a queue, and half the width of the way ahead in which others count.
+# The length of a person in a queue, and half the width of the way ahead in which others count, m.
 QUEUE_LENGTH_M = 0.3
 # A person's heading follows the motion from this speed on, m/s.
 WALKING_MPS = 0.05

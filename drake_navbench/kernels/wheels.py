@@ -11,8 +11,8 @@ from numba import njit
 def wheel_speed_obeyed(speed, deadband, step):
     """Returns the actual speed of a wheel, m/s, for the commanded `speed`.
 
-    deadband: less than this is standstill, m/s. step: speeds are rounded to multiples of it, m/s;
-    0: not.
+    deadband: a slower wheel stands still, m/s. step: speeds are rounded to multiples of this, m/s;
+    0: no rounding.
     """
     if step > 0.0:
         speed = math.floor(speed / step + 0.5) * step
@@ -23,8 +23,8 @@ def wheel_speed_obeyed(speed, deadband, step):
 def obeyed(v, w, separation, deadband, step, left_gain, right_gain):
     """Returns (v m/s, w rad/s) over the floor of a differential base that is commanded (v, w).
 
-    separation: between the wheels, m. left_gain, right_gain: speed over the floor a wheel speed of
-    nominal radius. See `wheel_speed_obeyed` for the others.
+    separation: between the wheels, m. left_gain, right_gain: speed over the floor per wheel speed
+    at the nominal radius. See `wheel_speed_obeyed` for the others.
     """
     half = 0.5 * separation
     left = left_gain * wheel_speed_obeyed(v - w * half, deadband, step)
@@ -34,7 +34,7 @@ def obeyed(v, w, separation, deadband, step, left_gain, right_gain):
 
 @njit(cache=True)
 def turned(v, w, separation, left_gain, right_gain):
-    """Returns (v m/s, w rad/s) by the turns of the wheels in a motion (v, w) over the floor.
+    """Returns (v m/s, w rad/s) as the wheels' turns tell a motion (v, w) over the floor.
 
     Wheel odometry computes it from encoders, for wheels of nominal radius that do not slip. See
     `obeyed`.

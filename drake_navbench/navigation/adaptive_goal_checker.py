@@ -67,9 +67,9 @@ class AdaptiveToleranceGoalCheckerParameters(FrozenModel):
 class AdaptiveState(NamedTuple):
     """The state of AdaptiveToleranceGoalChecker.
 
-    is_xy_reached: latched. was_fine: by the fine tolerance. entry: (x, y) from robot to goal, m,
-    when the robot entered the coarse tolerance, None outside. best_squared: least squared distance
-    since, m^2. standing_cycles, stagnant_cycles: cycles in a row.
+    is_xy_reached: latched. was_fine: reached by the fine tolerance. entry: (x, y) from robot to
+    goal, m, when the robot entered the coarse tolerance; None outside. best_squared: least squared
+    distance to the goal since then, m^2. standing_cycles, stagnant_cycles: cycles in a row.
     """
 
     is_xy_reached: bool = False
@@ -81,11 +81,11 @@ class AdaptiveState(NamedTuple):
 
 
 class AdaptiveToleranceGoalChecker:
-    """Reached within a fine distance, or within a coarse one where it gets no better.
+    """Reached within a fine distance, or within a coarse one where the robot gets no nearer.
 
-    It gets no better once the robot has passed the goal, seen from where it entered the coarse
-    distance, or has stood still or not come nearer for some cycles. Counts advance once a cycle;
-    in Nav2 a controller that asks again in the same cycle advances them again.
+    It gets no nearer once it has passed the goal, seen from where it entered the coarse distance,
+    or has stood still or not come nearer for some cycles. Counts advance once a cycle; in Nav2 a
+    controller that asks again in the same cycle advances them again.
     """
 
     nav2_plugin = "nav2_controller::AdaptiveToleranceGoalChecker"

@@ -18,7 +18,7 @@ from drake_navbench.typed_files.typed_yaml import FrozenModel
 
 Array = NDArray[np.float64]
 
-# Closer than this to the goal there is no direction towards it (AxisGoalChecker).
+# Closer to the goal than this, the direction towards it counts as undefined (AxisGoalChecker).
 NEGLIGIBLE_DISTANCE_M = 1e-6
 
 

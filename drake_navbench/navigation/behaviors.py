@@ -1,8 +1,9 @@
 """Nav2's behaviours: spin, back up, drive on a heading, wait; pure functions of immutable states.
 
-A behaviour starts from a goal and is then asked once a cycle for a command, until it ends. What
-would collide, or takes too long, ends with Nav2's error code. Motion is measured in the odometry
-frame. Source: nav2_behaviors, branch lyrical; humble to jazzy for driving without limits.
+A behaviour starts from a goal and is then asked once a cycle for a command, until it ends. A
+behaviour that would collide, or takes too long, ends with Nav2's error code. Motion is measured in
+the odometry frame. Source: nav2_behaviors, branch lyrical; humble to jazzy for driving without
+limits.
 """
 
 from __future__ import annotations
@@ -52,7 +53,8 @@ class DriveLimits(FrozenModel):
     """
 
     READ_BY: ClassVar[Mapping[str, ReadBy]] = {
-        # Humble has them, 0 being none; iron and jazzy have not; in kilted they came again.
+        # Humble has these parameters, and 0 means none; Iron and Jazzy lack them; Kilted has them
+        # again.
         "acceleration_limit": RAMP,
         "deceleration_limit": RAMP,
         "minimum_speed": RAMP._replace(defaults=before(Release.KILTED, 0.0)),
@@ -145,8 +147,9 @@ class Step(NamedTuple):
 class Behavior(Protocol):
     """A behaviour of the behaviour server, such as Spin or Wait.
 
-    One of ours is made from the server's parameters, any other from its own `Parameters` and those.
-    invalid_input_code: for arguments that make no sense; start raises ValueError for them.
+    Built-in behaviours are made from the server's parameters, others from the server's and their
+    own `Parameters`. invalid_input_code: error code for arguments that make no sense, for which
+    `start` raises ValueError.
     """
 
     invalid_input_code: ClassVar[int]
@@ -164,7 +167,7 @@ STOP = (0.0, 0.0)
 
 
 def _is_out_of_time(time_s: float, start_s: float, allowance_s: float) -> bool:
-    """Tells whether an allowance is spent; 0 or less is unlimited."""
+    """Tells whether a time allowance is spent; 0 or less is unlimited."""
     spent_s = round(time_s - start_s, NANOSECOND_DIGITS)
     return allowance_s > 0.0 and spent_s > allowance_s
 
@@ -327,7 +330,7 @@ class DriveOnHeading:
 
 
 class BackUp(DriveOnHeading):
-    """Drives a distance back, whatever the signs of distance and speed."""
+    """Drives a distance backwards, whatever the signs of distance and speed."""
 
     TIMEOUT = 711
     COLLISION_AHEAD = 714
@@ -347,7 +350,7 @@ class WaitState(NamedTuple):
 
 
 class Wait:
-    """Does nothing for a while; publishes nothing either."""
+    """Does nothing for a while, and publishes no command."""
 
     invalid_input_code: ClassVar[int] = 740
 
@@ -372,7 +375,7 @@ DEFAULT_BEHAVIORS: Mapping[str, Callable[[BehaviorServerParameters], Behavior]] 
 
 
 def make_behaviors(server: BehaviorServerParameters) -> dict[str, Behavior]:
-    """Returns the behaviours of a server by name; a plugin takes the place of ours of its name.
+    """Returns the behaviours of a server by name; a plugin replaces the built-in one of its name.
 
     Raises InputError where a third-party behaviour cannot be made.
     """

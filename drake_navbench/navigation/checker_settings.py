@@ -25,5 +25,5 @@ def make_goal_checker(settings: Any) -> GoalChecker:
 
 
 def make_progress_checker(settings: Any) -> ProgressChecker:
-    """Returns the progress checker that settings choose; raises InputError likewise."""
+    """Returns the progress checker that settings choose; raises InputError if it cannot be made."""
     return PROGRESS_CHECKERS.make(settings.plugin, settings)

@@ -76,7 +76,7 @@ class _Shape(FrozenModel):
 
 
 class MonitorPolygon(_Shape):
-    """A polygon; an approach without points takes the robot's padded footprint."""
+    """A polygon; without points, an approach takes the robot's padded footprint."""
 
     type: Literal["polygon"]
     points: Corners | None = Field(
@@ -121,7 +121,10 @@ class SubPolygon(FrozenModel):
     )
 
     def covers(self, command: Command, *, holonomic: bool) -> bool:
-        """Tells whether a command is in range, bounds included; at rest its direction is 0."""
+        """Tells whether the sub-polygon applies to a command, bounds included.
+
+        A holonomic base at rest moves in the direction 0.
+        """
         v, w, vy = command
         if not self.theta_min <= w <= self.theta_max:
             return False
@@ -131,7 +134,7 @@ class SubPolygon(FrozenModel):
         direction = math.atan2(vy, v) if speed > 0.0 else 0.0
         start, end = self.direction_start_angle, self.direction_end_angle
         is_after_start, is_before_end = direction >= start, direction <= end
-        # A range may go across the direction straight back.
+        # A range of directions may contain the direction straight back.
         is_within = is_after_start and is_before_end
         if start > end:
             is_within = is_after_start or is_before_end
@@ -139,7 +142,10 @@ class SubPolygon(FrozenModel):
 
 
 class VelocityPolygon(_Shape):
-    """A polygon that depends on the command; one that no sub-polygon covers keeps the last one."""
+    """A polygon that depends on the command: the first sub-polygon that applies.
+
+    Where no sub-polygon applies, the last one stays.
+    """
 
     type: Literal["velocity_polygon"]
     holonomic: bool = Field(
@@ -254,7 +260,7 @@ class CollisionMonitor:
     def _look_at(
         self, name: str, state: ShapeState, command: Command, points: Array
     ) -> tuple[ShapeState, float | None]:
-        """Returns the shape's state, and the share of the command it leaves, None for all."""
+        """Returns the shape's state, and the share of the command that it lets pass; None: all."""
         shape = self._parameters.polygons[name]
         state, vertices, radius = self._geometry(name, state, command)
         if shape.action_type == "none" or (not len(vertices) and radius == 0.0):
@@ -283,7 +289,7 @@ class CollisionMonitor:
     def _geometry(
         self, name: str, state: ShapeState, command: Command
     ) -> tuple[ShapeState, Array, float]:
-        """Returns the state, and the shape as vertices or, without any, as a radius m."""
+        """Returns the state, and the shape: (K, 2) m vertices, or, without any, a radius, m."""
         shape = self._parameters.polygons[name]
         if isinstance(shape, MonitorCircle):
             return state, NO_VERTICES, shape.radius

@@ -44,7 +44,8 @@ ROUND_ITERATIONS = 10
 # Added to the Hessian's diagonal, relative to its largest entry: without w_smooth it may be
 # singular.
 RIDGE_RATIO = 1e-9
-# The program's objective where a round starts, so that the tolerance below is relative to it.
+# The value of the program's objective at the start of a round; the tolerance below is relative to
+# it.
 INITIAL_OBJECTIVE = 1e6
 # Largest entry of the whitened gradient at the optimum: half its square is the decrease still to be
 # had, far below the objective's scale of 1.

@@ -90,7 +90,7 @@ class StoppedGoalCheckerParameters(SimpleGoalCheckerParameters):
 
 
 class XyLatch(NamedTuple):
-    """Whether the position was reached since the path was given."""
+    """The memory of a goal checker: whether the position was reached since the path was given."""
 
     is_set: bool = False
 

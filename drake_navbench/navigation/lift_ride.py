@@ -15,7 +15,7 @@ from drake_navbench.typed_files.immutable import Immutable
 from drake_navbench.typed_files.quantities import Angle, Duration, Length, Period
 from drake_navbench.typed_files.typed_yaml import FrozenModel
 
-# More would be asked for days on end.
+# With more requests a robot would ask for days on end.
 MAX_REQUESTS = 1000
 
 

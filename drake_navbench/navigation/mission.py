@@ -85,8 +85,8 @@ class MissionLeg(Immutable):
 class FloorLeg(Leg):
     """A leg on one floor, and the ride after it.
 
-    lift: its name, '' for none. lift_events: (s, event). ride_end_s: the time at which the robot
-    stood on the other floor or gave up.
+    lift: its name, '' without a ride. lift_events: (s, event). ride_end_s: the time at which the
+    robot stood on the other floor or gave up.
     """
 
     floor: str = ""
@@ -95,7 +95,7 @@ class FloorLeg(Leg):
     ride_end_s: float | None = None
 
     def as_plain(self) -> dict[str, Any]:
-        """Returns it as JSON values, for the log."""
+        """Returns the leg as JSON values, for the log."""
         own: dict[str, Any] = {"floor": self.floor}
         if self.lift:
             events = [{"time_s": time_s, "event": name} for time_s, name in self.lift_events]
@@ -123,8 +123,8 @@ class MissionFollower(WaypointFollower):
 
     A leg to a lift that ends at its stop is followed by the ride: a pause that lasts as long, up to
     the navigator's next tick, one tick at least. The floor changes `lead_s` before that tick, which
-    then finds the world of the new floor. A lift that does not come ends the mission, and so does a
-    leg that does not get to its lift, whatever stop_on_failure says.
+    then finds the world of the new floor. The mission ends where a lift does not come, and where a
+    leg does not reach its lift, whatever stop_on_failure says.
 
     tick_s: between two ticks of the navigator.
     """
@@ -158,14 +158,15 @@ class MissionFollower(WaypointFollower):
             ended = super().end_leg(progress, status, time_s, recovery_count)
             ended = replace(ended, legs=(*progress.legs, self._on_floor(ended.legs[-1], own)))
             if own.then is not None and ended.status.state is TaskState.RUNNING:
-                # Missed, and Nav2 would go on; from here there is no way to the other floor.
+                # Nav2 would go on after a missed goal; but from here no way leads to the other
+                # floor.
                 failure = self._mission_failure(index, status.reason, STOP_ON_MISSED_WAYPOINT)
                 return replace(ended, status=replace(failure, time_s=time_s))
             return ended
         return self._begin_ride(progress, own, own.then, status, time_s, recovery_count)
 
     def end_pause(self, progress: Progress, time_s: float) -> Progress:
-        """Returns the progress, with the next leg where pause or ride is over."""
+        """Returns the progress, with the next leg where the pause or the ride is over."""
         assert isinstance(progress, MissionProgress)
         ride_leg = self._legs[progress.index].then
         is_over = super().end_pause(progress, time_s) is not progress

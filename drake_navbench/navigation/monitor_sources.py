@@ -20,10 +20,10 @@ from drake_navbench.typed_files.quantities import Duration
 from drake_navbench.typed_files.typed_yaml import FrozenModel
 
 Array = NDArray[np.float64]
-# x m, y m, yaw rad in the base frame.
+# A pose: x m, y m, yaw rad in the base frame.
 Mounting = tuple[float, float, float]
 
-# A reading that would be more points than this is none, as in Nav2 from Lyrical on.
+# A reading that would become more points than this is ignored, as in Nav2 from Lyrical on.
 MAX_POINTS = 10_000
 DEGREE = math.pi / 180.0
 
@@ -85,7 +85,7 @@ def points_of(
 ) -> Array | None:
     """Returns the points (N, 2) m of all sources in the base frame; None where one stops the robot.
 
-    timeout_s: of sources that give none of their own, s.
+    timeout_s: for sources without a timeout of their own, s.
     """
     found = [np.empty((0, 2))]
     for name, source in sources.items():
@@ -117,8 +117,9 @@ def points_in_base(hits: Array, base_pose: Array) -> Array:
 def arc_points(reading: RangeReading, obstacles_angle: float) -> Array | None:
     """Returns the points (N, 2) m that stand for a reading, in the frame of its `sensor_pose`.
 
-    They lie at equal angles from the right end of the cone on, and one at its left end. None where
-    the sensor cannot measure the range. Angles add up in single precision, as in Nav2.
+    The points lie at equal angles from the right end of the cone on; the last one is at its left
+    end. None where the sensor cannot measure the range. Angles add up in single precision, as in
+    Nav2.
     """
     if not reading.is_within_range:
         return None

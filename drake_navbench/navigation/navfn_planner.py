@@ -38,9 +38,9 @@ from drake_navbench.typed_files.typed_yaml import FrozenModel
 
 Array = NDArray[np.float64]
 
-# The last position becomes the goal's where they are as near as this, m^2.
+# Within this of the goal, the path's last position becomes the goal's, m^2.
 SAME_POSITION_M2 = 1e-6
-# The last two positions give no direction where both components are smaller, m.
+# Where both components of the last step are smaller, m, it gives no direction.
 SAME_COMPONENT_M = 1e-4
 
 
@@ -135,7 +135,7 @@ class NavfnPlanner:
 
 
 def _as_poses(costmap: Costmap, steps: NDArray[np.float32]) -> Array:
-    """Returns (N, 3) poses with heading 0 from the start, of steps (N, 2) in cells to it."""
+    """Returns (N, 3) poses, heading 0, from start to goal; steps (N, 2) in cells start there."""
     path = np.zeros((len(steps), 3))
     origin = np.array([costmap.origin_x, costmap.origin_y])
     path[:, :2] = origin + steps[::-1].astype(np.float64) * costmap.resolution

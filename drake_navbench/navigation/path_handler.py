@@ -102,10 +102,9 @@ class PathHandler:
     ) -> tuple[Array, PathHandlerState]:
         """Returns the local plan (M, 3), a read-only view, and the state for the next cycle.
 
-        pose: (3,) robot, x m, y m, yaw rad.
-        Poses before the closest one are dropped for good. An enforced cusp or turn in place is
-        let go once the robot is near its pose, which shows from the next cycle on.
-        Raises InvalidPath where nothing is left to follow.
+        pose: (3,) robot, x m, y m, yaw rad. Poses before the closest one are dropped for good. Once
+        the robot is near an enforced cusp or turn in place, the plan behind it follows, from the
+        next cycle on. Raises InvalidPath where nothing is left to follow.
         """
         plan, begin, end = state
         if begin >= end:

@@ -21,9 +21,9 @@ def is_path_valid(
     """Tells whether the robot could stand at every pose of a path (N, 3) x m, y m, yaw rad.
 
     footprint: (K, 2) padded, m; is_circle: look at the cell under the centre instead, which is
-    blocked from INSCRIBED on. max_cost: blocks as well, from it on; 0 blocks everything. Unknown
-    cells count as free unless they are considered, poses off the map as blocked. An empty path is
-    not valid.
+    blocked from INSCRIBED on. Costs from max_cost on block as well; 0 blocks everything. Unknown
+    cells are free unless consider_unknown_as_obstacle; poses off the map are blocked. An empty path
+    is not valid.
     """
     if len(path) == 0:
         return False

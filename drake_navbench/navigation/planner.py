@@ -2,7 +2,7 @@
 
 A planner is a class with the attributes `nav2_plugin`, the plugin type by which Nav2 knows it, and
 `Parameters`, the model of its parameters; it is made from its parameters and the robot's footprint.
-`planner_settings` names those that a robot file may choose.
+`planner_settings` names the planners that a robot file may choose.
 """
 
 from __future__ import annotations

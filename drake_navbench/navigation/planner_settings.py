@@ -50,7 +50,7 @@ def make_planner(
     """Returns the planner that settings choose; raises InputError where it cannot be made.
 
     footprint: (K, 2) padded, base frame, m; None where the robot is given by a radius. inflation:
-    of the costmaps that it will plan on, where that is known.
+    the inflation layer of the costmaps that it will plan on, where it is known.
     """
     planner = PLANNERS.make(settings.plugin, settings, footprint)
     if isinstance(planner, SmacPlannerHybrid) and inflation is not None:

@@ -48,7 +48,7 @@ class ProgressChecker(Protocol):
         ...
 
     def check(self, state: Any, *, pose: Array, time_s: float) -> ProgressCheck:
-        """Tells whether the robot gets on; pose: (3,) m, m, rad."""
+        """Tells whether the robot makes progress; pose: (3,) m, m, rad."""
         ...
 
 
@@ -77,7 +77,7 @@ class PoseProgressCheckerParameters(SimpleProgressCheckerParameters):
 
 
 class SimpleProgressChecker:
-    """The robot must get away from a baseline position in time; doing so renews the baseline."""
+    """The robot must leave a baseline position in time; each success renews the baseline."""
 
     nav2_plugin = "nav2_controller::SimpleProgressChecker"
     Parameters: type[SimpleProgressCheckerParameters] = SimpleProgressCheckerParameters
@@ -90,7 +90,7 @@ class SimpleProgressChecker:
         return None
 
     def check(self, state: Baseline | None, *, pose: Array, time_s: float) -> ProgressCheck:
-        """Tells whether the robot moved enough, or still has time to; pose: (3,) m, m, rad."""
+        """Tells whether the robot moved enough, or has time left; pose: (3,) m, m, rad."""
         x, y, yaw = (float(value) for value in pose)
         if state is None or self._moved_enough(state, x, y, yaw):
             return ProgressCheck(True, Baseline(x, y, yaw, time_s))

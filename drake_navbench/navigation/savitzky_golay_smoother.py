@@ -1,7 +1,7 @@
 """Nav2's Savitzky-Golay smoother: each point becomes the middle of a polynomial through its window.
 
 Source: nav2_smoother (SavitzkyGolaySmoother), branch lyrical. In Jazzy and Kilted the window is
-always 7 and the order 3. Humble reads points that it has already moved; that is not here.
+always 7 and the order 3. Humble reads points that it has already moved; this smoother does not.
 """
 
 from __future__ import annotations
@@ -14,7 +14,8 @@ from drake_navbench.kernels.path_smoothing import directional_segments, with_hea
 from drake_navbench.navigation.smoother_parameters import SavitzkyGolaySmootherParameters
 
 Array = NDArray[np.float64]
-# Shorter parts stay: index span from the first pose to the last, less the window.
+# Shorter parts stay as they are: the span of indices from the first to the last pose, less the
+# window.
 LEAST_BEYOND_WINDOW = 2
 
 

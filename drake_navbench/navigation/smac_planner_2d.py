@@ -136,7 +136,7 @@ def _search_cells(
 ) -> NDArray[np.int64]:
     """Returns (N, 2) the cells of the path, [column, row]; raises a PlanningError."""
     budget = math.ceil(parameters.max_planning_time * parameters.expansions_per_second)
-    # A cell's index is its lower left corner in map coordinates, its centre half a cell further.
+    # A cell's index is its lower left corner in map coordinates; its centre is half a cell further.
     offset = np.float32(0.5 if parameters.use_cell_centres else 0.0)
     status, cells, expansions = astar.search(
         grid.costs,

@@ -42,11 +42,11 @@ from drake_navbench.navigation.smac_planner_hybrid_parameters import SmacPlanner
 Array = NDArray[np.float64]
 
 F32 = np.float32
-# A number for each takes 2 GB of addresses; the search touches only those it visits.
+# Each state has a number: 2 GB of addresses. The search touches only those of states it visits.
 MAX_STATES = 500_000_000
 UNLIMITED = 2**31 - 1
 NO_POSSIBLE_COST = -1.0
-# Tables of a car's ways are kept for a few kinds of cars: each is up to 25 MB.
+# The number of cars whose tables of ways are kept; a table takes up to 25 MB.
 KEPT_TABLES = 4
 _tables: OrderedDict[tuple[Any, ...], FreeWays] = OrderedDict()
 
@@ -251,7 +251,7 @@ def _circumscribed_cost(footprint: Array, inflation: InflationLayerParameters) -
 
 
 def _free_ways(ways_of_car: Motions, width: int) -> FreeWays:
-    """Returns the table of a car, which learns as it is asked; the numbers in it never change."""
+    """Returns the table of a car; ways are added when asked for, and never change."""
     key = (float(ways_of_car.radius), ways_of_car.bins, ways_of_car.reverses, width)
     if key not in _tables:
         while len(_tables) >= KEPT_TABLES:

@@ -12,7 +12,7 @@ from drake_navbench.releases import ReadBy, Release, before, since
 from drake_navbench.typed_files.quantities import Count, Duration, Length, Number
 from drake_navbench.typed_files.typed_yaml import FrozenModel
 
-# No cell has more: before there was a limit, curves to the goal were held to none.
+# No cell costs more: before the parameter existed, curves to the goal had no limit.
 ANY_COST = 255.0
 
 
@@ -21,7 +21,7 @@ class SmacPlannerHybridParameters(FrozenModel):
 
     READ_BY: ClassVar[Mapping[str, ReadBy]] = {
         "debug_visualizations": since(Release.IRON),
-        # Read from jazzy on, and only in lyrical true by default.
+        # Jazzy and later read it; only in Lyrical it is true by default.
         "allow_primitive_interpolation": since(Release.JAZZY, before(Release.LYRICAL, False)),
         "analytic_expansion_max_cost": since(Release.JAZZY, before(Release.JAZZY, ANY_COST)),
         "analytic_expansion_max_cost_override": since(Release.JAZZY),

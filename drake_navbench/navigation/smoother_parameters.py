@@ -15,7 +15,7 @@ from drake_navbench.typed_files.quantities import Count, Length, Number
 Array = NDArray[np.float64]
 
 
-# How many times smoothers went over their path again before it was a parameter.
+# The number of refinements before they were a parameter.
 REFINEMENTS_OF_HUMBLE = 4
 REFINEMENT: Mapping[str, ReadBy] = {
     "refinement_num": since(Release.IRON, before(Release.IRON, REFINEMENTS_OF_HUMBLE)),

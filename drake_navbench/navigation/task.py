@@ -14,7 +14,7 @@ from drake_navbench.typed_files.immutable import Immutable
 
 
 class TaskState(Enum):
-    """The stages of a task: the whole trial's, the controller server's, a behaviour's."""
+    """The stages of a task: of the whole trial's, the controller server's or a behaviour's."""
 
     IDLE = auto()
     RUNNING = auto()
@@ -25,7 +25,7 @@ class TaskState(Enum):
 
     @property
     def is_final(self) -> bool:
-        """Whether nothing more will happen."""
+        """Whether the task has ended."""
         return self not in (TaskState.IDLE, TaskState.RUNNING)
 
 
@@ -97,7 +97,7 @@ class Leg(Immutable):
     recovery_count: int = 0
 
     def as_plain(self) -> dict[str, Any]:
-        """Returns it as JSON values, for the log."""
+        """Returns the leg as JSON values, for the log."""
         return {
             "goal": list(self.goal),
             "outcome": self.status.state.name.lower(),

@@ -125,8 +125,8 @@ class VelocitySmoother:
 
     @staticmethod
     def _scale(change: Array, limit: Array) -> float:
-        """Returns the ratio, farthest from 1, by which an axis must shrink its change."""
+        """Returns the factor on all axes: the least over the axes beyond their limits, else 1."""
         exceeded = np.abs(change) > limit
         ratios = limit[exceeded] / np.abs(change[exceeded])
-        # Nav2 passes over axes without any acceleration, of which nothing could be left.
+        # Nav2 ignores axes whose limit is 0, which would leave no change at all.
         return float(np.min(ratios[ratios > 0.0], initial=1.0))

@@ -178,7 +178,7 @@ class PointwiseCritic(Critic):
         return False
 
     def score(self, batch: Batch) -> tuple[Float32Array, bool]:
-        """Scores a batch by `begin`, `add` and `finish`, without the sampler; see `Critic.score`."""
+        """Scores a batch by `begin`, `add` and `finish`, without the sampler; see `Critic`."""
         costs = np.zeros(batch.x.shape[::2], np.float32)
         cycle = self.begin(batch.scene, len(costs)) if self.parameters.enabled else None
         if cycle is None:

@@ -100,5 +100,5 @@ class Board:
         self.write(paths=paths, **changes)
 
     def write_result(self, key: str, status: TaskStatus) -> None:
-        """Keeps how an action ended."""
+        """Keeps the status with which an action ended."""
         self.write(results={**self.values.results, key: status})

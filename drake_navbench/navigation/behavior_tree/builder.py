@@ -19,7 +19,7 @@ from drake_navbench.navigation.behavior_tree.node_attributes import (
 )
 from drake_navbench.navigation.behavior_tree.node_kinds import NODE_KINDS
 
-# They choose among plugins of which one is loaded.
+# These nodes choose among plugins, of which only one is loaded here.
 SELECTORS = (
     "ControllerSelector",
     "GoalCheckerSelector",

@@ -21,19 +21,19 @@ GOAL_TOLERANCE_M = 0.25
 
 
 class AlwaysEnds(TreeNode):
-    """Ends at once, always in the same way."""
+    """Ends at its first tick, always with the same status."""
 
     def __init__(self, name: str, result: Status) -> None:
         super().__init__(name)
         self._result = result
 
     def update(self) -> Status:
-        """Returns the result."""
+        """Returns the status that the node was made with."""
         return self._result
 
 
 class TimeExpired(Leaf):
-    """Success once in a period, failure in between; the period begins when the node was idle."""
+    """Success once in a period, failure in between; a node that was idle begins a new period."""
 
     MEMORY = ("start_s",)
     start_s = 0.0
@@ -43,7 +43,7 @@ class TimeExpired(Leaf):
         self._period_s = period_s
 
     def update(self) -> Status:
-        """Looks at the clock."""
+        """Tells whether the period is over; begins the next one."""
         now_s = self.board.inputs.now_s
         elapsed_s = round(now_s - self.start_s, NANOSECOND_DIGITS)
         if not self.is_active:
@@ -72,7 +72,7 @@ class PathExpiringTimer(Leaf):
         self._period_s = period_s
 
     def update(self) -> Status:
-        """Looks at the path and at the clock."""
+        """Tells whether the path is too old."""
         now_s, path = self.board.inputs.now_s, self.board.values.paths.get(self._source)
         if self.is_first:
             self.is_first, self.start_s, self.path = False, now_s, path
@@ -87,7 +87,7 @@ class PathExpiringTimer(Leaf):
 
 
 class DistanceTraveled(Leaf):
-    """Success each time the robot is a distance from where it was, failure in between."""
+    """Success whenever the robot has moved a distance since the last success, else failure."""
 
     MEMORY = ("start",)
     start = (0.0, 0.0)
@@ -97,7 +97,7 @@ class DistanceTraveled(Leaf):
         self._distance_m = distance_m
 
     def update(self) -> Status:
-        """Measures the way."""
+        """Tells whether the robot is far enough from the place of the last success."""
         x, y, _ = self.board.inputs.pose
         here = (float(x), float(y))
         if not self.is_active:
@@ -113,7 +113,7 @@ class GoalReached(Leaf):
     """Success where the robot is within 0.25 m of the goal."""
 
     def update(self) -> Status:
-        """Measures the distance to the goal."""
+        """Tells whether the robot is near enough to the goal."""
         goal = self.board.values.goal
         assert goal is not None  # The navigator sets it before the first tick.
         is_near = math.dist(goal[:2], self.board.inputs.pose[:2]) <= GOAL_TOLERANCE_M

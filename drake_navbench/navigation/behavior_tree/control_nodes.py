@@ -26,7 +26,7 @@ StatusListener = Callable[[str, Status], None]
 
 
 def _ignore(name: str, status: Status) -> None:
-    """Listens to nothing."""
+    """Ignores a change of status."""
 
 
 class TreeNode(Behaviour):
@@ -89,7 +89,7 @@ class ControlNode(TreeNode, Composite):
         raise NotImplementedError
 
     def _reset_children(self) -> None:
-        """Makes all children idle; those that run are halted by it."""
+        """Makes all children idle, which halts those that run."""
         for child in self.children:
             _reset(child)
 
@@ -103,7 +103,8 @@ class InOrderNode(ControlNode):
     """Ticks its children in order, one after the other; goes on where a child still runs.
 
     GOES_ON_AFTER: the status with which a child lets the next one begin, and with which the node
-    ends after the last; with any other final status of a child it ends at once.
+    ends after the last child. With any other final status of a child the node ends at once, with
+    that status.
     """
 
     MEMORY = ("index",)
@@ -123,7 +124,7 @@ class InOrderNode(ControlNode):
         return self.GOES_ON_AFTER
 
     def terminate(self, new_status: Status) -> None:
-        """Begins with the first child next time."""
+        """Lets the next run begin with the first child."""
         self.index = 0
 
 
@@ -173,7 +174,7 @@ def _halt_others(children: Sequence[Behaviour], running: Behaviour) -> None:
 
 
 class InverterNode(ControlNode):
-    """Success where its one child fails, and the other way round."""
+    """Success where its only child fails, failure where the child succeeds."""
 
     def _run(self) -> Generator[Behaviour, None, Status]:
         (child,) = self.children
@@ -183,7 +184,7 @@ class InverterNode(ControlNode):
 
 
 class RecoveryNode(ControlNode):
-    """Ticks the first child; where it fails, the second, and then the first again.
+    """Ticks the first child; where it fails, ticks the second, and then the first again.
 
     number_of_retries: successes of the second child that are allowed before the node ends; the
     count starts anew only when the node ends or is halted, whatever the first child achieved in
@@ -246,7 +247,7 @@ class PipelineSequence(ControlNode):
         return Status.SUCCESS
 
     def terminate(self, new_status: Status) -> None:
-        """Begins with the first child next time."""
+        """Lets the next run begin with the first child."""
         self.farthest = 0
 
 
@@ -289,21 +290,21 @@ class RoundRobinNode(ControlNode):
         return Status.FAILURE
 
     def terminate(self, new_status: Status) -> None:
-        """Begins with the first child after a failure, or where a running node is halted."""
+        """Lets the next run begin with the first child after a failure or a halt."""
         is_halted = new_status == Status.INVALID and self.status == Status.RUNNING
         if is_halted or new_status == Status.FAILURE:
             self.halt()
 
     def halt(self) -> None:
-        """Begins with the first child next time."""
+        """Lets the next run begin with the first child."""
         self.index = 0
         self.failure_count = 0
 
 
 class RateController(ControlNode):
-    """Ticks its one child at first, while it runs, and once 1/hz has passed since its success.
+    """Ticks its child at first, while it runs, and once 1/hz has passed since its success.
 
-    In between it reports that it runs. Nav2 measures the period on the wall clock, even in a
+    In between the node reports that it runs. Nav2 measures the period on the wall clock, even in a
     simulation; here it is simulated time.
     """
 
@@ -336,9 +337,9 @@ class RateController(ControlNode):
 
 
 class GoalUpdatedController(ControlNode):
-    """Ticks its one child at first, while it runs, and whenever the goal is another one.
+    """Ticks its child at first, while it runs, and whenever the goal is another one.
 
-    In between it reports that it runs.
+    In between the node reports that it runs.
     """
 
     MEMORY = ("last_goal_id",)

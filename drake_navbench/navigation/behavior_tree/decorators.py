@@ -26,15 +26,15 @@ from drake_navbench.navigation.behavior_tree.control_nodes import (
 
 Run = Generator[Behaviour, None, Status]
 FOR_EVER = -1
-# Over which Nav2's navigator averages the odometry, s.
+# The time over which Nav2's navigator averages the odometry, s.
 ODOMETRY_WINDOW_S = 0.3
 
 
 class DistanceController(ControlNode):
     """Ticks its child at first, while it runs, and each time the robot has moved a distance.
 
-    That is where the node began, and then where the child last succeeded. In between it reports
-    that it runs.
+    The distance is measured from where the node began, and then from where the child last
+    succeeded. In between the node reports that it runs.
     """
 
     MEMORY = ("is_first", "start")
@@ -120,7 +120,7 @@ class SpeedController(ControlNode):
 
 
 class SingleTrigger(ControlNode):
-    """Ticks its child to one end, and fails from then on until it was idle."""
+    """Ticks its child until that ends, and then fails until the node was idle."""
 
     MEMORY = ("is_first",)
 
@@ -142,8 +142,8 @@ class SingleTrigger(ControlNode):
 class PathLongerOnApproach(ControlNode):
     """Ticks its child where, near the goal, a new path to the same goal is much longer.
 
-    Near is where the path before was shorter than `near_m`, much longer `factor` times as long.
-    Succeeds otherwise. Its memory survives its being idle, as in Nav2. source: the path's variable.
+    Near: the path before was shorter than `near_m`; much longer: `factor` times as long. Otherwise
+    the node succeeds. Its memory survives its being idle, as in Nav2. source: the path's variable.
     """
 
     MEMORY = ("path", "is_first")
@@ -200,7 +200,7 @@ class KeepRunningUntilFailure(ControlNode):
 
 
 class ForcedNode(ControlNode):
-    """Ends with `RESULT`, with whichever status its child ends."""
+    """Ends with `RESULT`, whatever the status with which its child ends."""
 
     RESULT: ClassVar[Status]
 
@@ -223,7 +223,10 @@ class ForceFailure(ForcedNode):
 
 
 class _Again(ControlNode):
-    """Ticks its child again after each end of one kind, up to `limit` times, and then ends so."""
+    """Ticks its child again after each end with AGAIN_AFTER, up to `limit` times, then ends so too.
+
+    Any other final status of the child is the node's at once.
+    """
 
     AGAIN_AFTER: ClassVar[Status]
     MEMORY = ("count",)
@@ -242,29 +245,30 @@ class _Again(ControlNode):
             self.count += 1
             self._reset_children()
             if self._limit == FOR_EVER:
-                # A child that ends at once would never let the tick end.
+                # Without this, a child that ends at its first tick would never let the tick of the
+                # tree end.
                 return Status.RUNNING
         return self.AGAIN_AFTER
 
     def terminate(self, new_status: Status) -> None:
-        """Forgets the count."""
+        """Sets the count to 0."""
         self.count = 0
 
 
 class Repeat(_Again):
-    """Success after `limit` successes of its child, -1: never; failure with its first failure."""
+    """Success after `limit` successes of its child (-1: never); failure at its first failure."""
 
     AGAIN_AFTER = Status.SUCCESS
 
 
 class RetryUntilSuccessful(_Again):
-    """Failure after `limit` failures of its child, -1: never; success with its first success."""
+    """Failure after `limit` failures of its child (-1: never); success at its first success."""
 
     AGAIN_AFTER = Status.FAILURE
 
 
 class PassedOn(ControlNode):
-    """Returns its child's status: Nav2's GoalUpdater as long as no new goal arrives."""
+    """Returns its child's status, as Nav2's GoalUpdater does as long as no new goal arrives."""
 
     def _run(self) -> Run:
         (child,) = self.children
@@ -278,7 +282,7 @@ class SequenceWithMemory(InOrderNode):
     GOES_ON_AFTER = Status.SUCCESS
 
     def terminate(self, new_status: Status) -> None:
-        """Begins with the first child only after a success."""
+        """Lets the next run begin with the first child, but only after a success."""
         if new_status == Status.SUCCESS:
             self.index = 0
 

@@ -23,7 +23,7 @@ class NodeDescription(FrozenModel):
     )
 
     def iterate(self) -> Iterator[NodeDescription]:
-        """Yields the node and all below it."""
+        """Yields the node and all nodes below it."""
         yield self
         for child in self.children:
             yield from child.iterate()

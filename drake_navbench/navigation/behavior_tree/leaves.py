@@ -51,13 +51,13 @@ class Leaf(TreeNode):
 
 
 class GlobalUpdatedGoal(Leaf):
-    """Success when the goal is another one than last time, the first time included."""
+    """Success when the goal differs from the one at the last tick, and at the first tick."""
 
     MEMORY = ("goal_id",)
     goal_id: int | None = None
 
     def update(self) -> Status:
-        """Compares the goals."""
+        """Tells whether the goal is new."""
         is_new = self.board.values.goal_id != self.goal_id
         self.goal_id = self.board.values.goal_id
         return Status.SUCCESS if is_new else Status.FAILURE
@@ -70,7 +70,7 @@ class GoalUpdated(Leaf):
     goal_id: int | None = None
 
     def update(self) -> Status:
-        """Compares the goals."""
+        """Tells whether the goal is new."""
         is_new = self.is_active and self.board.values.goal_id != self.goal_id
         self.goal_id = self.board.values.goal_id
         return Status.SUCCESS if is_new else Status.FAILURE
@@ -118,7 +118,7 @@ class IsGoalNearby(Leaf):
 class ValidatePath(Leaf):
     """Success when a path is free of collisions on the global costmap.
 
-    source: its variable. limits: further arguments of the validity service, those of
+    source: the path's variable. limits: further arguments of the validity service, those of
     `is_path_valid`.
     """
 
@@ -149,7 +149,7 @@ class ComputePathToPose(Leaf):
         self._result = result
 
     def update(self) -> Status:
-        """Plans."""
+        """Plans a path and writes it, or empties the path's variable."""
         board = self.board
         goal = board.values.goal
         assert goal is not None  # The navigator sets it before the first tick.
@@ -168,8 +168,8 @@ class ComputePathToPose(Leaf):
 class SmoothPath(Leaf):
     """Has a path smoothed. source, result: variables of the path and of the smoothed one.
 
-    An empty path, and one that the smoother fails at, is a failure. A path that is kept apart from
-    the smoothed one is smoothed once: again it would be the same.
+    An empty path, and one that the smoother fails at, is a failure. Where the result has a variable
+    of its own, a path is smoothed once, as the result would be the same again.
     """
 
     MEMORY = ("smoothed",)
@@ -181,7 +181,7 @@ class SmoothPath(Leaf):
         self._result = result
 
     def update(self) -> Status:
-        """Asks the smoother."""
+        """Has the smoother smooth the path, and writes the result."""
         board, path = self.board, self.board.values.paths.get(self._source)
         is_kept = self._result != self._source
         if is_kept and path is not None and path is self.smoothed:
@@ -216,7 +216,7 @@ class FollowPath(Leaf):
         return self.board.values.paths.get(self._source)
 
     def initialise(self) -> None:
-        """Sends a new task."""
+        """Sends a new task to the controller server."""
         values, path = self.board.values, self._path()
         if path is None:
             return
@@ -225,7 +225,7 @@ class FollowPath(Leaf):
         self.board.write(task_count=self.task_id, follow_path=goal)
 
     def update(self) -> Status:
-        """Waits for the task's end, and hands on new paths."""
+        """Returns the status of the task; hands new paths on to the controller server."""
         board = self.board
         path, task = self._path(), board.values.follow_path
         if task is None or task.task_id != self.task_id:
@@ -243,16 +243,16 @@ class FollowPath(Leaf):
         return Status.RUNNING
 
     def _is_new(self, path: NDArray[np.float64], task: GlobalPlan) -> bool:
-        """Tells whether a path was planned or changed since the task got its own.
+        """Tells whether a path was planned or changed since the running task got its path.
 
-        One that is cut anew from the same plan may be alike. Nav2 compares paths with their
-        stamps, which are those of the plan.
+        A path that is cut anew from the same plan may equal the task's. Nav2 compares paths by
+        their stamps, which are those of the plan.
         """
         is_planned = self.board.values.plan_count != task.plan_id
         return path is not task.poses and (is_planned or not np.array_equal(path, task.poses))
 
     def terminate(self, new_status: Status) -> None:
-        """Cancels the task where it is halted."""
+        """Cancels the task where the node is halted."""
         task = self.board.values.follow_path
         if new_status == Status.INVALID and self.status == Status.RUNNING and task is not None:
             self.board.write(follow_path=replace(task, cancel_requested=True))
@@ -262,7 +262,7 @@ class CancelControl(Leaf):
     """Cancels the task of the controller server."""
 
     def update(self) -> Status:
-        """Asks it to come to rest."""
+        """Asks the controller server to bring the robot to rest."""
         task = self.board.values.follow_path
         if task is not None:
             self.board.write(follow_path=replace(task, cancel_requested=True))
@@ -281,7 +281,7 @@ class WouldRecoveryHelp(Leaf):
         self._key = key
 
     def update(self) -> Status:
-        """Looks the code up."""
+        """Looks the error code up among the recoverable ones."""
         result = self.board.values.results.get(self._key, TaskStatus())
         is_recoverable = result.error_code in RECOVERABLE_CODES[self._key]
         return Status.SUCCESS if is_recoverable else Status.FAILURE
@@ -290,7 +290,7 @@ class WouldRecoveryHelp(Leaf):
 class ClearEntireCostmap(Leaf):
     """Asks a costmap to forget its marks.
 
-    field: of the blackboard, for the request.
+    field: the blackboard's field for the request.
     """
 
     def __init__(self, name: str, board: Board, *, field: str) -> None:
@@ -319,7 +319,7 @@ class RunBehavior(Leaf):
         self._arguments = arguments
 
     def initialise(self) -> None:
-        """Sends a new task."""
+        """Sends the behaviour to the behaviour server."""
         values = self.board.values
         self.task_id = values.task_count + 1
         self.board.write(
@@ -329,7 +329,7 @@ class RunBehavior(Leaf):
         )
 
     def update(self) -> Status:
-        """Waits for the task's end."""
+        """Returns the status of the behaviour."""
         status = self.board.inputs.behavior_status
         if status.task_id != self.task_id or not status.state.is_final:
             return Status.RUNNING
@@ -337,7 +337,7 @@ class RunBehavior(Leaf):
         return Status.SUCCESS if status.state is TaskState.SUCCEEDED else Status.FAILURE
 
     def terminate(self, new_status: Status) -> None:
-        """Cancels the task where it is halted."""
+        """Cancels the behaviour where the node is halted."""
         goal = self.board.values.behavior
         if new_status == Status.INVALID and self.status == Status.RUNNING and goal is not None:
             self.board.write(behavior=replace(goal, cancel_requested=True))

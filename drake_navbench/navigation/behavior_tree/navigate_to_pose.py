@@ -24,9 +24,9 @@ from drake_navbench.navigation.behavior_tree.tree_file import read_tree_file
 from drake_navbench.releases import Release
 
 FOLDER = Path(__file__).parent / "default_trees"
-# Whose files the releases have; that of Iron stayed until Kilted.
+# Releases that have the files of an earlier one: Iron's stayed until Kilted.
 FILES = {Release.JAZZY: Release.IRON, Release.KILTED: Release.IRON}
-# Its children are the recovery actions, in the order of RECOVERY_ACTIONS.
+# The children of this node are the recovery actions, in the order of RECOVERY_ACTIONS.
 ACTIONS_NODE = "RecoveryActions"
 
 

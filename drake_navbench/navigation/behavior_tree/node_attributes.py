@@ -42,7 +42,7 @@ GOAL = "goal"
 
 
 class NotOurs(ValueError):
-    """A node that is not there, or an attribute that it cannot have here; line: in its file."""
+    """A node or an attribute that does not exist here; line: in the tree's file."""
 
     def __init__(self, text: str, line: int | None) -> None:
         super().__init__(text)
@@ -51,7 +51,7 @@ class NotOurs(ValueError):
 
 @dataclass
 class Variables:
-    """The variables of a tree: those that its nodes write, and the reads of others."""
+    """The variables of a tree: those that its nodes write, and those that they read."""
 
     written: set[str] = field(default_factory=lambda: {GOAL})
     read: list[tuple[str, NotOurs]] = field(default_factory=list)

@@ -140,7 +140,7 @@ def _goal_updater(name: str, a: Attributes, children: Sequence[TreeNode], board:
 def _again(node: Callable[..., TreeNode], attribute: str) -> NodeKind:
     """Returns the factory of a node that ticks its child again.
 
-    attribute: the one that limits how often.
+    attribute: the name of the limit's attribute.
     """
 
     def make(name: str, a: Attributes, children: Sequence[TreeNode], _: Board) -> TreeNode:

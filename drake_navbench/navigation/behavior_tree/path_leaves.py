@@ -53,8 +53,8 @@ class TruncatePath(Leaf):
 class TruncatePathLocal(Leaf):
     """Cuts a path to the part around the robot: some way before and behind it.
 
-    forward_m: length kept ahead of the robot; negative: all of it. angle_weight_m: m that a radian
-    of difference in heading counts for in the search for the pose nearest to the robot.
+    forward_m: length kept ahead of the robot; negative: all of it. angle_weight_m: the m that 1 rad
+    of difference in heading adds to the distance, in the search for the pose nearest to the robot.
     search_distance_m: length of the path that is searched, from the robot's last place on it;
     infinity searches all of it. source, result: variables of the path and of the part.
     """

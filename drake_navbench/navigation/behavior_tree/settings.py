@@ -42,7 +42,7 @@ class BehaviorTreeSettings(PluginBlocks):
     """The attributes of navigate_to_pose_w_replanning_and_recovery.xml, with its values.
 
     A block under another name, with `plugin`, is a node that is not built in: the recovery action
-    of that name, or what takes the place of the tree's leaf of that name.
+    of that name, or a node that replaces the tree's leaf of that name.
     """
 
     READ_BY: ClassVar[Mapping[str, ReadBy]] = {

@@ -17,17 +17,17 @@ from drake_navbench.typed_files.input_file import MEGABYTE, read_input_text
 
 MAX_FILE_BYTES = MEGABYTE
 MAX_DEPTH = 50
-# Files within each other.
+# The depth to which files may include each other.
 MAX_INCLUDES = 5
 MAX_NODES = 1000
-# Written as <Action ID="Spin"/> in place of <Spin/>.
+# The long form <Action ID="Spin"/> of <Spin/>.
 WITH_ID = ("Action", "Condition", "Control", "Decorator")
-# They stand for another tree of the file.
+# Elements that stand for another tree of the file.
 SUBTREES = ("SubTree", "SubTreePlus")
 
 
 class MissingTree(InputError):
-    """A tree that stands in another file, which is not there."""
+    """A tree that stands in an included file, which does not exist here."""
 
 
 class _Element:
@@ -43,9 +43,9 @@ class _Element:
 def read_tree_file(path: Path, values: Mapping[str, str] | None = None) -> NodeDescription:
     """Returns the main tree of a file, with those of the files that it includes.
 
-    values: of variables, by their names; the others stay variables.
-    Raises MissingTree where a tree is needed that only an included file can have which is not
-    there, as that of a package (`ros_pkg`), InputError with file and line where there is none.
+    values: of variables, by their names; the others stay variables. Raises MissingTree where a
+    needed tree can only be in an included file that does not exist here, as that of a package
+    (`ros_pkg`), and InputError with file and line for other faults.
     """
     root = _parsed(path)
     missing: list[str] = []
@@ -66,7 +66,7 @@ def read_tree_file(path: Path, values: Mapping[str, str] | None = None) -> NodeD
 
 
 class _Budget:
-    """Turns elements into descriptions, and counts them: trees may name each other in a circle."""
+    """Turns elements into descriptions; counts them, as trees may name each other in a circle."""
 
     def __init__(self, path: Path, missing: list[str]) -> None:
         self._path = path
