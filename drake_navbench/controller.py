@@ -75,7 +75,7 @@ class ControllerSetup:
         base answers a command; the limits are inf where it has none.
     costmap_resolution_m, costmap_size_m: cell edge and side length of the local costmap, m.
     inflation_radius_m, inflation_cost_scaling_factor: of the local costmap's inflation layer.
-    tracks_unknown_space: of the local costmap.
+    tracks_unknown_space: whether the local costmap has unknown cells.
     wants_diagnostics: whether `Decision.diagnostics` should carry arrays for replay and report.
     """
 
@@ -146,8 +146,8 @@ class Observation:
 class Decision(NamedTuple):
     """The result of a controller's cycle.
 
-    command: (2,) v m/s, w rad/s; for a base that moves sideways it may be (3,) with vy m/s, the
-        velocity to the left, as the third.
+    command: (2,) v m/s, w rad/s; for a base that moves sideways it may be (3,), with vy m/s, the
+        velocity to the left.
     memory: handed to the next `step`; never changed in place.
     diagnostics: numbers, strings and flags are logged every cycle. Arrays only where
         `ControllerSetup.wants_diagnostics`; the replay draws the keys `predicted_trajectory`
@@ -200,7 +200,7 @@ class CollisionAhead(NoValidControl):
 
 
 class AskedSpeeds(NamedTuple):
-    """The speeds that a controller's parameters need of the base; None where they need none.
+    """The speeds at which a controller's parameters need the base to drive; None: no demand.
 
     The accelerations are those that the controller counts on when it looks ahead.
     """
@@ -226,7 +226,8 @@ class ControllerParameters(BaseModel):
     DONE_OTHERWISE: by dotted name of a parameter that Nav2 reads and this model lacks, a sentence
         on what the controller does instead.
     SLIDERS: by dotted name the range of a slider by which `run --live` changes a number while it
-        drives: one on which no memory of the controller depends. Without a critic's block: none.
+        drives: the controller's memory must not depend on it. A critic's slider needs the critic's
+        block.
     STOOD_IN_FOR: by dotted name of a parameter that makes Nav2 behave differently from this
         controller, a sentence on what stands in for that behaviour.
     """
@@ -276,11 +277,11 @@ class ControllerParameters(BaseModel):
 
     @classmethod
     def doubts(cls, values: Mapping[str, Any]) -> Mapping[str, str]:
-        """Returns values that are probably mistakes, by dotted name, with their effect."""
+        """Returns probably mistaken values: dotted name -> the effect of the value."""
         return {}
 
     def as_read(self) -> Self:
-        """Returns these parameters with the defaults of those that their release does not read."""
+        """Returns these parameters; those that their release does not read have their defaults."""
         release = getattr(self, RELEASE_FIELD, NEWEST_RELEASE)
         fields = type(self).model_fields
         unread = [name for name in fields if not self.is_read(name, release)]
@@ -299,8 +300,8 @@ class ControllerParameters(BaseModel):
     def keys_not_read(cls, values: Mapping[str, Any]) -> list[str]:
         """Returns the dotted names in `values`, nested, that Nav2 would not look at.
 
-        Such as the block of a critic that is not among the critics, and what the release of the
-        values does not read.
+        Examples are the block of a critic that is not listed, and parameters that the release does
+        not read.
         """
         release = release_in(values)
         return [name for name in _dotted_names(values) if not cls.is_read(name, release)]
@@ -309,8 +310,9 @@ class ControllerParameters(BaseModel):
     def for_original(cls, values: Mapping[str, Any], release: str) -> dict[str, Any]:
         """Returns given values, nested, as the original of a release of Nav2 has them.
 
-        The same without the port's own `nav2_release`, but where a release has other names, or
-        another form. ROBOT_OUTLINE stands for a text that only the robot gives.
+        By default these are the given values without the port's own `nav2_release`; a controller
+        whose parameters have other names or forms in a release overrides this. ROBOT_OUTLINE stands
+        for a text that only the robot gives.
         """
         return {name: value for name, value in values.items() if name != RELEASE_FIELD}
 
@@ -334,7 +336,7 @@ class ControllerParameters(BaseModel):
         return {}
 
     def turns_in_place(self) -> bool:
-        """Returns whether it may command a rotation without translation, which no car follows."""
+        """Returns whether the controller may command a turn in place, which no car can follow."""
         return True
 
 
@@ -376,11 +378,11 @@ class Controller(Protocol):
 class GracefulController(Protocol):
     """A controller that slows down by itself before it is cancelled, as Nav2's Controller::cancel.
 
-    One without this method is cancelled at once, and the server commands a stop.
+    A controller without `is_at_rest` is cancelled at once, and the server commands a stop.
     """
 
     def is_at_rest(self, memory: Any) -> bool:
-        """Returns whether a cancelled controller has come to rest; it is stepped until then."""
+        """Returns whether a cancelled controller is at rest; until then it is called each cycle."""
         ...
 
 
@@ -388,7 +390,8 @@ class GracefulController(Protocol):
 class PlanCuttingController(Protocol):
     """A controller that may cut `Observation.global_plan` itself, as those of Nav2 until Kilted.
 
-    cuts_plan: whether it does; where the path handler has nothing left it then sees the whole plan.
+    cuts_plan: whether it cuts the plan. If so, it gets the whole plan where the path handler has
+    none left.
     """
 
     @property

@@ -33,7 +33,7 @@ def csv_text(table: pd.DataFrame, *, has_index: bool = False) -> str:
 def _as_text(value: object) -> object:
     if not isinstance(value, str):
         return value
-    # It would end the row, as the writer does not know.
+    # A lone carriage return would end the row, which the writer does not know.
     text = value.replace("\r", " ")
     return AS_TEXT + text if FORMULA.match(text) and not _is_number(text) else text
 

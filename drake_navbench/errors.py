@@ -9,9 +9,9 @@ from collections.abc import Iterable
 # Longer lines are cut: what is wrong may be a value of any size.
 MAX_LINE_LENGTH = 1000
 MAX_LINES = 100
-# A longer name is no misspelt one, and to compare it would take long.
+# A longer name is no misspelling, and comparing it would take long.
 MAX_HINTED_LENGTH = 100
-# Share of two names that is the same, from which one is offered for the other.
+# The share of equal letters from which one name is offered for another.
 LIKENESS = 0.6
 
 

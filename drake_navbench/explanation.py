@@ -22,7 +22,7 @@ Row = tuple[Cell, ...]
 class Explanation(NamedTuple):
     """The reasons of a controller's command in one cycle.
 
-    command: as in `Decision`, as it comes out of what is explained; None where there was none.
+    command: as in `Decision`; None where the cycle had none.
     sentence: the reason in one sentence, with numbers and units.
     columns, rows: a table; the first column names what is told, such as a critic. Numbers are
         rounded where they are printed; None is an empty cell.
@@ -46,8 +46,8 @@ class Explanation(NamedTuple):
 class ControlCycle(NamedTuple):
     """One call of the controller, and its outcome.
 
-    observation, memory: as it got them. command: (3,) as published, v m/s, w rad/s, vy m/s; None
-    where the controller raised a ControllerError, which `failure` tells.
+    observation, memory: the inputs of the call. command: (3,) as published, v m/s, w rad/s, vy m/s;
+    None where the controller raised a ControllerError, which `failure` tells.
     """
 
     observation: Observation
@@ -111,13 +111,15 @@ class ExplainingController(Protocol):
     """A controller that can tell why it decides as it does.
 
     `drake-navbench why` builds it with `ControllerSetup.wants_diagnostics` and calls `explain` with
-    the observation and the memory of one cycle of a trial. It changes neither, as `step` does not.
+    the observation and the memory of one cycle of a trial. `explain` changes neither, as `step`
+    does not.
     """
 
     def explain(self, observation: Observation, memory: Any) -> Explanation:
         """Returns the reasons of the command of `step(observation, memory)`.
 
-        Where `step` raises a ControllerError, the reasons of that, with no command.
+        Where `step` raises a ControllerError, the reasons are those of the error, without a
+        command.
         """
         ...
 

@@ -37,7 +37,7 @@ class NoiseStream(IntEnum):
     RANGE_SENSORS = 26
 
 
-# Philox is a counter-based generator with a key of two words: here the seed, and the rest.
+# Philox is a counter-based generator with a key of two words: here the seed, and stream with step.
 STEP_SHIFT = 32
 
 
@@ -54,7 +54,7 @@ class NoiseKey(NamedTuple):
     def generator(self) -> np.random.Generator:
         """Returns a fresh generator that depends on the key alone."""
         words = _PhiloxKey((self.seed, self.stream | self.step << STEP_SHIFT))
-        # It takes any ISeedSequence; numpy's stubs know the one class only.
+        # Philox takes any ISeedSequence; numpy's stubs know only its own class.
         return np.random.Generator(np.random.Philox(words))  # type: ignore[arg-type]
 
 
@@ -72,7 +72,7 @@ class _PhiloxKey(ISeedSequence):
     def generate_state(  # type: ignore[override]
         self, n_words: int, dtype: DTypeLike = np.uint64
     ) -> tuple[int, int]:
-        """Returns the two words of the key, whatever is asked for."""
+        """Returns the two words of the key, whatever the arguments."""
         return self._words
 
 

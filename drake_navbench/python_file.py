@@ -35,7 +35,7 @@ def module_of(path: Path, content: bytes, sha256: str, kind: str, who: str) -> M
         if is_machine_fault(error):
             raise
         where = _line_of(error, path)
-        # It is somebody's code: anything can happen in it.
+        # The file is somebody's code: it may raise anything.
         raise InputError(f"{who}: cannot be loaded: {one_line(error)}{where}") from error
     return module
 
@@ -43,7 +43,7 @@ def module_of(path: Path, content: bytes, sha256: str, kind: str, who: str) -> M
 def _line_of(error: BaseException, path: Path) -> str:
     """Returns ' (line 7)' for the last line of the file that an error passed."""
     if isinstance(error, SyntaxError):
-        # Its text has the line.
+        # The text of a syntax error has the line already.
         return ""
     frames = traceback.extract_tb(error.__traceback__)
     lines = [frame.lineno for frame in frames if frame.filename == str(path)]

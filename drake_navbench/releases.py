@@ -44,9 +44,9 @@ class Release(StrEnum):
         return self.version >= Release(other).version
 
 
-# The release that everything here is ported from, where nothing else is said.
+# The release that everything here is ported from unless stated otherwise.
 NEWEST_RELEASE: Final = Release.LYRICAL
-# A controller's parameter that says whose rules hold.
+# The name of a controller's parameter that chooses the release whose rules hold.
 RELEASE_FIELD: Final = "nav2_release"
 
 
@@ -74,19 +74,19 @@ class ReadBy(NamedTuple):
 def read_by(model: type, name: str) -> ReadBy:
     """Returns the releases that read a parameter, as the READ_BY of its model or a base says.
 
-    Every release reads a parameter that is not in it, with one default.
+    Every release reads a parameter that is not in READ_BY, with the same default.
     """
     return facts_of(model).get(name, ReadBy())
 
 
 def defaults_in(model: type, release: Release) -> dict[str, Any]:
-    """Returns the parameters whose default in a release differs from the model's, with it."""
+    """Returns the defaults of a release that differ from the model's: name -> default."""
     known = facts_of(model).items()
     return {name: found.defaults[release] for name, found in known if release in found.defaults}
 
 
 def facts_of(model: type) -> Mapping[str, ReadBy]:
-    """Returns READ_BY of a model and its bases; what stands in the model itself prevails."""
+    """Returns READ_BY of a model and its bases; entries of the model itself prevail."""
     facts: dict[str, ReadBy] = {}
     for base in reversed(model.__mro__):
         facts |= vars(base).get("READ_BY", {})
@@ -94,7 +94,10 @@ def facts_of(model: type) -> Mapping[str, ReadBy]:
 
 
 def since(release: Release, defaults: Mapping[Release, Any] | None = None) -> ReadBy:
-    """Returns the mark of a parameter read from a release on; defaults: those of older ones."""
+    """Returns the mark of a parameter that releases from `release` on read.
+
+    defaults: by older releases, the values that hold there.
+    """
     return ReadBy(frozenset(other for other in Release if other >= release), defaults or {})
 
 
@@ -104,5 +107,5 @@ def until(release: Release) -> ReadBy:
 
 
 def before(release: Release, value: Any) -> dict[Release, Any]:
-    """Returns a value by the releases that are older than one."""
+    """Returns `value` for each release that is older than `release`."""
     return {other: value for other in Release if other < release}

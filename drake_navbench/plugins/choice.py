@@ -22,9 +22,9 @@ from drake_navbench.plugins.parameters import chosen_plugin, normalized
 
 
 class _AnyOfThem:
-    """A schema by which editors accept parameters that several plugins have, without a name.
+    """A schema by which editors accept parameters of several plugins without a plugin's name.
 
-    And those of plugins that they cannot know.
+    It also accepts parameters of plugins that the editors cannot know.
     """
 
     def __init__(self, built_in: Mapping[str, Any]) -> None:

@@ -33,7 +33,7 @@ GROUP_PREFIX = f"{OUR_PACKAGE}."
 OUR_DISTRIBUTION = "drake-navbench"
 
 
-# A plugin whose name differs by more than a slip is another one.
+# A name that differs from a known one by more than a slip means another plugin.
 LIKE_A_SLIP = 0.75
 
 
@@ -106,7 +106,7 @@ class PluginKind:
         except BaseException as error:
             if isinstance(error, KeyboardInterrupt) and is_ours(point.module):
                 raise
-            # The module is somebody's code: anything can happen in it.
+            # The module is somebody's code: it may raise anything.
             raise InputError(
                 f"{self.noun} {name!r} of {_package(point)}: entry point {point.value} cannot be "
                 f"loaded: {one_line(error)}"
@@ -137,9 +137,9 @@ class PluginKind:
             )
 
     def make(self, name: str, *arguments: Any) -> Any:
-        """Returns an object of what is registered as `name`.
+        """Returns an object of the plugin that is registered as `name`.
 
-        Raises InputError where there is none, or where one that is not ours cannot be made.
+        Raises InputError where there is none, or where a plugin of others cannot be made.
         """
         chosen = self.load(name)
         origin = self.origin(name)
@@ -156,7 +156,7 @@ class PluginKind:
             ) from error
 
     def origin(self, name: str) -> Origin | None:
-        """Returns the origin of the plugin `name`; None where it is ours."""
+        """Returns the origin of the plugin `name`; None for a built-in plugin."""
         for point in _installed(self.group).get(name, ()):
             if not is_ours(point.module):
                 return _origin(point)
@@ -182,7 +182,7 @@ class PluginKind:
     ) -> dict[str, Any]:
         """Returns the plugins that can be loaded, by name; warns of the others.
 
-        check: returns the value that is kept of a plugin, from its name and the loaded object;
+        check: function from a plugin's name and the loaded object to the value that is kept of it;
         raises InputError where the object is not of this kind.
         """
         kept: dict[str, Any] = {}
@@ -218,7 +218,7 @@ def forget_installed() -> None:
 
 
 def _has_own(loaded: Any, member: str, base: type) -> bool:
-    """Returns whether something has a member, and not only that of a base."""
+    """Returns whether an object has a member of its own, not only the one of its base."""
     found = getattr(loaded, member, None)
     return hasattr(loaded, member) and (found is None or found is not getattr(base, member, None))
 

@@ -32,7 +32,7 @@ from drake_navbench.typed_files.typed_yaml import (
 class PluginParameters(FrozenModel):
     """Base of the parameters of a plugin that is not built in: unknown names refused, frozen.
 
-    plugin: under which name it is registered, as the file gives it.
+    plugin: the name under which the plugin is registered, as the file gives it.
     """
 
     plugin: str = Field("", description="Name under which the plugin is registered.")
@@ -70,7 +70,7 @@ def chosen_plugin(kind: PluginKind, block: Mapping[str, Any]) -> Any:
 class PluginBlocks(FrozenModel):
     """Base of settings in which further blocks, under free names, hold the parameters of plugins.
 
-    PLUGINS: of which kind these are. Fields of a subclass count as given in Python, where
+    PLUGINS: the kind of these plugins. Fields of a subclass count as given in Python, where
     strictness takes no list for a tuple.
     """
 

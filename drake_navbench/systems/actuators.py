@@ -16,7 +16,7 @@ from drake_navbench.noise import NoiseKey, NoiseStream
 from drake_navbench.systems.lifetime import weakly_bound
 from drake_navbench.systems.ports import COMMAND_SIZE, STATE_SIZE
 
-# v m/s, w rad/s and vy m/s.
+# A velocity: v m/s, w rad/s and vy m/s.
 Velocity = list[float]
 # Every control cycle of 20 Hz falls on a step.
 FORCE_PERIOD_S = 0.025
@@ -82,16 +82,17 @@ class SlippingWheels(LeafSystem):
 
 
 class LimitedForce(LeafSystem):
-    """Motors that can push only so hard: the speed they reach for follows the command by that.
+    """Motors with a largest force, which limits how fast their speed follows the command.
 
     Inputs `command` [v m/s, w rad/s, vy m/s] and `state` [x m, y m, yaw rad, ...]; output `reached`
     [v m/s, w rad/s, vy m/s], one step every 0.025 s from `offset_s` on.
 
     With force F, mass m and payload p, a speed changes by at most a = F / (m + p) a second, the yaw
     rate by its limit times m / (m + p); a slope pulls back with g sin(slope) along its direction,
-    which a lateral speed feels too. Where the pull is stronger than the motors it rolls downhill.
+    which acts on a lateral speed, too. Where the pull is stronger than the motors, the robot rolls
+    downhill.
 
-    mass_kg: without payload. bounds: of the drive.
+    mass_kg: the robot's without payload. bounds: those of the drive.
     """
 
     def __init__(
@@ -133,7 +134,7 @@ class LimitedForce(LeafSystem):
         yaw_acceleration = self._bounds.yaw_acceleration_radps2 * self._mass_kg / loaded_kg
         pull = GRAVITY_MPS2 * math.sin(settings.slope_rad)
         uphill = settings.slope_direction_rad - yaw
-        # Wheels that do not roll sideways hold there.
+        # A robot that does not drive sideways is held by its wheels in that direction.
         holds = command[2] == 0.0 and reached[2] == 0.0
         pulls = (-pull * math.cos(uphill), 0.0, 0.0 if holds else -pull * math.sin(uphill))
         limits = (acceleration, yaw_acceleration, acceleration)

@@ -41,7 +41,7 @@ Array = NDArray[np.float64]
 PERIOD_S = 0.05
 # The value of a free cell of an occupancy grid.
 FREE = 0
-# Where the numbers of the draws on further floors begin; no trial has as many updates.
+# The number of the first draw on a further floor; no trial has as many updates.
 FIRST_OF_FLOORS = 2**31
 
 
@@ -51,9 +51,9 @@ class Belief(Immutable):
 
     particles: (N, 3) x m, y m, yaw rad in the map. weights: (N,), which sum to 1. slow, fast:
     running means of the particles' likelihood, 0 before the first. odometry_pose: (3,) at the last
-    update, None before the first. updates: their number. scan_time_s: of the last scan used.
-    map_from_odometry: (3,) pose of the odometry frame in the map. has_jumped: whether the belief
-    was displaced already.
+    update, None before the first. updates: the number of updates. scan_time_s: of the last scan
+    used. map_from_odometry: (3,) pose of the odometry frame in the map. has_jumped: whether the
+    belief was displaced already.
     """
 
     particles: Array
@@ -83,20 +83,20 @@ class Amcl(FloorAware):
     """Adaptive Monte Carlo localization on a map, as nav2_amcl does it with the likelihood field.
 
     Input `scan` (Scan or None), with the sensor's pose by the odometry, and `odometry_estimate` [x
-    m, y m, yaw rad, v m/s, w rad/s, vy m/s] in the odometry's frame. Outputs `estimate`, the latter
-    in the map, and `map_from_odometry` (3,) x m, y m, yaw rad. Abstract state `belief_state` is the
-    `Belief`.
+    m, y m, yaw rad, v m/s, w rad/s, vy m/s] in the odometry's frame. Outputs `estimate`, the same
+    six numbers in the map frame, and `map_from_odometry` (3,) x m, y m, yaw rad. Abstract state
+    `belief_state` is the `Belief`.
 
     A new scan is processed within 0.05 s, at `offset_s` and every period later; the filter is
     updated where the odometry has moved far enough since the last update, and the transform where
-    it is resampled. Of several scanners the first counts. grid: the map, in the world frame.
+    it is resampled. With several scanners, AMCL uses the first. grid: the map, in the world frame.
 
     At the settings' `jump_time_s` all particles and the transform are displaced by the jump: the
     robot is forcibly unlocalized, as if it had been carried away.
 
-    floors: the map of each floor, where there are several; their clock comes with them. On another
-    floor the particles begin anew, spread as at the start around the true pose (input `state`) plus
-    the error of the lift.
+    floors: the map of each floor of a mission; with them comes floor_clock. On another floor the
+    particles begin anew, spread as at the start around the true pose (input `state`) plus the error
+    of the lift.
     """
 
     def __init__(
@@ -269,11 +269,12 @@ class Amcl(FloorAware):
         )
         weights = np.full(len(particles), 1.0 / len(particles))
         belief = replace(belief, particles=particles, weights=weights)
-        # As there: the averages begin anew, so that not all becomes random in the end.
+        # As in nav2_amcl: the averages begin anew, so that not all particles become random in the
+        # end.
         return replace(belief, slow=0.0, fast=0.0) if random_share > 0.0 else belief
 
     def _anywhere(self, generator: np.random.Generator, known: _KnownMap) -> Array:
-        """Returns (max_particles, 3) poses at lower left corners of free cells, as nav2_amcl's."""
+        """Returns (max_particles, 3) random poses at lower left corners of free cells."""
         count = self._amcl.max_particles
         cells = known.free_cells[generator.integers(len(known.free_cells), size=count)]
         origin_x, origin_y, resolution = known.frame
@@ -298,10 +299,11 @@ class Amcl(FloorAware):
 def likelihood_field(
     amcl: AmclSettings, grid: OccupancyMap, range_max: float
 ) -> tuple[Array, float]:
-    """Returns a likelihood term for a hit in each cell (rows, columns), and for one off the map.
+    """Returns the likelihood term of a hit in each cell (rows, columns), and of a hit off the map.
 
-    It is the cube of z_hit exp(-d^2 / (2 sigma^2)) + z_rand / range_max, d m the distance of the
-    cell's centre from the nearest occupied one's, at most laser_likelihood_max_dist.
+    The term is the cube of z_hit exp(-d^2 / (2 sigma^2)) + z_rand / range_max, with d m the
+    distance of the cell's centre from that of the nearest occupied cell, at most
+    laser_likelihood_max_dist.
     """
     # Imported late: it takes a while, and only AMCL needs it.
     from scipy.ndimage import distance_transform_edt

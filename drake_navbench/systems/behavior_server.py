@@ -30,10 +30,10 @@ from drake_navbench.typed_files.immutable import Immutable
 
 @dataclass(frozen=True, eq=False)
 class _Activity(Immutable):
-    """The task at hand.
+    """The state of the present task.
 
-    behavior_state: of the behaviour. command: (3,) v m/s, w rad/s, vy m/s, None where the behaviour
-    publishes nothing.
+    behavior_state: state of the behaviour. command: (3,) v m/s, w rad/s, vy m/s, None where the
+    behaviour publishes nothing.
     """
 
     status: TaskStatus = field(default_factory=TaskStatus)
@@ -135,7 +135,7 @@ class BehaviorServer(LeafSystem):
 
 
 def _require_step(behavior: str, step: Any) -> None:
-    """Raises ValueError where a behaviour, which may be a plugin's, made something else."""
+    """Raises ValueError where a behaviour, which may be a plugin's, returned no valid Step."""
     if not isinstance(step, Step):
         raise ValueError(f"behavior {behavior}: got {step!r}, expected a Step")
     if step.command is not None and (
@@ -150,5 +150,5 @@ def _require_step(behavior: str, step: Any) -> None:
 def _ended(
     goal: BehaviorGoal, state: TaskState, now_s: float, *, code: int = 0, reason: str = ""
 ) -> _Activity:
-    """Returns the end of a task; the command falls to the controller, which commands a stop."""
+    """Returns the end of a task; then the command is the controller's, which is a stop."""
     return _Activity(TaskStatus(state, code, reason, time_s=now_s, task_id=goal.task_id))

@@ -24,7 +24,7 @@ class BinaryFilterState(FilterState):
 
 
 class BinaryFilter(MaskFilter):
-    """Throws a switch by the mask. As in Nav2 it starts off, whatever the default state."""
+    """Throws a switch by the mask. As in Nav2 it is off at first, whatever the default state."""
 
     Kept: ClassVar[type[FilterState]] = BinaryFilterState
     AT_START = False
@@ -34,7 +34,7 @@ class BinaryFilter(MaskFilter):
         self._settings = settings
 
     def value_at(self, mask: FilterMask, position: NDArray[np.float64], last: bool) -> bool:
-        """Returns whether the switch is on at (2,) m; last: whether it is now."""
+        """Returns whether the switch is on at (2,) m; last: whether it is on now."""
         return binary_state_at(mask, self._settings, position, last=last)
 
 
@@ -47,8 +47,8 @@ def binary_state_at(
 ) -> bool:
     """Returns the state at (2,) m, as Nav2's BinaryFilter.
 
-    Flipped from default_state where base + multiplier * mask value exceeds flip_threshold; off the
-    mask default_state; on unknown cells `last`.
+    The state is the opposite of default_state where base + multiplier * mask value exceeds
+    flip_threshold, default_state elsewhere and off the mask, and `last` on unknown cells.
     """
     value = mask.value_at(position)
     if value == MASK_UNKNOWN:

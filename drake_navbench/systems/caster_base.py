@@ -72,7 +72,8 @@ class CasterBase(LeafSystem):
                 drive.bounds.yaw_acceleration_radps2,
             ]
         )
-        # The wheels turn with the base, as if they were mass where they touch the floor.
+        # The wheels' moment of inertia acts as if it were mass at the point where they touch the
+        # floor.
         turning_kg = gear.wheel_inertia_kgm2 / gear.wheel_radius_m**2
         half_m = 0.5 * gear.wheel_separation_m
         self._body = np.array(
@@ -146,7 +147,7 @@ class CasterBase(LeafSystem):
         context.SetDiscreteState(own)
 
     def caster_angles(self, context: Context) -> Vector:
-        """Returns (C,) rad where the casters point in the base frame; 0: as in driving ahead."""
+        """Returns (C,) rad: the casters' angles in the base frame; 0: as in driving ahead."""
         return context.get_discrete_state_vector().CopyToVector()[FIRST_ANGLE:]
 
     def _on_step(self, context: Context, discrete_state: DiscreteValues) -> None:
@@ -176,7 +177,7 @@ class CasterBase(LeafSystem):
         """Returns a bound of the rates, 1/s, at which speeds and casters settle."""
         mass, _, inertia = self._body.tolist()
         radius, half, stiffness, integral, _, dry, _ = self._motors.tolist()
-        # By one rad/s of a wheel, and of a swivel.
+        # Speeds per rad/s of a wheel, and of a swivel.
         wheel = (stiffness + dry / WHEEL_SLACK_RADPS) / radius**2
         swivel = self._frictions[0] / SWIVEL_SLACK_RADPS
         x, y, trail = self._casters.T

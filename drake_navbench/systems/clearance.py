@@ -24,28 +24,28 @@ from drake_navbench.systems.ports import (
 
 # The clearance beyond this distance, m, reads +inf.
 MAX_DISTANCE_M = 5.0
-# To an obstacle, to the centre of a cell, to the corner of a cell.
+# The number of distances: to an obstacle, to the centre of a cell, to the corner of a cell.
 DISTANCE_COUNT = 3
 
 
 class Clearance(FloorAware):
     """Measures the distance to obstacles at the start, at `offset_s`, and once a period from then.
 
-    Inputs `state` [x m, y m, yaw rad, ...], `costmap` (Costmap or None; need not be
-    connected), `odometry_from_world`
-    (3,), the world's pose in the costmap's frame (not connected: they are one), and `moving` (edges
-    (E, 4) and circles (D, 3) of moving bodies, m; need not be connected). Output `distances` [m]:
-    first the distance between the footprint and the nearest thing that stands or moves in the
-    world, 0 where they overlap; then the distance from the reference point to the nearest of the
-    lethal cells' centres; then that to the nearest of their lower left corners, the published
-    measure. +inf where nothing is near. Contacts between two samples are found by ContactWatch.
+    Inputs `state` [x m, y m, yaw rad, ...], `costmap` (Costmap or None; need not be connected),
+    `odometry_from_world` (3,), the world's pose in the costmap's frame (not connected: they are
+    one), and `moving` (edges (E, 4) and circles (D, 3) of moving bodies, m; need not be connected).
+    Output `distances` [m]: first the distance between the footprint and the nearest thing that
+    stands or moves in the world, 0 where they overlap; then the distance from the reference point
+    to the nearest of the lethal cells' centres; then that to the nearest of their lower left
+    corners, the published measure. +inf where nothing is near. Contacts between two samples are
+    found by ContactWatch.
 
     The distance is exact in the plane. SceneGraph's is not: between prisms on one floor FCL's
     general algorithm is now and then too large by up to metres (flexible-collision-library/fcl,
     issue 508).
 
-    footprint: (K, 2) true outline, base frame, m. floor_clock: where there are several floors; on
-    another one nothing is near until it is measured there.
+    footprint: (K, 2) true outline, base frame, m. floor_clock: for several floors; on a new floor
+    all distances are +inf until the next measurement.
     """
 
     def __init__(
@@ -96,7 +96,8 @@ class Clearance(FloorAware):
             frame = value_or_none(self._frame_port, context)
             position = (pose if frame is None else compose(frame, pose))[:2]
             to_centre = nearest_distance(costmap.lethal_centres, position)
-            # Corners half a cell to the lower left, or the robot as much to the upper right.
+            # Corners lie half a cell to the lower left; moving the robot as far to the upper right
+            # is the same.
             to_corner = nearest_distance(
                 costmap.lethal_centres, position + 0.5 * costmap.resolution
             )

@@ -10,15 +10,15 @@ from drake_navbench.inputs.timing import TimingSettings
 
 # The wall-clock and the processor time of each cycle, ms.
 ComputeTimes = Sequence[tuple[float, float]]
-# A control period has this many ticks. After a cycle that missed its period the next one begins at
-# the next tick; in Nav2 at once.
+# A control period has this many ticks. After a cycle that missed its period the next cycle begins
+# at the next tick; in Nav2 it begins at once.
 TICKS_A_PERIOD = 4
 
 
 class ComputeClock:
-    """The clock that tells by how much a cycle's command is late, by the timing's `compute_time`.
+    """The clock that tells how late a cycle's command is, by the timing's `compute_time`.
 
-    logged: the times of all cycles of an earlier run of the trial, in place of those measured.
+    logged: the times of all cycles of an earlier run of the trial, which replace measured ones.
     """
 
     def __init__(self, timing: Timeline[TimingSettings], logged: ComputeTimes | None) -> None:
@@ -31,7 +31,7 @@ class ComputeClock:
         return self._timing.any(lambda timing: timing.compute_time != 0.0)
 
     def ticks_a_period(self, period_s: float) -> int:
-        """Returns the number of ticks a control period, at each of which a cycle may begin.
+        """Returns the number of ticks in a control period; at each tick a cycle may begin.
 
         It is 1 where no cycle can take longer than a period, else TICKS_A_PERIOD.
         """
@@ -43,7 +43,10 @@ class ComputeClock:
         return TICKS_A_PERIOD if self._timing.any(lambda timing: not is_short(timing)) else 1
 
     def known(self, cycle: int, measured: tuple[float, float]) -> tuple[float, float]:
-        """Returns the times, ms, that count for a cycle, the first being 0; raises InputError."""
+        """Returns the wall-clock and processor time of a cycle, ms; raises InputError.
+
+        cycle: counted from 0. measured: its times in this run, which count where no log has any.
+        """
         if self._logged is None:
             return measured
         if cycle >= len(self._logged):

@@ -23,8 +23,8 @@ LOGGABLE_KINDS = "biufU"
 REAL_KINDS = "iuf"
 # The most characters of one cycle's numbers, text and flags as JSON.
 MAX_NOTE_LENGTH = 100_000
-# What most cycles leave, of which the length is known without writing it: at most so many
-# characters of JSON a value and a letter.
+# The types of values in most cycles; their JSON has at most PLAIN_LENGTH characters a value and
+# LETTER_LENGTH a letter, so that it need not be written to know that it is short enough.
 PLAIN_TYPES = frozenset({float, bool, type(None), str})
 PLAIN_LENGTH, LETTER_LENGTH = 30, 12
 
@@ -37,11 +37,11 @@ class Stopwatch(NamedTuple):
 
     @classmethod
     def started(cls) -> Stopwatch:
-        """Returns one that begins now."""
+        """Returns a stopwatch that begins now."""
         return cls(time.perf_counter(), time.thread_time())
 
     def elapsed_ms(self) -> tuple[float, float]:
-        """Returns the wall-clock and the processor time since then, ms."""
+        """Returns the wall-clock and the processor time since the start, ms."""
         return 1e3 * (time.perf_counter() - self.wall_s), 1e3 * (time.thread_time() - self.cpu_s)
 
 
@@ -62,7 +62,7 @@ def plugin_code() -> Iterator[None]:
     try:
         yield
     except KeyboardInterrupt:
-        # The user's own, unless Ctrl-C cannot reach this process.
+        # Ctrl-C of the user, unless it cannot reach this process.
         raise
     except BaseException as error:
         # Drake reports a failed C++ check as SystemExit; plugins may raise anything.
@@ -110,7 +110,7 @@ def require_loggable(name: str, values: Mapping[str, Any]) -> None:
 
 
 def _is_short(values: dict[Any, Any]) -> bool:
-    """Returns whether values are plain, by text, and surely short enough; it takes no JSON."""
+    """Returns whether values are of PLAIN_TYPES under text keys, and short enough as JSON."""
     length = 0
     for key, value in values.items():
         kind = type(value)

@@ -68,8 +68,8 @@ class ServerState(NamedTuple):
     far. compute_time_ms, compute_cpu_time_ms: wall-clock time of the last call of the controller,
     and the time for which its thread had a processor. diagnostics: of the controller in that cycle.
     waiting_since_s: when the wait for a current costmap began, None where there is none. Where
-    cycles take time: next_cycle_s: none begins before; command_due_s: when the command is
-    published; earlier_command: the one in force until then.
+    cycles take time: next_cycle_s: earliest start of the next cycle; command_due_s: when the
+    command is published; earlier_command: the command in force until then.
     """
 
     status: TaskStatus = TaskStatus()
@@ -120,8 +120,8 @@ class ControllerServer(LeafSystem):
     Where cycles take time, a command is published when its cycle is over, and a cycle that misses
     its period puts the next one off.
 
-    clock: tells how long a cycle takes; without, cycles take no time.
-    moves_sideways: whether the base follows vy; for another one a command may not have any.
+    clock: tells how long a cycle takes; without it, cycles take no time. moves_sideways: whether
+    the base follows vy; otherwise a command must not have any.
     """
 
     def __init__(
@@ -179,9 +179,9 @@ class ControllerServer(LeafSystem):
     ) -> None:
         """Sets the listeners of control cycles.
 
-        hear: is called with every cycle; it changes nothing. takes_over: is asked before every
-        cycle, at its time, s, for a controller of the same kind with other parameters, which drives
-        from then on with the memory of the one before; None for none.
+        hear: is called with every cycle; it changes nothing. takes_over: is called before every
+        cycle with its time, s. It returns a controller of the same kind with other parameters,
+        which drives from then on with the memory of the last one, or None.
         """
         self._hear, self._takes_over = hear, takes_over
 
@@ -300,7 +300,7 @@ class ControllerServer(LeafSystem):
         except ControllerError as error:
             if not self._cuts_plan or len(global_plan) == 0:
                 return self._end(server, TaskState.ABORTED, error.code, str(error))
-            # The handler is none of this controller's release: the controller has its own rules.
+            # This controller's release has no path handler: the controller has its own rules.
             local_plan = global_plan
         goal = global_plan[-1]
         goal_result = self._goal_checker.check(

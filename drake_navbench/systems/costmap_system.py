@@ -26,7 +26,7 @@ from drake_navbench.typed_files.immutable import Immutable
 
 @dataclass(frozen=True, eq=False)
 class _CostmapState(Immutable):
-    """The layers, and the last request to clear them that was met."""
+    """The state of the layers, and the last request to clear them that was met."""
 
     layers: LayersState
     clear_request: ClearRequest | None = None
@@ -35,19 +35,18 @@ class _CostmapState(Immutable):
 class CostmapSystem(FloorAware):
     """Updates a layered costmap once a period, the first time at `offset_s`.
 
-    Inputs `state` [x m, y m, yaw rad, ...], where the robot believes to be in the costmap's frame,
-    `scan` (Scan or None), `clouds` (PointCloud by the name of the sensor), `ranges` (the newest
-    RangeReadings by the name of the sensor), `clear_request` (ClearRequest or None) and
-    `map_from_odometry` (3,), where the odometry's frame lies in the map (not connected: they are
-    one); the last four need not be connected. Output `costmap` (Costmap,
-    or None before there is one). Each update takes the newest scan; after a new request to clear,
-    the next one starts from the map alone.
+    Inputs `state` [x m, y m, yaw rad, ...], the robot's estimate of its pose in the costmap's
+    frame, `scan` (Scan or None), `clouds` (PointCloud by the name of the sensor), `ranges` (the
+    newest RangeReadings by the name of the sensor), `clear_request` (ClearRequest or None) and
+    `map_from_odometry` (3,), the pose of the odometry frame in the map frame (not connected: the
+    two are one); the last four need not be connected. Output `costmap` (Costmap, or None before
+    there is one). Each update takes the newest scan; after a new request to clear, the next one
+    starts from the map alone.
 
     is_in_map: whether the costmap lies in the map's frame, else in the odometry's.
-    before_first_scan: the layers as they are until there is a scan; they bring a costmap with them,
-        or none.
-    floors: the layers of each floor, where there are several; their clock comes with them. On
-        another floor nothing has been seen yet.
+    before_first_scan: the state of the layers until there is a scan, with a costmap or without.
+    floors: the layers of each floor of a mission; with them comes floor_clock. On a new floor
+    nothing has been seen yet.
     """
 
     def __init__(

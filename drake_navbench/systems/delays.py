@@ -22,13 +22,13 @@ ODOMETRY_MESSAGE_PERIOD_S = 0.025
 
 
 class LateOdometry(FloorAware):
-    """The newest message of the odometry that has arrived; before any, the first one sent.
+    """The newest message of the odometry that has arrived; before any has, the first one sent.
 
     Input `estimate` and output `late_estimate` [x m, y m, yaw rad, v m/s, w rad/s, vy m/s]. A
     message is sent every 0.025 s from `offset_s` on; its latency is drawn of the seed and its
-    number, so that two of these delay alike. Parameter `seed_parameter` holds the trial's seed.
+    number, so that two such systems delay alike. Parameter `seed_parameter` holds the trial's seed.
 
-    floor_clock: where there are several floors; messages of one are forgotten on the next.
+    floor_clock: for several floors; messages of one floor are forgotten on the next.
     """
 
     def __init__(
@@ -108,8 +108,9 @@ class CommandLink(LeafSystem):
         longest_s = max(
             settings.command_latency_s + settings.command_jitter_s for settings in timing.settings
         )
-        # Rows (due s, command): commands on their way and the last that arrived, newest first. The
-        # state is discrete, for unlike an abstract one that may take what this instant commands.
+        # Rows (due s, command): commands on their way and the last one that arrived, newest first.
+        # The state is discrete: unlike an abstract state, it may take the command of this very
+        # instant.
         none = np.zeros((math.ceil(longest_s / period_s) + 2, 1 + COMMAND_SIZE))
         none[:, 0] = -math.inf
         self._messages = self.DeclareDiscreteState(none.ravel())
@@ -141,7 +142,8 @@ class CommandLink(LeafSystem):
         discrete_state.get_mutable_vector(self._messages).SetFromVector(messages)
 
     def _calc_arrived(self, context: Context, output: BasicVector) -> None:
-        # The integrator asks several times a step, which is most of what this system costs.
+        # The integrator asks several times a step; finding the message takes most of this system's
+        # time.
         now_s = context.get_time()
         messages = context.get_discrete_state(self._messages).value().tolist()
         place = 0

@@ -26,14 +26,14 @@ Clouds = Mapping[str, PointCloud]
 class DepthSensors(FloorAware):
     """Sees the true world by each sensor once in its period, the first time at t = 0.
 
-    Input `state` [x m, y m, yaw rad, ...] of the base, world frame; `odometry`, likewise, where the
-    odometry believes it to be (not connected: there); `moving` (Solids of moving bodies; need not
-    be connected). Output `clouds`: the newest PointCloud of each sensor by its name, in the world
-    frame; empty before the first. Glass it does not see. Abstract parameter 0 holds the world as
+    Input `state` [x m, y m, yaw rad, ...] of the base, world frame; `odometry`, the same by the
+    odometry (not connected: equal to `state`); `moving` (Solids of moving bodies; need not be
+    connected). Output `clouds`: the newest PointCloud of each sensor by its name, in the world
+    frame; empty before the first. Glass is not seen. Abstract parameter 0 holds the world as
     Solids, so that a test can take a thing away.
 
-    floors: the surroundings seen on each floor, where there are several; their clock comes with
-    them. Clouds of one floor are forgotten on the next.
+    floors: the surroundings seen on each floor of a mission; with them comes floor_clock. Clouds of
+    one floor are forgotten on the next.
     """
 
     def __init__(

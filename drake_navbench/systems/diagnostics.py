@@ -11,20 +11,21 @@ from typing import Any
 
 import numpy as np
 
-# Replays show a controller's arrays, such as its samples, this often.
+# The time between two cycles of which arrays are kept, such as samples, s: replays show them as
+# often.
 ARRAY_PERIOD_S = 0.2
 MAX_TRAJECTORY_POSES = 12
-# Tenths of millimetres, as far as these arrays are lengths.
+# Arrays are rounded to so many decimals: tenths of millimetres where they are lengths.
 DECIMALS = 4
 
 
 def is_array(value: Any) -> bool:
-    """Returns whether a value of the diagnostics is one that is kept only now and then."""
+    """Returns whether a value of the diagnostics is an array, which is kept only now and then."""
     return isinstance(value, np.ndarray) and value.ndim > 0
 
 
 def without_arrays(diagnostics: Mapping[str, Any]) -> dict[str, Any]:
-    """Returns the numbers, text and flags alone."""
+    """Returns the diagnostics without arrays: numbers, text and flags."""
     return {key: value for key, value in diagnostics.items() if not is_array(value)}
 
 

@@ -21,7 +21,7 @@ class FloorClock(NamedTuple):
 
 
 class FloorAware(LeafSystem):
-    """Base of systems that know of floors, where there are several.
+    """Base of systems that know of floors.
 
     A change of floor is announced before it is due. At its instant all systems meet it at once,
     each by its `_on_floor`, and all of them still see the state from before.
@@ -30,7 +30,7 @@ class FloorAware(LeafSystem):
     knows_floors = False
 
     def _declare_floors(self, clock: FloorClock) -> None:
-        """Declares the input `floor_switch` (FloorSwitch or None) and the look at it."""
+        """Declares the input `floor_switch` (FloorSwitch or None), read at the clock's instants."""
         self.knows_floors = True
         self._switch_port = declare_object_input(self, "floor_switch")
         self._last_switch = self.DeclareAbstractState(AbstractValue.Make(object()))

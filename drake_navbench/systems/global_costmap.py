@@ -16,8 +16,8 @@ from drake_navbench.systems.floor_aware import FloorClock
 class GlobalCostmap(CostmapSystem):
     """Nav2's global costmap; before the first scan it shows the map. Ports: see CostmapSystem.
 
-    layers: as from `planning.global_layers`. pose: (3,) where the robot starts, x m, y m, yaw rad.
-    floors: the layers of each floor, where there are several.
+    layers: as from `planning.global_layers`. pose: (3,) x m, y m, yaw rad of the robot at the
+    start. floors: the layers of each floor of a mission.
     """
 
     def __init__(

@@ -41,18 +41,18 @@ NO_SCAN = NOTHING
 class Lidar(FloorAware):
     """Scans the true world once a period, the first time at t = 0, by one scanner or several.
 
-    Input `state` [x m, y m, yaw rad, ...] of the base, world frame; `odometry`, likewise, where the
-    odometry believes it to be (not connected: there). Input `moving` (edges (E, 4) and circles
-    (D, 3) of moving bodies, m; need not be connected). Output `scan`: the last `Scan`, or None
-    before the first. Abstract parameter 0 holds the world as (segments, circles), so that a test
-    can take a thing away; parameter 1 the trial's seed. Special ranges follow REP 117: +inf where
-    nothing lies within range, -inf nearer than the least range, NaN where a beam dropped out.
+    Input `state` [x m, y m, yaw rad, ...] of the base, world frame; `odometry`, the same by the
+    odometry (not connected: equal to `state`). Input `moving` (edges (E, 4) and circles (D, 3) of
+    moving bodies, m; need not be connected). Output `scan`: the last `Scan`, or None before the
+    first. Abstract parameter 0 holds the world as (segments, circles), so that a test can take a
+    thing away; parameter 1 the trial's seed. Special ranges follow REP 117: +inf where nothing lies
+    within range, -inf nearer than the least range, NaN where a beam dropped out.
 
-    Bodies lower than the scanned plane, or of glass, are not seen. A lost scan leaves the one
-    before it. With a latency the output is the newest scan that has arrived.
+    Bodies lower than the scanned plane, or of glass, are not seen. After a lost scan the last one
+    stays. With a latency the output is the newest scan that has arrived.
 
-    floors: the surroundings seen on each floor, where there are several; their clock comes with
-    them. Scans of one floor are forgotten on the next.
+    floors: the surroundings seen on each floor of a mission; with them comes floor_clock. Scans of
+    one floor are forgotten on the next.
     """
 
     def __init__(
@@ -112,7 +112,8 @@ class Lidar(FloorAware):
         noise = None
         if settings.range_std_m > 0.0 or settings.dropout_probability > 0.0:
             noise = self._generator(context, NoiseStream.LIDAR)
-        # In a fixed order, so that a further scanner leaves the first one's noise as it is.
+        # Scanners draw in a fixed order, so that a further one leaves the first one's noise as it
+        # is.
         first, *further = (
             replace(
                 self._scan_from(context, settings, index, compose(base_pose, mounting), noise),
@@ -124,7 +125,8 @@ class Lidar(FloorAware):
         state.get_mutable_abstract_state(self._scan).set_value(scan)
         if self._is_late:
             before: Mailbox = context.get_abstract_state(self._coming).get_value()
-            # Before the start the robot stood there and scanned: the first scan is old news.
+            # The robot stood there and scanned before the start: the first scan has arrived
+            # already.
             due_s = self._due_s(context) if before.messages else now_s
             after = before.with_message(scan, due_s, now_s)
             state.get_mutable_abstract_state(self._coming).set_value(after)
@@ -169,7 +171,7 @@ class Lidar(FloorAware):
         return Scan(context.get_time(), read_only(sensor_pose), self._angles, ranges_m)
 
     def _outlines(self, context: Context) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Returns the edges and circles of all bodies of the world, or on the robot's floor."""
+        """Returns the edges and circles of all bodies, or of those on the robot's floor."""
         if self._floors:
             return self._outlines_on_floor(context)
         segments, circles = context.get_abstract_parameter(self.world_parameter).get_value()

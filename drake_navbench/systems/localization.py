@@ -20,9 +20,10 @@ class Localization(Diagram):
 
     Input `state` and output `estimate` are [x m, y m, yaw rad, v m/s, w rad/s, vy m/s] in the world
     frame. Abstract parameter `seed_parameter` holds the trial's seed. moves_sideways: whether the
-    base can, and so measures vy with noise. The noise is drawn at the start, at `offset_s` and once
-    a period after that. A system that reads the estimate in an unrestricted update of the
-    initialization, as the navigators do, gets the truth: Drake runs those before discrete ones.
+    base moves sideways, so that vy is measured with noise. The noise is drawn at the start, at
+    `offset_s` and once a period after that. A system that reads the estimate in an unrestricted
+    update of the initialization, as the navigators do, gets the truth: Drake runs those before
+    discrete ones.
     """
 
     def __init__(
@@ -68,7 +69,7 @@ class HeldNoise(LeafSystem):
         self._moves_sideways = moves_sideways
         self.seed_parameter = self.DeclareAbstractParameter(AbstractValue.Make(0))
         first = settings.at(0.0)
-        # The settings that were asked for last, and their deviations.
+        # The settings at the last call, and their deviations.
         self._known = first, self._std(first)
         self._noise = self.DeclareDiscreteState(STATE_SIZE)
         self.DeclareStateOutputPort("noise", self._noise)

@@ -32,7 +32,7 @@ class FilterState(Immutable):
 
 
 class MaskFilter(FloorAware):
-    """Looks a value up where the robot believes to be, once a period from `offset_s` on.
+    """Looks a value up at the robot's estimated place, once a period from `offset_s` on.
 
     Input `estimate` [x m, y m, ...], in the map frame. Output `filter_state` (FilterState). In Nav2
     the costmap that lists the filter runs it with each of its updates.
@@ -40,8 +40,8 @@ class MaskFilter(FloorAware):
     A subclass names the type of its state, `Kept`, and the value `AT_START`, which is in force
     again when the robot comes to another floor. Its `value_at` gives the value at a place.
 
-    floors: the mask of each floor, None for one without any, where there are several; their clock
-    comes with them.
+    floors: the mask of each floor of a mission, None for a floor without one; with them comes
+    floor_clock.
     """
 
     Kept: ClassVar[type[FilterState]]
@@ -68,7 +68,7 @@ class MaskFilter(FloorAware):
         )
 
     def value_at(self, mask: FilterMask, position: NDArray[np.float64], last: Any) -> Any:
-        """Returns the value at (2,) m; last: the one in force."""
+        """Returns the value at (2,) m in the map frame; last: the value in force."""
         raise NotImplementedError
 
     def _on_update(self, context: Context, state: State) -> None:

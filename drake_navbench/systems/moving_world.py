@@ -153,7 +153,7 @@ class MovingWorld(LeafSystem):
         return people_after(people, context.get_time() - held[0])
 
     def _people_there(self, context: Context) -> Array:
-        """Returns (Q, 8) the people who are in the world."""
+        """Returns (Q, 8) the states of the people who are in the world."""
         people = self.people_at(context)
         return people if self._recorded is None else people[people[:, 0] < FAR_AWAY_M]
 

@@ -32,7 +32,7 @@ from drake_navbench.systems.wheeled_plant import BASE_JOINT, add_wheeled_plant
 
 Vector = NDArray[np.float64]
 
-# Until the tyres carry the robot.
+# The time until the tyres carry the robot, s.
 SETTLING_S = 0.5
 
 
@@ -130,7 +130,7 @@ class MultibodyBase(Diagram):
         motors.SetDiscreteState(np.array([v, w, *(axle.get_angle(own) for axle in self._axles)]))
 
     def caster_angles(self, context: Context) -> Vector:
-        """Returns (C,) rad where the casters point in the base frame; 0: as in driving ahead."""
+        """Returns (C,) rad: the casters' angles in the base frame; 0: as in driving ahead."""
         own = self.GetSubsystemContext(self._plant, context)
         return np.array(
             [
@@ -176,8 +176,8 @@ class MultibodyBase(Diagram):
 class _BaseState(LeafSystem):
     """Computes a base's state from the plant's state, which holds positions, then velocities.
 
-    position, velocity: indices at which the positions and velocities of the joint between floor and
-    base begin in it.
+    position, velocity: indices in the plant's state at which the positions and velocities of the
+    joint between floor and base begin.
     """
 
     def __init__(self, size: int, position: int, velocity: int, frame_id: FrameId) -> None:

@@ -34,9 +34,9 @@ class Navigator(LeafSystem):
 
     Inputs `estimate` [x m, y m, yaw rad, ...], in the map frame, and `controller_status`
     (TaskStatus). Outputs `plan` (GlobalPlan, or None before there is one) and `task_status`
-    (TaskStatus of the whole task).
-    The planner is a function from a start pose (3,) to plan poses (N, 3) that raises PlanningError.
-    It starts from the true pose: the localization draws its first noise after the planning.
+    (TaskStatus of the whole task). The planner is a function from a start pose (3,) to plan poses
+    (N, 3) that raises PlanningError. The plan starts from the true pose: the localization draws its
+    first noise after the planning.
     """
 
     def __init__(self, make_plan: Callable[[NDArray[np.float64]], NDArray[np.float64]]) -> None:

@@ -22,12 +22,12 @@ from pydrake.systems.framework import (
 
 from drake_navbench.systems.lifetime import weakly_bound
 
-# x m, y m, yaw rad, then the velocity: v m/s forward, w rad/s, vy m/s to the left. vy is 0 for all
-# but an omnidirectional base.
+# A state: x m, y m, yaw rad, then the velocity: v m/s forward, w rad/s, vy m/s to the left. vy is 0
+# for all but an omnidirectional base.
 STATE_SIZE = 6
-# x m, y m, yaw rad.
+# A pose: x m, y m, yaw rad.
 POSE_SIZE = 3
-# v m/s, w rad/s, vy m/s.
+# A command: v m/s, w rad/s, vy m/s.
 COMMAND_SIZE = 3
 
 

@@ -24,21 +24,21 @@ from drake_navbench.systems.ports import STATE_SIZE, declare_object_input, value
 
 Readings = Mapping[str, tuple[RangeReading, ...]]
 
-# A sensor's noise is drawn by its place among the sensors and the number of its reading.
+# The noise's key is the sensor's place among the sensors times this, plus the reading's number.
 READINGS_A_SENSOR = 1 << 24
 
 
 class RangeSensors(FloorAware):
     """Measures one distance by each sensor once in its period, the first time at t = 0.
 
-    Input `state` [x m, y m, yaw rad, ...] of the base, world frame; `odometry`, likewise, where the
-    odometry believes it to be (not connected: there); `moving` (Solids of moving bodies; need not
-    be connected). Output `ranges`: of each sensor by its name the readings of the last `keep_s`,
-    the oldest first; empty before the first. Abstract parameter 0 is the trial's seed.
+    Input `state` [x m, y m, yaw rad, ...] of the base, world frame; `odometry`, the same by the
+    odometry (not connected: equal to `state`); `moving` (Solids of moving bodies; need not be
+    connected). Output `ranges`: by the sensor's name the readings of the last `keep_s`, the oldest
+    first; empty before the first reading. Abstract parameter 0 is the trial's seed.
 
     keep_s: the longest period of a system that reads every reading. floors: the surroundings seen
-    on each floor, where there are several; their clock comes with them. Readings of one floor are
-    forgotten on the next.
+    on each floor of a mission; with them comes floor_clock. Readings of one floor are forgotten on
+    the next.
     """
 
     def __init__(
@@ -102,7 +102,7 @@ class RangeSensors(FloorAware):
         )
         if settings.range_std_m > 0.0:
             distance_m += settings.range_std_m * self._noise(name, context)
-        # As the message has it.
+        # In the single precision of ROS's message.
         range_m, least_m, longest_m, field_of_view_rad = np.array(
             [
                 settings.told_of(distance_m),
@@ -123,7 +123,7 @@ class RangeSensors(FloorAware):
         )
 
     def _in_sight(self, name: str, context: Context) -> Solids:
-        """Returns the solids that a sensor can meet, those of the robot's storey alone."""
+        """Returns the solids that a sensor can meet, those of the robot's storey."""
         solids = self._solids[name]
         moving = value_or_none(self._moving_port, context)
         if self._floors:

@@ -32,10 +32,11 @@ from drake_navbench.systems.ports import (
     value_or_none,
 )
 
-# How often the people's places are kept, and how much of that the clock may lack.
+# The period at which the people's places are kept, and by how much the clock may fall short of it,
+# s.
 PEOPLE_PERIOD_S, ROUNDING_S = 0.1, 1e-6
 _VELOCITY = ("v_mps", "w_radps", "vy_mps")
-# The columns of a sample that every robot has; those of some robots stand between them.
+# The columns of a sample of every robot; the log of some robots has others between them.
 RECORDED_COLUMNS = (
     *("time_s", "x_m", "y_m", "yaw_rad", *_VELOCITY),
     *("estimated_x_m", "estimated_y_m", "estimated_yaw_rad"),
@@ -54,8 +55,8 @@ class Recording:
         the world in the odometry's frame, where the odometry has one.
     costmaps: every update of the local costmap that a sample saw. people: their states, (P, 3),
     ten times a second.
-    noted_cycle: the last control cycle whose diagnostics were looked at. arrays_due_s: when arrays
-    in them are kept again, s.
+    noted_cycle: the last control cycle whose diagnostics were kept. arrays_due_s: time from
+    which their arrays are kept again, s.
     """
 
     rows: list[tuple[float | np.ndarray, ...]] = field(default_factory=list)
@@ -97,7 +98,7 @@ class Recording:
     def forget_after(self, time_s: float) -> None:
         """Drops the samples after a time.
 
-        Diagnostics of later times are kept, as of `time_s`.
+        Diagnostics of later times stay, but with the time `time_s`.
         """
         while self.rows and self.rows[-1][0] > time_s:
             self.rows.pop()
@@ -124,7 +125,7 @@ class Recorder(LeafSystem):
     """Samples all signals once a period, before the updates that are due at the same time.
 
     Inputs `state` and `estimate` [x m, y m, yaw rad, v m/s, w rad/s, vy m/s], `odometry_from_world`
-    (3,), where the world lies in the odometry's frame (need not be connected), `command` [v m/s, w
+    (3,), the pose of the world in the odometry frame (need not be connected), `command` [v m/s, w
     rad/s, vy m/s], `distances` [m] (see Clearance), `server_state` (ServerState), `scan` (Scan or
     None), `navigator_state` (NavigatorState; need not be connected), whose events are kept, and
     where there are people `people` [x m, y m, yaw rad] of each.

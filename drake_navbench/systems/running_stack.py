@@ -1,4 +1,4 @@
-"""Hosts a navigation stack that runs outside: it gets the sensors and decides on the command.
+"""Hosts a navigation stack that runs outside, gets the sensors' readings and commands the base.
 
 In a trial it stands in place of the navigator, the controller server and the costmaps. What the
 stack remembers is not in the Context, so such a trial is no function of its inputs.
@@ -45,8 +45,8 @@ NO_FRAME = read_only(np.zeros(POSE_SIZE))
 class StackTask(NamedTuple):
     """The facts of a trial that a running stack is told before it begins.
 
-    goals: one after another, x m, y m, yaw rad. start_pose: (3,), likewise, in the map frame.
-    known_map: the map that the robot has of its world.
+    goals: one after another, x m, y m, yaw rad. start_pose: (3,) x m, y m, yaw rad. Both are in the
+    map frame. known_map: the map that the robot has of its world.
     """
 
     robot: Robot
@@ -92,7 +92,7 @@ class StackAnswer(NamedTuple):
 
 @runtime_checkable
 class RunningStack(Protocol):
-    """A plugin that is a whole navigation stack, not a controller in ours.
+    """A plugin that is a whole navigation stack, not a controller within our stack.
 
     step_s: simulated time between two calls of `advance`, s.
     """
@@ -107,7 +107,7 @@ class RunningStack(Protocol):
         ...
 
     def advance(self, sensed: Sensed) -> StackAnswer:
-        """Tells the stack what is sensed, waits for it as agreed, and returns its state."""
+        """Tells the stack the readings, waits for it as agreed, and returns its state."""
         ...
 
     def account(self) -> dict[str, Any]:

@@ -26,7 +26,8 @@ from drake_navbench.typed_files.immutable import Immutable
 Array = NDArray[np.float64]
 SAME_FRAME = np.zeros(POSE_SIZE)
 NO_NOISE = np.zeros(STATE_SIZE)
-# Between two steps of the odometry its error holds, so that it follows the base continuously.
+# The odometry's error stays between two of its steps, so that the odometry follows the base
+# continuously.
 ODOMETRY_PERIOD_S = 0.05
 
 
@@ -191,7 +192,7 @@ class ScriptedLocalization(FloorAware):
     def _drifted(
         self, context: Context, settings: LocalizationSettings, pose: Array
     ) -> Array | None:
-        """Returns odometry_from_world after a step to a true pose (3,); None where it stays."""
+        """Returns odometry_from_world after a step to a true pose (3,); None: unchanged."""
         if not (self._believes_wheels or any(getattr(settings, name) for name in DRIFTS)):
             return None
         x, y, yaw = pose.tolist()
@@ -219,7 +220,7 @@ class ScriptedLocalization(FloorAware):
         return self._gains_port is not None
 
     def _error_of_wheels(self, context: Context, ahead: float, turn: float) -> Array:
-        """Returns (3,) the motion by the wheels' turns less the base's own, `ahead` and `turn`.
+        """Returns (3,) the motion that the wheels' turns tell, less the base's `ahead`, `turn`.
 
         In m and rad as seen from the base, or in m/s and rad/s for speeds.
         """
@@ -241,7 +242,7 @@ class ScriptedLocalization(FloorAware):
         return told
 
     def _wheel_noise(self, context: Context, settings: LocalizationSettings, way_m: float) -> Array:
-        """Returns the error (3,) of a step of this way, m, m and rad, as seen from the base."""
+        """Returns the error (3,) of a step of `way_m`, m, m and rad, as seen from the base."""
         if way_m == 0.0:
             return np.zeros(POSE_SIZE)
         seed = context.get_abstract_parameter(self.seed_parameter).get_value()
@@ -259,9 +260,9 @@ class ScriptedLocalization(FloorAware):
         pose: Array,
         frame: Array,
     ) -> _Fixes:
-        """Returns the fixes with one of this step, where there is one.
+        """Returns the fixes, and this step's fix where one is due.
 
-        pose: (3,) the true one. frame: (3,) odometry_from_world.
+        pose: (3,) the true pose. frame: (3,) odometry_from_world.
         """
         now_s = context.get_time()
         offset = _offset(settings, fixes.draw, now_s)
@@ -318,5 +319,5 @@ def _offset(settings: LocalizationSettings, draw: _Draw, now_s: float) -> _Offse
 
 
 def _periods(time_s: float, period_s: float) -> int:
-    """Returns the number of periods that have passed, -1 before the start."""
+    """Returns the number of whole periods that have passed, -1 before the start."""
     return math.floor((time_s + SLACK_S) / period_s)

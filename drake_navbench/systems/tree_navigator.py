@@ -40,7 +40,7 @@ from drake_navbench.systems.ports import (
 from drake_navbench.typed_files.immutable import Immutable
 
 UNKNOWN = 9000
-# Longer than any recorder's period, so that none misses an event between two looks.
+# The time for which events are kept: longer than any recorder's period, so that none misses one, s.
 EVENT_MEMORY_S = 0.2
 
 STATUS_NAMES = {
@@ -57,7 +57,7 @@ Events = tuple[tuple[float, dict[str, Any]], ...]
 class NavigatorState(Immutable):
     """The state of the navigator.
 
-    tree: memory of the nodes. values: the blackboard. progress: over the waypoints.
+    tree: memory of the nodes. values: the blackboard. progress: progress over the waypoints.
     events: (time_s, mapping) of the last ticks that had any: changes of status, and new plans.
     plans: all plans given to the controller server so far.
     """
@@ -76,16 +76,16 @@ class TreeNavigator(LeafSystem):
     `controller_status` and `behavior_status` (TaskStatus). Outputs `plan` (GlobalPlan or None),
     `behavior_goal` (BehaviorGoal or None), `clear_local` and `clear_global` (ClearRequest or None),
     `task_status` (TaskStatus of the whole task) and `navigator_state` (NavigatorState); for a
-    mission over several floors also `floor_switch` (FloorSwitch or None), the last one, whose
-    time may be yet to come.
+    mission over several floors also `floor_switch` (FloorSwitch or None), the last one, whose time
+    may be yet to come.
 
     The tree is ticked when the trial starts, and then once a period from `offset_s` on. The first
-    tick sees the true pose: the localization draws its first noise after it. Nav2 ticks it every 10
-    ms. Where the period is the controller server's and the offset follows its cycle by 10 ms, the
-    servers get the same inputs: the end of a task is noticed as soon as by Nav2's next tick, and a
-    request between two ticks takes effect with a server's next cycle anyway. In the scenario
-    dead_end every task then begins and ends at the same time as with a tick of 10 ms, except for
-    decisions that depend on rounding, in two thirds of the computing time.
+    tick sees the true pose: the localization draws its first noise after it. Nav2 ticks the tree
+    every 10 ms. Where the period is the controller server's and the offset follows its cycle by 10
+    ms, the servers get the same inputs: the end of a task is noticed as soon as by Nav2's next
+    tick, and a request between two ticks takes effect with a server's next cycle anyway. In the
+    scenario dead_end every task then begins and ends at the same time as with a tick of 10 ms,
+    except for decisions that depend on rounding, in two thirds of the computing time.
 
     The py_trees tree held here is only a machine: a tick first sets it to the Context's snapshot.
     """
@@ -169,7 +169,7 @@ class TreeNavigator(LeafSystem):
         return self._advanced(state, progress)
 
     def _advanced(self, state: NavigatorState, progress: Progress) -> NavigatorState:
-        """Returns the state with new progress, and a new goal where it moved on to one."""
+        """Returns the state with new progress, and with a new goal where a leg begins."""
         values = state.values
         if progress.index != state.progress.index:
             values = self._with_goal(values, progress.index)
@@ -211,7 +211,7 @@ class _Machine:
         self._root = navigate_to_pose_tree(self._board, settings)
         self.nodes = nodes_of(self._root)
         self._changes: list[dict[str, Any]] = []
-        # The snapshot that the nodes are in; None during a tick. Setting them again is spared.
+        # The snapshot that the nodes are in, which need not be set again; None during a tick.
         self._standing: Snapshot | None = None
         for node in self.nodes:
             node.on_change = self._note_change
@@ -241,7 +241,7 @@ class _Machine:
         return self._standing, board.values, events, result
 
     def _halt_all(self) -> None:
-        """Makes every node idle, and those that outlive a success begin anew, as Nav2 does."""
+        """Makes every node idle, and clears memories that outlive a success, as Nav2 does."""
         self._root.stop(Status.INVALID)
         for node in self.nodes:
             node.halt()

@@ -22,10 +22,10 @@ class Viewer(LeafSystem):
     """Calls a function with every Moment, once a period.
 
     Inputs `state`, `scan`, `costmap` (need not be connected), `plan` and `server_state`, as the
-    recorder's and the controller server's, `odometry_from_world` (3,), where the world lies in the
-    odometry's frame (need not be connected), and where anything moves its `moving_poses` [x m, y m,
-    yaw rad] of each. The period should be the recorder's: at any other instant the
-    integrator's steps would end there too, and the motion differ in its last digits.
+    recorder's and the controller server's, `odometry_from_world` (3,), the pose of the world in the
+    odometry frame (need not be connected), and, where anything moves, `moving_poses` [x m, y m, yaw
+    rad] of each body. The period should be the recorder's: at any other instant the integrator's
+    steps would end there too, and the motion would differ in its last digits.
     """
 
     def __init__(

@@ -16,7 +16,7 @@ from drake_navbench.kernels.social_force import step_people
 
 Array = NDArray[np.float64]
 
-# How often people choose where to go, and how fast.
+# The time between two choices of people's velocities, s.
 PEOPLE_PERIOD_S = 0.05
 # The time over which a moving obstacle's velocity is measured, s.
 VELOCITY_WINDOW_S = 1e-3
@@ -26,7 +26,8 @@ class SeenRobot(NamedTuple):
     """The robot as people see it.
 
     centre: (3,) x m, y m, yaw rad of its outline's middle, and velocity: (2,) m/s of that point, in
-    the world's frame. outline: (K, 2) m. half_length_m, radius_m: of the outline about its middle.
+    the world's frame. outline: (K, 2) m. half_length_m, radius_m: extents of the outline about its
+    middle.
     """
 
     centre: Array
@@ -37,7 +38,7 @@ class SeenRobot(NamedTuple):
 
 
 class Sight:
-    """The robot as people see it; footprint: (K, 2) base frame, m."""
+    """Computes the robot as people see it; footprint: (K, 2) base frame, m."""
 
     def __init__(self, footprint: Array) -> None:
         low, high = footprint.min(axis=0), footprint.max(axis=0)
@@ -89,7 +90,7 @@ class SocialForceWalk:
 
 
 class OrcaWalk:
-    """Moves people by ORCA, who know that moving obstacles do not give way."""
+    """Moves people by ORCA; they know that moving obstacles do not give way."""
 
     def __init__(self, world: World, footprint: Array, settings: OrcaSettings) -> None:
         self._standing, self._things = linked_edges(world.free_rings), world.moving

@@ -48,11 +48,11 @@ Vector = NDArray[np.float64]
 
 # A convex solver of the SAP family: its step stays stable with stiff tyres and stiff motors.
 CONTACT_APPROXIMATION = "lagged"
-# How slow a point of contact creeps under friction, m/s.
+# The speed at which a point of contact creeps under friction, m/s.
 STICTION_TOLERANCE_MPS = 1e-3
-# Beyond the ends of any world.
+# The floor reaches beyond the ends of any world.
 FLOOR_SIZE_M, FLOOR_THICKNESS_M = 4.0 * MAX_LENGTH_M, 1.0
-# Between the floor and the base link.
+# The name of the joint between the floor and the base link.
 BASE_JOINT = "on_floor"
 
 
@@ -168,7 +168,7 @@ def _add_contact(
         balls.Add(
             plant.RegisterCollisionGeometry(body, at_origin, shape, f"{name}_tyre", properties)
         )
-    # Balls are wider than wheels: where these pass each other, those would touch.
+    # Balls are wider than wheels: where wheels pass each other, balls would touch.
     within = CollisionFilterDeclaration().ExcludeWithin(balls)
     scene_graph.collision_filter_manager().Apply(within)
     # A box, as Drake warns that nothing soft can lie on a half space.

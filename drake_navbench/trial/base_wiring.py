@@ -31,7 +31,7 @@ def add_base(
 ) -> Base:
     """Adds the robot's base and carries its outline along in SceneGraph.
 
-    transport: the system that carries it between floors, where there are several.
+    transport: the system that carries the base between floors; None on one floor.
     """
     base = builder.AddNamedSystem("base", make_base(robot, scene_graph))
     pose = base.get_geometry_pose_output_port()
@@ -60,7 +60,7 @@ def _base_with_wheels(
 ) -> CasterBase | MultibodyBase:
     gear = robot.running_gear("robot")
     resistance = robot.rolling_resistance_ratio
-    # Imported late: most robots do without.
+    # Imported late: most robots need no such base.
     if drive.physics == "planar_casters":
         from drake_navbench.systems.caster_base import CasterBase
 

@@ -40,7 +40,7 @@ def _plugin_faults_as_input_errors(preset: Preset) -> Iterator[None]:
 def built_controller(
     preset: Preset, robot: Robot, *, wants_diagnostics: bool = False
 ) -> Iterator[Controller]:
-    """Builds a column's controller, and closes it in the end; raises InputError."""
+    """Builds a column's controller, and closes it at the end of the block; raises InputError."""
     controller = make_controller(preset, robot, wants_diagnostics=wants_diagnostics)
     try:
         yield controller
@@ -53,7 +53,7 @@ def built_controller(
 def check_controller(preset: Preset, robot: Robot) -> None:
     """Raises InputError where a column's controller cannot be built for a robot.
 
-    Warns of parameters that it does not know, where only it can tell.
+    Warns of parameters that the controller does not know, where only the controller can tell.
     """
     with built_controller(preset, preset.robot(robot)) as controller:
         not_read = getattr(controller, "not_read", ())

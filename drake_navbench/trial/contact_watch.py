@@ -21,11 +21,11 @@ from drake_navbench.trial.moving_contact import MovingContact
 
 Array = NDArray[np.float64]
 
-# The search for the instant of contact needs some gap to end at.
+# The search for the instant of contact ends at this gap, m.
 TOUCHING_M = 1e-5
 # Bodies beyond this distance, m, are not checked; the robot needs seconds to get there.
 REACH_M = 5.0
-# An integrator may stretch a step a little to meet an event.
+# An integrator may make a step longer than its limit, by this factor, to meet an event.
 STEP_STRETCH = 1.1
 
 
@@ -44,7 +44,7 @@ class Contact:
 
 @dataclass(frozen=True)
 class _Look:
-    """A state (6,) of the robot without contact, after which none is possible for a while."""
+    """A state (6,) of the robot without contact, and the time until which none is possible."""
 
     time_s: float
     state: Array
@@ -84,7 +84,7 @@ class ContactWatch:
         self._floor_changes = 0
 
     def come_to_floor(self, number: int) -> None:
-        """Begins anew where a lift has brought the robot since the last look: it took no way there.
+        """Starts anew on another floor, as a lift moves the robot without a way between the two.
 
         number: of the changes of floor so far.
         """
@@ -93,9 +93,9 @@ class ContactWatch:
             self._last, self.idle_until_s = None, -math.inf
 
     def look(self, time_s: float, state: Array, people: Array | None = None) -> None:
-        """Looks at the state (6,) at the end of a step, and back at the step where need be.
+        """Looks for contact at the end of a step, at `state` (6,), and where possible within it.
 
-        people: (P, 3) where they are, x m, y m, yaw rad; in the step they went there straight.
+        people: (P, 3) x m, y m, yaw rad at the end of the step, to which they went straight.
         """
         if self.moving is not None:
             self.moving.note_people(time_s, people)
@@ -105,7 +105,7 @@ class ContactWatch:
             return
         x, y, yaw = state[:3]
         gap_m = clearance_at(self._footprint, x, y, yaw, self._edges, self._circles, REACH_M)
-        # Later there is no way into an obstacle but through its edge.
+        # Later in a trial no way leads into an obstacle but through its edge.
         starts_inside = self._last is None and covers(self._edges, self._circles, *state[:2])
         if gap_m <= TOUCHING_M or starts_inside:
             self.contact = Contact(time_s, state)
@@ -161,7 +161,7 @@ class ContactWatch:
     def _free_of_moving_s(
         self, moving: MovingContact, time_s: float, gap_m: float, speed_mps: float
     ) -> float:
-        """Returns the time for which no moving body can be met, s."""
+        """Returns the time for which the robot cannot meet any moving body, s."""
         moving_mps = moving.top_speed_mps
         soonest_s = soonest_contact_s(
             min(gap_m, REACH_M) - TOUCHING_M,
@@ -172,5 +172,5 @@ class ContactWatch:
         return min(soonest_s, moving.until_next_appears_s(time_s))
 
     def _outline_rate(self, linear: float, angular: float) -> float:
-        """Returns a bound of a rate of the outline's points from those of the base, SI."""
+        """Returns a bound of a rate of the outline's points, by rates of the base, in SI units."""
         return abs(linear) + self._radius_m * abs(angular)

@@ -119,8 +119,8 @@ class Looks(NamedTuple):
 
     watch: is called with the present moment whenever the recorder samples. keeps_costmaps: whether
     the recorder keeps the local costmaps. hear: is called with every control cycle. takes_over: is
-    asked before every cycle for a controller that drives from then on, None for none; with one the
-    motion is another one.
+    called before every cycle; a controller that it returns drives from then on, and so changes the
+    motion. It returns None otherwise.
     """
 
     watch: Callable[[Moment], None] | None = None
@@ -132,8 +132,7 @@ class Looks(NamedTuple):
 class TrialMaps(NamedTuple):
     """The maps that a robot has of its world.
 
-    static, masks: of the static layers and of the filters of its costmaps. known: that of AMCL,
-    which needs one.
+    static, masks: of the static layers and of the filters of its costmaps. known: the map of AMCL.
     """
 
     static: OccupancyMap | None = None
@@ -154,10 +153,10 @@ def build_trial_diagram(
 ) -> TrialDiagram:
     """Wires one trial.
 
-    task: of the robot; it decides on the navigator, or on a running stack in its place. maps: those
-    of the scenario, none where not given. conditions: the settings of the robot's parts at each
-    time; those of its file where not given. compute_times_ms: of all cycles, in place of those that
-    are measured. looks: what is kept and shown of the trial; costmaps are kept where not given.
+    task: the robot's task, which decides on the navigator, or on a running stack in its place.
+    maps: the scenario's maps; by default none. conditions: the settings of the robot's parts at
+    each time; by default those of its file. compute_times_ms: times of all cycles, which replace
+    measured ones. looks: the observers of the trial; by default costmaps are kept.
     """
     maps, looks = maps or TrialMaps(), looks or Looks()
     builder = DiagramBuilder()

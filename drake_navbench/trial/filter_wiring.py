@@ -32,7 +32,7 @@ def add_filters(
     speed_filter = binary_filter = None
     if floors is not None:
         masks = [mask for of_floor in floors.masks for mask in of_floor]
-    # One of each name: it knows the masks of all floors.
+    # One system for each kind of filter; it knows the masks of all floors.
     first_of_each: dict[FilterName, FilterMask] = {}
     for mask in masks:
         first_of_each.setdefault(mask.filter_name, mask)

@@ -26,8 +26,9 @@ from drake_navbench.trial.timing import FLOOR_OFFSET_S, NAVIGATOR_OFFSET_S
 class TrialFloors:
     """The floors of a trial, each at its index, and the legs of the mission.
 
-    sights: the surroundings that sensors may see. static_maps: of the static layer of the local
-    costmap. known_maps: of AMCL. masks: of the filters. layers: of the global costmap.
+    Sequences have one entry a floor. sights: the surroundings that sensors may see. static_maps:
+    for the local costmap's static layer. known_maps: for AMCL. masks: of the filters. layers: of
+    the global costmap.
     """
 
     legs: tuple[MissionLeg, ...]
@@ -44,7 +45,7 @@ class TrialFloors:
         return FloorClock(self.tick_s, FLOOR_OFFSET_S)
 
     def masks_named(self, filter_name: str) -> list[FilterMask | None]:
-        """Returns the mask of each floor for a filter that a floor has once at most."""
+        """Returns the mask of each floor for a filter, None for a floor without it."""
         return [
             next((mask for mask in masks if mask.filter_name == filter_name), None)
             for masks in self.masks

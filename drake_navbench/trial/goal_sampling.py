@@ -25,12 +25,12 @@ from drake_navbench.inputs.robot import Robot
 from drake_navbench.inputs.scenario import Scenario, Suite, scenario_on_map
 from drake_navbench.inputs.world_on_map import free_on_both
 
-# A goal next to the start asks for no navigation.
+# The least distance from start to goal: a goal next to the start needs no navigation.
 MIN_DISTANCE_M = 2.0
-# Where hardly any two places are that far apart, most draws are in vain.
+# Where hardly any two places are that far apart, most draws fail.
 MAX_DRAWS_PER_TASK = 1000
 EIGHT_NEIGHBOURS = np.ones((3, 3), dtype=int)
-# Positions are told in mm.
+# Positions are rounded to mm.
 DECIMALS = 3
 
 
@@ -88,9 +88,9 @@ def sample_world_tasks(
 ) -> list[Scenario]:
     """Returns tasks in a world of Gazebo, the same for the same world, outline, count and seed.
 
-    Where walls enclose some floor, they are within. start, beside: as of `sample_tasks`. map_file:
-    what the robot knows of the world, on which places are free, too. Raises InputError where the
-    world has no room for so many.
+    Where walls enclose an area, the tasks are within it. start, beside: as for `sample_tasks`.
+    map_file: the robot's map of the world, on which starts and goals are free as well. Raises
+    InputError where the world has no room for so many.
     """
     stem = world.path.name.partition(".")[0]
     suite = Suite(name=stem)
@@ -118,7 +118,10 @@ def _drawn_pairs(
     seed: int,
     start: Pose | None,
 ) -> list[tuple[Pose, Pose]]:
-    """Returns starts and goals on a grid; file: of the map or world, for the draws and errors."""
+    """Returns starts and goals on a grid.
+
+    file: the map or world, which seeds the draws and is named in errors.
+    """
     places = _places(grid, robots)
     entropy = [seed, zlib.crc32(file.name.encode())]
     generator = np.random.default_rng(np.random.SeedSequence(entropy))
@@ -150,7 +153,7 @@ def _places(grid: OccupancyMap, robots: Sequence[Robot]) -> _Places:
 def _drawn_pair(
     places: _Places, generator: np.random.Generator, start: Pose | None
 ) -> tuple[Pose, Pose] | None:
-    """Returns start and goal; None where no draw gave any."""
+    """Returns a start and a goal, None where no draw succeeded."""
     if not len(places.roomy):
         return None
     regions = places.regions.ravel()
@@ -167,7 +170,7 @@ def _drawn_pair(
 
 
 def _region_of(places: _Places, start: Pose) -> int:
-    """Returns the region that holds a position; -1, which is none, off the map or blocked."""
+    """Returns the region that holds a position; -1 for a position off the map or blocked."""
     grid = places.grid
     column = math.floor((start[0] - grid.origin_x) / grid.resolution)
     row = math.floor((start[1] - grid.origin_y) / grid.resolution)

@@ -28,9 +28,9 @@ FRAMES = ("odometry_from_world", "map_from_odometry")
 class LocalizationSystem:
     """The systems of the localization.
 
-    noise: adds noise to the base's state; without frames it is the whole localization. scripted:
-    None where map and odometry are one. amcl: finds the pose in place of `scripted`, if not None.
-    late: delays an output, by its name.
+    noise: adds noise to the base's state; it is the whole localization where map and odometry frame
+    are one, and `scripted` is None. amcl: if not None, finds the pose in place of `scripted`. late:
+    by the name of an output, the system that delays it.
     """
 
     noise: Localization | HeldNoise
@@ -67,7 +67,7 @@ class LocalizationSystem:
             connect_inputs(builder, self.scripted, wheel_gains=gains)
 
     def as_told(self, name: str, system: LeafSystem | Diagram) -> OutputPort:
-        """Returns an output of a system, or of the system that delays it."""
+        """Returns an output of a system, or of the system that delays this output."""
         late = self.late.get(name)
         return system.GetOutputPort(name) if late is None else late.GetOutputPort("late_estimate")
 
@@ -94,7 +94,7 @@ def add_localization(
 ) -> LocalizationSystem:
     """Adds the localization that a robot's settings ask for, behind the port of the true state.
 
-    known_map: for AMCL, which needs one. floors: of a mission over several.
+    known_map: AMCL's map. floors: those of a mission.
     """
     clock = None if floors is None else floors.clock
     moves_sideways = robot.drive.lateral_speed_mps > 0.0

@@ -22,7 +22,7 @@ from drake_navbench.kernels.swept_contact import covers
 
 Array = NDArray[np.float64]
 
-# Over which the velocity of a body at a contact is taken, up to the contact.
+# The time up to a contact over which the velocity of a body is measured, s.
 VELOCITY_WINDOW_S = 1e-3
 
 
@@ -47,14 +47,14 @@ class MovingContact:
         self.top_speed_mps = max(world.moving.top_speed_mps, world.people.top_speed_mps)
 
     def note_people(self, time_s: float, people: Array | None) -> None:
-        """Takes notice of where people (P, 3) have come to since the last look."""
+        """Notes the places (P, 3) to which people have come since the last look."""
         if self._are_recorded or people is None or not len(people):
             return
         knots = np.empty((2 * len(people), 4))
         knots[1::2, 0], knots[1::2, 1:] = time_s, people
         before = self._last or (time_s - VELOCITY_WINDOW_S, people)
         knots[::2, 0], knots[::2, 1:] = before
-        # The bodies are discs: how they turned does not matter.
+        # People are discs, so that their headings do not matter.
         knots[:, 3] = 0.0
         firsts = np.arange(0, 2 * len(people) + 1, 2)
         own = Tracks(knots, firsts, np.zeros(len(people)))
@@ -77,7 +77,7 @@ class MovingContact:
     def share_until_contact(
         self, start_s: float, start: Array, end_s: float, end: Array, *, touching_m: float
     ) -> float:
-        """Returns the share of a step between two states until a body is met; inf for none."""
+        """Returns the share of a step between two states until a body is met; inf where none is."""
         bodies, tracks = self._bodies, self._tracks
         return share_until_contact_with_moving(
             self._footprint,
@@ -108,7 +108,7 @@ class MovingContact:
         now, before = tracks.poses_at(time_s)[body], tracks.poses_at(time_s - VELOCITY_WINDOW_S)
         rates = (now - before[body]) / VELOCITY_WINDOW_S
         if before[body, 0] >= FAR_AWAY_M:
-            # A person who has just come into the world.
+            # The person has just come into the world, and has no place before.
             rates = np.zeros(3)
         outline = shapely.Polygon(place_outline(self._footprint, state[:3]))
         shape = shapely.Polygon(place_outline(self._outline(body), now))

@@ -76,13 +76,13 @@ def connect_senses(builder: DiagramBuilder, signals: Signals, costmap: CostmapSy
 
 
 def connect_frame(builder: DiagramBuilder, signals: Signals, system: LeafSystem) -> None:
-    """Connects the odometry frame's pose in the map to a system, where the two differ."""
+    """Connects the odometry frame's pose in the map frame to a system, where they differ."""
     if signals.map_from_odometry is not None:
         connect_inputs(builder, system, map_from_odometry=signals.map_from_odometry)
 
 
 def connect_world(builder: DiagramBuilder, signals: Signals, system: LeafSystem) -> None:
-    """Connects the world's pose in the odometry's frame to a system, where the two differ."""
+    """Connects the pose of the world in the odometry frame to a system, where the two differ."""
     if signals.odometry_from_world is not None:
         connect_inputs(builder, system, odometry_from_world=signals.odometry_from_world)
 
@@ -195,7 +195,8 @@ def _add_global_costmap(
             floor_clock=None if floors is None else floors.clock,
         ),
     )
-    # What white noise there is moves the robot in its costmaps only where it moves the frames too.
+    # White noise, if any, moves the robot in the global costmap only where it also moves the
+    # frames.
     position = signals.estimate if signals.has_frames else signals.state
     connect_inputs(builder, costmap, state=position)
     connect_senses(builder, signals, costmap)

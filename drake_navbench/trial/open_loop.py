@@ -23,7 +23,7 @@ def drive_open_loop(
     start: (6,) x m, y m, yaw rad, v m/s, w rad/s, vy m/s. command_time_s: (M,) rising; commands:
     (M, 3) v m/s, w rad/s, vy m/s, each held until the next, 0 before the first.
     """
-    # The base registers its outline in one; it is not looked at.
+    # The base registers its outline in a SceneGraph, which nothing reads.
     scene_graph: SceneGraph = SceneGraph()
     base = make_base(robot, scene_graph)
     simulator = Simulator(base)

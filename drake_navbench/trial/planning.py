@@ -36,8 +36,8 @@ def make_plan(
     """Returns the global plan (N, 3) x m, y m, yaw rad from a start pose (3,).
 
     A given plan starts at the scenario's start, whatever the robot's deviation from it. goal: (3,),
-    the scenario's where not given. costmap: to plan on; by default that of the known map. Raises
-    PlanningError where the planner finds nothing or a smoother fails.
+    the scenario's where not given. costmap: the costmap to plan on; by default that of the known
+    map. Raises PlanningError where the planner finds nothing or a smoother fails.
     """
     plan = scenario.plan
     if isinstance(plan, ElementsPlan):
@@ -57,7 +57,7 @@ def make_plan(
 
 
 def path_smoother_of(robot: Robot) -> SmoothPath:
-    """Returns the smoother of the paths of a behaviour tree that asks for one.
+    """Returns the smoother that a behaviour tree may ask to smooth paths.
 
     Raises InputError where the smoother cannot be made; the smoother itself raises PlanningError.
     """
@@ -80,7 +80,7 @@ def planner_of(robot: Robot) -> Planner:
 
 
 def _require_path(noun: str, name: str, path: Any) -> None:
-    """Raises ValueError where a plugin made something else than a path."""
+    """Raises ValueError where a plugin returned something else than a path."""
     is_array = isinstance(path, np.ndarray) and path.dtype == np.float64
     if not is_array or path.ndim != 2 or path.shape[1] != 3 or not len(path):
         found = f"{path.dtype} {path.shape}" if isinstance(path, np.ndarray) else type(path)
@@ -90,7 +90,7 @@ def _require_path(noun: str, name: str, path: Any) -> None:
 
 
 def global_costmap(scenario: FloorScenario, robot: Robot) -> Costmap:
-    """Returns the global costmap as it is before anything was seen."""
+    """Returns the global costmap before any sensor has seen anything."""
     layers = global_layers(scenario, robot)
     start = np.array(scenario.start)
     costmap = layers.updated(layers.initial_state(), scan=None, pose=start, time_s=0.0).costmap
@@ -143,7 +143,7 @@ def known_map(scenario: FloorScenario, robot: Robot) -> OccupancyMap:
 
 
 def global_grid_shape(scenario: FloorScenario, robot: Robot) -> tuple[int, int]:
-    """Returns the rows and columns of the global costmap; raises InputError where too many."""
+    """Returns rows and columns of the global costmap; raises InputError if there are too many."""
     if scenario.map is not None:
         rows, columns = scenario.map.occupancy.shape
         return rows, columns

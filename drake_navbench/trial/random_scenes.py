@@ -13,9 +13,9 @@ from drake_navbench.kernels.inflation import inflate
 from drake_navbench.noise import NoiseKey
 
 LETHAL = 254
-# No whole part of any lookahead distance: where a sum of steps would meet one, rounding decides.
+# Steps that divide no lookahead distance: where a sum of steps would equal one, rounding decides.
 PLAN_STEPS_M = (0.03, 0.07)
-# A plan's reach over half the costmap's side: beyond 1 some path handlers would cut it.
+# The plan's reach as a share of half the costmap's side; beyond 1 some path handlers would cut it.
 PLAN_SHARE = 0.8
 MAX_OBSTACLES = 5
 STREAM_OF_CONTROLLERS = 1

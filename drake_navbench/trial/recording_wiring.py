@@ -68,7 +68,7 @@ def add_recorder(
 ) -> Recorder:
     """Adds the recorder, which listens to a behaviour tree and to people where there are any.
 
-    command: the last one on its way to the wheels, before the link. costmap: None: not recorded.
+    command: the last command before the link to the wheels. costmap: None: not recorded.
     """
     person_count = 0 if moving_world is None else moving_world.person_count
     recorder = builder.AddNamedSystem(

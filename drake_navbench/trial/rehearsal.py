@@ -17,7 +17,7 @@ from drake_navbench.trial.spec import TrialSpec
 
 # Long enough for a few control cycles of every robot.
 FIRST_CYCLES_S = 0.15
-# The time until a robot is so fast that lookahead along the path finds something.
+# The time after which the robot is fast enough for the lookahead along the path to find something.
 UNDER_WAY_S = 0.75
 _UNDER_WAY = {
     "description": "Round a bend beside an obstacle",

@@ -28,10 +28,10 @@ class TrialSpec:
     """Everything that a trial is a function of, but for the code.
 
     trial: its number among the trials of a scenario. seed: of this trial, the same for every
-    controller. wants_diagnostics: whether to log the controller's arrays too.
-    keeps_costmaps: whether to log the local costmaps; nothing else in a trial depends on it.
-    compute_times_ms: wall-clock and processor time of every cycle of an earlier run of the trial,
-    to be taken for those of this one; measured where not given.
+    controller. wants_diagnostics: whether to log the controller's arrays too. keeps_costmaps:
+    whether to log the local costmaps; nothing else in a trial depends on it. compute_times_ms:
+    wall-clock and processor time of every cycle of an earlier run of the trial, which count for
+    this run; by default times are measured.
     """
 
     scenario: Scenario
@@ -45,7 +45,7 @@ class TrialSpec:
 
     @cached_property
     def identity(self) -> str:
-        """A digest of all of it, by which the trial's log is known: equal ones, equal trials."""
+        """A digest of all fields, by which a trial's log is known: equal ones, equal trials."""
         everything = self._shared | {"seed": self.seed, "trial": self.trial}
         return sha256(json.dumps(everything, sort_keys=True).encode()).hexdigest()
 
@@ -101,7 +101,7 @@ class TrialSpec:
 class FollowPlan:
     """A task in the mode follow_path.
 
-    make_plan: from the start pose (3,) to the plan poses (N, 3); raises PlanningError.
+    make_plan: function from the start pose (3,) to the plan poses (N, 3); raises PlanningError.
     """
 
     make_plan: Callable[[NDArray[np.float64]], NDArray[np.float64]]
@@ -111,9 +111,9 @@ class FollowPlan:
 class NavigateToPoses:
     """A task in the mode navigate_to_pose.
 
-    goals: one after another. make_plan: from start, goal and global costmap to a plan.
-    global_layers: of the global costmap. start_pose: (3,) x m, y m, yaw rad. floors: of a mission
-    over several, whose first one all the rest is about; None otherwise.
+    goals: one after another. make_plan: function from start, goal and global costmap to a plan.
+    global_layers: layers of the global costmap. start_pose: (3,) x m, y m, yaw rad. floors: the
+    floors of a mission, None without one; the other fields are about the first floor.
     """
 
     goals: tuple[Pose, ...]

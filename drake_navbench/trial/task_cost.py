@@ -29,7 +29,7 @@ MAX_MEMORY_BYTES = 2e9
 BYTES_PER_CELL = 30.0
 LOCAL_UPDATE_S_PER_CELL = 2e-8
 PLAN_S_PER_CELL = 5e-8
-# SceneGraph keeps an entry for every pair of obstacles, and looks at every name for a new one's.
+# SceneGraph keeps an entry for every pair of obstacles, and compares each new name with all others.
 BYTES_PER_OBSTACLE_PAIR, S_PER_OBSTACLE_PAIR = 170.0, 4e-6
 BYTES_PER_WALL, S_PER_WALL_PAIR = 6e3, 5e-8
 BYTES_PER_BEAM = 40.0

@@ -51,12 +51,12 @@ INTEGRATION = SimulatorConfig(
 )
 HAS_ENDED = SimulatorStatus.ReturnReason.kReachedTerminationCondition
 DEFAULT_ROBOT = "wheelchair"
-# The column that rehearses in place of a running stack.
+# The column that rehearses a trial in place of a running stack.
 STAND_IN = "rpp"
 
 
 class NotDriven(NavbenchError):
-    """A trial came to no end by something that it did not do; it should be driven again."""
+    """A trial was ended by something outside of it, such as the machine; drive it again."""
 
 
 def run_trial(
@@ -75,9 +75,9 @@ def run_trial(
     be a variant such as 'rpp:lookahead_dist=0.9', or 'file.py:Class'), or loaded objects. A loaded
     robot is taken as it is: the scenario's robot_overrides do not change it. Raises InputError
     where one of them is wrong. compute_times_of: the log of the same trial, whose compute times
-    stand in for those that would be measured, so that the bytes are the same again.
-    A controller that breaks is an outcome, not an exception. One that
-    is not ours runs in a process of its own, which it may end or hang without harm.
+    stand in for those that would be measured, so that the bytes are the same again. A controller
+    that breaks is an outcome, not an exception. A controller that is not ours runs in a process of
+    its own, which it may end or hang without harm.
     """
     scenario = scenario if isinstance(scenario, Scenario) else load_scenario(scenario)
     preset = controller if isinstance(controller, Preset) else load_preset(controller)
@@ -136,7 +136,7 @@ def drive(spec: TrialSpec) -> TrialLog:
 
 
 def log_of_ending(spec: TrialSpec, ending: Failure) -> TrialLog:
-    """Returns the log of a trial whose worker ended otherwise than by returning it.
+    """Returns the log of a trial whose worker ended without returning one.
 
     Raises NotDriven where that was not the trial's doing.
     """
@@ -149,10 +149,10 @@ def log_of_ending(spec: TrialSpec, ending: Failure) -> TrialLog:
 def simulate(spec: TrialSpec, looks: Looks | None = None) -> TrialLog:
     """Runs the trial of a checked specification as fast as possible.
 
-    looks: who looks at the trial; whether costmaps are kept says the specification.
+    looks: the observers of the trial; the specification says whether costmaps are kept.
 
-    It is rehearsed before, so that compute times do not contain work that a process does once. A
-    running stack would drive for real: there another column rehearses the world and the robot.
+    The trial is rehearsed before, so that compute times do not contain work that a process does
+    once. A running stack would drive for real: in its place another column rehearses.
     """
     if spec.preset.is_running_stack:
         spec_of_parts = replace(spec, preset=load_preset(STAND_IN))

@@ -45,7 +45,7 @@ def make_log(
     outcome, status = _outcome(trial, context, touched=contact["name"] if contact else "")
     recorder_context = trial.recorder.GetMyContextFromRoot(context)
     recording = trial.recorder.find_recording(recorder_context)
-    # The last cycle, or the navigator's last tick, may be too young for the recorder's clock.
+    # The last cycle, or the navigator's last tick, may be later than the recorder's last sample.
     trial.recorder.record(recorder_context)
     info = _info(spec, outcome, status) | _filter_changes(trial, context)
     people = spec.scenario.true_world.people
@@ -161,7 +161,8 @@ def _info(spec: TrialSpec, outcome: Outcome, status: TaskStatus) -> dict[str, An
         "reason": status.reason,
         "error_code": status.error_code,
         "details": json.loads(json.dumps(status.details or {}, default=str)),
-        # The end of a traceback tells most; endless recursion would fill the log.
+        # The end of a traceback tells most; the traceback of an endless recursion would fill the
+        # log.
         "traceback": status.traceback[-MAX_TRACEBACK_LENGTH:],
         # A trial may end before its first control cycle.
         "start_time_s": min(CONTROLLER_OFFSET_S, status.time_s),

@@ -40,11 +40,11 @@ ROUNDING_S = 1e-9
 class Why(NamedTuple):
     """The reasons of a decision, and whether it is the logged one.
 
-    time_s: start of the control cycle. cycle: its number, counted from 1. explanation: of its
-    command. sent: (3,) the command that the log has after it, v m/s, w rad/s, vy m/s. doubt: how
-    the recomputed trial differs from the log, '' where both are equal to the last bit; with a doubt
-    the explanation is not one of the logged decision. checked_rows: samples of the log that were
-    compared.
+    time_s: start of the control cycle. cycle: its number, counted from 1. explanation: the reasons
+    of its command. sent: (3,) the command that the log has after the cycle, v m/s, w rad/s, vy m/s.
+    doubt: how the recomputed trial differs from the log, '' where both are equal to the last bit;
+    with a doubt the explanation is not that of the logged decision. checked_rows: samples of the
+    log that were compared.
     """
 
     time_s: float
@@ -56,7 +56,7 @@ class Why(NamedTuple):
 
     @property
     def assurance(self) -> tuple[str, ...]:
-        """Sentences on how sure it is that these are the reasons of the logged command."""
+        """Sentences that say how certain the reasons of the logged command are."""
         if self.doubt:
             return (
                 f"Not certain: {self.doubt}. The trial that was driven again is another one from "
@@ -78,8 +78,8 @@ class Why(NamedTuple):
 class WholeWhy(NamedTuple):
     """The reasons of all decisions of a trial.
 
-    decisions: in the order of their control cycles. diagnostics: time s of each cycle, and what the
-    controller left of it, arrays included, as in `TrialLog.diagnostics`.
+    decisions: in the order of their control cycles. diagnostics: time s and diagnostics of each
+    cycle, arrays included, as in `TrialLog.diagnostics`.
     """
 
     decisions: tuple[Why, ...]
@@ -143,7 +143,7 @@ def _asked_again(spec: TrialSpec, log: TrialLog, time_s: float | None) -> WholeW
 
 
 def _driven_again(spec: TrialSpec, log: TrialLog, time_s: float | None) -> WholeWhy:
-    """Drives a trial and explains it afterwards, so that no reason can change what is driven."""
+    """Drives a trial and explains it afterwards, so that explaining cannot change the drive."""
     spec = replace(spec, robot=spec.preset.robot(spec.robot), wants_diagnostics=True)
     if not hasattr(spec.preset.controller_class, "explain"):
         raise InputError(
@@ -189,7 +189,7 @@ def _decision(
 
 
 def _explained(controller: Controller, cycle: ControlCycle, name: str) -> Explanation:
-    """Returns a controller's own reasons; raises InputError where it breaks over them."""
+    """Returns a controller's own reasons; raises InputError where its `explain` breaks."""
     assert isinstance(controller, ExplainingController)
     try:
         found = controller.explain(cycle.observation, cycle.memory)
@@ -212,7 +212,7 @@ class _Difference(NamedTuple):
 
 
 def _first_difference(again: TrialLog, log: TrialLog, until_s: float) -> _Difference:
-    """Returns the first difference up to a time; one at an infinite time where there is none."""
+    """Returns the first difference up to a time; its time is infinite where there is none."""
     theirs = log.samples[log.samples["time_s"] <= until_s + ROUNDING_S]
     ours = again.samples[again.samples["time_s"].isin(theirs["time_s"])]
     count = len(theirs)
@@ -241,7 +241,7 @@ def _first_difference(again: TrialLog, log: TrialLog, until_s: float) -> _Differ
 
 
 def _sent(log: TrialLog, cycle: int) -> NDArray[np.float64]:
-    """Returns (3,) the command in the log's first sample that saw a cycle; not a number if none."""
+    """Returns (3,) the command in the log's first sample after a cycle; NaN without one."""
     rows = log.samples[log.samples["cycle_count"] >= cycle]
     if rows.empty:
         return np.full(3, np.nan)

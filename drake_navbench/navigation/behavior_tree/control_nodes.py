@@ -124,7 +124,7 @@ class InOrderNode(ControlNode):
         return self.GOES_ON_AFTER
 
     def terminate(self, new_status: Status) -> None:
-        """Lets the next run begin with the first child."""
+        """Makes the next run begin with the first child."""
         self.index = 0
 
 
@@ -247,7 +247,7 @@ class PipelineSequence(ControlNode):
         return Status.SUCCESS
 
     def terminate(self, new_status: Status) -> None:
-        """Lets the next run begin with the first child."""
+        """Makes the next run begin with the first child."""
         self.farthest = 0
 
 
@@ -290,13 +290,13 @@ class RoundRobinNode(ControlNode):
         return Status.FAILURE
 
     def terminate(self, new_status: Status) -> None:
-        """Lets the next run begin with the first child after a failure or a halt."""
+        """Makes the next run begin with the first child after a failure or a halt."""
         is_halted = new_status == Status.INVALID and self.status == Status.RUNNING
         if is_halted or new_status == Status.FAILURE:
             self.halt()
 
     def halt(self) -> None:
-        """Lets the next run begin with the first child."""
+        """Makes the next run begin with the first child."""
         self.index = 0
         self.failure_count = 0
 

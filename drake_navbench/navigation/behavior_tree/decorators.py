@@ -282,7 +282,7 @@ class SequenceWithMemory(InOrderNode):
     GOES_ON_AFTER = Status.SUCCESS
 
     def terminate(self, new_status: Status) -> None:
-        """Lets the next run begin with the first child, but only after a success."""
+        """Makes the next run begin with the first child, but only after a success."""
         if new_status == Status.SUCCESS:
             self.index = 0
 
