@@ -10,7 +10,7 @@ from drake_navbench.typed_files.quantities import Angle, Length, Mass, Size, Spe
 from drake_navbench.typed_files.typed_yaml import FrozenModel
 
 GRAVITY_MPS2 = 9.81
-# Steeper than any ramp that a wheeled robot drives.
+# The largest slope: no wheeled robot drives a steeper ramp.
 MAX_SLOPE_RAD = 0.8
 
 
@@ -66,7 +66,7 @@ class ActuatorSettings(FrozenModel):
 
     @property
     def delays_s(self) -> dict[str, float]:
-        """By field, how late something may be, s."""
+        """The largest delay, s, by the field that sets it."""
         return {}
 
     @property
@@ -79,5 +79,5 @@ class ActuatorSettings(FrozenModel):
 
     @property
     def limits_force(self) -> bool:
-        """Whether the robot speeds up otherwise than its drive says."""
+        """Whether force, payload or slope change the robot's acceleration."""
         return self.force_n is not None or self.payload_kg > 0.0 or self.slope_rad > 0.0

@@ -32,13 +32,13 @@ START: Pose = (-2.25, 3.0, math.pi / 2)
 GOAL: Pose = (-2.25, 13.0, math.pi / 2)
 TIMEOUT_S = 100.0
 ARRIVAL_RADIUS_M = 1.0
-# The 300 worlds come in four groups, by how much of the field is filled before it is smoothed.
+# The 300 worlds come in four groups, by the share of the field that is filled before smoothing.
 WORLDS_PER_DENSITY = 75
 DENSITIES = ("15%", "20%", "25%", "30%")
-# Where the lattice of cylinders lies: row 0, column 0, and its pitch, m. With it every reference
-# path keeps the distance that the worlds' generator promises.
+# The place of the lattice of cylinders: its row 0 and column 0, and its pitch, m. With it every
+# reference path keeps the distance from cylinders that the worlds' generator promises.
 LATTICE_X_M, LATTICE_Y_M, PITCH_M = -4.425, 5.175, 0.15
-# The global costmap, which no map gives a size, must hold the whole field.
+# The size of the global costmap, which has no map: it must hold the whole field.
 MARGIN_M = 4.5
 
 MAX_WORLD_BYTES = 16 * MEGABYTE
@@ -138,6 +138,6 @@ def _reference_length_m(path: Path) -> float:
 
 
 def reference_path(cells: NDArray[np.int64]) -> NDArray[np.float64]:
-    """Returns (n + 2, 2) the start, the cells (n, 2) [row, column] of a path, and the goal, m."""
+    """Returns (n + 2, 2) m: the start, the cells (n, 2) [row, column] of a path, and the goal."""
     corner = np.array([LATTICE_X_M, LATTICE_Y_M])
     return np.vstack([START[:2], corner + PITCH_M * cells, GOAL[:2]])

@@ -24,15 +24,15 @@ class Status(StrEnum):
     NO_MEANING = "no meaning here"
 
 
-# Those whose parameters stand side by side, because there is nothing more to say of them.
+# Parameters of these statuses are listed by name side by side; nothing more is said of them.
 LISTED = (Status.USED, Status.NO_MEANING)
 
 
 class CheckRow(NamedTuple):
     """The fate of a parameter, or of a whole node where `parameter` is ''.
 
-    node: without the leading slash. remark: the reason or further facts; may be ''. line: in its
-    file.
+    node: its name without the leading slash. remark: the reason or further facts; may be ''. line:
+    the parameter's line in its file.
     """
 
     status: Status
@@ -43,7 +43,7 @@ class CheckRow(NamedTuple):
 
     @property
     def place(self) -> str:
-        """Node and parameter as one word."""
+        """Node and parameter as one text, 'node: parameter'."""
         return ": ".join(filter(None, (self.node, self.parameter)))
 
     @property
@@ -66,11 +66,11 @@ class Check:
 
     @property
     def is_whole(self) -> bool:
-        """Whether nothing stands in for anything."""
+        """Whether the check has no stand-ins."""
         return not self.stand_ins
 
     def of(self, status: Status) -> tuple[CheckRow, ...]:
-        """Returns the rows of a status."""
+        """Returns the rows with a status."""
         return tuple(row for row in self.rows if row.status == status)
 
     def summary(self) -> str:

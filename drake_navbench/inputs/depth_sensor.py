@@ -11,7 +11,7 @@ from pydantic import Field, model_validator
 from drake_navbench.typed_files.quantities import Angle, Length, Period
 from drake_navbench.typed_files.typed_yaml import FrozenModel
 
-# A ray that is nearer to straight up or down has no distance along the floor.
+# A ray nearer than this to straight up or down has no distance along the floor.
 STEEPEST_RAD = math.radians(89.0)
 
 

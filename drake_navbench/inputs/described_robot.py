@@ -40,14 +40,14 @@ from drake_navbench.errors import InputError
 from drake_navbench.inputs.check import Check, CheckRow, Status
 from drake_navbench.inputs.known_base import NOTHING_KNOWN, KnownBase
 
-# Names of a drive's values that are fields of every base; the others tell of wheels.
+# The values of a drive that are fields of every base; the other values describe wheels.
 LIMITS = (
     "max_linear_velocity_mps",
     "min_linear_velocity_mps",
     "max_linear_acceleration_mps2",
 )
 TURNING = ("max_angular_velocity_radps", "max_angular_acceleration_radps2")
-# How far inside of the outline the base origin is at least, m.
+# The least distance of the base origin from the outline around it, m.
 ORIGIN_MARGIN_M = 0.01
 DEFAULTS = "not told; the default"
 
@@ -56,9 +56,9 @@ DEFAULTS = "not told; the default"
 class DescribedRobot:
     """A robot's model, read: fields of a robot file; rows of a table, as of `--check`.
 
-    base: the link that is the base frame. height_m: of its highest point over the floor. floor_m:
-    height of the floor in the base frame. source: the model itself. tells_outline: whether its
-    shapes do.
+    base: the link that is the base frame. height_m: height of its highest point over the floor.
+    floor_m: height of the floor in the base frame. source: the model itself. tells_outline: whether
+    the outline is from the model's shapes.
     """
 
     fields: Mapping[str, Any]
@@ -79,7 +79,7 @@ def describe_robot(
     """Reads a robot's URDF, SDF or xacro file; raises InputError.
 
     arguments: for xacro. folders: searched for packages, besides the repository around the file.
-    known: the base's link, where the model has it, and an outline, where its shapes tell none.
+    known: the base's link, if the model has it, and the outline of a model without shapes.
     """
     try:
         changed_ns = path.stat().st_mtime_ns
@@ -124,7 +124,7 @@ def _described(
 
 
 class _Table:
-    """The rows of a model on the way to fields."""
+    """The rows of the table, and the fields, that are made of a model."""
 
     def __init__(self, node: str) -> None:
         self._node = node
@@ -145,7 +145,7 @@ class _Table:
             self.add(Status.USED, "base frame", base)
 
     def body(self, body: Body, source: Source, known: KnownBase, shown: str) -> dict[str, Any]:
-        """Returns the outline; raises InputError where nothing tells it."""
+        """Returns the outline; raises InputError where no part of the input gives one."""
         if body.outline is None:
             why = "; ".join(body.left_out) or "expected links with collision or visual shapes"
             if not body.left_out:
@@ -174,7 +174,7 @@ class _Table:
         return {"footprint": outline.tolist()}
 
     def mass(self, mass_kg: float) -> dict[str, Any]:
-        """Returns the mass, where there is one."""
+        """Returns the mass, if the model has one."""
         if mass_kg <= 0.0:
             self.add(Status.STAND_IN, "mass", "0 kg in all links; no energy is told")
             return {}
@@ -202,7 +202,7 @@ class _Table:
         return fields
 
     def layers(self, lidar: Mapping[str, Any]) -> dict[str, Any]:
-        """Returns the field navigation of a robot whose lidar is above what layers look at."""
+        """Returns the field navigation for a lidar that is higher than the default layers look."""
         usual = ObstacleLayerParameters()
         height_m = lidar.get("height_m", 0.0)
         if height_m <= usual.max_obstacle_height:
@@ -223,7 +223,7 @@ class _Table:
         }
 
     def lidar_by_link(self, found: FoundSensor | None) -> dict[str, Any]:
-        """Returns the field lidar of a model that only has a link called so; {} without one."""
+        """Returns the field lidar of a model that has but a link of such a name; {} without."""
         if found is None:
             self.add(Status.STAND_IN, "lidar", "none described; the default one at the base")
             return {}
@@ -311,9 +311,9 @@ def _visuals(source: Source) -> list[Shape]:
 
 
 def _around_origin(outline: Array) -> Array:
-    """Returns an outline (K, 2) that the base origin is inside of: itself, or its hull with that.
+    """Returns an outline (K, 2) around the base origin: `outline`, or its hull with the origin.
 
-    Costmaps take a footprint around the base frame alone.
+    Costmaps only take a footprint around the base frame's origin.
     """
     polygon = shapely.Polygon(outline)
     if polygon.contains(shapely.Point(0.0, 0.0)):

@@ -21,7 +21,7 @@ from drake_navbench.typed_files.quantities import (
 )
 from drake_navbench.typed_files.typed_yaml import FrozenModel, QuietModel, tuples_for_lists
 
-# A trial's step of 0.02 s cannot integrate a faster response: from half of it on, speeds explode.
+# The shortest time constant: with a trial's step of 0.02 s, speeds explode below half the step.
 LEAST_LAG_S = 0.02
 Lag = Annotated[float, Within(LEAST_LAG_S, 3600.0)]
 
@@ -62,7 +62,7 @@ class _Drive(FrozenModel):
 
     @property
     def turning_radius_m(self) -> float:
-        """The tightest turn, m; 0 where it turns in place."""
+        """The radius of the tightest turn, m; 0 for a base that turns in place."""
         return 0.0
 
     @property
@@ -86,7 +86,7 @@ class _Drive(FrozenModel):
 
 
 class _TurningDrive(_Drive):
-    """A base that turns about itself."""
+    """A base that can turn about its own origin."""
 
     max_angular_velocity_radps: AngularSpeed = Field(
         2.0, gt=0.0, description="Largest turn rate [rad/s]."
@@ -103,7 +103,7 @@ class DifferentialDrive(QuietModel, _TurningDrive):
         {"physics", "motors", "casters", "floor", "load_position", "step_s"}
     )
 
-    # Robot files and logs from before there were other bases do not name it.
+    # Robot files and logs from before there were other bases have no `type`.
     type: Literal["differential"] = Field(
         "differential",
         exclude=True,
@@ -147,9 +147,8 @@ class DifferentialDrive(QuietModel, _TurningDrive):
     def true_bounds(self) -> MotionBounds:
         """The bounds of any motion of the base, with wheels that slip or push included.
 
-        Friction only takes energy, and motors push no further than the speed they are told. What
-        remains is speed that turning becomes, or turning that speed becomes: less than as much
-        again.
+        Friction only takes energy, and motors push no further than the speed they are told. But
+        turning may become speed, and speed turning: by less than as much again.
         """
         told = self.bounds
         if not self.has_wheels:
@@ -201,7 +200,7 @@ class AckermannDrive(_Drive):
 
     @property
     def turning_radius_m(self) -> float:
-        """The tightest turn, m."""
+        """The radius of the tightest turn, m."""
         return self.min_turning_radius_m
 
     @property
@@ -275,7 +274,7 @@ def overrides_for(drive: _Drive, overrides: Mapping[str, Any]) -> dict[str, Any]
 
 
 def as_omnidirectional(drive: _Drive) -> dict[str, Any]:
-    """Returns a drive's fields as an omnidirectional one, as fast sideways as ahead."""
+    """Returns the fields of an omnidirectional drive, as fast sideways as `drive` is ahead."""
     own = drive.model_dump(mode="json", exclude={"type"})
     shared = {name: own[name] for name in OmnidirectionalDrive.model_fields if name in own}
     return {

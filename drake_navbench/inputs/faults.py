@@ -1,4 +1,4 @@
-"""Faults of a scenario: what fails on the robot, from when and for how long."""
+"""Faults of a scenario: the fields of the robot that change, from when and for how long."""
 
 from __future__ import annotations
 
@@ -75,7 +75,7 @@ class Conditions(Immutable):
 
     @property
     def are_plain(self) -> bool:
-        """Whether actuators are ideal, nothing is late, and the odometry has the map's frame."""
+        """Whether actuators are ideal, no message is late, and odometry and map frame are one."""
         return not (
             self.has_frames
             or self.actuators.any(lambda part: part.touches_wheels or part.limits_force)
@@ -84,7 +84,7 @@ class Conditions(Immutable):
 
     @property
     def has_frames(self) -> bool:
-        """Whether map and odometry ever come apart."""
+        """Whether the odometry frame and the map frame ever differ."""
         return self.relocalizes or self.localization.any(lambda settings: settings.has_frames)
 
 

@@ -12,7 +12,7 @@ SCENARIO: Final = "a scenario file"
 ROBOT: Final = "a robot file"
 PRESET: Final = "a preset file"
 NAV2: Final = "a Nav2 parameter file"
-# Fields that no other kind has.
+# Fields that only files of this kind have.
 SIGNS: Final[Mapping[str, frozenset[str]]] = {
     SCENARIO: frozenset({"goal", "world", "waypoints", "navigation_mode"}),
     ROBOT: frozenset({"drive", "lidar", "footprint", "like", "robot_radius", "navigation"}),
@@ -25,8 +25,8 @@ NAV2_SIGN = "ros__parameters"
 def require_kind(data: Mapping[str, Any], expected: str, path: Path) -> None:
     """Raises InputError where a file's fields are those of another kind than expected.
 
-    expected: a key of `SIGNS`. A file with a field of the expected kind, or of none, is taken: what
-    is wrong in it the reader of that kind says better.
+    expected: a key of `SIGNS`. A file with a field of the expected kind, or of no kind, passes: the
+    reader of that kind describes its faults better.
     """
     if SIGNS[expected] & data.keys():
         return

@@ -20,8 +20,8 @@ MOST_SHARED = 0.5
 class Place(NamedTuple):
     """One map with the poses to be checked on it, in the map's frame.
 
-    stands: poses where the robot surely stands, by their name in the file. goals: poses it is sent
-    to, by name. holds_start: whether the trial begins here. named: the map's name in errors.
+    stands: poses at which the robot will stand, by their name in the file. goals: poses to which it
+    is sent, by name. holds_start: whether the trial begins here. named: the map's name in errors.
     """
 
     scenario: FloorScenario
@@ -56,14 +56,14 @@ def places_of(scenario: Scenario) -> Iterator[Place]:
 
 
 def check_floors(scenario: Scenario) -> None:
-    """Raises InputError where floors cannot be those of one building."""
+    """Raises InputError where the floors cannot be those of one building."""
     _check_people(scenario)
     _check_masks(scenario)
     _check_storey(scenario)
 
 
 def _check_people(scenario: Scenario) -> None:
-    """Raises InputError for a recording, or where two floors' people walk by other settings."""
+    """Raises InputError for recorded people, or where floors' people have different settings."""
     crowds = [
         (index, floor.world.people)
         for index, floor in enumerate(scenario.floors)
@@ -103,7 +103,7 @@ def _check_masks(scenario: Scenario) -> None:
 
 
 def _check_storey(scenario: Scenario) -> None:
-    """Raises InputError where two floors are said to lie in one place."""
+    """Raises InputError where two floors would lie in the same place."""
     floors = [f for f in scenario.placed_floors if scenario.floors[f.index].origin is not None]
     for number, floor in enumerate(floors):
         for other in floors[:number]:

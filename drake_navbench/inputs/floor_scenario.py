@@ -1,6 +1,6 @@
 """A scenario on one floor: a world, a task in it, and the planner's knowledge of it.
 
-A scenario without floors is one, and so is each floor of a mission.
+A scenario without floors is a FloorScenario, and so is each floor of a mission.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from drake_navbench.typed_files.quantities import Angle, Duration, Length
 from drake_navbench.typed_files.typed_yaml import QuietModel
 
 SCENARIO_FILES = NamedFiles(kind="scenario", package="drake_navbench.scenarios")
-# How far masks that are drawn from polygons reach beyond everything else.
+# The margin by which drawn masks reach beyond everything else, m.
 MASK_MARGIN_M = 2.0
 MASK_RESOLUTION_M = 0.05
 
@@ -41,7 +41,7 @@ Pose = tuple[Length, Length, Angle]
 class GivenMaps(NamedTuple):
     """The map of a scenario and the masks of its filters, in place of those of its files.
 
-    masks: None where they are read from their files.
+    masks: None: they are read from their files.
     """
 
     grid: OccupancyMap | None
@@ -97,7 +97,7 @@ class FloorScenario(QuietModel):
     def with_maps(
         self, grid: OccupancyMap | None, masks: tuple[FilterMask, ...] | None = None
     ) -> Self:
-        """Returns the scenario with a map that was read already, and masks where they were, too."""
+        """Returns the scenario with a map, and masks, that have been read already."""
         other = self.model_copy()
         other._maps = GivenMaps(grid, masks)
         return other
@@ -126,7 +126,7 @@ class FloorScenario(QuietModel):
 
     @property
     def files(self) -> list[Path]:
-        """The map and mask files that it refers to, with their images, and the recording."""
+        """The scenario's map and mask files, with their images, and the recording."""
         grids = [self.map, *(mask.grid for mask in self.filter_masks)]
         found = [path for grid in grids if grid is not None for path in grid.files]
         return found if self._recording is None else [*found, self._recording]
@@ -145,12 +145,12 @@ class FloorScenario(QuietModel):
 
     @cached_property
     def file_hashes(self) -> dict[str, str]:
-        """The SHA-256 of each of these files, by path."""
+        """The SHA-256 of each of the `files`, by path."""
         return {str(path): sha256(path.read_bytes()).hexdigest() for path in self.files}
 
     @property
     def _lattice(self) -> Lattice:
-        """The cells of masks that are drawn: the map's, else such that the start is a centre."""
+        """The lattice of drawn masks: the map's, or one with the start in the centre of a cell."""
         if self.map is not None:
             return Lattice(self.map.origin_x, self.map.origin_y, self.map.resolution)
         half = 0.5 * MASK_RESOLUTION_M

@@ -1,7 +1,7 @@
 """The floors of a mission, side by side in the one plane that a trial simulates.
 
-Each floor is a scenario of its own, with its world, map and masks. Placed, it is the same moved by
-its offset, so that no two storeys are within sight of one another and a position tells its floor.
+Each floor is a scenario of its own, with its world, map and masks. A placed floor is moved by its
+offset, so that no two storeys are within sight of each other and a position tells its floor.
 """
 
 from __future__ import annotations
@@ -29,9 +29,9 @@ Offset = tuple[float, float]
 Model = TypeVar("Model", bound=BaseModel)
 Pose = tuple[float, float, float]
 
-# Between two storeys: farther than clearances are measured and than people heed one another.
+# The gap between two storeys, m: larger than measured clearances and than people's reach.
 STOREY_GAP_M = 10.0
-# Positions in the fields of whatever has a place in a world.
+# The fields of shapes, objects and people that hold positions.
 POINTS = ("min", "max", "start", "end", "centre", "position")
 POINT_LISTS = ("vertices", "goals")
 PARTS = ("waypoints", "persons")
@@ -41,9 +41,9 @@ PARTS = ("waypoints", "persons")
 class PlacedFloor:
     """A floor with its place in the world.
 
-    index: among the floors of the file. offset: m, a point (x, y) on its map is (x, y) + offset in
-    the world. scenario: in the world. bounds: min_x, min_y, max_x, max_y of it there, m. storey:
-    the same for floors that are parts of one.
+    index: its number among the floors of the file. offset: m, a point (x, y) on its map is (x, y) +
+    offset in the world. scenario: moved to its place in the world. bounds: its min_x, min_y, max_x,
+    max_y in the world, m. storey: a number, equal for the floors of one storey.
     """
 
     index: int
@@ -63,7 +63,7 @@ class PlacedFloor:
 class PlacedLeg:
     """A leg of a mission in the world: a goal on a floor, and a ride from there where it has one.
 
-    arrival: where the ride ends, on the floor `to`; both None where there is none.
+    arrival: the end of the ride, on the floor `to`; both None without a ride.
     """
 
     goal: Pose
@@ -115,8 +115,8 @@ def mission_legs(
 def placed_floors(floors: Sequence[Floor], own: Sequence[FloorScenario]) -> tuple[PlacedFloor, ...]:
     """Returns the floors at their places in the world; the first one's frame is the world's.
 
-    own: each floor in the frame of its map. Floors that give their origin in one storey lie at it;
-    every other floor is a storey. Each storey lies to the right of those before.
+    own: each floor in the frame of its map. Floors with an origin in a storey lie at that origin;
+    every other floor is a storey of its own. Each storey lies to the right of those before.
     """
     if not floors:
         return ()
@@ -129,7 +129,7 @@ def placed_floors(floors: Sequence[Floor], own: Sequence[FloorScenario]) -> tupl
         low_x, _, high_x, _ = _joined(
             [_moved(limits[i], origins[i]) for i, its in enumerate(storeys) if its == storey]
         )
-        # Whole metres, so that cells lie as they do on the floor's own map, but for rounding.
+        # The offset is whole metres, so that cells lie as on the floor's own map, but for rounding.
         shift_m = 0.0
         if shifts_m:
             shift_m = float(math.ceil(right_m + STOREY_GAP_M - low_x))
@@ -145,7 +145,7 @@ def placed_floors(floors: Sequence[Floor], own: Sequence[FloorScenario]) -> tupl
 
 
 def _storeys(floors: Sequence[Floor]) -> list[int]:
-    """Returns the index of the first floor of the storey that each is a part of."""
+    """Returns for each floor the index of the first floor of its storey."""
     named: dict[str, int] = {}
     return [
         index if floor.origin is None else named.setdefault(floor.storey, index)
@@ -261,7 +261,7 @@ def _joined_people(everybody: Sequence[People | None]) -> People | None:
     (_, first), *_ = crowds
     persons = []
     for index, people in crowds:
-        # A file's groups end at 1000.
+        # The groups of a file are below 1000.
         for person in people.persons:
             group = person.group if person.group is None else person.group + 1001 * index
             persons.append(person.model_copy(update={"group": group}))

@@ -29,7 +29,8 @@ KINDS = (
     BEHAVIORS,
     TREE_NODES,
 )
-# The groups that no parameter of a column names: the above, and metrics, which run after trials.
+# The groups of plugins that no parameter of a column names: those above, and metrics, which run
+# after trials.
 NAMED_ELSEWHERE = {*(kind.group for kind in KINDS), "drake_navbench.metrics"}
 
 # The number of digits of a file's digest, which stands in place of a version.
@@ -57,7 +58,7 @@ def foreign_code(preset: Preset, scenario: Scenario, robot: Robot) -> dict[str, 
 
 
 def plugins_of(scenario: Scenario, robot: Robot) -> Iterator[tuple[PluginKind, str]]:
-    """Yields the kind and the name of every plugin that a scenario and a robot name."""
+    """Yields the kind and the name of every plugin that a scenario or a robot names."""
     navigation = robot.navigation
     yield PLANNERS, navigation.planner.plugin
     yield GOAL_CHECKERS, navigation.goal_checker.plugin

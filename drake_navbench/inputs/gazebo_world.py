@@ -28,21 +28,22 @@ from drake_navbench.typed_files.typed_yaml import validate
 
 __all__ = ["GazeboWorld", "is_world", "load_gazebo_world", "scenario_in_world"]
 
-# Worlds are cut off at this distance from the task, m: costmaps of 5 cm cannot hold more.
+# Worlds are cut off at this distance from the task, m: costmaps with cells of 5 cm can hold no
+# more.
 REACH_M = 100.0
 # Corners within this of a straight edge are left out, m.
 TOLERANCE_M = 0.003
 MIN_AREA_M2 = 1e-4
 GRID_M = 1e-4
-# A smaller hole in something solid is closed: no robot fits in, m^2.
+# A smaller hole in a solid shape is closed, as no robot fits in it, m^2.
 MIN_HOLE_M2 = 0.01
 MAX_POLYGONS = 5000
-# Shapes, of which those below the floor and above the robot make no polygon.
+# The most shapes in a world; those below the floor and above the robot make no polygon.
 MAX_SHAPES = 20_000
 HIGHEST_M = 20.0
 MAX_REMARKS_SHOWN = 5
-# The grid on which goals are drawn: its cells, its border around obstacles, and its least reach, m;
-# and the least area enclosed by walls for goals within it alone, m^2.
+# The grid on which goals are drawn: its cell, its border around obstacles and its least reach, m.
+# If walls enclose at least this area, m^2, goals lie within it.
 CELL_M, BORDER_M, OPEN_M, ROOM_M2 = 0.05, 1.0, 4.0, 4.0
 # The walking speeds that scenarios allow, m/s.
 SLOWEST_MPS, FASTEST_MPS = 0.05, 2.0
@@ -139,7 +140,7 @@ def _obstacles(area: Area, near: BaseGeometry) -> Iterator[dict[str, Any]]:
         for piece in simple_parts(part):
             for polygon in _polygons(piece):
                 if polygon.interiors:
-                    # As small as rounding leaves them.
+                    # The holes that remain come of rounding.
                     polygon = shapely.Polygon(polygon.exterior)
                 corners = [[round(x, 4), round(y, 4)] for x, y in polygon.exterior.coords[:-1]]
                 fields: dict[str, Any] = {
@@ -235,7 +236,7 @@ def scenario_in_world(
 ) -> Scenario:
     """Returns the task to navigate from a start to a goal in a world; raises InputError.
 
-    map_file: what the robot knows of the world; None: all that its lidar sees.
+    map_file: the robot's map of the world; None: it knows all that its lidar sees.
     """
     described: dict[str, Any] = {"obstacles": [dict(o) for o in world.obstacles]}
     if map_file is not None:

@@ -17,7 +17,7 @@ from drake_navbench.typed_files.quantities import (
 )
 from drake_navbench.typed_files.typed_yaml import QuietModel
 
-# An odometry that tells no more than this of a way is none.
+# The largest drift: with a larger one the odometry would tell nothing of a motion.
 MAX_DRIFT = 10.0
 DRIFTS = ("drift", "yaw_drift", "random_drift", "random_yaw_drift")
 BIASES = ("x_bias_m", "y_bias_m", "yaw_bias_rad")

@@ -10,9 +10,10 @@ from drake_navbench.costmaps.map_file import OCCUPIED, OccupancyMap
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.world import Box
 
-# Rectangles of cells: first row, past the last row, first column, past the last column.
+# A rectangle of cells: first row, row past the last, first column, column past the last.
 CellBox = tuple[int, int, int, int]
-# Each takes 6 kB in a trial, and the time to build one grows with their square.
+# Each rectangle takes 6 kB in a trial; the time to build a trial grows with the square of their
+# number.
 MAX_WALLS = 100_000
 
 

@@ -81,7 +81,7 @@ def end_of(mission: Sequence[MissionStep], lifts: Sequence[Lift]) -> Pose:
 def _floor_after(
     place: str, step: MissionStep, here: str, floor_names: Sequence[str], lifts: Sequence[Lift]
 ) -> str:
-    """Returns the floor on which a step from a floor ends."""
+    """Returns the floor on which a step ends that begins on the floor `here`."""
     if step.floor is not None:
         _require_known(f"{place}.floor", "floor", step.floor, floor_names)
         if step.floor != here:

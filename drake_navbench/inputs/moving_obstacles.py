@@ -22,11 +22,11 @@ from drake_navbench.typed_files.typed_yaml import FrozenModel, QuietModel
 
 Array = NDArray[np.float64]
 
-# Faster than anything on a floor; a way beyond it is a slip of the unit.
+# Nothing on a floor moves faster; a larger number is a wrong unit.
 MAX_SPEED_MPS, MAX_TURN_RATE_RADPS = 20.0, 20.0
 MIN_STEP_S = 1e-3
 MAX_WAYPOINTS, MAX_MOVING = 10_000, 200
-# How finely the floor that a turning box sweeps is looked at.
+# The step in which the floor that a turning box sweeps is computed.
 SWEEP_STEP_M, SWEEP_STEP_RAD = 0.1, 0.1
 CIRCLE_QUADRANT_SEGMENTS = 24
 
@@ -102,11 +102,11 @@ class _Moving(QuietModel):
 
     @property
     def period_s(self) -> float:
-        """The period after which it starts over; 0 where it does not, s."""
+        """The period of a motion that repeats, s; 0 for a motion that does not."""
         return self.waypoints[-1].time_s - self.waypoints[0].time_s if self.repeats else 0.0
 
     def pose_at(self, time_s: float) -> Array:
-        """Returns (3,) x m, y m, yaw rad."""
+        """Returns the pose at a time: (3,) x m, y m, yaw rad."""
         return Tracks.of([self.knots], [self.period_s]).poses_at(time_s)[0]
 
     @property
@@ -139,7 +139,7 @@ class _Moving(QuietModel):
             yield index, self._covered(np.linspace(here, there, steps + 1))
 
     def _covered(self, poses: Array) -> BaseGeometry:
-        """Returns the floor that it covers on the way along poses (N, 3)."""
+        """Returns the floor that the obstacle covers on the way along poses (N, 3)."""
         bodies = [shapely.Polygon(place_outline(self.outline, pose)) for pose in poses]
         if len(bodies) == 1:
             return bodies[0]
@@ -176,7 +176,7 @@ MovingObstacle = Annotated[MovingCylinder | MovingBox, Field(discriminator="type
 class Bodies:
     """Outlines in frames of their own; see `kernels.moving_bodies` for the columns.
 
-    edges: (E, 5). discs: (D, 4). count: of bodies.
+    edges: (E, 5). discs: (D, 4). count: number of bodies.
     """
 
     edges: Array
@@ -211,22 +211,22 @@ class MovingObstacles:
 
     @cached_property
     def tracks(self) -> Tracks:
-        """Their ways."""
+        """The tracks of the obstacles."""
         periods_s = [thing.period_s for thing in self.things]
         return Tracks.of([thing.knots for thing in self.things], periods_s)
 
     @cached_property
     def bodies(self) -> Bodies:
-        """Their outlines: discs exactly, boxes as edges."""
+        """The outlines of the obstacles: discs exactly, boxes as edges."""
         return bodies_of(self.things)
 
     @cached_property
     def heights_m(self) -> Array:
-        """(B,) above the floor, m."""
+        """(B,) the heights of the obstacles above the floor, m."""
         return np.array([thing.height_m for thing in self.things], dtype=float)
 
     def seen_at(self, height_m: float) -> Bodies:
-        """Returns the outlines of those that a lidar sees that scans at a height over the floor."""
+        """Returns the outlines of the obstacles that a lidar at a height over the floor sees."""
         is_solid = np.array([thing.material == "solid" for thing in self.things], dtype=bool)
         return self.bodies.only(is_solid & (self.heights_m >= height_m))
 
@@ -253,7 +253,7 @@ def circle(radius_m: float) -> Array:
 
 
 def with_people(bodies: Bodies, radii_m: Array) -> Bodies:
-    """Returns bodies and then the discs (P,) that stand for people."""
+    """Returns bodies, followed by the discs (P,) that stand for people."""
     discs = np.zeros((len(radii_m), 4))
     discs[:, 0] = bodies.count + np.arange(len(radii_m))
     discs[:, 3] = radii_m

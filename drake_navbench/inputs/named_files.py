@@ -11,7 +11,7 @@ from drake_navbench.errors import InputError, nearest_name_hint
 YAML_SUFFIXES = frozenset({".yaml", ".yml"})
 
 
-# The suffixes of worlds, which are no files that a name may stand for.
+# The suffixes of world files, which are refused in place of YAML files.
 WORLDS = (".world", ".sdf", ".wbt")
 MAX_NAMED = 3
 
@@ -73,7 +73,7 @@ class NamedFiles:
 
 
 def _instead(path: Path) -> str:
-    """Returns the error for a path that is no YAML file: its kind, and the expected one."""
+    """Returns the error for a path that is no YAML file: its kind, and the expected kind."""
     if path.is_dir():
         suffixes = (*YAML_SUFFIXES, ".sdf", ".urdf")
         files = sorted(file.name for file in path.iterdir() if file.suffix in suffixes)

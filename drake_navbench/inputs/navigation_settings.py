@@ -54,7 +54,7 @@ class ControllerServerSettings(FrozenModel):
     """Nav2's controller server."""
 
     READ_BY: ClassVar[Mapping[str, ReadBy]] = {
-        # Its default counts without a controller server in the file as well, see `navigation_of`.
+        # This default counts also where the file has no controller server, see `navigation_of`.
         "costmap_update_timeout": since(Release.JAZZY, before(Release.JAZZY, 0.0)),
         "path_handler_plugins": since(Release.LYRICAL),
         "progress_checker_plugin": until(Release.IRON),

@@ -1,4 +1,4 @@
-"""Columns that are the original: `rpp@NAME`, the controller that a build of Nav2 has of a port."""
+"""Columns that drive an original: `rpp@NAME` is the original of `rpp` from the build NAME."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class Original(NamedTuple):
         return f"the original of {self.name}, Nav2 {self.build.where_from}"
 
     def command_of(self, plugin: str | None) -> dict[str, Any]:
-        """Returns the host of a plugin as parameters of `external`; raises InputError."""
+        """Returns the parameters of `external` that run a build's plugin; raises InputError."""
         build = self.build
         if plugin is None:
             raise InputError(

@@ -1,4 +1,4 @@
-"""Beside each column the original that a build of Nav2 has of it: `--original NAME`."""
+"""Adds to each column its original from a build of Nav2: `--original NAME`."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from drake_navbench.plugins.names import nested
 
 
 def with_originals(columns: Sequence[str | Preset], build_name: str) -> list[str | Preset]:
-    """Returns the columns, each followed by its original; warns of one that has none.
+    """Returns the columns, each followed by its original; warns of columns without one.
 
     columns: presets and variants by name, and presets out of files. Raises InputError where there
     is no such build, a column is wrong, or none has an original in it.
@@ -59,10 +59,10 @@ def _reference(column: str, build: Build) -> str:
 
 
 def _original_of_preset(preset: Preset, build: Build) -> Preset:
-    """Returns the original of a column out of a file.
+    """Returns the original of a column that a file defines.
 
-    It gets all parameters of a Nav2 file, also those that the port does not know; those that it
-    does not declare are reported when the run starts.
+    The original gets all parameters of a Nav2 file, also those that the port does not know. Those
+    that the original does not declare are reported when the run starts.
     """
     original = Original(preset.name, build, ())
     plugin = preset.nav2_plugin

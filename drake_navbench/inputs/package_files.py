@@ -18,21 +18,21 @@ from drake_navbench.errors import InputError
 from drake_navbench.typed_files.input_file import MEGABYTE
 from drake_navbench.typed_files.ros_packages import files_below
 
-# What a kind is called on the command line.
+# The names of the kinds on the command line.
 ROBOT, NAV2, MAP, WORLD = "robot", "nav2", "map", "world"
 KINDS = (ROBOT, NAV2, MAP, WORLD)
 HEAD_BYTES = MEGABYTE
 MAX_LISTED = 12
-# Robots that are read to see whether they drive, before the first of them by name is taken.
+# At most so many models are read to find one that drives; otherwise the first by name is taken.
 MAX_TRIED = 12
-# Files with so many parts are all as likely.
+# From so many parts on, all files are equally likely to be the robot.
 MAX_INCLUDES = 5
 WHOLE_ROBOT = re.compile(r"<robot\b[^>]*\bname\s*=|<model\b[^>]*\bname\s*=")
 MACROS = re.compile(r"<xacro:macro\b.*?</xacro:macro>|<!--.*?-->", re.DOTALL)
 BUILDS = re.compile(r"<link\b|<xacro:(?!arg|property|if|unless|macro)\w+")
 NAV2_MARKS = re.compile(r"controller_server\b[\s\S]*ros__parameters|FollowPath")
 MAP_MARKS = re.compile(r"^\s*image\s*:\s*(\S+)", re.MULTILINE)
-# Words in names that say that a file is a part, or not the one that is meant.
+# Words in names of files that are parts, or not the wanted file.
 PARTS = re.compile(
     r"macro|sensor|camera|lidar|laser|wheel|inertia|material|ros2_control|gazebo|arm|gripper|imu|"
     r"common|properties|plugin|test|example|mesh|depth|rplidar|realsense|oak|tower|stand",
@@ -50,7 +50,7 @@ class PackageFiles:
     files: Mapping[str, tuple[Path, ...]] = field(default_factory=dict)
 
     def chosen(self, kind: str, pick: int | None) -> Path | None:
-        """Returns the file of a kind with a number from 1 in the list; None where there is none.
+        """Returns a kind's file by its number in the list, counted from 1; None without one.
 
         pick: the number, 0 for none, None for the first. Raises InputError for a number too large.
         """
@@ -160,14 +160,14 @@ def _robot_rank(file: Path, words: set[str]) -> tuple[bool, bool, int, int]:
 
 
 def _driving_first(files: Sequence[Path], roots: Sequence[Path]) -> tuple[Path, ...]:
-    """Returns models with the first in front that drives.
+    """Returns models, beginning with the likeliest that drives.
 
-    Of those in one folder, and those that include it, that is the first with a lidar, and of these
-    with a drive's plugin; of two alike the one that includes the other.
+    Candidates are the models in one folder, and those that include the best so far. A lidar counts
+    more than a drive's plugin; of two alike models the one that includes the other is better.
     """
     best: Path | None = None
     most = (False, False)
-    # The same file of another robot of the kind fails as its first one did.
+    # A file of the same name for another robot would fail as this one did.
     tried: set[str] = set()
     for file in files:
         is_other = best is not None and file.parent != best.parent
@@ -224,7 +224,7 @@ def _is_gazebo_world(file: Path) -> bool:
 
 
 def read_picks(texts: Sequence[str]) -> dict[str, int]:
-    """Returns the numbers of `--pick kind=N`; raises InputError where one is none."""
+    """Returns the numbers of `--pick kind=N`; raises InputError for any other text."""
     return dict(_picks(texts))
 
 

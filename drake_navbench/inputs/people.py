@@ -20,7 +20,7 @@ from drake_navbench.typed_files.typed_yaml import FrozenModel, QuietModel, tuple
 Array = NDArray[np.float64]
 
 MAX_PEOPLE = 200
-# The body as a scan sees it: shins below the hip, the trunk above.
+# Heights of the body as a scan sees it: shins below the hip, the trunk above, m.
 HIP_HEIGHT_M, LEG_RADIUS_M, TRUNK_RADIUS_M = 0.85, 0.06, 0.18
 HIP_HALF_WIDTH_M = 0.11
 # The length of two steps of a person of middle height, and the largest distance of a foot ahead,
@@ -40,7 +40,7 @@ REACTIONS_WITH_ORCA = ("regular", "impassive", "oblivious")
 # Spread of the angle between a person's desired direction and that to the goal, with ORCA, so that
 # two who meet exactly head on do not stand still before each other.
 ASIDE_STD_RAD = 0.02
-# Number of draws for a person whose start is taken, before that in the file is used.
+# The number of draws for a person whose start is taken, before the file's own start is used.
 MAX_STARTS = 20
 
 
@@ -74,7 +74,7 @@ class Person(FrozenModel):
 
     @property
     def ways(self) -> list[tuple[tuple[float, float], tuple[float, float]]]:
-        """The straight ways that they mean to go."""
+        """The straight ways along which the person means to go."""
         places = [self.start, *self.goals]
         if self.repeats and len(self.goals) > 1:
             places.append(self.goals[0])
@@ -82,7 +82,7 @@ class Person(FrozenModel):
 
 
 class OrcaSettings(FrozenModel):
-    """Of optimal reciprocal collision avoidance."""
+    """Settings of optimal reciprocal collision avoidance."""
 
     time_horizon_s: Duration = Field(
         3.0, gt=0.0, le=60.0, description="Time ahead for which other people are avoided [s]."
@@ -108,7 +108,7 @@ class OrcaSettings(FrozenModel):
 
     @property
     def as_array(self) -> Array:
-        """(6,) as `kernels.orca` takes them."""
+        """The settings as (6,), in the order of `kernels.orca`."""
         return np.array(
             [
                 *(self.time_horizon_s, self.obstacle_time_horizon_s),
@@ -212,7 +212,7 @@ class People(QuietModel):
     @field_validator("recording", mode="before")
     @classmethod
     def _accept_file(cls, value: Any) -> Any:
-        """Takes the name of a file alone."""
+        """Accepts the name of a file in place of settings."""
         return {"file": value} if isinstance(value, str) else tuples_for_lists(value)
 
     @model_validator(mode="after")
@@ -259,12 +259,12 @@ class WalkingPeople:
 
     @property
     def persons(self) -> tuple[Person, ...]:
-        """Each of them."""
+        """The people, one after another."""
         return () if self.people is None else tuple(self.people.persons)
 
     @cached_property
     def radii_m(self) -> Array:
-        """(P,) of the discs that stand for their bodies, m."""
+        """(P,) the radii of the discs that stand for the people's bodies, m."""
         return np.array([person.radius_m for person in self.persons])
 
     @property

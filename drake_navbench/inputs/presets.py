@@ -27,7 +27,7 @@ from drake_navbench.plugins.names import flattened, nested
 from drake_navbench.typed_files.input_file import file_digest
 from drake_navbench.typed_files.typed_yaml import FrozenModel, parse_yaml, read_yaml, validate
 
-# The columns of the default benchmark; the others run when named.
+# The columns of the default benchmark; other presets run only when named.
 DEFAULT_PRESETS = ("dwb", "rpp", "teb", "teb_upstream", "mppi", "mppi_nav2")
 # The largest file that a controller reads or runs.
 MAX_READ_BYTES = 2**30
@@ -68,17 +68,15 @@ class Nav2Plugin(NamedTuple):
 class Preset:
     """One column: its name, its controller, and the controller's parameters.
 
-    source: origin of the parameters, for errors.
-    values: the parameters as given, before defaults; names may be dotted or nested.
-    ignored: dotted names of given parameters without effect, because the controller accepts and
-    drops them or, in a Nav2 file, does not know them.
-    values_for_radius: replace `values` for a robot given by a radius; None where `values` fit it.
-    path_handler: fields that replace those of the robot's path handler.
-    file: of the controller's class, where it is in a file of its own.
-    nav2_plugin: the controller's block in the Nav2 file that the column is from.
-    stack: the robot of a whole Nav2 file, with its costmaps, planner and all other servers, that
-    this column drives in place of the run's robot; None for the run's.
-    read_as: a remark with the release of Nav2 that it follows, and how that was found; may be ''.
+    source: origin of the parameters, for errors. values: the parameters as given, before defaults;
+    names may be dotted or nested. ignored: dotted names of given parameters without effect, because
+    the controller accepts and drops them or, in a Nav2 file, does not know them. values_for_radius:
+    replace `values` for a robot given by a radius; None where `values` fit it. path_handler: fields
+    that replace those of the robot's path handler. file: the file of the controller's class, if it
+    has one of its own. nav2_plugin: the controller's block in the Nav2 file that the column is
+    from. stack: the robot of a whole Nav2 file, with its costmaps, planner and all other servers,
+    that this column drives in place of the run's robot; None for the run's. read_as: a remark with
+    the release of Nav2 that it follows, and how that was found; may be ''.
     """
 
     name: str
@@ -95,7 +93,7 @@ class Preset:
     stack: Robot | None = None
 
     def __getstate__(self) -> dict[str, Any]:
-        """Returns the fields alone: a plugin's parameters may be of a class that pickle lacks."""
+        """Returns the fields alone: cached parameters may be of a class that pickle lacks."""
         return {one.name: getattr(self, one.name) for one in fields(self)}
 
     @property
@@ -116,7 +114,7 @@ class Preset:
 
     @property
     def file_hashes(self) -> dict[str, str]:
-        """The SHA-256 of the controller's own file and of those it reads, by name.
+        """The SHA-256 of the controller's own file and of the files that it reads, by name.
 
         Raises InputError where one cannot be read.
         """
@@ -164,7 +162,7 @@ def _preset_of(
 ) -> Preset:
     """Returns the preset of a file's content.
 
-    assigned: parameters laid over all of its own. folder: searched for a controller's file.
+    assigned: parameters that replace the file's. folder: searched for a controller's file.
     """
     assigned = assigned or {}
     own = nested(flattened(content.parameters), source)
@@ -223,10 +221,10 @@ def preset_files() -> dict[str, Path]:
 def load_preset(text: str) -> Preset:
     """Returns the preset for `name` or for a variant `name:param=value[:param=value...]`.
 
-    A controller without a preset of its name goes by its own, with its defaults. In place of a name
-    stands `path/to/file.py:Class` for a controller that is in no package, and `name@build` for the
-    original that a build of Nav2 has of it, with the parameters that the preset gives.
-    Raises InputError where the name or a parameter is not known, or a value is wrong.
+    A controller's own name stands for the controller with its defaults if no preset has that name.
+    `path/to/file.py:Class` names a controller that is in no package; `name@build` names the
+    preset's original from a build of Nav2, with the preset's parameters. Raises InputError where
+    the name or a parameter is not known, or a value is wrong.
     """
     if names_original(text):
         return _original_preset(text)
@@ -274,7 +272,10 @@ def _original_preset(text: str) -> Preset:
 
 
 def original_plugin(name: str) -> str | None:
-    """Returns Nav2's plugin type of a preset, None where it is no port; of a type itself that."""
+    """Returns Nav2's plugin type of a preset, None where it is no port.
+
+    Of a plugin type it returns the type itself.
+    """
     if is_plugin_type(name):
         return name
     content, _ = _named_content(name)
@@ -291,7 +292,7 @@ def _assigned(assignments: Sequence[str], text: str) -> Mapping[str, Any]:
 
 
 def _named_content(name: str) -> tuple[PresetFile, str]:
-    """Returns the preset of a name, or of a controller without one, and its source."""
+    """Returns the preset file's content for a preset or a controller, and its source."""
     files = preset_files()
     if name in files:
         return validate(PresetFile, read_yaml(files[name]), str(files[name])), str(files[name])
@@ -330,8 +331,8 @@ def resolved_parameters(name: str) -> dict[str, Any]:
 def as_yaml(preset: Preset) -> str:
     """Returns the preset with every parameter resolved, as the text of a preset file.
 
-    Parameters that were not given have the defaults of the column's release there: a reader of the
-    text takes all of them for given.
+    Parameters that were not given have the defaults of the column's release in the text, as a
+    reader takes all parameters for given.
     """
     return yaml.safe_dump(
         {

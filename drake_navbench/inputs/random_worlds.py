@@ -1,7 +1,7 @@
 """Random worlds: boxes of random size and place between two walls, on the way to a random goal.
 
 A world is a function of its number. No world is looked at before it is driven, so that a controller
-that touches an obstacle in one of many has no rule that keeps it from obstacles.
+that touches an obstacle in one of many worlds has no rule that keeps it off obstacles.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from drake_navbench.typed_files.typed_yaml import validate
 
 SUITE = "random worlds"
 BOXES = 6
-# Between the walls, past the start and in front of the goal.
+# The corners of the boxes' area: between the walls, past the start and in front of the goal, m.
 LOWEST_CORNER, HIGHEST_CORNER = (1.3, -2.4), (6.4, 1.9)
 SMALLEST_SIDE_M, LARGEST_SIDE_M = 0.15, 0.6
 WALLS_AT_M, HALF_WALL_M = 2.6, 0.1

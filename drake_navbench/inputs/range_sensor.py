@@ -59,7 +59,7 @@ class RangeSensorSettings(FrozenModel):
 
     @property
     def ray_angles(self) -> NDArray[np.float64]:
-        """(ray_count,) angles of the rays from the axis, rad; a single ray lies on the axis."""
+        """(ray_count,) angles of the rays from the sensor's axis, rad; a single ray is the axis."""
         half = 0.5 * self.field_of_view_rad if self.ray_count > 1 else 0.0
         return np.asarray(np.linspace(-half, half, self.ray_count), dtype=np.float64)
 

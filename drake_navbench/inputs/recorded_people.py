@@ -38,9 +38,9 @@ class Row(NamedTuple):
 class RecordedPeople:
     """The people of a recording who are in the world during a trial.
 
-    names: of each. groups: of each, -1 for one alone. radius_m: of the bodies. knots: (K, 5) of
-    all, see `kernels.recorded_walks`, in the world's frame and the trial's time. firsts: (P + 1,)
-    each person's first row. lines: (K,) of each knot in the file.
+    names, groups: of each person; group -1: alone. radius_m: radius of all bodies. knots: (K, 5) of
+    all people, see `kernels.recorded_walks`, in the world's frame and the trial's time. firsts: (P
+    + 1,) each person's first row. lines: (K,) the line of each knot in the file.
     """
 
     names: list[str]
@@ -62,17 +62,17 @@ class RecordedPeople:
 
     @property
     def persons(self) -> tuple[Person, ...]:
-        """Empty: none of them walks by a model."""
+        """Empty: no recorded person walks by a model."""
         return ()
 
     @cached_property
     def radii_m(self) -> Array:
-        """(P,) of the discs that stand for their bodies, m."""
+        """(P,) the radii of the discs that stand for the people's bodies, m."""
         return np.full(len(self.names), self.radius_m)
 
     @cached_property
     def tracks(self) -> Tracks:
-        """Their tracks; outside of their stays in the world at FAR_AWAY_M."""
+        """The people's tracks; while away from the world, a person is at FAR_AWAY_M."""
         rows = np.ascontiguousarray(self.knots[:, :4])
         return Tracks(rows, self.firsts, np.zeros(len(self)))
 
@@ -81,7 +81,7 @@ class RecordedPeople:
         """The largest speed of anyone in the recording, m/s."""
         here, there = self.knots[:-1], self.knots[1:]
         steps_s, steps_m = there[:, 0] - here[:, 0], np.hypot(*(there[:, 1:3] - here[:, 1:3]).T)
-        # Steps away from the world, and to the next person, are not walks.
+        # Steps to and from FAR_AWAY_M, and to the next person's rows, are no walks.
         walks = (steps_s > 0.0) & (here[:, 1] < FAR_AWAY_M) & (there[:, 1] < FAR_AWAY_M)
         return float((steps_m[walks] / steps_s[walks]).max(initial=0.0))
 
@@ -173,7 +173,7 @@ def _read_rows(path: Path, settings: Recording) -> dict[str, list[Row]]:
 
 
 def _whole(name: str) -> str:
-    """Returns a person's number without the zeros behind it that some files have."""
+    """Returns a person's number without a decimal point and zeros, as some files write it."""
     return name.partition(".")[0] if name.rstrip("0").endswith(".") else name
 
 
@@ -252,7 +252,7 @@ def _knots(rows: Sequence[Row], settings: Recording) -> tuple[Array, NDArray[np.
         steps_m = np.hypot(*np.diff(own[1:-1, 1:3], axis=0).T)
         own[1:-1, 4] = walked_m + np.concatenate([[0.0], np.cumsum(steps_m)])
         walked_m = own[-2, 4]
-        # Before and afterwards they are nowhere.
+        # Before and after the stay the person is FAR_AWAY_M.
         own[0, 0], own[-1, 0] = own[1, 0], own[-2, 0]
         own[[0, -1], 1:3] = FAR_AWAY_M
         knots.append(own)

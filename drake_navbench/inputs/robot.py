@@ -45,13 +45,13 @@ from drake_navbench.typed_files.typed_yaml import QuietModel, read_yaml, validat
 if TYPE_CHECKING:
     from drake_navbench.inputs.running_gear import RunningGear
 
-# How high a robot is whose file does not tell, m.
+# The height of a robot whose file gives none, m.
 GUESSED_TOP_M = 0.5
 ROBOT_FILES = NamedFiles(kind="robot", package="drake_navbench.models")
 
 
 class Robot(QuietModel):
-    """A robot: everything that a trial needs to know of it."""
+    """A robot: its body, drive, sensors and navigation stack."""
 
     quiet: ClassVar = frozenset({"actuators", "range_sensors", "timing"})
 
@@ -205,14 +205,14 @@ class Robot(QuietModel):
 
     @property
     def outline(self) -> NDArray[np.float64]:
-        """(K, 2) true outline in the base frame, m, for contacts and for what people see."""
+        """(K, 2) true outline in the base frame, m: it touches obstacles, and people see it."""
         if self.collision_outline is not None:
             return np.array(self.collision_outline)
         return self.costmap_outline
 
     @property
     def costmap_outline(self) -> NDArray[np.float64]:
-        """(K, 2) outline that the costmap is given, in the base frame, m."""
+        """(K, 2) outline of the robot for its costmaps, in the base frame, m, without padding."""
         if self.robot_radius is not None:
             return circle_footprint(self.robot_radius)
         return np.array(self.footprint)
@@ -225,7 +225,7 @@ class Robot(QuietModel):
 
     @property
     def is_circle(self) -> bool:
-        """Whether it is given by a radius: Nav2 then plans for the centre, on inflated costs."""
+        """Whether the robot is given by a radius: Nav2 then plans for its centre."""
         return self.robot_radius is not None
 
     @property
@@ -235,7 +235,7 @@ class Robot(QuietModel):
 
     @property
     def file_hashes(self) -> dict[str, str]:
-        """The SHA-256 of each file that a trial depends on besides these fields, by path."""
+        """The SHA-256 of each file that a trial with the robot depends on, by path."""
         path = self.model_path
         if path is None or not self.drive.has_wheels:
             return {}
@@ -246,7 +246,7 @@ class Robot(QuietModel):
 
         Raises InputError where the model has no such wheels, or the file does not fit it.
         """
-        # As with the model's outline: most robots do without.
+        # Imported late: most robots need no running gear.
         from drake_navbench.descriptions.drawing import is_drawing
         from drake_navbench.inputs.running_gear import running_gear_of
 
@@ -289,10 +289,10 @@ def load_robot(
 ) -> Robot:
     """Returns a built-in robot by name, or one from a file; `overrides` replace single fields.
 
-    A model in SDF, URDF or xacro alone is a robot as it describes itself, by default where it does
-    not. Raises InputError where the name is unknown, or the file or an override is wrong;
-    `overrides_source` names the overrides in it. arguments: of xacro. packages: folders searched
-    for ROS packages. known: of a model's base, from elsewhere.
+    A model in SDF, URDF or xacro is a robot as the model describes it, with defaults for the rest.
+    Raises InputError where the name is unknown, or the file or an override is wrong;
+    `overrides_source` names the overrides in the error. arguments: of xacro. packages: folders
+    searched for ROS packages. known: facts about a model's base from elsewhere.
     """
     if is_model(name_or_path):
         path = Path(name_or_path).absolute()
@@ -330,9 +330,9 @@ def _read_model(
 
 
 def _read_robot(path: Path, above: tuple[Path, ...] = ()) -> dict[str, Any]:
-    """Returns the fields of a robot file, and of those that it is like.
+    """Returns the fields of a robot file, and of the robots that it names by `like`.
 
-    above: files that are like this one. A model stands beside the file that names it.
+    above: the files that led here by `like`. A model is searched beside the file that names it.
     """
     if is_model(path.name):
         return _read_model(path)
@@ -357,7 +357,7 @@ def _read_robot(path: Path, above: tuple[Path, ...] = ()) -> dict[str, Any]:
 
 
 def _with_model(data: Mapping[str, Any], path: Path) -> Mapping[str, Any]:
-    """Returns a robot's fields with the outline, and the mass, that only its model gives."""
+    """Returns a robot's fields, with outline and mass of its model where the file has none."""
     model = data.get("model")
     gives_outline = any(data.get(name) is not None for name in ("footprint", "robot_radius"))
     if gives_outline or not isinstance(model, str):
@@ -387,7 +387,7 @@ def overridden(robot: Robot, overrides: Mapping[str, Any], source: str) -> Robot
 
 
 def _fitting(overrides: Mapping[str, Any], robot: Robot) -> dict[str, Any]:
-    """Returns the overrides that are for a robot with such a base."""
+    """Returns the overrides without those for other kinds of base than the robot's."""
     drive = overrides.get("drive")
     if not isinstance(drive, Mapping):
         return dict(overrides)
@@ -410,7 +410,7 @@ def _robot_of(data: Mapping[str, Any], source: str, directory: Path) -> Robot:
 
 
 def body_top_m(robot: Robot) -> float:
-    """Returns a robot's height, m, over the floor: that of its model, else a guess."""
+    """Returns a robot's height over the floor, m: that of its model, else a guess."""
     path = robot.model_path
     if path is None:
         return GUESSED_TOP_M
@@ -425,8 +425,8 @@ def body_top_m(robot: Robot) -> float:
 def merged(base: Mapping[str, Any], overrides: Mapping[str, Any]) -> dict[str, Any]:
     """Returns `base` with `overrides` laid over it, mapping by mapping.
 
-    Where one of them names a plugin of another package that the other does not, nothing is kept:
-    its parameters are its own.
+    Where an override names another plugin, and one of the two plugins is of another package, it
+    replaces the whole block: parameters belong to their plugin.
     """
     result = dict(base)
     for key, value in overrides.items():

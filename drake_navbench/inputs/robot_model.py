@@ -20,8 +20,10 @@ FLAT_M = 1e-3
 
 
 class RobotModel(NamedTuple):
-    """outline: (K, 2) convex, counter-clockwise, around everything of the robot, seen from above,
-    in the frame of its base link, m. mass_kg: of all links together.
+    """The outline and the mass of a model.
+
+    outline: (K, 2) m, convex, counter-clockwise, around the whole robot as seen from above, in the
+    frame of its base link. mass_kg: of all links together.
     """
 
     outline: Array
@@ -50,8 +52,8 @@ def warn_of_shapes(found: DescribedRobot) -> None:
 def described_fields(found: DescribedRobot) -> dict[str, Any]:
     """Returns the fields of a robot file, with a model that the replay can draw.
 
-    That is the file itself where it is read without arguments, folders and another base frame, and
-    its base frame is on the floor; else a drawing of what was read of it.
+    The model is the file itself where it is read without arguments, folders and another base frame,
+    and its base frame is on the floor; else a drawing of the parts that were read.
     """
     source = found.source
     shown = [shape for link in source.model.links.values() for shape in link.shown]

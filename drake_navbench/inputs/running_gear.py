@@ -34,16 +34,17 @@ Array = NDArray[np.float64]
 BASE_LINK = "base_link"
 # An axis steeper than 45 degrees is a caster's swivel, any other one a wheel's axle.
 STEEP_AXIS = math.sqrt(0.5)
-# How far the axle of the driven wheels may be from x = 0, and how unlike the two may be, m.
+# The largest distance of the driven wheels' axle from x = 0, and difference of the two wheels, m.
 TOLERANCE_M = 0.01
 LOAD_RADIUS_M = 0.25
 
 
 class Caster(NamedTuple):
-    """A caster: its joints, where its swivel is in the base frame, and its wheel.
+    """A caster: its joints, the place of its swivel in the base frame, and its wheel.
 
-    rest_rad: where it points with both joints at zero: from the contact to the swivel. swivel_sign,
-    axle_sign: 1 where the joints turn to the left and roll ahead, -1 where the other way.
+    rest_rad: direction of the caster with both joints at zero: from the contact to the swivel.
+    swivel_sign, axle_sign: 1 where the joints turn to the left and roll ahead, -1 where they turn
+    the other way.
     """
 
     swivel: str
@@ -62,9 +63,9 @@ class RunningGear(Immutable):
     """Wheels, casters and weight of a robot; the base frame lies on the floor under the axle.
 
     model: the file. axles: names of the joints of the left and the right driven wheel. axle_signs:
-    1 where they roll ahead, -1 where the other way. wheel_inertia_kgm2: of one of them about its
-    axle. mass_kg, center_m (3,), yaw_inertia_kgm2 (about the base origin): of all bodies, with the
-    load. load_kg, load_position (3,) m: mass beyond that of the model's bodies.
+    1 where a joint rolls ahead, -1 where it rolls backwards. wheel_inertia_kgm2: of one of them
+    about its axle. mass_kg, center_m (3,), yaw_inertia_kgm2 (about the base origin): of all bodies,
+    with the load. load_kg, load_position (3,) m: mass beyond that of the model's bodies.
     """
 
     model: Path
@@ -82,7 +83,7 @@ class RunningGear(Immutable):
 
     @property
     def caster_load_n(self) -> float:
-        """With which each caster stands on the floor: as much on each, with the base in balance."""
+        """The load of each caster, N: equal on all, such that the base is in balance."""
         weight_n = self.mass_kg * GRAVITY_MPS2
         moment_arm = sum(caster.x_m for caster in self.casters)
         even_n = weight_n / (2 + len(self.casters))
@@ -92,7 +93,7 @@ class RunningGear(Immutable):
 
     @property
     def wheel_load_n(self) -> float:
-        """With which each driven wheel stands on the floor."""
+        """The load of each driven wheel, N."""
         return 0.5 * (self.mass_kg * GRAVITY_MPS2 - len(self.casters) * self.caster_load_n)
 
 
@@ -155,7 +156,7 @@ def _loaded(
     mass_kg: of robot and load. place: of the load, (3,) m; None: at the bodies' centre of mass.
     """
     load_kg = mass_kg - gear.mass_kg
-    # Sums of decimals: a difference of a gram is rounding.
+    # The masses are sums of decimals: a difference of a gram is rounding.
     if load_kg < -1e-3:
         raise InputError(
             f"{source}: mass_kg: got {mass_kg:g} kg, the model's bodies alone weigh "
@@ -337,7 +338,7 @@ def _driven_pair(axles: list[_Turning], path: Path) -> tuple[_Turning, _Turning]
 
 
 def _parents(plant: MultibodyPlant, link: str) -> list[str]:
-    """Returns the links that a link hangs on."""
+    """Returns the links that a link is attached to."""
     joints = [plant.get_joint(JointIndex(index)) for index in plant.GetJointIndices()]
     return [joint.parent_body().name() for joint in joints if joint.child_body().name() == link]
 

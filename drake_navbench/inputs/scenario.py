@@ -46,7 +46,7 @@ PUBLISHED_SCENARIOS = (
 SET_BY_LOADING = ("name", "directory")
 # The fields that a mission's floors have in place of the scenario.
 ON_FLOORS = ("world", "filters", "waypoints")
-# More would be no building, and no mission.
+# With more floors, lifts or legs it is no building and no mission.
 MAX_FLOORS, MAX_LEGS = 100, 1000
 # The timeout of a task that is given by a map, a start and a goal alone.
 TIMEOUT_ON_MAPS_S = 600.0
@@ -161,7 +161,7 @@ class Scenario(FloorScenario):
 
     @property
     def places(self) -> tuple[FloorScenario, ...]:
-        """The scenario itself, or its floors in the world, the one where the robot starts first."""
+        """The scenario itself, or its floors in the world, the floor of the start first."""
         return tuple(floor.scenario for floor in self.placed_floors) or (self,)
 
     @cached_property
@@ -188,7 +188,7 @@ class Scenario(FloorScenario):
 
     @property
     def files(self) -> list[Path]:
-        """The map and mask files that it refers to, with their images, and the recording."""
+        """The scenario's map and mask files, with their images, and the recording."""
         if self.floors:
             return [path for floor in self.floor_scenarios for path in floor.files]
         return super().files
@@ -232,7 +232,7 @@ def scenario_on_map(
 ) -> Scenario:
     """Returns the task to navigate from a start to a goal on a map; raises InputError.
 
-    name: that of the file where not given. grid: the map, where it was read already.
+    name: by default that of the file. grid: the map, if it was read already.
     """
     data = {
         "description": f"{map_file.name}: from {_rounded(start)} to {_rounded(goal)}",
@@ -268,7 +268,7 @@ def load_scenario(name_or_path: str) -> Scenario:
 def scenario_in_file(data: dict[str, Any], path: Path) -> Scenario:
     """Returns the scenario of a file's content, which need not be in the file yet.
 
-    path: of the file: its name is the scenario's, and other files are looked for beside it. Raises
+    path: the file, whose name is the scenario's; other files are searched beside it. Raises
     InputError where the content is wrong.
     """
     require_kind(data, SCENARIO, path)

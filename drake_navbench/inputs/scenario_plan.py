@@ -38,7 +38,7 @@ class GridPlan(FrozenModel):
     @field_validator("smoother", mode="before")
     @classmethod
     def _accept_name(cls, value: Any) -> Any:
-        """Takes a smoother's plugin type alone, or 'none'."""
+        """Accepts a smoother's plugin type, or 'none', in place of a block."""
         if value == "none":
             return None
         return {"plugin": value} if isinstance(value, str) else value

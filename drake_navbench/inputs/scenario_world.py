@@ -43,7 +43,7 @@ class WorldDescription(FrozenModel):
 
     @model_serializer(mode="wrap")
     def _as_plain(self, plain: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        """Leaves out moving obstacles and people where there are none, and a map that stands."""
+        """Leaves out moving obstacles and people where there are none, and a true `map_stands`."""
         values: dict[str, Any] = plain(self)
         if self.map_stands:
             values.pop("map_stands", None)

@@ -7,12 +7,12 @@ from collections.abc import Iterable
 from drake_navbench.inputs.presets import Preset
 from drake_navbench.inputs.robot import Robot
 
-# A smaller excess is rounding, as a share.
+# A smaller excess, as a share, is rounding.
 TOLERANCE = 0.01
 
 
 def asks_for_more(preset: Preset, robot: Robot) -> str:
-    """Returns a text with the column's speeds that the base cannot drive, '' for none."""
+    """Returns the speeds of a column that the base cannot drive, as text; '' for none."""
     demanded, drive = preset.for_robot(robot).parameters.asked_speeds(), robot.drive
     has = {
         "m/s ahead": (demanded.max_linear_mps, drive.max_linear_velocity_mps),
@@ -26,6 +26,6 @@ def asks_for_more(preset: Preset, robot: Robot) -> str:
 
 
 def lines_of(columns: Iterable[tuple[Preset, Robot]]) -> list[str]:
-    """Returns a line for each column that asks for more than its base drives."""
+    """Returns a line for each column that asks for higher speeds than its base drives."""
     demanded = {preset.source: asks_for_more(preset, robot) for preset, robot in columns}
     return [f"{source}: asks {what}" for source, what in demanded.items() if what]

@@ -1,4 +1,4 @@
-"""Whether a robot can stand at the start of a scenario, its goals can be goals, and it can turn."""
+"""Checks that a robot can stand at a scenario's start, can turn, and has goals that are free."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def check_task(scenario: Scenario, robot: Robot) -> None:
 
 
 def _check_place(name: str, place: Place, robot: Robot) -> None:
-    """Raises InputError where something is wrong on one map; name: of the scenario."""
+    """Raises InputError where something is wrong on one map; name: the scenario's."""
     here = place.scenario
     for field, pose in place.stands.items():
         if here.true_world.intersects(shapely.Polygon(place_outline(robot.outline, pose))):
@@ -62,7 +62,7 @@ def _check_place(name: str, place: Place, robot: Robot) -> None:
 
 
 def _check_conditions(scenario: Scenario, robot: Robot) -> None:
-    """Raises InputError where a fault is wrong, or a delay or fault is later than the end."""
+    """Raises InputError where a fault is wrong, or where a delay or fault is later than the end."""
     conditions = scenario.conditions(robot)
     for part in PARTS:
         for settings in getattr(conditions, part).settings:
@@ -82,7 +82,7 @@ def _check_conditions(scenario: Scenario, robot: Robot) -> None:
 
 
 def _check_map_for_amcl(scenario: FloorScenario, robot: Robot) -> None:
-    """Raises InputError where AMCL has a map without any obstacle."""
+    """Raises InputError where AMCL's map has no obstacle."""
     if robot.localization.amcl is None or scenario.known_world.obstacles:
         return
     if scenario.map is None or not (scenario.map.occupancy == OCCUPIED).any():

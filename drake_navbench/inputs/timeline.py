@@ -10,20 +10,20 @@ from typing import Generic, TypeVar
 from drake_navbench.typed_files.immutable import Immutable
 
 Settings = TypeVar("Settings")
-# Event times are sums of floating-point numbers: an update due at 0.3 s may run a little before.
+# Event times are sums of floating-point numbers: an update due at 0.3 s may run a little earlier.
 SLACK_S = 1e-9
 
 
 @dataclass(frozen=True)
 class Timeline(Immutable, Generic[Settings]):
-    """Which settings hold when; settings[i] from starts_s[i] on, the first from 0 on."""
+    """The settings by time: settings[i] hold from starts_s[i] on, the first from 0 on."""
 
     starts_s: tuple[float, ...]
     settings: tuple[Settings, ...]
 
     @classmethod
     def constant(cls, settings: Settings) -> Timeline[Settings]:
-        """Returns one on which nothing changes."""
+        """Returns a timeline on which nothing changes."""
         return cls((0.0,), (settings,))
 
     def at(self, time_s: float) -> Settings:
@@ -33,7 +33,7 @@ class Timeline(Immutable, Generic[Settings]):
         return self.settings[max(bisect_right(self.starts_s, time_s + SLACK_S) - 1, 0)]
 
     def any(self, test: Callable[[Settings], bool]) -> bool:
-        """Returns whether a test is true of the settings of any time."""
+        """Returns whether `test` is true of the settings at any time."""
         return any(map(test, self.settings))
 
 
@@ -42,8 +42,8 @@ def timeline(
 ) -> Timeline[Settings]:
     """Returns the timeline of usual settings with changes (from s, until s, function).
 
-    A function maps settings to changed ones. Where several hold at once, the later one in the list
-    is applied last.
+    A function maps settings to changed settings. Where several changes hold at once, the later one
+    in the list is applied last.
     """
     listed = list(changes)
     starts = sorted({0.0, *(time for begin, end, _ in listed for time in (begin, end))})

@@ -77,7 +77,7 @@ class TimingSettings(FrozenModel):
 
     @property
     def delays_s(self) -> dict[str, float]:
-        """By field, how late something may be, s."""
+        """The largest delay, s, by the field that sets it."""
         compute = self.compute_time
         return {
             "scan_latency_s": self.scan_latency_s + self.scan_jitter_s,
@@ -93,12 +93,12 @@ class TimingSettings(FrozenModel):
 
     @property
     def delays_odometry(self) -> bool:
-        """Whether pose and velocity come late."""
+        """Whether the odometry's pose and velocity come late."""
         return self.odometry_latency_s + self.odometry_jitter_s > 0.0
 
     @property
     def touches_commands(self) -> bool:
-        """Whether commands come late, or not at all."""
+        """Whether commands are delayed, lost or stopped by a timeout."""
         return (
             self.command_latency_s + self.command_jitter_s + self.command_loss_probability > 0.0
             or self.command_timeout_s is not None

@@ -7,15 +7,15 @@ from pydantic import Field
 from drake_navbench.typed_files.quantities import Angle, Length
 from drake_navbench.typed_files.typed_yaml import FrozenModel
 
-# Shorter ones swing faster than any step follows.
+# A caster with a shorter trail swings faster than any step can follow.
 MIN_TRAIL_M = 0.01
 
 
 class MotorSettings(FrozenModel):
     """The motors of the two driven wheels: torque by the error of the wheel's speed, and its sum.
 
-    A motor on a constant voltage is the first, with the slope of its torque over its speed; a speed
-    loop makes the slope steeper and may add the second, its integral part.
+    A motor on a constant voltage has the first part alone, with the slope of its torque over its
+    speed. A speed loop makes the slope steeper and may add the second part, an integral.
     """
 
     stiffness_nms: float = Field(
@@ -73,7 +73,7 @@ class CasterSettings(FrozenModel):
 
 
 class FloorSettings(FrozenModel):
-    """The contact of wheels and floor; in the plane they do not slip."""
+    """The contact of wheels and floor; the physics planar_casters knows no slip."""
 
     friction: float = Field(
         0.8, gt=0.0, le=10.0, description="Coefficient of friction of a tyre on the floor [-]."

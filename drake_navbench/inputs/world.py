@@ -24,7 +24,7 @@ from drake_navbench.typed_files.typed_yaml import QuietModel
 Array = NDArray[np.float64]
 Point = tuple[Length, Length]
 
-# Fine enough that the polygon stays within 0.1% of the radius of the true circle.
+# The polygon's radius is within 0.1% of the true circle's.
 CIRCLE_QUADRANT_SEGMENTS = 24
 # The number of corners of the polygon about a pillar that people walk round.
 ROUND_CORNERS = 16
@@ -201,7 +201,7 @@ class World:
 
     @cached_property
     def free_rings(self) -> list[Array]:
-        """The borders (K, 2) of the free floor, m, with the solid side to the left of each."""
+        """The borders (K, 2) m of the free floor, each with the solid side to its left."""
         covered = shapely.unary_union([_few_corners(one) for one in self.shapes])
         rings = []
         for part in shapely.get_parts(covered):
@@ -211,7 +211,7 @@ class World:
 
     @property
     def opaque(self) -> World:
-        """The world without its glass, and without people."""
+        """The world without glass and without people."""
         return World(
             tuple(one for one in self.obstacles if one.material == "solid"),
             self.walls,

@@ -64,7 +64,7 @@ def prism(outline: NDArray[np.float64], height_m: float) -> Convex:
 
 
 def register_obstacles(scene_graph: SceneGraph, obstacles: World) -> None:
-    """Anchors everything that stands in the world, to be seen; Clearance measures in the plane."""
+    """Anchors all standing shapes of the world, to be seen; Clearance measures in the plane."""
     source_id = scene_graph.RegisterSource("obstacles")
     for index, obstacle in enumerate(obstacles.shapes):
         for piece, (pose, shape) in enumerate(obstacle_shapes(obstacle)):

@@ -16,9 +16,9 @@ from drake_navbench.inputs.gazebo_world import GazeboWorld, occupancy_of
 
 Array = NDArray[np.float64]
 
-# As far from what stands in the world an occupied cell of its map may be, m.
+# The largest distance of a map's occupied cell from the obstacle that it shows, m.
 NEAR_M = 0.3
-# Below this share of such cells the map is one of another world, or of another frame.
+# Below this share of such cells the map is that of another world, or in another frame.
 LEAST_SHARE = 0.5
 
 

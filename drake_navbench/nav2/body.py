@@ -19,14 +19,14 @@ from drake_navbench.nav2.node_reader import NodeReader
 from drake_navbench.nav2.outline import Outline
 
 Outlines = Sequence[tuple[NodeReader, Outline]]
-# A body may lie this far outside of the costmaps' outline without a word, m: models are rounded.
+# The body may reach this far beyond the costmaps' outline without a note, m: models are rounded.
 TOLERANCE_M = 0.005
 
 
 def costmap_body(outlines: Outlines) -> dict[str, Any]:
     """Returns the outline of a file as fields of a robot: the local costmap's, else the global's.
 
-    Nothing where no costmap gives one. Notes where the two differ.
+    Returns {} where no costmap gives one. Notes a difference of the two.
     """
     given = [(reader, outline) for reader, outline in outlines if outline.is_given]
     if not given:
@@ -51,8 +51,8 @@ def with_body(
 ) -> dict[str, Any]:
     """Returns a base robot's fields with a file's outline for its costmaps.
 
-    A built-in robot only stands in: but for one with wheels, whose model has them, the file's
-    outline is its body, too. A robot file or model of the user's keeps its own.
+    A built-in robot is a stand-in: the file's outline becomes its body, too, unless it has wheels,
+    which its model places. A robot file or model of the user's keeps its own body.
     """
     is_own = base_name not in ROBOT_FILES.names
     kept = dict(data)

@@ -32,7 +32,7 @@ SHAPES: dict[str, type[FrozenModel]] = {
     "velocity_polygon": VelocityPolygon,
 }
 APART = {"type", "points", "velocity_polygons"}
-# Which Nav2 reads for a holonomic velocity polygon only.
+# Fields that Nav2 reads for a holonomic velocity polygon only.
 DIRECTIONS = ("direction_start_angle", "direction_end_angle")
 ACTIONS_SINCE_IRON = ("limit", "none")
 # The name of the lidar among the sources of a robot file.
@@ -41,12 +41,12 @@ OTHER_SENSORS = ("pointcloud", "range", "polygon", "costmap")
 
 
 def read_collision_monitor(reader: NodeReader, *, range_sensors: Collection[str] = ()) -> Fields:
-    """Returns the collision monitor; None where none of its shapes can be had.
+    """Returns the collision monitor; None where none of its shapes can be made here.
 
-    range_sensors: the names of the robot's.
+    range_sensors: the names of the robot's range sensors.
 
-    Some robots start it apart from all else, so that a file may hold one that never runs: with a
-    shape that the release cannot make, such as one without a type, Nav2's does not start.
+    Some robots start it on its own, so that a file may hold a monitor that never runs: Nav2's does
+    not start with a shape that the release cannot make, such as one without a type.
     """
     listed = reader.names("polygons", [])
     faults = [fault for name in listed if (fault := _fault(reader, name))]
@@ -77,7 +77,7 @@ def read_collision_monitor(reader: NodeReader, *, range_sensors: Collection[str]
 
 
 def _fault(reader: NodeReader, name: str) -> str:
-    """Returns why the release does not start with a shape; '' where it does."""
+    """Returns why the release's monitor does not start with a shape; '' where it does."""
     found, release = reader.node.get, reader.release
     kind, action = found(f"{name}.type"), found(f"{name}.action_type")
     if kind is None:
@@ -94,7 +94,7 @@ def _fault(reader: NodeReader, name: str) -> str:
 
 
 def _takes_text(release: Release) -> bool:
-    """Returns whether corners are a text, '[[x, y], ...]', and not a list of numbers."""
+    """Returns whether a release takes corners as text, '[[x, y], ...]', not as a flat list."""
     return release >= Release.JAZZY
 
 
@@ -110,7 +110,7 @@ def _has_corners(reader: NodeReader, name: str) -> bool:
 def _sources(reader: NodeReader, range_sensors: Collection[str]) -> Fields:
     """Returns the sources of a collision monitor that are not the robot's lidar alone.
 
-    Notes for each source in the file what stands for it here.
+    Notes for each source in the file the sensor that stands for it here.
     """
     sources: Fields = {}
     sees_range = scans = False
@@ -144,13 +144,13 @@ def _range_source(reader: NodeReader, source: str, sensor: str) -> Fields:
     values = reader.block(MonitorSource, place, names=names)
     reader.note(Status.OTHER_FORM, f"{place}topic", f"the robot's range sensor {sensor}")
     if reader.release < Release.JAZZY:
-        # A source without data that count was passed over: it did not stop the robot.
+        # Up to Iron a source without current data was ignored: it did not stop the robot.
         values["source_timeout"] = 0.0
     return {"type": "range", "sensor": sensor, **values}
 
 
 def _shape(reader: NodeReader, name: str) -> Fields | None:
-    """Returns a shape; None where it cannot be had."""
+    """Returns a shape; None where it cannot be made here."""
     kind = reader.text(f"{name}.type")
     if kind == "circle" and reader.node.get(f"{name}.radius") == 0:
         reader.note_block(Status.DOUBTFUL, name, "left out; its radius is 0, nothing is ever in it")
@@ -165,7 +165,7 @@ def _shape(reader: NodeReader, name: str) -> Fields | None:
     if "min_points" in values:
         values["min_points"] = _as_int32(reader, f"{place}min_points")
     if reader.given(f"{place}max_points"):
-        # In humble the only one, later the one that prevails: more points than this trigger.
+        # Humble reads max_points only; later it prevails. More points than this trigger.
         if "min_points" in values:
             reader.note(Status.UNREAD, f"{place}min_points", "max_points prevails")
         values["min_points"] = int(reader.number(f"{place}max_points", 3)) + 1
@@ -190,7 +190,7 @@ def _shape(reader: NodeReader, name: str) -> Fields | None:
 
 
 def _as_int32(reader: NodeReader, name: str) -> Any:
-    """Returns a whole number as Nav2 keeps it: of larger ones the last 32 bits, with their sign."""
+    """Returns a whole number as Nav2 keeps it: the last 32 bits of a larger one, signed."""
     given = reader.value(name)
     if not isinstance(given, int) or isinstance(given, bool) or MIN_COUNT <= given <= MAX_COUNT:
         return given
@@ -208,7 +208,7 @@ def _sub_polygon(reader: NodeReader, place: str, *, holonomic: bool) -> Fields:
 
 
 def _points(reader: NodeReader, name: str) -> list[list[float]] | None:
-    """Returns corners from a text as from jazzy on, or from a flat list as up to iron."""
+    """Returns corners from text, as since Jazzy, or from a flat list, as up to Iron."""
     given = reader.value(name)
     if given is None:
         return None
@@ -216,7 +216,8 @@ def _points(reader: NodeReader, name: str) -> list[list[float]] | None:
     is_flat = isinstance(corners, list) and all(isinstance(v, int | float) for v in corners)
     if is_flat and len(corners) % 2 == 0:
         if not isinstance(given, str) and _takes_text(reader.release):
-            # Taken nevertheless: the release may be told by nothing, and counts as the newest.
+            # Both forms are taken: the file may not tell its release, which then counts as the
+            # newest.
             remark = f"a list of numbers, as up to iron, where {reader.release} takes a text"
             reader.note(Status.OTHER_FORM, name, remark)
         return [list(pair) for pair in zip(corners[::2], corners[1::2], strict=True)]

@@ -20,15 +20,15 @@ from drake_navbench.nav2.substitutions import missing_value
 from drake_navbench.plugins.names import flattened, nested
 from drake_navbench.releases import NEWEST_RELEASE, RELEASE_FIELD, release_in
 
-# The block that a rotation shim keeps its primary controller's parameters in, since Lyrical.
+# The block in which a rotation shim has its primary controller's parameters since Lyrical.
 PRIMARY = "primary_controller."
 
 
 def read_columns(server: Node, release: str) -> tuple[list[Preset], list[CheckRow]]:
     """Returns a column for each controller with a counterpart here, and the check's rows for all.
 
-    release: of Nav2, for controllers that follow it. Raises InputError where no controller has a
-    counterpart, or where a value is wrong.
+    release: Nav2's, for controllers that follow a release. Raises InputError where no controller
+    has a counterpart, or where a value is wrong.
     """
     _require_values(server)
     plugins = listed_plugins(server)
@@ -104,7 +104,7 @@ def _rows(server: Node, plugin: str, preset: Preset, told: Collection[str]) -> l
 
 
 def _nested(given: Mapping[str, Any], release: str) -> dict[str, Any]:
-    """Returns a plugin's parameters as its model looks at them."""
+    """Returns a plugin's parameters, nested, in the form that its model validates."""
     plain = {name: value for name, value in given.items() if name != "plugin"}
     return {RELEASE_FIELD: release, **nested(plain.items(), "")}
 

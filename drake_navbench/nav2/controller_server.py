@@ -54,7 +54,7 @@ def _progress_checker(reader: NodeReader) -> Fields:
     listed_in, single = "progress_checker_plugins", "progress_checker_plugin"
     is_listed = reader.gives(ControllerServerSettings, listed_in, listed_in)
     if reader.gives(ControllerServerSettings, single, single):
-        # The only one in humble; in iron it prevails.
+        # Humble has this parameter only; in Iron it prevails.
         if is_listed:
             reader.note(Status.UNREAD, listed_in, f"{single} prevails")
         listed_in, is_listed = single, True

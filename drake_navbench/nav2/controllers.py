@@ -23,15 +23,15 @@ from drake_navbench.typed_files.typed_yaml import unknown_fields
 
 SERVER = "controller_server"
 PLUGINS = "controller_plugins"
-# The plugins that Nav2 loads if the file names none.
+# The plugins that Nav2 loads where the file names none.
 DEFAULT_PLUGINS = ["FollowPath"]
 DEFAULT_TYPE = "dwb_core::DWBLocalPlanner"
 # Only releases whose controller server cuts the plan have this parameter (from Lyrical on).
 PATH_HANDLERS = "path_handler_plugins"
-# The parameter, ours, of controllers that follow the release.
+# The name of the parameter of ours by which controllers follow a release.
 
 
-# Our controllers by Nav2's plugin type; each says its own as `nav2_plugin`.
+# Our controllers by Nav2's plugin type, which each names as `nav2_plugin`.
 OUR_CONTROLLERS: Mapping[str, str] = {
     "dwb_core::DWBLocalPlanner": "dwb",
     "nav2_graceful_controller::GracefulController": "graceful",
@@ -52,8 +52,8 @@ def controller_presets(
 ) -> list[Preset]:
     """Returns a preset for each plugin of each controller server in a file.
 
-    release: of Nav2, told by the file's own marks where not given. Raises InputError where there is
-    no controller server, a plugin has no counterpart here, or a value is wrong.
+    release: Nav2's; by default the one that the file's own marks tell. Raises InputError where
+    there is no controller server, a plugin has no counterpart here, or a value is wrong.
     """
     sections = list(sections)
     servers = [node for node in nodes_called(SERVER, sections) if has_controllers(node)]
@@ -73,7 +73,7 @@ def controller_presets(
 
 
 def _with_release_told(preset: Preset, mark: str) -> Preset:
-    """Returns a preset that says which release it follows, where it follows one."""
+    """Returns a preset whose remark names its release, if its controller follows one."""
     release = preset.values.get(RELEASE_FIELD)
     if release is None:
         return preset
@@ -83,7 +83,7 @@ def _with_release_told(preset: Preset, mark: str) -> Preset:
 
 
 def has_controllers(node: Node) -> bool:
-    """Returns whether a controller server is given any controllers."""
+    """Returns whether a controller server has any controllers."""
     return PLUGINS in node.parameters or any(node.below(plugin) for plugin in DEFAULT_PLUGINS)
 
 
@@ -99,7 +99,7 @@ def listed_plugins(server: Node) -> list[str]:
 
 
 def takes_release(model: type[ControllerParameters]) -> bool:
-    """Returns whether a controller follows the release of Nav2 that it is given."""
+    """Returns whether a controller follows the release of Nav2 that is given to it."""
     return RELEASE_FIELD in model.model_fields
 
 
@@ -108,7 +108,7 @@ def plugin_preset(
 ) -> Preset:
     """Returns the preset of a plugin; its name is made from file, namespace and plugin.
 
-    release: of Nav2, for a controller that follows it where the file does not set it. Raises
+    release: Nav2's, for a controller that follows a release where the file does not set it. Raises
     NoCounterpart where there is no controller of the type.
     """
     controller, model = _counterpart(plugin_type, server.where(f"{plugin}.plugin"))
@@ -143,7 +143,7 @@ def plugin_preset(
 
 
 def plugin_type_of(server: Node, plugin: str) -> str:
-    """Returns the type of one of its controllers."""
+    """Returns the type of one of the server's controllers."""
     name = f"{plugin}.plugin"
     has_default = listed_plugins(server) == DEFAULT_PLUGINS and bool(server.below(plugin))
     plugin_type = server.get(name, DEFAULT_TYPE)
@@ -161,7 +161,7 @@ def _counterpart(plugin_type: str, where: str) -> tuple[str, type[ControllerPara
     """Returns name and parameter model of the controller that a plugin type selects."""
     ours = OUR_CONTROLLERS.get(plugin_type)
     if ours is not None and not any(map(CONTROLLERS.origin, CONTROLLERS.names)):
-        # To ask every controller for its type takes half a second: all must be imported for it.
+        # Asking every controller for its type takes half a second, as all must be imported.
         return ours, CONTROLLERS.load(ours).Parameters
     controllers = installed_controllers()
     by_type = {c.nav2_plugin: name for name, c in controllers.items() if c.nav2_plugin}
@@ -181,14 +181,14 @@ def _known_values(
     known = nested(values.items(), source)
     for name in model.keys_not_read(known):
         _remove(known, tuple(name.split(SEPARATOR)))
-    # A model may notice an unknown name only once others are gone.
+    # A model may only report an unknown name once others are gone.
     while any([_remove(known, place) for place in unknown_fields(model, known)]):
         pass
     return known
 
 
 def _remove(values: Any, place: tuple[int | str, ...]) -> bool:
-    """Removes a nested value; returns whether it was there."""
+    """Removes a nested value; returns whether it existed."""
     *blocks, last = place
     for block in blocks:
         values = values.get(block)

@@ -1,7 +1,7 @@
 """Reads the costmaps of a Nav2 file into our settings: grid, layers and filters.
 
 A parameter that is missing has Nav2's default. Nav2 names layers freely and has any number of each
-type; here a costmap has one layer of a type, but for those that see obstacles. What differs is
+type; here a costmap has one layer of a type, except for layers that see obstacles. Differences are
 noted. Source: nav2_costmap_2d, branches humble to lyrical.
 """
 
@@ -44,18 +44,18 @@ LAYERS: dict[str, tuple[str, type[FrozenModel]]] = {
 PACKAGE = "nav2_costmap_2d::"
 # The default byte for unknown cells of a map.
 UNKNOWN_BYTE = CostmapSettings.model_fields["unknown_cost_value"].default
-# The last part of the name of the map's topic, in any namespace.
+# The last part of the map topic's name, in any namespace.
 MAP = "map"
-# The layers that see obstacles by scans and clouds, and the blocks that a costmap has for them.
+# The layers that see obstacles by scans and clouds -> the names of their blocks in a costmap.
 SENSING = {
     "nav2_costmap_2d::ObstacleLayer": "obstacle_layer",
     "nav2_costmap_2d::VoxelLayer": "voxel_layer",
     SPATIO_TEMPORAL: "",
 }
 ONLY_AS_FILTERS = ("speed_filter", "binary_filter")
-# Third-party layers that see what an obstacle layer sees.
+# Third-party layers that see the same obstacles as an obstacle layer.
 SENSING_ELSEWHERE = re.compile("voxel|obstacle|pointcloud|nvblox|stvl", re.IGNORECASE)
-# The layer of sonars and infrared sensors: where the robot has none, nothing stands in.
+# The layer of sonars and infrared sensors: for a robot without any, nothing stands in.
 RANGE_LAYER = "nav2_costmap_2d::RangeSensorLayer"
 # The layers that Nav2's costmaps load if the file lists no plugins.
 DEFAULT_LAYERS = {
@@ -72,7 +72,8 @@ MAP_FIELDS = (
     "inscribed_obstacle_cost_value",
     "use_maximum",
 )
-# Topics, frames and what is published; origins of a window that rolls; sensors' frames and rates.
+# Parameters without meaning here: topics, frames and publishing; origins of a rolling window;
+# sensors' frames and rates.
 WITHOUT_MEANING = {
     "always_send_full_costmap",
     "initial_transform_timeout",
@@ -110,7 +111,7 @@ def read_local_costmap(
 ) -> dict[str, Any]:
     """Returns the validated settings of the local costmap; notes each given parameter.
 
-    is_override: whether the files change single parameters of a setup that comes from elsewhere.
+    is_override: whether the files only change single parameters of another setup.
     """
     settings = _CostmapReader(reader, sensors, release).settings(LocalCostmapSettings)
     if not reader.flag("rolling_window", False):
@@ -129,7 +130,7 @@ def read_global_costmap(
 ) -> dict[str, Any]:
     """Returns the validated settings of the global costmap; notes each given parameter."""
     settings = _CostmapReader(reader, sensors, release).settings(GlobalCostmapSettings)
-    # Nav2's default, which is not ours.
+    # The default is Nav2's, which differs from ours.
     defaults = {"resolution": 0.1}
     if reader.flag("rolling_window", False):
         names = ("rolling_window", "width", "height", "resolution")
@@ -158,7 +159,8 @@ class _CostmapReader:
         reader = self._reader
         self._settings = reader.block(model, names=MAP_FIELDS)
         if self._release < Release.LYRICAL:
-            # Unknown comes before inscribed: with one byte for both, no byte means inscribed.
+            # "Unknown" is tested before "inscribed": with one byte for both, no byte means
+            # inscribed.
             unknown = self._settings.get("unknown_cost_value", UNKNOWN_BYTE)
             self._settings["inscribed_obstacle_cost_value"] = unknown
         if self._release is not NEWEST_RELEASE:
@@ -187,7 +189,7 @@ class _CostmapReader:
         return {**self._settings, **self._lists}
 
     def _read_layer(self, name: str, plugin_type: str, listed_in: str) -> bool:
-        """Reads a layer or filter of ours or of a plugin; returns whether it is one."""
+        """Reads a layer or filter, built in or of a plugin; returns whether it is one."""
         if COSTMAP_LAYERS.origin(plugin_type) is not None:
             return self._read_plugin(name, plugin_type, listed_in)
         if plugin_type == RANGE_LAYER and listed_in == "plugins":
@@ -246,7 +248,7 @@ class _CostmapReader:
         return True
 
     def _block_name(self, name: str) -> str:
-        """Returns the name of a block; another one where ours of that name may be listed, too."""
+        """Returns a layer's block name, changed where our layer of that name may be listed, too."""
         if name not in CostmapSettings.model_fields:
             return name
         block = f"{name}_plugin"
@@ -254,7 +256,7 @@ class _CostmapReader:
         return block
 
     def _read_plugin(self, name: str, plugin_type: str, listed_in: str) -> bool:
-        """Reads a layer of another package; returns whether it may stand there."""
+        """Reads a layer of another package; returns whether the list of layers may contain it."""
         if listed_in != "plugins":
             return False
         model = COSTMAP_LAYERS.load(plugin_type).Parameters
@@ -266,7 +268,7 @@ class _CostmapReader:
         return True
 
     def _stand_in(self, name: str, plugin_type: str, place: int) -> None:
-        """Puts an obstacle layer where a layer that we do not have would see obstacles."""
+        """Puts an obstacle layer in place of a layer that sees obstacles but does not exist here."""
         types = [block.get("plugin") for block in self._settings.values() if type(block) is dict]
         if not (SENSING.keys().isdisjoint(types) and SENSING_ELSEWHERE.search(plugin_type)):
             self._leave_out(name, plugin_type)
@@ -277,10 +279,10 @@ class _CostmapReader:
         self._reader.note_block(Status.STAND_IN, name, remark)
 
     def _note_other_map(self, layer: str) -> None:
-        """Notes that a static layer asks for another map than the one that is known."""
+        """Notes that a static layer asks for another map than the known one."""
         place, found = f"{layer}.map_topic", self._reader.node.get
         if not found(place) and self._release < Release.KILTED:
-            # Until then a layer without a topic had the costmap's.
+            # Until then a layer without a topic of its own used the costmap's.
             place = "map_topic"
         topic = found(place)
         if topic and str(topic).rpartition("/")[2] != MAP:
@@ -288,7 +290,7 @@ class _CostmapReader:
             self._reader.note(Status.STAND_IN, place, remark)
 
     def _note_switched_off(self, name: str, plugin_type: str) -> bool:
-        """Notes a layer that we do not have, but that is not enabled; returns whether it is one."""
+        """Notes a layer that is not available here and not enabled; returns whether it is one."""
         if self._reader.node.get(f"{name}.enabled", True) is not False:
             return False
         self._reader.note_block(Status.NO_MEANING, name, f"{plugin_type}: switched off")

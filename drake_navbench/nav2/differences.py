@@ -21,10 +21,10 @@ from drake_navbench.plugins.parameters import normalized
 NOT_GIVEN = "not given"
 WITHOUT_EFFECT = (Status.NO_MEANING, Status.UNREAD, Status.STAND_IN)
 MAX_SHOWN = 40
-# More differences without effect are counted, unless all are asked for.
+# Beyond this number, differences without effect are only counted, unless all are asked for.
 MOST_IDLE = 12
 PLUGIN = "plugin"
-# Fields of the robot's navigation by the node that they are of, where the names differ.
+# The node of a field of the robot's navigation -> the field's name, where the two differ.
 FIELDS = {
     "local_costmap/local_costmap": "local_costmap",
     "global_costmap/global_costmap": "global_costmap",
@@ -34,8 +34,8 @@ FIELDS = {
 class Difference(NamedTuple):
     """A parameter that differs.
 
-    values: as shown, one a file, 'not given' and '0.55 (default)' among them. reason: why it has no
-    effect here, '' where it has one.
+    values: one text a file, such as 'not given' or '0.55 (default)'. reason: why the parameter has
+    no effect here, '' where it has one.
     """
 
     node: str
@@ -45,7 +45,7 @@ class Difference(NamedTuple):
 
     @property
     def place(self) -> str:
-        """Node and parameter as one word, 'local_costmap.width'."""
+        """Node and parameter as one text, 'local_costmap.width'."""
         return f"{FIELDS.get(self.node, self.node)}.{self.parameter}"
 
 
@@ -96,8 +96,9 @@ def difference_lines(
 ) -> list[str]:
     """Returns the differences as terminal lines: those with an effect, then those without.
 
-    is_whole: every parameter. Otherwise those that only some files can have, as their plugin is
-    another or the others lack the node, are counted, as are many without effect.
+    is_whole: whether every parameter is told. Otherwise two kinds are only counted: parameters that
+    some file cannot have, as its plugin is another or it lacks the node, and those without effect
+    beyond MOST_IDLE.
     """
     names = [column.name for column in columns]
     files = ", ".join(f"{column.name} = {column.file.told}" for column in columns)
@@ -132,7 +133,8 @@ def _groups(
 ) -> dict[str, list[Difference]]:
     """Returns differences that follow from another plugin or a missing node, by their block.
 
-    They are those that a file does not give; the plugin itself is none of them.
+    They are parameters that some file does not give; the choice of the plugin itself is not among
+    them.
     """
     nodes = [{node for node, _ in column.setup.given} for column in columns]
     blocks = {
@@ -154,7 +156,7 @@ def _groups(
 
 
 def _robot_lines(columns: Sequence[FileColumns], width: int) -> Iterator[str]:
-    """Yields a line each where files ask for different outlines or sensors."""
+    """Yields a line for each property of outline or sensors in which files differ."""
     outlines = {
         column.name: "x".join(
             f"{size:.2f}"
@@ -195,7 +197,7 @@ def _is_same(first: Any, second: Any) -> bool:
 
 
 def resolved_settings(column: FileColumns) -> dict[tuple[str, str], Any]:
-    """Returns the settings that a file comes to, by the node and name of Nav2 that they have."""
+    """Returns the settings that result from a file, by Nav2's node and name."""
     navigation = column.setup.robot.navigation.model_dump(mode="json")
     nodes = {field: node for node, field in FIELDS.items()}
     found = {

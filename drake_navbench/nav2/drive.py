@@ -24,7 +24,7 @@ def drive_for(
 
     data: the fields of the base robot. needed: the speeds that each controller needs. spin_radps:
     the yaw rate that the spin needs. The drive becomes omnidirectional where a controller moves
-    sideways. The remarks are by the name of the field.
+    sideways. Remarks have the field's name as key.
     """
     drive = base.drive
     remarks = {}

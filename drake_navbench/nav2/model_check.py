@@ -8,9 +8,9 @@ from drake_navbench.inputs.check import CheckRow, Status
 from drake_navbench.inputs.described_robot import DescribedRobot
 from drake_navbench.nav2.robot import Nav2Setup
 
-# How far the costmap's outline may reach beyond the body, m.
+# The largest distance by which the costmap's outline may reach beyond the body, m.
 TOO_LARGE_M = 0.15
-# A speed above the limit by less is a matter of rounding, m/s and rad/s.
+# A smaller excess of a speed over the limit is rounding, m/s and rad/s.
 SPEED_TOLERANCE = 0.01
 
 
@@ -23,7 +23,7 @@ def contradictions(setup: Nav2Setup, described: DescribedRobot) -> list[CheckRow
 
 
 def _outline(setup: Nav2Setup, described: DescribedRobot) -> list[tuple[str, str]]:
-    """Returns a remark on an outline that is too large; `note_body` tells of one too small."""
+    """Returns a remark on an outline that is too large; `note_body` reports too small ones."""
     if not described.tells_outline:
         return []
     body = shapely.Polygon(described.fields["footprint"])
@@ -57,7 +57,8 @@ def _speeds(setup: Nav2Setup, described: DescribedRobot) -> list[tuple[str, str]
 def _smoother(setup: Nav2Setup) -> list[tuple[str, str]]:
     """Returns a remark where the velocity smoother cuts the turns that a controller counts on.
 
-    Each axis has its own limit unless it scales: the base then drives a wider arc than planned.
+    Each axis has its own limit unless the smoother scales: the base then drives a wider arc than
+    planned.
     """
     smoother = setup.robot.navigation.velocity_smoother
     if smoother is None or smoother.scale_velocities:

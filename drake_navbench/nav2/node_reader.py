@@ -40,7 +40,7 @@ OF_EVERY_NODE = frozenset(
     }
 )
 MAX_SHOWN = 60
-# Share of two names that is the same, from which one counts as a slip of the other.
+# The share of equal letters from which one name counts as a slip of the other.
 LIKE_A_SLIP = 0.8
 
 Rows = dict[tuple[str, str], CheckRow]
@@ -50,7 +50,7 @@ Rows = dict[tuple[str, str], CheckRow]
 class Offer(NamedTuple):
     """A parameter that a node reads: the field of a typed model, the file's value, the default.
 
-    default: that of the release. given: None where the file has none.
+    default: the release's. given: None where the file gives none.
     """
 
     model: type[BaseModel]
@@ -62,9 +62,9 @@ class Offer(NamedTuple):
 class NodeReader:
     """Reads a node's parameters one after another; each read one becomes a row of the check.
 
-    rows: where rows are added, by node and parameter; of two rows of one place the later holds.
-    release: of Nav2, whose parameters and defaults count. offers: by name, the parameters of typed
-    models that it read or would read.
+    rows: the check's rows by node and parameter, to which the reader adds; a later row replaces an
+    earlier one of the same place. release: Nav2's, whose parameters and defaults count. offers: by
+    name, the parameters of typed models that the node reads or would read.
     """
 
     def __init__(self, node: Node, rows: Rows, release: Release = NEWEST_RELEASE) -> None:
@@ -126,7 +126,7 @@ class NodeReader:
         return False
 
     def value(self, name: str, default: Any = None) -> Any:
-        """Returns a parameter, used where it is given."""
+        """Returns a parameter, or `default` where the file gives none; notes it as used."""
         if not self.given(name):
             return default
         missing = missing_value(self._node.get(name))
@@ -158,7 +158,7 @@ class NodeReader:
         return found
 
     def names(self, name: str, default: Iterable[str]) -> list[str]:
-        """Returns a list of plugin names; raises InputError where it is none, or one is twice."""
+        """Returns a list of plugin names; raises InputError for other values or repeated names."""
         found = self.value(name, list(default))
         if isinstance(found, str):
             found = [found]
@@ -182,7 +182,7 @@ class NodeReader:
     def fault(self, name: str, text: str) -> InputError:
         """Returns the error of a parameter as one line that names file, line and parameter.
 
-        name: also of an entry below a parameter, which then is named.
+        name: of a parameter, or of an entry below one; the error names the parameter.
         """
         while name not in self._node.parameters and "." in name:
             name = name.rpartition(".")[0]
@@ -199,10 +199,9 @@ class NodeReader:
     ) -> dict[str, Any]:
         """Returns the given values for the fields of a model, checked by it.
 
-        Besides, Nav2's defaults where they are not the model's: those of the release, and
-        `defaults`. prefix: of their names, with its dot. names: of the fields that Nav2 has; all
-        where not given. renamed: from our names to Nav2's. Raises InputError where a value is
-        wrong.
+        Where Nav2's defaults differ from the model's they are added: those of the release, and
+        `defaults`. prefix: of the parameters' names, with its dot. names: the fields that Nav2 has;
+        by default all. renamed: our name -> Nav2's. Raises InputError where a value is wrong.
         """
         their_names = renamed or {}
         values: dict[str, Any] = {}
@@ -237,7 +236,7 @@ class NodeReader:
         *,
         is_partial: bool = False,
     ) -> dict[str, Any]:
-        """Returns the values after validation by a model; whole floats become integers for it.
+        """Returns the values as validated by a model; whole floats become integers for it.
 
         is_partial: whether further fields will be added, so that missing ones are no error.
         """
@@ -253,7 +252,7 @@ class NodeReader:
                 return values
             fault = faults[0]
             location = [str(part) for part in fault["loc"] if part != fault["input"]]
-            # A fault of several fields together is reported on the first of them.
+            # A fault that several fields cause together is reported for the first of them.
             field = location[0] if location else next(iter(values), "")
             name = prefix + ".".join([(renamed or {}).get(field, field), *location[1:]])
             whole = fault["input"]
@@ -267,9 +266,9 @@ class NodeReader:
             raise self.fault(name, message[:1].lower() + message[1:] + shown)
 
     def finish(self, without_meaning: Collection[str] = ()) -> None:
-        """Notes all unused parameters: as without meaning if listed, else as not read by Nav2.
+        """Notes all unused parameters, as without meaning if listed, else as not read by Nav2.
 
-        without_meaning: names, or blocks, or '*.name' for a name in any block.
+        without_meaning: names of parameters or blocks, or '*.name' for a name in any block.
         """
         idle = OF_EVERY_NODE.union(without_meaning)
         blocks = {name.partition(".")[0] for name in {*self._known, *idle} if "." in name}
@@ -297,7 +296,7 @@ class NodeReader:
 def similar_name_hint(name: str, known: Iterable[str]) -> str:
     """Returns '; did you mean X?' for a known name that differs by a slip only, else ''.
 
-    Both have as many parts; `min_vel_x` is no slip of `max_vel_x`.
+    Both names have equally many parts; `min_vel_x` is no slip of `max_vel_x`.
     """
     alike = [n for n in known if n.count(".") == name.count(".") and n != name]
     for close in difflib.get_close_matches(name, sorted(alike), n=3, cutoff=LIKE_A_SLIP):

@@ -23,7 +23,7 @@ class Outline(NamedTuple):
 
     @property
     def is_given(self) -> bool:
-        """Whether there is one."""
+        """Whether the costmap gives an outline."""
         return self.footprint is not None or self.radius_m is not None
 
 
@@ -44,7 +44,7 @@ def note_small_inflation(
 
 
 def read_outline(reader: NodeReader) -> Outline:
-    """Returns the outline of a costmap; a footprint counts more than a radius, as in Nav2."""
+    """Returns the outline of a costmap; a footprint prevails over a radius, as in Nav2."""
     padding = reader.value("footprint_padding")
     footprint = _footprint(reader)
     if footprint is None:

@@ -15,10 +15,10 @@ from drake_navbench.typed_files.typed_yaml import read_yaml
 def load_parameter_file(path: Path, release: str | None = None) -> list[Preset]:
     """Returns the columns that a parameter file makes.
 
-    The file is either a preset file of ours or a Nav2 parameter file; of the latter, every
-    controller plugin of `controller_server` makes a column, which follows the release of Nav2 that
-    is given, else the one that the file's own marks tell. Warns of what Nav2 takes although it is
-    probably a mistake. Raises InputError.
+    The file is a preset file of ours or a Nav2 parameter file. In a Nav2 file every controller
+    plugin of `controller_server` makes a column. It follows the given release of Nav2, else the one
+    that the file's own marks tell. Warns of entries that Nav2 accepts although they are probably
+    mistakes. Raises InputError.
     """
     file = read_parameter_file(path)
     if not file.sections:

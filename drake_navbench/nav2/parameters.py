@@ -30,7 +30,7 @@ from drake_navbench.typed_files.yaml_loader import MergesByDefinition, made, req
 LAUNCH_SUFFIXES = (".py", ".xml", ".launch")
 PARAMETERS_KEY = "ros__parameters"
 MERGE_TAG = "tag:yaml.org,2002:merge"
-# Parts of a node's name that stand for others.
+# The wildcards in a node's name -> the patterns that they stand for.
 WILDCARDS = {"/**": "(/[^/]+)*", "/*": "/[^/]+"}
 
 
@@ -57,11 +57,11 @@ class Section:
 
     @property
     def has_wildcards(self) -> bool:
-        """Whether the name may be that of many nodes."""
+        """Whether the name may stand for many nodes."""
         return "*" in self.name
 
     def is_for(self, node: str) -> bool:
-        """Returns whether the node of this full name gets these parameters."""
+        """Returns whether the node of this full name gets the section's parameters."""
         parts = re.split(r"(/\*\*|/\*)", self.name)
         pattern = "".join(WILDCARDS.get(part, re.escape(part)) for part in parts)
         return re.fullmatch(pattern, node) is not None
@@ -176,7 +176,7 @@ class RosLoader(MergesByDefinition, yaml.SafeLoader):
     """
 
     bool_values: ClassVar[dict[str, bool]] = {**yaml.SafeLoader.bool_values, "y": True, "n": False}
-    # PyYAML's is one of the class too; its stubs say otherwise.
+    # PyYAML's own table belongs to the class, too; its stubs say otherwise.
     yaml_implicit_resolvers: ClassVar[dict[str | None, list[Any]]] = {}  # type: ignore[misc]
 
     def construct_object(self, node: yaml.Node, deep: bool = False) -> Any:
@@ -227,7 +227,7 @@ class _Reader:
             name = name.removeprefix(place)
             line = _line(value)
             if name in parameters:
-                # Once dotted and once in a block, or in two dotted ways.
+                # A parameter is given once dotted and once in a block, or dotted in two ways.
                 self._remark_again(place + name, parameters.pop(name).line, line)
             constructed = self._loader.construct_object(value, deep=True)
             parameters[name] = Parameter(constructed, line, self._path)

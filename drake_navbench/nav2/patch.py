@@ -1,7 +1,7 @@
 """Sets parameters in the text of a Nav2 file; comments, order, quotes and blanks stay.
 
-A value that is there is replaced by its place in the text, all other characters stay. One that is
-not there is added behind the last entry of its block. After every change the text is read again:
+A given value is replaced in its place in the text; all other characters stay. A parameter that is
+not given is added behind the last entry of its block. After every change the text is read again:
 nothing else may have changed, as it would where several nodes share a value by an anchor.
 """
 
@@ -26,7 +26,7 @@ from drake_navbench.nav2.parameters import (
 )
 
 INDENT = 2
-# Nodes whose names repeat, by the name that people use for them.
+# Nodes whose names repeat -> the names that people use for them.
 SHORT_NODES = {
     "local_costmap": "local_costmap/local_costmap",
     "global_costmap": "global_costmap/global_costmap",
@@ -93,7 +93,7 @@ def _set(text: str, place: Place, value: Any, path: Path) -> str:
 
 
 def _resolved(sections: tuple[Section, ...], place: Place, path: Path) -> Mapping[str, Parameter]:
-    """Returns the parameters of the node of a place; raises InputError where there is none."""
+    """Returns the parameters of a place's node; raises InputError where the file lacks it."""
     base = place.node.rpartition("/")[2]
     names = [node for node in nodes_called(base, sections)]
     full = [node for node in names if node.name.lstrip("/") == place.node]
@@ -147,7 +147,7 @@ class _Block(NamedTuple):
     node: yaml.MappingNode
 
     def is_for(self, node: str, sections: tuple[Section, ...]) -> bool:
-        # A block that ends in a wildcard is for other nodes, too.
+        # A block with a wildcard at the end of its name is for other nodes, too.
         own = next((s for s in sections if s.name == self.name), None)
         return (
             own is not None
@@ -175,7 +175,7 @@ def _blocks(node: yaml.Node | None, name: str) -> Iterator[_Block]:
 
 
 def _entries(node: yaml.MappingNode, prefix: str) -> Iterator[_Entry]:
-    """Yields the parameters that stand in a block itself, not those that it merges."""
+    """Yields the parameters that a block itself contains, without those that it merges."""
     for key, value in node.value:
         if key.tag == MERGE_TAG:
             continue
@@ -208,7 +208,7 @@ def _replaced(text: str, entry: _Entry, value: Any) -> str:
 
 
 def _further(values: Sequence[Any], node: yaml.SequenceNode) -> Sequence[Any]:
-    """Returns the items that a list of texts has behind all those of a node; else none."""
+    """Returns the items that `values` has behind all items of a node; else none."""
     count = len(node.value)
     own = [item.value for item in node.value if isinstance(item, yaml.ScalarNode)]
     return values[count:] if 0 < count == len(own) and own == list(values[:count]) else ()
@@ -227,7 +227,7 @@ def _extended(text: str, node: yaml.SequenceNode, further: Sequence[Any]) -> str
 
 
 def _end(node: yaml.Node) -> int:
-    """Returns the index behind a node's last character, before comments that follow it."""
+    """Returns the index behind a node's last character, before any comments that follow."""
     if isinstance(node, yaml.CollectionNode) and not node.flow_style and node.value:
         last = node.value[-1]
         if isinstance(last, tuple):
@@ -277,7 +277,7 @@ def _with_models(
 ) -> Iterator[tuple[Any, yaml.Node | None]]:
     """Yields each item with the node of the old list whose quotes it takes.
 
-    For an item of the old list that is its own node, for a new one the last node.
+    An item of the old list takes those of its own node, a new item those of the last node.
     """
     nodes = before.value if isinstance(before, yaml.SequenceNode) else []
     for value in values:

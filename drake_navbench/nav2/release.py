@@ -17,10 +17,10 @@ from drake_navbench.nav2.parameters import Section
 from drake_navbench.navigation.behavior_tree.settings import BehaviorTreeSettings
 from drake_navbench.releases import NEWEST_RELEASE, RELEASE_FIELD, Release, defaults_in
 
-# What tells a release, the most decisive first:
+# The marks that tell a release, the most decisive first:
 #
-# 1. a path in the installation of a release: it says it outright;
-# 2. names of plugins: no server starts that names one which is not there;
+# 1. a path in the installation of a release, which names it;
+# 2. names of plugins: a server does not start if it names one that its release lacks;
 # 3. parameters that came with a release, of which the newest counts: what is left over from older
 #    releases is not read, and stays in many files;
 # 4. parameters that went with a release, Humble where they went before it.
@@ -49,15 +49,16 @@ SINCE: Mapping[str, Release] = {
     "introspection_mode": Release.LYRICAL,
     "path_handler_plugins": Release.LYRICAL,
 }
-# The same -> the last release that reads it; of value where nothing newer is in the file. The first
-# is read by Iron as well, with a warning, but its own files have the plural.
+# The last part of a parameter's name -> the last release that reads it; it counts where the file
+# has nothing newer. Iron reads the first one as well, with a warning, but its own files have the
+# plural.
 UNTIL: Mapping[str, Release] = {
     "progress_checker_plugin": Release.HUMBLE,
     "reset_period": Release.HUMBLE,
     "error_code_names": Release.JAZZY,
     "forward_prune_distance": Release.KILTED,
     "prune_plan": Release.KILTED,
-    # Read before Humble only, which is the nearest to those releases.
+    # Only releases before Humble read these; Humble is the nearest to them.
     "bt_xml_filename": Release.HUMBLE,
     "default_bt_xml_filename": Release.HUMBLE,
     "goal_checker_plugin": Release.HUMBLE,
@@ -66,12 +67,13 @@ UNTIL: Mapping[str, Release] = {
     "plugin_types": Release.HUMBLE,
     "recovery_plugins": Release.HUMBLE,
 }
-# The behaviour server's name before Humble: the same as a parameter that went then.
+# The behaviour server's name before Humble; it counts as a parameter that Humble was the last to
+# read.
 OLD_NODE = "recoveries_server"
 INSTALLATION = re.compile(rf"/opt/ros/({'|'.join(Release)})(?=/)")
-# Up to iron these plugins were called with a slash, from jazzy on with colons.
+# Up to Iron these plugins have a slash in their names, from Jazzy on colons.
 RENAMED = re.compile(r"nav2_(?:behaviors|navfn_planner|smac_planner|theta_star_planner)(/|::)\w+")
-# From jazzy on the navigator loads these by itself, and refuses to load them twice.
+# From Jazzy on the navigator loads these libraries by itself, and refuses to load them twice.
 LISTED_LIBRARIES = frozenset(
     {"nav2_compute_path_to_pose_action_bt_node", "nav2_follow_path_action_bt_node"}
 )
@@ -186,7 +188,7 @@ def navigation_of(release: Release) -> dict[str, Any]:
 def tree_of(release: Release, tree: Mapping[str, Any]) -> dict[str, Any]:
     """Returns a tree, as plain values, whose nodes have the defaults of a release.
 
-    Up to kilted a RoundRobin always went on with its first child after the last; in kilted a path
+    Up to Kilted a RoundRobin always went on with its first child after the last. In Kilted a path
     is not valid from a cost of 253 on, whatever the outline.
     """
     children = tuple(tree_of(release, child) for child in tree.get("children", ()))

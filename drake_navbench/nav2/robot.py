@@ -74,7 +74,7 @@ SMOOTHER_SERVER = "smoother_server"
 BT_NAVIGATOR = "bt_navigator"
 # The node of a behaviour tree that asks the smoother server.
 SMOOTHING_NODE = "SmoothPath"
-# By name of the node.
+# The readers of further servers by the node's name.
 SERVERS: dict[str, Callable[[NodeReader], dict[str, Any]]] = {
     "behavior_server": read_behavior_server,
     "waypoint_follower": read_waypoint_follower,
@@ -89,9 +89,9 @@ READ = (
     BT_NAVIGATOR,
     *SERVERS,
 )
-# The controllers' parameters for the least speed ahead.
+# The controllers' parameters for the least forward speed.
 LEAST_SPEEDS = ("min_vel_x", "vx_min")
-# Servers that a robot has only if its file has them.
+# Servers that a robot only has if its file has them.
 OPTIONAL = ("velocity_smoother", "collision_monitor")
 
 
@@ -101,9 +101,9 @@ class Nav2Setup:
 
     places: by the column's name, the node and the block of its controller. given: the values of all
     parameters, by node without the namespace and by name. offers: the typed parameters outside of
-    the controllers, by the last part of the node's name and by name. needed_speeds: of the base, by
-    each controller. spin_radps: the yaw rate that the spin needs. namespace: that of
-    the nodes that are read, 'robot1'.
+    the controllers, by the last part of the node's name and by name. needed_speeds: the speeds that
+    each controller needs of the base. spin_radps: the yaw rate that the spin needs. namespace: the
+    one of the nodes that are read, 'robot1'.
     """
 
     presets: tuple[Preset, ...]
@@ -146,14 +146,14 @@ def known_base_of(paths: Sequence[Path]) -> KnownBase:
         node for name in (LOCAL_COSTMAP, GLOBAL_COSTMAP) for node in nodes_called(name, sections)
     ]
     frames = [node.get("robot_base_frame") for node in nodes]
-    # Behind the namespace of a robot among several.
+    # The frame's name may have the namespace of a robot among several before it.
     links = [frame.rpartition("/")[2] for frame in frames if isinstance(frame, str) and frame]
     outlines = [outline for node in nodes for outline in (_outline_in(node),) if outline]
     return (outlines[0] if outlines else KnownBase())._replace(link=links[0] if links else None)
 
 
 def _outline_in(node: Node) -> KnownBase | None:
-    """Returns the outline that a costmap's parameters give; None without, or where it is wrong."""
+    """Returns the outline in a costmap's parameters; None where there is none, or a wrong one."""
     given, radius_m = node.get("footprint"), node.get("robot_radius")
     corners = parse_points(given) if isinstance(given, str) else given
     if are_corners(corners) and len(corners) >= 3:
@@ -173,10 +173,10 @@ def read_nav2_files(
 ) -> Nav2Setup:
     """Reads Nav2 files and merges them; the last file that gives a parameter counts.
 
-    base, base_name: the robot for what they do not say. values: for their substitutions. release:
-    of Nav2, told by the files' own marks where not given. other_names: values that the files need
-    not take. Raises InputError, one line with file,
-    line and parameter, where something is wrong.
+    base, base_name: the robot that supplies all that no Nav2 file contains. values: for the files'
+    substitutions. release: Nav2's; by default the one that the files' own marks tell. other_names:
+    names in `values` that the files need not use. Raises InputError, one line with file, line and
+    parameter, where something is wrong.
     """
     substitutions = Substitutions(values or {})
     read = read_sections(paths, substitutions)
@@ -195,7 +195,10 @@ class ReadFiles(NamedTuple):
 def read_sections(
     paths: Sequence[Path], substitutions: Substitutions, texts: Mapping[Path, str] | None = None
 ) -> ReadFiles:
-    """Returns the sections of files; texts: taken for the content of a path. Raises InputError."""
+    """Returns the sections of files; raises InputError.
+
+    texts: contents that replace those of a path.
+    """
     sections: list[Section] = []
     rows: Rows = {}
     for path in paths:
@@ -223,7 +226,7 @@ def setup_of(
 ) -> Nav2Setup:
     """Returns the setup that Nav2 files define; raises InputError.
 
-    beside: setups whose controllers drive the same base; its speed limits then suffice for all.
+    beside: setups whose controllers drive the same base; its speed limits suffice for all of them.
     """
     found = release_of(read.sections, release)
     files = _Files(list(read.sections), dict(read.remarks), base, base_name, found)
@@ -306,7 +309,7 @@ class _Files:
         )
 
     def _given(self) -> dict[tuple[str, str], Any]:
-        """Returns the values of all nodes of the namespace that is read, and of no others."""
+        """Returns the values of all nodes in the namespace that is read."""
         named = {s.name for s in self._sections if not s.has_wildcards}
         bases = {*READ, *(name.removeprefix(f"{self._namespace}/").lstrip("/") for name in named)}
         return {
@@ -326,7 +329,7 @@ class _Files:
         return [replace(preset, ignored=()) for preset in presets]
 
     def _find(self, name: str) -> Node | None:
-        """Returns the node of a name beside the first controller server; None without sections."""
+        """Returns the node of a name beside the first controller server; None without one."""
         full = f"{self._namespace}/{name}"
         nodes = [node for node in nodes_called(name, self._sections) if node.name == full]
         is_named = any(s.is_for(full) and s.name.endswith(f"/{name}") for s in self._sections)
@@ -372,7 +375,7 @@ class _Files:
         return fields
 
     def _global_cell_m(self, fields: dict[str, Any]) -> float:
-        """Returns the resolution of the costmap that plans are made on."""
+        """Returns the resolution of the global costmap, m."""
         own = self._base.navigation.global_costmap.resolution
         return float(fields.get("global_costmap", {}).get("resolution", own))
 

@@ -1,7 +1,7 @@
 """Reads the layers of a Nav2 file that see obstacles into our settings, with their sensors.
 
-Each is a block that names its plugin. What differs is noted. Source:
-nav2_costmap_2d (ObstacleLayer, VoxelLayer, ObservationBuffer), branches humble to lyrical;
+Each layer is a block that names its plugin. Differences are noted. Source: nav2_costmap_2d
+(ObstacleLayer, VoxelLayer, ObservationBuffer), branches humble to lyrical;
 spatio_temporal_voxel_layer, branch ros2.
 """
 
@@ -42,7 +42,7 @@ class SensingLayers:
         self._scanner_count = 1 + len(sensors.lidar.further_poses)
 
     def read(self, name: str, plugin_type: str) -> dict[str, Any] | None:
-        """Returns the parameters of a layer with sources of any kind, None where there are none."""
+        """Returns the parameters of a layer with sources of any kind; None without sources."""
         sources = self._listed_sources(name)
         if not sources:
             return None
@@ -77,7 +77,7 @@ class SensingLayers:
         return {"plugin": plugin_type, **values, "observation_sources": observed}
 
     def _listed_sources(self, name: str) -> list[str]:
-        """Returns the sources of a layer; notes where there are none, and blocks of others."""
+        """Returns a layer's sources; notes a layer without any, and blocks of unlisted sources."""
         sources = self._sources(name)
         if not sources:
             remark = "left out; without observation_sources the layer sees nothing, as in Nav2"
@@ -109,7 +109,7 @@ class SensingLayers:
     def _combination(self, name: str) -> dict[str, Any] | None:
         """Returns the setting for a `combination_method` that Nav2 does not know; {} if it does.
 
-        None means that the layer then writes nothing, as in Humble and Iron, which do not know 2
+        None means that the layer writes nothing with it, as in Humble and Iron, which do not know 2
         either.
         """
         place = f"{name}.combination_method"

@@ -18,12 +18,12 @@ from drake_navbench.inputs.lidar import LidarSettings
 from drake_navbench.inputs.robot import Robot
 from drake_navbench.nav2.node_reader import NodeReader
 
-# Names of what sends points all around.
+# Words in names of sensors that send points from all directions.
 LIDAR_NAMES = re.compile(
     "lidar|laser|velodyne|vlp|livox|ouster|hesai|robosense|rslidar|mid360|pandar|scan", re.I
 )
 CAMERA_NAMES = re.compile("camera|depth|realsense|oak|zed|kinect|d4[0-9]{2}|rgbd", re.I)
-# The field of view of such a lidar, rad, its columns and rows, height m and reach m.
+# The field of view of a lidar of many layers, rad, its columns and rows, height m and reach m.
 LIDAR_SIGHT: Mapping[str, Any] = {
     "horizontal_fov_rad": 2.0 * math.pi,
     "vertical_fov_rad": 0.52,
@@ -64,7 +64,7 @@ class Nav2Sensors:
         self._range_sensors = robot.range_sensors
         self._lidar = robot.lidar
         self._listeners: dict[str, list[_Listener]] = {}
-        # What the only depth sensor sends under another name than its own.
+        # The topic of the robot's only depth sensor where it is not the sensor's name.
         self._only_topic = ""
 
     @property
@@ -79,7 +79,7 @@ class Nav2Sensors:
 
     @property
     def added(self) -> dict[str, dict[str, Any]]:
-        """The depth sensors that the robot did not have, as a robot file gives them."""
+        """The depth sensors that were added to the robot, as a robot file gives them."""
         return {
             name: self._sensor(listeners).model_dump(mode="json", exclude_defaults=True)
             for name, listeners in self._listeners.items()
@@ -108,14 +108,14 @@ class Nav2Sensors:
         return by_topic
 
     def note_added(self) -> None:
-        """Notes of each source of a sensor that the robot did not have which one it has now."""
+        """Notes for each source of an added sensor which sensor it is."""
         for name, listeners in self._listeners.items():
             remark = _described(name, self._sensor(listeners))
             for reader, parameter, *_ in listeners:
                 reader.note(Status.OTHER_FORM, parameter, remark)
 
     def _sensor(self, listeners: Sequence[_Listener]) -> DepthSensorSettings:
-        """Returns the sensor that fits all its sources, whatever the order of the sources."""
+        """Returns a sensor that fits all sources of a topic, whatever the sources' order."""
         names = " ".join(sorted(listener.names for listener in listeners))
         sights = [listener.sight for listener in listeners]
         told = [sight.is_lidar for sight in sights if sight.is_lidar is not None]

@@ -47,7 +47,7 @@ DEFAULT_SMOOTHER = "simple_smoother"
 WAIT_AT_WAYPOINT = "nav2_waypoint_follower::WaitAtWaypoint"
 # The name that Nav2's default behaviour tree asks for if there are several planners.
 DEFAULT_PLANNER = "GridBased"
-# The parameter that names the tree's file, and what it was called up to foxy.
+# The parameter that names the tree's file, and its names up to Foxy.
 TREE_FILE = "default_nav_to_pose_bt_xml"
 OLD_TREE_FILES = ("default_bt_xml_filename", "bt_xml_filename")
 # Names of the default tree in Nav2's releases.
@@ -77,7 +77,7 @@ DEFAULT_BEHAVIORS = {
 def read_planner_server(reader: NodeReader, release: Release, cell_m: float) -> Fields:
     """Returns the planner that the default tree names, with the parameters that the release reads.
 
-    cell_m: of the global costmap, m.
+    cell_m: the global costmap's resolution, m.
     """
     names = reader.names("planner_plugins", [DEFAULT_PLANNER])
     if not names:
@@ -135,7 +135,7 @@ def _hybrid_planner(reader: NodeReader, name: str, release: Release, cell_m: flo
 def _turning_radius(reader: NodeReader, name: str, release: Release, least_m: float) -> Fields:
     """Returns the turning radius, at least a cell of the search.
 
-    Since jazzy Nav2 makes it so; before, it starts with 0, too, but no curve comes of that.
+    Nav2 enforces this since Jazzy. Before, it starts with 0, too, but then makes no curves.
     """
     if not reader.given(name):
         return {}
@@ -154,7 +154,7 @@ def _turning_radius(reader: NodeReader, name: str, release: Release, least_m: fl
 
 
 def _classic(values: Fields) -> Fields:
-    """Returns parameters of SmacPlanner2D with which it behaves as Nav2's, flaws included."""
+    """Returns parameters with which SmacPlanner2D behaves as Nav2's, flaws included."""
     switches = SmacPlanner2DParameters.nav2_classic().model_dump(exclude_unset=True)
     return {**switches, **values}
 
@@ -165,7 +165,7 @@ def read_behavior_server(reader: NodeReader) -> Fields:
     names = [field for field in BehaviorServerParameters.model_fields if field != least]
     values = reader.block(BehaviorServerParameters, names=names)
     if reader.number(least, 0.0) < 0.0:
-        # A spin is never slower than 0 on its way.
+        # A spin is never slower than 0, so that 0 has the same effect.
         reader.note(Status.OTHER_FORM, least, "as 0, to the same effect")
         values[least] = 0.0
     else:
@@ -220,7 +220,7 @@ def _drive_limits(reader: NodeReader, given: Fields) -> Fields:
 
 
 def _recovery_action(reader: NodeReader, name: str, plugin_type: str) -> str:
-    """Returns the recovery action that a behaviour serves, '' where the tree has no use for it."""
+    """Returns the default tree's recovery action that a behaviour serves, '' without one."""
     package, _, kind = plugin_type.partition("::")
     if package in BEHAVIOR_PACKAGES and kind in RECOVERY_OF:
         if not RECOVERY_OF[kind]:
@@ -330,7 +330,7 @@ def read_velocity_smoother(reader: NodeReader) -> Fields:
 
 
 def read_smoother_server(reader: NodeReader, *, is_asked: bool) -> Fields:
-    """Returns the first smoother where the tree asks for one, else nothing."""
+    """Returns the first smoother of the file where the tree asks for one, else {}."""
     if not is_asked:
         for name in reader.node.parameters:
             reader.note(Status.NO_MEANING, name)

@@ -22,7 +22,7 @@ BROKEN = re.compile(rf"\$\(var(?!\s+{NAME}\s*\))")
 
 
 def read_assignments(texts: Sequence[str]) -> dict[str, str]:
-    """Returns the values of --set name=value; raises InputError where one is none, or twice."""
+    """Returns the values of --set name=value; raises InputError for other forms or repetition."""
     values: dict[str, str] = {}
     for text in texts:
         name, equals, value = text.partition("=")
@@ -42,7 +42,7 @@ class Substitutions:
         self._asked: set[str] = set()
 
     def applied_to(self, text: str, path: Path) -> str:
-        """Returns a file's text with what is given; raises InputError where one is not closed."""
+        """Returns a file's text with given values; raises InputError for an unclosed placeholder."""
         for number, line in enumerate(text.splitlines(), start=1):
             if BROKEN.search(line.partition("#")[0]):
                 raise InputError(f"{path}, line {number}: expected $(var name), got {line.strip()}")
@@ -56,7 +56,7 @@ class Substitutions:
     def require_all_used(self, others: Collection[str] = ()) -> None:
         """Raises InputError where a value is given that no file asks for.
 
-        others: names that something else than a Nav2 file takes.
+        others: names that are used elsewhere.
         """
         for name in self._values:
             if name not in self._asked and name not in others:
@@ -67,7 +67,7 @@ class Substitutions:
 
 
 def missing_value(value: object) -> str | None:
-    """Returns the name of the first placeholder that is left in a value, None without one."""
+    """Returns the name of the first placeholder that remains in a value; None without one."""
     for entry in value if isinstance(value, list) else [value]:
         found = PLACEHOLDER.search(entry) if isinstance(entry, str) else None
         if found:

@@ -11,12 +11,12 @@ from pathlib import Path
 
 from drake_navbench.releases import Release
 
-# Folders, relative to that of the Nav2 file, in which a tree is looked for by its name.
+# Folders, relative to that of the Nav2 file, in which a tree is searched by its name.
 FOLDERS = (".", "behavior_trees", "behavior_tree", "bt", "../behavior_trees", "../bt")
-# Folders in which it is looked for by the end of its path: the package lies around the Nav2 file.
+# Folders in which a tree is searched by the end of its path: the package lies around the Nav2 file.
 PACKAGE_FOLDERS = (".", "..", "../..")
 NAV2_TREES = Path("share", "nav2_bt_navigator", "behavior_trees")
-# Folders of installed packages, as ROS sets it.
+# The variable by which ROS names the folders of installed packages.
 PREFIXES = "AMENT_PREFIX_PATH"
 ROS_FOLDER = Path("/opt/ros")
 

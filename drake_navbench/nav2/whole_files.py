@@ -1,6 +1,6 @@
-"""Whole Nav2 files beside each other: each makes columns that drive all that its file says.
+"""Whole Nav2 files beside each other: each makes columns that drive with all of its settings.
 
-A column of `--params` takes a controller and drives the run's robot. A column from here carries its
+A column of `--params` takes a controller and drives the run's robot. A column from here has its
 file's own costmaps, planner, smoother, monitor and checkers in `Preset.stack`.
 """
 
@@ -22,8 +22,8 @@ from drake_navbench.nav2.substitutions import Substitutions
 class WholeFile(NamedTuple):
     """A Nav2 file, or several that are merged, later ones overriding.
 
-    name: of its columns; '' for names as of a file alone, `nav2_params/FollowPath`. text: taken for
-    the content of the last path, such as a patched one; None for what stands in the file.
+    name: of its columns; '' for names as of a single file, `nav2_params/FollowPath`. text: replaces
+    the content of the last path, such as by a patched one; None: the file's own.
     """
 
     name: str
@@ -32,7 +32,7 @@ class WholeFile(NamedTuple):
 
     @property
     def told(self) -> str:
-        """The file for a message: 'a.yaml', or 'a.yaml + b.yaml' for merged ones."""
+        """The name of the file in messages: 'a.yaml', or 'a.yaml + b.yaml' for merged ones."""
         return " + ".join(map(str, self.paths))
 
 
@@ -63,7 +63,7 @@ class FileColumns:
 
     @property
     def drives_as(self) -> dict[str, Any]:
-        """The resolved inputs of its trials; files with equal ones drive alike to the last bit."""
+        """The resolved inputs of the file's trials; files with equal inputs drive alike."""
         controllers = {
             plugin: [
                 preset.controller,
@@ -92,9 +92,9 @@ def columns_of_files(
 ) -> tuple[FileColumns, ...]:
     """Returns the columns of whole Nav2 files, to drive beside each other.
 
-    robot: name or file of the robot for what no Nav2 file tells. values: for the files'
-    substitutions. release: of Nav2, told by each file's own marks where not given. base: that robot
-    where it is loaded already. other_names: names in `values` that others use, such as the
+    robot: name or file of the robot that supplies all that no Nav2 file contains. values: for the
+    files' substitutions. release: Nav2's; by default the one that each file's own marks tell. base:
+    the robot, if it is loaded already. other_names: names in `values` that others use, such as the
     arguments of the robot's model.
 
     All drive the same base, whose speeds are those that the controllers of all files ask for. One
@@ -160,7 +160,7 @@ def _named(setup: Nav2Setup, file: WholeFile) -> Nav2Setup:
 
 
 def names_of(paths: Sequence[Path]) -> list[str]:
-    """Returns a short name for each file: what differs of their paths, nearest to the end.
+    """Returns a short name for each file: the parts of their paths that differ, nearest to the end.
 
     'a.yaml' and 'b.yaml' are a and b; 'old/nav2.yaml' and 'new/nav2.yaml' are old and new.
     """
