@@ -87,8 +87,8 @@ PRINTED_IN_SWEEP = {SUCCEEDED: "share", "time_to_goal_s": "s", "min_clearance_m"
 class NavigationFiles(TypedDict, total=False):
     """Files of a navigation stack for `run_benchmark`.
 
-    nav2, against: whole Nav2 files, each with columns of its own. map, goals: a map on which so
-    many tasks are drawn.
+    nav2, against: whole Nav2 files, each with columns of its own. map, goals: a map, and the number
+    of tasks that are drawn on it.
     """
 
     nav2: str | Path
@@ -114,9 +114,9 @@ def run_benchmark(
 
     The arguments are those of the command line; several controllers may be one string with commas,
     as there. files: see `NavigationFiles`. `out` keeps the logs in a new folder, of which
-    `drake-navbench report` makes a report; `--resume` goes on with it unless a
-    Preset or Scenario was given, which a manifest cannot name. Raises InputError where one is
-    wrong, NavbenchError where trials came to no end by something that they did not do.
+    `drake-navbench report` makes a report; `--resume` goes on with it unless a Preset or Scenario
+    was given, which a manifest cannot name. Raises InputError where an argument is wrong,
+    NavbenchError where trials were ended by something outside of them.
     """
     out = None if out is None else Path(out).absolute()
     scenarios = [scenarios] if isinstance(scenarios, str | Scenario) else list(scenarios)
@@ -170,7 +170,7 @@ def run_benchmark(
 
 
 def _asked_of_files(files: NavigationFiles) -> dict[str, Any]:
-    """Returns the fields of a request; raises TypeError for an argument that nobody knows."""
+    """Returns the fields of a request; raises TypeError for an unknown argument."""
     unknown = set(files) - set(NavigationFiles.__annotations__)
     if unknown:
         raise TypeError(f"run_benchmark() got an unexpected keyword argument {min(unknown)!r}")
@@ -190,12 +190,12 @@ def _asked_of_files(files: NavigationFiles) -> dict[str, Any]:
 def run_from_command_line(arguments: argparse.Namespace, *, began_s: float) -> bool:
     """Does what the command line asks; returns whether any trial ended in an error.
 
-    began_s: of `time.perf_counter` when the command began, for the time that it took in all.
-    Raises InputError, before anything is written, where the input is wrong.
+    began_s: `time.perf_counter()` at the command's beginning, for the total time. Raises
+    InputError, before anything is written, where the input is wrong.
     """
     console = terminal(quiet=arguments.quiet)
     resumed = arguments.resume is not None
-    # A plugin may change the working directory; what is asked for is where it was asked from.
+    # A plugin may change the working directory; paths are relative to the directory at the start.
     path = (arguments.resume or arguments.out or default_results_path()).absolute()
     folder = ResultsFolder(path)
     if resumed:
@@ -353,7 +353,7 @@ def _run(
         f"{count}, {driven_s:.0f} s of driving, in {time.perf_counter() - began_s:.0f} s, "
         f"of which the trials took {wall_s:.0f} s."
     )
-    # On a line of its own, which no terminal breaks as long as the path fits.
+    # The path is on a line of its own, which no terminal breaks as long as it fits.
     page = folder.path / ("sweep.html" if campaign.sweep else "report.html")
     console.print(f"Open {page}", soft_wrap=True)
     _tell_verdict(console, campaign, folder, trials, report.verdict)
@@ -373,7 +373,8 @@ def _tell_verdict(
 ) -> None:
     """Prints the verdict and keeps it in the manifest.
 
-    Of whole Nav2 files each is judged against the first; else it is that of the report, in short.
+    Whole Nav2 files are each judged against the first; otherwise it is the report's verdict,
+    shortened.
     """
     if campaign.sweep or len(campaign.columns) < 2:
         return
@@ -394,7 +395,8 @@ def _begin_compiling(
 ) -> Compiling | None:
     """Returns the tasks for the kernels that are not compiled yet, None where there are none.
 
-    is_beside: it is done beside the driving; else here, since a cluster's workers drive at once.
+    is_beside: kernels are compiled beside the driving; otherwise now, as a cluster's workers drive
+    at once.
     """
     cold = cold_parts(campaign.specs)
     if not cold.names:
@@ -472,7 +474,7 @@ def _write_wanted_replays(
     told: frozenset[str],
     jobs: int,
 ) -> None:
-    """Writes the replays that were asked for; no race of scenarios that the totals tell of."""
+    """Writes the requested replays; no races of scenarios that are only in the totals."""
     is_each, is_race = request.replay == "each", request.replay == "race"
     if not is_each and not (is_race and set(campaign.scenarios) - told):
         return
@@ -490,6 +492,6 @@ def _undriven_line(entry: Undriven) -> str:
 
 
 def _print_error(text: str) -> None:
-    """Prints lines that may hold anything, however quiet the run is."""
+    """Prints lines that may contain anything, however quiet the run is."""
     for line in text.split("\n"):
         terminal(stderr=True).print(printable(line), soft_wrap=True)

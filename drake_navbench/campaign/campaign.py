@@ -58,7 +58,7 @@ class Campaign:
 
     @property
     def clean_of(self) -> dict[str, str]:
-        """The clean scenario of each that is a harsher one, by the latter's name."""
+        """The clean scenario of each harsher scenario, by the latter's name."""
         return {
             spec.scenario.name: spec.scenario.clean_scenario
             for spec in self.specs
@@ -106,9 +106,9 @@ def plan_campaign(
 ) -> Campaign:
     """Returns every trial of a campaign, all input checked; raises InputError.
 
-    sweeps: axes as of `parse_axis`. samples: draw so many points of a Latin hypercube over them.
-    Empty sequences stand for the five published scenarios and the default presets. What is given
-    twice runs once; different ones of the same name are refused.
+    sweeps: axes from `parse_axis`. samples: number of points of a Latin hypercube over the axes.
+    Empty sequences stand for the five published scenarios and the default presets. An input given
+    twice runs once; different inputs of the same name are refused.
     """
     entries = tuple({str(entry): entry for entry in scenarios}.values()) or PUBLISHED_SCENARIOS
     loaded = [entry if isinstance(entry, Scenario) else load_scenario(entry) for entry in entries]
@@ -140,8 +140,9 @@ def plan_campaign(
         fitted = [preset.for_robot(robots[preset]) for preset, _, _ in entry.columns]
         drivers = list(zip(fitted, robots.values(), strict=True))
         for preset, loaded_robot in drivers:
-            # Some parameters are wrong only for this robot or its control period. One of another
-            # process is started for it, so that a robot of many scenarios is asked about once.
+            # Some parameters are wrong only for this robot or its control period. A controller in
+            # another process is started for the check, so that a robot of many scenarios is checked
+            # once.
             if (preset, loaded_robot) not in checked:
                 check_controller(preset, loaded_robot)
                 checked.append((preset, loaded_robot))
@@ -169,7 +170,7 @@ def plan_campaign(
 def _robots_of(
     scenario: Scenario, presets: Sequence[Preset], robot: str | Robot
 ) -> dict[Preset, Robot]:
-    """Returns the robot that each column drives in a scenario: that of its file, or the run's."""
+    """Returns each column's robot in a scenario: that of the column's file, or the run's."""
     own = {id(preset.stack): preset.stack for preset in presets}
     loaded = {key: scenario.load_robot(stack or robot) for key, stack in own.items()}
     return {preset: loaded[id(preset.stack)] for preset in presets}
@@ -190,7 +191,7 @@ def _origins(swept: Sequence[SweptScenario]) -> dict[str, dict[str, Any]]:
 
 
 def _require_different_names(kind: str, names_and_sources: Iterable[tuple[str, str]]) -> None:
-    """Raises InputError where two have one name: their logs would overwrite each other."""
+    """Raises InputError where two have the same name, as their logs would overwrite each other."""
     sources: dict[str, str] = {}
     for name, source in names_and_sources:
         if not name.isprintable():

@@ -2,9 +2,9 @@
 
 A task is a chunk of trials of one scenario and controller. The process that dask runs it in drives
 them in workers of its own, as a campaign on one machine does, so that a trial that breaks, hangs or
-ends its process is the same there as here. Its log is the result: written into the results folder
-where the machine has that too, else sent back as bytes. So a chunk that is run again, because the
-machine that had it is gone, does no harm.
+ends its process is the same there as here. The logs are the result: written into the results folder
+where the machine has it too, else sent back as bytes. So a chunk may run again where its machine is
+gone.
 """
 
 from __future__ import annotations
@@ -27,10 +27,10 @@ from drake_navbench.trial.spec import TrialSpec
 if TYPE_CHECKING:
     from distributed import Client, Future
 
-# Long enough that what dask does for it is not worth mentioning, short enough to lose.
+# Enough trials to make dask's own work negligible, and few enough to lose.
 TRIALS_PER_CHUNK = 16
-# Waiting chunks for each worker, and of a small cluster at least so many: there is always work for
-# a worker that comes late, and the scheduler never has a whole campaign in its memory.
+# Waiting chunks for each worker, and at least so many in all: a worker that joins late finds work,
+# and the scheduler never holds a whole campaign in its memory.
 CHUNKS_PER_WORKER, LEAST_CHUNKS = 4, 32
 
 Row = dict[str, object]
@@ -88,8 +88,8 @@ def drive_on_cluster(
     """Drives specs on a cluster; yields how each trial ended, as chunks end.
 
     Chunks that are still running when the iterator is closed are cancelled. on_refused_worker: is
-    told of each worker that has other software, which gets nothing more to do. Raises NavbenchError
-    where no worker is left that has the right one.
+    called for each worker with other software, which gets no more work. Raises NavbenchError where
+    no worker with the right software is left.
     """
     from distributed import as_completed
 
@@ -100,7 +100,7 @@ def drive_on_cluster(
     pool = as_completed([], loop=client.loop, raise_errors=False)
 
     def hand_out() -> int:
-        """Gives the cluster as much as it should have; returns how many workers it has."""
+        """Submits as many chunks as the cluster should have; returns its number of workers."""
         workers = client.scheduler_info(n_workers=-1)["workers"]
         most = max(LEAST_CHUNKS, CHUNKS_PER_WORKER * len(workers))
         while waiting and len(chunk_of) < most:
@@ -139,7 +139,7 @@ def drive_on_cluster(
 
 
 def _ending_of(future: Future[Any]) -> ChunkEnding | Died:
-    """Returns the ending of a chunk; Died where the cluster failed, which is no trial's fault."""
+    """Returns the ending of a chunk; Died where the cluster failed, which no trial caused."""
     try:
         found: ChunkEnding = future.result()
     except Exception as error:

@@ -31,7 +31,7 @@ ENCRYPTED = ("tls", "wss")
 LAST_PORT = 65535
 MOST_LOCAL_WORKERS = 256
 CONNECT_TIMEOUT_S = 5.0
-# How often the process that has a chunk may be gone before the chunk is given up.
+# So many processes may end with a chunk before the chunk is given up.
 ALLOWED_FAILURES = 10
 # Files in the folder of --cluster-tls: the trusted authority, our certificate, and its private key.
 AUTHORITY, CERTIFICATE, KEY = "ca.pem", "cert.pem", "key.pem"
@@ -74,7 +74,7 @@ def require_cluster(place: ClusterPlace) -> None:
 def connected(place: ClusterPlace) -> Iterator[Client]:
     """Yields a client of a scheduler, or of `local:N` workers that end with the block.
 
-    Raises InputError where there is none that answers, or dask.distributed is not installed.
+    Raises InputError where no scheduler answers, or dask.distributed is not installed.
     """
     security = _security_of(place)
     import dask
@@ -82,7 +82,7 @@ def connected(place: ClusterPlace) -> Iterator[Client]:
 
     logging.getLogger("distributed").setLevel(logging.ERROR)
     settings = {
-        # Its processes have workers of their own.
+        # Dask's processes start workers of their own.
         "distributed.worker.daemon": False,
         "distributed.scheduler.allowed-failures": ALLOWED_FAILURES,
     }
@@ -90,8 +90,8 @@ def connected(place: ClusterPlace) -> Iterator[Client]:
         stack.enter_context(dask.config.set(settings))
         scheduler: Any = place.address
         if place.address.startswith(LOCAL):
-            # A worker imports and unpickles what lies in its folder; dask's own is one in /tmp that
-            # anybody may have made before.
+            # A worker imports and unpickles from its folder; dask's default is a folder in /tmp
+            # that anybody may have made before.
             folder = stack.enter_context(tempfile.TemporaryDirectory(prefix="drake_navbench-"))
             scheduler = stack.enter_context(
                 LocalCluster(

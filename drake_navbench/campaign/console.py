@@ -28,12 +28,12 @@ from drake_navbench.campaign.driving import Progress
 BEST_MARK = "★"
 NOBODY_IS_BEST: Mapping[str, str] = {}
 IMPOSSIBLE = "impossible on purpose, every trial should be aborted"
-# In a file or a pipe there is no width to respect unless COLUMNS gives one.
+# The width for a file or a pipe, unless COLUMNS gives one.
 PIPE_WIDTH = 160
-# Longer names of controllers take several lines.
+# A longer name of a controller takes several lines.
 NAME_WIDTH = 12
 NAME_WORD = re.compile(r"[^:_=/-]*[:_=/-]|[^:_=/-]+")
-# Wider than any table is.
+# No table is wider than this.
 MAX_WIDTH = 100_000
 
 
@@ -112,8 +112,8 @@ def print_scenario(
     Where not all controllers fit beside one another, they are spread evenly over several tables. No
     number is ever wrapped or cut.
 
-    is_impossible: whether the task is meant to be given up. best: who is shown to be best, by
-    metric; the number has a star.
+    is_impossible: whether the task is meant to be given up. best: the controller that is shown to
+    be best, by metric; its number gets a star.
     """
     note = f": {IMPOSSIBLE}" if is_impossible else ""
     console.print(Text(f"{scenario}{note}", style="bold"))
@@ -178,7 +178,7 @@ def _shown(table: pd.DataFrame, best: Mapping[str, str] = NOBODY_IS_BEST) -> Tab
 
 
 def _print_as_list(console: Console, table: pd.DataFrame) -> None:
-    """Prints a line a number, for a terminal too narrow for a table of one controller."""
+    """Prints one line for each number, where a terminal is too narrow even for one controller."""
     for controller, values in table.items():
         console.print(str(controller), soft_wrap=True)
         for (metric, unit), value in values.items():

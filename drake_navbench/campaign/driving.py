@@ -1,4 +1,4 @@
-"""Drives the trials of a campaign in workers, and says what became of each."""
+"""Drives the trials of a campaign in workers, and reports how each ended."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from drake_navbench.processes.workers import Died, Ending, run_tasks
 from drake_navbench.trial.spec import TrialSpec
 from drake_navbench.trial.trial import NotDriven, log_of_ending
 
-# In the manifest: trials with code of others whose worker or client was killed.
+# The manifest's key for trials with third-party code whose worker or client was killed once.
 KILLED_ONCE = "killed_once"
 
 
@@ -43,7 +43,7 @@ class Progress:
 
 
 class Undriven(NamedTuple):
-    """A trial that came to no end, by something that it did not do."""
+    """A trial that was ended by something outside of it."""
 
     spec: TrialSpec
     reason: str
@@ -76,14 +76,13 @@ def run_campaign(
     A trial that raises, hangs or ends its worker becomes a row with the outcome `error`. A trial
     whose worker is killed from outside, or for which the machine lacks memory or the like, has no
     row and is driven again by `--resume`. If the trial runs code that is not ours and its worker is
-    killed a second time, that code is blamed, and the outcome is `error`.
-    Ctrl-C stops the workers and keeps the finished logs; a resumed run drives the other trials.
-    compiling: what compiles kernels, beside trials that do not need them; the first column's come
-    first. on_refused_log: is told of every log that is not the one of its trial, which is driven
-    again.
-    cluster: where to drive in place of `jobs` workers here.
-    on_refused_worker: is told of every worker of it that has other software.
-    Raises CannotBeWritten where a log cannot be kept: there is no use in driving on.
+    killed a second time, that code is blamed, and the outcome is `error`. Ctrl-C stops the workers
+    and keeps the finished logs; a resumed run drives the other trials. compiling: compiles kernels
+    beside trials that do not need them; the first column's come first. on_refused_log: is called
+    for every log that is not that of its trial, which is then driven again. cluster: where to drive
+    in place of `jobs` workers here. on_refused_worker: is called for every worker of the cluster
+    with other software. Raises CannotBeWritten where a log cannot be kept: driving on would be
+    useless.
     """
     rows = _read_back(campaign, folder, on_refused_log)
     undriven: list[Undriven] = []
@@ -132,7 +131,7 @@ def run_campaign(
 
 
 def _indices_of_first_column(campaign: Campaign) -> set[int]:
-    """Returns the places of the first column's trials, {} where there is no other column."""
+    """Returns the indices of the first column's trials; none where it is the only column."""
     first, *others = campaign.columns
     specs = campaign.specs
     return {k for k, spec in enumerate(specs) if spec.preset.name == first} if others else set()
@@ -148,7 +147,7 @@ def _drive_here(
 ) -> Generator[TrialEnding, None, None]:
     """Drives trials in workers of this machine; yields each with how it ended.
 
-    on_compiling: is told the parts of trials whose kernels are still to be compiled.
+    on_compiling: is called with the parts of trials whose kernels are still to be compiled.
     """
     identity = campaign.identity
     tasks = {}
@@ -219,9 +218,9 @@ def _read_back(
 
 
 def _blamed(ending: Ending, spec: TrialSpec, folder: ResultsFolder) -> Ending:
-    """Returns the ending of a trial, in which a repeated kill is blamed on code that is not ours.
+    """Returns a trial's ending; a repeated kill is blamed on third-party code.
 
-    It cannot be known who killed a process. A controller that kills its own process would be driven
+    Nobody can know who killed a process. A controller that kills its own process would be driven
     again by every `--resume`. So the first kill of such a trial is noted in the manifest, and a
     second one counts as the fault of its controller.
     """

@@ -32,15 +32,15 @@ from drake_navbench.trial.trial import simulate
 
 REAL_TIME = 1.0
 DEFAULT_WAIT_S = 120.0
-# In a results folder: the logs of trials whose sliders were moved, which no report reads.
+# The subfolder of logs of trials whose sliders were moved, which no report reads.
 CHANGED_FOLDER = "changed_live"
 
 
 class LiveOptions(NamedTuple):
     """The pace, the patience and the port of watched trials.
 
-    rate: times real time; 0 as fast as possible. wait_s: for a browser, None not at all. port: of
-    the page, 0 for a free one.
+    rate: pace as a multiple of real time; 0: as fast as possible. wait_s: time to wait for a
+    browser; None: no waiting. port: the page's, 0 for a free one.
     """
 
     rate: float = REAL_TIME
@@ -63,8 +63,8 @@ def show_live(
 ) -> bool:
     """Runs the trials one by one in real time; returns whether any ended in an error.
 
-    kept: None keeps no log. Raises InputError where no browser comes, or it goes. The servers
-    listen on this machine alone.
+    kept: None keeps no log. Raises InputError where no browser opens the page, or it is closed. The
+    servers listen on this machine alone.
     """
     options = options or LiveOptions()
     if kept is None:
@@ -108,7 +108,8 @@ def told_changes(log: TrialLog) -> list[str]:
 def keep(log: TrialLog, folder: ResultsFolder) -> Path:
     """Writes a log into a results folder; returns its path.
 
-    One whose sliders were moved goes to a folder of its own: it is no result of its column.
+    A log of a trial whose sliders were moved goes to a folder of its own, as it is no result of its
+    column.
     """
     info = log.info
     path = folder.log_path(info["scenario"]["name"], info["controller"], info["trial"])
@@ -128,16 +129,16 @@ class LivePage:
 
     def drive(self, spec: TrialSpec) -> TrialLog:
         """Drives a trial while the page shows it; returns its log."""
-        # The controller's diagnostics are a layer of the scene, too; they do not change the
-        # motion.
+        # The controller's diagnostics are a layer of the scene, too; computing them does not change
+        # the motion.
         watched = replace(spec, wants_diagnostics=True)
         return simulate(watched, Looks(self._scene(spec, has_controls=False).show))
 
     def drive_with_controls(self, spec: TrialSpec, options: LiveOptions) -> TrialLog:
         """Drives a trial with buttons and sliders on the page, again after each restart.
 
-        Returns the log of the last drive, which is that of a trial without a page where no slider
-        was moved. Raises InputError where no browser comes, or it goes.
+        Returns the log of the last drive, which equals that of a trial without a page if no slider
+        was moved. Raises InputError where no browser opens the page, or it is closed.
         """
         address = self._server.address
         patience = None if options.wait_s is None else Patience(options.wait_s, address)
@@ -171,7 +172,7 @@ class LivePage:
 
 
 def with_changes(log: TrialLog, changes: list[Change]) -> TrialLog:
-    """Returns the log of a trial that tells of its moved sliders; its identity is another then."""
+    """Returns the log with the trial's moved sliders in it; its identity changes, too."""
     if not changes:
         return log
     told = [change.as_plain() for change in changes]
@@ -181,9 +182,9 @@ def with_changes(log: TrialLog, changes: list[Change]) -> TrialLog:
 
 @contextmanager
 def live_page(console: Console, *, port: int = 0) -> Iterator[LivePage]:
-    """Opens the page, tells its address, and closes it in the end; raises InputError.
+    """Opens the page, prints its address, and closes it at the end; raises InputError.
 
-    port: of the page, 0 for a free one.
+    port: the page's, 0 for a free one.
     """
     meshcat = make_meshcat()
     with LiveServer(meshcat.web_url(), port=port) as server, without_late_texture_warnings():

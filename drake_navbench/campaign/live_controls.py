@@ -26,18 +26,18 @@ PAUSE, RESTART, RESET = "pause / go on", "restart", "parameters as in the file"
 PACE = "speed [times real time]"
 SLOWEST, FASTEST = 0.1, 5.0
 POLL_S = 0.05
-# A slider's steps are powers of ten, with the rounding of a sum.
+# A slider's steps are powers of ten; values are rounded to so many decimals.
 DECIMALS = 9
-# Predictions are computed for the page this often, s of the trial.
+# The period in which predictions are computed for the page, s of the trial.
 DRAWN_PERIOD_S = 0.25
 
 
 class Restart(Exception):
-    """Somebody wants the trial from its beginning."""
+    """A click on restart: the trial begins again."""
 
 
 class Patience(NamedTuple):
-    """The limit of a wait for a browser, s, and the page's address, for the message."""
+    """The time to wait for a browser, s, and the page's address, for the message."""
 
     limit_s: float
     address: str
@@ -80,7 +80,8 @@ class LiveControls:
         if self._rate > 0.0:
             self._meshcat.AddSlider(PACE, SLOWEST, FASTEST, SLOWEST, self._rate)
         for slider in self._sliders:
-            # What the slider shows is rounded; the parameter keeps its value until it is moved.
+            # The slider shows a rounded value; the parameter keeps its own until the slider is
+            # moved.
             self._first[slider.name] = self._meshcat.AddSlider(
                 slider.label, slider.low, slider.high, slider.step, slider.value
             )
@@ -96,7 +97,7 @@ class LiveControls:
             self._meshcat.DeleteSlider(slider.label)
 
     def begin(self) -> None:
-        """Begins a drive: with the sliders as they stand."""
+        """Begins a drive with the present positions of the sliders."""
         self._controllers.close()
         self._values, self.changes, self._cycle = {}, [], None
         self._readings = dict(self._first)
@@ -119,9 +120,9 @@ class LiveControls:
         self._cycle = cycle
 
     def _for_drawing(self, time_s: float) -> dict[str, object]:
-        """Returns the last cycle's diagnostics with arrays, by a controller for the page alone.
+        """Returns the last cycle's diagnostics with arrays, from a controller for the page alone.
 
-        So the log is the one of a trial that nobody watches.
+        So the log equals that of a trial that nobody watches.
         """
         if self._cycle is None or time_s - self._drawn_s < DRAWN_PERIOD_S:
             return self._diagnostics

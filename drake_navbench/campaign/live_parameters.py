@@ -1,4 +1,4 @@
-"""The parameters that a live trial changes by sliders: which they are, and a change of one."""
+"""The parameters that a live trial can change by sliders, and the change of one."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from drake_navbench.inputs.presets import Preset
 from drake_navbench.inputs.robot import merged
 from drake_navbench.plugins.names import SEPARATOR, flattened, nested
 
-# How a field's description ends that has a unit: 'Cruise speed [m/s].'
+# The end of a field's description with a unit: 'Cruise speed [m/s].'
 UNIT = re.compile(r"\[([^\[\]]+)\][.;]?")
 FEWEST_STEPS = 100
 
@@ -46,14 +46,14 @@ class Change(NamedTuple):
     value: float
 
     def as_plain(self) -> dict[str, Any]:
-        """Returns it as a log keeps it."""
+        """Returns the change as the log keeps it."""
         return {"time_s": self.time_s, "name": self.name, "value": self.value}
 
 
 def sliders_of(preset: Preset) -> tuple[Slider, ...]:
-    """Returns the sliders of a column: its SLIDERS that it has, each at its value.
+    """Returns the sliders of a column: those of its SLIDERS that exist, each at its value.
 
-    A range is widened to a value beyond it. Critics that do not judge have none.
+    A range is widened where the value lies beyond it. Critics that are not listed have none.
     """
     parameters = preset.parameters
     found = []
@@ -74,7 +74,7 @@ def sliders_of(preset: Preset) -> tuple[Slider, ...]:
 
 
 def _judges(parameters: ControllerParameters, blocks: Sequence[str]) -> bool:
-    """Whether a block is of a critic that judges, or of no critic."""
+    """Whether a block is that of a listed critic, or of no critic."""
     critics = getattr(parameters, "critics", None)
     return critics is None or not blocks or blocks[0] in critics
 

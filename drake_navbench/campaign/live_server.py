@@ -15,18 +15,19 @@ from drake_navbench.errors import InputError
 
 HOST = "localhost"
 OWN_NAMES = (HOST, "127.0.0.1", "::1")
-# The page asks for it now and then, and loads itself anew when it has changed.
+# The page asks this path for its number now and then, and reloads itself when the number has
+# changed.
 NUMBER_PATH = "/number"
 PAGE_PATH = "/"
 ICON_PATH = "/favicon.ico"
 # The paths under which Meshcat keeps the assets of its scene.
 ASSET_PATH = re.compile(r"/cas-v1/[A-Za-z0-9._-]{1,200}")
-# Until there is a page: a browser may open the address as soon as it is told.
+# The answer before the first page: a browser may open the address as soon as it is printed.
 NO_PAGE_YET = (
     '<!doctype html><meta http-equiv="refresh" content="1"><link rel="icon" href="data:,">'
     "<title>live</title><p>The first trial is being prepared ..."
 )
-# For a browser to say what it wants, and for Meshcat to answer.
+# The time for a browser's request, and for Meshcat's answer, s.
 PATIENCE_S = 10.0
 
 
@@ -75,7 +76,7 @@ class LiveServer:
                 try:
                     answer = own._answer(self.path)
                 except (OSError, ValueError, HTTPException):
-                    # Meshcat has no such thing, or is gone.
+                    # Meshcat has no such asset, or is gone.
                     answer = None
                 if answer is None:
                     self.send_error(404)
@@ -113,12 +114,12 @@ class LiveServer:
         if path == PAGE_PATH:
             return "text/html; charset=utf-8", self._page
         if path == ICON_PATH:
-            # Every browser asks for one.
+            # Every browser asks for an icon.
             return "image/x-icon", b""
         if path == NUMBER_PATH:
             return "text/plain", str(self._number).encode()
         if ASSET_PATH.fullmatch(path):
-            # A page may load textures from where it comes from only.
+            # A page may load textures only from its own address.
             with urlopen(f"{self._scene_address}{path}", timeout=PATIENCE_S) as answer:
                 return answer.headers.get_content_type(), answer.read()
         return None

@@ -19,7 +19,7 @@ from drake_navbench.logs.results import ResultsFolder, only_run_in, require_writ
 from drake_navbench.trial.trial import simulate
 
 COLUMN = "live"
-# Facts of the log that are printed: key, and a text with the value.
+# Facts of the log that are printed: key, and a text for the value.
 TOLD = (
     ("command_count", "{} commands came"),
     ("clock_late_p99_ms", "99 of 100 steps of /clock were at most {} ms late"),
@@ -42,7 +42,7 @@ def simulate_for_stack(
 ) -> bool:
     """Simulates until Ctrl-C, a contact or the scenario's time; writes the log as a trial's.
 
-    parameters: of the column `live`. Returns whether it ended in an error.
+    parameters: the column `live`'s. Returns whether the trial ended in an error.
     """
     source = "drake-navbench live"
     preset = Preset(COLUMN, COLUMN, "a running ROS 2 stack", parameters, source).checked()

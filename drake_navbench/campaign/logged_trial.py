@@ -1,4 +1,4 @@
-"""The specification of the trial that a log is of, from the request of its run."""
+"""The specification of a logged trial, found by the request of its run."""
 
 from __future__ import annotations
 
@@ -21,9 +21,8 @@ def logged_trial(log: TrialLog, path: Path) -> TrialSpec:
     """Returns the specification of a logged trial; raises InputError.
 
     path: of the log. In a results folder, whose manifest holds the request of the run, its inputs
-    are loaded again. Anywhere else the log's scenario and column are taken for names of built-in
-    ones, with the default robot. The log's identity tells whether they are still those that were
-    driven.
+    are loaded again. For a log anywhere else, scenario and column are searched among the built-in
+    ones, with the default robot. The log's identity tells whether they are the driven ones.
     """
     scenario, column = log.info["scenario"]["name"], log.info["controller"]
     request = _request(path) or _built_in(scenario, column)
@@ -38,7 +37,7 @@ def logged_trial(log: TrialLog, path: Path) -> TrialSpec:
 
 
 def trial_of_log(spec: TrialSpec, log: TrialLog) -> TrialSpec:
-    """Returns the trial of the log among those of a scenario and column; raises InputError."""
+    """Returns the logged trial among those of a scenario and column; raises InputError."""
     for wants_diagnostics in (False, True):
         trial = replace(spec, wants_diagnostics=wants_diagnostics)
         trial = trial.numbered(log.info["trial"], log.info["seed"])
@@ -75,7 +74,7 @@ def _built_in(scenario: str, column: str) -> Request:
 
 
 def _narrowed(request: Request, scenario: str, column: str) -> Request:
-    """Returns the request without other scenarios and columns, which need not be loaded."""
+    """Returns the request without other scenarios and columns, which then need not be loaded."""
     changes: dict[str, object] = {"trials": 1}
     if not request.sweeps and scenario in request.scenarios:
         changes |= {"scenarios": (scenario,), "map_task": None, "barn": None}

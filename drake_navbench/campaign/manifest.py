@@ -40,7 +40,7 @@ class Begun(FrozenModel):
 
 
 def begin(folder: ResultsFolder, campaign: Campaign, request: Request | None, jobs: int) -> None:
-    """Writes the manifest and the resolved inputs; without a request it cannot be resumed."""
+    """Writes the manifest and the resolved inputs; without a request no run can be resumed."""
     inputs = _inputs(campaign)
     remove_unfinished(folder.path)
     request_entry = {} if request is None else {"request": request.model_dump(mode="json")}
@@ -80,7 +80,7 @@ def require_same_inputs(folder: ResultsFolder, campaign: Campaign, begun: Begun)
 
 
 def add_wall_clock(folder: ResultsFolder, wall_s: float) -> None:
-    """Adds the time that the trials took to the manifest; a resumed run took both times."""
+    """Adds the duration of the trials to the manifest; a resumed run adds to the earlier one."""
     manifest = folder.read_manifest()
     manifest["wall_clock_s"] = manifest.get("wall_clock_s", 0.0) + wall_s
     folder.write_manifest(manifest)
@@ -148,7 +148,7 @@ def _manifest(campaign: Campaign, inputs: dict[str, str]) -> dict[str, Any]:
 
 
 def columns_by_file(campaign: Campaign) -> dict[str, dict[str, str]]:
-    """Returns the columns of each whole file by their plugin, by the file's alias."""
+    """Returns the columns of each whole Nav2 file: by the file's alias, then by plugin."""
     return {
         columns.name: {plugin: preset.name for plugin, preset in columns.plugins.items()}
         for columns in campaign.nav2
@@ -158,7 +158,7 @@ def columns_by_file(campaign: Campaign) -> dict[str, dict[str, str]]:
 def _inputs(campaign: Campaign) -> dict[str, str]:
     """Returns every resolved input file of a campaign: name in inputs/ -> text.
 
-    Of maps and masks, and of files that controllers consist of or read, there are hashes only.
+    Maps, masks and files that controllers consist of or read are given by hashes only.
     """
     texts = {}
     # The first column's robot; those of other whole files are named after their file below.

@@ -16,16 +16,16 @@ from drake_navbench.inputs.package_files import (
 )
 
 DEFAULT_GOALS = 5
-# Where robots drive whose packages hold neither a map nor a world.
+# The scenario for a robot whose packages hold neither a map nor a world.
 ELSEWHERE = "static_obstacles"
 
 
 def with_package(
     arguments: argparse.Namespace, default_robot: str
 ) -> tuple[argparse.Namespace, list[str]]:
-    """Returns the arguments with what the packages hold, and lines that tell what was taken.
+    """Returns the arguments completed from the packages, and lines on the files that were taken.
 
-    What the command line names itself counts more. Raises InputError where there is no robot.
+    Options of the command line prevail. Raises InputError where no robot is found.
     """
     found = find_package_files(arguments.package)
     picks = read_picks(arguments.pick)

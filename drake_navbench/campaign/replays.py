@@ -26,7 +26,7 @@ def write_replays(
     jobs: int,
     left_out: Collection[str] = (),
 ) -> dict[str, str]:
-    """Writes one race a scenario, of each controller's first trial; with `each` every one alone.
+    """Writes one race a scenario, of each controller's first trial; with `each` one replay a trial.
 
     left_out: scenarios that get none. Returns the scenarios whose replays could not be written,
     with the reason.
@@ -45,7 +45,7 @@ def write_replays(
     failures = {}
     with closing(run_tasks(list(tasks), jobs=jobs)) as endings:
         for task, ending in endings:
-            # Such as a model that cannot be parsed.
+            # An example is a model that cannot be parsed.
             if not isinstance(ending, Returned):
                 failures[tasks[task]] = ending.sentence
     return {scenario: failures[scenario] for scenario in campaign.scenarios if scenario in failures}

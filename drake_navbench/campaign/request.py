@@ -50,8 +50,8 @@ MAX_GOALS = 1000
 class MapTask(FrozenModel):
     """A start and a goal, x m, y m, yaw rad each, or `goals` of them, on a map or in worlds.
 
-    map: a map file; beside worlds what the robot knows of them. worlds: files of Gazebo. With
-    `goals` each task has a goal of its own, and a start, where none is given, too.
+    map: a map file; with worlds, the robot's map of them. worlds: files of Gazebo. With `goals`
+    each task has a drawn goal, and, if no start is given, a drawn start.
     """
 
     map: str | None = None
@@ -69,7 +69,7 @@ class BarnTask(FrozenModel):
 
 
 class Shown(NamedTuple):
-    """The loaded scenarios and columns of a request; the robot of columns without a Nav2 file."""
+    """A request's loaded scenarios and columns, and the robot of columns without a Nav2 file."""
 
     scenarios: tuple[Scenario, ...]
     presets: tuple[Preset, ...]
@@ -81,15 +81,14 @@ class Request(FrozenModel):
 
     controllers: presets and variants by name. parameter_files: more columns, from files.
     nav2_files: whole Nav2 files, merged, which give columns and the robot. against: more whole
-    files, whose columns drive their own. names: of the columns, by file. substitutions: their
-    values.
-    nav2_release: what these, and Nav2 files among parameter_files, are written for; None where
-    their own marks are to tell it.
-    packages: folders in which the packages are looked for that a robot's model or a world names.
-    original: the build of Nav2 whose controllers drive beside those of the columns.
-    sweeps: axes as of `parse_axis`. samples: of a Latin hypercube over them, None for their grid.
-    keeps_costmaps: whether the logs hold the local costmaps. metrics: of files, 'my.py:name'.
-    columns: metrics that the terminal shows; () for its own choice.
+    files, whose columns drive with their own settings. names: of the columns, by file.
+    substitutions: values for placeholders in these files. nav2_release: the release that Nav2 files
+    are written for; None: their own marks tell it. packages: folders in which packages are searched
+    that a robot's model or a world names. original: the build of Nav2 whose originals drive beside
+    the columns. sweeps: axes from `parse_axis`. samples: number of points of a Latin hypercube over
+    the axes, None for their grid. keeps_costmaps: whether the logs hold the local costmaps.
+    metrics: functions in files, 'my.py:name'. columns: the metrics that the terminal shows; () for
+    the default.
     """
 
     scenarios: tuple[str, ...]
@@ -145,7 +144,7 @@ class Request(FrozenModel):
         )
         if described is None:
             return columns
-        # Drake and the model's readers are loaded for those who have a model.
+        # Imported here, as Drake and the model's readers are only needed for a model.
         from drake_navbench.nav2.model_check import contradictions
 
         return tuple(entry.with_rows(contradictions(entry.setup, described)) for entry in columns)
@@ -227,7 +226,7 @@ class Request(FrozenModel):
     def shown(self) -> Shown:
         """Returns the scenarios, columns and robot of the request for a picture; raises InputError.
 
-        Nothing stands for what is not named: neither published scenarios nor default presets.
+        Inputs that are not named stay empty: no published scenarios, no default presets.
         """
         presets, nav2 = self._presets()
         robot = nav2[0].setup.robot if nav2 else self._robot()
@@ -240,7 +239,7 @@ class Request(FrozenModel):
         )
 
     def _presets(self) -> tuple[list[str | Preset], tuple[FileColumns, ...]]:
-        """Returns all columns, and those of whole Nav2 files again by file."""
+        """Returns all columns, and the columns of whole Nav2 files by file."""
         from_files = [
             preset
             for path in dict.fromkeys(self.parameter_files)

@@ -27,7 +27,7 @@ from drake_navbench.typed_files.typed_yaml import validate
 
 
 def listed_controllers(text: str) -> tuple[str, ...]:
-    """Returns the columns of a list with commas, in its order."""
+    """Returns the columns of a comma-separated list, in its order."""
     return tuple(name.strip() for name in text.split(",") if name.strip())
 
 
@@ -78,7 +78,7 @@ def _absolute(reference: str) -> str:
 
 
 def _aliases(texts: Sequence[str]) -> dict[str, str]:
-    """Returns the aliases of `--name ALIAS=FILE` by file; raises InputError where one is twice."""
+    """Returns the aliases of `--name ALIAS=FILE` by file; raises InputError for a repeated one."""
     aliases: dict[str, str] = {}
     for text in texts:
         alias, equals, file = text.partition("=")
@@ -96,7 +96,7 @@ def _aliases(texts: Sequence[str]) -> dict[str, str]:
 
 
 def _require_no_controllers_among(scenarios: Sequence[str], controllers: str) -> None:
-    """Raises InputError for `--controllers rpp dwb`, of which dwb would be a scenario."""
+    """Raises InputError for `--controllers rpp dwb`, where dwb would be taken for a scenario."""
     presets = preset_files()
     strays = [
         name
@@ -200,7 +200,7 @@ def _print_table(check: Check) -> None:
 
 
 def told_of_files(request: Request, nav2: Sequence[FileColumns]) -> list[str]:
-    """Returns the lines that a run prints of its Nav2 files, their differences first."""
+    """Returns the lines that a run prints about its Nav2 files, their differences first."""
     told = []
     if len(nav2) > 1:
         told += difference_lines(nav2, differences(nav2))

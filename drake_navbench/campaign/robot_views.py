@@ -12,18 +12,18 @@ from drake_navbench.analysis.figures.views import AroundView, Array, Shape
 from drake_navbench.inputs.presets import Preset
 from drake_navbench.inputs.robot import Robot
 
-# Corners of a circle, and of an arc of it.
+# The number of corners of a circle, and of an arc of it.
 ROUND, ARC = 90, 40
-# How far a horizon is drawn round: a quarter turn to either side.
+# A horizon is drawn up to this turn to either side: a quarter.
 MOST_TURN_RAD = 0.5 * math.pi
-# Costs of Nav2's inflation: at the inscribed radius, and the steps in which they are drawn.
+# Nav2's cost at the inscribed radius, and the number of steps in which inflation is drawn.
 INSCRIBED_COST, STEPS = 253, 24
-# Fields of an observation source, of Nav2's layers and of the spatio-temporal one.
+# The fields of an observation source with ranges, in Nav2's layers and in the spatio-temporal one.
 RANGES = {
     "marks": ("obstacle_max_range", "obstacle_range"),
     "clears": ("raytrace_max_range",),
 }
-# What is near a robot: within so many of its circumscribed radii.
+# Near a robot means within so many of its circumscribed radii.
 NEAR_RADII = 2.5
 
 
@@ -58,7 +58,7 @@ def robot_view(robot: Robot, name: str) -> AroundView:
 
 
 def column_view(preset: Preset, robot: Robot) -> AroundView:
-    """Returns a robot with what a column's parameters reach around it."""
+    """Returns a robot with the lengths around it that a column's parameters set."""
     driven = preset.robot(robot)
     fitted = preset.for_robot(driven)
     local = driven.navigation.local_costmap
@@ -148,7 +148,7 @@ def _horizon(time_s: float, speed_mps: float, turn_radps: float | None) -> Shape
 
 
 def _arc(length_m: float, turn_rad: float) -> Array:
-    """Returns (ARC, 2) points of an arc from the origin ahead, turning by so much."""
+    """Returns (ARC, 2) points of an arc that begins ahead of the origin and turns by `turn_rad`."""
     along = np.linspace(0.0, length_m, ARC)
     if abs(turn_rad) < 1e-9:
         return np.column_stack([along, np.zeros(ARC)])
@@ -157,7 +157,7 @@ def _arc(length_m: float, turn_rad: float) -> Array:
 
 
 def _ranges(local: Any) -> Iterator[Shape]:
-    """Yields the ranges in which a local costmap's sensors mark and clear, equal ones once."""
+    """Yields the ranges in which a local costmap's sensors mark and clear; equal ones once."""
     reaches: dict[tuple[str, float], list[str]] = {}
     for block in _layers(local):
         sources = getattr(block, "observation_sources", None)

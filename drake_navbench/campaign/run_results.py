@@ -37,9 +37,9 @@ class Results:
 
     @classmethod
     def open(cls, path: str | Path, *, jobs: int = 1) -> Results:
-        """Returns the results of a folder, measured again only where it has no table of trials.
+        """Returns the results of a folder, measured anew only where it has no table of trials.
 
-        jobs: processes that measure. Raises InputError where it is no results folder.
+        jobs: processes that measure. Raises InputError where `path` is no results folder.
         """
         folder = ResultsFolder(Path(path))
         folder.read_manifest()
@@ -52,7 +52,7 @@ class Results:
 
     def __repr__(self) -> str:
         told = ", ".join(f"{count} {outcome}" for outcome, count in self._outcomes().items())
-        # The name of a temporary folder is another each time, and says nothing.
+        # The name of a temporary folder differs each time, and says nothing.
         place = self.path if self._temporary is None else "in a temporary folder"
         return f"Results({len(self.trials)} trials: {told}; {place})"
 
@@ -125,7 +125,7 @@ class Results:
         if metric not in self.trials:
             names = [entry.name for entry in all_metrics()]
             raise InputError(f"metric {metric!r} is unknown{nearest_name_hint(metric, names)}")
-        # matplotlib takes half a second to import, which a run that draws nothing here is spared.
+        # matplotlib takes half a second to import, which runs that draw nothing save.
         from drake_navbench.analysis.notebook import dots
 
         return dots(self.trials, metric)

@@ -1,4 +1,4 @@
-"""The scene of a scenario as `show` draws it: world, task, plan, costmap, everybody's ways."""
+"""The scene that `show` draws of a scenario: world, task, plan, costmap, ways of moving bodies."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from drake_navbench.kernels.grid import Grid
 from drake_navbench.kernels.poses import place_outline
 from drake_navbench.trial.planning import global_costmap, make_plan
 
-# A moving thing's way is drawn through its places at so many times.
+# The number of times at which the way of a moving body is drawn.
 LOOKS = 200
 UNKNOWN_TO_PLANNER = "obstacle that is on no map"
 MASKS = {
@@ -72,7 +72,7 @@ def scene_view(scenarios: Sequence[Scenario], robot: Robot) -> tuple[SceneView, 
 
 
 def scenes_of(scenarios: Sequence[Scenario]) -> list[list[Scenario]]:
-    """Returns scenarios by world: tasks on one map, or in one world, are drawn on one picture."""
+    """Returns scenarios grouped by world: tasks on one map or in one world share a picture."""
     groups: dict[object, list[Scenario]] = {}
     for scenario in scenarios:
         suite = None if scenario.suite is None else scenario.suite.name
@@ -83,7 +83,7 @@ def scenes_of(scenarios: Sequence[Scenario]) -> list[list[Scenario]]:
 
 
 def _known(scenario: FloorScenario) -> list[Array]:
-    """Returns min_x, min_y, max_x, max_y m of what its map knows; nothing without a map."""
+    """Returns min_x, min_y, max_x, max_y m of the map's known part; nothing without a map."""
     grid = scenario.map
     if grid is None:
         return []
@@ -126,7 +126,7 @@ def _plan(
 
 
 def _obstacles(world: World, robot: Robot) -> tuple[list[Array], dict[str, list[Array]]]:
-    """Returns the outlines of obstacles as maps show them, and of others by what they are."""
+    """Returns the outlines of obstacles that maps show, and of others by their kind."""
     height_m = robot.lidar.height_m
     seen: list[Array] = []
     others: dict[str, list[Array]] = {}
@@ -145,7 +145,7 @@ def _obstacles(world: World, robot: Robot) -> tuple[list[Array], dict[str, list[
 
 
 def _movers(world: World) -> tuple[list[Array], list[Array]]:
-    """Returns the ways (N, 2) of all that moves, and their outlines (K, 2) at the start, m."""
+    """Returns the ways (N, 2) of all moving bodies, and their outlines (K, 2) at the start, m."""
     ways, movers = [], []
     for thing in world.moving.things:
         last_s = float(thing.knots[-1, 0])

@@ -29,7 +29,7 @@ def print_totals(console: Console, totals: Sequence[Total]) -> None:
 
 
 def _totals_table(totals: Sequence[Total], *, is_narrow: bool) -> Table:
-    """Returns a table a line a total; a narrow one has intervals and long names on more lines."""
+    """Returns a table, a line for each total; a narrow one breaks intervals and long names."""
     table = Table(box=SIMPLE_HEAD, show_edge=False, pad_edge=False, padding=(0, 1, 0, 0))
     for heading in HEADINGS:
         is_name = heading in ("controller", "density")

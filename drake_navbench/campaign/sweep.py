@@ -22,7 +22,7 @@ from drake_navbench.typed_files.typed_yaml import parse_yaml, validate
 # The most points of a sweep; every controller drives each point in every scenario.
 MAX_POINTS = 10_000
 RANGE = re.compile(r"([^:,]+):([^:,]+)(?::([^:,]+)(:log)?)?")
-# Enough to tell values apart; more digits would make names too long to read.
+# Enough digits to tell values apart; more would make names too long to read.
 SHOWN_DIGITS = 6
 
 
@@ -30,7 +30,7 @@ SHOWN_DIGITS = 6
 class Axis:
     """A swept field: `column.parameter`, or a field of the robot or the scenario, and its values.
 
-    text: as asked for, for errors. values: those of a grid, () where only bounds are given.
+    text: the user's text, for errors. values: those of a grid, () where only bounds are given.
     bounds: low and high of a range, None for a list.
     """
 
@@ -50,8 +50,9 @@ class Axis:
 class SweptScenario(NamedTuple):
     """A scenario at one point of a sweep, and the columns that drive in it.
 
-    base: the scenario's own name, by which trials are paired over all points. values: by field.
-    columns: with the name of the column that each is made of, and the values that it was given.
+    base: the scenario's own name, by which trials are paired over all points. values: the swept
+    values by field. columns: each with the name of the column that it is made from, and its swept
+    values.
     """
 
     scenario: Scenario
@@ -63,7 +64,7 @@ class SweptScenario(NamedTuple):
 def parse_axis(text: str, option: str = "--sweep") -> Axis:
     """Returns the axis for 'field=1,2,3', 'field=low:high:count[:log]' or 'field=low:high'.
 
-    option: what it was given to. Raises InputError.
+    option: the option that it was given to, for errors. Raises InputError.
     """
     field, equals, values = text.partition("=")
     if not field or not equals or not values:
@@ -108,8 +109,8 @@ def points_of(
 ) -> list[dict[str, Any]]:
     """Returns the points of a sweep, each a value by field.
 
-    The grid of all values, or with `samples` so many of a Latin hypercube: along each axis there is
-    one in every `samples`-th part of it. Raises InputError.
+    They form the grid of all values, or with `samples` a Latin hypercube of so many points: each of
+    `samples` equal parts of an axis holds one. Raises InputError.
     """
     _require_every_field_once(axes)
     if samples is not None:
@@ -207,7 +208,8 @@ def _without(owner: str, field: str) -> str:
 def column_at(preset: Preset, values: Mapping[str, Any], option: str = "--sweep") -> Preset:
     """Returns a column with these values, named as a variant is named in --controllers.
 
-    option: what gave them. Raises InputError where the column cannot take them.
+    option: the option that gave them, for errors. Raises InputError where the column cannot take
+    them.
     """
     if not values:
         return preset

@@ -1,4 +1,4 @@
-"""Fields that a sweep can change: whose each is, and which one a misspelt name may mean."""
+"""Fields that a sweep can change: the owner of each, and those that a misspelt name may mean."""
 
 from __future__ import annotations
 
@@ -13,22 +13,22 @@ from drake_navbench.inputs.presets import Preset
 from drake_navbench.inputs.robot import Robot
 from drake_navbench.inputs.scenario import Scenario
 
-# Fields of robot and scenario that a trial does not depend on, or that are set from elsewhere.
+# Fields of robot and scenario without effect on a trial, or set by other options.
 WITHOUT_EFFECT = {"description", "directory", "model", "name", "robot_overrides"}
 ROBOT: Literal["robot"] = "robot"
 SCENARIO: Literal["scenario"] = "scenario"
 MODELS: Mapping[str, type[BaseModel]] = {ROBOT: Robot, SCENARIO: Scenario}
-# A name that is less like another is no slip of it.
+# The least likeness of a name to a known one of which it may be a slip.
 LIKE_A_SLIP = 0.6
 MAX_HINTS = 3
-# A plugin's settings may hold others of their own kind.
+# The depth to which nested fields are listed, as a plugin's settings may hold others of their kind.
 MAX_DEPTH = 6
 
 
 def owner_of(field: str, columns: Mapping[str, Preset], option: str = "--sweep") -> str:
     """Returns the column that a field belongs to, or ROBOT or SCENARIO.
 
-    Raises InputError, with the fields that may be meant, where nobody has it.
+    Raises InputError, with the fields that may be meant, where nothing has such a field.
     """
     before, dot, rest = field.partition(".")
     if dot and before in columns:
@@ -47,7 +47,7 @@ def owner_of(field: str, columns: Mapping[str, Preset], option: str = "--sweep")
 def _hint(field: str, columns: Mapping[str, Preset]) -> str:
     """Returns '; did you mean A or B?' for the known fields that are most like one, '' for none.
 
-    Somebody may know a field by its last name, without the blocks that hold it.
+    A user may know a field by its last name, without the blocks around it.
     """
     known = sorted(_known_fields(columns))
     last = field.rpartition(".")[2]
@@ -66,7 +66,7 @@ def _hint(field: str, columns: Mapping[str, Preset]) -> str:
 
 def _likeness(name: str, other: str) -> float:
     matcher = difflib.SequenceMatcher(None, name, other)
-    # The quick one bounds the other from above.
+    # `quick_ratio` is an upper bound of `ratio`.
     return matcher.ratio() if matcher.quick_ratio() >= LIKE_A_SLIP else 0.0
 
 

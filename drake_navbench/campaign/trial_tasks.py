@@ -14,8 +14,8 @@ from drake_navbench.trial.task_cost import wall_clock_limit_s
 from drake_navbench.trial.trial import drive
 from drake_navbench.trial.trial_log import failed_log
 
-# Trials are freed when they are over, but plugins' code may leak memory, so workers are replaced. A
-# new worker has to load the kernels again, and to rehearse its controllers.
+# Trials are freed when they are over, but third-party code may leak memory, so workers are replaced
+# after so many trials. A new worker has to load the kernels again, and to rehearse its controllers.
 TRIALS_PER_WORKER = 500
 
 Row = dict[str, object]
@@ -42,7 +42,7 @@ def trial_task(
 
 
 def drive_and_write(spec: TrialSpec, folder: ResultsFolder, campaign_identity: str | None) -> Row:
-    """Drives one trial in a worker, writes its log, returns its row of the table."""
+    """Drives one trial in a worker, writes its log, and returns its row of the table."""
     log = drive(spec)
     try:
         folder.write_log(log, campaign_identity)
@@ -52,7 +52,7 @@ def drive_and_write(spec: TrialSpec, folder: ResultsFolder, campaign_identity: s
     except Exception as error:
         if is_machine_fault(error):
             raise
-        # A log may hold what a plugin left in it.
+        # A plugin may have left any value in a log.
         log = failed_log(spec, one_line(error), traceback.format_exc())
     folder.write_log(log, campaign_identity)
     return table_row(log)

@@ -1,4 +1,4 @@
-"""The trials of a run that did not reach the goal, for the terminal: which, and for what reason."""
+"""The trials of a run that did not reach the goal, with their reasons, for the terminal."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ NUMBER = re.compile(r"-?\d+(\.\d+)?")
 def unsuccessful_lines(trials: pd.DataFrame, impossible: Collection[str]) -> list[str]:
     """Returns a line for each controller, outcome and kind of reason; the most frequent first.
 
-    Reasons that differ in their numbers alone are of one kind, for which the first one stands.
-    trials: rows as from `trial_row`. impossible: scenarios in which giving up is right; their
-    trials are left out, as are trials that ended in an error.
+    Reasons that differ in their numbers alone are of one kind, shown by the first of them. trials:
+    rows as from `trial_row`. impossible: scenarios in which giving up is right; their trials are
+    left out, as are trials that ended in an error.
     """
     left_out = [Outcome.SUCCEEDED, Outcome.ERROR]
     rows = trials[~trials["outcome"].isin(left_out) & ~trials["scenario"].isin(impossible)]

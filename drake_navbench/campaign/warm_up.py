@@ -22,24 +22,24 @@ if TYPE_CHECKING:
 
     from drake_navbench.trial.spec import TrialSpec
 
-# Imported by the server from which the workers are forked; see that module.
+# The module that the workers' server imports before it forks them.
 PRELOAD_MODULE = "drake_navbench.campaign.worker_preload"
-# Together they plan with a smoother and with filters, recover, and begin with a turn.
+# Together these trials plan with a smoother and with filters, recover, and begin with a turn.
 WARM_UP_SCENARIOS = ("one_obstacle", "speed_zone", "dead_end")
 WARM_UP_S = 0.1
-# Long enough that everything in a world has moved, sensed and been measured.
+# A drive so long that everything in a world has moved, sensed and been measured, s.
 WORLD_WARM_UP_S = 1.0
-# Drives where only the world is to be compiled.
+# The column that drives where only the world's kernels are to be compiled.
 WORLD_COLUMN = "rpp"
-# With and without obstacles, on straight and winding plans.
+# The number of random scenes: with and without obstacles, on straight and winding plans.
 SCENES = 5
-# The compiler makes millions of objects that live on: to look through them all for garbage every
-# 700 objects takes it an eighth longer.
+# The compiler makes millions of objects that live on; with a search for garbage every 700 objects
+# it takes an eighth longer.
 OBJECTS_BETWEEN_COLLECTIONS = 100_000
 
 
 def start_worker_server() -> None:
-    """Starts the server that workers are forked from; it loads while the caller goes on."""
+    """Starts the server that forks the workers; it loads while the caller goes on."""
     start_server([PRELOAD_MODULE])
 
 
@@ -47,8 +47,8 @@ def start_worker_server() -> None:
 class Cold:
     """Trials with parts that are not compiled yet.
 
-    columns: one trial for each controller without compiled kernels. worlds: one trial for each
-    other such part. names: the names of all these parts, for messages.
+    columns: one trial for each controller whose kernels are not compiled. worlds: one trial for
+    each other such part. names: the names of all these parts, for messages.
     """
 
     columns: tuple[TrialSpec, ...]
@@ -59,8 +59,8 @@ class Cold:
 def cold_parts(specs: Sequence[TrialSpec]) -> Cold:
     """Returns the trials that have something to compile.
 
-    Controllers of somebody else are left to the trials: they may do anything when they are called.
-    So are running stacks, which have no kernels of ours.
+    Third-party controllers are left to the trials, as they may do anything when called. So are
+    running stacks, which have no kernels of ours.
     """
     compiled = compiled_parts()
     columns = {
@@ -88,7 +88,7 @@ def cold_parts(specs: Sequence[TrialSpec]) -> Cold:
 
 
 def world_parts(spec: TrialSpec) -> set[str]:
-    """Returns the parts of a trial that have kernels of their own, but for the controller."""
+    """Returns the parts of a trial with kernels of their own, except the controller."""
     robot, navigation = spec.robot, spec.robot.navigation
     costmaps = navigation.local_costmap, navigation.global_costmap
     worlds = [spec.scenario.world, *(floor.world for floor in spec.scenario.floors)]
@@ -116,10 +116,10 @@ def world_parts(spec: TrialSpec) -> set[str]:
 
 
 class WarmUp(NamedTuple):
-    """A task that has kernels compiled.
+    """A task that compiles kernels.
 
-    part: the part of trials for whose kernels it is there, for messages. parts: those whose kernels
-    are compiled when it and those before it have ended.
+    part: the part of trials that needs the kernels, for messages. parts: those whose kernels are
+    compiled when this task and all before it have ended.
     """
 
     task: Task
@@ -128,9 +128,9 @@ class WarmUp(NamedTuple):
 
 
 def warm_ups(cold: Cold) -> list[WarmUp]:
-    """Returns the tasks that compile kernels: those first that are needed first or compile most.
+    """Returns the tasks that compile kernels, in order: first the most urgent or largest.
 
-    The order lets few tasks that run at the same time compile the same kernels.
+    The order keeps tasks that run at the same time from compiling the same kernels.
     """
     found = []
     for column in cold.columns[:1]:
@@ -156,9 +156,9 @@ def warm_ups(cold: Cold) -> list[WarmUp]:
 
 
 class Compiling:
-    """The course of compiling: which parts of trials are still without kernels.
+    """The state of compiling: the parts of trials whose kernels are still to be compiled.
 
-    on_first_column: is told the rows of the first column's trials when they are complete.
+    on_first_column: is called with the rows of the first column's trials when they are complete.
     """
 
     def __init__(
@@ -184,7 +184,7 @@ class Compiling:
         )
 
     def end(self, task: Task) -> tuple[str, ...]:
-        """Notes that a task has ended; returns the parts that are left."""
+        """Notes that a task has ended; returns the remaining parts."""
         ended = [one for one in self._waiting if one.task is task]
         self._waiting = [one for one in self._waiting if one.task is not task]
         note_compiled(part for one in ended for part in one.parts)
@@ -197,9 +197,9 @@ def warm_up(
     jobs: int,
     on_progress: Callable[[int, int], None] = lambda done, total: None,
 ) -> None:
-    """Has kernels compiled, in up to `jobs` processes side by side.
+    """Compiles kernels, in up to `jobs` processes at a time.
 
-    on_progress: is told how many of how many steps are done. Whatever goes wrong is left for the
+    on_progress: is called with the number of steps done, and of all steps. Errors are left for the
     trials to meet.
     """
     start_worker_server()
@@ -211,7 +211,7 @@ def warm_up(
 
 
 def warm_up_specs(column: TrialSpec) -> list[TrialSpec]:
-    """Returns the short trials that have the kernels compiled that a column needs."""
+    """Returns the short trials that compile all kernels that a column needs."""
     from drake_navbench.inputs.scenario import load_scenario
     from drake_navbench.trial.trial import DEFAULT_ROBOT
 
@@ -230,9 +230,9 @@ def warm_up_specs(column: TrialSpec) -> list[TrialSpec]:
 
 
 def decide_in_scenes(column: TrialSpec) -> int:
-    """Has a column's controller decide in some random scenes, with nothing around it.
+    """Calls a column's controller in some random scenes, without a world.
 
-    Returns in how many of them it found a command.
+    Returns the number of scenes in which it found a command.
     """
     from drake_navbench.controller import ControllerError
     from drake_navbench.trial.column_controller import built_controller, controller_setup
@@ -262,7 +262,7 @@ def drive_briefly(column: TrialSpec) -> None:
 def drive_world_briefly(spec: TrialSpec) -> None:
     """Drives a trial's robot through its world for a moment, and measures it.
 
-    A simple controller drives: one of somebody else is left to the trials.
+    A simple controller drives, as third-party controllers are left to the trials.
     """
     from drake_navbench.analysis.trial_rows import trial_row
     from drake_navbench.inputs.presets import load_preset
@@ -275,7 +275,7 @@ def drive_world_briefly(spec: TrialSpec) -> None:
 
 
 def _column_name(spec: TrialSpec) -> str:
-    """Returns the name without parameters that were changed for a run: few choose other code."""
+    """Returns the column's name without changed parameters, few of which choose other code."""
     return spec.preset.name.partition(":")[0]
 
 

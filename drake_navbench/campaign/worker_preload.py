@@ -11,7 +11,7 @@ import drake_navbench.trial.trial  # noqa: F401
 from drake_navbench.analysis.metrics.registry import installed_metrics
 from drake_navbench.inputs.presets import preset_files
 
-# Ctrl-C reaches the whole process group; what it means is for the command alone to decide.
+# Ctrl-C reaches the whole process group; only the command decides what it means.
 signal.signal(signal.SIGINT, signal.SIG_IGN)
 installed_metrics()
 preset_files()

@@ -18,7 +18,7 @@ from drake_navbench.errors import InputError, NavbenchError, as_line, nearest_na
 EXIT_DONE = 0
 EXIT_FAILED = 1
 EXIT_WRONG_INPUT = 2
-# The status that a shell reports of a program ended by Ctrl-C: 128 + SIGINT.
+# The exit status that a shell reports for a program ended by Ctrl-C: 128 + SIGINT.
 EXIT_INTERRUPTED = 130
 
 PERCENT = 100.0
@@ -28,7 +28,7 @@ class CommandParser(argparse.ArgumentParser):
     """Reads the arguments of a command; a wrong one is one line on stderr and EXIT_WRONG_INPUT."""
 
     def __init__(self, *args: Any, **options: Any) -> None:
-        # An abbreviation would mean something else as soon as there is one more option.
+        # No abbreviations: one more option would change the meaning of some.
         super().__init__(*args, **{"allow_abbrev": False, **options})
         self._given: Sequence[str] = ()
 
@@ -73,7 +73,7 @@ class CommandParser(argparse.ArgumentParser):
 
 
 def print_text(text: str, file: Any = None) -> None:
-    """Writes a text to stdout or another file at once; that nobody reads it (`| head`) is fine."""
+    """Writes a text to stdout or another file at once; a reader that is gone is no error."""
     file = file or sys.stdout
     try:
         print(text, end="", file=file, flush=True)
@@ -82,7 +82,7 @@ def print_text(text: str, file: Any = None) -> None:
 
 
 def _forget_output(file: Any) -> None:
-    """Discards buffered output, which would be a traceback at the interpreter's end."""
+    """Discards buffered output, which at the interpreter's end would raise a traceback."""
     os.dup2(os.open(os.devnull, os.O_WRONLY), file.fileno())
 
 
@@ -94,13 +94,13 @@ def exit_status_of(
 ) -> int:
     """Does a command's work; returns its exit status, EXIT_DONE where the work returns None.
 
-    A fault that a user may see is one line on stderr, and the status is EXIT_WRONG_INPUT where
-    the input is at fault, `failed` where it is not; Ctrl-C is the line `interrupted`. That nobody
-    reads our output any more (`| head`) is no fault.
+    A NavbenchError is one line on stderr; the status is EXIT_WRONG_INPUT where the input is at
+    fault, else `failed`. Ctrl-C prints the line `interrupted`. Output that nobody reads any more
+    (`| head`) is no fault.
     """
     try:
         status = work()
-        # The reader of buffered output may have gone; found out later, that would print a
+        # The reader of buffered output may be gone; noticed at the end, that would print a
         # traceback.
         print(end="", flush=True)
     except NavbenchError as error:

@@ -24,8 +24,8 @@ from drake_navbench.commands.command_line import (
 from drake_navbench.errors import InputError
 
 EXIT_REGRESSION = 1
-# The most lines printed on regressions, on undecided losses and on columns not compared, each;
-# there is an option for all.
+# The most lines that are printed about regressions, undecided losses and columns not compared,
+# each; --all prints all.
 MOST_OF_A_KIND = 4
 
 EPILOG = """\
@@ -108,7 +108,8 @@ def build_parser() -> argparse.ArgumentParser:
 def main(argv: Sequence[str] | None = None) -> int:
     """Runs the command; returns the exit status."""
     arguments = build_parser().parse_args(argv)
-    # Also where a worker was ended from outside: status 1 is for regressions alone.
+    # The status for faults also holds where a worker was ended from outside: status 1 means
+    # regressions.
     return exit_status_of(lambda: _compare(arguments), failed=EXIT_WRONG_INPUT)
 
 

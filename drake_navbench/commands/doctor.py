@@ -189,7 +189,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _require_options_that_are_used(arguments: argparse.Namespace) -> None:
-    """Raises InputError where an option says something of what is not done."""
+    """Raises InputError for an option that the chosen kind of visit does not use."""
     for use in ("score", "log", "measure_board", "read_only"):
         if getattr(arguments, use) in (None, False):
             continue
@@ -235,7 +235,7 @@ def _doctor(arguments: argparse.Namespace) -> int:
 
 
 def _require_readable_files(arguments: argparse.Namespace) -> None:
-    """Raises InputError where the map or the board's file cannot be used, before much is told."""
+    """Raises InputError where the map or the board's file is wrong, before anything long begins."""
     if arguments.map is not None:
         from drake_navbench.studies.doctor.surroundings import load_map
 
@@ -247,7 +247,7 @@ def _require_readable_files(arguments: argparse.Namespace) -> None:
 
 
 def _examine_bag(arguments: argparse.Namespace) -> BagReport | None:
-    """Prints the symptoms in the user's recording; returns what else it tells."""
+    """Prints the symptoms in the user's recording; returns a report on the recording."""
     if arguments.bag is None:
         if arguments.topics:
             raise InputError("--topics: goes with --bag")
@@ -276,7 +276,7 @@ def _measure_board(arguments: argparse.Namespace) -> None:
 def _surroundings(
     patient: Patient, arguments: argparse.Namespace, report: BagReport | None
 ) -> Surroundings:
-    """Returns the map, base and computer that probes are driven with; raises InputError."""
+    """Returns the map, the base and the computer that probes are driven with; raises InputError."""
     from drake_navbench.inputs.robot import merged
     from drake_navbench.studies.doctor.board import overrides_of_board
     from drake_navbench.studies.doctor.surroundings import Surroundings
@@ -314,7 +314,7 @@ def _words(arguments: argparse.Namespace) -> str:
 
 
 def _read(patient: Patient, symptom: Symptom | None, arguments: argparse.Namespace) -> None:
-    """Prints the first look: the rules that fire, and what may cause the symptom."""
+    """Prints the first look: the rules that fire, and the possible causes of the symptom."""
     from drake_navbench.commands.command_line import print_text
     from drake_navbench.studies.doctor.far_values import FAR
     from drake_navbench.studies.doctor.reading import findings_of, suspicions_of

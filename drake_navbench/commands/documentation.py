@@ -59,7 +59,7 @@ SCHEMAS: Mapping[str, type[FrozenModel]] = {
     "robot": Robot,
     "preset": PresetFile,
 }
-# Between two such lines of a page stands a table that is made.
+# The lines of a page between which a generated table stands.
 TABLE_BEGIN = "<!-- {}: made by `make docs` -->"
 TABLE_END = "<!-- end of {} -->"
 
@@ -67,8 +67,8 @@ TABLE_END = "<!-- end of {} -->"
 def documents(folder: Path) -> Iterator[tuple[str, str]]:
     """Yields the name within docs/ and the text of everything that is generated.
 
-    folder: docs/ as it is; of controllers.md and scenarios.md only the table of presets, of
-    scenarios is made anew. Raises InputError where such a page has no place for it.
+    folder: the present docs/. In controllers.md and scenarios.md only the table of presets or
+    scenarios is made anew. Raises InputError where such a page has no place for its table.
     """
     yield "wiring.dot", wiring()
     for name, model in SCHEMAS.items():
@@ -86,7 +86,7 @@ def documents(folder: Path) -> Iterator[tuple[str, str]]:
 
 
 def wiring() -> str:
-    """Returns the wiring of a trial in Graphviz's language, in an order that is always the same."""
+    """Returns the wiring of a trial in Graphviz's language, always in the same order."""
     robot = load_robot(DEFAULT_ROBOT)
     preset = load_preset(default_presets()[0])
     controller = preset.controller_class(preset.parameters, controller_setup(robot))
@@ -184,7 +184,7 @@ def scenarios_table() -> str:
 
 
 def _family(scenario: Scenario) -> str:
-    """Returns the page about scenarios of its kind, as a link; nothing where there is none."""
+    """Returns a link to the page about scenarios of this kind; '' without one."""
     world, overrides = scenario.world, scenario.robot_overrides or {}
     if scenario.name in PUBLISHED_SCENARIOS:
         return "[published](#the-published-five)"
@@ -213,7 +213,7 @@ def _with_table(page: Path, what: str, table: str) -> str:
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Writes everything that is generated; returns the exit status."""
+    """Writes all generated files; returns the exit status."""
     parser = CommandParser(
         prog="drake-navbench docs", description="Generates the generated parts of docs/."
     )

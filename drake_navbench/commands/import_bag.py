@@ -111,7 +111,7 @@ def _import(arguments: argparse.Namespace) -> None:
             info = log.info
             path = folder.log_path(info["scenario"]["name"], info["controller"], info["trial"])
             told = f"{path}: {log.outcome}, {log.end_time_s:.1f} s: {info['reason']}"
-            # Names of frames, and what a bag of ours says, are anybody's.
+            # Names of frames, and the header of an exported bag, may contain anything.
             print(as_line(told))
             for what, reason in info["missing"].items():
                 print(as_line(f"  without {what}: {reason}"))
@@ -137,7 +137,7 @@ def _print_gaps(gaps: Sequence[SimulationGap | None]) -> None:
 
 
 def topics_of(texts: Sequence[str]) -> dict[str, str]:
-    """Returns role -> topic of texts such as odom=/odom; raises InputError of others."""
+    """Returns role -> topic for texts such as odom=/odom; raises InputError for other texts."""
     found = {}
     for text in texts:
         role, equals, topic = text.partition("=")

@@ -66,7 +66,7 @@ def _plugins_of_others() -> dict[str, dict[str, str]]:
 
 
 def _description(preset: str) -> str:
-    """Returns a preset's line, or why it cannot be used: one that is broken hides no others."""
+    """Returns a preset's description, or why it cannot be used; a broken one hides no others."""
     try:
         return load_preset(preset).description
     except InputError as error:

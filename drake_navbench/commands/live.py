@@ -179,7 +179,7 @@ def _scenario(arguments: argparse.Namespace) -> Scenario:
 
 
 def _parameters(arguments: argparse.Namespace) -> dict[str, Any]:
-    """Returns the parameters of the column `live`; raises InputError for a frame unknown."""
+    """Returns the parameters of the column `live`; raises InputError for an unknown frame."""
     frames = _assigned("--frame", arguments.frame)
     for name in frames:
         if name not in FRAMES:

@@ -26,7 +26,7 @@ from drake_navbench.commands.command_line import (
 )
 from drake_navbench.errors import InputError, printable
 
-# Options that say how to drive; none has a place beside rows that were driven.
+# Options that say how to drive; --rows, which judges driven trials, allows none of them.
 DRIVING = ("scenarios", "trials", "flags", "noise", "robot", "seed", "jobs", "out", "replay")
 EXITS = {"GREEN": EXIT_DONE, "RED": EXIT_FAILED, "NOT_JUDGED": EXIT_WRONG_INPUT}
 

@@ -26,10 +26,10 @@ tests.
 class ShippedPlugin(FrozenModel):
     """A plugin of Nav2.
 
-    since, until: first and last release that ships it; but: releases in between that do not.
-    ours: the name here, None where there is none; beside: another one here, which its type does
-    not choose; release: whose rules ours follows; equal: how equal it was found to be; remark: of
-    one that is not here.
+    since, until: first and last release that ships it; but: releases in between that do not. ours:
+    its name here, None where it does not exist here; beside: a similar plugin here, which its type
+    does not choose; release: the release whose rules ours follows; equal: how closely ours was
+    found to agree; remark: on a plugin that does not exist here.
     """
 
     type: str
@@ -44,7 +44,7 @@ class ShippedPlugin(FrozenModel):
 
     @property
     def releases(self) -> list[Release]:
-        """The releases that ship it, the oldest first."""
+        """The releases that ship the plugin, the oldest first."""
         span = [release for release in Release if self.since <= release <= self.until]
         return [release for release in span if release not in self.but]
 
@@ -69,7 +69,7 @@ def read_plugins(path: Path) -> ShippedPlugins:
 
 
 def plugin_page(shipped: ShippedPlugins) -> str:
-    """Returns the page."""
+    """Returns the page as Markdown."""
     every = [plugin for sort in shipped.kinds for plugin in sort.plugins]
     have = sum(plugin.ours is not None for plugin in every)
     lines = [HEADING, f"Of {len(every)} plugins {have} have a counterpart here.", ""]
@@ -90,7 +90,7 @@ def _rows(sort: PluginSort) -> Iterator[tuple[str, ...]]:
 
 
 def _span(releases: list[Release]) -> str:
-    """Returns releases in few words."""
+    """Returns a list of releases in few words, such as a span."""
     if releases == list(Release):
         return "all"
     if releases == list(Release)[-len(releases) :]:

@@ -91,8 +91,8 @@ def render(
 ) -> None:
     """Writes the replay of a log, or of two on one page; tells_why: with the reasons of decisions.
 
-    Raises InputError where there is nothing to show, no model, or the two are of one column or of
-    two scenarios.
+    Raises InputError where a log has no sample, there is no such model, or the two logs are of the
+    same column or of different scenarios.
     """
     from pydantic import ValidationError
 
@@ -121,7 +121,7 @@ def render(
         else None
     )
     columns: list[str] = []
-    # A log may lie anywhere; in a results folder its colour is that of the report.
+    # The log may lie anywhere; in a results folder its colour is the one of the report.
     with suppress(InputError, IndexError):
         columns = list(ResultsFolder(log_path.absolute().parents[3]).read_manifest()["controllers"])
     shown = model or _built_in_model(log.info["robot"].get("model"))
@@ -143,10 +143,10 @@ def render(
             f"{log_path}: scenario or robot in the log: {place}: {fault['msg']}"
         ) from error
     except (AttributeError, KeyError, TypeError, ValueError) as error:
-        # A header of the right version whose content is another.
+        # The header has the right version but other content.
         raise InputError(f"{log_path}: scenario or robot in the log: {one_line(error)}") from error
     except RuntimeError as error:
-        # Drake's, of a model that it cannot parse.
+        # Drake raises this for a model that it cannot parse.
         raise InputError(f"{shown or log_path}: cannot be drawn: {error}") from error
 
 
@@ -163,7 +163,7 @@ def _decisions(log: TrialLog, path: Path) -> Sequence[Why]:
 
 
 def _require_a_race(log: TrialLog, other: TrialLog, path: Path) -> None:
-    """Raises InputError where two trials cannot be shown in one world by two colours."""
+    """Raises InputError where two trials do not share a scenario, or share a column."""
     names = [entry.info["scenario"]["name"] for entry in (log, other)]
     if names[0] != names[1]:
         raise InputError(f"--beside {path}: scenario {names[1]}, expected {names[0]}")
@@ -174,12 +174,12 @@ def _require_a_race(log: TrialLog, other: TrialLog, path: Path) -> None:
 
 
 def _built_in_model(name: object) -> Path | None:
-    """Returns the model of a robot that comes with the package; a log does not tell the folder."""
+    """Returns a built-in robot's model by its name, as a log does not tell the robot's folder."""
     from drake_navbench.inputs.robot import ROBOT_FILES
 
     if not isinstance(name, str) or not name:
         return None
-    # A log is anybody's: what it names is no path.
+    # A log may come from anybody: a name in it is not used as a path.
     path = ROBOT_FILES.folder / name
     return path if path.name == name and path.is_file() else None
 

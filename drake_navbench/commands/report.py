@@ -79,7 +79,7 @@ def _report(arguments: argparse.Namespace) -> None:
 
 
 def _parameters_of_preset(name: str) -> dict[str, Any]:
-    # Only a report on the publication asks, and the controllers take long to import.
+    # Imported here, as only a report on the publication needs the controllers, which take long.
     from drake_navbench.inputs.presets import resolved_parameters
 
     return resolved_parameters(name)

@@ -114,7 +114,7 @@ def add_what_drives(parser: argparse.ArgumentParser) -> None:
 
 
 class _Once(argparse.Action):
-    """Refuses an option that is given again: the later value would replace the first silently."""
+    """Refuses an option that is given twice: the later value would silently replace the first."""
 
     def __call__(
         self,
@@ -368,7 +368,7 @@ def _seconds(text: str) -> float:
 
 
 def _require_nothing_else(parser: argparse.ArgumentParser, arguments: argparse.Namespace) -> None:
-    """Raises InputError where --resume comes with options that only a new run can take."""
+    """Raises InputError where --resume is given with options of a new run."""
     for name, value in vars(arguments).items():
         if name not in ALLOWED_WITH_RESUME and value != parser.get_default(name):
             option = "SCENARIO" if name == "scenarios" else f"--{name.replace('_', '-')}"
@@ -379,7 +379,7 @@ def _require_nothing_else(parser: argparse.ArgumentParser, arguments: argparse.N
 
 
 def _commas_wanted(names: Sequence[str]) -> str:
-    """Returns the sentence for controllers that were given as several arguments."""
+    """Returns the error for controllers that were given as several arguments."""
     return (
         f"--controllers: expected names separated by commas, --controllers {','.join(names)}; "
         f"got {' '.join(names)}"
@@ -431,7 +431,7 @@ def arguments_of(parser: argparse.ArgumentParser, argv: Sequence[str] | None) ->
 def with_package(
     parser: argparse.ArgumentParser, arguments: argparse.Namespace
 ) -> argparse.Namespace:
-    """Returns the arguments with what a robot's repository gives; prints what was found."""
+    """Returns the arguments, completed from a robot's repository; prints the files found there."""
     from drake_navbench.campaign import package_arguments
 
     arguments, lines = package_arguments.with_package(arguments, parser.get_default("robot"))

@@ -117,7 +117,7 @@ def _delete(folder: Path, name: str) -> None:
     path = _found(folder, name)
     if path.is_symlink():
         raise InputError(f"--delete {name}: {path} is a link; delete what it leads to")
-    # Not while a run is writing into it; a link inside is removed, not what it leads to.
+    # Not while a run writes into the folder; a link in it is removed, not its target.
     with only_run_in(path):
         shutil.rmtree(path)
     print(f"deleted {path}")

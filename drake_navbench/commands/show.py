@@ -63,7 +63,7 @@ def build_parser() -> argparse.ArgumentParser:
     add_what_drives(parser)
     add_where(parser)
     add_nav2_files(parser)
-    # None tells that none is named; one that is named is drawn where no scene is asked for.
+    # None: no robot is named. A named robot is drawn where no scene is asked for.
     parser.set_defaults(robot=None)
     add = parser.add_argument_group("output").add_argument
     add("--seed", type=whole_number, default=0, help="seed of the tasks of --goals (0)")

@@ -231,7 +231,7 @@ def _tune(arguments: argparse.Namespace, command: str) -> None:
 
 
 def _size_of(arguments: argparse.Namespace) -> Size:
-    """Returns the sizes that are given, and for others those of --quick or of a whole search."""
+    """Returns the given sizes, completed by those of --quick or of a whole search."""
     given = {name: getattr(arguments, name) for name in Size._fields}
     size = QUICK if arguments.quick else WHOLE
     return size._replace(**{name: value for name, value in given.items() if value is not None})

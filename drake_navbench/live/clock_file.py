@@ -1,4 +1,4 @@
-"""The lock of a domain, for one user at a time, and a time that never goes back there.
+"""The lock of a domain, for one process at a time, and a clock that never goes back in it.
 
 A stack that lives through several trials must not see /clock jump back. The last stamp of a domain
 is kept in a small file, and whoever has the file locked drives there.
@@ -15,17 +15,17 @@ from typing import IO
 
 from drake_navbench.errors import CannotBeWritten, InputError
 
-# A stamp of 0 means "the latest" to TF.
+# TF takes a stamp of 0 for "the latest".
 FIRST_STAMP_NS = 10_000_000_000
-# Between two trials, so that no transform of the one is taken for one of the other.
+# The time between two trials, so that no transform of one is taken for one of the next, ns.
 GAP_NS = 2_000_000_000
 FREE_PATIENCE_S = 5.0
-# A process that is killed cannot write its last stamp, so each writes one ahead of it.
+# A killed process cannot write its last stamp, so each writes a stamp this far ahead, ns.
 AHEAD_NS = 60_000_000_000
 
 
 class ClockFile:
-    """The lock and the last stamp of a domain; raises InputError where another holds it.
+    """The lock and the last stamp of a domain; raises InputError where the lock is taken.
 
     first_stamp_ns: the stamp with which a trial begins.
     """
@@ -48,12 +48,12 @@ class ClockFile:
         self.keep(self.first_stamp_ns)
 
     def keep(self, stamp_ns: int) -> None:
-        """Notes that the clock has come to a stamp."""
+        """Notes that the clock has reached a stamp."""
         if stamp_ns >= self._kept_ns:
             self._write(stamp_ns + AHEAD_NS)
 
     def close(self, last_stamp_ns: int) -> None:
-        """Keeps the last stamp and lets others drive."""
+        """Writes the last stamp and releases the lock."""
         if not self._file.closed:
             self._write(last_stamp_ns)
             self._file.close()

@@ -1,4 +1,4 @@
-"""One participant of a DDS domain: publishers, subscriptions, and who else is there.
+"""One participant of a DDS domain: its publishers and subscriptions, and the other participants.
 
 Without peers it sends to 127.0.0.1 alone, hears this machine alone, and finds others by asking
 every port that a participant may have. CYCLONEDDS_URI is not read: it could open the network.
@@ -55,18 +55,20 @@ from drake_navbench.live.wire_types import (
 )
 
 LOOPBACK = "127.0.0.1"
-# Of the ports of a domain; each process of a stack has one or more participants.
+# The number of a domain's ports that are asked; each process of a stack has one or more
+# participants.
 MAX_PARTICIPANTS = 60
-# What waits for a reader that has stopped must not stop the simulation.
+# Messages that wait for a stopped reader are limited, so that they cannot stop the simulation.
 MAX_UNREAD = "64 MB"
-# All vendors of DDS. Descriptions of types that Fast DDS sends are none that Cyclone DDS can read,
-# and it would wait for better ones; without, topics match by the names of their types, as in ROS.
+# Descriptions of types are exchanged with no vendor of DDS: Cyclone DDS cannot read those of Fast
+# DDS and would wait for better ones. Without them, topics match by the names of their types, as in
+# ROS.
 VENDORS = ",".join(f"1.{number}" for number in range(2, 33))
 BLOCKED_FOR = duration(milliseconds=50)
 DEPTH = 10
 MAX_ENDPOINTS = 10_000
 MAX_TAKEN = 1000
-# The nodes of participants, and of which node each endpoint is.
+# The topic on which participants tell their nodes, and the node of each endpoint.
 NODE_TOPIC = "ros_discovery_info"
 NODE_TYPE = "rmw_dds_common/msg/ParticipantEntitiesInfo"
 ALIVE = ViewState.Any | SampleState.Any | InstanceState.Alive
@@ -74,7 +76,7 @@ NEW = ViewState.Any | SampleState.NotRead | InstanceState.Any
 PLAIN = Quality()
 LATCHED = Quality(RELIABLE, TRANSIENT_LOCAL)
 
-# By domain and peers. Cyclone DDS configures a domain once in a process.
+# The domains of this process and their peers: Cyclone DDS configures a domain once in a process.
 _domains: dict[int, tuple[tuple[str, ...], Domain]] = {}
 
 
@@ -95,7 +97,7 @@ def configuration(peers: Sequence[str] = ()) -> str:
 
 
 class Publisher:
-    """A publisher of one topic. lost_count: messages that a reader which stopped did not take."""
+    """A publisher of one topic. lost_count: messages that a stopped reader did not take."""
 
     def __init__(self, writer: DataWriter[Any], type_name: str) -> None:
         self._writer = writer
@@ -135,7 +137,7 @@ class Subscription:
 
 
 class LiveDomain:
-    """This side's participant of a domain; raises InputError where it cannot be opened."""
+    """Our own participant of a domain; raises InputError where the domain cannot be opened."""
 
     def __init__(self, number: int, peers: Sequence[str] = ()) -> None:
         self.number = number
@@ -167,7 +169,7 @@ class LiveDomain:
     ) -> Subscription:
         """Returns a subscription to a topic such as /cmd_vel.
 
-        hears_own: whether to messages of this participant, too.
+        hears_own: whether it gets messages of this participant, too.
         """
         own = () if hears_own else (Policy.IgnoreLocal.Participant,)
         return self._subscribe(dds_topic(topic), type_name, quality, *own)
@@ -197,7 +199,7 @@ class LiveDomain:
     def wait_until(
         self, is_there: Callable[[list[Endpoint]], bool], patience_s: float
     ) -> list[Endpoint]:
-        """Waits until the endpoints are as wanted, `patience_s` at most; returns the last ones."""
+        """Waits, `patience_s` at most, until `is_there` is true of the endpoints; returns them."""
         deadline = time.monotonic() + patience_s
         while True:
             found = self.endpoints()
@@ -219,7 +221,7 @@ class LiveDomain:
         return Subscription(self._participant, reader)
 
     def _read_nodes(self) -> None:
-        """Reads which node each endpoint is of, as ROS's participants tell it."""
+        """Reads the node of each endpoint, as ROS's participants tell it."""
         for received in self._nodes.take():
             with suppress(ValueError):
                 for node in received.decoded().node_entities_info_seq:
@@ -229,7 +231,7 @@ class LiveDomain:
 
 
 def _open_domain(number: int, peers: tuple[str, ...]) -> None:
-    """Configures a domain, the first time that this process opens it."""
+    """Configures a domain the first time that this process opens it."""
     known = _domains.get(number)
     if known is None:
         domain = Domain(number, configuration(peers))

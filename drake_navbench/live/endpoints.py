@@ -1,4 +1,4 @@
-"""Publishers and subscriptions of others in a domain, and where they do not fit ours."""
+"""Publishers and subscriptions of others in a domain, and their differences from ours."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ class Quality(NamedTuple):
 class Endpoint(NamedTuple):
     """One publisher or subscription of another participant.
 
-    topic, type: ROS's names. type_hash: '' where the other side tells none, as before Iron.
-    node: its node's name, '' where unknown. key: its own, which no other endpoint ever has.
+    topic, type: ROS's names. type_hash: '' where the other side tells none, as before Iron. node:
+    its node's name, '' where unknown. key: an identifier that no other endpoint ever has.
     """
 
     topic: str
@@ -34,12 +34,12 @@ class Endpoint(NamedTuple):
 
     @property
     def told_node(self) -> str:
-        """Its node, as a sentence names it."""
+        """The endpoint's node, as a sentence names it."""
         return f"node {self.node}" if self.node else UNKNOWN_NODE
 
 
 class OwnTopic(NamedTuple):
-    """A topic that this side publishes or listens to, as others must have it."""
+    """A topic that this side publishes or listens to, as the other side must have it."""
 
     topic: str
     types: tuple[str, ...]
@@ -78,7 +78,7 @@ def may_be_robots(endpoints: Sequence[Endpoint], command_topic: str) -> list[str
 
 
 def mismatches(endpoints: Iterable[Endpoint], own: Sequence[OwnTopic]) -> list[str]:
-    """Returns a sentence for each endpoint that cannot meet ours, with both sides' words."""
+    """Returns a sentence for each endpoint that cannot match ours, with the words of both sides."""
     by_topic = {topic.topic: topic for topic in own}
     found = []
     for one in endpoints:

@@ -20,7 +20,7 @@ class GoalState(IntEnum):
 
     @property
     def is_active(self) -> bool:
-        """Whether the stack still works on it."""
+        """Whether the stack still works on the goal."""
         return self in (GoalState.ACCEPTED, GoalState.EXECUTING, GoalState.CANCELING)
 
 
@@ -35,8 +35,8 @@ class GoalEntry(NamedTuple):
 class GoalWatch:
     """Follows one goal among those that a stack tells of.
 
-    The goal goes over a topic, so nobody tells its id: it is the first one that was not there
-    before it was sent. A goal that a later one replaces is given up; the later one is followed.
+    The goal is sent over a topic, so that its id is unknown: it is the first id that did not exist
+    before. Where a later goal replaces it, the later one is followed.
     """
 
     def __init__(self) -> None:
@@ -66,7 +66,7 @@ class GoalWatch:
         return any(entry.state.is_active for entry in self._known.values())
 
     def expect(self) -> None:
-        """Forgets the followed goal: the next new one is that which is sent now."""
+        """Forgets the followed goal: the next new id is that of the goal which is sent now."""
         self._before = frozenset(self._known)
         self._followed = None
 

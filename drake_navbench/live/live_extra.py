@@ -7,7 +7,7 @@ from importlib.util import find_spec
 from drake_navbench.errors import InputError
 
 HOW_TO_INSTALL = "pip install 'drake-navbench[live]'"
-# cyclonedds has wheels for these; the extra leaves it out elsewhere.
+# The versions of Python for which cyclonedds has wheels; the extra leaves it out for others.
 OLDEST_PYTHON, NEWEST_PYTHON = "3.11", "3.13"
 
 

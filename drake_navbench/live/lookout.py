@@ -19,9 +19,9 @@ from drake_navbench.live.endpoints import (
 from drake_navbench.live.parameters import LiveParameters
 from drake_navbench.live.stack_topics import StackTopics
 
-# Time to hear of everybody in a domain, before anything is published there, s.
+# The time to hear of everybody in a domain before anything is published, s.
 LISTEN_S = 1.0
-# Between two looks at who is there, s.
+# The time between two looks at the endpoints, s.
 LOOK_PERIOD_S = 0.2
 
 
@@ -32,8 +32,9 @@ class StackMissing(NavbenchError):
 class Lookout:
     """Looks at the endpoints of others, again and again.
 
-    own: our topics as others must have them. signs: the topics that only a robot publishes. faults:
-    sentences on endpoints that do not fit ours. restart_count: how often the stack came back.
+    own: our topics, as others must have them. signs: the topics that only a robot publishes.
+    faults: sentences on endpoints that do not fit ours. restart_count: how often the stack came
+    back.
     """
 
     def __init__(
@@ -109,7 +110,7 @@ class Lookout:
         return True
 
     def why_no_stack(self) -> str:
-        """Returns the sentence for a stack that is not there or takes no goal."""
+        """Returns the sentence for a stack that is missing or takes no goal."""
         parameters = self._parameters
         waited = f"within {parameters.start_timeout_s:g} s"
         missing = self._stack.missing(self._domain.endpoints(), with_goals=True)

@@ -1,7 +1,7 @@
 """Shuts the sockets of a DDS domain to everything that comes from the network.
 
-Cyclone DDS sends by the interface that it is told, but listens on all of them. Linux lets a socket
-be bound to a device: then only what this machine sends itself arrives.
+Cyclone DDS sends by the configured interface, but listens on all of them. Linux lets a socket be
+bound to a device: then only what this machine sends itself arrives.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from contextlib import suppress
 from drake_navbench.errors import InputError
 
 LOOPBACK_DEVICE = b"lo"
-# Of DDSI: the ports of domain d begin at PORT_BASE + PORTS_OF_DOMAIN * d.
+# DDSI's rule for ports: those of domain d begin at PORT_BASE + PORTS_OF_DOMAIN * d.
 PORT_BASE, PORTS_OF_DOMAIN = 7400, 250
 
 

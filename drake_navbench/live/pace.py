@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-# A simulation that is later than this does not hurry to catch up, s.
+# A simulation that is later than this does not try to catch up, s.
 MOST_LATE_S = 0.2
 SLACK_S = 1e-6
 PERCENTILES = (50, 99)
@@ -44,7 +44,7 @@ class Pace:
         self.missed_count = 0
 
     def begin(self, sim_s: float) -> None:
-        """Starts to count from a simulated time."""
+        """Starts counting from a simulated time."""
         self._began = sim_s, self._now()
         self._last_command_s = sim_s
 
@@ -70,7 +70,7 @@ class Pace:
             self._began = sim_s, self._now()
 
     def rest(self, sim_s: float) -> None:
-        """Goes with the wall clock until the next command: the stack is not there."""
+        """Follows the wall clock until the next command, as the stack is gone."""
         if self._rate is None and not self._is_idle:
             self._is_idle = True
             self._began = sim_s, self._now()
@@ -94,7 +94,7 @@ class Pace:
             self.rest(sim_s)
 
     def account(self) -> dict[str, float]:
-        """Returns the figures of it all, for the log: lateness of the clock's steps in ms."""
+        """Returns the figures of the pace for the log, such as the lateness of steps in ms."""
         late = percentiles_ms(self.lateness_s)
         told = {f"clock_late_p{share}_ms": late[share] for share in PERCENTILES if share in late}
         return told | {

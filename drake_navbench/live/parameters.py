@@ -9,7 +9,7 @@ from pydantic import Field, field_validator
 
 from drake_navbench.controller import ControllerParameters
 
-# DDS counts the ports of a domain from its number; higher ones have none.
+# The largest domain: DDS computes ports from its number, and higher numbers have none.
 MAX_DOMAIN = 232
 # The topics that may be renamed, by the names under which docs/live.md lists them.
 TOPIC_NAMES: dict[str, str] = {
@@ -26,7 +26,7 @@ TOPIC_NAMES: dict[str, str] = {
     "plan": "/plan",
     "goal_status": "/navigate_to_pose/_action/status",
 }
-# Of all robots of a system together.
+# The topics that all robots of a system share.
 GLOBAL_TOPICS = ("clock",)
 _NAME = re.compile(r"(/[A-Za-z_][A-Za-z0-9_]*)+")
 
@@ -125,7 +125,7 @@ class LiveParameters(ControllerParameters):
         return topics
 
     def topic(self, name: str) -> str:
-        """Returns the topic that goes by a name of TOPIC_NAMES, or of a sensor."""
+        """Returns the topic for a name of TOPIC_NAMES, or for a sensor's name."""
         if name in self.topics:
             return self.topics[name]
         usual = TOPIC_NAMES.get(name, f"/{name}")

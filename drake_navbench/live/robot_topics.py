@@ -34,17 +34,17 @@ TYPES: Mapping[str, tuple[str, Quality]] = {
     "goal_pose": (topics.GOAL.type, PLAIN),
 }
 CLOUD_TYPE = "sensor_msgs/msg/PointCloud2"
-# Whoever publishes one of these is a robot or a simulator of one.
+# A publisher of one of these is a robot or a simulator of one.
 TOLD_BY_A_ROBOT = ("clock", "scan", "odom")
-# Variances of /initialpose: the pose is that of the map, so AMCL may start from it.
+# The variances of /initialpose, so that AMCL may start from a pose in the map.
 INITIAL_VARIANCES = (0.05**2, 0.03**2)
 
 
 class RobotTopics:
     """The publishers of one simulated robot, and the way from what it senses to messages.
 
-    own: all topics with their types and qualities, for what discovery tells. sent_scan: the newest
-    that was sent.
+    own: all topics with their types and qualities, to compare with discovered endpoints. sent_scan:
+    the newest scan that was sent.
     """
 
     def __init__(self, domain: LiveDomain, parameters: LiveParameters, robot: Robot) -> None:
@@ -67,7 +67,7 @@ class RobotTopics:
 
     @property
     def own(self) -> tuple[OwnTopic, ...]:
-        """All topics that it publishes."""
+        """All topics that the robot publishes."""
         return tuple(
             OwnTopic(self._parameters.topic(name), (kind,), True, quality, (type_hash(kind),))
             for name, (kind, quality) in self._kinds.items()
@@ -81,7 +81,7 @@ class RobotTopics:
 
     @property
     def lost_count(self) -> int:
-        """Number of messages that a listener which stopped did not take."""
+        """Number of messages that a stopped listener did not take."""
         return sum(publisher.lost_count for publisher in self._publishers.values())
 
     def open(self, known_map: OccupancyMap, endpoints: list[Endpoint], stamp_ns: int) -> None:
@@ -134,7 +134,7 @@ class RobotTopics:
         self._send("odom", odometry)
 
     def send_new_readings(self, offset_ns: int, sensed: Sensed) -> None:
-        """Sends the scans and clouds that have not been sent yet, with the times of their own."""
+        """Sends the scans and clouds that have not been sent yet, with their own times."""
         if sensed.scan is not None and sensed.scan is not self.sent_scan:
             self.sent_scan = sensed.scan
             self._send_scan(offset_ns + nanoseconds(sensed.scan.time_s), sensed.scan)
@@ -184,7 +184,7 @@ class RobotTopics:
         self._send(name, self._make.point_cloud(stamp_ns, self._frame_of(name), points))
 
     def _frame_of(self, name: str) -> str:
-        """Returns the frame of a sensor; that of a depth sensor looks level."""
+        """Returns the frame of a sensor; the frame of a depth sensor looks level."""
         scan_frame = self._parameters.scan_frame
         if name in self._scans:
             return scan_frame + name.removeprefix("scan")
@@ -194,7 +194,7 @@ class RobotTopics:
         """Returns the transforms that never change."""
         make, frames, robot = self._make, self._parameters, self._robot
         lidar = robot.lidar
-        # Robots of ROS have both frames, in either order.
+        # Robots with ROS have both frames, in either order.
         is_footprint = frames.base_frame == topics.FOOTPRINT_FRAME
         other = topics.BASE_FRAME if is_footprint else topics.FOOTPRINT_FRAME
         fixed = [make.transform(stamp_ns, frames.base_frame, other, (0.0, 0.0, 0.0))]
@@ -212,7 +212,7 @@ class RobotTopics:
 
 
 def points_in_sensor(cloud: PointCloud) -> Any:
-    """Returns a cloud's points (N, 3) float32 from its sensor, x along its level heading, m."""
+    """Returns a cloud's points (N, 3) float32 m from its sensor, x along its level heading."""
     x, y, z = (cloud.points - cloud.origin).T
     cosine, sine = np.cos(cloud.yaw_rad), np.sin(cloud.yaw_rad)
     level = np.column_stack([cosine * x + sine * y, cosine * y - sine * x, z])
@@ -220,7 +220,7 @@ def points_in_sensor(cloud: PointCloud) -> Any:
 
 
 def urdf_in_frames(urdf: str, frames: LiveParameters) -> str:
-    """Returns a robot's description with the frames' names changed to those of the parameters."""
+    """Returns a robot's description with its frames renamed as the parameters say."""
     names = {topics.BASE_FRAME: frames.base_frame, topics.LIDAR_FRAME: frames.scan_frame}
     root = ET.fromstring(urdf)
     for element in root.iter():

@@ -21,9 +21,9 @@ from drake_navbench.live.stack_topics import StackTopics
 from drake_navbench.navigation.task import GlobalPlan, Leg, TaskState, TaskStatus
 from drake_navbench.systems.running_stack import STANDSTILL, Sensed, StackAnswer, StackTask
 
-# Between two tries of a goal that nobody takes, s.
+# The time between two tries of a goal that no stack takes, s.
 RESEND_S = 2.0
-# For a stack to end the goal of the trial before, s.
+# The time for a stack to end the goal of the last trial, s.
 END_PATIENCE_S = 10.0
 OUTCOME_OF_GOAL = {
     GoalState.SUCCEEDED: (TaskState.SUCCEEDED, "the stack reports the goal as reached"),
@@ -76,7 +76,7 @@ class LiveSession:
         self._began_at = time.monotonic()
 
     def begin(self, sensed: Sensed) -> StackAnswer:
-        """Opens the topics; lets the stack see the robot stand until it takes the first goal."""
+        """Opens the topics; shows the stack a standing robot until it takes the first goal."""
         parameters = self._parameters
         self._robot.open(self._task.known_map, self._lookout.listen(), self._stamp_ns)
         deadline = time.monotonic() + parameters.start_timeout_s
@@ -109,7 +109,7 @@ class LiveSession:
         return self._answer
 
     def advance(self, sensed: Sensed) -> StackAnswer:
-        """Goes on by one step of the clock."""
+        """Advances by one step of the clock."""
         self._pace.hold(sensed.time_s)
         self._stamp_ns = self._offset_ns + nanoseconds(sensed.time_s)
         self._tell(sensed)
@@ -154,7 +154,7 @@ class LiveSession:
         self._clock_file.close(self._stamp_ns)
 
     def _stand_still(self, sensed: Sensed) -> list[Endpoint] | None:
-        """Goes on by one period of the clock in which the world stands still.
+        """Advances by one period of the clock in which the world stands still.
 
         Returns the endpoints of others, where it was time to look.
         """
@@ -173,7 +173,7 @@ class LiveSession:
         return self._lookout.look()
 
     def _tell_pose(self, endpoints: Sequence[Endpoint], sensed: Sensed) -> None:
-        """Tells a stack that localizes the robot where it is, until it has localized it.
+        """Tells a stack that localizes the robot its pose, until the stack has localized it.
 
         AMCL forgets a pose that comes before it is active, so once may not be enough.
         """
@@ -188,7 +188,7 @@ class LiveSession:
             self._pose_told_at = now
 
     def _end_old_goal(self, sensed: Sensed) -> None:
-        """Has the stack end the goal of the trial before, by the place where the robot is."""
+        """Makes the stack end the goal of the last trial, by a goal at the robot's place."""
         self._stack.goals.expect()
         self._robot.send_pose("goal_pose", self._stamp_ns, self._task.start_pose)
         deadline = time.monotonic() + END_PATIENCE_S
@@ -204,7 +204,7 @@ class LiveSession:
             self._robot.send_pose("goal_pose", self._stamp_ns, self._task.goals[self._leg])
 
     def _tell(self, sensed: Sensed) -> None:
-        """Sends what is sensed, and the clock last: who wakes by it has the rest."""
+        """Sends the readings, and the clock last: whoever waits for the clock has the rest."""
         scan_before = self._robot.sent_scan
         self._robot.send_new_readings(self._offset_ns, sensed)
         if self._robot.sent_scan is not scan_before:
@@ -217,7 +217,7 @@ class LiveSession:
         self._robot.send_clock(self._stamp_ns)
 
     def _obey(self, command: Any, time_s: float) -> None:
-        """Takes the newest command; one that is too old is a standstill."""
+        """Takes the newest command; a command that is too old counts as standstill."""
         if command is not None:
             self._command_s = time_s
             if self._scan_sent_at is not None:
@@ -235,7 +235,7 @@ class LiveSession:
             self._answer = self._answer._replace(plan=plan, plans=tuple(plans))
 
     def _look_around(self, sensed: Sensed) -> None:
-        """Notices that the stack went away, or was started anew."""
+        """Notices whether the stack is gone or was started anew."""
         endpoints = self._lookout.look()
         if endpoints is None:
             return

@@ -1,6 +1,6 @@
 """The column `live`: a ROS 2 stack that runs beside the benchmark and is reached over DDS.
 
-The libraries for it are imported when a trial begins, so that columns can be listed without them.
+Its libraries are imported when a trial begins, so that columns can be listed without them.
 """
 
 from __future__ import annotations
@@ -23,8 +23,8 @@ if TYPE_CHECKING:
 class LiveStack:
     """A running stack as a column; one is built for each trial.
 
-    It has no control cycles of ours: metrics of a controller's inside are not defined for it.
-    Raises InputError where the libraries are not installed.
+    It has no control cycles here, so that metrics of a controller's cycles are undefined. Raises
+    InputError where the libraries are not installed.
     """
 
     Parameters: ClassVar[type[LiveParameters]] = LiveParameters
@@ -39,11 +39,11 @@ class LiveStack:
         self.step_s = parameters.clock_period_s
 
     def initial_memory(self) -> Any:
-        """Returns None: what the stack remembers is its own."""
+        """Returns None: the stack keeps its own memory."""
         return None
 
     def step(self, observation: Observation, memory: Any) -> Decision:
-        """Raises InputError: a stack is not asked for single commands."""
+        """Raises InputError: a stack drives whole trials and gives no single commands."""
         raise InputError("live: a running stack drives whole trials; expected a controller here")
 
     def begin(self, task: StackTask, sensed: Sensed) -> StackAnswer:
@@ -56,7 +56,7 @@ class LiveStack:
         return self._session.begin(sensed)
 
     def advance(self, sensed: Sensed) -> StackAnswer:
-        """Goes on by one step of the clock."""
+        """Advances by one step of the clock."""
         if self._session is None:
             raise InputError("live: a trial that has not begun cannot go on")
         return self._session.advance(sensed)
@@ -74,7 +74,7 @@ class LiveStack:
             self._session.close()
 
     def _on_interrupt(self, number: int, frame: FrameType | None) -> None:
-        """Ends the trial, with a log, in place of the process; a second Ctrl-C ends that."""
+        """Ends the trial, with a log, not the process; a second Ctrl-C ends the process."""
         if self._session is None or self._session.ended:
             raise KeyboardInterrupt
         self._session.ended = True

@@ -34,8 +34,9 @@ STATUS_TYPE = topics.NAVIGATE_STATUS.type
 class StackTopics:
     """The subscriptions to a running stack.
 
-    goals: the course of the goal. plans: those that came, newest last. command_count: commands so
-    far. command_type: that of the last one, Twist or TwistStamped; '' before there was one.
+    goals: the course of the goal. plans: the received plans, the newest last. command_count:
+    commands so far. command_type: type of the last command, Twist or TwistStamped; '' before the
+    first.
     """
 
     def __init__(self, domain: LiveDomain, parameters: LiveParameters) -> None:
@@ -58,7 +59,7 @@ class StackTopics:
 
     @property
     def own(self) -> tuple[OwnTopic, ...]:
-        """All topics that it listens to, as the stack must have them."""
+        """All topics that it listens to, as the stack must publish them."""
         commands = (TWIST, TWIST_STAMPED)
         hashes = tuple(map(type_hash, commands))
         return (
@@ -67,7 +68,7 @@ class StackTopics:
         )
 
     def missing(self, endpoints: Sequence[Endpoint], *, with_goals: bool) -> list[str]:
-        """Returns a sentence for each endpoint of a stack that nobody in the domain has."""
+        """Returns a sentence for each endpoint of a stack that is missing in the domain."""
         found = []
         if with_goals:
             if not any(one.topic == self._goal_topic and not one.is_publisher for one in endpoints):
@@ -79,11 +80,11 @@ class StackTopics:
         return found
 
     def follow(self, endpoints: Sequence[Endpoint]) -> None:
-        """Listens to the commands with the types and the qualities that the stack has for them."""
+        """Listens to the commands with the stack's types and qualities of service."""
         publishers = publishers_of(endpoints, self._command_topic)
         for kind in (TWIST, TWIST_STAMPED):
             offered = {one.quality.reliability for one in publishers if one.type == kind}
-            # Who asks for no more than best effort hears everybody.
+            # A subscription that asks for best effort only matches every publisher.
             quality = Quality(BEST_EFFORT if BEST_EFFORT in offered else RELIABLE)
             if offered and self._qualities.get(kind) != quality:
                 subscription = self._domain.subscription(self._command_topic, kind, quality)
@@ -96,8 +97,8 @@ class StackTopics:
     def newest_command(self, patience_s: float) -> Array | None:
         """Returns the newest command, v m/s, w rad/s, vy m/s; None where none has come.
 
-        patience_s: wall-clock time to wait for one; a stack whose goal has ended sends none and is
-        not waited for. A command that is not finite is none.
+        patience_s: wall-clock time to wait for a command; a stack whose goal has ended sends none
+        and is not waited for. A command that is not finite is ignored.
         """
         deadline = time.monotonic() + patience_s
         received = self._taken()
@@ -135,7 +136,7 @@ class StackTopics:
         return self._has_localized
 
     def forget_localization(self) -> None:
-        """Forgets that transform: the stack was started anew."""
+        """Forgets the received transform from map to odometry, as the stack was started anew."""
         self._has_localized = False
 
     def _taken(self) -> list[WireMessage]:

@@ -33,23 +33,23 @@ BASE_TYPES: dict[str, Any] = {
 
 
 def dds_topic(name: str) -> str:
-    """Returns the name that DDS has for a topic such as /scan."""
+    """Returns DDS's name for a topic such as /scan."""
     return TOPIC_PREFIX + name
 
 
 def ros_topic(name: str) -> str | None:
-    """Returns the topic of a DDS name; None for services and what is not of ROS."""
+    """Returns the topic for a name of DDS; None for services and for names that are not ROS's."""
     return name.removeprefix(TOPIC_PREFIX) if name.startswith(f"{TOPIC_PREFIX}/") else None
 
 
 def dds_type(name: str) -> str:
-    """Returns the name that DDS has for a type such as sensor_msgs/msg/LaserScan."""
+    """Returns DDS's name for a type such as sensor_msgs/msg/LaserScan."""
     package, kind, last = name.split("/")
     return f"{package}::{kind}::dds_::{last}_"
 
 
 def ros_type(name: str) -> str:
-    """Returns the type of a DDS name; another name as it is."""
+    """Returns the type for a name of DDS; a name that is not ROS's as it is."""
     parts = name.split("::")
     if len(parts) != 4 or parts[2] != "dds_":
         return name
@@ -58,7 +58,7 @@ def ros_type(name: str) -> str:
 
 @cache
 def type_hash(name: str) -> str:
-    """Returns a type's hash, by which nodes from Iron on tell whether they mean the same type."""
+    """Returns a type's hash, by which nodes since Iron tell whether they mean the same type."""
     return ros2_types().hash_rihs01(name)
 
 
@@ -73,11 +73,11 @@ class WireMessage:
         self.sample_info: Any = None
 
     def decoded(self) -> Any:
-        """Returns the message; raises ValueError where the bytes are none of its type."""
+        """Returns the message; raises ValueError where the bytes are not of its type."""
         try:
             return ros2_types().deserialize_cdr(self.data, self.type_name)
         except Exception as error:
-            # rosbags raises whatever its generated code meets.
+            # rosbags' generated code may raise any error here.
             raise ValueError(f"{self.type_name}: cannot be read: {error}") from error
 
 

@@ -1,7 +1,7 @@
 """The local costmaps of a trial, and the column in which its log keeps them small.
 
 A costmap is a few thousand bytes that mostly repeat those of the one before: a log's pages are
-compressed, and what is left of an update is a few hundred bytes.
+compressed, so that an update takes a few hundred bytes.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ _TYPE = pa.struct(
 def costmap_columns(
     costmaps: Sequence[Costmap], rows: Sequence[int], row_count: int
 ) -> dict[str, pa.Array]:
-    """Returns the column of a log table, none without costmaps; rows: where each stands."""
+    """Returns the column of a log table, none without costmaps; rows: the row of each costmap."""
     if not costmaps:
         return {}
     values: list[Mapping[str, object] | None] = [None] * row_count
@@ -53,9 +53,9 @@ def costmap_columns(
 
 
 def read_costmaps(table: pa.Table) -> tuple[Costmap, ...]:
-    """Returns the costmaps of a log table in order; none where it keeps none.
+    """Returns the costmaps of a log table in order; none where the log has none.
 
-    Raises ValueError where the costs of one are no whole rows.
+    Raises ValueError where the costs of a costmap are no whole rows.
     """
     if "costmap" not in table.column_names:
         return ()

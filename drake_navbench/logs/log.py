@@ -40,7 +40,7 @@ from drake_navbench.logs.scans import SCAN_LEAVES, Scan, read_scans, scan_column
 from drake_navbench.typed_files.typed_yaml import FrozenModel, validate
 
 SCHEMA_VERSION = 2
-# In the header: the sliders that were moved while the trial drove, each with time, name and value.
+# The header's entry with the sliders moved during the trial, each with time, name and value.
 LIVE_CHANGES = "live_changes"
 METADATA_KEY = b"drake_navbench"
 
@@ -70,35 +70,35 @@ COLUMNS: Mapping[str, str] = {
     "compute_cpu_time_ms": "processor time of the thread in the last control cycle (likewise); "
     "empty in logs from before it was measured",
 }
-# Only in logs of robots that move sideways.
+# Columns only in logs of robots that move sideways.
 LATERAL_COLUMNS: Mapping[str, str] = {
     "vy_mps": "true velocity to the left, base frame",
     "measured_vy_mps": "measured velocity to the left, base frame",
     "command_vy_mps": "last commanded velocity to the left, base frame",
 }
-# Only in logs of robots whose odometry has a frame of its own.
+# Columns only in logs of robots whose odometry has a frame of its own.
 ODOMETRY_COLUMNS: Mapping[str, str] = {
     "odometry_x_m": "true position, odometry frame: the frame of local costmaps and of the "
     "controller's diagnostics",
     "odometry_y_m": "true position, odometry frame",
     "odometry_yaw_rad": "true heading, odometry frame",
 }
-# Only in logs of missions over several floors.
+# Columns only in logs of missions over several floors.
 MISSION_COLUMNS: Mapping[str, str] = {
     "floor": "index of the robot's floor in the list `floors` of the header",
     "leg": "index of the leg of the mission; a ride belongs to the leg before it",
 }
-# Columns of some logs: all of a group, or none.
+# Groups of columns of some logs: a log has all of a group, or none.
 OWN_COLUMNS = (LATERAL_COLUMNS, ODOMETRY_COLUMNS, MISSION_COLUMNS)
-# Columns that came later, without which a log is whole all the same.
+# Columns that were added later: a log without them is still valid.
 LATER_COLUMNS = frozenset({"compute_cpu_time_ms"})
-# Not a function of the trial: two runs of one differ in these.
+# Columns that are no function of the trial: two runs of one trial differ in them.
 UNREPEATABLE_COLUMNS = ("compute_time_ms", "compute_cpu_time_ms")
 
 
 # The most characters of a name or reason in the short form of a log.
 MAX_SHOWN = 80
-# Uncompressed; a trial of an hour takes a tenth of it.
+# The most bytes of a log, uncompressed; a trial of an hour takes a tenth of it.
 MAX_LOG_BYTES = 1_000_000_000
 
 
@@ -167,7 +167,7 @@ class TrialLog:
         return f"TrialLog({told})"
 
     def _repr_html_(self) -> str:
-        """Returns the same as a small table, for notebooks."""
+        """Returns the same facts as a small table, for notebooks."""
         rows = "".join(
             f"<tr><th>{name}</th><td>{escape(str(value))}</td></tr>"
             for name, value in self._in_short().items()
@@ -219,7 +219,7 @@ class TrialLog:
 
     @property
     def is_recording(self) -> bool:
-        """Whether it was made of a recording, not simulated."""
+        """Whether the log was made from a recording, not simulated."""
         return "recording" in self.info
 
     @property
@@ -289,7 +289,7 @@ class TrialLog:
             if uncompressed > MAX_LOG_BYTES:
                 raise InputError(f"{path}: not a trial log: {uncompressed / 1e9:.3g} GB of columns")
             table = pq.read_table(path)
-        # A name of a column may be no text.
+        # A column's name in the file may be no text.
         except (OSError, UnicodeDecodeError, pa.ArrowException) as error:
             raise InputError(f"{path}: not a readable trial log: {as_line(str(error))}") from error
         info = _info_of(table.schema.metadata, path)
@@ -376,12 +376,12 @@ def _own_columns(found: Collection[str]) -> list[str]:
 def _analysis() -> Any:
     """Returns the analysis module that makes tables and pictures of a log.
 
-    It stands above this module and takes seconds to import; only who asks for it waits.
+    It is a layer above this module and takes seconds to import, only where it is used.
     """
     return import_module("drake_navbench.analysis.notebook")
 
 
-# Parquet takes no encoding for a column that may have a dictionary, so these are named, by leaf.
+# Parquet takes no encoding for columns that may have a dictionary; these may, by leaf.
 _WITH_DICTIONARY = [
     *COLUMNS,
     "diagnostics",
@@ -390,7 +390,7 @@ _WITH_DICTIONARY = [
 
 
 def _read_notes(texts: Sequence[str]) -> list[dict[str, Any]]:
-    """Returns the JSON objects of texts; one call for all takes a third of the time."""
+    """Returns the JSON objects of texts; one call for all texts takes a third of the time."""
     notes: list[dict[str, Any]] = json.loads(f"[{','.join(texts)}]")
     if len(notes) != len(texts):
         raise ValueError("diagnostics: expected a JSON object a row")
@@ -400,7 +400,7 @@ def _read_notes(texts: Sequence[str]) -> list[dict[str, Any]]:
 def as_json(values: Mapping[str, Any]) -> str:
     """Returns a controller's diagnostics as JSON text.
 
-    Raises TypeError or ValueError where it is more than numbers, text, flags and arrays of them.
+    Raises TypeError or ValueError where values are not numbers, text, flags or arrays of them.
     """
     return json.dumps(dict(values), sort_keys=True, default=_as_plain)
 

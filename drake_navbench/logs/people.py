@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from drake_navbench.typed_files.immutable import Immutable
 
 POSE_SIZE = 3
-# Finer than anybody's place is known; what is not random in the digits is compressed away.
+# The digits kept of positions, finer than any position is known; regular digits compress well.
 DECIMALS = 4
 
 # Column -> meaning, as for the columns of drake_navbench.logs.log. Only logs of worlds with people.

@@ -37,10 +37,10 @@ PLAN_COLUMNS: Mapping[str, str] = {
 
 @dataclass(frozen=True, eq=False)
 class Plan(Immutable):
-    """A global plan, in force from when the controller server was given it until the next one.
+    """A global plan, in force from its arrival at the controller server until the next plan's.
 
-    time_s: that moment. poses: (N, 3) x m, y m, yaw rad. leg: the number, from 0, of the goal that
-    it leads to; a trial without waypoints has one leg.
+    time_s: the time of its arrival. poses: (N, 3) x m, y m, yaw rad. leg: the number, from 0, of
+    the goal that it leads to; a trial without waypoints has one leg.
     """
 
     time_s: float
@@ -51,8 +51,8 @@ class Plan(Immutable):
 def as_logged(plans: Iterable[Plan]) -> tuple[Plan, ...]:
     """Returns the plans that a log keeps of those given to the controller server, in order.
 
-    One equal to the plan before it in its leg adds nothing. All but the first of a leg are rounded,
-    so that what is computed before and after a log was written is the same.
+    A plan equal to the one before it in its leg is left out. All but the first of a leg are
+    rounded, so that results before and after writing a log are the same.
     """
     kept: list[Plan] = []
     before: Plan | None = None
@@ -74,7 +74,7 @@ def first_of_each_leg(plans: Iterable[Plan]) -> tuple[Plan, ...]:
 
 
 def plan_columns(plans: Sequence[Plan], rows: Sequence[int], row_count: int) -> dict[str, pa.Array]:
-    """Returns the columns of a log table; rows: where each plan stands. See `PLAN_COLUMNS`."""
+    """Returns the columns of a log table; rows: the row of each plan. See `PLAN_COLUMNS`."""
     columns: dict[str, list[list[Any] | None]] = {name: [None] * row_count for name in PLAN_COLUMNS}
     legs: set[int] = set()
     poses: NDArray[Any]
@@ -132,7 +132,7 @@ _TYPES = {
     "first_plans": _plan_type(_EXACT_FIELDS, pa.float64()),
     "replans": _plan_type(_ROUNDED_FIELDS, pa.int64()),
 }
-# Parquet's encodings of numbers that differ little from one to the next, by path of the leaf.
+# Parquet's encodings for numbers that differ little from one to the next, by path of the leaf.
 PLAN_ENCODINGS: Mapping[str, str] = {
     f"first_plans.list.element.{name}.list.element": "BYTE_STREAM_SPLIT" for name in _EXACT_FIELDS
 } | {f"replans.list.element.{name}.list.element": "DELTA_BINARY_PACKED" for name in _ROUNDED_FIELDS}

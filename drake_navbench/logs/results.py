@@ -26,7 +26,8 @@ from drake_navbench.typed_files.input_file import read_input
 from drake_navbench.typed_files.typed_yaml import MAX_FILE_BYTES, FrozenModel, validate
 
 MANIFEST_VERSION = 1
-# A file system takes 255 bytes: a replay has two such names in its own, and a suffix.
+# The longest name: a file system takes 255 bytes, and a replay's name has two such names and a
+# suffix.
 MAX_NAME_LENGTH = 100
 UNFINISHED = ".unfinished"
 
@@ -34,8 +35,8 @@ UNFINISHED = ".unfinished"
 def write_whole(path: Path, write: Callable[[Path], object]) -> None:
     """Makes a file appear whole or not at all: written under another name, synced, renamed.
 
-    What a killed process leaves behind has the suffix `UNFINISHED`. Raises CannotBeWritten where
-    it cannot be written, as on a full disk.
+    A killed process leaves a file with the suffix `UNFINISHED`. Raises CannotBeWritten, as on a
+    full disk.
     """
     unfinished = path.with_name(f".{path.name}.{os.getpid()}{UNFINISHED}")
     try:
@@ -60,8 +61,8 @@ def write_text(path: Path, text: str) -> None:
 def file_name(name: str) -> str:
     """Returns a column's name as a file name: anything unusual becomes '_', a long one is cut.
 
-    It is never hidden, an option or a way out of its folder: no dot or dash stays in front.
-    Names that would collide after that are told apart by a piece of their hash.
+    No dot or dash stays in front, so that the file is never hidden, an option or a way out of its
+    folder. Names that would collide get a piece of their hash.
     """
     plain = re.sub(r"[^A-Za-z0-9._-]|^[.-]", "_", name)[:MAX_NAME_LENGTH]
     if plain == name and plain:
@@ -132,7 +133,7 @@ class ResultsFolder:
 
     @property
     def kept_path(self) -> Path:
-        """The folder of what reports keep for the next one; it may be deleted at any time."""
+        """The folder of data that reports keep for the next one; it may be deleted any time."""
         return self.path / "kept"
 
     def log_path(self, scenario: str, controller: str, trial: int) -> Path:
@@ -157,8 +158,8 @@ class ResultsFolder:
     def write_log(self, log: TrialLog, campaign_identity: str | None = None) -> None:
         """Writes a trial's log.
 
-        campaign_identity: of the campaign that it belongs to. Raises InputError where the folder
-        is meanwhile another one's, as when a worker outlives its run.
+        campaign_identity: identity of the log's campaign. Raises InputError where the folder now
+        belongs to another campaign, as when a worker outlives its run.
         """
         info = log.info
         path = self.log_path(info["scenario"]["name"], info["controller"], info["trial"])
@@ -226,7 +227,7 @@ def only_run_in(path: Path) -> Iterator[None]:
         except BlockingIOError as error:
             raise InputError(f"{path}: another run is writing into it; wait for its end") from error
         except OSError:
-            # A file system without locks: there the user alone can take care.
+            # The file system has no locks: only the user can take care.
             pass
         require_own_folders(path)
         yield
@@ -237,8 +238,8 @@ def only_run_in(path: Path) -> Iterator[None]:
 def require_own_folders(path: Path) -> None:
     """Raises InputError where a folder inside a results folder is a link.
 
-    What is written into such a folder would change files somewhere else. The results folder itself
-    may be reached by a link.
+    Writing into such a folder would change files somewhere else. The results folder itself may be
+    reached by a link.
     """
     waiting = [path]
     while waiting:
@@ -276,6 +277,6 @@ def require_writable(path: Path) -> None:
         if not existing.is_dir() or not os.access(existing, os.W_OK | os.X_OK):
             raise InputError(f"--out {path}: {existing} is not a folder that can be written to")
     except (OSError, ValueError) as error:
-        # ValueError: a name with a NUL.
+        # A ValueError comes of a name with a NUL character.
         reason = getattr(error, "strerror", None) or str(error)
         raise InputError(f"--out {path}: cannot be used: {reason}") from error

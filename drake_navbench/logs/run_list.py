@@ -1,4 +1,4 @@
-"""The results folders in a folder, each in a line."""
+"""The results folders in a folder, one line each."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ MAX_SHOWN = 60
 
 
 class Run(NamedTuple):
-    """A results folder in a line."""
+    """The line on a results folder."""
 
     name: str
     created: str
@@ -29,7 +29,7 @@ def run_folders(folder: Path) -> list[Path]:
 
 
 def run_of(path: Path) -> Run:
-    """Returns a results folder in a line; one that cannot be read says why."""
+    """Returns the line on a results folder; for an unreadable one it says why."""
     try:
         manifest = ResultsFolder(path).read_manifest()
     except InputError as error:

@@ -23,7 +23,7 @@ SCAN_TYPE = pa.struct(
         ("ranges_m", pa.list_(pa.float32())),
     ]
 )
-# The columns that Parquet makes of it.
+# The names of the columns that Parquet makes of the scans' column.
 SCAN_LEAVES = ("scan.time_s", "scan.sensor_pose.list.element", "scan.ranges_m.list.element")
 
 
@@ -48,7 +48,7 @@ class Scan(Immutable):
     def placed_by_odometry(self, frame_from_odometry: NDArray[np.float64] | None = None) -> Scan:
         """Returns the scan as the robot places it, in the odometry's frame or another one.
 
-        frame_from_odometry: (3,) where the odometry's frame lies in the other one.
+        frame_from_odometry: (3,) pose of the odometry frame in the other frame.
         """
         if self.odometry_pose is None:
             return self
@@ -73,7 +73,7 @@ class Scan(Immutable):
 
 
 def scan_columns(scans: Sequence[Scan], rows: Sequence[int], row_count: int) -> dict[str, pa.Array]:
-    """Returns the column of a log table; rows: in which each scan is to stand."""
+    """Returns the column of a log table; rows: the row of each scan."""
     values: list[dict[str, Any] | None] = [None] * row_count
     for scan, row in zip(scans, rows, strict=True):
         values[row] = {
@@ -86,7 +86,7 @@ def scan_columns(scans: Sequence[Scan], rows: Sequence[int], row_count: int) -> 
 
 def read_scans(column: pa.ChunkedArray, angles_rad: NDArray[np.float64]) -> Iterator[Scan]:
     """Yields the scans of a column without nulls."""
-    # Number by number it would take four times as long.
+    # Number by number, reading would take four times as long.
     rows = pa.concat_arrays(column.chunks) if column.num_chunks else pa.array([], SCAN_TYPE)
     times, poses, ranges = (rows.field(name) for name in ("time_s", "sensor_pose", "ranges_m"))
     if times.null_count or poses.null_count or ranges.null_count:

@@ -39,10 +39,10 @@ from drake_navbench.native.package import Package
 MAKER = NATIVE / "headers.py"
 BENCHMARK_NOISE = NATIVE / "benchmark_noise"
 PLUGIN_NAMES = "made/plugin_names.hpp"
-# The environment's variables with further folders of headers.
+# The environment's variables that name further folders of headers.
 HEADER_SEARCH = ("CPATH", "CPLUS_INCLUDE_PATH")
-# By package the source that makes its random numbers. A file of ours, named as the package, can
-# stand in for it.
+# Package -> its source that draws random numbers. A file of ours, named as the package, can replace
+# it.
 NOISE_SOURCES: Mapping[str, str] = {"nav2_mppi_controller": "src/noise_generator.cpp"}
 
 
@@ -139,7 +139,7 @@ def _folders(seen: Mapping[str, Package], made: Path) -> tuple[Path, ...]:
 
 @dataclass(frozen=True)
 class _Plan:
-    """The sources to be compiled for some packages of a checkout."""
+    """The sources to compile for some packages of a checkout."""
 
     checkout: Checkout
     packages: Mapping[str, Package]
@@ -153,8 +153,8 @@ class _Plan:
         made = made_headers(seen)
         made[PLUGIN_NAMES] = plugin_names_header(self.packages.values())
         root = _written(made)
-        # The headers generated for a package follow from its files and from this code alone; so
-        # builds with other packages beside it share its objects.
+        # The headers generated for a package follow from its files and this code alone, so that
+        # builds with other packages can share its objects.
         ours = _digest_of_files([MAKER], NATIVE) + _digest_of_headers(STAND_INS, REPLACEMENTS)
         hosts = ours + _digest_of_headers(HOST)
         mains = hosts + _digest_of_texts({"": made[PLUGIN_NAMES]})
@@ -210,16 +210,16 @@ class _Plan:
         return count, failed
 
     def _owner(self, unit: Unit) -> str | None:
-        """Returns the package that a file is of; None for one of the host."""
+        """Returns the package that a file belongs to; None for a file of the host."""
         owners = (name for name, package in self.packages.items() if unit.source in package.sources)
         return next(owners, None)
 
     def link(self, log: Path) -> Path:
-        """Returns the host of all objects, linked where there is none yet."""
+        """Returns the host made of all objects; links it where it does not exist yet."""
         return self._linked(Objects(), log)
 
     def _linked(self, objects: Objects, log: Path) -> Path:
-        """Returns the host of all objects, linked where there is none yet."""
+        """Returns the host made of all objects; links it where it does not exist yet."""
         needed = (d for package in self.packages.values() for d in package.dependencies)
         libraries = [*self.flags.of_link, *link_arguments(needed)]
         content = {unit.digest: str(objects.system_digest(unit)) for unit in self.units}
@@ -290,7 +290,7 @@ def _digest_of_texts(texts: Mapping[str, str]) -> str:
 
 
 def _written(headers: Mapping[str, str]) -> Path:
-    """Returns the folder with headers that were made; raises CannotBeWritten."""
+    """Returns the folder with generated headers; raises CannotBeWritten."""
     folder = builds_folder() / "headers" / _digest_of_texts(headers)[:16]
     for name, text in headers.items():
         path = folder / name

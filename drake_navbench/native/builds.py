@@ -1,4 +1,4 @@
-"""Storage of builds: objects and hosts by digest of their content, and builds by their name."""
+"""Storage of builds: objects and hosts by the digest of their content, builds by name."""
 
 from __future__ import annotations
 
@@ -76,13 +76,13 @@ def require_name(name: str) -> str:
 
 
 def save_build(build: Build) -> None:
-    """Keeps a build under its name, in place of one that was there; raises CannotBeWritten."""
+    """Keeps a build under its name, replacing an earlier one; raises CannotBeWritten."""
     path = _manifest(build.name)
     write_whole(path, build.model_dump_json(indent=2).encode())
 
 
 def find_build(name: str) -> Build:
-    """Returns the build of a name; raises InputError where there is none."""
+    """Returns the build of a name; raises InputError where there is no such build."""
     path = _manifest(require_name(name))
     if not path.is_file():
         hint = nearest_name_hint(name, build_names())
@@ -101,12 +101,12 @@ def find_build(name: str) -> Build:
 
 
 def build_names() -> list[str]:
-    """Returns the names that there are builds of, sorted."""
+    """Returns the names of all builds, sorted."""
     return sorted(path.stem for path in (builds_folder() / "names").glob("*.json"))
 
 
 def write_whole(path: Path, content: bytes) -> None:
-    """Writes a file so that another process finds the old one or all of it."""
+    """Writes a file so that another process finds either the old file or the whole new one."""
     part = path.with_name(f"{path.name}.{os.getpid()}")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)

@@ -20,10 +20,10 @@ from drake_navbench.native.package import (
 )
 from drake_navbench.releases import Release
 
-# By the version of nav2_core; Nav2's branches number their packages so.
+# Version of nav2_core -> release; Nav2's branches number their packages so.
 RELEASE_OF_VERSION = {"{}.{}".format(*release.version): release for release in Release}
-# Until a release branches off, main bears the number of the one before. From Lyrical's change of
-# the controllers' interface on, it drives by Lyrical's rules.
+# Until a release branches off, main has the number of the last one. With Lyrical's interface of
+# controllers, it follows Lyrical's rules.
 CORE_INTERFACE = Path("include") / CORE / "controller.hpp"
 SINCE_LYRICAL = "newPathReceived"
 LONGEST_INTERFACE = 1_000_000
@@ -65,15 +65,15 @@ class Checkout:
     ) -> dict[str, Package]:
         """Returns the packages that are linked: the given ones, their dependencies, their plugins.
 
-        Of what packages that only serve by parts of them need nothing is linked. without: packages
-        with plugins for them that are left out.
+        Dependencies of packages in PARTS are not linked. without: packages with plugins that are
+        left out.
         """
         return self._closure(
             names, lambda package: self._needed_by(package) | self._made_for(package) - {*without}
         )
 
     def _needed_by(self, package: Package) -> frozenset[str]:
-        """Returns the packages that one is linked with because it depends on them."""
+        """Returns the packages that a package is linked with because it depends on them."""
         if package.name in PARTS and not package.planners:
             return frozenset()
         return package.dependencies
@@ -92,13 +92,14 @@ class Checkout:
         )
 
     def needed_for(self, names: Iterable[str]) -> dict[str, Package]:
-        """Returns packages with those that they are linked with, without plugins for them."""
+        """Returns packages and those that they are linked with, without plugins for them."""
         return self._closure(names, self._needed_by)
 
     def named(self, name: str) -> list[str]:
         """Returns the packages with controllers or planners that a name stands for.
 
-        It is that of such a package, or of a folder with some. Raises InputError for another one.
+        The name is that of such a package, or of a folder with such packages. Raises InputError for
+        other names.
         """
         known = self.controller_packages | self.planner_packages
         if name in known:
@@ -127,9 +128,9 @@ class Checkout:
 
 
 def checkout_around(folder: Path) -> tuple[Path, str | None]:
-    """Returns the checkout that a folder is or is in, and its name where it is in one.
+    """Returns the checkout that a folder is or lies in, and the folder's name in it, if any.
 
-    A folder of one package or several, such as nav2_dwb_controller, has no nav2_core beside them.
+    A folder of one or several packages, such as nav2_dwb_controller, has no nav2_core beside them.
     """
     folder = folder.absolute()
     for place in (folder, *folder.parents):
@@ -173,7 +174,7 @@ def _has_interface_of_lyrical(core: Path) -> bool:
 
 
 def _package_files(root: Path) -> list[Path]:
-    # As deep as packages are in a workspace with several repositories.
+    # The depth of packages in a workspace with several repositories.
     return [
         path
         for depth in range(5)

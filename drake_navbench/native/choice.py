@@ -30,7 +30,7 @@ class Choice:
 
     @property
     def packages(self) -> dict[str, Package]:
-        """The packages that are compiled, those that the chosen ones need among them."""
+        """The packages that are compiled: the chosen ones and those that they need."""
         return self.checkout.compiled_for((*self.chosen, *HOST_NEEDS), without=self.reasons)
 
     @property
@@ -45,7 +45,7 @@ class Choice:
     def without(self, failed: Mapping[str, str]) -> Choice:
         """Returns the choice without the failed packages and without the packages that need them.
 
-        Raises InputError with the reason where an asked package needs one of them, or where no
+        Raises InputError with the reason where a requested package needs a failed one, or where no
         package is left.
         """
         reasons, kept = dict(self.reasons), []
@@ -61,7 +61,7 @@ class Choice:
                 reasons[name] = reason if lacking == name else f"{name} needs {reason}"
         if not kept:
             raise InputError("; ".join(dict.fromkeys(reasons.values())))
-        # The others are plugins for what is built.
+        # The remaining packages only have plugins for packages that are built.
         for name, reason in failed.items():
             if not any(name in packages for packages in needed.values()):
                 reasons[name] = reason
@@ -77,7 +77,7 @@ def choose(
     """Returns the packages to build: those asked for, or all with controllers that can be built.
 
     requested: names of packages, or of folders that hold packages. folders_of: see MissingHeaders.
-    Raises InputError where no package is chosen, or where an asked one cannot be built.
+    Raises InputError where no package is chosen, or where a requested one cannot be built.
     """
     named = [name for each in requested for name in checkout.named(each)]
     chosen = dict.fromkeys(named or checkout.controller_packages)

@@ -1,8 +1,8 @@
-"""The commit of a checkout, asked of git without anything that the checkout itself configures.
+"""The commit of a checkout, by git, without any settings of the checkout itself.
 
-A repository's own configuration names programs that git runs (`core.fsmonitor`, filters, hooks).
-So git sees a repository of ours instead, which borrows the checkout's objects, references and index
-and none of its settings.
+A repository's own settings name programs that git runs (`core.fsmonitor`, filters, hooks). So git
+sees a repository of ours instead, which borrows the checkout's objects, references and index and
+none of its settings.
 """
 
 from __future__ import annotations
@@ -13,15 +13,15 @@ import tempfile
 from pathlib import Path
 
 PATIENCE_S = 10.0
-# The entries of .git that decide which commit is checked out, and how its files differ from it.
+# The entries of .git that decide the checked-out commit, and how files differ from it.
 OF_REPOSITORY = ("objects", "refs", "packed-refs")
-# Names of commits are longer where the repository says so, in its own settings.
+# Names of commits are longer where the repository's own settings say so.
 SETTINGS = "[core]\n\trepositoryformatversion = 0\n\tbare = false\n"
 LONGER_SETTINGS = (
     "[core]\n\trepositoryformatversion = 1\n\tbare = false\n[extensions]\n\tobjectFormat = sha256\n"
 )
 NAME_DIGITS = 12
-# Submodules have settings of their own.
+# Submodules have settings of their own, and are ignored.
 CHANGES = ("--porcelain", "--untracked-files=no", "--ignore-submodules=all")
 MAX_POINTER_BYTES = 4096
 
@@ -32,7 +32,7 @@ def commit_of(root: Path) -> str:
         worktree, repository = _git_folders(root / ".git")
         with tempfile.TemporaryDirectory() as folder:
             own = Path(folder)
-            # A link in place of this file would be read as a reference.
+            # Git would follow a link in place of this file as a reference.
             (own / "HEAD").write_text(_pointer(worktree / "HEAD") + "\n")
             (own / "index").symlink_to(worktree / "index")
             for name in OF_REPOSITORY:
@@ -70,7 +70,7 @@ def _pointer(path: Path, prefix: str = "") -> str:
 
 
 def _said(own: Path, root: Path, *words: str) -> str | None:
-    """Runs git on a repository of ours with the checkout's files; None if it fails."""
+    """Runs git on our repository with the checkout's files; returns its output, None on failure."""
     environment = {name: text for name, text in os.environ.items() if not name.startswith("GIT_")}
     environment |= {
         "GIT_CONFIG_GLOBAL": os.devnull,

@@ -15,19 +15,19 @@ from pathlib import Path
 from drake_navbench.errors import InputError
 
 APT = "on Debian or Ubuntu: apt-get install"
-# For each dependency of a checkout, the header that shows it is installed, and its package.
+# For each dependency of a checkout, a header that exists if it is installed, and Debian's package.
 SYSTEM_LIBRARIES: Mapping[str, tuple[str, str]] = {
     "eigen": ("Eigen/Core", f"{APT} libeigen3-dev"),
     "xtensor": ("xtensor/xtensor.hpp", f"{APT} libxtensor-dev"),
     "ompl": ("ompl/config.h", f"{APT} libompl-dev"),
     "nlohmann-json-dev": ("nlohmann/json.hpp", f"{APT} nlohmann-json3-dev"),
-    # With its solver by CSparse, as ROS has it; Debian has no package of it.
+    # g2o with its solver by CSparse, as ROS has it; Debian has no package of it.
     "libg2o": (
         "g2o/solvers/csparse/linear_solver_csparse.h",
         "https://github.com/RainerKuemmerle/g2o, with CSparse",
     ),
 }
-# The libraries that are linked for a dependency that is more than headers.
+# The libraries to link for a dependency that is more than headers.
 LINKED: Mapping[str, tuple[str, ...]] = {
     "ompl": ("-lompl",),
     "libg2o": ("-lg2o_csparse_extension", "-lg2o_core", "-lg2o_stuff", "-lcxsparse"),
@@ -41,7 +41,7 @@ PATIENCE_S = 1200.0
 _ERROR = re.compile(
     r"^(?P<place>[^\s:][^:\n]*:\d+)(?::\d+)?: (?:fatal )?error: (?P<what>.*)$", re.M
 )
-# As GCC and Clang say it.
+# An error as GCC and Clang print it.
 _NO_HEADER = re.compile(r"error: '?(?P<name>[^\s':]+)'?(?:: No such file| file not found)")
 _HEADER_NAME = re.compile(r"[\w./+-]+")
 _ABSENT = "drake_navbench_absent"
@@ -85,24 +85,24 @@ class Compiler:
         return found["name"] if found is not None and done.returncode != 0 else None
 
     def knows(self, options: Iterable[str]) -> bool:
-        """Returns whether it takes some options."""
-        # A compiler may only warn of one that it does not know.
+        """Returns whether the compiler accepts some options."""
+        # A compiler may only warn of an unknown option.
         return self._output([*options, "-Werror", "-fsyntax-only"], "int main() {}\n") is not None
 
     def links(self, options: Iterable[str]) -> bool:
-        """Returns whether it compiles and links a program with some options."""
+        """Returns whether the compiler compiles and links a program with some options."""
         with tempfile.TemporaryDirectory() as folder:
             arguments = [*options, "-Werror", "-o", str(Path(folder) / "program")]
             return self._output(arguments, "int main() {}\n") is not None
 
     def serves(self, option: str) -> bool:
-        """Returns whether it takes an option, and the processor has the instructions for it."""
+        """Returns whether the compiler accepts an option and the processor its instructions."""
         if not option.startswith("-m") or not self.knows([option]):
             return self.knows([option])
         return self._macros(option) - self._macros() <= self._macros("-march=native")
 
     def _macros(self, *options: str) -> set[str]:
-        """Returns the names of what is predefined with some options, without those for tuning."""
+        """Returns the macros that some options predefine, by name, without those for tuning."""
         text = self._output([*options, "-dM", "-E"], "") or ""
         names = {line.split()[1] for line in text.splitlines() if line.startswith("#define ")}
         return {name for name in names if "tune" not in name}
@@ -114,7 +114,7 @@ class Compiler:
         return done.stdout if done.returncode == 0 else None
 
     def run(self, arguments: Sequence[str], log: Path) -> None:
-        """Runs it; raises InputError with its first error, and the log's place, where it fails."""
+        """Runs the compiler; raises InputError with its first error and the log's path."""
         command = [*self.words, *arguments]
         try:
             done = subprocess.run(
@@ -139,7 +139,7 @@ class Compiler:
 
 
 def first_error(text: str) -> str:
-    """Returns the place and the words of the first error in what a compiler has printed."""
+    """Returns the place and the text of the first error in a compiler's output."""
     found = _ERROR.search(text)
     if found is not None:
         return f"{found['place']}: {found['what']}"
@@ -166,7 +166,7 @@ def find_compiler() -> Compiler:
 
 
 def missing_libraries(dependencies: Iterable[str], compiler: Compiler) -> list[str]:
-    """Returns the libraries that the system lacks, each with the package that has it."""
+    """Returns the libraries that the system lacks, each with the package that contains it."""
     return [
         f"{name} ({source})"
         for name, (header, source) in SYSTEM_LIBRARIES.items()
@@ -175,7 +175,7 @@ def missing_libraries(dependencies: Iterable[str], compiler: Compiler) -> list[s
 
 
 def include_arguments(folders: Iterable[Path]) -> list[str]:
-    """Returns the arguments for folders of headers, and for those that Debian has apart."""
+    """Returns the arguments for folders of headers, and for Debian's extra folders."""
     system = (path for name in INCLUDE_FOLDERS for path in sorted(SYSTEM_HEADERS.glob(name)))
     return [*(f"-I{folder}" for folder in folders), *(f"-isystem{folder}" for folder in system)]
 
@@ -183,7 +183,7 @@ def include_arguments(folders: Iterable[Path]) -> list[str]:
 def link_arguments(dependencies: Iterable[str]) -> list[str]:
     """Returns the arguments for the libraries of some packages' dependencies.
 
-    What LIBRARY_PATH leads to is found again when the program is run.
+    Libraries found by LIBRARY_PATH are found again when the program runs.
     """
     needed = set(dependencies)
     libraries = [word for name, words in LINKED.items() if name in needed for word in words]

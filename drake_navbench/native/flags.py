@@ -18,11 +18,11 @@ from drake_navbench.native.compiler import Compiler
 from drake_navbench.native.package import Package
 from drake_navbench.native.package_options import options_of
 
-# CMake's, with what changes no result.
+# CMake's flags for Release, and two that change no result.
 RELEASE = ("-O3", "-DNDEBUG", "-fPIE", "-w")
 PORTABLE = (*RELEASE, "-ffp-contract=off")
-# Every operation as it is written. The last two let a compiler compute lanes side by side; Eigen
-# has functions that are not inlined with them.
+# Every operation is computed as written. The last two let a compiler compute lanes side by side;
+# some functions of Eigen are not inlined with them.
 STRICT = ("-fno-fast-math", "-ffp-contract=off", "-fno-math-errno", "-fno-trapping-math")
 # The whole program is optimized when it is linked, where the compiler can: collision checks ask the
 # costmap, of another file, for the cost of each cell.
@@ -70,7 +70,7 @@ class Flags:
         if self.kind is FlagSet.PORTABLE:
             return (standard, *PORTABLE, *self.everywhere)
         requested = self.requested.get(package.name, ())
-        # One that asks for no instructions has none to contract with.
+        # A package that asks for no instructions has no fused ones either.
         contraction = (
             () if _instructions(requested) == self.instructions else ("-ffp-contract=off",)
         )
@@ -79,7 +79,8 @@ class Flags:
     def of_stand_in(self, package: Package) -> tuple[str, ...]:
         """Returns the flags for a source of ours in a package: its layout, and our arithmetic.
 
-        With the rest of the program, which is compiled otherwise, its loops would lose their lanes.
+        Optimized together with the rest of the program, which has other flags, its loops would lose
+        their lanes.
         """
         apart = ("-fno-lto",) if self.whole_program else ()
         return (*self.of_package(package), *STRICT, *apart)
@@ -91,7 +92,7 @@ class Flags:
 
     @property
     def of_link(self) -> tuple[str, ...]:
-        """The flags for linking all of it."""
+        """The flags for linking the whole program."""
         return ("-O3", *self.everywhere)
 
     @property
@@ -112,7 +113,7 @@ def flags_of(
     *,
     tell: Callable[[str], None] = lambda line: None,
 ) -> Flags:
-    """Returns the flags of a build of some packages; `tell` names the flags that are not taken.
+    """Returns the flags of a build of some packages; `tell` gets a line on each flag not taken.
 
     Raises InputError where the compiler does not know a flag of the user.
     """

@@ -31,7 +31,7 @@ _FIELD = re.compile(
 )
 
 
-# A header that is made has a path below the folder of all that are: no `..`, no absolute one.
+# The path of a generated header lies below the folder of all of them: no `..`, not absolute.
 _HEADER = re.compile(r"\w[\w.-]*(?:/\w[\w.-]*)+")
 
 
@@ -41,10 +41,10 @@ def stand_ins() -> frozenset[str]:
 
 
 def made_headers(packages: Mapping[str, Package]) -> dict[str, str]:
-    """Returns the headers to be made for some packages, by the path they are included by.
+    """Returns the headers to generate for some packages, by the path of their include.
 
-    One leads from each name that ROS has for a header to our stand-in for its package; one is made
-    of each message that the checkout itself defines.
+    One leads from each of ROS's names for a header to our stand-in for its package; one is made of
+    each message that the checkout itself defines.
     """
     known = stand_ins()
     messages = {
@@ -92,13 +92,13 @@ def plugin_names_header(packages: Iterable[Package]) -> str:
 
 
 def cpp_text(text: str) -> str:
-    """Returns a text as C++ writes it: what is no plain letter as its bytes, in octal numbers."""
+    """Returns a text as C++ source: anything but plain characters as octal bytes."""
     plain = {byte: chr(byte) for byte in range(0x20, 0x7F) if chr(byte) not in '"\\?'}
     return '"' + "".join(plain.get(byte, f"\\{byte:03o}") for byte in text.encode()) + '"'
 
 
 def message_header(package: str, path: Path) -> str:
-    """Returns the struct of a message definition as ROS would name it; raises InputError."""
+    """Returns a message definition as the C++ struct that ROS would make; raises InputError."""
     name, fields, constants, used = path.stem, [], [], set()
     for line in _lines(text_of(path)):
         found = _FIELD.fullmatch(line)
@@ -152,7 +152,7 @@ def _included(packages: Iterable[Package]) -> Iterator[str]:
 
 def _lines(text: str) -> Iterator[str]:
     for line in text.splitlines():
-        # A hash may be in a constant text.
+        # A constant's text may contain a hash.
         line = line if '"' in line or "'" in line else line.partition("#")[0]
         if line.strip() and not line.strip().startswith("#"):
             yield line.strip()

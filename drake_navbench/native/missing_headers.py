@@ -45,7 +45,7 @@ class MissingHeaders:
         return {name: reason for name, reason in found.items() if reason is not None}
 
     def _confirmed(self, package: Package, suspects: set[Path]) -> str | None:
-        """Returns the first header that the compiler misses in some sources."""
+        """Returns the first header that the compiler does not find for some sources."""
         for source in sorted(suspects):
             header = self.compiler.missing_header(self.folders_of(package), source)
             if header is not None:
@@ -57,7 +57,7 @@ class MissingHeaders:
         return None
 
     def _foreign_includes(self, package: Package) -> dict[Path, set[str]]:
-        """Returns for each source the headers it includes, also by others, that are not ours."""
+        """Returns for each source the headers it includes, directly or not, that are not ours."""
         seen = self.checkout.seen_from([package.name])
         made = made_headers(seen)
         folders = [

@@ -1,8 +1,8 @@
-"""Objects by their content: of a source, of all headers that it sees, of compiler and flags.
+"""Compiled objects by their content: the source, all headers that it includes, compiler and flags.
 
-What a checkout and this package hold is known before anything is compiled. Which of the system's
-headers a source includes only the compiler can tell, and does while it compiles; their contents
-are kept beside the object, which serves as long as they are the same.
+The content of a checkout and of this package is known before anything is compiled. Only the
+compiler can tell which of the system's headers a source includes, and does so while it compiles.
+Their contents are kept beside the object, which is used as long as they are the same.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from pathlib import Path
 from drake_navbench.native.builds import builds_folder, write_whole
 from drake_navbench.native.compiler import Compiler, include_arguments
 
-# Between the names of a rule of make, whose own blanks are written with a backslash.
+# The separator of names in a rule of make, in which a name's own blanks follow a backslash.
 _BETWEEN = re.compile(r"(?<!\\)\s+")
 
 
@@ -49,7 +49,7 @@ class Objects:
     def system_digest(self, unit: Unit) -> str | None:
         """Returns the digest of the system's headers in a unit's object.
 
-        None where there is no object, or one that was compiled with others than there are now.
+        None where there is no object, or where it was compiled with other headers.
         """
         try:
             kept = json.loads(_record(unit).read_bytes())
@@ -85,7 +85,7 @@ class Objects:
 
 
 def system_headers(rule: str, ours: Iterable[Path]) -> list[str]:
-    """Returns the headers in a compiler's rule of make that are in none of our folders, sorted."""
+    """Returns the headers in a compiler's rule of make that are outside of our folders, sorted."""
     _, _, needed = rule.replace("\\\n", " ").partition(": ")
     names = (re.sub(r"\\(.)", r"\1", name).replace("$$", "$") for name in _BETWEEN.split(needed))
     roots = [Path(os.path.normpath(folder)) for folder in ours]

@@ -16,7 +16,7 @@ CORE = "nav2_core"
 PACKAGE_FILE = "package.xml"
 CONTROLLER_BASE = f"{CORE}::Controller"
 PLANNER_BASE = f"{CORE}::GlobalPlanner"
-# The files that are compiled of packages with much else in them; of all others, the whole `src`.
+# Of these packages only the named files are compiled; of all others the whole `src`.
 PARTS: Mapping[str, tuple[str, ...]] = {
     "nav2_costmap_2d": (
         "src/array_parser.cpp",
@@ -42,7 +42,7 @@ PARTS: Mapping[str, tuple[str, ...]] = {
         "plugins/simple_goal_checker.cpp",
         "plugins/stopped_goal_checker.cpp",
     ),
-    # The 2D planner, with what it is linked to: up to Kilted each search is one of all nodes.
+    # The 2D planner and all files that it needs: up to Kilted a search has all kinds of nodes.
     "nav2_smac_planner": (
         "src/a_star.cpp",
         "src/analytic_expansion.cpp",
@@ -57,14 +57,14 @@ PARTS: Mapping[str, tuple[str, ...]] = {
         "src/smac_planner_2d.cpp",
         "src/smoother.cpp",
     ),
-    # Its interface alone; its plugins need OpenCV.
+    # Only the interface; its plugins need OpenCV.
     "costmap_converter": (),
     "nav2_behavior_tree": (),
     "nav2_ros_common": (),
     "nav2_voxel_grid": (),
 }
 NOT_OF_A_PACKAGE = {"test", "tests", "benchmark", "build", "install", "log"}
-# The tags of dependencies needed for compiling. Those of exec_depend are no part of the program:
+# The tags of dependencies needed for compiling. Those of exec_depend are no part of the program;
 # launch files, for instance, name all of Nav2.
 DEPENDENCY_TAGS = ("depend", "build_depend", "build_export_depend")
 MAX_SOURCE_BYTES = 2**24
@@ -79,7 +79,7 @@ _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_-]*")
 
 @dataclass(frozen=True)
 class Package:
-    """One package: its name, folder, version, and what it depends on, tests left out."""
+    """One package: its name, folder, version and dependencies, those for tests left out."""
 
     name: str
     folder: Path
@@ -107,7 +107,7 @@ class Package:
 
     @cached_property
     def headers(self) -> tuple[Path, ...]:
-        """Its headers, public and private."""
+        """The package's headers, public and private."""
         folders = (self.include_folder, self.folder / "src")
         return tuple(
             path
@@ -118,25 +118,25 @@ class Package:
 
     @property
     def messages(self) -> tuple[Path, ...]:
-        """Its definitions of messages."""
+        """The package's message definitions."""
         return tuple(sorted((self.folder / "msg").glob("*.msg")))
 
     @cached_property
     def plugins(self) -> Mapping[str, str]:
-        """The classes that it exports, each with its base class."""
+        """The classes that the package exports -> base class."""
         return {
             name: base for path in self.sources for name, base in _EXPORT.findall(text_of(path))
         }
 
     @cached_property
     def loaded(self) -> frozenset[str]:
-        """The base classes of the plugins that it loads, without their namespaces."""
+        """The base classes of the plugins that the package loads, without their namespaces."""
         texts = map(text_of, (*self.sources, *self.headers))
         return frozenset(last_name(base) for text in texts for base in _LOADER.findall(text))
 
     @cached_property
     def plugin_names(self) -> Mapping[str, str]:
-        """The names that its plugin descriptions give to classes, where these have others."""
+        """The names that the package's plugin descriptions give to classes, where they differ."""
         names = {}
         for path in sorted(self.folder.glob("*.xml")):
             if path.name != PACKAGE_FILE:
@@ -148,12 +148,12 @@ class Package:
 
     @property
     def controllers(self) -> tuple[str, ...]:
-        """The controllers that it exports."""
+        """The controllers that the package exports."""
         return tuple(name for name, base in self.plugins.items() if base == CONTROLLER_BASE)
 
     @property
     def planners(self) -> tuple[str, ...]:
-        """The global planners that it exports."""
+        """The global planners that the package exports."""
         return tuple(name for name, base in self.plugins.items() if base == PLANNER_BASE)
 
 
@@ -178,7 +178,7 @@ def read_package(path: Path) -> Package:
     name = (tree.findtext("name") or "").strip()
     if not name:
         raise InputError(f"{path}: name: missing, expected the package's")
-    # It becomes part of the paths of headers that are made.
+    # The name becomes part of the paths of generated headers.
     if _NAME.fullmatch(name) is None:
         raise InputError(
             f"{path}: name: got {name[:80]!r}, expected letters, digits, dashes and underscores"

@@ -19,7 +19,7 @@ LISTS_FILE = "CMakeLists.txt"
 # https://cmake.org/cmake/help/latest/manual/cmake-commands.7.html
 OPTION_COMMANDS = {"add_compile_options", "target_compile_options"}
 FLAGS_VARIABLE = "CMAKE_CXX_FLAGS"
-# Branches for what is not built here.
+# Variables of branches for builds that do not happen here.
 OTHER_BUILDS = {"BUILD_TESTING", "MSVC", "WIN32", "COVERAGE_ENABLED", "ENABLE_COVERAGE", "Debug"}
 # https://gcc.gnu.org/onlinedocs/gcc/Optimize-Options.html names them; Clang has many of them, too.
 OF_ARITHMETIC = (
@@ -57,14 +57,14 @@ class _Command(NamedTuple):
 
 
 class Options(NamedTuple):
-    """A package's compiler options: those that change its code, and others, which are not taken."""
+    """A package's compiler options: those that change its code, and others, which are ignored."""
 
     of_code: tuple[str, ...] = ()
     others: tuple[str, ...] = ()
 
 
 def options_of(package: Package) -> Options:
-    """Returns the options that a package asks for, in their order; none where it has no such file.
+    """Returns the options that a package asks for, in their order; none without CMakeLists.txt.
 
     Raises InputError where the file cannot be read.
     """
@@ -73,9 +73,9 @@ def options_of(package: Package) -> Options:
 
 
 def options_in(text: str) -> Options:
-    """Returns the options in a CMakeLists.txt in order; a repeated one keeps its last place."""
+    """Returns the options in a CMakeLists.txt in order; a repeated option keeps its last place."""
     found: list[str] = []
-    # For each open condition, whether its branch belongs to another build.
+    # For each open condition, whether its branch is for another build.
     others: list[bool] = []
     for name, arguments in _commands(text):
         if name == "if":
@@ -111,7 +111,7 @@ def _is_other(condition: list[str]) -> bool:
 
 
 def _commands(text: str) -> Iterator[_Command]:
-    """Yields the commands of a file with their arguments, quotes taken off."""
+    """Yields the commands of a file with their arguments, without quotes."""
     tokens = [t for t in _TOKEN.findall(text) if not t.startswith("#")]
     place = 0
     while place + 1 < len(tokens):

@@ -268,7 +268,7 @@ class _CostmapReader:
         return True
 
     def _stand_in(self, name: str, plugin_type: str, place: int) -> None:
-        """Puts an obstacle layer in place of a layer that sees obstacles but does not exist here."""
+        """Puts an obstacle layer in place of a seeing layer that does not exist here."""
         types = [block.get("plugin") for block in self._settings.values() if type(block) is dict]
         if not (SENSING.keys().isdisjoint(types) and SENSING_ELSEWHERE.search(plugin_type)):
             self._leave_out(name, plugin_type)

@@ -42,7 +42,7 @@ class Substitutions:
         self._asked: set[str] = set()
 
     def applied_to(self, text: str, path: Path) -> str:
-        """Returns a file's text with given values; raises InputError for an unclosed placeholder."""
+        """Returns a file's text with given values; raises InputError for an open placeholder."""
         for number, line in enumerate(text.splitlines(), start=1):
             if BROKEN.search(line.partition("#")[0]):
                 raise InputError(f"{path}, line {number}: expected $(var name), got {line.strip()}")

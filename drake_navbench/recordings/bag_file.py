@@ -22,10 +22,10 @@ METADATA_VERSION: Final = 9
 
 
 def write_bag(path: Path, messages: Iterable[tuple[Topic, int, Any]]) -> None:
-    """Writes a bag folder, whole or not at all; one that stands there is replaced.
+    """Writes a bag folder, whole or not at all; an existing bag is replaced.
 
-    messages: topic, stamp in ns and message, in any order. Raises CannotBeWritten where it cannot
-    be written, InputError where something else than a bag stands there.
+    messages: topic, stamp in ns and message, in any order. Raises CannotBeWritten where the folder
+    cannot be written, InputError where something else than a bag has its path.
     """
     require_rosbags()
     if path.exists() and not (path / "metadata.yaml").is_file():
@@ -56,7 +56,8 @@ def _write(path: Path, messages: Iterable[tuple[Topic, int, Any]]) -> None:
     ]
     encoded.sort(key=lambda entry: entry[:2])
     writer = Writer(path, version=METADATA_VERSION, storage_plugin=StoragePlugin.MCAP)
-    # Chunk by chunk, which MCAP's readers expect; a compressed file could not be searched.
+    # Chunk by chunk, which MCAP's readers expect: a file compressed as a whole could not be
+    # searched.
     writer.set_compression(CompressionMode.STORAGE, CompressionFormat.ZSTD)
     with writer:
         connections = {
@@ -86,7 +87,7 @@ def _latched() -> Qos:
         QosTime,
     )
 
-    # RMW_DURATION_INFINITE.
+    # The value of RMW_DURATION_INFINITE.
     unlimited = QosTime(9223372036, 854775807)
     return Qos(
         QosHistory.KEEP_LAST,

@@ -47,7 +47,7 @@ class BagFiles:
     def ready(self, file: Path) -> Path:
         """Returns the file, unpacked and mended, with the suffix of its format.
 
-        Raises InputError where that cannot be done.
+        Raises InputError where the file cannot be unpacked or mended.
         """
         require_content(file)
         ready = self._unpacked(file) if _starts_with(file, ZSTD_MAGIC) else file
@@ -59,7 +59,7 @@ class BagFiles:
         return ready
 
     def _place(self, name: str) -> Path:
-        """Returns a path for a file of this name, in a folder of its own."""
+        """Returns a path for a file of this name, in a new folder."""
         self._count += 1
         folder = self.scratch / str(self._count)
         folder.mkdir()
@@ -82,7 +82,7 @@ class BagFiles:
         return place
 
     def _named(self, file: Path) -> Path:
-        """Returns the file under a name with the suffix by which the library tells its format."""
+        """Returns a path to the file whose suffix tells the library its format."""
         suffix = next((s for magic, s in MAGICS.items() if _starts_with(file, magic)), None)
         if suffix is None or file.suffix == suffix:
             return file
@@ -92,7 +92,7 @@ class BagFiles:
 
 
 def files_in(folder: Path) -> list[Path]:
-    """Returns the files of a folder that hold messages; raises InputError where there are none."""
+    """Returns the files of a folder that hold messages; raises InputError where it has none."""
     files = sorted(file for file in folder.iterdir() if file.is_file() and _holds_messages(file))
     if not files:
         raise InputError(f"{folder}: a folder without {', '.join(STORAGES)}; not a recording")
@@ -100,12 +100,12 @@ def files_in(folder: Path) -> list[Path]:
 
 
 def is_packed(file: Path) -> bool:
-    """Returns whether a whole file is packed, as rosbag2 does with compression_mode file."""
+    """Returns whether a file is packed as a whole, by rosbag2's compression_mode file."""
     return file.suffix in PACKED
 
 
 def require_recording(file: Path) -> None:
-    """Raises InputError where neither name nor first bytes of a file are those of a recording."""
+    """Raises InputError where neither name nor first bytes of a file tell a recording."""
     if not (_holds_messages(file) or _starts_with(file, *MAGICS, LFS_POINTER)):
         raise InputError(
             f"{file}: not a recording: expected {', '.join(STORAGES)} or a rosbag2 folder"
@@ -113,7 +113,7 @@ def require_recording(file: Path) -> None:
 
 
 def require_content(path: Path) -> None:
-    """Raises InputError where a file only points to one, as a clone without Git LFS has it."""
+    """Raises InputError for a pointer to the recording, as a clone without Git LFS has it."""
     if _starts_with(path, LFS_POINTER):
         raise InputError(f"{path}: a pointer of Git LFS, not the recording; run git lfs pull")
 

@@ -38,8 +38,8 @@ class Received(NamedTuple):
 class BagSource:
     """An open recording.
 
-    topics: name -> type. counts: name -> messages. start_ns, end_ns: of all messages received.
-    losses: what could not be read, a line each.
+    topics: name -> type. counts: name -> messages. start_ns, end_ns: times of receipt of the first
+    and last message. losses: a line for each part that could not be read.
     """
 
     path: Path
@@ -56,7 +56,7 @@ class BagSource:
     ) -> Iterator[Received]:
         """Yields the messages of some topics received in [start, end) ns, roughly in order.
 
-        Raises InputError where one cannot be decoded, or the recording is damaged there.
+        Raises InputError where a message cannot be decoded, or the recording is damaged in between.
         """
         with _errors_as_lines(self.path):
             for reader in self.readers:
@@ -70,7 +70,7 @@ class BagSource:
                     yield Received(connection.topic, receive_ns, message)
 
     def _types_of(self, connections: list[Any]) -> Any:
-        """Returns the types of these connections alone; faulty types of others do no harm then."""
+        """Returns the types of these connections alone: faulty types of others do no harm."""
         from rosbags.interfaces import MessageDefinitionFormat
         from rosbags.typesys import Stores, get_types_from_idl, get_types_from_msg, get_typestore
 
@@ -98,7 +98,7 @@ class BagSource:
 
 
 def _require_whole(path: Path, types: Any, connection: Any) -> None:
-    """Raises InputError where a message has a field of a type that nothing defines."""
+    """Raises InputError where a message has a field of an undefined type."""
     try:
         types.generate_msgdef(connection.msgtype)
     except LookupError as error:
@@ -142,7 +142,7 @@ def _opened(path: Path, stack: ExitStack, files: BagFiles) -> BagSource:
 
 
 def _open_readers(path: Path, stack: ExitStack, files: BagFiles) -> list[Any]:
-    """Returns an open reader of each file, or one of a folder with metadata."""
+    """Returns an open reader for each file, or one reader for a folder with metadata."""
     from rosbags.rosbag1 import Reader as Ros1Reader
     from rosbags.rosbag2 import Reader
 
@@ -165,7 +165,7 @@ def _open_readers(path: Path, stack: ExitStack, files: BagFiles) -> list[Any]:
 
 
 def _reader_of_folder(path: Path, found: list[Path], files: BagFiles) -> Any | None:
-    """Returns the reader of a folder by its metadata, None where each file is read by itself."""
+    """Returns the reader of a folder by its metadata; None: each file is read by itself."""
     from rosbags.rosbag2 import Reader, ReaderError
 
     metadata = path / METADATA
@@ -179,7 +179,7 @@ def _reader_of_folder(path: Path, found: list[Path], files: BagFiles) -> Any | N
     try:
         reader.open()
     except ReaderError as error:
-        # An interrupted recording: its metadata may tell of more than its files hold.
+        # The recording was interrupted: its metadata may name more than its files hold.
         if any(map(is_cut, found)):
             return None
         if "files are missing" not in str(error):
@@ -193,10 +193,10 @@ def _reader_of_folder(path: Path, found: list[Path], files: BagFiles) -> Any | N
 def _messages(
     reader: Any, wanted: list[Any], start_ns: int | None, end_ns: int | None
 ) -> Iterator[tuple[Any, int, Any]]:
-    # A bag of ROS 1 has none.
+    # A bag of ROS 1 has no storage.
     storage: Any = getattr(reader, "storage", None)
     if hasattr(storage, "messages_scan") and not storage.chunks:
-        # Without an index, and so perhaps out of order, which the usual way refuses.
+        # The file has no index, and so perhaps no order; `messages` refuses such a file.
         yield from storage.messages_scan(wanted, start_ns, end_ns)
     else:
         yield from reader.messages(wanted, start_ns, end_ns)

@@ -43,7 +43,7 @@ class Beams(NamedTuple):
 
 
 class Poses(NamedTuple):
-    """A path, or a single pose: (N, 3) in a frame."""
+    """A path (N, 3), or a single pose (1, 3), in a frame."""
 
     frame: str
     poses: Array
@@ -52,7 +52,7 @@ class Poses(NamedTuple):
 class Cells(NamedTuple):
     """An occupancy grid; origin: pose of the corner of cell (0, 0).
 
-    It is kept packed: a recording holds thousands of local costmaps that are mostly free.
+    The cells are kept packed: a recording holds thousands of local costmaps that are mostly free.
     """
 
     frame: str
@@ -63,7 +63,7 @@ class Cells(NamedTuple):
 
     @property
     def occupancy(self) -> NDArray[np.int8]:
-        """(rows, columns) -1 to 100."""
+        """(rows, columns) the occupancies, -1 to 100."""
         return np.frombuffer(zlib.decompress(self.packed), dtype=np.int8).reshape(self.shape)
 
 
@@ -78,7 +78,7 @@ Decoded = list[tuple[int, Any]]
 
 
 def is_usable(value: Any) -> bool:
-    """Returns whether the numbers that a place or a velocity is made of are numbers."""
+    """Returns whether the numbers of a message's poses and velocities are finite."""
     match value:
         case Transform():
             return all(map(math.isfinite, (*value.translation, *value.rotation)))
@@ -145,7 +145,7 @@ def _transforms(message: Any) -> Decoded:
 def _command(message: Any) -> Decoded:
     if not hasattr(message, "header"):
         return [(-1, _twist(message))]
-    # A stamp of zero says: when it is received.
+    # A stamp of zero stands for the time of receipt.
     stamp = _stamp(message.header)
     return [(stamp if stamp > 0 else -1, _twist(message.twist))]
 

@@ -11,17 +11,17 @@ from typing import Any
 
 from drake_navbench.errors import InputError, as_line
 
-# Bytes of a definition with all that it is made of; a MarkerArray has 12 kB.
+# The most bytes of a definition with all types in it; a MarkerArray has 12 kB.
 MAX_TEXT = 100_000
 MAX_FIELDS = 1_000
-# Elements of one array of fixed length.
+# The most elements of one array of fixed length.
 MAX_LENGTH = 10_000
-# Single values in a message whose sequences have one element each.
+# The most single values in a message whose sequences have one element each.
 MAX_VALUES = 100_000
 
 
 def require_short(text: str, place: str) -> None:
-    """Raises InputError where the text of a definition is too long to be taken apart."""
+    """Raises InputError where the text of a definition is too long to be parsed."""
     if len(text) > MAX_TEXT:
         raise InputError(
             f"{place}: a message definition of {len(text)} characters, expected at most {MAX_TEXT}"
@@ -29,9 +29,9 @@ def require_short(text: str, place: str) -> None:
 
 
 def require_small(fielddefs: Mapping[str, Any], place: str) -> None:
-    """Raises InputError where types make too much of a message.
+    """Raises InputError where a message of these types would have too many values.
 
-    fielddefs: as the library gives them, by the name of the type.
+    fielddefs: the fields of each type by its name, as the library gives them.
     """
     counts: dict[str, int] = {}
     for name in fielddefs:

@@ -18,8 +18,8 @@ Array = NDArray[np.float64]
 class DriveData:
     """Commands and motion on one clock.
 
-    time_s: (N,) rising. pose: (N, 3) x m, y m, yaw rad. twist: (N, 3) v m/s, w rad/s,
-    vy m/s. command_time_s: (M,) rising. commands: (M, 3) likewise.
+    time_s: (N,) rising. pose: (N, 3) x m, y m, yaw rad. twist: (N, 3) v m/s, w rad/s, vy m/s.
+    command_time_s: (M,) rising. commands: (M, 3) v m/s, w rad/s, vy m/s.
     """
 
     time_s: Array

@@ -29,11 +29,11 @@ from drake_navbench.recordings.drive_data import DriveData
 Array = NDArray[np.float64]
 
 STEP_S = 0.005
-# The longest drive that is fitted: of a longer recording its first minutes.
+# Of a longer recording only so many s from its beginning are fitted.
 LONGEST_S = 300.0
 SHORTEST_S = 5.0
-# Ranges searched: lag s, dead time s, then for each axis acceleration and deadband. Accelerations
-# are shares of what takes the axis to its largest command in this time, deadbands of that command.
+# The ranges of the search: lag s, dead time s, then for each axis the time in which it reaches its
+# largest command, s, and the deadband as a share of that command.
 LAGS_S, DEAD_TIMES_S = (LEAST_LAG_S, 1.5), (0.0, 0.5)
 FASTEST_RISE_S, SLOWEST_RISE_S = 0.02, 10.0
 DEADBAND_SHARES = (0.0, 0.6)
@@ -45,10 +45,10 @@ MIN_COMMAND = 1e-3
 
 @dataclass(frozen=True)
 class AxisFit:
-    """One axis, forward (m, s) or turning (rad, s); None: not seen in the recording.
+    """The fit of one axis, forward (m, s) or turning (rad, s); None: not seen in the recording.
 
-    rms: of the velocities that the fit leaves. least_command: the smallest that was given.
-    explained: share of the velocities' variance; 1 for an axis that no command moves.
+    rms: of the velocity's error after the fit. least_command: the smallest command in the
+    recording. explained: share of the velocities' variance; 1 for an axis that no command moves.
     """
 
     acceleration: float | None
@@ -72,7 +72,8 @@ class DriveFit:
 class _Axis:
     """Commands and velocities of one axis on a grid of STEP_S, from 0.
 
-    commands: (G,) held. samples: (N,) measured velocities. steps: (N,) of the grid, of each.
+    commands: (G,) held. samples: (N,) measured velocities. steps: (N,) the grid's step of each
+    sample.
     """
 
     commands: Array
@@ -159,7 +160,7 @@ def as_yaml(fit: DriveFit, source: str) -> str:
 
 
 def _axis_fit(axis: _Axis, lag_s: float, dead_s: float, rise_s: float, share: float) -> AxisFit:
-    """Returns an axis with the parts left out that the recording does not show."""
+    """Returns the fit of an axis, without the parts that the recording does not show."""
     rate, deadband = axis.largest / rise_s, share * axis.largest
     error = axis.squared_error(lag_s, dead_s, rate, deadband)
 
@@ -171,9 +172,10 @@ def _axis_fit(axis: _Axis, lag_s: float, dead_s: float, rise_s: float, share: fl
     given = np.abs(axis.commands[np.abs(axis.commands) > MIN_COMMAND])
     inside, outside = given[given < deadband], given[given >= deadband]
     if len(inside) and len(outside):
-        # Between the largest command that did nothing and the least that did something.
+        # The deadband lies between the largest command without effect and the least one with an
+        # effect.
         deadband = 0.5 * float(inside.max() + outside.min())
-    # A rise as fast as the search goes is no limit of the base.
+    # A rise at the fast end of the search is no limit of the base.
     is_limit = rise_s > 1.05 * FASTEST_RISE_S and matters(unlimited)
     return AxisFit(
         acceleration=rate if is_limit else None,

@@ -20,7 +20,7 @@ from drake_navbench.recordings.rosbags_extra import require_rosbags
 from drake_navbench.recordings.trial_messages import TrialMessages
 
 EXPORT_FOLDER = "export"
-# Ready views of the topics, which viewers open by hand.
+# Prepared layouts for the topics, which one opens by hand in a viewer.
 LAYOUTS = ("foxglove_layout.json", "plotjuggler_layout.xml")
 
 
@@ -81,7 +81,7 @@ def export_trial(log_path: Path, stem: Path, formats: Formats) -> list[Path]:
 
 
 def _stems(source: Path, out: Path | None) -> dict[Path, Path]:
-    """Returns the logs, each with the path that its files have but for their suffix."""
+    """Returns for each log the path of its files without suffix."""
     if not source.is_dir():
         if not source.is_file():
             raise InputError(f"{source}: no such file or folder")

@@ -29,9 +29,9 @@ from drake_navbench.recordings.recorded_trial import Subject, recorded_trial
 from drake_navbench.recordings.simulation_gap import SimulationGap, simulation_gap
 
 NANOSECONDS = 1e9
-# In the name of a column, behind that of the controller that a bag of ours tells.
+# The end of a column's name, after the controller that an exported bag names.
 RECORDED = "recording"
-# A robot that is slower stands still, m/s and rad/s.
+# A slower robot stands still, m/s and rad/s.
 STANDING_MPS, STANDING_RADPS = 0.01, 0.02
 NO_ROBOT = "does not contain the robot's outline and limits; name its file with --robot"
 
@@ -44,10 +44,10 @@ class NoTasks(InputError):
 class ImportRequest:
     """The arguments of an import.
 
-    topics: role -> topic. scenario, controller: names of the trials and of the column, found where
-    empty. start_s, end_s: seconds from the beginning of the recording; cut by hand where one is
-    given. robot: name or file, may be None for a bag of ours. fits_drive: whether to find the
-    parameters of the drive.
+    topics: role -> topic. scenario, controller: names of the trials' scenario and column; '' for
+    the recording's own. start_s, end_s: seconds from the beginning of the recording, between which
+    it is one task; None: tasks are found. robot: name or file; may be None for an exported bag.
+    fits_drive: whether to find the parameters of the drive.
     """
 
     robot: str | None = None
@@ -80,8 +80,8 @@ class Imported:
 
 
 def read_recording(path: Path, request: ImportRequest, *, first_trial: int = 0) -> Imported:
-    """Returns the trials in a recording; raises InputError where anything is wrong with it."""
-    # The user's own files first: a large recording takes minutes.
+    """Returns the trials in a recording; raises InputError where it cannot be read as trials."""
+    # The user's own files are read first, as a large recording takes minutes.
     given_robot = None if request.robot is None else load_robot(request.robot)
     given_map = None if request.map_file is None else load_map(request.map_file)
     needed = (("trial", NO_ROBOT),) if given_robot is None else ()
@@ -186,7 +186,7 @@ def _path_of(folder: ResultsFolder, log: TrialLog) -> Path:
 
 
 def _numbered(log: TrialLog, number: int) -> TrialLog:
-    """Returns a log with a trial's number; a seed that says nothing follows it."""
+    """Returns a log with a trial's number; a seed equal to the old number changes, too."""
     info = dict(log.info)
     if info["seed"] == info["trial"]:
         info["seed"] = number
@@ -214,7 +214,7 @@ def _new_manifest() -> dict[str, Any]:
 
 
 def _with_recordings(manifest: Mapping[str, Any], imported: Sequence[Imported]) -> dict[str, Any]:
-    """Returns a manifest that names the recordings besides what else it holds."""
+    """Returns a manifest with the recordings added."""
     entries = [
         {
             "bag": str(entry.path),
@@ -261,7 +261,7 @@ def _tasks(
 def _motion_hint(motion: RecordedMotion, start_ns: int) -> str:
     """Returns '; it moves from 1.0 to 11.0 s: --start 1.0 --end 11.0', seconds since start_ns.
 
-    Nothing where it never moves.
+    Returns '' where the robot never moves.
     """
     v, w, vy = np.abs(motion.twist).T
     moving = np.flatnonzero((v > STANDING_MPS) | (vy > STANDING_MPS) | (w > STANDING_RADPS))
@@ -274,7 +274,7 @@ def _motion_hint(motion: RecordedMotion, start_ns: int) -> str:
 
 
 def _told(columns: Mapping[str, Column]) -> dict[str, Any] | None:
-    """Returns the trial's header of a bag that we wrote; None for any other bag."""
+    """Returns the header of the exported trial in a bag of ours; None for any other bag."""
     column = columns.get("trial")
     if column is None or not column.values:
         return None
@@ -292,7 +292,7 @@ def _told_robot(path: Path, told: Mapping[str, Any] | None) -> Robot:
 
 
 def _recorded_map(columns: Mapping[str, Column], motion: RecordedMotion) -> OccupancyMap | None:
-    """Returns the recording's last map; None where it has none, or one that is turned."""
+    """Returns the recording's last map; None without a map, or where it is turned."""
     column = columns.get("map")
     if column is None or not column.values:
         return None

@@ -11,7 +11,7 @@ from drake_navbench.kernels.rasterize import mark_polygon
 
 UNKNOWN, OCCUPIED = -1, 100
 MAP_RESOLUTION_M = 0.05
-# A larger world is shown with larger cells.
+# A larger world gets larger cells.
 MAX_MAP_CELLS = 4_000_000
 
 
@@ -28,7 +28,7 @@ def _occupancy_table() -> NDArray[np.int8]:
 
 
 OCCUPANCY_OF_COST = _occupancy_table()
-# The lowest cost that is published as each occupancy from 0 to 100, and last, at -1, the unknown.
+# For each occupancy from 0 to 100 the lowest cost that is published as it; last, at -1, unknown.
 COST_OF_OCCUPANCY = np.array(
     [*(int(np.flatnonzero(value == OCCUPANCY_OF_COST)[0]) for value in range(101)), NO_INFORMATION],
     dtype=np.uint8,
@@ -41,7 +41,7 @@ def occupancy_from_costs(costs: NDArray[np.uint8]) -> NDArray[np.int8]:
 
 
 def costs_from_occupancy(occupancy: NDArray[np.int8]) -> NDArray[np.uint8]:
-    """Returns the lowest costs that are published so; values beyond -1 to 100 are unknown."""
+    """Returns the lowest costs that are published as these occupancies; others are unknown."""
     is_known = (occupancy >= 0) & (occupancy <= OCCUPIED)
     return COST_OF_OCCUPANCY[np.where(is_known, occupancy, UNKNOWN)]
 

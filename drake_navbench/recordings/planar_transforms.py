@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
-# More frames in a row are a loop.
+# More frames above each other must be a loop.
 MAX_DEPTH = 64
 
 
@@ -40,7 +40,7 @@ def inverted(pose: Array) -> Array:
 
 
 class Track(NamedTuple):
-    """A pose over time. time_s: (N,) rising. pose: (N, 3), yaw unwrapped."""
+    """A pose over time. time_s: (N,) rising. pose: (N, 3) x m, y m, yaw rad unwrapped."""
 
     time_s: Array
     pose: Array
@@ -140,7 +140,7 @@ class TransformTree:
         return back.then(in_common)
 
     def _fixed_chain(self, frame: str) -> dict[str, Mounting]:
-        """Returns frame -> fixed pose in it, for the frame itself and all that it is fixed to."""
+        """Returns ancestor -> fixed pose in it, from the frame itself up to a moving joint."""
         chain = {frame: IN_PLACE}
         place = IN_PLACE
         while frame in self.fixed and frame not in self.moving and len(chain) < MAX_DEPTH:

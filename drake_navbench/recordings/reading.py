@@ -31,10 +31,11 @@ PAGES_FILE = Path("/proc/self/statm")
 
 
 class Piece(NamedTuple):
-    """The part of a recording that is wanted.
+    """The part of a recording to read.
 
-    topics: role -> topic as the user says. start_s, end_s: since its beginning, None for all.
-    needed: roles without whose topic the recording is refused, each with the reason.
+    topics: role -> topic, as given by the user. start_s, end_s: seconds since the recording's
+    beginning, None for all. needed: roles without whose topic the recording is refused, each with
+    the reason.
     """
 
     topics: Mapping[str, str]
@@ -47,7 +48,7 @@ class Piece(NamedTuple):
 class Recording(NamedTuple):
     """A recording as read. topics: role -> topic. start_ns: when its first message was received.
 
-    losses: what could not be read, a line each.
+    losses: a line for each part that could not be read.
     """
 
     topics: dict[str, str]
@@ -57,9 +58,10 @@ class Recording(NamedTuple):
 
 
 def read_bag(path: Path, piece: Piece) -> Recording:
-    """Reads the wanted part of a recording; raises InputError where it cannot be had.
+    """Reads a part of a recording; raises InputError where that is not possible.
 
-    It may take 1 GB of memory, or 30 times its size, and a minute, or 10 s a megabyte.
+    Reading may take 1 GB of memory, or 30 times the recording's size, and a minute, or 10 s a
+    megabyte.
     """
     require_rosbags()
     if not path.exists():
@@ -89,7 +91,7 @@ def _read(path: Path, piece: Piece, scratch: Path, memory_bytes: int) -> Recordi
             f"{path}: reading it takes more than {memory_bytes / 1e9:.3g} GB of memory"
         ) from None
     except InputError as error:
-        # Names of topics, types and frames are anybody's.
+        # Names of topics, types and frames may contain anything.
         raise InputError(as_line(str(error))) from None
 
 
@@ -119,7 +121,7 @@ def _left_out(
 
 
 def _bounds(source: BagSource, piece: Piece) -> tuple[int | None, int | None]:
-    """Returns the first and past the last time of receipt that are wanted, ns."""
+    """Returns the first and the past-the-last time of receipt to read, ns."""
     begin, end = piece.start_s, piece.end_s
     length_s = (source.end_ns - source.start_ns) / NANOSECONDS
     for name, value in (("start", begin), ("end", end)):
@@ -130,14 +132,14 @@ def _bounds(source: BagSource, piece: Piece) -> tuple[int | None, int | None]:
     if begin is not None and end is not None and end <= begin:
         raise InputError(f"{source.path}: --end {end:g}: expected more than --start {begin:g}")
     begin_ns = None if begin is None else source.start_ns + round(begin * NANOSECONDS)
-    # A sample behind the end belongs to it.
+    # Up to a second more is read, for the sample behind the end.
     past_ns = None if end is None else source.start_ns + round((end + 1.0) * NANOSECONDS)
     return begin_ns, past_ns
 
 
 @contextmanager
 def _memory_limit(more_bytes: int) -> Iterator[None]:
-    """Limits this process to `more_bytes` beyond the memory that it has, where that is possible."""
+    """Limits this process to `more_bytes` beyond its present memory, where the system can."""
     try:
         has_bytes = int(PAGES_FILE.read_text().split()[0]) * resource.getpagesize()
     except OSError:

@@ -21,17 +21,17 @@ Array = NDArray[np.float64]
 
 TF_TYPES = ("tf2_msgs/msg/TFMessage", "tf/msg/tfMessage")
 STATUS_TYPES = ("action_msgs/msg/GoalStatusArray", "actionlib_msgs/msg/GoalStatusArray")
-# Messages of these roles hold until the next one: those from before the chosen part count, too.
+# Messages of these roles hold until the next one, so that earlier ones count, too.
 LATCHED_ROLES = frozenset({"tf_static", "map", "trial", "status", "goal", "plan"})
 
 
-# Roles for which a hint lists the topics of a fitting type, since metrics depend on them.
+# Roles without which metrics are lost: a hint lists the topics of a fitting type.
 HINTED_ROLES = ("command", "scan", "plan")
 MAX_HINTED_TOPICS = 5
 
 
 class Role(NamedTuple):
-    """The role of a topic. names: the usual ones, the likeliest first. types: those accepted."""
+    """The role of a topic. names: usual ones, the likeliest first. types: accepted ones."""
 
     names: tuple[str, ...]
     types: tuple[str, ...]
@@ -152,7 +152,7 @@ def choose_topics(
 
 
 def _hint_of(role: str, source: BagSource, namespace: str | None) -> list[str]:
-    """Returns a line with the topics that could be a role's by their type, none without any."""
+    """Returns a line with the topics whose type fits a role; none without such a topic."""
     if role not in HINTED_ROLES:
         return []
     start = f"{_as_prefix(namespace)}/"
@@ -172,7 +172,7 @@ def _as_prefix(namespace: str | None) -> str:
 
 
 def _prefix(source: BagSource, namespace: str | None) -> str:
-    """Returns the prefix of a robot's topics: nothing, or its namespace."""
+    """Returns the prefix of a robot's topics: '' or its namespace."""
     role = ROLES["odom"]
     if namespace is not None:
         return _as_prefix(namespace)

@@ -28,9 +28,9 @@ Array = NDArray[np.float64]
 Stamps = NDArray[np.int64]
 
 NANOSECONDS = 1e9
-# By more than this a stamp and the time of its receipt do not drift apart from message to message.
+# From message to message, stamp and time of receipt drift apart by no more than this.
 CLOCK_JUMP_S = 1.0
-# Messages of several senders may overtake each other by this much; more is a clock set back.
+# Messages of several senders may overtake each other by this much; more means a clock set back.
 REORDERED_S = 0.5
 MAP_FRAME = "map"
 HOW_TO_CUT = "take another part of it with --start and --end"
@@ -77,11 +77,10 @@ class Clock:
 class RecordedMotion:
     """The motion of a robot.
 
-    time_s: (N,) of the samples, the stamps of `source`. world: the frame of the poses.
-    pose: (N, 3) of the base, x m, y m, yaw rad unwrapped. estimated_pose: the same, as its
-    controller got it. twist: (N, 3) v m/s, w rad/s, vy m/s. measured_twist: the same, as its
-    controller got it. source: the source of the poses in words.
-    has_truth: whether pose and twist come from a simulator or a tracking system.
+    time_s: (N,) of the samples, the stamps of `source`. world: the frame of the poses. pose: (N, 3)
+    of the base, x m, y m, yaw rad unwrapped. twist: (N, 3) v m/s, w rad/s, vy m/s. estimated_pose,
+    measured_twist: the pose and the twist that the controller got. source: the source of the poses
+    in words. has_truth: whether pose and twist come from a simulator or a tracking system.
     """
 
     clock: Clock
@@ -115,7 +114,7 @@ class RecordedMotion:
         joined = self.tree.poses(self.world, frame, time_s)
         if joined is not None and not (self.has_truth and frame == self.odom_frame):
             return joined
-        # A frame beside the robot's own: by way of the robot.
+        # A frame in no chain with the base is reached by way of the robot.
         seen = self.base_in(frame, time_s)
         return None if seen is None else composed(self.track.at(time_s), inverted(seen))
 
@@ -133,8 +132,8 @@ class RecordedMotion:
 def recorded_motion(path: Path, columns: Mapping[str, Column]) -> RecordedMotion:
     """Returns the motion in a recording.
 
-    The pose is the truth where the recording has one, else where the transforms place the robot in
-    the map, else the odometry. Raises InputError where stamps run backwards or a clock jumps, and
+    The pose is the true one if it is recorded, else the robot's pose in the map by the transforms,
+    else that of the odometry. Raises InputError where stamps run backwards or a clock jumps, and
     where the odometry is of several robots.
     """
     odometry = columns["odom"]
@@ -179,7 +178,7 @@ def recorded_motion(path: Path, columns: Mapping[str, Column]) -> RecordedMotion
 
 
 def _localised(tree: TransformTree, odometry: Motion, time_s: Array) -> Array | None:
-    """Returns the robot's poses in the map by the transforms; None where they do not join both."""
+    """Returns the robot's poses in the map by the transforms; None where they do not tell it."""
     pose = tree.poses(MAP_FRAME, odometry.child, time_s)
     if pose is not None:
         pose[:, 2] = np.unwrap(pose[:, 2])
@@ -187,7 +186,7 @@ def _localised(tree: TransformTree, odometry: Motion, time_s: Array) -> Array | 
 
 
 def _moves(clock: Clock, column: Column) -> tuple[Track, Array]:
-    """Returns poses and twists of an odometry, at rising times."""
+    """Returns the poses and twists of an odometry, at rising times."""
     time_s = clock.stamped(column.stamp_ns)
     order = np.argsort(time_s, kind="stable")
     order = order[np.append(True, np.diff(time_s[order]) > 0.0)]
@@ -239,7 +238,7 @@ def _require_one_robot(path: Path, odometry: Column) -> None:
 
 
 def _require_order(path: Path, name: str, column: Column) -> None:
-    """Raises InputError where stamps run backwards by more than a few messages do."""
+    """Raises InputError where stamps run backwards by more than REORDERED_S."""
     steps = np.diff(column.stamp_ns) / NANOSECONDS
     if len(steps) and steps.min() < -REORDERED_S:
         where = int(steps.argmin())

@@ -30,18 +30,19 @@ Array = NDArray[np.float64]
 POSE_COLUMNS = ("x_m", "y_m", "yaw_rad")
 TWIST_COLUMNS = ("v_mps", "w_radps", "vy_mps")
 ESTIMATE_COLUMNS = ("estimated_x_m", "estimated_y_m", "estimated_yaw_rad")
-# The least z of a scanner's upward axis: one that leans more sees no planar scan.
+# The least z of a scanner's upward axis: a scanner that leans more does not scan the plane.
 LEAST_UPRIGHT = 0.9
-# A costmap that is turned less in the world than this lies along its axes.
+# A costmap turned by less than this in the world lies along the world's axes.
 TURN_TOLERANCE_RAD = 1e-6
-# The most bytes of a task's local costmaps, uncompressed; of more every second one is kept.
+# The most bytes of a task's local costmaps, uncompressed; beyond it every second one is kept.
 MAX_COSTMAP_BYTES = 40_000_000
-# A goal may come a little before it is known to be worked on, or after.
+# The request of a goal may come this long before or after the goal's state says that it is worked
+# on, s.
 GOAL_LEAD_S = 1.0
 
 
 class RecordedPiece:
-    """The piece of a recording that one task is, on its own clock."""
+    """The piece of a recording that makes one task, on the task's own clock."""
 
     def __init__(
         self, columns: Mapping[str, Column], motion: RecordedMotion, task: RecordedTask
@@ -49,7 +50,7 @@ class RecordedPiece:
         self._columns, self._motion, self.task = columns, motion, task
         times = motion.time_s
         first = int(np.searchsorted(times, task.begin_s, side="left"))
-        # The end of a task takes effect after it.
+        # One sample behind the end shows the end's effect.
         past = int(np.searchsorted(times, task.end_s, side="right")) + 1
         self._rows = slice(first, past)
         self._stamps = times[self._rows]
@@ -130,7 +131,7 @@ class RecordedPiece:
         return self._motion.pose[self._rows][-1]
 
     def scans(self, missing: dict[str, str]) -> tuple[Scan, ...]:
-        """Returns the scans with the pose of the sensor at each; all on the angles of the first."""
+        """Returns the scans with the sensor's poses, all resampled to the first scan's angles."""
         column = self._columns.get("scan")
         rows = self._rows_within("scan")
         if column is None or not len(rows):
@@ -146,7 +147,7 @@ class RecordedPiece:
             missing["scan"] = f"{first.frame} is tilted: its scans are not horizontal"
             return ()
         self.scanner_place = [float(value) for value in mounting.pose]
-        # Upside down, beams are counted the other way round.
+        # An upside-down scanner counts its beams the other way round.
         side = 1.0 if upright > 0.0 else -1.0
         times = self._motion.clock.times(column)[rows]
         places = composed(self._motion.track.at(times), np.tile(mounting.pose, (len(times), 1)))
@@ -211,9 +212,9 @@ class RecordedPiece:
         return np.flatnonzero((times >= self.task.begin_s) & (times <= self._stamps[-1]))
 
     def _held(self, role: str, before: Array) -> Array | None:
-        """Returns the last value of a role at each sample, (N, K); None where it has no values.
+        """Returns the last value of a role at each sample, (N, K); None without any value.
 
-        before: (K,) the value until the first message.
+        before: (K,) the value that holds before the first message.
         """
         column = self._columns.get(role)
         if column is None or not column.values:
@@ -238,7 +239,7 @@ def _why_missing(column: str) -> str:
 
 
 def _on_beams(beams: Beams, angles_rad: Array) -> NDArray[np.float32]:
-    """Returns the ranges of a scan at the angles of another: some scanners vary in both."""
+    """Returns the ranges of a scan at other angles, as the angles of some scanners vary."""
     own = beams.angle_min + beams.increment * np.arange(len(beams.ranges_m))
     if len(own) == len(angles_rad) and np.allclose(own, angles_rad, atol=1e-6):
         return beams.ranges_m
@@ -263,7 +264,7 @@ def _note_distances(
     rows, columns = np.divmod(np.flatnonzero(costs == LETHAL), costs.shape[1])
     if not len(rows) or not held.any():
         return
-    # In the grid's own frame, which may be turned.
+    # Distances are computed in the grid's own frame, which may be turned in the world.
     own = composed(inverted(np.array(cells.origin)), seen[held])[:, :2]
     for name, offset in (("obstacle_cell_distance_m", 0.5), ("obstacle_corner_distance_m", 0.0)):
         x, y = (columns + offset) * cells.resolution, (rows + offset) * cells.resolution
@@ -272,7 +273,10 @@ def _note_distances(
 
 
 def _placed(cells: Cells, costs: NDArray[np.uint8], place: Array, stamp_s: float) -> Costmap:
-    """Returns a costmap in the world, along its axes; place: (3,) of the costmap's frame there."""
+    """Returns a costmap on a grid along the world's axes.
+
+    place: (3,) pose of the costmap's frame in the world.
+    """
     origin = composed(place, np.array(cells.origin))
     turn = math.remainder(float(origin[2]), 2.0 * math.pi)
     x, y = float(origin[0]), float(origin[1])
@@ -284,7 +288,7 @@ def _placed(cells: Cells, costs: NDArray[np.uint8], place: Array, stamp_s: float
 def _turned(
     costs: NDArray[np.uint8], resolution: float, origin: Array
 ) -> tuple[NDArray[np.uint8], float, float]:
-    """Returns a turned grid on one of the same size along the axes: each cell's nearest."""
+    """Returns a turned grid as one of the same size along the axes: each cell takes the nearest."""
     rows, columns = costs.shape
     half = 0.5 * resolution * np.array([columns, rows])
     middle = composed(origin, np.array([*half, 0.0]))[:2]

@@ -21,15 +21,15 @@ ENDINGS = {
     CANCELED: (Outcome.ABORTED, "the goal was cancelled"),
     ABORTED: (Outcome.ABORTED, "the navigation gave up"),
 }
-# A goal that is given up sooner than this was replaced by the next one before it was driven to.
+# A goal that ended sooner than this was replaced before the robot drove to it, s.
 SHORTEST_TASK_S = 0.1
 
 
 class RecordedTask(NamedTuple):
     """A piece of a recording. Times are in seconds on the clock of the recording.
 
-    begin_s: from when on it is told. start_s: when the robot began to work on it. outcome: None
-    where the recording does not tell, and the goal must.
+    begin_s: the beginning of the log. start_s: the time at which the robot began to work on it.
+    outcome: None where the recording does not tell it; then the distance to the goal decides.
     """
 
     begin_s: float
@@ -42,8 +42,8 @@ class RecordedTask(NamedTuple):
 def tasks_by_status(path: Path, column: Column, time_s: Array, end_s: float) -> list[RecordedTask]:
     """Returns a task for every goal that was worked on, in order.
 
-    column: of states. time_s: of each. end_s: of the recording. Goals that had ended before the
-    recording began are left out. Raises InputError where there is none.
+    column: the states. time_s: the time of each. end_s: the end of the recording. Goals that had
+    ended before the recording began are left out. Raises InputError where there is none.
     """
     begun: dict[str, tuple[float, float | None]] = {}
     tasks: list[RecordedTask] = []
@@ -76,7 +76,7 @@ def tasks_by_status(path: Path, column: Column, time_s: Array, end_s: float) -> 
 
 
 def task_by_hand(path: Path, begin_s: float, end_s: float) -> RecordedTask:
-    """Returns the task between two times; raises InputError where there is nothing between."""
+    """Returns the task between two times; raises InputError where too little lies between them."""
     if end_s - begin_s < SHORTEST_TASK_S:
         raise InputError(
             f"{path}: --start and --end leave {max(end_s - begin_s, 0.0):.3f} s, expected at least "

@@ -33,7 +33,7 @@ from drake_navbench.typed_files.quantities import MAX_LENGTH_M
 
 Array = NDArray[np.float64]
 
-# Walls farther from the way are left out of the log.
+# Walls farther from the robot's way than this are left out of the log, m.
 MAP_REACH_M = 6.0
 
 
@@ -64,7 +64,8 @@ def recorded_trial(
 ) -> TrialLog:
     """Returns the log of one task; raises InputError where it has no pose.
 
-    told: the header of the original trial, if the bag is an export of ours. notes: kept in the log.
+    told: the header of the original trial, if the bag is an export of ours. notes: further entries
+    of the log's header.
     """
     piece = RecordedPiece(columns, motion, task)
     if len(piece.time_s) < 2:
@@ -122,7 +123,7 @@ def _info(
     missing: dict[str, str],
     samples: pd.DataFrame,
 ) -> dict[str, Any]:
-    """Returns the header of a log from the messages alone."""
+    """Returns the header of a log, made of the messages alone."""
     path = samples[list(POSE_COLUMNS)].to_numpy()
     goal = piece.goal(plans, missing)
     end_s = float(samples["time_s"].iloc[-1])
@@ -162,7 +163,7 @@ def _info(
 def _told_info(
     told: Mapping[str, Any], subject: Subject, missing: dict[str, str]
 ) -> dict[str, Any]:
-    """Returns the header of the trial from which the recording was exported."""
+    """Returns the header of the exported trial, for its recording."""
     info = dict(told["info"])
     info["scenario"] = dict(info["scenario"]) | {"name": subject.scenario}
     missing.pop("costmap", None)
@@ -184,7 +185,7 @@ def _outcome(
 
 
 def _walls_near(grid: OccupancyMap, path: Array) -> list[Obstacle]:
-    """Returns the occupied cells of a map around a way, as boxes."""
+    """Returns the occupied cells of a map near a path, as boxes."""
     low = path[:, :2].min(axis=0) - MAP_REACH_M
     high = path[:, :2].max(axis=0) + MAP_REACH_M
     rows, columns = grid.occupancy.shape
@@ -202,7 +203,7 @@ def _walls_near(grid: OccupancyMap, path: Array) -> list[Obstacle]:
 
 
 def _identity(info: Mapping[str, Any], samples: pd.DataFrame) -> str:
-    """Returns a digest of what was recorded."""
+    """Returns a digest of the recorded header and samples."""
     digest = sha256(json.dumps(info, sort_keys=True).encode())
     digest.update(np.ascontiguousarray(samples.to_numpy(dtype=float)).tobytes())
     return digest.hexdigest()

@@ -15,7 +15,7 @@ BODY_RGBA, LIDAR_RGBA = "0 0.45 0.7 0.8", "0.15 0.16 0.2 1"
 
 
 def urdf_of(robot: Robot, name: str) -> str:
-    """Returns the URDF text. The outline is exact; the robot's other looks are unknown."""
+    """Returns the URDF text. Only the outline is exact; the robot's looks are unknown."""
     root = ET.Element("robot", name=name)
     for material, rgba in (("body", BODY_RGBA), ("lidar", LIDAR_RGBA)):
         ET.SubElement(ET.SubElement(root, "material", name=material), "color", rgba=rgba)
@@ -39,7 +39,7 @@ def urdf_of(robot: Robot, name: str) -> str:
 
 
 def _add_inertia(link: ET.Element, mass_kg: float, radius_m: float) -> None:
-    """Adds the inertia of a disc as large as the outline; the log tells no other."""
+    """Adds the inertia of a disc as large as the outline, as the log has no other."""
     inertial = ET.SubElement(link, "inertial")
     ET.SubElement(inertial, "mass", value=repr(mass_kg))
     about_z, across = 0.5 * mass_kg * radius_m**2, 0.25 * mass_kg * radius_m**2

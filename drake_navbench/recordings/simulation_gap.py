@@ -20,16 +20,16 @@ from drake_navbench.trial.open_loop import drive_open_loop
 
 Array = NDArray[np.float64]
 
-# How long after a start the pose is compared.
+# The times after a start at which poses are compared, s.
 HORIZONS_S = (1.0, 2.0, 5.0, 10.0)
 START_PERIOD_S = 5.0
 PERCENTILE = 95
-# A sample this near to a horizon stands for it.
+# A sample this near to such a time stands for it, s.
 NEAR_S = 0.1
 
 
 class PoseGap(NamedTuple):
-    """Errors of pose a time after the start. start_count: of starts that were followed so long."""
+    """Errors of the pose some time after a start. start_count: starts followed so long."""
 
     horizon_s: float
     start_count: int

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 
 class Topic(NamedTuple):
-    """A topic. is_latched: whether who joins later still gets the last message."""
+    """A topic. is_latched: whether subscribers that join later still get the last message."""
 
     name: str
     type: str
@@ -49,7 +49,7 @@ FOLLOW_STATUS = Topic(
 )
 TRIAL = Topic("/drake_navbench/trial", "std_msgs/msg/String", is_latched=True)
 
-# Columns of a log that no ROS message carries, each a number on a topic of its own.
+# The log's columns that no ROS message carries; each gets a topic of numbers.
 SCALAR_COLUMNS = (
     "clearance_m",
     "obstacle_cell_distance_m",

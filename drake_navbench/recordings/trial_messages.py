@@ -40,10 +40,10 @@ from drake_navbench.recordings.topics import BASE_FRAME, MAP_FRAME, ODOM_FRAME, 
 Array = NDArray[np.float64]
 Message = tuple[Topic, int, Any]
 
-# 2024-01-01: tools take a time of 0 for "not set". The same for all, so that equal logs give equal
-# bags, and that two trials can be laid over each other.
+# Trials begin on 2024-01-01, as tools take a time of 0 for "not set". All begin alike, so that
+# equal logs give equal bags and two trials can be laid over each other.
 TIME_ZERO_NS = 1_704_067_200 * NANOSECONDS_PER_SECOND
-# Nav2's (action_msgs/GoalStatus).
+# The numbers of action_msgs/GoalStatus.
 ACCEPTED, EXECUTING, SUCCEEDED, ABORTED = 1, 2, 4, 6
 MAP_MARGIN_M = 1.0
 TRUE_COLUMNS = ("x_m", "y_m", "yaw_rad")
@@ -52,7 +52,7 @@ PREDICTED_RGBA: Rgba = (0.8, 0.1, 0.1, 1.0)
 OBSTACLE_RGBA: Rgba = (0.45, 0.47, 0.5, 1.0)
 MOVING_RGBA: Rgba = (0.8, 0.52, 0.2, 1.0)
 REFUSED_RGBA: Rgba = (0.9, 0.6, 0.58, 0.6)
-# The cheap, the middling and the costly third of the samples.
+# The colours of the cheap, the middling and the costly third of the samples.
 SAMPLE_RGBAS: tuple[Rgba, ...] = (
     (0.13, 0.4, 0.67, 1.0),
     (0.45, 0.66, 0.82, 0.8),
@@ -80,7 +80,7 @@ class TrialMessages:
 
     @cached_property
     def world(self) -> World:
-        """Everything that stood in the world."""
+        """The world of the log's standing obstacles."""
         return World(tuple(TypeAdapter(list[Obstacle]).validate_python(self.log.obstacles)))
 
     @cached_property
@@ -250,7 +250,7 @@ class TrialMessages:
 
     def _plans(self) -> Iterator[Message]:
         for plan in self.log.plans:
-            # The plan that there was before the first sample is seen by it.
+            # The first sample has seen the plan that was given before it.
             now = max(stamp_ns(plan.time_s), self.start_ns)
             message = self.maker.path(now, MAP_FRAME, plan.poses)
             yield topics.PLAN, now, message
@@ -313,7 +313,7 @@ class TrialMessages:
             yield topics.MOVING, now, message
 
     def _intentions(self, now: int, left: Mapping[str, Any]) -> Iterator[Message]:
-        """Yields the trajectories that a controller had in mind."""
+        """Yields the trajectories among a controller's diagnostics."""
         make = self.maker
         if len(left.get("predicted_trajectory", ())):
             points = np.asarray(left["predicted_trajectory"], dtype=float)[:, :2]
@@ -356,7 +356,7 @@ class TrialMessages:
 
 
 def _twist(row: Any, prefix: str = "") -> tuple[float, float, float]:
-    """Returns v m/s, w rad/s and vy m/s of a sample; vy is 0 of robots that have none."""
+    """Returns v m/s, w rad/s and vy m/s of a sample; vy is 0 where the log has none."""
     v, w = getattr(row, f"{prefix}v_mps"), getattr(row, f"{prefix}w_radps")
     return v, w, getattr(row, f"{prefix}vy_mps", 0.0)
 
@@ -366,7 +366,7 @@ def _edges(shape: Any) -> Array:
 
 
 def _closed(outline: Array) -> Array:
-    """Returns the edges (K, 4) of an outline (K, 2), the last back to the first corner."""
+    """Returns the edges (K, 4) of an outline (K, 2), the last one back to the first corner."""
     return np.hstack([outline, np.roll(outline, -1, axis=0)])
 
 
