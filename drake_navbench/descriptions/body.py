@@ -14,16 +14,16 @@ from drake_navbench.descriptions.model import Array, Joint, Link, Model, Shape
 from drake_navbench.descriptions.poses import inverse
 
 BASE_LINKS = ("base_link", "base_footprint")
-# A round shape becomes a polygon with as many corners.
+# A round shape becomes a polygon with this many corners.
 CIRCLE_CORNERS = 32
 # Corners that lie within this of a straight edge are left out of the outline, m.
 TOLERANCE_M = 1e-3
 TURNING = ("continuous", "revolute")
-# Links on joints with these words in a name are wheels and casters.
+# Words in a joint's or link's name by which it is a wheel's or a caster's.
 ROLLING = ("wheel", "caster", "castor")
 # A wheel's mesh is round where its length and its height differ by less than this share.
 ROUND_SHARE = 0.05
-# An axle lies flatter than this: the part of its axis that is upright.
+# The largest upright part of an axle's unit vector.
 LEVEL_AXIS = math.sqrt(0.5)
 
 
@@ -43,7 +43,7 @@ class Body(NamedTuple):
 
 
 class Wheel(NamedTuple):
-    """A wheel; position: centre of its tyre (3,) m in the base frame; radius_m: None if unknown."""
+    """A wheel; position: centre of its tyre (3,) m in the base frame; radius_m: None: unknown."""
 
     joint: Joint
     position: Array
@@ -51,7 +51,7 @@ class Wheel(NamedTuple):
 
 
 def base_of(model: Model, wanted: str | None = None) -> str:
-    """Returns the name of the base link: the one wanted, base_link, base_footprint, the root."""
+    """Returns the name of the base link: `wanted`, base_link, base_footprint, or else the root."""
     for name in (wanted, *BASE_LINKS):
         if name is None:
             continue
@@ -68,7 +68,7 @@ def to_base_of(model: Model, base: str) -> Array:
 
 
 def read_body(model: Model, base: str) -> Body:
-    """Returns the body; shapes that cannot be read are left out and told."""
+    """Returns the body; shapes that cannot be read are left out and listed in it."""
     to_base = to_base_of(model, base)
     remarks: list[str] = []
     for role in ("collisions", "visuals"):
@@ -149,7 +149,7 @@ def _ball(half_axes: Array) -> Array:
 
 
 def rolls(joint: Joint) -> bool:
-    """Tells whether a joint is called as one of a wheel or a caster."""
+    """Tells whether a joint's name is that of a wheel or a caster."""
     words = f"{joint.name} {joint.child}".lower()
     return joint.kind in TURNING and any(word in words for word in ROLLING)
 
@@ -170,7 +170,7 @@ def wheel_joints(model: Model, base: str) -> list[Joint]:
 
 
 def wheels_of(model: Model, base: str) -> list[Wheel]:
-    """Returns the wheels: each where its tyre is, and where it has no shape, where its link is."""
+    """Returns the wheels: each at its tyre or, where it has no shape, at its link."""
     to_base = to_base_of(model, base)
     wheels = []
     for joint in wheel_joints(model, base):
@@ -192,7 +192,7 @@ def _round_tyre(link: Link, to_base: Array) -> tuple[Array, float] | None:
 
 
 def _mesh_tyre(link: Link, to_base: Array) -> tuple[Array, float] | None:
-    """Returns centre (3,) and radius of a wheel's mesh as high as it is long; None without one."""
+    """Returns centre (3,) and radius of a wheel's mesh, if it is as high as long; else None."""
     for shape in (*link.collisions, *link.visuals):
         if shape.kind != "mesh" or shape.mesh is None:
             continue
@@ -202,7 +202,7 @@ def _mesh_tyre(link: Link, to_base: Array) -> tuple[Array, float] | None:
         corners = np.array(answer["corners"])
         height_m = answer["high"] - answer["low"]
         long_m, wide_m = sorted(np.ptp(corners, axis=0), reverse=True)
-        # A wheel is as long as high; of one that is turned neither side of the box is its length.
+        # A wheel is as long as high; in a turned box neither side is its length.
         if abs(height_m - long_m) < ROUND_SHARE * height_m and wide_m <= height_m:
             middle = 0.5 * (corners.min(axis=0) + corners.max(axis=0))
             centre = np.array([*middle, 0.5 * (answer["low"] + answer["high"])])
@@ -213,7 +213,7 @@ def _mesh_tyre(link: Link, to_base: Array) -> tuple[Array, float] | None:
 def floor_of(model: Model, body: Body, wheels: Sequence[Wheel]) -> float:
     """Returns the height of the floor in the base frame, m.
 
-    That is where the wheels end, else the base_footprint, else the body.
+    That is the lowest point of the wheels, else the base_footprint, else the body's lowest point.
     """
     ends = [w.position[2] - w.radius_m for w in wheels if w.radius_m is not None]
     if ends:

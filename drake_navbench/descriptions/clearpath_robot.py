@@ -19,7 +19,7 @@ PLATFORM, SENSORS = "clearpath_platform_description", "clearpath_sensors_descrip
 MOUNTS = "clearpath_mounts_description"
 FILE_NAME = re.compile(r"[\w/.-]{1,200}")
 HEAD_BYTES = 100_000
-# Parameters of lidars' macros by what the drivers' parameters are called.
+# A driver's parameter -> the parameter of the lidar's macro.
 ANGLES = {"angle_min": "min_ang", "angle_max": "max_ang"}
 
 
@@ -37,7 +37,7 @@ def is_clearpath(path: Path) -> bool:
 
 
 def platform_of(path: Path) -> str:
-    """Returns the platform in a robot.yaml, such as a200; '' where it is not told."""
+    """Returns the platform in a robot.yaml, such as a200; '' where it has none."""
     serial = SERIAL.fullmatch(str(read_yaml(path).get("serial_number", "")))
     return "" if serial is None else serial[1]
 
@@ -45,8 +45,8 @@ def platform_of(path: Path) -> str:
 def clearpath_xacro(path: Path, packages: Packages) -> tuple[str, list[str]]:
     """Returns the xacro text of a robot.yaml, and a remark on each part that was left out.
 
-    Read are platform, attachments, links, mounts and sensors. Raises InputError where the
-    platform is not told, or its package is not there.
+    Platform, attachments, links, mounts and sensors are read. Raises InputError where the platform
+    is missing in the file, or its package does not exist.
     """
     data, platform = read_yaml(path), platform_of(path)
     if not platform:
@@ -81,7 +81,7 @@ def clearpath_xacro(path: Path, packages: Packages) -> tuple[str, list[str]]:
 
 def _file_of(package: Path | None, macro: str) -> Path | None:
     """Returns the xacro file of a part; None where the package has none. Risers are in pacs/."""
-    # Longer names than files have cannot be looked up.
+    # A name longer than names of files cannot be looked up.
     if package is None or not FILE_NAME.fullmatch(macro):
         return None
     files = (package / "urdf" / folder / f"{macro}.urdf.xacro" for folder in ("", "pacs"))
@@ -111,11 +111,11 @@ def _listed(items: Any) -> list[Mapping[str, Any]]:
 
 
 def _call(file: Path, name: str, item: Mapping[str, Any]) -> list[str]:
-    """Returns the lines that include a file and call its macro with what it takes."""
+    """Returns the lines that include a file and call its macro with the parameters that it has."""
     macro = file.name.partition(".")[0]
     takes = parameters_of(file.read_text(encoding="utf-8", errors="replace"), macro)
     given = {"model": "default"} | dict(_plain(item))
-    # A sensor's `model` names its macro; that of its driver names the kind of it.
+    # A sensor's `model` names its macro; its driver's `model` names the sensor's type.
     given |= {key: value for key, value in _nested(item) if key == "model"}
     given |= {"name": name, "parent_link": item.get("parent")}
     given |= {ANGLES[key]: value for key, value in _nested(item) if key in ANGLES}
@@ -132,7 +132,7 @@ def _call(file: Path, name: str, item: Mapping[str, Any]) -> list[str]:
 
 
 def _plain(item: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
-    """Yields the entries of a part that are numbers and words, lists of numbers as xacro has it."""
+    """Yields a part's entries that are numbers and words; lists of numbers as text for xacro."""
     for key, value in item.items():
         if isinstance(value, list):
             yield str(key), _triple(value)
@@ -150,6 +150,6 @@ def _nested(item: Mapping[str, Any], level: int = 0) -> Iterator[tuple[str, Any]
 
 
 def _triple(values: Any) -> str:
-    """Returns numbers of a list as a text; zeros where there is none."""
+    """Returns the numbers of a list as text; zeros where there are none."""
     numbers = [v for v in values if isinstance(v, int | float)] if isinstance(values, list) else []
     return " ".join(f"{value:g}" for value in numbers) if numbers else "0 0 0"

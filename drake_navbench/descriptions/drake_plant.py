@@ -1,4 +1,4 @@
-"""A model in a MultibodyPlant: links as bodies, wheels and casters on joints, all else rigid."""
+"""A model in a MultibodyPlant: links as bodies, wheels and casters on joints, all others fixed."""
 
 from __future__ import annotations
 
@@ -27,9 +27,9 @@ from drake_navbench.descriptions.model import Shape as ModelShape
 from drake_navbench.descriptions.poses import inverse
 from drake_navbench.errors import InputError
 
-# Beyond this an angle's limit is none, rad.
+# A limit of an angle beyond this counts as none, rad.
 ENDLESS_RAD = 1e3
-# Shapes of a model that are drawn: Drake's time grows with the square of their number.
+# The most shapes of a model to draw: Drake's time grows with the square of their number.
 MAX_DRAWN = 500
 
 
@@ -48,9 +48,9 @@ def add_bodies(
 ) -> ModelInstanceIndex:
     """Adds the links and joints of a model to a plant; returns their instance.
 
-    base: the link that links without a joint are fixed to. Joints that neither turn without end nor
-    are called wheel or caster stay at zero. has_mass: whether links have their mass and inertia.
-    Raises InputError where no body has such an inertia, or there is no name.
+    base: the link to which links without a joint are fixed. Joints stay at zero unless they turn
+    without end or are named as wheels or casters. has_mass: whether links have their mass and
+    inertia. Raises InputError where no body has such an inertia, or there is no name.
     """
     instance = plant.AddModelInstance(model.name or "robot")
     bodies = {}
@@ -72,7 +72,7 @@ def add_bodies(
 
 
 def _holder(name: str, held_by: dict[str, str]) -> str:
-    """Returns a name that all links have in common that joints connect with a link."""
+    """Returns a name shared by all links that joints connect with a link."""
     while held_by[name] != name:
         name = held_by[name]
     return name
@@ -86,7 +86,7 @@ def _add_joint(
     held_by: dict[str, str],
     taken: set[str],
 ) -> None:
-    """Adds a joint; one between links that others connect already is left out."""
+    """Adds a joint; a joint between links that are connected already is left out."""
     if joint.parent not in bodies or joint.child not in bodies:
         return
     parent, child = _holder(joint.parent, held_by), _holder(joint.child, held_by)

@@ -25,10 +25,11 @@ SIZES = {
 
 
 def write_drawing(model: Model, base: str, floor_m: float) -> Path:
-    """Writes the drawing into the user's cache, by its content; returns the file.
+    """Writes the drawing into the user's cache, named by its content; returns the file.
 
-    base: the link that is the base frame; base_link is that frame on the floor there. floor_m:
-    height of the floor in it. Raises OSError where the cache cannot be written.
+    base: the link of the base frame; the drawing's base_link is that frame, moved to the floor.
+    floor_m: height of the floor in the base frame. Raises OSError where the cache cannot be
+    written.
     """
     text = drawing_of(model, base, floor_m)
     folder = user_cache_folder() / FOLDER
@@ -67,7 +68,7 @@ def drawing_of(model: Model, base: str, floor_m: float) -> str:
 def _joint(
     names: Mapping[str, str], name: str, rolling: Mapping[str, Joint], to_base: Array
 ) -> ElementTree.Element:
-    """Returns the joint of a link: on its caster's fork or else right on the base."""
+    """Returns the joint of a link: on its caster's fork, or directly on the base."""
     joint = rolling.get(name)
     kind = "fixed" if joint is None else "continuous"
     element = ElementTree.Element("joint", name=f"joint_{names[name]}", type=kind)
@@ -100,7 +101,7 @@ def _visuals(link: Link, *, is_tinted: bool) -> Iterator[ElementTree.Element]:
 
 
 def _geometry(shape: Shape) -> ElementTree.Element | None:
-    """Returns a shape's geometry; None of one that cannot be drawn."""
+    """Returns a shape's geometry; None for a shape that cannot be drawn."""
     if shape.kind != "mesh" and (not shape.size or min(shape.size) <= 0.0):
         return None
     geometry = ElementTree.Element("geometry")

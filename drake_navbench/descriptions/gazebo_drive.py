@@ -17,7 +17,7 @@ from drake_navbench.typed_files.ros_packages import Packages
 from drake_navbench.typed_files.typed_yaml import read_yaml
 
 DIFFERENTIAL, OMNIDIRECTIONAL, ACKERMANN = "differential", "omnidirectional", "ackermann"
-# Words in the file or name of a plugin, or the type of a controller, first fit first.
+# Words in a plugin's file or name, or a controller's type -> kind of drive; the first fit counts.
 KINDS = (
     ("ackermann", ACKERMANN),
     ("tricycle", ACKERMANN),
@@ -25,7 +25,7 @@ KINDS = (
     ("mecanum", OMNIDIRECTIONAL),
     ("planar_move", OMNIDIRECTIONAL),
     ("planar-move", OMNIDIRECTIONAL),
-    # Not "omni" alone: there are omnidirectional receivers and cameras.
+    # "omni" alone would not do: there are omnidirectional receivers and cameras.
     ("omni_wheel", OMNIDIRECTIONAL),
     ("omni_drive", OMNIDIRECTIONAL),
     ("omnidirectional", OMNIDIRECTIONAL),
@@ -37,16 +37,19 @@ KINDS = (
     ("skid-steer", DIFFERENTIAL),
 )
 CONTROL = ("ros2_control", "ros_control")
-# Where this is the fastest, the model gives a bound of its simulator, none of a robot.
+# Larger limits in a model are bounds of the simulator, not of the robot.
 FASTEST_MPS, FASTEST_RADPS, LARGEST_MPS2 = 20.0, 50.0, 200.0
 LEAST = 1e-3
 # The bound of every joint in ros2_control's examples, rad/s. Robots copy it for their wheels, which
-# would drive at 3 to 10 cm/s by it; they drive faster.
+# it would hold to 3 to 10 cm/s; they drive faster.
 EXAMPLE_RADPS = 1.0
 
 
 class FoundDrive(NamedTuple):
-    """kind: '' where nothing tells it. source: what told it. values: by our own names, SI units.
+    """A drive as a robot's model describes it.
+
+    kind: '' for unknown. source: the part of the model that tells it. values: by our own names, SI
+    units.
 
     remark: a limit in the files that is not used, and why; '' without one.
     """
@@ -62,7 +65,7 @@ def drive_of(
 ) -> FoundDrive:
     """Returns a model's drive, by its plugin, else its ros2_control file, else its wheels.
 
-    That file is named by the model or, where it names none, tells the model's wheels.
+    That file is named by the model or, where it names none, names the model's wheels.
 
     arguments: of its xacro files; one of them may be the ros2_control file.
     """
@@ -117,7 +120,7 @@ def _plugin_values(plugin: ElementTree.Element, kind: str) -> dict[str, float]:
         "min_linear_velocity_mps": told("min_linear_velocity", "min_velocity"),
         "max_angular_velocity_radps": told("max_angular_velocity"),
         "max_linear_acceleration_mps2": told(
-            # Of the classic plugin that is a wheel's rim, m/s^2; 0 stands for none.
+            # The classic plugin's acceleration is that of a wheel's rim, m/s^2; 0 stands for none.
             "max_linear_acceleration",
             "max_acceleration",
             "max_wheel_acceleration",
@@ -156,7 +159,7 @@ def _by_controllers(files: Sequence[str], packages: Packages) -> FoundDrive | No
 def _by_wheel_names(wheels: Sequence[Wheel], packages: Packages) -> FoundDrive | None:
     """Returns the drive in the first controllers file that names these wheels and no others.
 
-    Launch files name it where a model does not.
+    Launch files name the controllers file where a model does not.
     """
     joints = {wheel.joint.name for wheel in wheels}
     for file in packages.files():
@@ -169,7 +172,7 @@ def _by_wheel_names(wheels: Sequence[Wheel], packages: Packages) -> FoundDrive |
 
 
 def _controllers_in(path: Path, joints: Set[str] | None = None) -> FoundDrive | None:
-    """Returns the first drive in a controllers file; joints: of its wheels, None: any."""
+    """Returns the first drive in a controllers file; joints: the wheels' joints, None: any."""
     try:
         nodes = dict(_nodes(read_yaml(path)))
     except InputError:
@@ -232,7 +235,7 @@ def _controller_values(parameters: Mapping[str, Any]) -> dict[str, float]:
 
 
 def _add_wheel_limits(values: dict[str, float], model: Model, wheels: Sequence[Wheel]) -> str:
-    """Adds the speed at which the wheels turn as fast as they may; returns what is not used."""
+    """Adds the speed at the wheels' limit; returns a remark on an unused limit."""
     limits = [w.joint.velocity_radps for w in wheels if w.joint.velocity_radps]
     names = {w.joint.name for w in wheels}
     commands = []
@@ -254,7 +257,7 @@ def _add_wheel_limits(values: dict[str, float], model: Model, wheels: Sequence[W
 
 
 def _sensible(values: Mapping[str, float]) -> dict[str, float]:
-    """Returns the values without those that bound nothing, such as 1e16 rad/s or 0."""
+    """Returns the values without bounds that bound nothing, such as 1e16 rad/s or 0."""
     most = {
         "max_linear_velocity_mps": FASTEST_MPS,
         "max_angular_velocity_radps": FASTEST_RADPS,

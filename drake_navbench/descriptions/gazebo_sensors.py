@@ -12,19 +12,19 @@ from drake_navbench.descriptions.model import Array, Model, Sensor
 from drake_navbench.descriptions.poses import inverse, number, yaw_of
 from drake_navbench.descriptions.xml_file import text_of
 
-# Links that stand for a lidar where no sensor is described.
+# Words in names of links that stand for a lidar where no sensor is described.
 LIDAR_LINK = re.compile(r"(?:^|_)(?:r?p?lidar|laser|base_scan|scan|hokuyo|velodyne|sick)(?:_|\d|$)")
 LIDARS = ("ray", "gpu_ray", "lidar", "gpu_lidar")
 DEPTH_CAMERAS = ("depth", "depth_camera", "rgbd_camera", "rgbd")
-# What Gazebo takes for a lidar or camera without the word, m and Hz.
+# Gazebo's defaults for a lidar or camera, m and Hz.
 DEFAULT_RATE_HZ = 10.0
 FARTHEST_M = 200.0
-# Scans come no more often: no controller looks more often, and a trial keeps each of them, s.
+# The least time between scans, s: no controller looks more often, and a trial keeps each scan.
 LEAST_PERIOD_S = 0.05
-# What sees less is no scanner.
+# A sensor with a narrower view is no scanner.
 LEAST_REACH_M, LEAST_BEAMS = 1.0, 16
 MAX_BEAMS = 100_000
-# Rays of a depth camera: enough for costmaps, fewer than pixels.
+# The rays of a depth camera: enough for costmaps, fewer than pixels.
 MAX_COLUMNS, MAX_ROWS = 96, 32
 MAX_LAYER_COLUMNS, MAX_LAYERS = 360, 128
 STEEPEST_RAD = math.radians(88.0)
@@ -33,7 +33,7 @@ LEVEL_RAD = math.radians(10.0)
 
 
 class FoundSensor(NamedTuple):
-    """A sensor as fields of a robot file; name: as in the model. remark: '' or what differs."""
+    """A sensor as fields of a robot file; name: as in the model. remark: a difference, or ''."""
 
     name: str
     fields: dict[str, Any]
@@ -41,7 +41,11 @@ class FoundSensor(NamedTuple):
 
 
 class FoundSensors(NamedTuple):
-    """scanners: planar ones. clouds: depth cameras and lidars of many layers. others: the rest."""
+    """The sensors of a model by kind.
+
+    scanners: planar lidars. clouds: depth cameras and lidars of many layers. others: all other
+    sensors.
+    """
 
     scanners: list[FoundSensor]
     clouds: list[FoundSensor]
@@ -49,7 +53,7 @@ class FoundSensors(NamedTuple):
 
 
 def sensors_of(model: Model, to_base: Array, floor_m: float) -> FoundSensors:
-    """Returns the sensors of a model; to_base: (4, 4). floor_m: its height in the base frame."""
+    """Returns a model's sensors; to_base: (4, 4). floor_m: the floor's height in the base frame."""
     found = FoundSensors([], [], [])
     for sensor in model.sensors:
         pose = to_base @ sensor.pose
@@ -70,7 +74,7 @@ def sensors_of(model: Model, to_base: Array, floor_m: float) -> FoundSensors:
 def lidar_link(model: Model, base: str, floor_m: float) -> FoundSensor | None:
     """Returns the pose of the first link with a lidar's name; None where no link has one.
 
-    Of a chain such as mount, laser the last one counts.
+    In a chain of links, such as mount and laser, the last one counts.
     """
     named = [name for name in model.links if LIDAR_LINK.search(name.lower())]
     if not named:
@@ -82,7 +86,7 @@ def lidar_link(model: Model, base: str, floor_m: float) -> FoundSensor | None:
 
 
 def _is_proximity(sensor: Sensor) -> bool:
-    """Tells whether a ray sensor looks for cliffs or bumps: of a short reach or of few beams."""
+    """Tells whether a ray sensor is one for cliffs or bumps, with a short reach or few beams."""
     reach_m = number(text_of(_block(sensor), "range/max"))
     beams = number(text_of(_block(sensor), "scan/horizontal/samples"))
     is_short = reach_m is not None and reach_m < LEAST_REACH_M
@@ -145,7 +149,7 @@ def _scanner(sensor: Sensor, pose: Array, floor_m: float) -> FoundSensor:
     fields = _place(pose, floor_m) | _ranges(told("range/min"), told("range/max"))
     span = min(high - low, 2.0 * math.pi)
     if span > 0.0:
-        # At a full turn the last beam is the first one again, by any rounding of pi.
+        # At a full turn the last beam equals the first one, whatever the rounding of pi.
         full = span > 2.0 * math.pi - 0.02
         fields["angle_span_rad"] = 2.0 * math.pi if full else round(span, 6)
         first = (low + math.pi) % (2.0 * math.pi) - math.pi
@@ -180,7 +184,7 @@ def _layered(sensor: Sensor, pose: Array, floor_m: float) -> FoundSensor:
     span = min(max(left - right, 0.01), 2.0 * math.pi)
     columns = int(told("scan/horizontal/samples", 360.0))
     ranges = (number(text_of(block, "range/min")), number(text_of(block, "range/max")))
-    # The middle of its layers is the axis that a depth sensor looks along.
+    # The axis of a depth sensor points to the middle of its layers.
     pitch = _clamped(-0.5 * (low + high), STEEPEST_RAD)
     fields = _place(pose, floor_m) | _ranges(*ranges)
     fields |= {
@@ -228,7 +232,7 @@ def _depth_camera(sensor: Sensor, pose: Array, floor_m: float) -> FoundSensor:
 
 
 def _vertical(span: float, pitch: float) -> float:
-    """Returns a vertical field of view that no ray leaves straight up or down."""
+    """Returns a vertical field of view in which no ray points straight up or down."""
     return round(min(max(span, 0.0), 2.0 * (STEEPEST_RAD - abs(pitch))), 5)
 
 
@@ -237,6 +241,6 @@ def _clamped(value: float, limit: float) -> float:
 
 
 def alike(scanners: Sequence[FoundSensor]) -> bool:
-    """Tells whether scanners differ in where they are alone."""
+    """Tells whether scanners differ in their places alone."""
     kinds = [{k: v for k, v in s.fields.items() if k not in ("pose", "height_m")} for s in scanners]
     return all(kind == kinds[0] for kind in kinds)

@@ -1,4 +1,4 @@
-"""Meshes, read in a process with bounds on memory and time; what was read once is kept."""
+"""Meshes, read in a process with bounds on memory and time; results are cached."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ from drake_navbench.processes.limited_call import call_limited
 from drake_navbench.typed_files.input_file import MEGABYTE, file_digest
 
 MAX_MESH_BYTES = 500 * MEGABYTE
-# A replay of a larger one is slow to load.
+# A replay with a larger mesh loads slowly.
 MAX_DRAWN_BYTES = 20 * MEGABYTE
 FOLDER = "meshes"
-# Changes wherever the same file would now be read into something else, or written otherwise.
+# To be changed whenever the same file would be read differently, or the cache has another form.
 VERSION = 6
 CHILD = "drake_navbench.typed_files.mesh_child"
 
@@ -42,9 +42,9 @@ def mesh_sections(
 
 
 def mesh_files(shapes: Sequence[Shape]) -> list[str | None]:
-    """Returns for each mesh a file that Drake draws, unscaled; None where it cannot be read.
+    """Returns for each mesh a file that Drake can draw, unscaled; None for an unreadable mesh.
 
-    That is the mesh itself where it is a whole and small OBJ file, else one in the user's cache.
+    The file is the mesh itself if it is a whole and small OBJ file, else one in the user's cache.
     """
     whole = [_is_small_obj(shape) for shape in shapes]
     plain = [not shape.submesh and not shape.is_centred for shape in shapes]
@@ -92,7 +92,7 @@ def _asked(shape: Shape, to_base: Array) -> dict[str, Any]:
 
 
 def _read(function: str, requests: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """Returns an answer for each mesh: from the cache, else read now, all in one process."""
+    """Returns an answer for each mesh: from the cache, or read now, all in one process."""
     files = [_cache_file(function, entry) for entry in requests]
     answers = [_cached(file) for file in files]
     missing = [index for index, answer in enumerate(answers) if answer is None]
@@ -107,7 +107,7 @@ def _read(function: str, requests: list[dict[str, Any]]) -> list[dict[str, Any]]
 
 
 def _read_now(function: str, requests: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """Reads meshes together, and where that takes too much one by one."""
+    """Reads meshes together or, where that takes too much memory or time, one by one."""
     if not requests:
         return []
     try:
@@ -144,7 +144,7 @@ def _cached(file: Path) -> dict[str, Any] | None:
 
 
 def _keep(file: Path, answer: dict[str, Any]) -> None:
-    """Writes an answer whole or not at all; a cache that cannot be written is none."""
+    """Writes an answer into the cache, whole or not at all; ignores errors of writing."""
     try:
         file.parent.mkdir(parents=True, exist_ok=True)
         handle, name = tempfile.mkstemp(dir=file.parent)

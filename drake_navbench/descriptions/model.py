@@ -19,9 +19,9 @@ class Shape:
 
     kind and size: box, its size along x, y, z m; cylinder, cone, capsule, radius and length m;
     sphere, radius m; ellipsoid, half axes m; polyline, height m; mesh, scale along x, y, z; plane,
-    the endless floor, none. corners: (K, 2) m, of a polyline. mesh: the file, None where it is not
-    there; uri: its name. submesh: of which only this part counts, '' for all. name: as in the
-    file. colour: red, green, blue, alpha from 0 to 1; None: not given.
+    the endless floor, none. corners: (K, 2) m, of a polyline. mesh: the file, None where it does
+    not exist; uri: its name. submesh: the only part of the mesh that counts, '' for all. name: as
+    in the file. colour: red, green, blue, alpha from 0 to 1; None: not given.
     """
 
     kind: str
@@ -40,7 +40,7 @@ class Shape:
 class Link:
     """A rigid body; pose: (4, 4) in the model's frame.
 
-    center_m: (3,) of mass, and inertia_kgm2: (3, 3) about it, in the link's frame.
+    center_m: (3,) centre of mass; inertia_kgm2: (3, 3) about it; both in the link's frame.
     """
 
     name: str
@@ -53,7 +53,7 @@ class Link:
 
     @property
     def shown(self) -> tuple[Shape, ...]:
-        """The shapes that it is drawn by: its visuals that are there, else its collisions."""
+        """The shapes by which the link is drawn: its existing visuals, else its collisions."""
         seen = tuple(s for s in self.visuals if s.kind != "mesh" or s.mesh is not None)
         return seen or self.collisions
 
@@ -63,7 +63,7 @@ class Joint:
     """A joint; pose: (4, 4) and axis: (3,) in the model's frame.
 
     velocity_radps: its limit; None: not given. range_rad: its least and its largest angle.
-    damping_nms: torque a speed.
+    damping_nms: torque per rate, N m s/rad.
     """
 
     name: str
@@ -99,7 +99,7 @@ class Plugin:
 class Model:
     """The links, shapes and plugins of one model, its joints at zero.
 
-    remarks: what was left out, and why. frames: (4, 4) of further frames by name.
+    remarks: the parts left out, and why. frames: poses (4, 4) of further frames by name.
     """
 
     name: str
@@ -112,5 +112,5 @@ class Model:
 
     @property
     def mass_kg(self) -> float:
-        """Of all links together, kg."""
+        """The mass of all links together, kg."""
         return sum(link.mass_kg for link in self.links.values())

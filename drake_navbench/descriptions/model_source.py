@@ -21,9 +21,9 @@ from drake_navbench.typed_files.ros_packages import Packages
 
 MAX_FILE_BYTES = 64 * MEGABYTE
 MODEL_SUFFIXES = (".urdf", ".sdf", XACRO)
-# What only xacro gives a meaning, also in files called .urdf.
+# Text that only xacro gives a meaning, also in files called .urdf.
 XACRO_MARKS = re.compile(r"<xacro:|=\s*[\"'][^\"']*\$[{(]")
-# Roots of files of other simulators; see docs/robots.md.
+# The root elements of other simulators' files; see docs/robots.md.
 OTHERS = {"mujoco": "MuJoCo", "mujocoinclude": "MuJoCo"}
 
 
@@ -72,7 +72,7 @@ def is_model_file(path: Path) -> bool:
 
 
 def _sdf_model(root: ElementTree.Element, path: Path, packages: Packages) -> Model:
-    """Returns the first model of an SDF text, also where it stands in a world or is included."""
+    """Returns the first model of an SDF text, even if it stands in a world or is included."""
     if root.tag in OTHERS:
         raise InputError(
             f"{path}: is a model of {OTHERS[root.tag]}; expected URDF, SDF or xacro, "

@@ -9,12 +9,12 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
-# Positions beyond it are slips; a world of it is told as too large, m.
+# Positions beyond this are mistakes; a world of this size is reported as too large, m.
 FARTHEST_M = 1e6
 
 
 def numbers(text: str | None, count: int, fill: float = 0.0) -> list[float]:
-    """Returns the first numbers of a text; what is missing or no finite number is `fill`."""
+    """Returns the first numbers of a text; missing and not finite ones become `fill`."""
     found: list[float] = []
     for word in (text or "").replace(",", " ").split()[:count]:
         try:
@@ -69,7 +69,7 @@ def inverse(pose: Array) -> Array:
 
 
 def moved_inertia(pose: Array, moments: list[float]) -> Array:
-    """Returns a tensor (3, 3) in the frame that `pose` places its own frame in.
+    """Returns an inertia tensor (3, 3) in the frame in which its own frame has the pose `pose`.
 
     moments: ixx, iyy, izz, ixy, ixz, iyz.
     """

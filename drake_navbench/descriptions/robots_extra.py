@@ -10,7 +10,7 @@ HOW_TO_INSTALL = "pip install 'drake-navbench[robots]'"
 
 
 def require_library(name: str, file: str) -> None:
-    """Raises InputError where a library is not installed; file: what needs it."""
+    """Raises InputError where a library is not installed; file: the file that needs it."""
     if find_spec(name) is None:
         raise InputError(
             f"{file}: needs the library {name}, which is not installed: {HOW_TO_INSTALL}"

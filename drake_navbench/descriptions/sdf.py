@@ -22,16 +22,16 @@ from drake_navbench.typed_files.ros_packages import MODEL_FILE, Packages
 Array = NDArray[np.float64]
 
 MAX_FILE_BYTES = 64 * MEGABYTE
-# Models in models: more is a file that includes itself.
+# The depth of models in models; a deeper file includes itself.
 MAX_NESTED = 16
-# Links and models, so that models that include each other several times end.
+# The most links and models, so that models which include each other several times come to an end.
 MAX_PARTS = 20_000
 FUEL = ("http://", "https://")
 UNSHAPED = ("heightmap", "image")
 
 
 class SdfReader:
-    """Reads models of SDF; remarks: what was left out, and why."""
+    """Reads models of SDF; remarks: the parts left out, and why."""
 
     def __init__(self, packages: Packages) -> None:
         self._packages = packages
@@ -40,14 +40,14 @@ class SdfReader:
         self.remarks: list[str] = []
 
     def read(self, element: ElementTree.Element, folder: Path, pose: Array | None = None) -> Model:
-        """Returns a <model> at a pose; folder: that its relative files are in."""
+        """Returns a <model> at a pose; folder: the folder of its relative files."""
         model = Model(element.get("name") or "model", remarks=self.remarks)
         model.is_static = _is_true(text_of(element, "static"))
         self._add(model, element, folder, np.eye(4) if pose is None else pose, "", 0)
         return model
 
     def included(self, include: ElementTree.Element) -> tuple[ElementTree.Element, Path] | None:
-        """Returns the <model> that an <include> names, and its folder; None, told, without one."""
+        """Returns the <model> that an <include> names, and its folder; else None and a remark."""
         uri = (text_of(include, "uri") or "").strip().rstrip("/")
         place = self._place(uri)
         if place is None:
@@ -96,7 +96,7 @@ class SdfReader:
         prefix: str,
         depth: int,
     ) -> None:
-        """Adds the parts of a <model> at a pose; prefix: of the names in it."""
+        """Adds the parts of a <model> at a pose; prefix: begins the names in it."""
         if depth > MAX_NESTED:
             raise InputError(f"model {model.name}: nests deeper than {MAX_NESTED} models")
         self._count_part()
@@ -228,7 +228,7 @@ class SdfReader:
         scale = text_of(element, "scale")
         place = self._packages.place(uri, folder) if uri else None
         if place is None and uri.startswith(FUEL):
-            # https://.../models/NAME/VERSION/files/meshes/part.dae
+            # A URI such as https://.../models/NAME/VERSION/files/meshes/part.dae.
             name, _, rest = uri.partition("/models/")[2].partition("/")
             model = self._packages.model(name)
             file = None if model is None else model / rest.partition("files/")[2]
@@ -255,13 +255,13 @@ class SdfReader:
 
 
 def _model_file(folder: Path) -> Path | None:
-    """Returns the SDF file of a model's folder: that of the highest version in its model.config."""
+    """Returns the SDF file in a model's folder: that of the highest version in its model.config."""
     config = folder / MODEL_FILE
     if config.is_file():
         try:
             root = read_xml(read_input(config, max_bytes=MEGABYTE), str(config))
         except InputError:
-            # What it says besides, authors above all, matters to nobody here.
+            # Everything else in it, authors above all, is of no use here.
             root = ElementTree.Element("model")
         named = [
             (number(entry.get("version")) or 0.0, (entry.text or "").strip())
@@ -275,7 +275,7 @@ def _model_file(folder: Path) -> Path | None:
 
 
 def placement(element: ElementTree.Element, pose: Array) -> Array:
-    """Returns the pose of a model's frame, given that of its `placement_frame`, or its own."""
+    """Returns the pose of a model's frame, given that of its `placement_frame` if it has one."""
     name = element.get("placement_frame", "")
     return pose @ inverse(Frames(element).of(name)) if name else pose
 

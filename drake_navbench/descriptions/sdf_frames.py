@@ -19,8 +19,8 @@ PLACED = ("link", "frame", "model", "joint")
 class Frames:
     """The poses of a model's named parts in the model's frame.
 
-    unknown: names that poses are relative to and that the model does not have; these poses count
-    as relative to the model.
+    unknown: names that the model lacks although poses are relative to them; such poses count as
+    relative to the model.
     """
 
     def __init__(self, model: ElementTree.Element) -> None:
@@ -39,7 +39,7 @@ class Frames:
     def pose_of(self, element: ElementTree.Element, default: str = "") -> Array:
         """Returns the pose of an element in the model's frame.
 
-        default: the frame that its pose is relative to where it does not say.
+        default: the frame to which its pose is relative if it names none.
         """
         pose = element.find("pose")
         own = np.eye(4) if pose is None else pose_element(pose)
@@ -69,7 +69,7 @@ class Frames:
 
 
 def pose_element(element: ElementTree.Element) -> Array:
-    """Returns the pose that the text of a <pose> tells."""
+    """Returns the pose in the text of a <pose>."""
     values = numbers(element.text, 6)
     if element.get("degrees") in ("true", "1"):
         values[3:] = [float(np.radians(value)) for value in values[3:]]

@@ -17,7 +17,7 @@ TRUE = ("1", "true", "True")
 
 
 def joint_of(element: ElementTree.Element, frames: Frames, pose: Array, prefix: str) -> Joint:
-    """Returns a <joint>; pose: (4, 4) of the <model> that it is in. prefix: of names in it."""
+    """Returns a <joint>; pose: (4, 4) of the <model> around it. prefix: begins the names in it."""
     child = text_of(element, "child") or ""
     place = pose @ frames.pose_of(element, child)
     low, high = (number(text_of(element, f"axis/limit/{end}")) for end in ("lower", "upper"))
@@ -35,7 +35,7 @@ def joint_of(element: ElementTree.Element, frames: Frames, pose: Array, prefix: 
 
 
 def _axis(element: ElementTree.Element, frames: Frames, pose: Array, place: Array) -> Array:
-    """Returns a joint's axis (3,); place: (4, 4) of the joint, whose frame it is in by default."""
+    """Returns a joint's axis (3,); place: (4, 4) of the joint, the axis' default frame."""
     direction = element.find("axis/xyz")
     said = None if direction is None else direction.get("expressed_in")
     if said is None and text_of(element, "axis/use_parent_model_frame") in TRUE:

@@ -18,7 +18,7 @@ from drake_navbench.typed_files.ros_packages import Packages
 Array = NDArray[np.float64]
 
 FIXED = "fixed"
-# Joints without limits of their angle.
+# The kinds of joints without limits of their angle.
 ENDLESS = "continuous"
 MOMENTS = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
 
@@ -79,7 +79,7 @@ def _link_of(joint: ElementTree.Element, end: str) -> str:
 def _pose_of_link(
     name: str, above: dict[str, ElementTree.Element], poses: dict[str, Array], model: Model
 ) -> Array:
-    """Returns the pose of a link below the root; that of a loop of joints is where it begins."""
+    """Returns a link's pose below the root; in a loop of joints, that of the loop's start."""
     chain: list[str] = []
     while name in above and name not in poses:
         if name in chain:
@@ -165,7 +165,7 @@ def _shape(element: ElementTree.Element, pose: Array, packages: Packages) -> Sha
 
 
 def _read_gazebo(root: ElementTree.Element, model: Model, poses: dict[str, Array]) -> None:
-    """Reads what stands in <gazebo> and <ros2_control>: sensors and plugins."""
+    """Reads the sensors and plugins in <gazebo> and <ros2_control>."""
     for gazebo in root.findall("gazebo"):
         place = poses.get(gazebo.get("reference", ""), np.eye(4))
         for sensor in gazebo.findall("sensor"):

@@ -1,4 +1,4 @@
-"""A world of Gazebo as plain data: what stands in it, who walks in it, and what was left out."""
+"""A world of Gazebo as plain data: its models, its actors, and the parts left out."""
 
 from __future__ import annotations
 
@@ -23,16 +23,16 @@ MAX_FILE_BYTES = 64 * MEGABYTE
 WORLD_SUFFIXES = (".world", ".sdf")
 WEBOTS = ".wbt"
 WORLD_TAG = re.compile(rb"<world\b")
-# How much of a file is looked at to tell whether a world is in it.
+# The bytes of a file that are searched for a world.
 HEAD_BYTES = MEGABYTE
-# What everybody's world includes, and nobody bumps into.
+# Models that every world includes and nobody touches.
 NOTHING_STANDS = ("sun", "ground_plane", "ground")
 TEMPLATE = re.compile(rb"<%|\{%|@\[|@\(")
 
 
 @dataclass(frozen=True)
 class Actor:
-    """Somebody on a trajectory; knots: (K, 3) time s, x m, y m."""
+    """A person on a trajectory; knots: (K, 3) time s, x m, y m."""
 
     name: str
     knots: tuple[tuple[float, float, float], ...]
@@ -50,7 +50,7 @@ class WorldSource:
 
 
 def is_world(path: Path) -> bool:
-    """Tells whether a file is a world, by its name and, of SDF, by what is in it."""
+    """Tells whether a file is a world: by its name or, for SDF, by its content."""
     name = path.name.removesuffix(XACRO)
     if name.endswith((".world", WEBOTS)):
         return True
@@ -68,7 +68,7 @@ def read_world(
 ) -> WorldSource:
     """Returns the models of a world's file and of its includes; raises InputError.
 
-    folders: where models and packages are looked for besides the repository around the file.
+    folders: searched for models and packages, besides the repository around the file.
     """
     if path.suffix == WEBOTS:
         raise InputError(

@@ -1,7 +1,7 @@
 """The parts of a world that a robot can touch or its lidar can see: areas with heights.
 
-A lidar sees one level, a body touches all levels up to its top. So what stands is cut at three
-bands of heights: that of the lidar, what is below it, and what is above it up to the body's top.
+A lidar sees one level, a body touches all levels up to its top. So shapes are cut at three bands of
+heights: the lidar's, the one below it, and the one above it up to the body's top.
 """
 
 from __future__ import annotations
@@ -20,13 +20,13 @@ from drake_navbench.descriptions.model import Array, Model, Shape
 from drake_navbench.descriptions.world import WorldSource
 from drake_navbench.typed_files.mesh_slices import area_of, cut_area
 
-# Heights of a body that are looked at are as far apart, m.
+# The distance between two heights at which a body is cut, m.
 STEP_M = 0.1
-# Lower than this nothing stops a wheel: floors, carpets, markings, m.
+# Shapes lower than this stop no wheel: floors, carpets, markings, m.
 LEAST_HEIGHT_M = 0.03
-# Where a floor's surface may be, and how wide it is at least, m.
+# The range of heights of a floor's surface, and its least width, m.
 HIGHEST_FLOOR_M, FLOOR_WIDTH_M = 0.3, 3.0
-# Slivers thinner than twice this are what rounding leaves, m.
+# Slivers thinner than twice this come of rounding, m.
 SLIVER_M = 0.005
 BALL_RINGS = 16
 
@@ -46,7 +46,7 @@ class Levels(NamedTuple):
 
 
 class Area(NamedTuple):
-    """An area over the floor; bottom_m, top_m: over the floor. is_seen: by the lidar."""
+    """An area over the floor; bottom_m, top_m: heights over the floor. is_seen: by the lidar."""
 
     name: str
     region: BaseGeometry
@@ -56,7 +56,7 @@ class Area(NamedTuple):
 
 
 class _Cut(NamedTuple):
-    """A shape cut at the three bands: an area each, and its lowest and highest point, m."""
+    """A shape cut at the three bands: an area for each, and its lowest and highest point, m."""
 
     areas: tuple[BaseGeometry, ...]
     low_m: float
@@ -64,7 +64,7 @@ class _Cut(NamedTuple):
 
 
 def world_areas(source: WorldSource, levels: Levels, floor_m: float = 0.0) -> list[Area]:
-    """Returns the areas of all models; what cannot be read is told in the source's remarks."""
+    """Returns the areas of all models; unreadable shapes become remarks of the source."""
     bands = levels.bands(floor_m)
     shapes = [_standing(model) for model in source.models]
     meshes = [s for group in shapes for s in group if s.kind == "mesh" and s.mesh is not None]
@@ -84,7 +84,7 @@ def world_areas(source: WorldSource, levels: Levels, floor_m: float = 0.0) -> li
 
 
 def floor_under(source: WorldSource, point: tuple[float, float]) -> float:
-    """Returns the height of the floor at a point, m: the top of a wide, low box there, else 0."""
+    """Returns the height of the floor at a point, m: the top of a wide, low box, else 0."""
     tops = [0.0]
     for shape in (s for model in source.models for s in _standing(model)):
         if shape.kind != "box":
@@ -99,7 +99,7 @@ def floor_under(source: WorldSource, point: tuple[float, float]) -> float:
 
 
 def _standing(model: Model) -> list[Shape]:
-    """Returns the shapes of a model that stop something."""
+    """Returns the shapes of a model that can be touched."""
     return [s for link in model.links.values() for s in link.collisions if s.kind != "plane"]
 
 
@@ -115,7 +115,7 @@ def _mesh_cut(shape: Shape, answer: dict | None, source: WorldSource) -> _Cut | 
 
 
 def _plain_cut(shape: Shape, bands: Sequence[Sequence[float]]) -> _Cut | None:
-    """Returns a cut of a shape that is convex, or upright over a polygon."""
+    """Returns the cut of a shape that is convex, or upright over a polygon; None for others."""
     if shape.kind == "polyline" and shape.corners is not None and len(shape.corners) >= 3:
         base = shapely.make_valid(shapely.Polygon(shape.corners))
         x, y = shape.pose[0, :2].tolist(), shape.pose[1, :2].tolist()
@@ -172,7 +172,7 @@ def _ball(shape: Shape) -> Array:
 
 
 def _joined(name: str, cuts: Sequence[_Cut], levels: Levels, floor_m: float) -> Iterator[Area]:
-    """Yields the areas of one model: what the lidar sees, then what is hidden below and above."""
+    """Yields one model's areas: those that the lidar sees, then those hidden below and above."""
     if not cuts:
         return
     seen, low, high = (shapely.union_all([cut.areas[band] for cut in cuts]) for band in range(3))
@@ -191,7 +191,7 @@ def _area(
     name: str, region: BaseGeometry, bottom_m: float, top_m: float, *, is_seen: bool
 ) -> Iterator[Area]:
     if not is_seen:
-        # What the one band has more than the other along a slanted side is not worth a shape.
+        # The difference of two bands along a slanted side is not worth a shape.
         opened = shapely.buffer(region, -SLIVER_M, join_style="mitre")
         region = shapely.buffer(opened, SLIVER_M, join_style="mitre")
     if not region.is_empty and top_m > 0.0:

@@ -20,10 +20,10 @@ from drake_navbench.typed_files.ros_packages import Packages
 
 UNDEFINED = re.compile(r"Undefined substitution argument (\w+)")
 UNSET = re.compile(r"environment variable '(\w+)' is not set")
-# Files of packages that are not there, asked for one by one.
+# The most files of missing packages; xacro asks for one after the other.
 MAX_MISSING = 100
 LINK = re.compile(r"<link\b")
-# Without one nothing is left that drives.
+# Without such an element nothing is left that drives.
 WHEEL = re.compile(r"<joint\b[^>]*wheel", re.IGNORECASE)
 XML_SUFFIXES = (".xacro", ".urdf", ".xml", ".gazebo", ".sdf")
 
@@ -31,10 +31,10 @@ XML_SUFFIXES = (".xacro", ".urdf", ".xml", ".gazebo", ".sdf")
 def expand(request: dict[str, Any]) -> dict[str, Any]:
     """Returns the text of a xacro file expanded, its arguments with their values, and remarks.
 
-    request: file, text (None: the file's own), folders (of `Packages`) and arguments, by name. A
-    file that only defines a macro of its own name is expanded with this called. What a package
-    describes that is not there is left out. Raises InputError, one line, where no wheels are left
-    then, or xacro cannot expand the file.
+    request: file, text (None: the file's own), folders (of `Packages`) and arguments, by name. For
+    a file that only defines a macro of its own name, the macro is called. Parts that a missing
+    package describes are left out. Raises InputError, one line, where no wheels are left, or xacro
+    cannot expand the file.
     """
     path = Path(request["file"])
     given = path.read_bytes() if request["text"] is None else request["text"].encode()
@@ -71,13 +71,13 @@ def _expanded_with(
             raise InputError(f"needs more than {MAX_MISSING} files that are not there")
         if missing.macros and not (LINK.search(text) and WHEEL.search(text)):
             raise missing.fault(InputError(missing.remarks()[-1]))
-        # Meshes of such a package are not there under its own name.
+        # Meshes of a missing package do not exist under its name.
         text = text.replace(f"{missing.folder}/", "package://")
     values = {name: str(arguments[name]) for name in sorted(arguments.declared)}
     return text, values, missing.remarks()
 
 
-# Elements that xacro once took without its prefix, and the attribute that tells them from others.
+# Elements that xacro once took without its prefix, and the attribute by which they are recognised.
 OLD = {
     "property": "name",
     "macro": "params",
@@ -90,7 +90,7 @@ PARSE, CALL_MACRO = xacro.parse, xacro.handle_macro_call
 
 
 class _Missing:
-    """Packages that are not there: each an empty folder, in which files appear as asked for."""
+    """The missing packages: each is an empty folder, in which files appear when asked for."""
 
     def __init__(self, folder: Path, packages: Packages) -> None:
         self.folder = folder
@@ -107,7 +107,7 @@ class _Missing:
         return absent
 
     def call(self, node: Any, macros: Any, symbols: Any) -> Any:
-        """Calls a macro as xacro does; what only a missing package can define is left out."""
+        """Calls a macro as xacro does; leaves out a macro that a missing package defines."""
         try:
             return _call_old(node, macros, symbols)
         except xacro.XacroException as error:
@@ -119,7 +119,7 @@ class _Missing:
             return True
 
     def add(self, name: str) -> None:
-        """Adds a package: where it lies, else empty."""
+        """Adds a package: its folder, or an empty one."""
         place = self._packages.folder(name)
         if place is None:
             place = self.folder / name
@@ -128,7 +128,7 @@ class _Missing:
         found_packages.update_package_cache({name: place})
 
     def provides(self, fault: str) -> bool:
-        """Makes the file that a fault says is not there; tells whether it is in such a package."""
+        """Creates the file that a fault calls missing; tells whether it is in a missing package."""
         named = re.search(rf"{re.escape(str(self.folder))}/[^\s'\"]+", fault)
         if named is None or "No such file" not in fault:
             return False
@@ -140,7 +140,7 @@ class _Missing:
         return True
 
     def fault(self, error: InputError) -> InputError:
-        """Returns the fault that tells of a missing package where there is one."""
+        """Returns the fault of a missing package, if there is one, in place of a later fault."""
         if not self.names or "No such file" in str(error):
             return error
         return InputError(
@@ -152,7 +152,7 @@ class _Missing:
 class _Arguments(dict[str, str]):
     """The values of arguments; declared: the names that xacro files declare.
 
-    xacro looks whether an argument has a value where it meets the declaration of one.
+    xacro asks for an argument's value where it meets its declaration.
     """
 
     def __init__(self, values: dict[str, str]) -> None:
@@ -166,7 +166,7 @@ class _Arguments(dict[str, str]):
 
 def _expanded(path: Path, content: str, arguments: _Arguments, missing: _Missing) -> str:
     xacro.parse, xacro.handle_macro_call = _parse_old, missing.call
-    # Where an attempt before this one ended, xacro still stands in the file that it was in.
+    # After a failed attempt, xacro still stands in the file in which it failed.
     xacro.init_stacks(None)
     try:
         document = XacroDoc.from_string(
@@ -200,13 +200,13 @@ def _expanded(path: Path, content: str, arguments: _Arguments, missing: _Missing
 
 
 def _file_of_fault(path: Path) -> str:
-    """Returns the included file that xacro was in when it failed, or "it" for the file itself."""
+    """Returns the included file in which xacro failed, or "it" for the file itself."""
     inside = (xacro.filestack or [None])[-1]
     return "it" if inside is None else os.path.relpath(inside, path.parent)
 
 
 def _parse_old(inp: Any, filename: str | None = None) -> Any:
-    """Parses as xacro does; elements of ROS 1 before Melodic get the prefix that they lack."""
+    """Parses as xacro does; elements from before ROS Melodic get the prefix that they lack."""
     document = PARSE(inp, filename)
     for name, needed in OLD.items():
         for element in list(document.getElementsByTagName(name)):
@@ -216,7 +216,7 @@ def _parse_old(inp: Any, filename: str | None = None) -> Any:
 
 
 def _call_old(node: Any, macros: Any, symbols: Any) -> Any:
-    """Calls a macro as xacro does; of ROS 1, an element without prefix calls the one called so.
+    """Calls a macro as xacro does; in old files an element without prefix calls one.
 
     It does where its attributes are the macro's parameters; without any it must be empty.
     """
@@ -231,6 +231,6 @@ def _call_old(node: Any, macros: Any, symbols: Any) -> Any:
 
 
 def _missing_package(error: BaseException) -> str | None:
-    """Returns the name of the package that a wrapped error tells of; None where it is another."""
+    """Returns the name of the missing package in a wrapped error; None for another error."""
     _, found, name = str(error).partition("Package not found:")
     return name.split()[0] if found and name.split() else None

@@ -17,9 +17,9 @@ MAX_FILE_BYTES = 16 * MEGABYTE
 
 @dataclass(frozen=True)
 class Expanded:
-    """A model's text; arguments: what its xacro files take, with the values that they had.
+    """A model's text; arguments: those of its xacro files, with their values.
 
-    remarks: what was left out, and why.
+    remarks: the parts left out, and why.
     """
 
     text: str
@@ -36,9 +36,9 @@ def expand_xacro(
 ) -> Expanded:
     """Returns a xacro file expanded with arguments; those it does not declare are left out.
 
-    text: expanded in place of the file's own. folders: where packages are looked for besides the
-    repository around the file. Raises InputError, one line, where a package is missing, or it
-    cannot be expanded in 1 GB and 30 s.
+    text: replaces the file's own. folders: searched for packages, besides the repository around the
+    file. Raises InputError, one line, where a package is missing, or the file cannot be expanded in
+    1 GB and 30 s.
     """
     read_input(path, max_bytes=MAX_FILE_BYTES)
     require_library("xacrodoc", str(path))

@@ -1,4 +1,4 @@
-"""Xacro files that only define a robot as a macro, which a generated file is to call."""
+"""Xacro files that only define a robot as a macro, for a generated file to call."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ MACRO = re.compile(
 )
 # A parameter with its default: name:=value, name:='a value', name:=^|value.
 PARAMETER = re.compile(r"(\*{0,2}[\w-]+)(:=(?:'[^']*'|\"[^\"]*\"|\$\{[^}]*\}|\S*)|=\S+)?")
-# Parameters without a default that an empty text fits.
+# Parameters without a default for which an empty text will do.
 EMPTY = ("prefix", "namespace", "robot_namespace", "tf_prefix")
 COMMENT = re.compile(r"<!--.*?-->", re.DOTALL)
 END = re.compile(r"</robot\s*>\s*$")
@@ -38,14 +38,14 @@ def parameters_of(text: str, macro: str) -> dict[str, bool]:
 
 
 def robot_macro(text: str, path: Path) -> str | None:
-    """Returns the macro that a text defines and that is named as its file; None without one."""
+    """Returns the macro that a text defines under its file's name; None without one."""
     stem = path.name.partition(".")[0]
     defined = {found[1] for found in MACRO.finditer(COMMENT.sub("", text))}
     return next((name for name in (stem, stem.removesuffix("_macro")) if name in defined), None)
 
 
 def lacking(text: str, macro: str, given: Container[str] = ()) -> list[str]:
-    """Returns the parameters that a macro needs and that are not given; a prefix may be empty."""
+    """Returns the parameters that a macro needs and that are not given; an empty prefix will do."""
     takes = parameters_of(text, macro).items()
     return [name for name, must in takes if must and name not in given and name not in EMPTY]
 

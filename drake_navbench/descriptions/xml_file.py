@@ -1,4 +1,4 @@
-"""XML of strangers: of a limited size and depth, without entities, prefixes left out."""
+"""XML of unknown origin: of limited size and depth, without entities, prefixes left out."""
 
 from __future__ import annotations
 
@@ -8,15 +8,15 @@ from xml.etree import ElementTree
 
 from drake_navbench.errors import InputError, as_line
 
-# Deeper than any model nests; the functions that walk through elements call themselves.
+# No model nests deeper; functions walk through elements by recursion.
 MAX_XML_DEPTH = 200
 MAX_ELEMENTS = 2_000_000
 ENTITY = re.compile(rb"<!ENTITY", re.IGNORECASE)
-# A prefix that no declaration binds, as `drake:` in many files; parsers stop at those.
+# A prefix that no declaration binds, such as `drake:`; parsers stop at it.
 PREFIXED = re.compile(rb"<(/?)([A-Za-z_][\w.-]*):([A-Za-z_])")
 PREFIXED_ATTRIBUTE = re.compile(rb"(\s)([A-Za-z_][\w.-]*):([A-Za-z_][\w.-]*\s*=\s*[\"'])")
 LATE_DECLARATION = re.compile(rb"<\?xml\s[^>]*\?>")
-# Expat's number for what follows the end of the first element, which Gazebo does not look at.
+# Expat's code for content after the first element, which Gazebo ignores.
 JUNK_AFTER_ROOT = 9
 ENCODING = re.compile(rb"<\?xml[^>]*encoding\s*=\s*[\"'](?!utf-8)", re.IGNORECASE)
 
@@ -24,13 +24,13 @@ ENCODING = re.compile(rb"<\?xml[^>]*encoding\s*=\s*[\"'](?!utf-8)", re.IGNORECAS
 def read_xml(content: bytes, source: str) -> ElementTree.Element:
     """Returns the root element of a text; tags and attributes without prefixes.
 
-    Raises InputError, one line, where it is not XML, declares entities or nests too deeply.
+    Raises InputError, one line, where the text is not XML, declares entities or nests too deeply.
     """
     if ENTITY.search(content):
         raise InputError(f"{source}: declares XML entities; expected none")
     content = without_late_declaration(content)
     if not ENCODING.search(content[:200]):
-        # Of names in comments some files have other bytes than UTF-8's.
+        # Names in comments of some files are not UTF-8.
         content = content.decode(errors="replace").encode()
     content = PREFIXED.sub(rb"<\1\2.\3", content)
     content = PREFIXED_ATTRIBUTE.sub(rb"\1\2.\3", content)

@@ -16,7 +16,7 @@ CORE = "nav2_core"
 PACKAGE_FILE = "package.xml"
 CONTROLLER_BASE = f"{CORE}::Controller"
 PLANNER_BASE = f"{CORE}::GlobalPlanner"
-# Of these packages only the named files are compiled; of all others the whole `src`.
+# Only these files of these packages are compiled; of all other packages the whole `src`.
 PARTS: Mapping[str, tuple[str, ...]] = {
     "nav2_costmap_2d": (
         "src/array_parser.cpp",

@@ -1,7 +1,7 @@
-"""Folders for what is expensive to make again: compiled kernels, fonts, builds of Nav2.
+"""Folders for results that are expensive to make: compiled kernels, fonts, builds of Nav2.
 
 Kernels are kept with the user, never beside the code: an installation that is removed leaves
-nothing behind, and one that cannot be written works. All installations share one folder, since each
+nothing behind, and one without write access works. All installations share one folder, since each
 kernel is known by its content.
 """
 
@@ -14,14 +14,14 @@ import tempfile
 from pathlib import Path
 
 NUMBA_VARIABLE, MATPLOTLIB_VARIABLE = "NUMBA_CACHE_DIR", "MPLCONFIGDIR"
-# Which folder for kernels is ours and not the user's choice; processes of this one inherit it.
+# The variable with the folder for kernels that we chose, not the user; child processes inherit it.
 OWN_VARIABLE = "DRAKE_NAVBENCH_KERNELS"
-# A folder that the user has named and that cannot be written: it is read alone.
+# The variable with a folder that the user chose and that cannot be written: it is only read.
 READ_ONLY_VARIABLE = "DRAKE_NAVBENCH_READ_ONLY_KERNELS"
 KERNELS = "kernels"
-# In the package of a wheel that was made for this platform alone.
+# The folder of kernels in a wheel made for this platform alone.
 IN_THE_WHEEL = Path(__file__).parents[1] / "compiled_kernels"
-# There: what has compiled them.
+# The file in it that names the compiler of these kernels.
 COMPILER_FILE = "compiler.txt"
 
 
@@ -43,7 +43,7 @@ def provide_cache_folder() -> None:
         return
     os.environ[NUMBA_VARIABLE] = os.environ[OWN_VARIABLE] = folder
     if "numba.core.config" in sys.modules:
-        # It has read the environment already.
+        # numba has read the environment already.
         sys.modules["numba.core.config"].reload_config()
 
 
@@ -64,7 +64,7 @@ def brought_folders() -> list[Path]:
 
 
 def notice() -> str:
-    """Returns a line on kernels that are not kept where they belong, '' where they are."""
+    """Returns a line on kernels that are not kept where they belong; '' if they are."""
     folder = os.environ.get(NUMBA_VARIABLE, "")
     named = os.environ.get(READ_ONLY_VARIABLE)
     if named:
@@ -87,7 +87,7 @@ def _user_cache() -> Path:
 
 
 def _can_be_written(folder: Path) -> bool:
-    """Returns whether files can be made in a folder, or in the one where it would be made."""
+    """Returns whether files can be created in a folder, or in the one in which it would be made."""
     while not folder.exists() and folder != folder.parent:
         folder = folder.parent
     return os.access(folder, os.W_OK | os.X_OK)
@@ -98,7 +98,7 @@ def _name_of_temporary_folder() -> str:
 
 
 def _own_temporary_folder() -> str:
-    """Returns a temporary folder that lasts and that nobody else can write into.
+    """Returns a temporary folder that lasts and to which nobody else can write.
 
     Files in it are executed, so a folder of that name that belongs to another user is not used.
     """

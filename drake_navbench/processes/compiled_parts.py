@@ -13,7 +13,7 @@ from drake_navbench.processes.kernel_sources import digest_of_all
 
 
 def compiled_parts() -> set[str]:
-    """Returns the parts whose kernels were compiled from the sources of today."""
+    """Returns the parts whose kernels were compiled from the present sources."""
     name = _name()
     return {
         part for folder in (kernel_folder(), *brought_folders()) for part in _read(folder / name)

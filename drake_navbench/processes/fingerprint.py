@@ -15,9 +15,9 @@ from drake_navbench.processes.instruction_set import BASELINE, instruction_set
 from drake_navbench.processes.machine import processor_name
 
 PACKAGE = Path(__file__).parents[1]
-# Packages that compute what is in a log.
+# The packages on whose versions the contents of a log depend.
 COMPUTING_PACKAGES = ("drake", "numba", "numpy", "pandas", "pyarrow", "scipy")
-# Subpackages that an editable installation has in other folders than a wheel.
+# Subpackages that lie in other folders in an editable installation than in a wheel.
 APART = ("analysis", "controllers", "models", "scenarios")
 
 
@@ -25,9 +25,9 @@ class Fingerprint(NamedTuple):
     """The fingerprint of a process.
 
     software: versions that must be equal for equal results. processor: its name. features: the
-    instructions that this process uses, the name of the baseline or a digest of all that the
-    processor has. Processes that differ in features may round differently, since compiled kernels
-    use the processor's instructions, such as fused multiply-adds.
+    instructions that this process uses: the baseline's name, or a digest of all that the processor
+    has. Processes that differ in features may round differently, since compiled kernels use the
+    processor's instructions, such as fused multiply-adds.
     """
 
     software: dict[str, str]
@@ -35,7 +35,7 @@ class Fingerprint(NamedTuple):
     features: str
 
     def differing(self, other: Fingerprint) -> str:
-        """Returns the packages whose version differs from the other fingerprint's, '' if none."""
+        """Returns the packages whose versions differ from the other fingerprint's; '' for none."""
         return ", ".join(
             f"{name} {self.software.get(name, 'none')} instead of {value}"
             for name, value in other.software.items()

@@ -20,11 +20,11 @@ from drake_navbench.processes.machine import CPU_INFO
 
 BASELINE = "x86-64-v3"
 HOST = "host"
-# What Linux calls those instructions of the baseline that not all x86-64 processors have.
+# Linux's names for those instructions of the baseline that not all x86-64 processors have.
 NEEDED_FLAGS = frozenset({"abm", "avx2", "bmi1", "bmi2", "f16c", "fma", "movbe"})
 NUMBA_VARIABLE = "NUMBA_CPU_NAME"
-# Read when numba, numpy and OpenBLAS are imported. numpy has had two sets of names for what lies
-# above the baseline, and ignores those that it does not know.
+# The variables that numba, numpy and OpenBLAS read when imported. numpy has had two sets of names
+# for instructions above the baseline, and ignores unknown names.
 VARIABLES: Mapping[str, str] = {
     NUMBA_VARIABLE: BASELINE,
     "NUMBA_CPU_FEATURES": "",
@@ -45,13 +45,12 @@ def hold_to_baseline() -> None:
     for name, value in VARIABLES.items():
         os.environ.setdefault(name, value)
     if "numba.core.config" in sys.modules:
-        # It has read the environment already.
+        # numba has read the environment already.
         sys.modules["numba.core.config"].reload_config()
 
 
 def instruction_set() -> str:
-    """Returns BASELINE where this process is held to it, else the processor named by the user or
-    HOST: what the host has."""
+    """Returns BASELINE where this process is held to it, else the user's processor, or HOST."""
     name = os.environ.get(NUMBA_VARIABLE, HOST)
     if name != BASELINE:
         return name
@@ -84,7 +83,7 @@ def has_baseline() -> bool:
 
 
 def _flags() -> set[str]:
-    """Returns the instructions that Linux tells of this processor, none where it tells none."""
+    """Returns the processor's instructions as Linux names them; none where it does not tell."""
     try:
         found = re.search(r"^flags\s*: (.+)$", CPU_INFO.read_text(), re.MULTILINE)
     except OSError:

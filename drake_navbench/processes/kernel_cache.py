@@ -27,23 +27,23 @@ from drake_navbench.processes.cache_folder import (
 from drake_navbench.processes.kernel_sources import compiler, digest_of_module
 
 DAY_S = 24 * 3600.0
-# Kernels of other sources are removed when nobody has used them for so long.
+# Kernels of older sources are removed when nobody has used them for this long, s.
 KEPT_S = 30 * DAY_S
 
 
 def prepare_kernels() -> None:
-    """Has numba keep our kernels, and those that call them, by their content."""
+    """Makes numba keep our kernels, and kernels that call them, by their content."""
     provide_cache_folder()
     from numba.core import caching
 
-    # Asked in this order for the place of each kernel.
+    # numba asks these in order for the place of each kernel.
     locators: list[Any] = caching.CacheImpl._locator_classes
     if KernelPlace not in locators:
         locators.insert(0, KernelPlace)
 
 
 def notice_of_wheel() -> str:
-    """Returns a line where the kernels that the wheel brings are of no use here, else ''."""
+    """Returns a line where the kernels in the wheel cannot be used here; '' otherwise."""
     try:
         told = (cache_folder.IN_THE_WHEEL / COMPILER_FILE).read_text(encoding="utf-8").strip()
     except OSError:
@@ -64,7 +64,7 @@ class KernelPlace:
 
     @classmethod
     def from_function(cls, function: FunctionType, file: str) -> KernelPlace | None:
-        """Returns the place of a kernel that is ours or in a module that imports ours, else None.
+        """Returns the place of a kernel of ours, or in a module that imports ours; else None.
 
         Kernels that a wheel brings are copied there when they are first asked for.
         """
@@ -97,7 +97,7 @@ class KernelPlace:
 
 
 def _fetch(folder: Path) -> None:
-    """Notes that a module's kernels are used; copies them from where they were brought."""
+    """Notes the use of a module's kernels; copies them from a wheel where they are missing."""
     try:
         if time.time() - folder.stat().st_mtime > DAY_S:
             os.utime(folder)
@@ -112,7 +112,7 @@ def _fetch(folder: Path) -> None:
 
 
 def _copy_whole(source: Path, target: Path) -> None:
-    """Copies a folder so that other processes see none of it or all; one of two copies stays."""
+    """Copies a folder so that other processes see all or nothing; of two copies one stays."""
     target.parent.mkdir(parents=True, exist_ok=True)
     unfinished = Path(tempfile.mkdtemp(prefix=".unfinished-", dir=target.parent))
     try:
@@ -123,7 +123,7 @@ def _copy_whole(source: Path, target: Path) -> None:
 
 
 def _remove_unused(folder: Path) -> None:
-    """Removes the kernels of older sources of a module, where nobody has used them for long."""
+    """Removes the kernels of a module's older sources that nobody has used for long."""
     module = folder.name.rpartition("-")[0]
     for older in folder.parent.glob(f"{module}-*"):
         with suppress(OSError):

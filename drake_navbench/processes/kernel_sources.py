@@ -1,8 +1,8 @@
 """The sources of a kernel: its module and every module that this one imports, by content.
 
 A digest of them names the folder in which the kernel is kept once it is compiled. So a kernel is
-compiled anew where anything has changed that it may call, and is found again in every checkout or
-wheel in which nothing has: neither paths nor times enter.
+compiled anew if anything has changed that it may call, and is found in every checkout or wheel
+without a change: neither paths nor times matter.
 """
 
 from __future__ import annotations
@@ -18,13 +18,14 @@ from pathlib import Path
 from drake_navbench.processes.instruction_set import instruction_set
 
 PACKAGE = "drake_navbench"
-# Installed for development these lie beside the package, else within it.
+# Packages that lie beside the package in a development installation, else within it.
 APART = ("drake_navbench.controllers", "drake_navbench.analysis")
 DIGEST_LENGTH = 16
 IMPORT_WORDS = r"(?:from|import)[ \t]+([\w.]+)(?:[ \t]+import[ \t]+(\([^)]*\)|[^\n]*))?"
-# A module without kernels counts with the imports at its margin: a function's own reach no kernel.
+# For a module without kernels only its top-level imports count: no kernel reaches those in
+# functions.
 IMPORT_AT_MARGIN = re.compile(rf"^{IMPORT_WORDS}", re.MULTILINE)
-# A module with kernels counts with all its imports: one for types may name an argument's fields.
+# For a module with kernels all its imports count: one for types may define an argument's fields.
 ANY_IMPORT = re.compile(rf"^[ \t]*{IMPORT_WORDS}", re.MULTILINE)
 NAME = re.compile(r"\w+")
 KERNEL_MARK = b"njit("
@@ -86,7 +87,7 @@ def compiler() -> str:
 
 
 def _own_package(module: str, file: Path) -> dict[str, Path]:
-    """Returns the folder of the package that a module belongs to; nothing where it has none."""
+    """Returns the folder of a module's top package; nothing for a module without one."""
     depth = module.count(".") + (file.name == "__init__.py")
     return {module.partition(".")[0]: file.parents[depth - 1]} if depth else {}
 

@@ -1,8 +1,8 @@
 """Calls a function in a process of its own, with bounds on memory and time.
 
-It is for reading files that are not ours: a malicious file may make its reader use both without
-end. Argument and result must be representable in JSON. The function is named
-`package.module:function`, so that the process imports its module alone.
+It is for reading files of others: a malicious file may make its reader use both without end.
+Argument and result must be representable in JSON. The function is named `package.module:function`,
+so that the process imports its module alone.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from drake_navbench.errors import InputError, NavbenchError, as_line, one_line
 GIGABYTE = 2**30
 MEMORY_LIMIT_BYTES = GIGABYTE
 TIME_LIMIT_S = 30
-# The last line of a child whose memory did not suffice.
+# The last line that a child prints when its memory did not suffice.
 OUT_OF_MEMORY = "out of memory"
 # One thread: each thread of a numerical library reserves memory that counts against the limit.
 ONE_THREAD = {name: "1" for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")}
@@ -43,7 +43,7 @@ def call_limited(
     memory or time.
     """
     command = [sys.executable, "-m", __name__, function, str(memory_bytes), str(time_s)]
-    # The child finds the package where this process did.
+    # The child is to find the package in the same place as this process.
     paths = os.pathsep.join([str(Path(__file__).parents[2]), *filter(None, sys.path)])
     try:
         done = subprocess.run(
@@ -70,7 +70,7 @@ def call_limited(
 
 
 def main(function: str, memory_bytes: int, time_s: int) -> None:
-    """Calls the function in the child; the answer goes to stdout, all that is printed to stderr."""
+    """Calls the function in the child; the answer goes to stdout, all other output to stderr."""
     resource.setrlimit(resource.RLIMIT_AS, (memory_bytes, memory_bytes))
     resource.setrlimit(resource.RLIMIT_CPU, (time_s, time_s))
     out = os.fdopen(os.dup(1), "w", encoding="utf-8")

@@ -13,7 +13,7 @@ CPU_INFO = Path("/proc/cpuinfo")
 
 
 def processor_name(cpu_info: Path = CPU_INFO) -> str:
-    """Returns the model of the processor, as far as the system tells.
+    """Returns the name of the processor's model, as far as the system tells it.
 
     cpu_info: the file in which Linux tells it.
     """

@@ -1,4 +1,4 @@
-"""The inside of a worker: takes calls from a pipe, makes them, sends back how they ended."""
+"""The inside of a worker: takes calls from a pipe, makes them, and sends back their endings."""
 
 from __future__ import annotations
 
@@ -22,9 +22,10 @@ from drake_navbench.errors import (
     printable,
 )
 
-# A task that holds the interpreter's lock keeps a worker from noticing that its caller has died.
+# An alarm ends a worker this long after its task's time limit, s. A task that holds the
+# interpreter's lock keeps the worker from noticing that its caller has died.
 ALARM_MARGIN_S = 60.0
-# The message that a worker sends before each call.
+# The message that a worker sends when it begins a call.
 BEGUN: Final = "begun"
 
 
@@ -44,7 +45,7 @@ class Raised(NamedTuple):
 
     @property
     def sentence(self) -> str:
-        """Why there is no result."""
+        """The reason why there is no result."""
         return str(self.error)
 
 
@@ -66,7 +67,7 @@ def serve(connection: Connection, variables: Mapping[str, str]) -> None:
     the worker is forked from may have started before they were set.
     """
     os.environ.update(variables)
-    # Ctrl-C reaches the whole process group; what it means is for the caller alone to decide.
+    # Ctrl-C reaches the whole process group; only the caller decides what it means.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     calls: queue.SimpleQueue[Any] = queue.SimpleQueue()
     threading.Thread(target=_receive, args=(connection, calls), daemon=True).start()
@@ -78,7 +79,7 @@ def serve(connection: Connection, variables: Mapping[str, str]) -> None:
             _flush_output()
             connection.send_bytes(_pickled(ending))
         except OSError:
-            # The other end has gone, or a task has closed this one.
+            # The caller is gone, or a task has closed this end.
             os._exit(1)
 
 

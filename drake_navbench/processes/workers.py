@@ -26,12 +26,12 @@ from typing import Any, Literal, NamedTuple
 from drake_navbench.errors import NavbenchError, one_line
 from drake_navbench.processes.worker_process import BEGUN, Raised, Returned, serve
 
-# So many workers in a row that end before their first task are no accident.
+# If this many workers in a row end before their first task, it is no accident.
 MAX_FAILED_STARTS = 3
-# A first start compiles the kernels, which takes a minute.
+# The patience with a first start, which compiles the kernels and takes a minute, s.
 START_LIMIT_S = 600.0
-# The signals that end a process from outside, as from the system when memory or
-# its patience runs out, or from somebody's kill; the others a process brings upon itself.
+# The signals that end a process from outside: by the system when memory is short, or by somebody's
+# kill. A process brings the others upon itself.
 OUTSIDE_SIGNALS = frozenset(
     {
         signal.SIGHUP,
@@ -42,12 +42,12 @@ OUTSIDE_SIGNALS = frozenset(
         signal.SIGXCPU,
     }
 )
-# multiprocessing's exit code if the fork server died, so that the real one is unknown.
+# multiprocessing's exit code for a worker whose fork server died, so that the real code is unknown.
 UNKNOWN_EXIT_CODE = 255
 EXIT_PATIENCE_S = 1.0
 LONGEST_WAIT_S = 3600.0
 BLAS_THREAD_VARIABLES = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS")
-# Environment variables that begin so are given to every worker as they are when it starts.
+# The prefix of environment variables whose present values every worker gets when it starts.
 OWN_VARIABLES = "DRAKE_NAVBENCH_"
 
 
@@ -59,8 +59,8 @@ class Task:
     time after which its worker is killed. owner: the package whose code it runs besides ours, ''
     for none; a worker never serves two owners, so that no package can spoil another's tasks. kind:
     tasks of one kind take about equally long; '' where their duration is unknown. after: tasks that
-    have to end before this one begins, the same for all of a kind. is_urgent: comes before those
-    that are not.
+    have to end before this one begins, the same for all of a kind. is_urgent: whether it comes
+    before tasks that are not urgent.
     """
 
     function: Callable[..., Any]
@@ -79,15 +79,15 @@ class TimedOut(NamedTuple):
 
     @property
     def sentence(self) -> str:
-        """Why there is no result."""
+        """The reason why there is no result."""
         return f"no result after {self.limit_s:g} s of wall clock; ended"
 
 
 class Died(NamedTuple):
     """The worker died.
 
-    sentence: how. is_from_outside: something else than the task made it, as far as one can tell.
-    is_killed: it was this worker that somebody ended, by a signal; that may be the task itself.
+    sentence: how it died. is_from_outside: the cause was something else than the task, as far as
+    one can tell. is_killed: a signal ended this worker; the task itself may have sent it.
     """
 
     sentence: str
@@ -109,7 +109,8 @@ def start_server(preload: Sequence[str]) -> None:
     preload: the modules that it imports once for all its workers.
     """
     for variable in BLAS_THREAD_VARIABLES:
-        # Each worker has one core; threads of a linear algebra library would only fight for it.
+        # Each worker has one core, for which threads of a linear algebra library would only
+        # compete.
         os.environ.setdefault(variable, "1")
     forkserver.set_forkserver_preload(list(preload))
     forkserver.ensure_running()
@@ -118,14 +119,14 @@ def start_server(preload: Sequence[str]) -> None:
 def run_tasks(
     tasks: Sequence[Task], *, jobs: int, tasks_per_worker: float = math.inf
 ) -> Generator[tuple[Task, Ending], None, None]:
-    """Runs tasks in up to `jobs` workers; yields each with how it ended, as they end.
+    """Runs tasks in up to `jobs` workers; yields each with its ending, as they end.
 
-    Urgent ones come first. Else one of each kind comes first, then those of the kind that took
-    longest, so that no worker begins a long task when the others have nothing left to do. Tasks of
-    one kind keep their order.
+    Urgent tasks come first, then one task of each kind, then those of the kind that took longest,
+    so that no worker begins a long task when the others have nothing left to do. Tasks of one kind
+    keep their order.
 
-    tasks_per_worker: after so many a worker is replaced. When the iterator is closed, also by an
-    exception, all workers are gone. Raises NoWorkers where none can be started.
+    tasks_per_worker: a worker is replaced after so many. When the iterator is closed, also by an
+    exception, all workers are gone. Raises NoWorkers where no worker can be started.
     """
     crew = _Crew(tasks, jobs, tasks_per_worker)
     try:
@@ -139,8 +140,8 @@ def run_tasks(
 class StandingWorker:
     """One worker that stays from task to task, so that what it has loaded stays loaded.
 
-    It is started with its first task, anew after it has died, after `tasks_per_worker` tasks, and
-    for the tasks of another owner.
+    It starts with its first task. It is replaced when it has died, after `tasks_per_worker` tasks,
+    and for tasks of another owner.
     """
 
     def __init__(self, tasks_per_worker: float = math.inf) -> None:
@@ -149,7 +150,7 @@ class StandingWorker:
 
     @property
     def pid(self) -> int | None:
-        """The process, None where there is none."""
+        """The worker's process id, None without a worker."""
         return None if self._worker is None else self._worker.pid
 
     def call(self, task: Task) -> Ending:
@@ -184,17 +185,17 @@ class StandingWorker:
             return said
 
     def close(self) -> None:
-        """Ends the process at once; a call that waits for it is told that it died."""
+        """Ends the process at once; a waiting `call` then returns that it died."""
         worker, self._worker = self._worker, None
         if worker is not None:
             worker.stop()
 
 
 class _Waiting:
-    """The tasks that nobody has begun.
+    """The tasks that no worker has begun.
 
-    To find the next one takes as long however many wait: of an owner and kind only the first can
-    be it.
+    Finding the next one takes equally long however many wait: only the first of an owner and kind
+    can be it.
     """
 
     def __init__(self, tasks: Sequence[Task]) -> None:
@@ -209,10 +210,10 @@ class _Waiting:
         return any(self._queues.values())
 
     def take(self, owner: str | None = None) -> Task | None:
-        """Removes and returns the task that is to be begun first, None where none may begin.
+        """Removes and returns the task to begin first; None where none may begin.
 
-        A task of a kind that was never timed comes first: it may be the longest. owner: takes only
-        tasks of this owner; None takes those of any.
+        A task of a kind that was never timed comes first, as it may be the longest. owner: only
+        tasks of this owner; None: of any.
         """
         queues = [
             queue
@@ -223,15 +224,15 @@ class _Waiting:
         return None if first is None else first.popleft()
 
     def has_some_of(self, owner: str) -> bool:
-        """Returns whether tasks of an owner wait, also such as may not begin yet."""
+        """Returns whether tasks of an owner wait, even if they may not begin yet."""
         return any(queue for (own, _), queue in self._queues.items() if own == owner)
 
     def end(self, task: Task) -> None:
-        """Notes that a task has ended: those that have waited for it may begin."""
+        """Notes that a task has ended, so that tasks waiting for it may begin."""
         self._awaited.discard(task)
 
     def put_back(self, task: Task) -> None:
-        """Takes a task back that was not begun after all."""
+        """Puts a task back that was not begun after all."""
         self._queue_of(task).appendleft(task)
 
     def learn(self, task: Task, time_s: float) -> None:
@@ -263,7 +264,7 @@ class _Crew:
     def hand_out(self) -> None:
         """Gives every idle worker a task, ends those without one, and starts missing workers.
 
-        One whose tasks wait for what another worker does stays.
+        A worker stays if its owner's tasks wait for another worker's.
         """
         for worker in [worker for worker in self._workers if worker.is_idle]:
             is_due = worker.tasks_done >= self._tasks_per_worker
@@ -342,8 +343,8 @@ class _Worker:
     """A process and the pipe to it, as the caller sees them.
 
     task: its latest task. is_idle: whether that task has ended. has_begun: whether the worker has
-    begun it; another worker may do a task that was not begun. last_task_s: the duration of the last
-    task that ended. owner: of all its tasks.
+    begun the task; a task that was not begun may go to another worker. last_task_s: the duration of
+    the last task that ended. owner: of all its tasks.
     """
 
     def __init__(self, task: Task) -> None:
@@ -375,7 +376,7 @@ class _Worker:
         return self._connection, self._sentinel
 
     def begin(self, task: Task) -> None:
-        """Hands a task to the process; that it has died meanwhile is found when listening."""
+        """Hands a task to the process; if the process has died, `listen` will tell."""
         self.task, self.is_idle, self.has_begun = task, False, False
         self.deadline_s = time.monotonic() + START_LIMIT_S
         with suppress(OSError):
@@ -386,7 +387,7 @@ class _Worker:
         try:
             said = self._connection.recv() if self._connection.poll() else None
         except Exception:
-            # Closed, or what a broken process has written into it.
+            # The pipe is closed, or holds what a broken process wrote.
             said = None
         if said == BEGUN:
             self.has_begun, self._begun_s = True, time.monotonic()
@@ -418,7 +419,7 @@ class _Worker:
         )
 
     def stop(self) -> None:
-        """Ends the process; closing the pipe ends it even where its server has died."""
+        """Ends the process; closing its pipe ends it even where its server has died."""
         self._connection.close()
         self._process.kill()
         self._process.join()

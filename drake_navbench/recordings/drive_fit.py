@@ -29,7 +29,7 @@ from drake_navbench.recordings.drive_data import DriveData
 Array = NDArray[np.float64]
 
 STEP_S = 0.005
-# Of a longer recording only so many s from its beginning are fitted.
+# The longest drive that is fitted, from the beginning of the recording, s.
 LONGEST_S = 300.0
 SHORTEST_S = 5.0
 # The ranges of the search: lag s, dead time s, then for each axis the time in which it reaches its

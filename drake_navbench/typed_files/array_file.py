@@ -1,6 +1,6 @@
-"""Reads arrays of NumPy's files, `.npy` and `.npz`, without trusting what they say of their size.
+"""Reads arrays of NumPy's files, `.npy` and `.npz`, without trusting the sizes in them.
 
-Only numbers are read; an array is made only where all of its bytes are there.
+Only numbers are read; an array is made only if all of its bytes exist.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ def array_of(content: bytes) -> NDArray[Any]:
 def arrays_of(content: bytes, names: Sequence[str], *, max_bytes: int) -> dict[str, NDArray[Any]]:
     """Returns the arrays of some names in the bytes of a .npz file; raises NoArray.
 
-    max_bytes: of each, unpacked.
+    max_bytes: the most bytes of each array, unpacked.
     """
     arrays = {}
     try:
@@ -59,6 +59,6 @@ def arrays_of(content: bytes, names: Sequence[str], *, max_bytes: int) -> dict[s
     except NoArray:
         raise
     except Exception as error:
-        # As of a damaged header: zipfile and what unpacks for it raise much.
+        # For a damaged file, zipfile and its decompressors raise errors of many types.
         raise NoArray("not a file of numpy.savez") from error
     return arrays

@@ -20,13 +20,13 @@ def read_input(path: Path, *, max_bytes: int) -> bytes:
     regular file: a folder, a device or a pipe, from which one could read for ever.
     """
     try:
-        # Without O_NONBLOCK the opening of a pipe waits for somebody to write into it.
+        # Without O_NONBLOCK, opening a pipe would wait for a writer.
         with open(os.open(path, os.O_RDONLY | os.O_NONBLOCK), "rb") as file:
             if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
                 raise InputError(f"{path}: cannot be read: expected a regular file")
             content = file.read(max_bytes + 1)
     except (OSError, ValueError) as error:
-        # ValueError: a name with a NUL.
+        # A ValueError comes of a name with a NUL character.
         reason = getattr(error, "strerror", None) or str(error)
         raise InputError(f"{path}: cannot be read: {reason}") from error
     if len(content) > max_bytes:
@@ -35,7 +35,7 @@ def read_input(path: Path, *, max_bytes: int) -> bytes:
 
 
 def read_input_text(path: Path, *, max_bytes: int) -> str:
-    """Returns the text of such a file; raises InputError where it is not UTF-8."""
+    """Returns a regular file's text; raises InputError as `read_input`, or if it is not UTF-8."""
     try:
         return read_input(path, max_bytes=max_bytes).decode()
     except UnicodeDecodeError as error:
@@ -43,7 +43,7 @@ def read_input_text(path: Path, *, max_bytes: int) -> str:
 
 
 def file_digest(path: Path, *, max_bytes: int) -> str:
-    """Returns the SHA-256 of such a file, read again only where it has changed."""
+    """Returns a regular file's SHA-256, read again only if it has changed; raises InputError."""
     try:
         status = path.stat()
     except (OSError, ValueError):

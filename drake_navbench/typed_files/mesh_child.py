@@ -17,13 +17,13 @@ from drake_navbench.typed_files.mesh_slices import cut
 Array = NDArray[np.float64]
 
 MAX_TRIANGLES = 1_000_000
-# A replay of more is slow to load.
+# A replay with more triangles loads slowly.
 MAX_DRAWN = 100_000
-# No part of a robot or a world is farther away, m.
+# No part of a robot or a world is farther away than this, m.
 FARTHEST_M = 1e6
 COLLADA = ".dae"
 STL = ".stl"
-# A binary STL file: a text of 80 bytes, the number of triangles, then each of them.
+# A binary STL file: a text of 80 bytes, the number of triangles, then the triangles.
 STL_HEAD_BYTES, STL_TRIANGLE_BYTES = 84, 50
 SUFFIXES = (STL, ".obj", COLLADA, ".glb", ".gltf", ".ply")
 # The unit in the head of a COLLADA file, in metres. Its up axis is ignored, as Gazebo
@@ -35,8 +35,8 @@ ASSET_BYTES = 20_000
 def outlines(requests: list[dict[str, Any]]) -> list[dict[str, Any]]:
     """Returns for each mesh the hull of its points over the floor, and its lowest and highest.
 
-    requests: file, submesh, is_centred and transform (4, 4) each. One that cannot be read has
-    `fault`.
+    requests: file, submesh, is_centred and transform (4, 4) each. The answer for an unreadable mesh
+    is its `fault`.
     """
     return [_answer(mesh, _outline) for mesh in requests]
 
@@ -110,8 +110,8 @@ def _section(corners: Array, mesh: dict[str, Any]) -> dict[str, Any]:
 def read_corners(path: Path, submesh: str = "", is_centred: bool = False) -> Array:
     """Returns the corners (T, 3, 3) m of a mesh's triangles.
 
-    submesh: the name of the only part that counts, '' for all; is_centred: whether that is moved
-    to the origin. Raises ValueError where there are none or too many.
+    submesh: the name of the only part that counts, '' for all; is_centred: whether this part is
+    moved to the origin. Raises ValueError where there are no triangles or too many.
     """
     suffix = path.suffix.lower()
     if suffix not in SUFFIXES:
@@ -166,7 +166,7 @@ def _too_many(count: int) -> str:
 
 
 def _unit_m(path: Path) -> float:
-    """Returns the unit of a COLLADA file as its head says, m."""
+    """Returns the unit of a COLLADA file according to its head, m."""
     with path.open(encoding="utf-8", errors="replace") as file:
         unit = UNIT.search(file.read(ASSET_BYTES))
     return float(unit[1]) if unit else 1.0

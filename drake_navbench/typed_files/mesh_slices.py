@@ -11,14 +11,14 @@ from shapely.geometry.base import BaseGeometry
 
 Array = NDArray[np.float64]
 
-# A surface without volume still stops a beam: it counts as thick as this, m.
+# A surface without volume still stops a beam: it counts as this thick, m.
 HALF_THICKNESS_M = 0.005
 # Corners within this of a straight edge are left out, m.
 TOLERANCE_M = 0.003
 # Ends of segments nearer to each other than this are one point, m.
 GRID_M = 1e-4
 MIN_AREA_M2 = 1e-5
-# No robot fits into less, m^2.
+# No robot fits into a smaller area, m^2.
 ROOM_M2 = 0.05
 
 
@@ -45,8 +45,8 @@ def crossing_segments(corners: Array, height_m: float) -> Array:
 def cut_area(corners: Array, height_m: float) -> BaseGeometry:
     """Returns the area that triangles (T, 3, 3) enclose in a level plane.
 
-    Inside is what an odd number of surfaces is left of, but no room with a floor and no ceiling.
-    Surfaces that enclose nothing count with a small thickness.
+    A point is inside if a line from it crosses an odd number of surfaces, unless it is in a room
+    with a floor and no ceiling. Surfaces that enclose nothing count with a small thickness.
     """
     segments = np.round(crossing_segments(corners, height_m) / GRID_M) * GRID_M
     ordered = np.where(
@@ -59,7 +59,7 @@ def cut_area(corners: Array, height_m: float) -> BaseGeometry:
     if not len(ordered):
         return shapely.Polygon()
     lines = shapely.multilinestrings(shapely.linestrings(ordered))
-    # A few long lines take a tenth of the time of many short ones.
+    # Joining a few long lines takes a tenth of the time of many short ones.
     long_lines = shapely.line_merge(lines)
     walls = shapely.buffer(long_lines, HALF_THICKNESS_M, quad_segs=1, cap_style="flat")
     noded = shapely.node(lines)
@@ -84,8 +84,8 @@ def _is_inside(face: shapely.Polygon, segments: Array) -> bool:
 def _is_room(face: shapely.Polygon, corners: Array, height_m: float) -> bool:
     """Returns whether a face has triangles (T, 3, 3) below a point in it and none above.
 
-    Walls of one sheet around a floor are a building; a closed surface is a solid thing, and an
-    upright one without top and bottom, too.
+    Walls of one sheet around a floor are a building. A closed surface is a solid thing, and so is
+    an upright one without top and bottom.
     """
     point = shapely.get_coordinates(shapely.point_on_surface(face))[0]
     is_near = (corners[:, :, :2].min(axis=1) <= point) & (corners[:, :, :2].max(axis=1) >= point)

@@ -1,8 +1,9 @@
 """Numbers with physical bounds, for the fields of input files.
 
-A value beyond them is a slip of the keyboard or of the unit, and would end in sums that lose what
-they are about, or in grids that no memory holds. The bounds leave room for every robot that drives
-on the ground; where less makes sense, the field says so itself, and both hold. SI units, radians.
+A value beyond them is a slip of the keyboard or of the unit, and would end in sums without
+significant digits, or in grids that no memory holds. The bounds leave room for every robot that
+drives on the ground; where less makes sense, the field says so itself, and both hold. SI units,
+radians.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ from pydantic_core import CoreSchema, core_schema
 
 @dataclass(frozen=True)
 class Within:
-    """Bounds of a number, besides those of its field: of two `ge` pydantic would keep one."""
+    """Bounds of a number, besides those of its field: pydantic would keep only one of two `ge`."""
 
     low: float
     high: float
@@ -43,32 +44,32 @@ class Within:
         return value
 
 
-# Positions, extents, ranges.
+# Lengths: positions, extents, ranges.
 MAX_LENGTH_M = 1e4
-# The least size of a body; below it contact cannot be told from a gap.
+# The least size of a body; a smaller one cannot be told from a gap.
 MIN_SIZE_M = 1e-4
 
 Length = Annotated[float, Within(-MAX_LENGTH_M, MAX_LENGTH_M)]
 Size = Annotated[float, Within(MIN_SIZE_M, MAX_LENGTH_M)]
 # The size of a cell in grids and paths: 1 mm and up.
 CellSize = Annotated[float, Within(1e-3, 1e2)]
-# 159 turns, either way.
+# Angles: up to 159 turns, either way.
 Angle = Annotated[float, Within(-1e3, 1e3)]
-# A day and some more; where a negative time means none, that is one.
+# Durations: a day and some more; where a negative time means "none", -1 is allowed.
 Duration = Annotated[float, Within(-1e5, 1e5)]
-# Time between two samples: from 1 ms to an hour.
+# Periods between two samples: from 1 ms to an hour.
 Period = Annotated[float, Within(1e-3, 3600.0)]
-# Down to once in a day.
+# Rates: down to once a day.
 Frequency = Annotated[float, Within(1e-5, 1e3)]
 Speed = Annotated[float, Within(-1e2, 1e2)]
 AngularSpeed = Annotated[float, Within(-1e2, 1e2)]
 Acceleration = Annotated[float, Within(-1e3, 1e3)]
 AngularAcceleration = Annotated[float, Within(-1e3, 1e3)]
-# Up to 1000 t.
+# Masses: up to 1000 t.
 Mass = Annotated[float, Within(0.0, 1e6)]
-# Weights, costs, shares, factors.
+# Plain numbers: weights, costs, shares, factors.
 Number = Annotated[float, Within(-1e12, 1e12)]
-# The bounds of numbers of samples, steps, cells, attempts; a negative one may mean any: those of
-# an int in C++, whose largest value often means any, too.
+# Counts of samples, steps, cells, attempts; a negative one may mean any number. The bounds are
+# those of an int in C++, whose largest value often means any number, too.
 MIN_COUNT, MAX_COUNT = -(2**31), 2**31 - 1
 Count = Annotated[int, Within(MIN_COUNT, MAX_COUNT)]

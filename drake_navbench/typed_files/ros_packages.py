@@ -18,22 +18,22 @@ from drake_navbench.errors import InputError
 PACKAGE_URI = re.compile(r"(?:package|model)://([^/]+)/?(.*)")
 PACKAGE_FILE = "package.xml"
 MODEL_FILE = "model.config"
-# A downloaded model lies in a folder with the number of its version.
+# A downloaded model lies in a folder named by its version.
 VERSION = re.compile(r"\d+")
 PACKAGE_NAME = re.compile(r"<name>\s*([^<\s]+)\s*</name>")
-# Folders above the file that are looked through: more than any workspace has.
+# The most folders above the file that are searched: more than any workspace has.
 MAX_DEPTH = 8
-# Folders of a repository that are looked through: a hundred times those of a large one.
+# The most folders of a repository that are searched: a hundred times those of a large one.
 MAX_FOLDERS = 50_000
-# Folders of generated files, in which a second copy of the packages may lie.
+# Folders of generated files, which may contain a second copy of the packages.
 NO_SOURCES = frozenset({"build", "install", "log", "node_modules", "__pycache__"})
 
 
 class Packages:
     """The packages around a file, with those below the folders that the user named.
 
-    is_told_folders: whether there are such folders. is_own: whether this program wrote the file, so
-    that it may name files anywhere.
+    is_told_folders: whether the user named any. is_own: whether this program wrote the file, which
+    then may name files anywhere.
     """
 
     def __init__(self, file: Path, folders: Sequence[Path] = (), *, is_own: bool = False) -> None:
@@ -65,19 +65,19 @@ class Packages:
         return place
 
     def all(self) -> dict[str, Path]:
-        """Returns every package with a package.xml, by name: in the repository and as named."""
+        """Returns every package with a package.xml by name, in the repository and named folders."""
         known: dict[str, Path] = {}
         for root in reversed(self._roots):
             known |= packages_below(root)
         return known
 
     def files(self) -> Iterator[Path]:
-        """Yields the files in the repository around the file, then those as named."""
+        """Yields the files in the repository around the file, then those in the named folders."""
         for root in reversed(self._roots):
             yield from files_below(root)
 
     def model(self, name: str) -> Path | None:
-        """Returns the folder of a model of Gazebo, whose name is its folder's in any case."""
+        """Returns the folder of a Gazebo model by its name, in upper or lower case."""
         for root in self._roots:
             place = models_below(root).get(name) or models_below(root).get(name.lower())
             if place is not None:
@@ -87,8 +87,8 @@ class Packages:
     def place(self, uri: str, folder: Path | None = None) -> Path | None:
         """Returns the file or folder of a URI or relative path; None where it is not found.
 
-        folder: the one that relative paths start from; None means the file's own. Files outside of
-        the repository, of the named folders and of the packages are never returned.
+        folder: the start of relative paths; None: the file's own folder. Files outside of the
+        repository, of the named folders and of the packages are never returned.
         """
         named = PACKAGE_URI.fullmatch(uri)
         if named is not None:
@@ -105,7 +105,7 @@ class Packages:
             return place
         if not uri.startswith("file://"):
             return self._above(path, self.root)
-        # Gazebo looks for such files below the folders of its resources, which hold models.
+        # Gazebo searches such files below its resource folders, which hold models.
         places = [self._inside(root / path) for root in self._roots]
         if path.parts[:1] == ("models",) and len(path.parts) > 2:
             model = self.model(path.parts[1])
@@ -113,9 +113,9 @@ class Packages:
         return next((found for found in places if found is not None), None)
 
     def _above(self, path: Path | str, end: Path) -> Path | None:
-        """Returns a file by its path from the file's folder, or from one above it up to `end`.
+        """Returns a file by its path from the folder, or from a folder above it up to `end`.
 
-        Packages are installed with other folders than they have as sources.
+        Installed packages lie in other folders than their sources.
         """
         if Path(path).is_absolute() or not self._folder.is_relative_to(end):
             return None
@@ -140,8 +140,8 @@ class Packages:
 def repository_of(file: Path) -> Path:
     """Returns the folder of the repository around a file.
 
-    That is the next folder above with `.git`; without one the folder of the outermost package
-    around the file and its neighbours; without any the file's own folder.
+    The folder is the next one above with `.git`; else the folder of the outermost package around
+    the file and of the packages beside it; else the file's own folder.
     """
     above = [*file.absolute().parents][:MAX_DEPTH]
     checkout = next((folder for folder in above if (folder / ".git").exists()), None)
@@ -153,7 +153,7 @@ def repository_of(file: Path) -> Path:
 
 @lru_cache(maxsize=64)
 def packages_below(root: Path) -> dict[str, Path]:
-    """Returns the packages below a folder by name; of two of a name the one nearer to the root."""
+    """Returns the packages below a folder by name; of equal names the one nearer to the root."""
     found: dict[str, Path] = {}
     for folder in _folders(root):
         name = _name_in(folder / PACKAGE_FILE)
@@ -176,7 +176,7 @@ def models_below(root: Path) -> dict[str, Path]:
 
 @lru_cache(maxsize=64)
 def _folders(root: Path) -> tuple[Path, ...]:
-    """Returns a folder and those below it, level by level, without what is made or hidden."""
+    """Returns a folder and those below it, level by level, without generated and hidden ones."""
     level, found = [root], list[Path]()
     while level:
         below: list[Path] = []
@@ -222,7 +222,7 @@ def _name_in(file: Path) -> str | None:
 
 
 def _package_nearby(name: str, start: Path) -> Path | None:
-    """Returns the folder of a package beside or above `start`, or where ROS looks."""
+    """Returns the folder of a package beside or above `start`, or in ROS's own paths."""
     above = [start, *start.parents][:MAX_DEPTH]
     environment = {
         variable: [Path(entry) for entry in os.environ.get(variable, "").split(os.pathsep) if entry]

@@ -28,13 +28,13 @@ Model = TypeVar("Model", bound=BaseModel)
 MAX_FILE_BYTES = 16 * MEGABYTE
 # The most faults of one file that are shown.
 MAX_FAULTS_SHOWN = 20
-# The types of the fault that a model does not have a field: pydantic's, and ours for a model that
-# finds it out by itself.
+# The types of the fault "unknown field": pydantic's, and ours for a model that finds it by itself.
 EXTRA_FIELD = "extra_forbidden"
 UNKNOWN_FIELD = "unknown_field"
 
 Location = tuple[int | str, ...]
-# A declaration, a comment, or an element with an attribute or a child; no `<name>:` of a template.
+# The beginnings of XML: a declaration, a comment, or an element with an attribute or a child; not
+# the `<name>:` of a template.
 XML_START = re.compile(r"\s*<(\?xml|!--|[\w:.-]+\s+[\w:.-]+\s*=|[\w:.-]+>\s*<)")
 
 
@@ -80,7 +80,7 @@ def read_yaml(path: Path) -> dict[str, Any]:
 
 
 def parse_yaml(text: str, source: str) -> dict[str, Any]:
-    """Returns the mapping in a YAML text; `source` names it in errors."""
+    """Returns the mapping in a YAML text; `source` is the text's name in errors."""
     try:
         data = load_yaml(text)
     except yaml.YAMLError as error:
@@ -116,8 +116,8 @@ def validate(
 ) -> Model:
     """Returns `data` as an instance of `model`; raises InputError, one line a fault.
 
-    Types are taken strictly: text is no number, and neither is true. text: the YAML text that
-    `data` came from, of which faults then tell the line.
+    Types are strict: text is no number, and neither is true. text: the YAML text of `data`, from
+    which faults take the line.
     """
     try:
         plain = json.dumps(data, default=str)
@@ -135,14 +135,14 @@ def validate(
             lines.append(f"{source}: and {len(faults) - MAX_FAULTS_SHOWN} faults more")
         raise InputError("\n".join(dict.fromkeys(lines))) from error
     except Exception as error:
-        # A model may be a plugin's, whose checks may break in any way.
+        # The model may be a plugin's, whose checks may raise anything.
         raise InputError(f"{source}: {one_line(error)}") from error
 
 
 def unknown_fields(model: type[BaseModel], data: Mapping[str, Any]) -> list[Location]:
     """Returns the places in `data` of fields that the model does not have, as far as it can tell.
 
-    Where something else is wrong, a model may not come so far as to notice them all.
+    Where something else is wrong, a model may stop before it has noticed all of them.
     """
     try:
         model.model_validate_json(json.dumps(data, default=str), strict=True)
@@ -153,20 +153,20 @@ def unknown_fields(model: type[BaseModel], data: Mapping[str, Any]) -> list[Loca
 
 
 def unknown_field(text: str, location: Location, found: Any) -> InitErrorDetails:
-    """Returns the fault of a field that a model itself finds to be unknown; text: as shown."""
+    """Returns the fault for a field that a model itself calls unknown; text: the fault's words."""
     kind = PydanticCustomError(UNKNOWN_FIELD, text)
     return InitErrorDetails(type=kind, loc=location, input=found)
 
 
 def found_fault(text: str, location: Location, found: Any) -> InitErrorDetails:
-    """Returns a fault that a model itself finds in a value; text: as shown."""
+    """Returns the fault for a value that a model itself finds wrong; text: the fault's words."""
     return InitErrorDetails(type=PydanticCustomError("fault", text), loc=location, input=found)
 
 
 def read_block(model: type[Model], values: Mapping[str, Any]) -> Model:
     """Returns the values of a block as an instance of its own model; raises ValidationError.
 
-    Through JSON, because strictness there takes a list for a tuple.
+    The values go through JSON, in which a strict model accepts a list for a tuple.
     """
     return model.model_validate_json(json.dumps(values, default=str), strict=True)
 
@@ -179,8 +179,8 @@ def faults_within(
 ) -> list[InitErrorDetails]:
     """Returns the faults of a block as faults of the model around it.
 
-    place: of the block. model: the block's, of which an unknown field is told the nearest. unknown:
-    the text of such a fault.
+    place: the block's. model: the block's model, whose nearest field is suggested for an unknown
+    one. unknown: the words for an unknown field.
     """
     faults = []
     for fault in error.errors():
@@ -203,8 +203,8 @@ def faults_within(
 def tuples_for_lists(value: Any) -> Any:
     """Returns a value with all lists in it as tuples.
 
-    For validators that run before a strict model's own: what they hand on counts as Python, where
-    strictness takes no list for a tuple.
+    It is for validators that run before a strict model's own: their result counts as Python data,
+    in which a strict model accepts no list for a tuple.
     """
     if isinstance(value, Mapping):
         return {key: tuples_for_lists(item) for key, item in value.items()}
@@ -234,7 +234,7 @@ def _describe(fault: Mapping[str, Any], model: type[BaseModel], source: str) -> 
 
 
 def _fault_of_kind(fault: Mapping[str, Any]) -> tuple[str, str] | None:
-    """Returns field and text of a fault in the field that tells of which model a value is."""
+    """Returns field and text of a fault in the field that tells the type of a value."""
     context = fault.get("ctx", {})
     name = str(context.get("discriminator", "")).strip("'")
     if fault["type"] == "union_tag_not_found":
@@ -245,7 +245,7 @@ def _fault_of_kind(fault: Mapping[str, Any]) -> tuple[str, str] | None:
 
 
 def _tells(message: str, found: Any) -> bool:
-    """Whether a message names the wrong value: the 0 of "greater than 0" is a limit, no value."""
+    """Whether a message names a wrong value: the 0 of "greater than 0" is a limit, no value."""
     shown = repr(found)
     return shown in message if isinstance(found, str) else f"got {shown}" in message
 

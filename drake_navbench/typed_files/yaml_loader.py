@@ -16,9 +16,9 @@ import yaml
 MAX_NODES = 100_000
 MAX_DEPTH = 100
 TOO_DEEP = f"nested too deeply, expected at most {MAX_DEPTH} levels"
-# The words of PyYAML, from 6.0.4 on.
+# PyYAML's words for a fault, from 6.0.4 on.
 TOO_DEEP_FOR_YAML = "maximum nesting depth"
-# No number and no date is longer; for some the time to read them grows with the square of that.
+# No number or date is longer; the time to read some of them grows with the square of the length.
 MAX_NUMBER_LENGTH = 100
 TAG_PREFIX = "tag:yaml.org,2002:"
 PLAIN_TAGS = frozenset(
@@ -27,7 +27,7 @@ PLAIN_TAGS = frozenset(
 MERGE_TAG = f"{TAG_PREFIX}merge"
 SHOWN_LENGTH = 60
 
-# The one on libyaml reads 16 MB in a second, the other in half a minute.
+# The loader on libyaml reads 16 MB in a second, the other loader in half a minute.
 _FastestLoader: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 
 
@@ -57,7 +57,7 @@ def made(construct: Callable[[], Any], node: yaml.Node) -> Any:
 
 
 def line_of(text: str, location: Sequence[int | str]) -> int | None:
-    """Returns the line of a value in a text that can be loaded; where it is missing, of its block.
+    """Returns the line of a value in a valid text; for a missing value, its block's line.
 
     location: the names and indices that lead to the value.
     """
@@ -121,7 +121,7 @@ def _events(text: str) -> Iterator[yaml.Event]:
     except yaml.MarkedYAMLError as error:
         if TOO_DEEP_FOR_YAML not in (error.problem or ""):
             raise
-        # Before it yields an event of such a level.
+        # The parser is recursive; the check comes before it yields an event of such a level.
         raise yaml.MarkedYAMLError(problem=TOO_DEEP, problem_mark=error.problem_mark) from error
 
 
@@ -175,7 +175,7 @@ class _PlainLoader(MergesByDefinition, _FastestLoader):
 
 
 def _fault(text: str, place: yaml.Node | yaml.Event) -> yaml.MarkedYAMLError:
-    mark: Any = place.start_mark  # One of two classes, with and without libyaml.
+    mark: Any = place.start_mark  # It is of one of two classes, with or without libyaml.
     return yaml.constructor.ConstructorError(None, None, text, mark)
 
 
@@ -188,7 +188,7 @@ def _short_tag(node: yaml.Node) -> str:
 
 
 def _shown(node: yaml.Node) -> str:
-    """Returns a value as text, shortened; a list or a mapping by its kind alone."""
+    """Returns a value as text, shortened; for a list or a mapping its kind alone."""
     if not _is_scalar(node):
         return "a list" if isinstance(node, yaml.SequenceNode) else "a mapping"
     is_cut = len(node.value) > SHOWN_LENGTH

@@ -37,7 +37,7 @@ Array = NDArray[np.float64]
 Seen = dict[str, NDArray[np.float32]]
 
 VELOCITIES = ("v", "w", "vy")
-# Speeds that a noisy estimate may tell, as multiples of the limits.
+# The largest speeds in an observation, as multiples of the limits, as the estimate is noisy.
 TWIST_MARGIN = 10.0
 MAX_SEED = 2**63
 
@@ -45,20 +45,19 @@ MAX_SEED = 2**63
 class NavigationEnvironment(gymnasium.Env[Seen, NDArray[np.float32]]):
     """One robot that is to reach a goal without touching anything.
 
-    Observation, in the base frame: `lidar` (beams,) ranges m, 0 nearer than the least range, the
-    longest where nothing is met; `goal` (3,) x m, y m, yaw rad by the estimated pose; `twist` (2,)
+    Observation, in the base frame: `lidar` (beams,) ranges m, 0 for nearer than the least range,
+    the longest range for no hit; `goal` (3,) x m, y m, yaw rad by the estimated pose; `twist` (2,)
     estimated v m/s, w rad/s. Action: the command (2,) v m/s, w rad/s, held for a period. A base
     that moves sideways has vy m/s, to the left, as a third number of both.
 
     An episode terminates when the robot's goal checker says so, or at a contact; it is truncated
-    after `timeout_s`. `info` of its last step tells the outcome and the metrics of a trial:
+    after `timeout_s`. `info` of its last step has the outcome and metrics of a trial:
     `time_to_goal_s`, `driven_length_m`, `min_clearance_m` (sampled once a step).
 
     scenario, robot: names, paths of files, or loaded ones. tasks: 'scenario' takes start and noise
     of the trial with the seed of the episode; 'random' draws start, goal and obstacles, by the
     fields of `random_tasks`. frequency: commands per second. reward: fields of `RewardWeights`.
-    timeout_s: of an episode; None takes the scenario's.
-    Raises InputError where one of them is wrong.
+    timeout_s: the episode's; None: the scenario's. Raises InputError where an argument is wrong.
     """
 
     def __init__(
@@ -115,7 +114,7 @@ class NavigationEnvironment(gymnasium.Env[Seen, NDArray[np.float32]]):
     ) -> tuple[Seen, dict[str, Any]]:
         """Begins an episode, which is a function of its seed alone.
 
-        Without a seed the next one is drawn from that of the last reset that had one.
+        Without a seed, the next one is drawn from the seed of the last reset that had one.
         """
         if not self._is_open:
             raise RuntimeError("reset: the environment is closed")
@@ -182,10 +181,10 @@ class NavigationEnvironment(gymnasium.Env[Seen, NDArray[np.float32]]):
         return moment(simulation.state[:3], self._task.goal, clearance_m)
 
     def _has_reached(self) -> bool:
-        """Asks the robot's goal checker, by the estimate, as a trial's controller server does."""
+        """Tells whether the robot's goal checker takes the estimated pose for the goal."""
         assert self._task is not None
         estimate = self._simulation.estimate
-        # There is no plan; the way that is left is the straight one.
+        # There is no plan; the remaining path is a straight line.
         way = np.array([estimate[:3], self._task.goal])
         result = self._goal_checker.check(
             self._goal_check,
@@ -218,7 +217,7 @@ class NavigationEnvironment(gymnasium.Env[Seen, NDArray[np.float32]]):
         estimate = self._simulation.estimate
         goal = to_robot_frame(self._task.goal[np.newaxis], *estimate[:3])[0]
         range_max_m = self._robot.lidar.range_max_m
-        # Beams that met nothing, or nothing that they could tell, have no range.
+        # Beams without a hit, or with an unknown range, have no range.
         ranges = np.nan_to_num(
             self._simulation.scan.ranges_m, nan=range_max_m, posinf=range_max_m, neginf=0.0
         )
@@ -248,5 +247,5 @@ class NavigationEnvironment(gymnasium.Env[Seen, NDArray[np.float32]]):
             "goal": spaces.Box(-reach, reach, dtype=np.float32),
             "twist": spaces.Box(-fastest, fastest, dtype=np.float32),
         }
-        # A space of maps; its type does not say of which.
+        # The type of a space of maps does not say of which spaces.
         self.observation_space = cast(spaces.Space[Seen], spaces.Dict(shown))

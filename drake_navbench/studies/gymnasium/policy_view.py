@@ -32,7 +32,7 @@ class PolicyView:
     def inputs(self, seen: Seen) -> Array:
         """Returns (F,) the features of an observation."""
         ranges = seen["lidar"].astype(np.float64)
-        # A hit nearer than the least range still lies in the direction of its beam.
+        # A hit nearer than the least range still lies in its beam's direction.
         distances = np.maximum(ranges, self._range_min_m)
         points = (distances[:, None] * self._directions)[ranges < self._range_max_m]
         x, y, yaw = self._sensor_pose
@@ -43,5 +43,5 @@ class PolicyView:
         return features(closeness, goal, twist, self.limits)
 
     def command(self, action: Array) -> NDArray[np.float32]:
-        """Returns the command for an output of the network, each 1 at the limit."""
+        """Returns the command for an output of the network, whose values are 1 at the limits."""
         return (np.clip(action, -1.0, 1.0) * self.limits).astype(np.float32)

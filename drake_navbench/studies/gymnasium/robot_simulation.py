@@ -30,7 +30,7 @@ Array = NDArray[np.float64]
 
 
 class RobotSimulation:
-    """A trial's base, lidar and localization, wired as there, with the command left open.
+    """A trial's base, lidar and localization, wired as in a trial, with the command left open.
 
     The command is taken at the instants of a trial's controller server: first at
     CONTROLLER_OFFSET_S, then once a `period_s`. One diagram serves all episodes: to build one takes
@@ -82,7 +82,7 @@ class RobotSimulation:
     def reset(self, start_pose: Array, *, seed: int, world: World) -> None:
         """Puts the robot at rest at (3,) x m, y m, yaw rad, and waits for the first command.
 
-        world: what stands there from now on; only the geometry that is drawn stays as it was built.
+        world: the obstacles from now on; only the drawn geometry stays as it was built.
         """
         self._world = world
         self._contact_watch = ContactWatch(
@@ -120,19 +120,19 @@ class RobotSimulation:
 
     @property
     def has_collided(self) -> bool:
-        """Whether the outline has touched something."""
+        """Whether the outline has touched an obstacle."""
         return self._contact_watch.contact is not None
 
     @property
     def driven_s(self) -> float:
-        """Time since the first command, s; at a contact the time of that."""
+        """Time since the first command, s; after a contact, that of the contact."""
         contact = self._contact_watch.contact
         now_s = self._simulator.get_context().get_time() if contact is None else contact.time_s
         return max(0.0, now_s - CONTROLLER_OFFSET_S)
 
     @property
     def state(self) -> Array:
-        """(6,) the true x m, y m, yaw rad, v m/s, w rad/s, vy m/s; at a contact of that instant."""
+        """(6,) the true x m, y m, yaw rad, v m/s, w rad/s, vy m/s; after a contact, those at it."""
         contact = self._contact_watch.contact
         if contact is not None:
             return contact.state

@@ -20,16 +20,16 @@ from drake_navbench.typed_files.typed_yaml import FrozenModel
 
 Array = NDArray[np.float64]
 
-# So many draws without success mean that there is no room.
+# After this many failed draws, there is no room.
 MAX_DRAWS = 1000
 # Margin around the scenario's start, goal and obstacles, where they extend beyond the given area.
 AREA_MARGIN_M = 1.0
 
 
 class EpisodeTask(NamedTuple):
-    """One episode: start and goal (3,) x m, y m, yaw rad, and what stands.
+    """One episode: start and goal (3,) x m, y m, yaw rad, and the obstacles.
 
-    seed: of the noise of lidar and localization.
+    seed: for the noise of lidar and localization.
     """
 
     start: Array
@@ -104,7 +104,7 @@ def _with_obstacles(
     low: Array,
     high: Array,
 ) -> World:
-    """Returns a world with more in it; an obstacle for which there is no room is left out."""
+    """Returns a world with more obstacles; one for which there is no room is left out."""
     added: list[Cylinder | Polygon] = []
     placed = np.empty((0, 3))
     for _ in range(generator.integers(settings.max_obstacles, endpoint=True)):

@@ -1,6 +1,6 @@
 """Whether a change to Nav2's controllers changes how they drive: equal seeds, in pairs.
 
-What is tested and how it is corrected stands in `analysis/paired_tests.py`.
+`analysis/paired_tests.py` has the tests and their corrections.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ from drake_navbench.trial.trial import DEFAULT_ROBOT
 DEFAULT_SCENARIOS = (*PUBLISHED_SCENARIOS, "doorway")
 DEFAULT_TRIALS = 64
 
-# The colon before the first parameter; a plugin type has two together.
+# The colon before a variant's first parameter; a plugin's type has two colons together.
 _VALUES = re.compile(r"(?<!:):(?!:)")
 
 
@@ -45,7 +45,7 @@ class Light(StrEnum):
 
 
 class Side(NamedTuple):
-    """One of the two programs. name: as in its columns, `rpp@name`. about: its source, in words."""
+    """One of the two programs. name: as in its columns, `rpp@name`. about: its source in words."""
 
     name: str
     about: str = ""
@@ -70,7 +70,7 @@ class GateResult(NamedTuple):
 
     @property
     def regressions(self) -> list[Finding]:
-        """The findings that became worse: touches first, then success, then the surest."""
+        """The findings that became worse: touches first, then success, then the most certain."""
         return self.judged.of(Verdict.WORSE) if self.judged else []
 
     @property
@@ -87,7 +87,7 @@ class GateResult(NamedTuple):
 
 
 class GateDrives(NamedTuple):
-    """The trials of each of two builds: so many a scenario, with one robot, from one seed on.
+    """The trials of each of two builds: a number for each scenario, one robot, and a first seed.
 
     jobs: parallel workers; None: as many as the machine has processors.
     """
@@ -111,9 +111,9 @@ def drive_gate(
 ) -> GateResult:
     """Drives the controllers of two builds through equal trials, and tests what has changed.
 
-    folder: new; the logs go there. drives: what is driven, the defaults where not given. Two builds
-    that are the same program are not driven. Raises InputError where one has no such controller,
-    or input is wrong otherwise.
+    folder: new; the logs go there. drives: the trials to drive, by default GateDrives(). Two builds
+    that are the same program are not driven. Raises InputError where a build has no such
+    controller, or where other input is wrong.
     """
     drives = drives or GateDrives()
     sides = side_of(base), side_of(head)
@@ -142,11 +142,11 @@ def judge_rows(
     *,
     tolerance: float = DEFAULT_TOLERANCE,
 ) -> GateResult:
-    """Tests what has changed in trials that were driven.
+    """Tests the changes between two builds in trials that were driven.
 
-    table: one row a trial, with the columns `rpp@base` and `rpp@head` as controllers. A metric
-    without a good direction is not tested, nor is one that depends on the machine. Raises
-    InputError where one of the two has no trial.
+    table: one row a trial, with the columns `rpp@base` and `rpp@head` as controllers. Metrics
+    without a good direction are not tested, nor are those that depend on the machine. Raises
+    InputError where one of the builds has no trial.
     """
     before, after = (_of_side(table, controllers, side) for side in (base, head))
     metrics = [m for m in all_metrics() if m.better is not Better.NEITHER and m.is_repeatable]
@@ -162,7 +162,7 @@ def judge_rows(
 
 
 def read_rows(path: Path) -> pd.DataFrame:
-    """Returns the table of trials that a gate has left; raises InputError where it is none."""
+    """Returns the table of trials that a gate wrote; raises InputError for any other file."""
     try:
         table = pd.read_parquet(path)
     except (OSError, ValueError) as error:

@@ -1,4 +1,4 @@
-"""The two builds of a gate: by their names, or made of checkouts."""
+"""The two builds of a gate: found by name, or made from checkouts."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def build_of(
     """Returns the build with the name `text`, or makes one from the checkout in the folder `text`.
 
     name: that of a new build. controllers: presets; only packages with their originals are built.
-    flags, noise: the wanted ones; None means the gate's default for a checkout, and any for a named
+    flags, noise: the wanted ones; None: the gate's default for a checkout, and any for a named
     build. Raises InputError where there is no such build or folder, or where a named build has
     other flags or noise.
     """
@@ -42,7 +42,7 @@ def build_of(
             _require_built(build, "noise", build.noise, noise)
         return build
     packages = _packages(Path(text), controllers)
-    # Without a generator of noise in its packages, there is nothing to replace.
+    # Packages without a generator of noise have nothing to replace.
     samples = any(package.name in NOISE_SOURCES for package in packages)
     return build_checkout(
         Path(text),
@@ -57,7 +57,7 @@ def build_of(
 def left_out_changes(base: str, head: str, controllers: Sequence[str]) -> list[str]:
     """Returns the files that differ between two checkouts and that the benchmark's noise replaces.
 
-    None where one is a build by its name: its checkout may have changed since.
+    The list is empty where one is a named build, whose checkout may have changed since.
     """
     if not (Path(base).is_dir() and Path(head).is_dir()):
         return []
@@ -83,7 +83,7 @@ def _plugins(controllers: Sequence[str]) -> set[str | None]:
 
 
 def _samples(built: Sequence[str], controllers: Sequence[str]) -> bool:
-    """Returns whether a controller that is driven samples, as far as its plugin's name tells."""
+    """Returns whether one of the driven controllers samples, judged by its plugin's name."""
     driven = {str(plugin).partition("::")[0] for plugin in _plugins(controllers) & set(built)}
     return not driven.isdisjoint(NOISE_SOURCES)
 

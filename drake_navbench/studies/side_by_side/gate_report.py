@@ -32,7 +32,7 @@ from drake_navbench.studies.side_by_side.gate import GateResult, Side, column_of
 
 
 def to_markdown(result: GateResult) -> str:
-    """Returns the result: the verdict, the changes, and the smallest change that could be seen."""
+    """Returns a result's page: the verdict, the changes, and the smallest change that shows."""
     lines = [
         f"# Nav2 gate: {result.light}",
         "",
@@ -79,7 +79,7 @@ def to_markdown(result: GateResult) -> str:
 def to_junit(result: GateResult) -> str:
     """Returns JUnit XML: a test case a scenario, controller and metric that is listed or worse.
 
-    A trial that came to no end is a failed one where the base has none such, else an error.
+    A trial without an end is a failure if the base has no such trial, else an error.
     """
     judged = result.judged
     findings = judged.findings if judged else ()
@@ -114,7 +114,7 @@ def to_junit(result: GateResult) -> str:
 
 
 def worst_logs(result: GateResult) -> tuple[Path, Path] | None:
-    """Returns the logs of base and head for the seed that lost most in the first regression."""
+    """Returns both logs of the seed that lost most in the first regression; None without one."""
     if not result.regressions or result.folder is None:
         return None
     worst = result.regressions[0]
@@ -136,7 +136,7 @@ def _side(side: Side) -> str:
 
 
 def _compiled(base: Side, head: Side) -> list[str]:
-    """Returns the flags of the two builds, where they are more than the portable ones."""
+    """Returns a line for each build whose flags are more than the portable ones."""
     first, second = (side.flags or "no more than the portable ones" for side in (base, head))
     if first != second:
         return [f"**The two were compiled with different flags**: {first}; {second}.", ""]
@@ -155,7 +155,7 @@ def _add_case(
 
 
 def _outcomes_seen(judged: Judged, trials: int) -> list[str]:
-    """Returns sentences on the number of lost trials that turns the gate.
+    """Returns sentences on the number of lost trials at which the gate turns red.
 
     They warn where that number is larger than the number of trials.
     """

@@ -60,8 +60,9 @@ class DecisionResult(NamedTuple):
 class TrialResult(NamedTuple):
     """One trial of each. cycles: what both wanted in each cycle of the port's.
 
-    difference: the largest of any cycle's command, where each drives. apart_s: when they are first
-    apart by more than 1e-5; NaN where they never are. outcomes: of port and original.
+    difference: the largest difference of a cycle's commands, where each drives. apart_s: the time
+    at which the commands first differ by more than 1e-5; NaN where they never do. outcomes: those
+    of port and original.
     """
 
     scenario: str
@@ -140,7 +141,7 @@ def compare_in_scenes(
     for scene in random_scenes(controller_setup(robot), count, seed=seed):
         decisions = []
         for preset in (port, original):
-            # Both are new in every scene: what an original keeps beyond a task is no difference.
+            # Both controllers are new in every scene: an original may keep a memory beyond a task.
             with built_controller(preset, preset.robot(robot)) as controller:
                 decisions.append(_decided_in(scene, controller))
         results.append(_compare_decisions(*decisions))
@@ -148,7 +149,7 @@ def compare_in_scenes(
 
 
 def _decided_in(scene: Observation, controller: Controller) -> Decided:
-    """Returns the first decision, or the reason why there is none, such as a crash or a hang."""
+    """Returns the first decision, or the reason for its absence, such as a crash or a hang."""
     try:
         return decided(controller, scene, controller.initial_memory())[0]
     except ExternalControllerFailed as error:
@@ -168,7 +169,7 @@ def compare_in_trial(
     cycles: list[DecisionResult] = []
     both = shadowed(port, original, lambda *pair: cycles.append(_compare_decisions(*pair)))
     logs = [run_trial(scenario, preset, seed, robot=robot) for preset in (both, original)]
-    # Cycles of a rehearsal come before those of the trial.
+    # The cycles of a rehearsal come before those of the trial.
     own = cycles[len(cycles) - int(logs[0].samples["cycle_count"].max()) :]
     return compare_trials(logs[0], logs[1], scenario.name, seed, tuple(own))
 
@@ -233,15 +234,15 @@ def _told_by(
 def other_defaults(
     port: ControllerParameters, defaults: Mapping[str, Any], given: Collection[str]
 ) -> tuple[OtherDefault, ...]:
-    """Returns the original's defaults that the port, in its release, has otherwise.
+    """Returns the original's defaults that differ from those of the port, in its release.
 
-    given: dotted names of what neither has a default for.
+    given: dotted names of the parameters that were given, whose defaults do not matter.
     """
     ours: Mapping[str, Any] = dict(flattened(port.as_read().model_dump(mode="json")))
     return tuple(
         OtherDefault(name, ours[name], default)
         for name, default in defaults.items()
-        # None: the port finds its default elsewhere, as a critic's class by its name.
+        # None: the port finds its default elsewhere, such as a critic's class by its name.
         if ours.get(name) is not None and name not in given and not _is_same(ours[name], default)
     )
 

@@ -14,7 +14,7 @@ from drake_navbench.studies.side_by_side.parity import DecisionResult, Parity, T
 from drake_navbench.studies.side_by_side.planner_parity import PlannerParity, PlanResult
 
 SHOWN = 5
-# Known reasons why a port does not drive as the original to the last bit.
+# Known reasons why a port does not drive like its original to the last bit.
 REASONS: Mapping[str, str] = {
     "rpp": "The original turns headings into quaternions and back, the port does not: that rounds "
     "otherwise in the last bits.",

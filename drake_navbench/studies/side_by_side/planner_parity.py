@@ -23,7 +23,7 @@ from drake_navbench.navigation.smac_planner_2d_parameters import SmacPlanner2DPa
 from drake_navbench.studies.side_by_side.likeness import Likeness, likeness_of
 from drake_navbench.trial.column_controller import controller_setup
 
-# By planner the parameters, besides its defaults, with which both are compared.
+# Planner -> the sets of parameters, besides its defaults, with which both are compared.
 VARIANTS: Mapping[str, tuple[Mapping[str, Any], ...]] = {
     NavfnPlanner.nav2_plugin: ({}, {"use_astar": True}, {"allow_unknown": False}),
     SmacPlanner2D.nav2_plugin: (
@@ -43,7 +43,7 @@ Array = NDArray[np.float64]
 
 
 class PlanRequest(NamedTuple):
-    """A map, and from where to where, each (3,) x m, y m, yaw rad."""
+    """A map, a start and a goal, each (3,) x m, y m, yaw rad."""
 
     costmap: Costmap
     start: Array
@@ -90,7 +90,7 @@ def compare_planners(
 
 
 def random_requests(robot: Robot, count: int, *, seed: int = 0) -> Iterator[PlanRequest]:
-    """Yields maps with walls and a patch that is not known, inflated as for a robot.
+    """Yields maps with walls and an unknown patch, inflated for a robot.
 
     Start and goal are anywhere on free cells, not at their centres; most are connected.
     """
@@ -112,7 +112,7 @@ def compare_plans(port: Array | str, original: Array | str) -> PlanResult:
     if port.shape != original.shape:
         return PlanResult(Likeness.DIFFERENT, np.nan, told, True)
     offsets = port - original
-    # A heading of half a turn has two names.
+    # A heading of half a turn is both pi and -pi.
     offsets[:, 2] = np.arctan2(np.sin(offsets[:, 2]), np.cos(offsets[:, 2]))
     offsets[port == original] = 0.0
     difference = float(np.abs(offsets).max())
@@ -121,9 +121,9 @@ def compare_plans(port: Array | str, original: Array | str) -> PlanResult:
 
 
 def port_of(plugin: str, values: Mapping[str, Any], robot: Robot) -> Planner:
-    """Returns the port of a planner; switches of our own are as in Nav2."""
+    """Returns the port of a planner; our own switches are set as Nav2 behaves."""
     if plugin == SmacPlanner2D.nav2_plugin:
-        # As many as no search on such maps takes: time is no limit.
+        # More expansions than any search on such maps takes, so that time is no limit.
         settings: Any = SmacPlanner2DParameters.nav2_classic(**values, expansions_per_second=1e9)
     else:
         settings = PLANNERS.load(plugin).Parameters(**values)
@@ -188,7 +188,7 @@ def _costmap(random: np.random.Generator, robot: Robot) -> Costmap:
     costs = np.zeros((rows, columns), np.uint8)
     for _ in range(random.integers(0, MAX_OBSTACLES + 1)):
         row, column = random.integers(0, rows), random.integers(0, columns)
-        # Walls, and blocks.
+        # The obstacles: walls, and blocks.
         height, width = random.choice([2, 12]), random.choice([2, 12, 40])
         costs[row : row + height, column : column + width] = LETHAL
     inflation = robot.navigation.global_costmap.inflation_layer

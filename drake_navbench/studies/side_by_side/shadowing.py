@@ -1,4 +1,4 @@
-"""A trial that a port drives while its original decides, too: equal observations in every cycle."""
+"""A trial that a port drives while its original decides on the same observations."""
 
 from __future__ import annotations
 
@@ -75,7 +75,7 @@ def decided(controller: Controller, observation: Observation, memory: Any) -> tu
 
 
 class _Shadowed:
-    """A controller that asks port and original in every cycle, and drives by the port's command."""
+    """A controller that calls port and original in every cycle, and returns the port's command."""
 
     def __init__(
         self, port: Controller, original: Controller, tell: Callable[[Decided, Decided], None]

@@ -14,8 +14,8 @@ MINUTE_S, HOUR_S = 60.0, 3600.0
 class Forecast(NamedTuple):
     """The largest number of trials that a search can drive.
 
-    each: of the baseline and of each configuration. judgement: of the front and the baseline, on
-    fresh seeds. A configuration that is dropped drives fewer.
+    each: trials of the baseline and of each configuration. judgement: trials of the front and the
+    baseline, on fresh seeds. A configuration that is dropped drives fewer.
     """
 
     configurations: int
@@ -24,7 +24,7 @@ class Forecast(NamedTuple):
 
     @property
     def trials(self) -> int:
-        """All of them, those of the baseline included."""
+        """The number of all trials, those of the baseline included."""
         return (self.configurations + 1) * self.each + self.judgement
 
     @property
@@ -38,10 +38,10 @@ class Forecast(NamedTuple):
         )
 
     def time_text(self, baseline_s: float, known: int) -> str:
-        """Returns the time that is left at most, in a sentence.
+        """Returns a sentence with an upper bound of the remaining time.
 
-        baseline_s: the clock's time of the baseline's trials, which load the kernels as well.
-        known: configurations of the study that were driven before.
+        baseline_s: duration of the baseline's trials, which load the kernels as well. known:
+        configurations of the study that were driven before.
         """
         left = max(self.configurations - known, 0) * self.each + self.judgement
         return (
@@ -51,7 +51,7 @@ class Forecast(NamedTuple):
 
 
 def forecast_of(request: TuningRequest, guards: Guards) -> Forecast:
-    """Returns the forecast of a search; request: with its tasks on a map drawn."""
+    """Returns the forecast of a search; request: with the tasks on its map drawn."""
     has_worlds = bool(guards.worlds)
     each = request.most_pairs + len(guards.closed) + WORLDS_IN_SEARCH * has_worlds
     if request.search_only:

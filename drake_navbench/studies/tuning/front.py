@@ -26,7 +26,7 @@ from drake_navbench.studies.tuning.study import Configuration
 
 FRESH, HELD_OUT, FRONT = "fresh", "held_out", "front"
 CLOSED_WAY, RANDOM_WORLDS = "closed_way", "random_worlds"
-# Trials of these seeds are those of fresh seeds, of held-out scenarios and of touches alone.
+# The seeds of trials on fresh seeds, in held-out scenarios, and for touches alone.
 SEED_OF_FRESH, SEED_OF_HELD_OUT, SEED_OF_GUARDS = 1, 2, 3
 
 Tell = Callable[[str], None]
@@ -134,7 +134,7 @@ def _judged(
     objectives: Sequence[Objective],
     tell: Tell,
 ) -> dict[str, list[Judged]]:
-    """Returns the judgements of the columns behind the baseline, by part."""
+    """Returns the judgements of the columns after the baseline, by part."""
     parts = {FRESH: (request.scenarios, SEED_OF_FRESH)}
     if request.deciding_pairs > request.fresh:
         tell(

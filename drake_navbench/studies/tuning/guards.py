@@ -1,8 +1,8 @@
 """Trials that every search drives for touches alone: a closed way and random worlds.
 
-A metric says nothing of them. In a closed way an honest stop is right, so that whoever touches
-there has no rule that keeps its outline from obstacles; random worlds are none that a set of
-parameters was made for.
+No metric of them counts. In a closed way stopping is right, so that a controller that touches there
+has no rule that keeps its outline off obstacles. Random worlds are worlds for which no parameters
+were made.
 """
 
 from __future__ import annotations
@@ -20,18 +20,20 @@ from drake_navbench.inputs.scenario import Scenario, load_scenario
 from drake_navbench.logs.log import Outcome
 from drake_navbench.trial.spec import TrialSpec
 
-# The first one in which the robot has room to start. With noise, so that every seed differs.
+# The closed ways; the first one in which the robot has room to start is used. They have noise, so
+# that every seed differs.
 CLOSED_WAYS = ("restricted_small_noisy", "restricted_large_noisy")
-# That a configuration drives which comes through the race.
+# The number of random worlds that a configuration drives which comes through the race.
 WORLDS_IN_SEARCH = 4
-# More than anybody drives with one seed, so that no world is driven with two.
+# More worlds than anybody drives with one seed, so that no world is driven with two seeds.
 WORLDS_OF_A_SEED = 10**6
 
 
 class Guards(NamedTuple):
     """Scenarios in which a configuration may not touch anything.
 
-    closed: the closed way. worlds: random ones. left_out: by kind, why there is no scenario of it.
+    closed: the closed way. worlds: the random worlds. left_out: by kind, why there is no such
+    scenario.
     """
 
     closed: tuple[Scenario, ...]
@@ -77,7 +79,7 @@ def touches_of(rows: Sequence[Mapping[str, Any]]) -> Counter[str]:
 
 
 def told(touches: Mapping[str, int]) -> str:
-    """Returns the places of touches: 'doorway (3 trials), random_world_7 (1 trial)'."""
+    """Returns the touches by place in words: 'doorway (3 trials), random_world_7 (1 trial)'."""
     return ", ".join(
         f"{name} ({count} trial{'s' if count > 1 else ''})" for name, count in touches.items()
     )

@@ -1,8 +1,8 @@
 """The journal of a study: one file that is only ever appended to, line by line.
 
 A full disk or a killed process may leave a last line that is not whole. It is dropped when the
-study is opened again, under the lock that everybody appends by, so that no line of a process that
-is just writing is taken for a torn one.
+study is opened again, under the lock for appending, so that no line that another process is just
+writing is taken for an incomplete one.
 """
 
 from __future__ import annotations
@@ -24,15 +24,15 @@ JOURNAL = "study.journal"
 STUDY = "tuning"
 TASK = "task"
 NEWLINE = b"\n"
-# What Optuna and numbers raise where lines of a journal are not what was written.
+# The errors that Optuna and conversions raise where a journal's lines are not as written.
 BROKEN = (AssertionError, AttributeError, LookupError, TypeError, ValueError)
 
 
 def open_study(folder: Path, task: TuningTask, tell: Callable[[str], None]) -> Study:
     """Returns the study in a folder, a new one where there is none.
 
-    tell: prints the line for the user if an incomplete last line was dropped. Raises InputError
-    where the folder has a study of another version or task, or cannot be read or written.
+    tell: gets a line for the user if an incomplete last line was dropped. Raises InputError where
+    the folder has a study of another version or task, or cannot be read or written.
     """
     optuna = import_optuna()
     from optuna.storages import JournalStorage
@@ -65,9 +65,9 @@ def open_study(folder: Path, task: TuningTask, tell: Callable[[str], None]) -> S
 
 @contextmanager
 def appending(path: Path) -> Iterator[None]:
-    """Makes one line of a disk that is full, or that fails otherwise; path: of the journal.
+    """Turns errors in the block, such as of a full disk, into one line; path: the journal's.
 
-    Optuna's lock, too, is a file: where it cannot be made, giving it back is a RuntimeError.
+    Optuna's lock is a file, too: where it cannot be made, releasing it raises RuntimeError.
     """
     try:
         yield
@@ -100,7 +100,7 @@ def _mend(path: Path, lock: Any, tell: Callable[[str], None]) -> None:
 
 
 def _end_last_line(path: Path) -> int:
-    """Makes a journal end with a whole line; returns how many bytes were dropped for it."""
+    """Makes a journal end with a whole line; returns the number of dropped bytes."""
     with path.open("r+b") as file:
         if _is_whole(file):
             return 0
@@ -108,7 +108,7 @@ def _end_last_line(path: Path) -> int:
         content = file.read()
         end = content.rfind(NEWLINE) + len(NEWLINE)
         if _is_entry(content[end:]):
-            # Nothing but the line end is missing.
+            # Only the line's end is missing.
             file.write(NEWLINE)
             return 0
         file.truncate(end)
@@ -130,7 +130,7 @@ def _is_entry(line: bytes) -> bool:
 
 
 def import_optuna() -> Any:
-    """Returns the package, told to be quiet; raises InputError where it is not installed."""
+    """Returns the package optuna, made quiet; raises InputError where it is not installed."""
     try:
         import optuna
     except ImportError as error:

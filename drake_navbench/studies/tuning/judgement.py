@@ -42,10 +42,10 @@ class Judged(NamedTuple):
     """A column against the baseline, on trials that the search has not seen.
 
     means: relative differences by objective, lower is better. findings: tests of its arrivals,
-    touches and objectives, by scenario. text, details: the verdict in words, and a sentence a
-    decided finding. succeeded, touched: of the column and of the baseline, of so many trials.
-    by_scenario: means by objective. touches: trials of the column in which it touched something,
-    by scenario.
+    touches and objectives, by scenario. text, details: the verdict in words, and a sentence for
+    each decided finding. succeeded, touched: numbers for the column, for the baseline, and of
+    trials. by_scenario: means by objective. touches: trials of the column with a touch, by
+    scenario.
     """
 
     column: str
@@ -62,13 +62,13 @@ class Judged(NamedTuple):
 
     @property
     def beats_baseline(self) -> bool:
-        """Whether it is shown to be better in something, worse in nothing, and never touches."""
+        """Whether the column is shown better in something, worse in nothing, and never touches."""
         verdicts = {finding.verdict for finding in self.findings if not finding.is_one_trial}
         is_better = Verdict.BETTER in verdicts and Verdict.WORSE not in verdicts
         return is_better and self.excess <= 0.0 and not self.touches
 
     def as_data(self) -> dict[str, Any]:
-        """Returns it as JSON can hold it."""
+        """Returns the judgement as values for JSON."""
         return {
             "column": self.column,
             "means": list(self.means),
@@ -84,7 +84,7 @@ class Judged(NamedTuple):
 
 
 def least_pairs(columns: int, places: int, objectives: int) -> int:
-    """Returns the least number of pairs a place by which an objective can be decided.
+    """Returns the least number of pairs in each place with which an objective can be decided.
 
     All of them must then differ in one direction. places: scenarios, and suites of tasks, in each
     of which every objective of every column is tested.
@@ -102,10 +102,10 @@ def driven_in(
     robot: str,
     jobs: int,
 ) -> pd.DataFrame:
-    """Returns the trials of a results folder, and drives them first where they are missing.
+    """Returns the trials of a results folder; drives them first where they are missing.
 
-    The folder of an interrupted run, or of other trials, is made anew: if the front has changed,
-    a column of the same name has other parameters.
+    The folder of an interrupted run, or of other trials, is made anew: if the front has changed, a
+    column of the same name has other parameters.
     """
     campaign = plan_campaign(scenarios, columns, trials=trials, seed=seed, robot=robot)
     results_folder = ResultsFolder(folder)
@@ -136,9 +136,9 @@ def judge(
 ) -> list[Judged]:
     """Compares columns with the baseline, paired by scenario and seed.
 
-    suites: by scenario; of the tasks of a suite each is one pair. The tests of all columns are
-    corrected together, see `paired_tests`: of columns that drive as the baseline does, one beats
-    it in at most 4% of all judgements.
+    suites: by scenario; each task of a suite is one pair. The tests of all columns are corrected
+    together, see `paired_tests`: of columns that drive as the baseline does, one beats it in at
+    most 4% of all judgements.
     """
     matches = [Match(baseline, name) for name in columns]
     listed = [entry.metric for entry in objectives]

@@ -32,7 +32,8 @@ from drake_navbench.typed_files.typed_yaml import read_text
 class FileSpace(SearchSpace):
     """The searched parameters of a Nav2 file; all others, comments and order stay.
 
-    path, text: of the file. plugin: the controller that drives. robot: the name of the base robot.
+    path, text: the file's path and content. plugin: the controller that drives. robot: the name of
+    the base robot.
     """
 
     path: Path
@@ -58,7 +59,7 @@ class FileSpace(SearchSpace):
     def write(
         self, column: Preset, values: Mapping[str, Any], stem: Path, remarks: Sequence[str]
     ) -> None:
-        """Writes the patched file, and the patch itself with the remarks in front of it."""
+        """Writes the patched file, and the patch itself after the remarks."""
         after = self.patched(values)
         write_text(stem.with_name(f"{stem.name}.yaml"), after)
         lines = difflib.unified_diff(
@@ -99,7 +100,7 @@ def file_space(path: Path, plugin: str | None, robot: str, axes: Sequence[str]) 
 
 
 def current_values(space: FileSpace) -> dict[str, Any]:
-    """Returns the values that the file comes to, by the searched names."""
+    """Returns the values that hold with the file, by the searched names."""
     (columns,) = columns_of_files([WholeFile(space.baseline.name, (space.path,))], space.robot)
     settings = resolved_settings(columns)
     return {
@@ -124,7 +125,7 @@ def _column(columns: FileColumns, plugin: str) -> Preset:
 
 
 def _place(name: str, plugin: str) -> Place:
-    """Returns the place of a searched name: of a node where it begins with one, else a plugin's."""
+    """Returns the place of a searched name: below the node it begins with, else the plugin."""
     node = name.partition(".")[0]
     nodes = {key.partition("/")[0] for key in (*SHORT_NODES, *SHORT_NODES.values())}
     if node in nodes or node.endswith(("_server", "_smoother", "_monitor", "_follower")):
@@ -144,7 +145,7 @@ def _require_known(
 
 
 def _require_effect(space: FileSpace, entry: Dimension) -> None:
-    """Raises InputError where a searched value is refused, or changes nothing here."""
+    """Raises InputError where a searched value is refused, or has no effect here."""
     ends = entry.choices or (
         (int(entry.low), int(entry.high)) if entry.is_whole else (entry.low, entry.high)
     )

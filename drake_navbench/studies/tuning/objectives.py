@@ -21,7 +21,7 @@ Array = NDArray[np.float64]
 Row = Mapping[str, Any]
 
 CENSORED = 1.0
-# So much of the successes may be lost against the baseline, as a share.
+# The largest loss of successes against the baseline that is allowed, as a share.
 SUCCESS_MARGIN = 0.02
 
 
@@ -68,10 +68,11 @@ def has_failed(row: Row) -> bool:
 def require_comparable(
     rows: Sequence[Row], objectives: Sequence[Objective], tasks: Collection[str] = ()
 ) -> None:
-    """Raises InputError where trials of the baseline, `rows`, leave nothing to compare with.
+    """Raises InputError where the baseline's trials, `rows`, leave nothing to compare with.
 
-    As in a scenario in which it never reaches the goal, or in which nothing is random. tasks:
-    scenarios that are goals of one map; it may miss some of these, and a search may mend it.
+    That is so in a scenario in which it never reaches the goal, or in which nothing is random.
+    tasks: scenarios that are goals of one map; the baseline may miss some of these, and a search
+    may improve on that.
     """
     for scenario, own in _by_scenario(rows).items():
         if all(map(has_failed, own)) and scenario not in tasks:
@@ -121,7 +122,7 @@ def _by_scenario(rows: Sequence[Row]) -> dict[str, list[Row]]:
 
 
 def _values(rows: Sequence[Row], objectives: Sequence[Objective]) -> Array:
-    """Returns (N, K)."""
+    """Returns (N, K) the value of each objective in each trial."""
     values = [[row[entry.metric] for entry in objectives] for row in rows]
     return np.array(values, dtype=float).reshape(len(rows), len(objectives))
 
@@ -137,7 +138,7 @@ def pair_difference(
     for entry, size in zip(objectives, scale, strict=True):
         difference = candidate[entry.metric] - baseline[entry.metric]
         relative = entry.sign * difference / size if size > 0.0 else math.nan
-        # Without a value, as where nothing stands near, there is nothing to gain or lose.
+        # Without a value, as where no obstacle is near, there is nothing to gain or lose.
         relative = 0.0 if math.isnan(relative) else relative
         differences.append(float(np.clip(relative, -CENSORED, CENSORED)))
     return differences

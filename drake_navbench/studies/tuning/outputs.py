@@ -1,4 +1,4 @@
-"""A column as files: a Nav2 parameter file to drive with, and a preset to benchmark with."""
+"""Files of a column: a Nav2 parameter file to drive with, and a preset to benchmark with."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def write_nav2_file(preset: Preset, path: Path, remarks: Sequence[str]) -> None:
 
 
 def write_preset_file(preset: Preset, path: Path, remarks: Sequence[str]) -> None:
-    """Writes a preset file that has what the preset sets; remarks: its first lines."""
+    """Writes a preset file with the preset's parameters; remarks: its first lines."""
     content = {
         "controller": preset.controller,
         "description": preset.description,

@@ -60,7 +60,7 @@ def with_column(specs: Sequence[TrialSpec], preset: Preset) -> list[TrialSpec]:
 def measure(specs: Sequence[TrialSpec], *, jobs: int) -> list[Row]:
     """Drives trials in workers and returns their rows, in order; no log is kept.
 
-    Raises NotDriven where one came to no end by something that it did not do.
+    Raises NotDriven where a trial was ended by something outside of it.
     """
     return drive_each(specs, trial_row, jobs=jobs)
 
@@ -74,8 +74,8 @@ def drive_each(
 ) -> list[Row]:
     """Drives trials in workers and returns what is kept of each log, in order.
 
-    kept_of: a function that can be sent to a worker. on_row: is called here with each as it comes.
-    Raises as `measure`.
+    kept_of: function from a log to its row, which can be sent to a worker. on_row: is called in
+    this process with each row as it comes. Raises the errors of `measure`.
     """
     start_worker_server()
     tasks = {

@@ -23,9 +23,9 @@ Array = NDArray[np.float64]
 
 # The probability that a race drops a configuration that no rival beats.
 ERROR = 0.05
-# Fewer pairs than seven drop nobody, even where all are lost to everybody.
+# With fewer than seven pairs nobody is dropped, even if all pairs are lost to all rivals.
 LOOK_EVERY = 8
-# The baseline is the rival that counts most: half of the evidence, all others share the rest.
+# The baseline counts most among the rivals: it is half of the evidence, all others share the rest.
 SHARE_OF_BASELINE = 0.5
 
 
@@ -60,8 +60,8 @@ def evidence_against(own: Array, rival: Array) -> float:
 def is_dropped(own: Array, rivals: Sequence[Array]) -> bool:
     """Returns whether a configuration with the differences (N, K) to the baseline is behind.
 
-    rivals: the differences of every configuration that was driven before, as far as it drove, also
-    of dropped ones: without these, only the lucky configurations would be left as rivals.
+    rivals: the differences of every earlier configuration, as far as it drove, also of dropped
+    ones: without these, only lucky configurations would be left as rivals.
     """
     against_baseline = evidence_against(own, np.zeros_like(own))
     if not rivals:

@@ -15,18 +15,18 @@ from drake_navbench.studies.tuning.study import Sampler
 from drake_navbench.trial.goal_sampling import sample_tasks
 
 HELD_OUT = "held_out"
-# Tasks of this further seed are held out.
+# The seed of the held-out tasks, relative to the study's.
 SEED_OF_OTHER_TASKS = 4
 
 
 @dataclass(frozen=True)
 class TuningRequest:
-    """The arguments of a search; `command` is the one that the files name as their maker.
+    """The arguments of a search; `command`: the command line that the written files name.
 
     preset: of the baseline; '' for that of `nav2`, a Nav2 file whose controller `plugin` drives.
-    fresh: trials a scenario of the front on fresh seeds, and in each held-out scenario; more in
-    those that decide where fewer cannot. map_file, goals: a map on which so many tasks are drawn
-    for the search; `deciding_pairs` others are held out.
+    fresh: trials of the front in each scenario on fresh seeds, and in each held-out scenario; more
+    in deciding scenarios where fewer cannot decide. map_file, goals: a map, and the number of tasks
+    drawn on it for the search; `deciding_pairs` further tasks are held out.
     """
 
     preset: str
@@ -57,7 +57,10 @@ class TuningRequest:
 
     @property
     def deciding_pairs(self) -> int:
-        """Pairs in each of them; of tasks on a map, their number: `fresh`, or what can decide."""
+        """The pairs in each deciding scenario: `fresh`, or as many as can decide.
+
+        For tasks on a map it is the number of tasks.
+        """
         places = 1 if self.goals else len(self.deciding)
         least = least_pairs(self.most_front_points, places, len(self.objectives))
         return max(self.fresh, least)
@@ -96,7 +99,7 @@ def names_of(scenarios: Sequence[str | Scenario]) -> tuple[str, ...]:
 
 
 def require_scenarios_and_bounds(request: TuningRequest) -> None:
-    """Raises InputError where no scenario is named, one is named twice, or a count is too large."""
+    """Raises InputError for no scenario, one named twice, or too large a number."""
     if bool(request.preset) == (request.nav2 is not None):
         raise InputError("expected either PRESET or --nav2 FILE")
     if (request.map_file is None) != (not request.goals):

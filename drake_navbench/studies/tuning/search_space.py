@@ -48,7 +48,7 @@ class Dimension:
     is_logarithmic: bool = False
 
     def suggest(self, trial: Trial) -> Any:
-        """Has a study propose a value."""
+        """Returns a value that a study's trial proposes."""
         if self.choices:
             return trial.suggest_categorical(self.name, self.choices)
         if self.is_whole:
@@ -75,14 +75,14 @@ class SearchSpace:
     def write(
         self, column: Preset, values: Mapping[str, Any], stem: Path, remarks: Sequence[str]
     ) -> None:
-        """Writes a column with these values as a preset file and, of a plugin, a Nav2 file."""
+        """Writes a column with these values as a preset and, if Nav2 has the plugin, a Nav2 file."""
         write_preset_file(column, stem.with_name(f"{stem.name}.preset.yaml"), remarks)
         if column.controller_class.nav2_plugin is not None:
             write_nav2_file(column, stem.with_name(f"{stem.name}.nav2.yaml"), remarks)
 
 
 def plain_values(values: Mapping[str, Any]) -> dict[str, Any]:
-    """Returns values with no more digits than anybody would write into a file."""
+    """Returns the values rounded to as many digits as one would write into a file."""
     return {
         name: float(f"{value:.{DIGITS}g}") if isinstance(value, float) else value
         for name, value in values.items()
@@ -104,7 +104,7 @@ def search_space(baseline: Preset, axes: Sequence[str] = ()) -> SearchSpace:
             raise InputError(f"--parameter {name}: is given twice")
     space = SearchSpace(baseline, tuple(dimensions))
     for entry in dimensions:
-        # That the parameter exists and takes both ends is known before anything is driven.
+        # Whether the parameter exists and allows both ends is checked before anything is driven.
         for value in entry.choices or (_whole(entry, entry.low), _whole(entry, entry.high)):
             _require_taken(space, entry.name, value)
     return space
@@ -115,7 +115,8 @@ def _require_taken(space: SearchSpace, name: str, value: Any) -> None:
     try:
         space.candidate({name: value})
     except InputError as error:
-        # One that is taken by itself may be wrong only together with what the others are now.
+        # A value that is valid by itself may be wrong together with the present values of the
+        # others.
         if name not in known or _is_fault_of(error.__cause__, name):
             raise
 

@@ -1,7 +1,8 @@
 """The search: a study in a journal that several processes may join, and the race in it.
 
-Processes of several machines share the journal in a folder that they share. What a configuration
-did is kept with it, pair by pair: whoever joins races against all that the others have driven.
+Processes of several machines share the journal in a folder that they share. The results of a
+configuration are kept with it, pair by pair: a process that joins races against all that the others
+have driven.
 """
 
 from __future__ import annotations
@@ -43,7 +44,7 @@ Sampler = Literal["tpe", "nsga2", "random"]
 
 DIFFERENCES, EXCESS, ENDING, REFUSED = "differences", "excess", "ending", "refused"
 TOUCHES, TRIALS = "touches", "trials"
-# Before a sampler knows anything: points of Sobol's sequence, which leave no part unseen.
+# The number of points of Sobol's sequence before the sampler begins; they leave no part unseen.
 SOBOL_POINTS = 16
 
 
@@ -58,8 +59,8 @@ class Ending(StrEnum):
 class Configuration(NamedTuple):
     """A configuration that was driven.
 
-    differences: (N, K) of its pairs, see `objectives`. excess: see `excess_failures`. touches: in
-    how many trials it touched something, by scenario, of all its `trials`.
+    differences: (N, K) of its pairs, see `objectives`. excess: see `excess_failures`. touches: the
+    number of trials with a touch, by scenario, among all its `trials`.
     """
 
     number: int
@@ -77,7 +78,7 @@ class Configuration(NamedTuple):
 
     @property
     def as_rival(self) -> Array:
-        """The differences against which other configurations race; none if this one touches."""
+        """The differences against which other configurations race; none if it touched something."""
         return self.differences[:0] if self.ending == Ending.TOUCHED else self.differences
 
 
@@ -113,9 +114,9 @@ def _configuration_of(trial: FrozenTrial) -> Configuration:
 
 
 def front_of(configurations: Sequence[Configuration], most: int) -> list[Configuration]:
-    """Returns the configurations that no other beats in all objectives; of too many, the best ones.
+    """Returns the configurations that no other beats in all objectives; at most `most`, the best.
 
-    Only those that came through the race, touch nothing, and fail no more often than is allowed.
+    They have come through the race, touch nothing, and fail no more often than is allowed.
     """
     through = [c for c in configurations if c.ending == Ending.THROUGH and c.excess <= 0.0]
     if not through:
@@ -128,7 +129,8 @@ def front_of(configurations: Sequence[Configuration], most: int) -> list[Configu
 class Trials(NamedTuple):
     """The trials of a configuration, planned for the baseline.
 
-    pairs: in this order. closed: beside the first pairs. worlds: where it comes through the race.
+    pairs: in order. closed: trials beside the first pairs. worlds: trials after the race, for
+    configurations that come through it.
     """
 
     pairs: Sequence[TrialSpec]
@@ -157,7 +159,7 @@ class Sampling(NamedTuple):
 class Search:
     """Asks a study for configurations and races them.
 
-    baseline: what the baseline did in the pairs. journal: the file of the study, for messages.
+    baseline: the baseline's rows in the pairs. journal: the file of the study, for messages.
     """
 
     def __init__(
@@ -193,7 +195,7 @@ class Search:
                 column = self._space.candidate(parameters)
                 trials = Trials(*(with_column(specs, column) for specs in self._trials))
             except InputError as error:
-                # Parameters that are each allowed may not go together.
+                # Parameters that are each valid may be invalid together.
                 self._refuse(trial, str(error))
                 continue
             driven = self._race(trial.number, parameters, trials)
@@ -205,7 +207,8 @@ class Search:
 
     def _sampler_for(self, known: int) -> BaseSampler:
         optuna = import_optuna()
-        # A sampler is made anew for each: then a study goes on as if it had not been interrupted.
+        # The sampler is made anew each time, so that a resumed study goes on as an uninterrupted
+        # one.
         seed = (self._seed + known) % 2**32
         independent = optuna.samplers.RandomSampler(seed=seed)
         with warnings.catch_warnings():
@@ -227,7 +230,7 @@ class Search:
         return independent
 
     def _race(self, number: int, parameters: dict[str, Any], trials: Trials) -> Configuration:
-        """Drives a configuration until it touches something, is dropped, or is through."""
+        """Drives a configuration until it touches something, is dropped, or comes through."""
         rivals = [entry.as_rival for entry in configurations_of(self._study)]
         rows: list[Row] = []
         guards = list(trials.closed)
@@ -262,7 +265,7 @@ class Search:
             self._study.tell(trial, state=TrialState.FAIL)
 
     def _keep(self, trial: Trial, driven: Configuration) -> None:
-        """Writes into the journal what a configuration did.
+        """Writes the results of a configuration into the journal.
 
         Dropped configurations are written, too: the sampler learns from them which parameters are
         bad. A configuration that touches gets the worst value in every objective, whatever its

@@ -49,9 +49,9 @@ TRIALS_THAT_TELL_CHANCE = 2
 
 
 def tune(request: TuningRequest, tell: Callable[[str], None]) -> None:
-    """Searches, judges and writes; tell: is given each line for the user.
+    """Searches, judges and writes files; tell: gets each line for the user.
 
-    A study that is in the folder already is gone on with. Raises InputError.
+    A study that exists in the folder is continued. Raises InputError.
     """
     objectives = chosen_objectives(request.objectives)
     require_scenarios_and_bounds(request)
@@ -67,7 +67,7 @@ def tune(request: TuningRequest, tell: Callable[[str], None]) -> None:
         _require_chance_in(request, baseline, objectives)
     task = _task_of(request, baseline, space, guards)
     if (request.out / JOURNAL).exists():
-        # A study of something else is refused before anything is driven for it.
+        # A study of another task is refused before anything is driven for it.
         open_study(request.out, task, tell)
     _tell_guards(request, guards, tell)
     forecast = forecast_of(request, guards)
@@ -168,7 +168,7 @@ def _task_of(
 ) -> TuningTask:
     of_file = {}
     if isinstance(space, FileSpace):
-        # The whole text: another file of the same name is another task.
+        # The whole text of the file counts: another file of the same name is another task.
         of_file = {"file": sha256(space.text.encode()).hexdigest(), **current_values(space)}
     return tuning_task(
         baseline,
