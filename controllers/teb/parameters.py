@@ -12,8 +12,12 @@ from pydantic import Field
 
 from drake_navbench.controller import ControllerSetup
 from drake_navbench.controllers.teb.band_parameters import BandParameters
-from drake_navbench.controllers.teb.discs import footprint_discs, line_discs
-from drake_navbench.controllers.teb.footprint_model import FootprintModel, FootprintType
+from drake_navbench.controllers.teb.footprint_model import (
+    FootprintModel,
+    FootprintType,
+    footprint_discs,
+    line_discs,
+)
 from drake_navbench.typed_files.quantities import (
     Count,
     Length,

@@ -23,25 +23,13 @@ from multiprocessing.connection import Connection, wait
 from types import ModuleType
 from typing import Any, Literal, NamedTuple
 
-from drake_navbench.errors import NavbenchError, one_line
+from drake_navbench.errors import OUTSIDE_SIGNALS, NavbenchError, one_line
 from drake_navbench.processes.worker_process import BEGUN, Raised, Returned, serve
 
 # So many workers in a row that end before their first task are no accident.
 MAX_FAILED_STARTS = 3
 # A first start compiles the kernels, which takes a minute.
 START_LIMIT_S = 600.0
-# The signals that end a process from outside, as from the system when memory or
-# its patience runs out, or from somebody's kill; the others a process brings upon itself.
-OUTSIDE_SIGNALS = frozenset(
-    {
-        signal.SIGHUP,
-        signal.SIGINT,
-        signal.SIGKILL,
-        signal.SIGQUIT,
-        signal.SIGTERM,
-        signal.SIGXCPU,
-    }
-)
 # multiprocessing's exit code if the fork server died, so that the real one is unknown.
 UNKNOWN_EXIT_CODE = 255
 EXIT_PATIENCE_S = 1.0
