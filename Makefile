@@ -70,7 +70,7 @@ bench-compare: $(INSTALLED)
 	$(BIN)/python tests/benchmarks/compare_trees.py $(BASE) $(HEAD) $(ARGS)
 
 docs: $(INSTALLED)
-	$(BIN)/python -m drake_navbench docs
+	$(BIN)/python studies/documentation/documents.py
 
 # Published figures that are older than the code that they speak of, with their commands.
 docs-figures: $(INSTALLED)

@@ -20,7 +20,7 @@ from drake_navbench.analysis.pair_verdict import WORDS, finding_words
 from drake_navbench.analysis.paired_tests import Family, Finding, Verdict
 from drake_navbench.analysis.paired_text import PROMISE
 from drake_navbench.analysis.paired_trials import Contest
-from drake_navbench.logs.log import Outcome
+from drake_navbench.logs.log import FROM_WORST, Outcome
 from drake_navbench.logs.results import ResultsFolder, file_name, write_text
 from drake_navbench.plugins.names import SEPARATOR, flattened
 from drake_navbench.typed_files.input_file import read_input
@@ -219,7 +219,7 @@ def _task_row(
         for name in (TIME, CLEARANCE)
         for value in (old.get(name), new.get(name))
     ]
-    lost = float(_badness(new["outcome"]) - _badness(old["outcome"]))
+    lost = float(FROM_WORST.index(old["outcome"]) - FROM_WORST.index(new["outcome"]))
     loss = (lost, changes[0] if both and np.isfinite(changes[0]) else 0.0)
     return TaskRow(
         shown,
@@ -228,11 +228,6 @@ def _task_row(
         loss,
         _commands(scenario, trial, match, folders),
     )
-
-
-def _badness(outcome: str) -> int:
-    order = (Outcome.SUCCEEDED, Outcome.ABORTED, Outcome.TIMED_OUT, Outcome.COLLIDED, Outcome.ERROR)
-    return order.index(Outcome(outcome))
 
 
 def _scenario_of(row: Mapping[str, Any]) -> str:

@@ -14,11 +14,9 @@ import pandas as pd
 
 from drake_navbench.analysis.paired_trials import Contest
 from drake_navbench.errors import InputError, nearest_name_hint
-from drake_navbench.logs.log import Outcome
+from drake_navbench.logs.log import FROM_WORST
 
 ARROW = " -> "
-# The outcome of a task: the worst one among its trials.
-WORST_FIRST = (Outcome.ERROR, Outcome.COLLIDED)
 
 
 class Match(NamedTuple):
@@ -208,16 +206,8 @@ def by_task(trials: pd.DataFrame, suites: Mapping[str, str]) -> pd.DataFrame:
                 "scenario": suite_of[str(scenario)],
                 "controller": controller,
                 "seed": zlib.crc32(str(scenario).encode()),
-                "outcome": _worst(list(own["outcome"])),
+                "outcome": min(own["outcome"], key=FROM_WORST.index),
                 "task": scenario,
             }
         )
     return pd.concat([trials[~is_task], pd.DataFrame(rows)], ignore_index=True)
-
-
-def _worst(outcomes: Sequence[str]) -> str:
-    for outcome in WORST_FIRST:
-        if outcome in outcomes:
-            return outcome
-    failed = [outcome for outcome in outcomes if outcome != Outcome.SUCCEEDED]
-    return failed[0] if failed else Outcome.SUCCEEDED

@@ -8,7 +8,7 @@ over the seeds. Each resample draws the same seeds in both scenarios, so that tr
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
@@ -62,71 +62,6 @@ class RankChange(NamedTuple):
         return "falls" if self.change.low > 0.0 else "rises"
 
 
-class MeanRankChange(NamedTuple):
-    """A controller's rank in the mean over some scenarios and over others.
-
-    arrived, trials: in both, first the ones. change: of the mean rank, 95% interval.
-    """
-
-    controller: str
-    mean_ranks: tuple[float, float]
-    arrived: tuple[int, int]
-    trials: tuple[int, int]
-    change: Interval
-
-    @property
-    def is_shown(self) -> bool:
-        """Whether the trials show that the mean rank changes."""
-        return self.change.excludes(0.0)
-
-
-def mean_rank_changes(
-    trials: pd.DataFrame, scenarios: Sequence[str], others: Sequence[str]
-) -> list[MeanRankChange]:
-    """Returns the change of each controller's mean rank from `scenarios` to `others`.
-
-    trials: rows as in trials.parquet. Only controllers that drove in all these scenarios count.
-    Each scenario has its own seeds, so the bootstrap draws seeds in each scenario separately. The
-    result is empty if no controller counts, or if a scenario has no seed that all of them drove.
-    """
-    names = [*scenarios, *others]
-    driven = trials[trials["scenario"].isin(names)]
-    counts = driven.groupby("controller", sort=False)["scenario"].nunique()
-    controllers = [str(name) for name, count in counts.items() if count == len(names)]
-    if not controllers:
-        return []
-    generator = np.random.default_rng(0)
-    ranks, spread, arrivals, trial_counts = [], [], [], []
-    for name in names:
-        tables = _by_seed(driven[driven["scenario"] == name], controllers)
-        arrived, times = (table.to_numpy(dtype=float)[None] for table in tables)
-        count = arrived.shape[1]
-        if count == 0:
-            return []
-        everyone = np.arange(count)[None]
-        drawn = np.broadcast_to(everyone, (RESAMPLES, count))
-        if count >= MIN_SEEDS:
-            drawn = generator.integers(count, size=(RESAMPLES, count))
-        ranks.append(_ranks(arrived, times, everyone)[0, 0])
-        spread.append(_ranks(arrived, times, drawn)[0])
-        arrivals.append(arrived[0].sum(axis=0))
-        trial_counts.append(count)
-    parts = (slice(len(scenarios)), slice(len(scenarios), None))
-    means = [np.mean(ranks[part], axis=0) for part in parts]
-    changes = np.mean(spread[parts[1]], axis=0) - np.mean(spread[parts[0]], axis=0)
-    came = [np.sum(arrivals[part], axis=0) for part in parts]
-    return [
-        MeanRankChange(
-            name,
-            (float(means[0][i]), float(means[1][i])),
-            (int(came[0][i]), int(came[1][i])),
-            (sum(trial_counts[parts[0]]), sum(trial_counts[parts[1]])),
-            _interval(changes[:, i]),
-        )
-        for i, name in enumerate(controllers)
-    ]
-
-
 def rank_changes(trials: pd.DataFrame, clean_of: Mapping[str, str]) -> list[RankChange]:
     """Returns the changes of all scenarios that were driven together with their clean one.
 
@@ -164,7 +99,7 @@ def _changes(trials: pd.DataFrame, clean: str, scenario: str) -> list[RankChange
     ]
     if not controllers:
         return []
-    tables = [_by_seed(both[both["scenario"] == name], controllers) for name in (clean, scenario)]
+    tables = [by_seed(both[both["scenario"] == name], controllers) for name in (clean, scenario)]
     seeds = tables[0][0].index.intersection(tables[1][0].index)
     if seeds.empty:
         return []
@@ -173,18 +108,18 @@ def _changes(trials: pd.DataFrame, clean: str, scenario: str) -> list[RankChange
         for part in (0, 1)
     )
     everyone = np.arange(len(seeds))[None]
-    ranks = _ranks(arrived, times, everyone)[:, 0]
+    ranks = ranks_of(arrived, times, everyone)[:, 0]
     drawn = everyone
     if len(seeds) >= MIN_SEEDS:
         drawn = np.random.default_rng(0).integers(len(seeds), size=(RESAMPLES, len(seeds)))
-    spread = _ranks(arrived, times, drawn)
+    spread = ranks_of(arrived, times, drawn)
     placings = [
         [
             Placing(
                 int(arrived[which, :, i].sum()),
                 len(seeds),
                 int(ranks[which, i]),
-                _interval(spread[which, :, i]),
+                interval_of(spread[which, :, i]),
             )
             for i in range(len(controllers))
         ]
@@ -193,11 +128,11 @@ def _changes(trials: pd.DataFrame, clean: str, scenario: str) -> list[RankChange
     return [
         RankChange(clean, scenario, name, placings[0][i], placings[1][i], change)
         for i, name in enumerate(controllers)
-        for change in [_interval(spread[1, :, i] - spread[0, :, i])]
+        for change in [interval_of(spread[1, :, i] - spread[0, :, i])]
     ]
 
 
-def _by_seed(rows: pd.DataFrame, controllers: list[str]) -> tuple[pd.DataFrame, pd.DataFrame]:
+def by_seed(rows: pd.DataFrame, controllers: list[str]) -> tuple[pd.DataFrame, pd.DataFrame]:
     """Returns two tables, a row a seed and a column a controller: arrivals (0 or 1) and times, s.
 
     The time of a trial that did not arrive is NaN.
@@ -214,7 +149,7 @@ def _by_seed(rows: pd.DataFrame, controllers: list[str]) -> tuple[pd.DataFrame, 
     return tables[0].loc[known], tables[1].reindex(known)
 
 
-def _ranks(
+def ranks_of(
     arrived: NDArray[np.float64], times: NDArray[np.float64], drawn: NDArray[np.int64]
 ) -> NDArray[np.int64]:
     """Returns (scenarios, draws, controllers) ranks from 1.
@@ -234,7 +169,7 @@ def _ranks(
     return np.asarray(1 + beats.sum(axis=3))
 
 
-def _interval(values: NDArray[np.int64] | NDArray[np.float64]) -> Interval:
+def interval_of(values: NDArray[np.int64] | NDArray[np.float64]) -> Interval:
     tail = 50.0 * (1.0 - CONFIDENCE)
     low, high = np.percentile(values, [tail, 100.0 - tail], method="nearest")
     return Interval(float(low), float(high))

@@ -3,21 +3,13 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
-from drake_navbench.analysis.folder_analysis import find_logs
-from drake_navbench.analysis.metrics.safety import min_clearance_m
+from drake_navbench.analysis.folder_analysis import analyse_folder
 from drake_navbench.errors import InputError
-from drake_navbench.logs.log import Outcome, TrialLog
-
-# The worst first. A trial that was to be given up and was is as good as one that arrived.
-FROM_WORST = (
-    Outcome.ERROR,
-    Outcome.COLLIDED,
-    Outcome.TIMED_OUT,
-    Outcome.ABORTED,
-    Outcome.SUCCEEDED,
-)
+from drake_navbench.logs.log import FROM_WORST, Outcome, has_samples, read_info
 
 
 def worst_trial(folder: Path) -> Path:
@@ -26,30 +18,25 @@ def worst_trial(folder: Path) -> Path:
     Ranked by outcome, then by the smallest clearance, then by time. Trials without a sample cannot
     be shown and are left out. Raises InputError where none is left.
     """
-    _, files = find_logs(folder)
-    ranks = []
-    for path in sorted(path for paths in files.values() for path in paths):
-        try:
-            log = TrialLog.read(path)
-        except InputError:
-            continue
-        if not log.samples.empty:
-            ranks.append((*_rank(log), path))
-    if not ranks:
+    rows = {
+        folder / entry.path: entry.row
+        for scenario in analyse_folder(folder).scenarios
+        for entry in scenario.trials
+    }
+    shown = [path for path in rows if has_samples(path)]
+    if not shown:
         raise InputError(f"{folder}: none of its trials has a sample to show")
-    return min(ranks)[-1]
+    return min(shown, key=lambda path: (*_rank(rows[path], read_info(path)), path))
 
 
-def _rank(log: TrialLog) -> tuple[int, float, float]:
+def _rank(row: Mapping[str, Any], info: Mapping[str, Any]) -> tuple[int, float, float]:
     """Returns a sorting key of a trial: the worse the trial, the smaller its key.
 
     First counts the outcome, then the smallest clearance, then the duration: longer is worse. The
-    scenario's expected outcome counts as success.
+    scenario's expected outcome counts as success: to give up an impossible task is right.
     """
-    outcome = log.outcome
-    if outcome == log.info["scenario"].get("expected_outcome"):
-        outcome = Outcome.SUCCEEDED
-    clearance_m = min_clearance_m.measure(log).value
-    if math.isnan(clearance_m):
-        clearance_m = math.inf
-    return FROM_WORST.index(outcome), clearance_m, -log.end_time_s
+    is_right = row["outcome"] == info["scenario"].get("expected_outcome")
+    outcome = Outcome.SUCCEEDED if is_right else row["outcome"]
+    clearance_m = row["min_clearance_m"]
+    nearest_m = math.inf if math.isnan(clearance_m) else clearance_m
+    return FROM_WORST.index(outcome), nearest_m, -info["end_time_s"]

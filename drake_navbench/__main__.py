@@ -74,7 +74,6 @@ COMMANDS = {
         "drake_navbench.commands.completion",
         "print the completion script for a shell",
     ),
-    "docs": ("drake_navbench.commands.documentation", "generate the generated parts of docs/"),
 }
 
 

@@ -320,8 +320,12 @@ class ControllerParameters(BaseModel):
     def path_handler_fields(cls, given: Mapping[str, Any]) -> dict[str, str]:
         """Returns the path handler's field that each of PATH_HANDLER_NAMES in `given` stands for.
 
-        given: values by dotted names.
+        Until Kilted the controller itself reads those that READ_BY names, and no path handler is
+        before it. given: values by dotted names.
         """
+        own = cls.PATH_HANDLER_NAMES & cls.READ_BY.keys()
+        if any(cls.is_read(name, release_in(given)) for name in own):
+            return {}
         return {name: name for name in given if name in cls.PATH_HANDLER_NAMES}
 
     def asked_speeds(self) -> AskedSpeeds:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 import errno
+import signal
 from collections.abc import Iterable
 
 # Longer lines are cut: what is wrong may be a value of any size.
@@ -42,6 +43,18 @@ class EndedFromOutside(NavbenchError):
     """Somebody, or the system, ended a process that a trial needs; that is the machine's fault."""
 
 
+# The signals that end a process from outside, as from the system when memory or
+# its patience runs out, or from somebody's kill; the others a process brings upon itself.
+OUTSIDE_SIGNALS = frozenset(
+    {
+        signal.SIGHUP,
+        signal.SIGINT,
+        signal.SIGKILL,
+        signal.SIGQUIT,
+        signal.SIGTERM,
+        signal.SIGXCPU,
+    }
+)
 # Errors of the machine: too little memory, space or open files; or a disk that fails.
 MACHINE_FAULTS = frozenset(
     {

@@ -11,11 +11,21 @@ something moves. The folder is that of a campaign through all of them:
 from __future__ import annotations
 
 import argparse
+from collections.abc import Sequence
 from pathlib import Path
+from typing import NamedTuple
 
+import numpy as np
 import pandas as pd
 
-from drake_navbench.analysis.rank_changes import MeanRankChange, mean_rank_changes
+from drake_navbench.analysis.rank_changes import (
+    MIN_SEEDS,
+    RESAMPLES,
+    by_seed,
+    interval_of,
+    ranks_of,
+)
+from drake_navbench.analysis.statistics import Interval
 from drake_navbench.inputs.scenario import PUBLISHED_SCENARIOS
 
 PAGE = Path(__file__).parents[1] / "docs" / "living_world_ranks.md"
@@ -38,6 +48,71 @@ that mean ranks rise for everybody: what counts is by how much more for one than
 
 | controller | arrived | mean rank | arrived | mean rank | change | 95% interval |
 |---|---:|---:|---:|---:|---:|---|"""
+
+
+class MeanRankChange(NamedTuple):
+    """A controller's rank in the mean over some scenarios and over others.
+
+    arrived, trials: in both, first the ones. change: of the mean rank, 95% interval.
+    """
+
+    controller: str
+    mean_ranks: tuple[float, float]
+    arrived: tuple[int, int]
+    trials: tuple[int, int]
+    change: Interval
+
+    @property
+    def is_shown(self) -> bool:
+        """Whether the trials show that the mean rank changes."""
+        return self.change.excludes(0.0)
+
+
+def mean_rank_changes(
+    trials: pd.DataFrame, scenarios: Sequence[str], others: Sequence[str]
+) -> list[MeanRankChange]:
+    """Returns the change of each controller's mean rank from `scenarios` to `others`.
+
+    trials: rows as in trials.parquet. Only controllers that drove in all these scenarios count.
+    Each scenario has its own seeds, so the bootstrap draws seeds in each scenario separately. The
+    result is empty if no controller counts, or if a scenario has no seed that all of them drove.
+    """
+    names = [*scenarios, *others]
+    driven = trials[trials["scenario"].isin(names)]
+    counts = driven.groupby("controller", sort=False)["scenario"].nunique()
+    controllers = [str(name) for name, count in counts.items() if count == len(names)]
+    if not controllers:
+        return []
+    generator = np.random.default_rng(0)
+    ranks, spread, arrivals, trial_counts = [], [], [], []
+    for name in names:
+        tables = by_seed(driven[driven["scenario"] == name], controllers)
+        arrived, times = (table.to_numpy(dtype=float)[None] for table in tables)
+        count = arrived.shape[1]
+        if count == 0:
+            return []
+        everyone = np.arange(count)[None]
+        drawn = np.broadcast_to(everyone, (RESAMPLES, count))
+        if count >= MIN_SEEDS:
+            drawn = generator.integers(count, size=(RESAMPLES, count))
+        ranks.append(ranks_of(arrived, times, everyone)[0, 0])
+        spread.append(ranks_of(arrived, times, drawn)[0])
+        arrivals.append(arrived[0].sum(axis=0))
+        trial_counts.append(count)
+    parts = (slice(len(scenarios)), slice(len(scenarios), None))
+    means = [np.mean(ranks[part], axis=0) for part in parts]
+    changes = np.mean(spread[parts[1]], axis=0) - np.mean(spread[parts[0]], axis=0)
+    came = [np.sum(arrivals[part], axis=0) for part in parts]
+    return [
+        MeanRankChange(
+            name,
+            (float(means[0][i]), float(means[1][i])),
+            (int(came[0][i]), int(came[1][i])),
+            (sum(trial_counts[parts[0]]), sum(trial_counts[parts[1]])),
+            interval_of(changes[:, i]),
+        )
+        for i, name in enumerate(controllers)
+    ]
 
 
 def page(changes: list[MeanRankChange], seed_count: int) -> str:

@@ -108,7 +108,7 @@ def test_an_unknown_option_of_any_command_is_one_line(command, capsys):
         (["run", "empty", "--seed", "1", "doorway"], "unrecognized arguments: doorway"),
         (["run", "--robot", "--\x1b[31m"], "option '--\\x1b[31m' is not known; known: "),
         (["report"], "the following arguments are required: DIR"),
-        (["docs", "one", "two\nthree"], "unrecognized arguments: two three"),
+        (["report", "one", "two\nthree"], "unrecognized arguments: two three"),
         (
             ["tune", "rpp", "--scenaros", "doorway"],
             "option '--scenaros' is not known; did you mean '--scenarios'?",

@@ -9,16 +9,16 @@ from importlib.metadata import entry_points
 from pathlib import Path
 
 import pytest
-
-from drake_navbench.__main__ import main
-from drake_navbench.commands.documentation import (
+from documents import (
     TABLE_BEGIN,
     TABLES,
     documents,
+    main,
     presets_table,
     scenarios_table,
 )
-from drake_navbench.commands.plugin_page import DATA_FILE, ShippedPlugin, plugin_page, read_plugins
+from plugin_page import DATA_FILE, ShippedPlugin, plugin_page, read_plugins
+
 from drake_navbench.controller import CONTROLLERS
 from drake_navbench.inputs.floor_scenario import SCENARIO_FILES
 from drake_navbench.inputs.presets import preset_files
@@ -86,7 +86,7 @@ def test_the_table_of_scenarios_has_a_line_for_every_scenario_and_its_family():
 @pytest.mark.parametrize("name", TABLES)
 def test_a_page_without_a_place_for_the_table_is_told(name, tmp_path, capsys):
     (tmp_path / name).write_text("# A page\n")
-    assert main(["docs", str(tmp_path)]) == 2
+    assert main([str(tmp_path)]) == 2
     first = TABLE_BEGIN.format(TABLES[name][0])
     assert f"{name}: expected the lines {first!r}" in capsys.readouterr().err
 

@@ -23,7 +23,6 @@ CONTRACTS = {
     "plugins",
     "processes",
     "program_function",
-    "python_file",
     "releases",
     "typed_files",
 }

@@ -85,7 +85,7 @@ def test_a_command_is_one_file_and_a_line(copy):
     )
     copy.put_before(
         "drake_navbench/__main__.py",
-        '    "docs": (',
+        '    "completion": (',
         '    "planted": ("drake_navbench.commands.planted", "say so"),\n',
     )
     assert copy.touched == 2

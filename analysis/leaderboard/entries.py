@@ -21,7 +21,7 @@ from drake_navbench.analysis.leaderboard.ranking import RUN_SEED
 from drake_navbench.analysis.leaderboard.suite import Suite
 from drake_navbench.analysis.verdicts import is_failed
 from drake_navbench.errors import InputError, one_line
-from drake_navbench.logs.log import TrialLog
+from drake_navbench.logs.log import has_samples
 from drake_navbench.logs.results import ResultsFolder, file_name, write_text
 from drake_navbench.typed_files.input_file import file_digest
 from drake_navbench.typed_files.typed_yaml import (
@@ -127,7 +127,7 @@ class Entry:
 
     def can_be_shown(self, trial: TrialName) -> bool:
         """Whether a trial came as far as its first sample."""
-        return not TrialLog.read(self.folder.log_path(*trial)).samples.empty
+        return has_samples(self.folder.log_path(*trial))
 
 
 def enter(path: Path, suite: Suite, *, seed_of: SeedOf) -> None:

@@ -14,7 +14,7 @@ from pathlib import Path
 
 from drake_navbench.analysis.metrics.definition import Metric
 from drake_navbench.errors import InputError, nearest_name_hint
-from drake_navbench.python_file import module_of
+from drake_navbench.plugins.python_file import module_of
 from drake_navbench.typed_files.input_file import read_input
 
 VARIABLE = "DRAKE_NAVBENCH_METRIC_FILES"

@@ -22,8 +22,7 @@ from typing import Any, NoReturn
 
 import msgpack
 
-from drake_navbench.errors import EndedFromOutside, InputError, is_machine_fault
-from drake_navbench.processes.workers import OUTSIDE_SIGNALS
+from drake_navbench.errors import OUTSIDE_SIGNALS, EndedFromOutside, InputError, is_machine_fault
 
 # The environment variable by which the client finds its ends of the pipes.
 READ_VARIABLE = "DRAKE_NAVBENCH_READ_FD"

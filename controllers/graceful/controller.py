@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Any, ClassVar
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,7 +27,6 @@ from drake_navbench.controllers.graceful.cycle import (
     run_cycle,
 )
 from drake_navbench.controllers.graceful.earlier_cycles import run_humble_cycle, run_kilted_cycle
-from drake_navbench.controllers.graceful.memory import GracefulMemory
 from drake_navbench.controllers.graceful.parameters import GracefulParameters
 from drake_navbench.controllers.graceful.reasons import explained
 from drake_navbench.controllers.graceful.releases import RULES
@@ -47,6 +46,22 @@ BRANCH_NAMES = {
 }
 # A deceleration that slows no drive down: before Lyrical nothing limits how fast the robot brakes.
 NO_DECELERATION_LIMIT = 1e300
+
+
+class GracefulMemory(NamedTuple):
+    """The memory of the Graceful Controller; it begins anew with each plan.
+
+    plan_id: of the last cycle. may_turn_first: the robot has not faced a target of this plan yet.
+    safe_angle: the heading, in the base frame, at which it last arrived without coming near an
+    obstacle, rad; None where it did not have to look for one. plan_begin, near_goal: up to Kilted,
+    the index at which the rest of the plan begins, and whether the robot was near its end.
+    """
+
+    plan_id: int | None = None
+    may_turn_first: bool = True
+    safe_angle: float | None = None
+    plan_begin: int = 0
+    near_goal: bool = False
 
 
 class Graceful:

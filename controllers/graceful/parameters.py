@@ -229,13 +229,6 @@ class GracefulParameters(ControllerParameters):
         is_idle = name == MIN_LOOKAHEAD and release == NEWEST_RELEASE
         return is_idle or super().is_without_effect(name, values)
 
-    @classmethod
-    def path_handler_fields(cls, given: Mapping[str, Any]) -> dict[str, str]:
-        """See the base class; empty up to Kilted, where the controller itself cuts the plan."""
-        if release_in(given) != NEWEST_RELEASE:
-            return {}
-        return super().path_handler_fields(given)
-
     @model_validator(mode="before")
     @classmethod
     def _with_defaults_of_release(cls, data: Any) -> Any:

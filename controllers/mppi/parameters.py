@@ -20,7 +20,6 @@ from drake_navbench.releases import (
     Release,
     before,
     defaults_in,
-    release_in,
     since,
     until,
 )
@@ -367,13 +366,6 @@ class MppiParameters(ParametersWithCritics):
             return {}
         told = f"{least:g}, more than vx_max, {most:g}: the samples all have vx_max"
         return {name: told for name in ("vx_min", "vx_max") if name in values}
-
-    @classmethod
-    def path_handler_fields(cls, given: Mapping[str, Any]) -> dict[str, str]:
-        """See the base class; up to Kilted the controller has no path handler before it."""
-        if release_in(given) != NEWEST_RELEASE:
-            return {}
-        return super().path_handler_fields(given)
 
     def as_read(self) -> Self:
         """See the base class; also sets unread fields of the critics' blocks to their defaults."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, ClassVar
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
@@ -15,7 +15,6 @@ from drake_navbench.controller import (
     PlanCuttingController,
 )
 from drake_navbench.controllers.rotation_shim.kernels import heading_of_plan, turn_by
-from drake_navbench.controllers.rotation_shim.memory import ShimMemory
 from drake_navbench.controllers.rotation_shim.parameters import (
     NAV2_PLUGIN,
     RotationShimParameters,
@@ -28,6 +27,25 @@ from drake_navbench.kernels.read_only import read_only
 
 TURNS_TO_PATH = "rotate_to_path"
 TURNS_TO_GOAL = "rotate_to_goal"
+
+
+class ShimMemory(NamedTuple):
+    """The memory of the Rotation Shim.
+
+    primary: the memory of the primary controller. is_turning: turned towards the plan in the last
+    cycle. last_w: the last command's, rad/s; 0 at the start of a goal. plan_id: of the last cycle.
+    goal: (x m, y m, yaw rad) of the last cycle. looks_at_plan: this plan may still ask for a turn.
+    goal_xy_reached: the goal's position was reached on this plan. The last three matter before
+    Lyrical only.
+    """
+
+    primary: Any = None
+    is_turning: bool = False
+    last_w: float = 0.0
+    plan_id: int | None = None
+    goal: tuple[float, ...] | None = None
+    looks_at_plan: bool = True
+    goal_xy_reached: bool = False
 
 
 class RotationShim:

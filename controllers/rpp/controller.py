@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Any, ClassVar
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,7 +27,6 @@ from drake_navbench.controllers.rpp.cycle import (
     Cycle,
     run_cycle,
 )
-from drake_navbench.controllers.rpp.memory import RppMemory
 from drake_navbench.controllers.rpp.parameters import RegulatedPurePursuitParameters
 from drake_navbench.controllers.rpp.reasons import Situation, explained
 from drake_navbench.controllers.rpp.releases import RULES
@@ -45,6 +44,24 @@ BRANCH_NAMES = {
     ROTATE_TO_GOAL: "rotate_to_goal",
     ROTATE_TO_PATH: "rotate_to_path",
 }
+
+
+class RppMemory(NamedTuple):
+    """The memory of the controller: the last command, and the progress of cancelling.
+
+    last_v m/s, last_w rad/s: the command of the last cycle that had one; the dynamic window starts
+    there. is_cancelling: asked to stop, with `use_cancel_deceleration`. has_stopped: came to rest.
+    plan_id, plan_begin, was_near_end: up to Kilted, the plan of the last cycle, the index at which
+    its rest begins, and whether the robot was near its end.
+    """
+
+    last_v: float = 0.0
+    last_w: float = 0.0
+    is_cancelling: bool = False
+    has_stopped: bool = False
+    plan_id: int | None = None
+    plan_begin: int = 0
+    was_near_end: bool = False
 
 
 class RegulatedPurePursuit:

@@ -8,29 +8,23 @@ from typing import Any, ClassVar, Self
 
 from pydantic import AliasChoices, ConfigDict, Field, model_validator
 
-from drake_navbench.controller import (
-    AskedSpeeds,
-    ControllerParameters,
-)
+from drake_navbench.controller import AskedSpeeds
+from drake_navbench.controllers.pursuit_parameters import SEARCH_DISTANCE, PursuitParameters
 from drake_navbench.releases import NEWEST_RELEASE, ReadBy, Release, release_in, since, until
 from drake_navbench.typed_files.quantities import (
     Acceleration,
-    Angle,
     AngularAcceleration,
     AngularSpeed,
     Duration,
     Length,
-    Number,
     Speed,
 )
 
 # The name of the cruise speed in Lyrical, and the only name that earlier releases read.
 SPEED, OLDER_SPEED = "max_linear_vel", "desired_linear_vel"
-# Since controllers do not cut the plan any more, the path handler has this parameter.
-SEARCH_DISTANCE = "max_robot_pose_search_dist"
 
 
-class RegulatedPurePursuitParameters(ControllerParameters):
+class RegulatedPurePursuitParameters(PursuitParameters):
     """Parameters of nav2_regulated_pure_pursuit_controller, of all releases since Humble.
 
     `desired_linear_vel`, the older name of `max_linear_vel`, is accepted as in Nav2.
@@ -52,7 +46,6 @@ class RegulatedPurePursuitParameters(ControllerParameters):
         }
     )
 
-    PATH_HANDLER_NAMES: ClassVar[frozenset[str]] = frozenset({SEARCH_DISTANCE})
     READ_BY: ClassVar[Mapping[str, ReadBy]] = MappingProxyType(
         {
             "use_fixed_curvature_lookahead": since(Release.IRON),
@@ -113,14 +106,10 @@ class RegulatedPurePursuitParameters(ControllerParameters):
         False,
         description="Scale the lookahead with the measured speed instead of using lookahead_dist.",
     )
-    min_lookahead_dist: Length = Field(0.3, gt=0.0, description="Least scaled lookahead [m].")
     max_lookahead_dist: Length = Field(
         0.9,
         gt=0.0,
         description="Largest scaled lookahead; also the farthest checked point of a command [m].",
-    )
-    lookahead_time: Duration = Field(
-        1.5, ge=0.0, description="Scaled lookahead over measured speed [s]."
     )
     use_fixed_curvature_lookahead: bool = Field(
         False,
@@ -145,46 +134,16 @@ class RegulatedPurePursuitParameters(ControllerParameters):
     regulated_linear_scaling_min_speed: Speed = Field(
         0.25, ge=0.0, description="Lowest speed that scaling by curves and obstacles leaves [m/s]."
     )
-    use_cost_regulated_linear_velocity_scaling: bool = Field(
-        True, description="Slow down near obstacles."
-    )
-    cost_scaling_dist: Length = Field(
-        0.6, gt=0.0, description="Distance to obstacles below which the robot slows down [m]."
-    )
-    cost_scaling_gain: Number = Field(
-        1.0,
-        ge=0.0,
-        description="Factor on the scaled speed near obstacles; below 1 slows down more [-].",
-    )
-    inflation_cost_scaling_factor: Number = Field(
-        3.0,
-        description="cost_scaling_factor of the costmap's inflation layer; must equal it [1/m].",
-    )
     approach_velocity_scaling_dist: Length = Field(
         0.6,
         ge=0.0,
         description="Length of the remaining local plan below which the robot slows down [m].",
     )
-    min_approach_linear_velocity: Speed = Field(
-        0.05, ge=0.0, description="Lowest speed that the approach leaves [m/s]."
-    )
 
-    use_rotate_to_heading: bool = Field(
-        True, description="Turn in place towards the plan, and to the goal's heading at the goal."
-    )
-    rotate_to_heading_min_angle: Angle = Field(
-        0.785, ge=0.0, description="Angle to the carrot above which the robot turns in place [rad]."
-    )
-    rotate_to_heading_angular_vel: AngularSpeed = Field(
-        1.8, ge=0.0, description="Turn rate in place [rad/s]."
-    )
     allow_reversing: bool = Field(
         False, description="Drive backwards to a carrot behind the robot."
     )
 
-    use_collision_detection: bool = Field(
-        True, description="Reject commands that lead to a collision."
-    )
     max_allowed_time_to_collision_up_to_carrot: Duration = Field(
         1.0, ge=0.0, description="Duration for which a command is checked for collisions [s]."
     )
@@ -240,13 +199,6 @@ class RegulatedPurePursuitParameters(ControllerParameters):
         if SPEED in values and (OLDER_SPEED in values or not is_newest):
             not_read.append(SPEED)
         return not_read
-
-    @classmethod
-    def path_handler_fields(cls, given: Mapping[str, Any]) -> dict[str, str]:
-        """See the base class; empty up to Kilted, where the controller itself cuts the plan."""
-        if release_in(given) != NEWEST_RELEASE:
-            return {}
-        return super().path_handler_fields(given)
 
     @model_validator(mode="after")
     def _check_ranges(self) -> Self:

@@ -2,32 +2,27 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from types import MappingProxyType
-from typing import Any, ClassVar, Literal
+from typing import ClassVar, Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import Field, model_validator
+from pydantic import Field
 
-from drake_navbench.controller import AskedSpeeds, ControllerParameters, ControllerSetup
-from drake_navbench.controllers.teb.discs import footprint_discs, line_discs
-from drake_navbench.controllers.teb.footprint_model import FootprintModel, FootprintType
+from drake_navbench.controller import ControllerSetup
+from drake_navbench.controllers.teb.band_parameters import BandParameters
+from drake_navbench.controllers.teb.footprint_model import (
+    FootprintModel,
+    FootprintType,
+    footprint_discs,
+    line_discs,
+)
 from drake_navbench.typed_files.quantities import (
-    Acceleration,
-    Angle,
-    AngularAcceleration,
-    AngularSpeed,
     Count,
-    Duration,
     Length,
     Number,
-    Speed,
 )
-
-# Fewer inner poses than this leave the solver nothing to bend.
-FEWEST_SAMPLES = 3
 
 
 class DiscModel(FootprintModel):
@@ -48,7 +43,7 @@ class DiscModel(FootprintModel):
         return footprint_discs(self.outline(setup.footprint))
 
 
-class TebParameters(ControllerParameters):
+class TebParameters(BandParameters):
     """The parameters that upstream reads and this controller uses, then this controller's own.
 
     Upstream's penalty weights of limits have no meaning here, because limits are constraints;
@@ -70,115 +65,67 @@ class TebParameters(ControllerParameters):
     STOOD_IN_FOR: ClassVar[Mapping[str, str]] = MappingProxyType(
         {"costmap_converter_plugin": "the lethal cells stand in for the shapes that it makes"}
     )
-    WITHOUT_EFFECT: ClassVar[frozenset[str]] = frozenset(
-        {
-            "acc_lim_y",
-            "allow_init_with_backwards_motion",
-            "cmd_angle_instead_rotvel",
-            "costmap_converter_plugin",
-            "costmap_converter_rate",
-            "costmap_converter_spin_thread",
-            "costmap_obstacles_behind_robot_dist",
-            "delete_detours_backwards",
-            "detours_orientation_tolerance",
-            "divergence_detection_enable",
-            "divergence_detection_max_chi_squared",
-            "dynamic_obstacle_inflation_dist",
-            "enable_multithreading",
-            "exact_arc_length",
-            "global_plan_prune_distance",
-            "h_signature_prescaler",
-            "h_signature_threshold",
-            "include_costmap_obstacles",
-            "is_footprint_dynamic",
-            "legacy_obstacle_association",
-            "length_start_orientation_vector",
-            "map_frame",
-            "max_number_plans_in_current_class",
-            "max_vel_y",
-            "min_resolution_collision_check_angular",
-            "obstacle_association_cutoff_factor",
-            "obstacle_association_force_inclusion_factor",
-            "obstacle_cost_exponent",
-            "obstacle_heading_threshold",
-            "obstacle_keypoint_offset",
-            "obstacle_poses_affected",
-            "obstacle_proximity_lower_bound",
-            "obstacle_proximity_ratio_max_vel",
-            "obstacle_proximity_upper_bound",
-            "odom_topic",
-            "optimization_activate",
-            "optimization_verbose",
-            "oscillation_filter_duration",
-            "oscillation_omega_eps",
-            "oscillation_recovery",
-            "oscillation_recovery_min_duration",
-            "oscillation_v_eps",
-            "penalty_epsilon",
-            "publish_feedback",
-            "roadmap_graph_area_length_scale",
-            "roadmap_graph_area_width",
-            "roadmap_graph_no_samples",
-            "roadmap_graph_samples",
-            "selection_alternative_time_cost",
-            "selection_dropping_probability",
-            "selection_obst_cost_scale",
-            "selection_viapoint_cost_scale",
-            "shrink_horizon_backup",
-            "shrink_horizon_min_duration",
-            "simple_exploration",
-            "teb_autosize",
-            "transform_tolerance",
-            "use_proportional_saturation",
-            "via_points_ordered",
-            "viapoints_all_candidates",
-            "visualize_hc_graph",
-            "visualize_with_time_as_z_axis_scale",
-            "weight_acc_lim_theta",
-            "weight_acc_lim_x",
-            "weight_acc_lim_y",
-            "weight_adapt_factor",
-            "weight_dynamic_obstacle",
-            "weight_dynamic_obstacle_inflation",
-            "weight_kinematics_nh",
-            "weight_kinematics_turning_radius",
-            "weight_max_vel_theta",
-            "weight_max_vel_x",
-            "weight_max_vel_y",
-            "weight_obstacle",
-            "weight_prefer_rotdir",
-            "weight_velocity_obstacle_ratio",
-            "wheelbase",
-        }
-    )
+    WITHOUT_EFFECT: ClassVar[frozenset[str]] = BandParameters.WITHOUT_EFFECT | {
+        "allow_init_with_backwards_motion",
+        "cmd_angle_instead_rotvel",
+        "costmap_obstacles_behind_robot_dist",
+        "delete_detours_backwards",
+        "detours_orientation_tolerance",
+        "divergence_detection_enable",
+        "divergence_detection_max_chi_squared",
+        "exact_arc_length",
+        "global_plan_prune_distance",
+        "h_signature_prescaler",
+        "h_signature_threshold",
+        "include_costmap_obstacles",
+        "legacy_obstacle_association",
+        "length_start_orientation_vector",
+        "max_number_plans_in_current_class",
+        "min_resolution_collision_check_angular",
+        "obstacle_association_cutoff_factor",
+        "obstacle_association_force_inclusion_factor",
+        "obstacle_cost_exponent",
+        "obstacle_heading_threshold",
+        "obstacle_poses_affected",
+        "obstacle_proximity_lower_bound",
+        "obstacle_proximity_ratio_max_vel",
+        "obstacle_proximity_upper_bound",
+        "optimization_activate",
+        "oscillation_filter_duration",
+        "oscillation_omega_eps",
+        "oscillation_recovery",
+        "oscillation_recovery_min_duration",
+        "oscillation_v_eps",
+        "penalty_epsilon",
+        "roadmap_graph_area_length_scale",
+        "roadmap_graph_area_width",
+        "roadmap_graph_no_samples",
+        "roadmap_graph_samples",
+        "selection_alternative_time_cost",
+        "selection_dropping_probability",
+        "selection_obst_cost_scale",
+        "selection_viapoint_cost_scale",
+        "simple_exploration",
+        "teb_autosize",
+        "use_proportional_saturation",
+        "via_points_ordered",
+        "viapoints_all_candidates",
+        "weight_acc_lim_theta",
+        "weight_acc_lim_x",
+        "weight_adapt_factor",
+        "weight_kinematics_nh",
+        "weight_kinematics_turning_radius",
+        "weight_max_vel_theta",
+        "weight_max_vel_x",
+        "weight_obstacle",
+        "weight_prefer_rotdir",
+        "weight_velocity_obstacle_ratio",
+        "wheelbase",
+    }
 
     # Trajectory
-    dt_ref: Duration = Field(0.3, ge=0.01, description="Wanted time step of a band [s].")
-    dt_hysteresis: Duration = Field(
-        0.1, ge=0.0, description="Deviation from dt_ref above which a band is resized [s]."
-    )
-    min_samples: Count = Field(3, description="Least number of intervals of a band.")
-    max_samples: Count = Field(500, le=10_000, description="Largest number of intervals of a band.")
     global_plan_overwrite_orientation: bool = Field(
         True, description="Point the local goal along the plan, not as its pose says."
-    )
-    global_plan_viapoint_sep: Length = Field(
-        -1.0, description="Distance between via-points on the plan; 0 or less: no via-points [m]."
-    )
-    max_global_plan_lookahead_dist: Length = Field(
-        1.0, description="Length of the plan that a band covers; 0 or less: the whole plan [m]."
-    )
-    force_reinit_new_goal_dist: Length = Field(
-        1.0, gt=0.0, description="Jump of the local goal above which a new band is started [m]."
-    )
-    force_reinit_new_goal_angular: Angle = Field(
-        math.pi / 2.0,
-        gt=0.0,
-        description="Jump of the local goal's yaw above which a new band is started [rad].",
-    )
-    feasibility_check_no_poses: Count = Field(
-        5,
-        description="Index of the last pose that is checked with the outline; negative: all poses.",
     )
     feasibility_check_lookahead_distance: Length = Field(
         -1.0,
@@ -192,24 +139,11 @@ class TebParameters(ControllerParameters):
     )
 
     # Robot
-    max_vel_x: Speed = Field(0.4, gt=0.0, description="Largest forward speed [m/s].")
-    max_vel_x_backwards: Speed = Field(0.2, ge=0.0, description="Largest backward speed [m/s].")
-    max_vel_theta: AngularSpeed = Field(0.3, gt=0.0, description="Largest turn rate [rad/s].")
-    acc_lim_x: Acceleration = Field(0.5, description="Largest acceleration [m/s^2].")
-    acc_lim_theta: AngularAcceleration = Field(
-        0.5, description="Largest angular acceleration [rad/s^2]."
-    )
-    min_turning_radius: Length = Field(
-        0.0,
-        ge=0.0,
-        description="Least turning radius of a car; 0: the robot turns on the spot [m].",
-    )
     footprint_model: DiscModel = Field(
         default_factory=DiscModel, description="Shape of the robot in the optimisation."
     )
 
     # Goal
-    free_goal_vel: bool = Field(False, description="Let the band end in motion.")
 
     # Obstacles
     min_obstacle_dist: Length = Field(
@@ -263,9 +197,6 @@ class TebParameters(ControllerParameters):
     selection_prefer_initial_plan: Number = Field(
         0.95, gt=0.0, description="Factor on the duration of the global plan's homotopy class."
     )
-    switching_blocking_period: Duration = Field(
-        0.0, ge=0.0, description="Time after a change of class until the next one is allowed [s]."
-    )
     max_ratio_detours_duration_best_duration: Number = Field(
         3.0, ge=1.0, description="Ratio to the shortest duration above which a detour is dropped."
     )
@@ -292,36 +223,3 @@ class TebParameters(ControllerParameters):
         description="Distance to the end of the plan's free part below which the controller "
         "gives up [m].",
     )
-
-    def asked_speeds(self) -> AskedSpeeds:
-        """Returns the limits of its bands."""
-        return AskedSpeeds(self.max_vel_x, -self.max_vel_x_backwards, self.max_vel_theta)
-
-    @model_validator(mode="before")
-    @classmethod
-    def _drop_names_without_effect(cls, values: Any) -> Any:
-        if not isinstance(values, dict):
-            return values
-        return {key: value for key, value in values.items() if key not in cls.WITHOUT_EFFECT}
-
-    @model_validator(mode="after")
-    def _check_limits_agree(self) -> TebParameters:
-        if self.acc_lim_x <= 0.0 or self.acc_lim_theta <= 0.0:
-            raise ValueError(
-                "acc_lim_x and acc_lim_theta must be positive, got"
-                f" {self.acc_lim_x} and {self.acc_lim_theta}"
-            )
-        if self.min_samples < FEWEST_SAMPLES:
-            raise ValueError(
-                f"min_samples must be at least {FEWEST_SAMPLES}, got {self.min_samples}"
-            )
-        if self.max_samples < self.min_samples:
-            raise ValueError(
-                "max_samples must not be below min_samples, got"
-                f" {self.max_samples} and {self.min_samples}"
-            )
-        if self.dt_hysteresis >= self.dt_ref:
-            raise ValueError(
-                f"dt_hysteresis must be below dt_ref, got {self.dt_hysteresis} and {self.dt_ref}"
-            )
-        return self

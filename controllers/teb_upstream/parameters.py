@@ -9,24 +9,18 @@ from typing import Any, ClassVar
 
 from pydantic import Field, model_validator
 
-from drake_navbench.controller import AskedSpeeds, ControllerParameters
+from drake_navbench.controllers.teb.band_parameters import BandParameters
 from drake_navbench.controllers.teb.footprint_model import FootprintModel, footprint_of_original
 from drake_navbench.typed_files.quantities import (
-    Acceleration,
     Angle,
-    AngularAcceleration,
-    AngularSpeed,
     Count,
     Duration,
     Length,
     Number,
-    Speed,
 )
 
-FEWEST_SAMPLES = 3
 
-
-class TebUpstreamParameters(ControllerParameters):
+class TebUpstreamParameters(BandParameters):
     """The parameters that teb_local_planner reads; `WITHOUT_EFFECT` names those with none.
 
     Moving obstacles come from costmap_converter alone, so that their parameters have no effect
@@ -48,72 +42,21 @@ class TebUpstreamParameters(ControllerParameters):
         }
     )
 
-    WITHOUT_EFFECT: ClassVar[frozenset[str]] = frozenset(
-        {
-            "acc_lim_y",
-            "costmap_converter_plugin",
-            "costmap_converter_rate",
-            "costmap_converter_spin_thread",
-            "dynamic_obstacle_inflation_dist",
-            "enable_multithreading",
-            "is_footprint_dynamic",
-            "map_frame",
-            "max_vel_y",
-            "obstacle_keypoint_offset",
-            "odom_topic",
-            "optimization_verbose",
-            "publish_feedback",
-            "shrink_horizon_backup",
-            "shrink_horizon_min_duration",
-            "transform_tolerance",
-            "visualize_hc_graph",
-            "visualize_with_time_as_z_axis_scale",
-            "weight_acc_lim_y",
-            "weight_dynamic_obstacle",
-            "weight_dynamic_obstacle_inflation",
-            "weight_max_vel_y",
-        }
-    )
-
     # Trajectory
     teb_autosize: bool = Field(True, description="Resize the band in every outer iteration.")
-    dt_ref: Duration = Field(0.3, ge=0.01, description="Wanted time step of a band [s].")
-    dt_hysteresis: Duration = Field(
-        0.1, ge=0.0, description="Deviation from dt_ref above which a band is resized [s]."
-    )
-    min_samples: Count = Field(3, description="Least number of intervals of a band.")
-    max_samples: Count = Field(500, le=10_000, description="Largest number of intervals of a band.")
     global_plan_overwrite_orientation: bool = Field(
         True, description="Point intermediate headings along the plan, not as its poses say."
     )
     allow_init_with_backwards_motion: bool = Field(
         False, description="Let first guesses drive backwards to goals behind the robot."
     )
-    global_plan_viapoint_sep: Length = Field(
-        -1.0, description="Distance between via-points on the plan; 0 or less: no via-points [m]."
-    )
     via_points_ordered: bool = Field(
         False, description="Attach via-points to poses in the order of the plan."
-    )
-    max_global_plan_lookahead_dist: Length = Field(
-        1.0, description="Length of the plan that a band covers; 0 or less: the whole plan [m]."
     )
     global_plan_prune_distance: Length = Field(
         1.0, description="Distance behind the robot at which the plan begins [m]."
     )
     exact_arc_length: bool = Field(False, description="Compute speeds from arcs, not from chords.")
-    force_reinit_new_goal_dist: Length = Field(
-        1.0, gt=0.0, description="Jump of the local goal above which new bands are started [m]."
-    )
-    force_reinit_new_goal_angular: Angle = Field(
-        0.5 * math.pi,
-        gt=0.0,
-        description="Jump of the local goal's yaw above which new bands are started [rad].",
-    )
-    feasibility_check_no_poses: Count = Field(
-        5,
-        description="Index of the last pose that is checked with the outline; negative: all poses.",
-    )
     feasibility_check_lookahead_distance: Length = Field(
         -1.0,
         description="Distance from the robot up to which poses are checked, instead of their "
@@ -131,18 +74,6 @@ class TebUpstreamParameters(ControllerParameters):
     )
 
     # Robot
-    max_vel_x: Speed = Field(0.4, gt=0.0, description="Largest forward speed [m/s].")
-    max_vel_x_backwards: Speed = Field(0.2, ge=0.0, description="Largest backward speed [m/s].")
-    max_vel_theta: AngularSpeed = Field(0.3, gt=0.0, description="Largest turn rate [rad/s].")
-    acc_lim_x: Acceleration = Field(0.5, gt=0.0, description="Largest acceleration [m/s^2].")
-    acc_lim_theta: AngularAcceleration = Field(
-        0.5, gt=0.0, description="Largest angular acceleration [rad/s^2]."
-    )
-    min_turning_radius: Length = Field(
-        0.0,
-        ge=0.0,
-        description="Least turning radius of a car; 0: the robot turns on the spot [m].",
-    )
     wheelbase: Length = Field(
         1.0, gt=0.0, description="Wheelbase of a car, for its steering angle [m]."
     )
@@ -157,7 +88,6 @@ class TebUpstreamParameters(ControllerParameters):
     )
 
     # Goal
-    free_goal_vel: bool = Field(False, description="Let the band end in motion.")
 
     # Obstacles
     min_obstacle_dist: Length = Field(
@@ -293,9 +223,6 @@ class TebUpstreamParameters(ControllerParameters):
     selection_dropping_probability: Number = Field(
         0.0, ge=0.0, le=1.0, description="Probability that a band is dropped in a cycle."
     )
-    switching_blocking_period: Duration = Field(
-        0.0, ge=0.0, description="Time after a change of class until the next one is allowed [s]."
-    )
     roadmap_graph_samples: Count = Field(
         15,
         ge=0,
@@ -367,10 +294,6 @@ class TebUpstreamParameters(ControllerParameters):
         10.0, description="Largest cost that does not count as divergence."
     )
 
-    def asked_speeds(self) -> AskedSpeeds:
-        """Returns the limits that its commands are cut at."""
-        return AskedSpeeds(self.max_vel_x, -self.max_vel_x_backwards, self.max_vel_theta)
-
     @classmethod
     def for_original(cls, values: Mapping[str, Any], release: str) -> dict[str, Any]:
         """Returns values in the form in which the original declares them.
@@ -386,30 +309,15 @@ class TebUpstreamParameters(ControllerParameters):
 
     @model_validator(mode="before")
     @classmethod
-    def _drop_names_without_effect(cls, values: Any) -> Any:
-        if not isinstance(values, dict):
-            return values
-        kept = {key: value for key, value in values.items() if key not in cls.WITHOUT_EFFECT}
+    def _accept_name_of_source(cls, values: Any) -> Any:
         # The name in the source; the one that is declared for files is another.
-        if "roadmap_graph_no_samples" in kept:
-            kept.setdefault("roadmap_graph_samples", kept.pop("roadmap_graph_no_samples"))
-        return kept
+        if isinstance(values, dict) and "roadmap_graph_no_samples" in values:
+            values = dict(values)
+            values.setdefault("roadmap_graph_samples", values.pop("roadmap_graph_no_samples"))
+        return values
 
     @model_validator(mode="after")
     def _check_numbers_agree(self) -> TebUpstreamParameters:
-        if self.dt_hysteresis >= self.dt_ref:
-            raise ValueError(
-                f"dt_hysteresis must be below dt_ref, got {self.dt_hysteresis} and {self.dt_ref}"
-            )
-        if self.min_samples < FEWEST_SAMPLES:
-            raise ValueError(
-                f"min_samples must be at least {FEWEST_SAMPLES}, got {self.min_samples}"
-            )
-        if self.max_samples < self.min_samples:
-            raise ValueError(
-                "max_samples must not be below min_samples, got"
-                f" {self.max_samples} and {self.min_samples}"
-            )
         if self.obstacle_proximity_upper_bound <= self.obstacle_proximity_lower_bound:
             raise ValueError(
                 "obstacle_proximity_upper_bound must be above obstacle_proximity_lower_bound, got"

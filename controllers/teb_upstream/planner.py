@@ -13,16 +13,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drake_navbench.controller import NoValidControl, SpeedLimit
+from drake_navbench.controllers.teb.band_parameters import FEWEST_SAMPLES
 from drake_navbench.controllers.teb_upstream.association import Association, attach
 from drake_navbench.controllers.teb_upstream.band import band_from_plan, normalize, warm_start
 from drake_navbench.controllers.teb_upstream.classes import ClassSearch
 from drake_navbench.controllers.teb_upstream.memory import PlannerState, Trajectory
 from drake_navbench.controllers.teb_upstream.normal_equations import COST_KINDS, System
 from drake_navbench.controllers.teb_upstream.optimizer import Rounds, optimize_band
-from drake_navbench.controllers.teb_upstream.parameters import (
-    FEWEST_SAMPLES,
-    TebUpstreamParameters,
-)
+from drake_navbench.controllers.teb_upstream.parameters import TebUpstreamParameters
 from drake_navbench.controllers.teb_upstream.penalties import Surroundings, Terms, add_edges
 from drake_navbench.controllers.teb_upstream.robot_models import RobotModel
 from drake_navbench.kernels.read_only import read_only

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Any, ClassVar
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,7 +27,6 @@ from drake_navbench.controllers.vector_pursuit.cycle import (
     Cycle,
     run_cycle,
 )
-from drake_navbench.controllers.vector_pursuit.memory import VectorPursuitMemory
 from drake_navbench.controllers.vector_pursuit.parameters import VectorPursuitParameters
 from drake_navbench.controllers.vector_pursuit.reasons import Situation, explained
 from drake_navbench.controllers.vector_pursuit.releases import RULES
@@ -46,6 +45,20 @@ BRANCH_NAMES = {
     ROTATE_TO_GOAL: "rotate_to_goal",
     ROTATE_TO_PATH: "rotate_to_path",
 }
+
+
+class VectorPursuitMemory(NamedTuple):
+    """The memory of the controller.
+
+    last_v m/s, last_w rad/s: the last command, which it takes for the speed at which the robot
+    moves. plan_id, plan_begin: up to Kilted, the plan of the last cycle, and the index at which its
+    rest begins.
+    """
+
+    last_v: float = 0.0
+    last_w: float = 0.0
+    plan_id: int | None = None
+    plan_begin: int = 0
 
 
 class VectorPursuit:

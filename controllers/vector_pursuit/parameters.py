@@ -4,31 +4,24 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from types import MappingProxyType
-from typing import Any, ClassVar, Self
+from typing import ClassVar, Self
 
 from pydantic import Field, model_validator
 
-from drake_navbench.controller import (
-    AskedSpeeds,
-    ControllerParameters,
-)
-from drake_navbench.releases import NEWEST_RELEASE, ReadBy, Release, release_in, until
+from drake_navbench.controller import AskedSpeeds
+from drake_navbench.controllers.pursuit_parameters import SEARCH_DISTANCE, PursuitParameters
+from drake_navbench.releases import NEWEST_RELEASE, ReadBy, Release, until
 from drake_navbench.typed_files.quantities import (
     Acceleration,
-    Angle,
     AngularAcceleration,
-    AngularSpeed,
     Duration,
     Length,
     Number,
     Speed,
 )
 
-# Where the controller does not cut the plan, the path handler has this parameter.
-SEARCH_DISTANCE = "max_robot_pose_search_dist"
 
-
-class VectorPursuitParameters(ControllerParameters):
+class VectorPursuitParameters(PursuitParameters):
     """Parameters of vector_pursuit_controller, branches master at 3f1b30a and jazzy-devel.
 
     `use_rotate_to_heading` is on where `min_turning_radius` is 0, and cost regulation off where
@@ -48,7 +41,6 @@ class VectorPursuitParameters(ControllerParameters):
     )
 
     WITHOUT_EFFECT: ClassVar[frozenset[str]] = frozenset({"transform_tolerance"})
-    PATH_HANDLER_NAMES: ClassVar[frozenset[str]] = frozenset({SEARCH_DISTANCE})
     READ_BY: ClassVar[Mapping[str, ReadBy]] = MappingProxyType(
         {
             SEARCH_DISTANCE: until(Release.KILTED),
@@ -74,9 +66,7 @@ class VectorPursuitParameters(ControllerParameters):
         False,
         description="Scale the lookahead with the last command instead of using lookahead_dist.",
     )
-    min_lookahead_dist: Length = Field(0.3, gt=0.0, description="Least scaled lookahead [m].")
     max_lookahead_dist: Length = Field(0.9, gt=0.0, description="Largest scaled lookahead [m].")
-    lookahead_time: Duration = Field(1.5, ge=0.0, description="Scaled lookahead over speed [s].")
     use_interpolation: bool = Field(
         True, description="Interpolate the target between the poses of the plan."
     )
@@ -85,9 +75,6 @@ class VectorPursuitParameters(ControllerParameters):
     )
 
     min_linear_velocity: Speed = Field(0.05, ge=0.0, description="Lowest commanded speed [m/s].")
-    min_approach_linear_velocity: Speed = Field(
-        0.05, ge=0.0, description="Lowest speed that the approach leaves [m/s]."
-    )
     approach_velocity_scaling_dist: Length = Field(
         1.0,
         ge=0.0,
@@ -102,31 +89,7 @@ class VectorPursuitParameters(ControllerParameters):
         description="Largest lateral acceleration: bounds the speed in curves, v^2 <= radius "
         "times this [m/s^2].",
     )
-    use_cost_regulated_linear_velocity_scaling: bool = Field(
-        True, description="Slow down near obstacles."
-    )
-    cost_scaling_dist: Length = Field(
-        0.6, gt=0.0, description="Distance to obstacles below which the robot slows down [m]."
-    )
-    cost_scaling_gain: Number = Field(
-        1.0,
-        ge=0.0,
-        description="Factor on the scaled speed near obstacles; below 1 slows down more [-].",
-    )
-    inflation_cost_scaling_factor: Number = Field(
-        3.0,
-        description="cost_scaling_factor of the costmap's inflation layer; must equal it [1/m].",
-    )
 
-    use_rotate_to_heading: bool = Field(
-        True, description="Turn in place towards the plan, and to the goal's heading at the goal."
-    )
-    rotate_to_heading_min_angle: Angle = Field(
-        0.785, ge=0.0, description="Angle to the target above which the robot turns in place [rad]."
-    )
-    rotate_to_heading_angular_vel: AngularSpeed = Field(
-        1.8, ge=0.0, description="Turn rate in place [rad/s]."
-    )
     max_angular_accel: AngularAcceleration = Field(
         3.2,
         ge=0.0,
@@ -138,9 +101,6 @@ class VectorPursuitParameters(ControllerParameters):
         description="Drive backwards to a target behind the robot, unless it turns to the target.",
     )
 
-    use_collision_detection: bool = Field(
-        True, description="Reject commands that lead to a collision."
-    )
     max_allowed_time_to_collision_up_to_target: Duration = Field(
         1.0, ge=0.0, description="Duration for which a command is checked for collisions [s]."
     )
@@ -166,13 +126,6 @@ class VectorPursuitParameters(ControllerParameters):
     def turns_in_place(self) -> bool:
         """Returns whether the controller turns in place towards the plan and at the goal."""
         return self.use_rotate_to_heading or self.min_turning_radius == 0.0
-
-    @classmethod
-    def path_handler_fields(cls, given: Mapping[str, Any]) -> dict[str, str]:
-        """See the base class; empty up to Kilted, where the controller itself cuts the plan."""
-        if release_in(given) != NEWEST_RELEASE:
-            return {}
-        return super().path_handler_fields(given)
 
     @model_validator(mode="after")
     def _check_lookahead(self) -> Self:

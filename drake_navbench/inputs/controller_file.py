@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 from drake_navbench.controller import CONTROLLERS, Controller
 from drake_navbench.errors import InputError, nearest_name_hint
-from drake_navbench.python_file import module_of
+from drake_navbench.plugins.python_file import module_of
 from drake_navbench.typed_files.input_file import read_input
 
 MAX_FILE_BYTES = 2**20

@@ -112,6 +112,16 @@ class Outcome(StrEnum):
     ERROR = "error"
 
 
+# The outcomes from the worst to the best.
+FROM_WORST = (
+    Outcome.ERROR,
+    Outcome.COLLIDED,
+    Outcome.TIMED_OUT,
+    Outcome.ABORTED,
+    Outcome.SUCCEEDED,
+)
+
+
 class _HeaderScenario(FrozenModel):
     model_config = ConfigDict(extra="allow")
 
@@ -345,6 +355,15 @@ def read_info(path: Path) -> dict[str, Any]:
         return _info_of(pq.read_metadata(path).metadata, path)
     except (OSError, UnicodeDecodeError, pa.ArrowException) as error:
         raise InputError(f"{path}: not a readable trial log: {as_line(str(error))}") from error
+
+
+def has_samples(path: Path) -> bool:
+    """Returns whether the trial of a log came as far as its first sample; reads the header alone.
+
+    Raises InputError where the file has none.
+    """
+    read_info(path)
+    return bool(pq.read_metadata(path).num_rows)
 
 
 def _info_of(metadata: Mapping[bytes, bytes] | None, path: Path) -> dict[str, Any]:

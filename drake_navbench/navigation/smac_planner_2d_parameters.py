@@ -5,64 +5,34 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, ClassVar, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
 
-from drake_navbench.navigation.smoother_parameters import REFINEMENT
+from drake_navbench.navigation.smoother_parameters import RelaxationParameters
 from drake_navbench.releases import ReadBy, Release, since
 from drake_navbench.typed_files.quantities import Count, Duration, Length, Number
+from drake_navbench.typed_files.typed_yaml import FrozenModel
 
 
-class GridSmootherParameters(BaseModel):
+class GridSmootherParameters(RelaxationParameters):
     """Parameters `smoother.*` of SmacPlanner2D, with Nav2's names and defaults."""
 
-    READ_BY: ClassVar[Mapping[str, ReadBy]] = REFINEMENT
-
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
-
-    tolerance: Length = Field(
-        1e-10,
-        gt=0.0,
-        description="A smoothing pass ends when a sweep moves the points by less than this in "
-        "sum [m]",
-    )
     max_iterations: Count = Field(
         1000,
         ge=0,
         description="Number of the sweep before which a smoothing pass ends; 0 turns "
         "smoothing off [sweeps]",
     )
-    w_data: Number = Field(
-        0.2, ge=0.0, description="Pull of a point towards the unsmoothed path [-]"
-    )
-    w_smooth: Number = Field(
-        0.3, ge=0.0, description="Pull of a point towards the mean of its neighbours [-]"
-    )
-    do_refinement: bool = Field(True, description="Smooth the smoothed path again [-]")
-    refinement_num: Count = Field(
-        2, ge=0, description="Number of further smoothing passes [passes]"
-    )
 
 
-class SmacPlanner2DParameters(BaseModel):
-    """Parameters of SmacPlanner2D with Nav2's names and defaults, then our own switches."""
+class SmacSearchParameters(FrozenModel):
+    """The parameters that Nav2's planners of the package smac read in the same sense."""
 
     READ_BY: ClassVar[Mapping[str, ReadBy]] = {
         "terminal_checking_interval": since(Release.JAZZY),
     }
 
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
-
-    plugin: Literal["nav2_smac_planner::SmacPlanner2D"] = "nav2_smac_planner::SmacPlanner2D"
-    tolerance: Length = Field(
-        0.125, ge=0.0, description="Distance from the goal at which a path may end [m]"
-    )
     downsample_costmap: bool = Field(False, description="Plan on a coarser map [-]")
     downsampling_factor: Count = Field(1, ge=1, description="Cells merged along each axis [cells]")
-    cost_travel_multiplier: Number = Field(
-        1.0,
-        ge=0.0,
-        description="Weight of the cells' costs against length; 0 gives the shortest path [-]",
-    )
     allow_unknown: bool = Field(True, description="Let paths cross unknown cells [-]")
     max_iterations: Count = Field(
         1_000_000, description="Largest number of expansions; 0 or less: no limit [expansions]"
@@ -77,13 +47,27 @@ class SmacPlanner2DParameters(BaseModel):
         gt=0,
         description="Number of expansions between two checks of the planning time [expansions]",
     )
+    smoother: GridSmootherParameters = GridSmootherParameters()
+
+
+class SmacPlanner2DParameters(SmacSearchParameters):
+    """Parameters of SmacPlanner2D with Nav2's names and defaults, then our own switches."""
+
+    plugin: Literal["nav2_smac_planner::SmacPlanner2D"] = "nav2_smac_planner::SmacPlanner2D"
+    tolerance: Length = Field(
+        0.125, ge=0.0, description="Distance from the goal at which a path may end [m]"
+    )
+    cost_travel_multiplier: Number = Field(
+        1.0,
+        ge=0.0,
+        description="Weight of the cells' costs against length; 0 gives the shortest path [-]",
+    )
     max_planning_time: Duration = Field(
         2.0, ge=0.0, description="Longest search on a computer with `expansions_per_second` [s]"
     )
     use_final_approach_orientation: bool = Field(
         False, description="End the path with its own direction, not with the goal's heading [-]"
     )
-    smoother: GridSmootherParameters = GridSmootherParameters()
 
     expansions_per_second: Number = Field(
         1e6,

@@ -7,16 +7,15 @@ from typing import ClassVar, Literal, Self
 
 from pydantic import Field, model_validator
 
-from drake_navbench.navigation.smac_planner_2d_parameters import GridSmootherParameters
+from drake_navbench.navigation.smac_planner_2d_parameters import SmacSearchParameters
 from drake_navbench.releases import ReadBy, Release, before, since
 from drake_navbench.typed_files.quantities import Count, Duration, Length, Number
-from drake_navbench.typed_files.typed_yaml import FrozenModel
 
 # No cell costs more: before the parameter existed, curves to the goal had no limit.
 ANY_COST = 255.0
 
 
-class SmacPlannerHybridParameters(FrozenModel):
+class SmacPlannerHybridParameters(SmacSearchParameters):
     """Parameters of nav2_smac_planner::SmacPlannerHybrid, with its names and defaults."""
 
     READ_BY: ClassVar[Mapping[str, ReadBy]] = {
@@ -26,7 +25,6 @@ class SmacPlannerHybridParameters(FrozenModel):
         "analytic_expansion_max_cost": since(Release.JAZZY, before(Release.JAZZY, ANY_COST)),
         "analytic_expansion_max_cost_override": since(Release.JAZZY),
         "downsample_obstacle_heuristic": since(Release.JAZZY),
-        "terminal_checking_interval": since(Release.JAZZY),
         "use_quadratic_cost_penalty": since(Release.JAZZY),
         "coarse_search_resolution": since(Release.KILTED),
         "goal_heading_mode": since(Release.KILTED),
@@ -44,24 +42,6 @@ class SmacPlannerHybridParameters(FrozenModel):
     )
     tolerance: Length = Field(
         0.25, ge=0.0, description="Distance from the goal at which a path may end [m]."
-    )
-    downsample_costmap: bool = Field(False, description="Plan on a coarser map.")
-    downsampling_factor: Count = Field(
-        1, ge=1, description="Number of cells merged along each axis."
-    )
-    allow_unknown: bool = Field(True, description="Let paths cross unknown cells.")
-    max_iterations: Count = Field(
-        1_000_000, description="Largest number of expansions; 0 or less: no limit [expansions]."
-    )
-    max_on_approach_iterations: Count = Field(
-        1000,
-        description="Largest number of further expansions within the tolerance; 0 or less: no "
-        "limit [expansions].",
-    )
-    terminal_checking_interval: Count = Field(
-        5000,
-        gt=0,
-        description="Number of expansions between two checks of the planning time [expansions].",
     )
     max_planning_time: Duration = Field(
         5.0, ge=0.0, description="Longest search on a computer with `expansions_per_second` [s]."
@@ -121,7 +101,6 @@ class SmacPlannerHybridParameters(FrozenModel):
         1, description="With any heading: try every n-th heading first; 0 or less: all at once."
     )
     debug_visualizations: bool = Field(False, description="Topic output in Nav2; no effect here.")
-    smoother: GridSmootherParameters = Field(default_factory=GridSmootherParameters)
 
     expansions_per_second: Number = Field(
         1e5,

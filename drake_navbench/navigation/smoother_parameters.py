@@ -7,40 +7,40 @@ from typing import ClassVar, Literal, Self
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import Field, model_validator
 
 from drake_navbench.releases import ReadBy, Release, before, since
 from drake_navbench.typed_files.quantities import Count, Length, Number
+from drake_navbench.typed_files.typed_yaml import FrozenModel
 
 Array = NDArray[np.float64]
 
 
 # The number of refinements before they were a parameter.
 REFINEMENTS_OF_HUMBLE = 4
-REFINEMENT: Mapping[str, ReadBy] = {
-    "refinement_num": since(Release.IRON, before(Release.IRON, REFINEMENTS_OF_HUMBLE)),
-}
 
 
-class SimpleSmootherParameters(BaseModel):
-    """Parameters of SimpleSmoother, with Nav2's names and defaults."""
+class RefinementParameters(FrozenModel):
+    """How often a smoother goes over its path again."""
+
+    do_refinement: bool = Field(True, description="Smooth the smoothed path again [-]")
+    refinement_num: Count = Field(
+        2, ge=0, description="Number of further smoothing passes [passes]"
+    )
+
+
+class RelaxationParameters(RefinementParameters):
+    """Parameters of a smoother that relaxes a path sweep by sweep."""
 
     READ_BY: ClassVar[Mapping[str, ReadBy]] = {
-        **REFINEMENT,
-        "enforce_path_inversion": since(Release.KILTED),
+        "refinement_num": since(Release.IRON, before(Release.IRON, REFINEMENTS_OF_HUMBLE)),
     }
 
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
-
-    plugin: Literal["nav2_smoother::SimpleSmoother"] = "nav2_smoother::SimpleSmoother"
     tolerance: Length = Field(
         1e-10,
         gt=0.0,
         description="A smoothing pass ends when a sweep moves the points by less than this in "
         "sum [m]",
-    )
-    max_its: Count = Field(
-        1000, ge=0, description="Number of the sweep before which a smoothing pass ends [sweeps]"
     )
     w_data: Number = Field(
         0.2, ge=0.0, description="Pull of a point towards the unsmoothed path [-]"
@@ -48,10 +48,11 @@ class SimpleSmootherParameters(BaseModel):
     w_smooth: Number = Field(
         0.3, ge=0.0, description="Pull of a point towards the mean of its neighbours [-]"
     )
-    do_refinement: bool = Field(True, description="Smooth the smoothed path again [-]")
-    refinement_num: Count = Field(
-        2, ge=0, description="Number of further smoothing passes [passes]"
-    )
+
+
+class PartsParameters(FrozenModel):
+    """Whether a smoother parts a path at its turns back."""
+
     enforce_path_inversion: bool = Field(
         True,
         description="Smooth forward and reverse parts separately and keep the poses between "
@@ -59,7 +60,18 @@ class SimpleSmootherParameters(BaseModel):
     )
 
 
-class SavitzkyGolaySmootherParameters(BaseModel):
+class SimpleSmootherParameters(RelaxationParameters, PartsParameters):
+    """Parameters of SimpleSmoother, with Nav2's names and defaults."""
+
+    READ_BY: ClassVar[Mapping[str, ReadBy]] = {"enforce_path_inversion": since(Release.KILTED)}
+
+    plugin: Literal["nav2_smoother::SimpleSmoother"] = "nav2_smoother::SimpleSmoother"
+    max_its: Count = Field(
+        1000, ge=0, description="Number of the sweep before which a smoothing pass ends [sweeps]"
+    )
+
+
+class SavitzkyGolaySmootherParameters(RefinementParameters, PartsParameters):
     """Parameters of SavitzkyGolaySmoother, with Nav2's names and defaults."""
 
     READ_BY: ClassVar[Mapping[str, ReadBy]] = {
@@ -68,22 +80,11 @@ class SavitzkyGolaySmootherParameters(BaseModel):
         "window_size": since(Release.LYRICAL),
     }
 
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
-
     plugin: Literal["nav2_smoother::SavitzkyGolaySmoother"] = "nav2_smoother::SavitzkyGolaySmoother"
     window_size: Count = Field(
         7, ge=3, le=1001, description="Number of points in a window; odd [poses]"
     )
     poly_order: Count = Field(3, ge=0, le=20, description="Order of the polynomial in a window [-]")
-    do_refinement: bool = Field(True, description="Smooth the smoothed path again [-]")
-    refinement_num: Count = Field(
-        2, ge=0, description="Number of further smoothing passes [passes]"
-    )
-    enforce_path_inversion: bool = Field(
-        True,
-        description="Smooth forward and reverse parts separately and keep the poses between "
-        "them [-]",
-    )
 
     @model_validator(mode="after")
     def _check_window(self) -> Self:
@@ -97,10 +98,8 @@ class SavitzkyGolaySmootherParameters(BaseModel):
         return self
 
 
-class OptimizerParameters(BaseModel):
+class OptimizerParameters(FrozenModel):
     """Parameters `optimizer.*` with Nav2's names and defaults; IPOPT has no use for some."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
     linear_solver_type: Literal["SPARSE_NORMAL_CHOLESKY", "DENSE_QR"] = Field(
         "SPARSE_NORMAL_CHOLESKY", description="Option of Ceres; no effect here [-]"
@@ -120,10 +119,8 @@ class OptimizerParameters(BaseModel):
     debug_optimizer: bool = Field(False, description="Print IPOPT's iterations [-]")
 
 
-class ConstrainedSmootherParameters(BaseModel):
+class ConstrainedSmootherParameters(FrozenModel):
     """Parameters of ConstrainedSmoother, with Nav2's names and defaults."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
     plugin: Literal["nav2_constrained_smoother::ConstrainedSmoother"] = (
         "nav2_constrained_smoother::ConstrainedSmoother"

@@ -8,32 +8,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drake_navbench.kernels.grid import Costmap
-from drake_navbench.navigation import savitzky_golay_smoother, simple_smoother
 from drake_navbench.navigation.smoother import Smoother, SmoothingError
-from drake_navbench.navigation.smoother_parameters import (
-    ConstrainedSmootherParameters,
-    SavitzkyGolaySmootherParameters,
-    SimpleSmootherParameters,
-)
+from drake_navbench.navigation.smoother_parameters import ConstrainedSmootherParameters
+from drake_navbench.navigation.smoothers import SavitzkyGolaySmoother, SimpleSmoother
 from drake_navbench.plugins.choice import plugin_choice
 from drake_navbench.plugins.kinds import PluginKind
 from drake_navbench.plugins.parameters import PluginParameters
 
 Array = NDArray[np.float64]
-
-
-class SimpleSmoother:
-    """Nav2's simple smoother."""
-
-    nav2_plugin = "nav2_smoother::SimpleSmoother"
-    Parameters = SimpleSmootherParameters
-
-    def __init__(self, parameters: SimpleSmootherParameters) -> None:
-        self._parameters = parameters
-
-    def smooth(self, path: Array, costmap: Costmap) -> Array:
-        """Returns the smoothed path (N, 3) x m, y m, yaw rad."""
-        return simple_smoother.smooth_path(path, costmap, self._parameters)
 
 
 class ConstrainedSmoother:
@@ -54,20 +36,6 @@ class ConstrainedSmoother:
             return constrained_smoother.smooth_path(path, costmap, self._parameters)
         except constrained_smoother.FailedToSmoothPath as error:
             raise SmoothingError(str(error)) from error
-
-
-class SavitzkyGolaySmoother:
-    """Nav2's Savitzky-Golay smoother."""
-
-    nav2_plugin = "nav2_smoother::SavitzkyGolaySmoother"
-    Parameters = SavitzkyGolaySmootherParameters
-
-    def __init__(self, parameters: SavitzkyGolaySmootherParameters) -> None:
-        self._parameters = parameters
-
-    def smooth(self, path: Array, costmap: Costmap) -> Array:
-        """Returns the smoothed path (N, 3) x m, y m, yaw rad; looks at no costmap."""
-        return savitzky_golay_smoother.smooth_path(path, self._parameters)
 
 
 SMOOTHERS = PluginKind(

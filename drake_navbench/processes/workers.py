@@ -23,26 +23,14 @@ from multiprocessing.connection import Connection, wait
 from types import ModuleType
 from typing import Any, Literal, NamedTuple
 
-from drake_navbench.errors import NavbenchError, one_line
+from drake_navbench.errors import OUTSIDE_SIGNALS, NavbenchError, one_line
 from drake_navbench.processes.worker_process import BEGUN, Raised, Returned, serve
 
 # If this many workers in a row end before their first task, it is no accident.
 MAX_FAILED_STARTS = 3
 # The patience with a first start, which compiles the kernels and takes a minute, s.
 START_LIMIT_S = 600.0
-# The signals that end a process from outside: by the system when memory is short, or by somebody's
-# kill. A process brings the others upon itself.
-OUTSIDE_SIGNALS = frozenset(
-    {
-        signal.SIGHUP,
-        signal.SIGINT,
-        signal.SIGKILL,
-        signal.SIGQUIT,
-        signal.SIGTERM,
-        signal.SIGXCPU,
-    }
-)
-# multiprocessing's exit code for a worker whose fork server died, so that the real code is unknown.
+# multiprocessing's exit code if the fork server died, so that the real one is unknown.
 UNKNOWN_EXIT_CODE = 255
 EXIT_PATIENCE_S = 1.0
 LONGEST_WAIT_S = 3600.0

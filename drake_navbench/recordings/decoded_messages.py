@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drake_navbench.recordings.planar_transforms import yaw_of
+from drake_navbench.recordings.topics import SCALAR_COLUMNS
 
 Array = NDArray[np.float64]
 
@@ -226,10 +227,5 @@ DECODERS: Mapping[str, Callable[[Any], Decoded]] = {
     "map": _grid,
     "status": _status,
     "trial": _datum,
-    "clearance_m": _datum,
-    "obstacle_cell_distance_m": _datum,
-    "obstacle_corner_distance_m": _datum,
-    "cycle_count": _datum,
-    "compute_time_ms": _datum,
-    "compute_cpu_time_ms": _datum,
+    **dict.fromkeys(SCALAR_COLUMNS, _datum),
 }

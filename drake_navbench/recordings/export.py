@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from contextlib import closing
 from dataclasses import dataclass
 from importlib.resources import files
 from pathlib import Path
 
+from drake_navbench.csv_text import csv_text
 from drake_navbench.errors import InputError, NavbenchError
 from drake_navbench.logs.log import TrialLog
 from drake_navbench.logs.results import ResultsFolder, write_text
@@ -15,13 +17,17 @@ from drake_navbench.processes.worker_process import Raised, Returned
 from drake_navbench.processes.workers import Task, run_tasks, start_server
 from drake_navbench.recordings.bag_file import write_bag
 from drake_navbench.recordings.messages import MessageMaker
-from drake_navbench.recordings.plain_files import TRAJECTORIES, csv_of, plain_paths, tum_of
 from drake_navbench.recordings.rosbags_extra import require_rosbags
 from drake_navbench.recordings.trial_messages import TrialMessages
 
 EXPORT_FOLDER = "export"
 # Prepared layouts for the topics, which one opens by hand in a viewer.
 LAYOUTS = ("foxglove_layout.json", "plotjuggler_layout.xml")
+# Trajectory -> columns of a log; evo compares the second with the first.
+TRAJECTORIES = {
+    "truth": ("x_m", "y_m", "yaw_rad"),
+    "estimate": ("estimated_x_m", "estimated_y_m", "estimated_yaw_rad"),
+}
 
 
 @dataclass(frozen=True)
@@ -71,7 +77,7 @@ def export_trial(log_path: Path, stem: Path, formats: Formats) -> list[Path]:
         write_bag(stem, TrialMessages(log, MessageMaker()))
         written.append(stem)
     if formats.csv:
-        write_text(paths["csv"], csv_of(log))
+        write_text(paths["csv"], csv_text(log.samples))
         written.append(paths["csv"])
     if formats.tum:
         for name in TRAJECTORIES:
@@ -118,3 +124,24 @@ def _write_layouts(folder: Path) -> None:
     for name in LAYOUTS:
         text = files("drake_navbench.recordings").joinpath("layouts", name).read_text("utf-8")
         write_text(folder / name, text)
+
+
+def tum_of(log: TrialLog, trajectory: str) -> str:
+    """Returns a trajectory in the format of the TUM RGB-D benchmark.
+
+    A line a sample: time s, x m, y m, z m, quaternion x, y, z, w. trajectory: see `TRAJECTORIES`.
+    Samples without a pose are left out.
+    """
+    columns = ["time_s", *TRAJECTORIES[trajectory]]
+    lines = []
+    for time_s, x, y, yaw in log.samples[columns].dropna().to_numpy().tolist():
+        z_turn, w_turn = math.sin(0.5 * yaw), math.cos(0.5 * yaw)
+        lines.append(f"{time_s!r} {x!r} {y!r} 0 0 0 {z_turn!r} {w_turn!r}\n")
+    return "".join(lines)
+
+
+def plain_paths(stem: Path) -> dict[str, Path]:
+    """Returns the paths of a trial's files: 'csv' and each trajectory; stem: without suffix."""
+    return {"csv": stem.with_name(f"{stem.name}.csv")} | {
+        name: stem.with_name(f"{stem.name}_{name}.tum") for name in TRAJECTORIES
+    }

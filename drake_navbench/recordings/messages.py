@@ -34,7 +34,6 @@ class MessageMaker:
     def __init__(self) -> None:
         self._types = ros2_types().types
         self._empty_pose = self.pose((0.0, 0.0, 0.0))
-        self._zero = self.vector(0.0, 0.0, 0.0)
 
     def make(self, type_name: str, /, **fields: Any) -> Any:
         """Returns a message of any type, such as 'std_msgs/msg/Float64'."""

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from importlib import import_module
+from pathlib import Path
+
 import pandas as pd
 import pytest
 
-from drake_navbench.analysis.rank_changes import mean_rank_changes, rank_changes, sentence
+from drake_navbench.analysis.rank_changes import rank_changes, sentence
 
 CLEAN_OF = {"everyday": "clean"}
 
@@ -110,7 +113,9 @@ def test_where_everybody_ends_alike_all_share_the_first_place(arrived):
     assert set(ranks(rank_changes(trials(*cells), CLEAN_OF)).values()) == {(1, 1)}
 
 
-def test_mean_ranks_are_over_scenarios_and_their_change_over_seeds():
+def test_mean_ranks_are_over_scenarios_and_their_change_over_seeds(monkeypatch):
+    monkeypatch.syspath_prepend(str(Path(__file__).parents[2] / "studies"))
+    mean_rank_changes = import_module("living_world_ranks").mean_rank_changes
     table = trials(
         ("still", "quick", [10.0] * 8),
         ("still", "sure", [12.0] * 8),

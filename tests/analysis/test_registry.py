@@ -6,9 +6,9 @@ import math
 from types import ModuleType
 
 import pytest
+from catalogue import REPLACED_BY, section
 from synthetic_logs import straight_log
 
-from drake_navbench.analysis.catalogue import REPLACED_BY, section
 from drake_navbench.analysis.metrics import Undefined, metric
 from drake_navbench.analysis.metrics.registry import (
     BUILTIN_THEMES,

@@ -10,7 +10,7 @@ from drake_navbench.navigation import constrained_smoother
 from drake_navbench.navigation.constrained_smoother import ConstrainedSmootherParameters
 from drake_navbench.navigation.navfn_planner import NavfnPlanner
 from drake_navbench.navigation.planner_settings import PLANNERS
-from drake_navbench.navigation.simple_smoother import SimpleSmootherParameters, smooth_path
+from drake_navbench.navigation.smoothers import SimpleSmoother, SimpleSmootherParameters
 
 RESOLUTION_M = 0.05
 ROOMS = 10
@@ -91,7 +91,7 @@ def test_bench_simple_smoother_on_500_poses(benchmark):
     path = np.zeros((500, 3))
     path[:, 0] = 1.0 + RESOLUTION_M * np.arange(500)
     path[:, 1] = 5.0 + 0.3 * np.sin(0.1 * np.arange(500))
-    benchmark(smooth_path, path, costmap, SimpleSmootherParameters())
+    benchmark(SimpleSmoother(SimpleSmootherParameters()).smooth, path, costmap)
 
 
 @pytest.mark.parametrize(("poses", "downsampling"), [(61, 1), (121, 1), (301, 5)])

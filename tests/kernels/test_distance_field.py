@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from scenes import WHEELCHAIR
 
-from drake_navbench.controllers.teb.discs import footprint_discs
+from drake_navbench.controllers.teb.footprint_model import footprint_discs
 from drake_navbench.kernels.distance_field import distance_field, path_clearance, sample_distance
 from drake_navbench.kernels.grid import FREE, LETHAL, Costmap
 

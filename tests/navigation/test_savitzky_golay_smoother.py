@@ -7,11 +7,15 @@ import pytest
 from pydantic import ValidationError
 
 from drake_navbench.errors import InputError
-from drake_navbench.navigation.savitzky_golay_smoother import smooth_path, window_weights
 from drake_navbench.navigation.smoother_parameters import SavitzkyGolaySmootherParameters
+from drake_navbench.navigation.smoothers import SavitzkyGolaySmoother, window_weights
 
 DEFAULT = SavitzkyGolaySmootherParameters()
 ONCE = SavitzkyGolaySmootherParameters(do_refinement=False)
+
+
+def smooth_path(path, parameters):
+    return SavitzkyGolaySmoother(parameters).smooth(path)
 
 
 def bump(count=20, yaw=0.0):

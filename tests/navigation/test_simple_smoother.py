@@ -7,10 +7,14 @@ import pytest
 
 from drake_navbench.errors import InputError
 from drake_navbench.kernels.grid import Costmap
-from drake_navbench.navigation.simple_smoother import SimpleSmootherParameters, smooth_path
+from drake_navbench.navigation.smoothers import SimpleSmoother, SimpleSmootherParameters
 
 EMPTY = Costmap(np.zeros((100, 100), dtype=np.uint8), 0.0, 0.0, 0.05)
 DEFAULT = SimpleSmootherParameters()
+
+
+def smooth_path(path, costmap, parameters):
+    return SimpleSmoother(parameters).smooth(path, costmap)
 
 
 def zig_zag(count=20, yaw=0.0):

@@ -11,7 +11,7 @@ from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
 from drake_navbench.controllers.mppi.float32_math import ONE, ZERO
-from drake_navbench.controllers.mppi.lanes import LANES, Lanes, pack, unpack
+from drake_navbench.controllers.mppi.lanes import LANES, Lanes, unpack
 from drake_navbench.controllers.mppi.releases import Furthest
 from drake_navbench.kernels.grid import INSCRIBED, LETHAL, NO_INFORMATION, OFF_MAP, Costmap, cost_at
 
@@ -144,23 +144,6 @@ class Batch:
     wz: Lanes
     known_furthest: int | None = None
     _reach: dict[int, Reach] = field(default_factory=dict, repr=False)
-
-    @classmethod
-    def from_samples(
-        cls,
-        scene: Scene,
-        *,
-        poses: ArrayLike,
-        velocities: ArrayLike,
-        known_furthest: int | None = None,
-    ) -> Batch:
-        """Packs poses (B, N, 3) x, y, yaw and velocities (B, N, 3) vx, vy, wz."""
-        poses = np.asarray(poses, dtype=np.float32)
-        velocities = np.asarray(velocities, dtype=np.float32)
-        x, y, yaw = (pack(poses[:, :, k]) for k in range(3))
-        vx, vy, wz = (pack(velocities[:, :, k]) for k in range(3))
-        size = poses.shape[0]
-        return cls(scene, size, x, y, yaw, vx, vy, wz, known_furthest=known_furthest)
 
     @property
     def poses(self) -> Float32Array:

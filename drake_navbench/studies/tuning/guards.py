@@ -15,9 +15,9 @@ from drake_navbench.analysis.statistics import CONFIDENCE
 from drake_navbench.campaign.campaign import plan_campaign
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.presets import Preset
-from drake_navbench.inputs.random_worlds import random_world
 from drake_navbench.inputs.scenario import Scenario, load_scenario
 from drake_navbench.logs.log import Outcome
+from drake_navbench.studies.tuning.random_worlds import random_world
 from drake_navbench.trial.spec import TrialSpec
 
 # The closed ways; the first one in which the robot has room to start is used. They have noise, so

@@ -1,4 +1,4 @@
-"""The search space of a tuning study: the searched parameters and their ranges."""
+"""The search space of a tuning study: parameters and ranges; and a column as files."""
 
 from __future__ import annotations
 
@@ -7,14 +7,16 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import yaml
 from pydantic import Field, ValidationError
 
 from drake_navbench.campaign.sweep import Axis, column_at, parse_axis
 from drake_navbench.controller import CONTROLLERS
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.presets import Preset
-from drake_navbench.plugins.names import flattened
-from drake_navbench.studies.tuning.outputs import write_nav2_file, write_preset_file
+from drake_navbench.logs.results import write_text
+from drake_navbench.plugins.names import flattened, nested
+from drake_navbench.releases import RELEASE_FIELD
 from drake_navbench.typed_files.typed_yaml import FrozenModel, read_yaml, validate
 
 if TYPE_CHECKING:
@@ -23,6 +25,8 @@ if TYPE_CHECKING:
 FILE_NAME = "tuning.yaml"
 LOGARITHMIC = ":log"
 DIGITS = 4
+# The name of the controller in a Nav2 file that is written.
+PLUGIN = "FollowPath"
 
 
 class _SpaceFile(FrozenModel):
@@ -173,3 +177,38 @@ def parse_dimension(text: str, resolved: Mapping[str, Any]) -> Dimension:
 
 def _whole(dimension: Dimension, value: float) -> float | int:
     return int(value) if dimension.is_whole else value
+
+
+def write_nav2_file(preset: Preset, path: Path, remarks: Sequence[str]) -> None:
+    """Writes the controller server's part of a Nav2 parameter file; remarks: its first lines.
+
+    It contains the parameters that the preset sets, not those at Nav2's defaults. A controller that
+    follows a release gets its release written, too: the rest of the file may not tell it.
+    """
+    plugin = preset.controller_class.nav2_plugin
+    values = nested(flattened(preset.values), preset.source)
+    release = getattr(preset.parameters, RELEASE_FIELD, None)
+    if release is not None:
+        values = {RELEASE_FIELD: str(release)} | values
+    server = {"controller_plugins": [PLUGIN], PLUGIN: {"plugin": plugin} | values}
+    text = yaml.safe_dump({"controller_server": {"ros__parameters": server}}, sort_keys=False)
+    write_text(path, _commented(remarks) + text)
+
+
+def write_preset_file(preset: Preset, path: Path, remarks: Sequence[str]) -> None:
+    """Writes a preset file that has what the preset sets; remarks: its first lines."""
+    content = {
+        "controller": preset.controller,
+        "description": preset.description,
+        "parameters": nested(flattened(preset.values), preset.source),
+    }
+    if preset.values_for_radius is not None:
+        instead = nested(flattened(preset.values_for_radius), preset.source)
+        content["parameters_for_radius"] = instead
+    if preset.path_handler:
+        content["path_handler"] = dict(preset.path_handler)
+    write_text(path, _commented(remarks) + yaml.safe_dump(content, sort_keys=False))
+
+
+def _commented(remarks: Sequence[str]) -> str:
+    return "".join(f"# {line}\n" for line in remarks)

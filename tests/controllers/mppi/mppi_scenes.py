@@ -10,6 +10,7 @@ from drake_navbench.controller import ControllerSetup, NoiseKey, Observation
 from drake_navbench.controllers.mppi.critics.base import CriticContext
 from drake_navbench.controllers.mppi.critics.batch import Batch, Scene
 from drake_navbench.controllers.mppi.critics.registry import load_critics
+from drake_navbench.controllers.mppi.lanes import pack
 from drake_navbench.controllers.mppi.motion_models import MotionModel
 from drake_navbench.controllers.mppi.parameters import MppiParameters
 from drake_navbench.controllers.mppi.sequence_rules import limits_of
@@ -65,12 +66,22 @@ def scene_of(plan, *, pose=(0.0, 0.0, 0.0), costs=None) -> Scene:
     return Scene.from_plan(np.asarray(plan, float), pose=pose, costmap=costmap(costs))
 
 
+def packed(scene, poses, velocities, furthest=None) -> Batch:
+    """The samples with poses (B, N, 3) x, y, yaw and velocities (B, N, 3) vx, vy, wz."""
+    lanes = (
+        pack(np.asarray(values, np.float32)[:, :, k])
+        for values in (poses, velocities)
+        for k in range(3)
+    )
+    return Batch(scene, len(poses), *lanes, known_furthest=furthest)
+
+
 def batch_of(scene, *, x, y=0.0, yaw=0.0, vx=0.0, vy=0.0, wz=0.0, furthest=None) -> Batch:
     """One sample from columns (N,), or constants."""
     columns = np.broadcast_arrays(np.atleast_1d(np.asarray(x, float)), y, yaw, vx, vy, wz)
     poses = np.stack(columns[:3], axis=1)[None]
     velocities = np.stack(columns[3:], axis=1)[None]
-    return Batch.from_samples(scene, poses=poses, velocities=velocities, known_furthest=furthest)
+    return packed(scene, poses, velocities, furthest)
 
 
 def critic_of(name, *, setup=None, steps=56, **parameters):

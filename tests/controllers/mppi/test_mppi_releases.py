@@ -7,14 +7,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from mppi_scenes import BRINGUP, batch_of, costmap, observe, round_robot, scene_of
+from mppi_scenes import BRINGUP, batch_of, costmap, observe, packed, round_robot, scene_of
 from scenes import straight_plan
 
 from drake_navbench.controller import ControllerError, InvalidPath, NoValidControl
 from drake_navbench.controllers.mppi import ModelPredictivePathIntegral, MppiParameters
 from drake_navbench.controllers.mppi.controller import straight_goal
 from drake_navbench.controllers.mppi.critics.base import CriticContext
-from drake_navbench.controllers.mppi.critics.batch import Batch, Scene
+from drake_navbench.controllers.mppi.critics.batch import Scene
 from drake_navbench.controllers.mppi.critics.registry import load_critics
 from drake_navbench.controllers.mppi.memory import PlanState
 from drake_navbench.controllers.mppi.motion_models import (
@@ -103,9 +103,7 @@ def test_how_the_furthest_point_is_looked_for():
     poses = np.zeros((2, 2, 3))
     poses[0, 1, :2], poses[1, 1, :2] = (0.5, 0.0), (0.3, 0.0)
     found = {
-        furthest: Batch.from_samples(
-            replace(scene, furthest=furthest), poses=poses, velocities=np.zeros_like(poses)
-        ).furthest
+        furthest: packed(replace(scene, furthest=furthest), poses, np.zeros_like(poses)).furthest
         for furthest in Furthest
     }
     assert found == {Furthest.BY_LENGTH: 5, Furthest.ONWARD: 7, Furthest.ALL: 5}

@@ -16,7 +16,7 @@ from drake_navbench.controller import (
     SpeedLimit,
 )
 from drake_navbench.controllers.rpp import RegulatedPurePursuit, RegulatedPurePursuitParameters
-from drake_navbench.controllers.rpp.memory import RppMemory
+from drake_navbench.controllers.rpp.controller import RppMemory
 
 DIGITS = 1e-6
 

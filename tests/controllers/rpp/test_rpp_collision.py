@@ -15,7 +15,7 @@ from scenes import straight_plan
 
 from drake_navbench.controller import CollisionAhead, SpeedLimit
 from drake_navbench.controllers.rpp import RegulatedPurePursuit, RegulatedPurePursuitParameters
-from drake_navbench.controllers.rpp.memory import RppMemory
+from drake_navbench.controllers.rpp.controller import RppMemory
 from drake_navbench.kernels.command_arc import project_arc
 
 

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import pytest
 
+from drake_navbench.controllers.rpp.controller import RppMemory
 from drake_navbench.controllers.rpp.dynamic_window import (
     axis_window,
     command_in_window,
     cut_to_speed,
 )
-from drake_navbench.controllers.rpp.memory import RppMemory
 
 ACCELERATION, DECELERATION, PERIOD = 2.0, -4.0, 0.1
 

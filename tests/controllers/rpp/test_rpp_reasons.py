@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from drake_navbench.controllers.rpp.memory import RppMemory
+from drake_navbench.controllers.rpp.controller import RppMemory
 
 
 def reasons(controller, observation, memory=None):

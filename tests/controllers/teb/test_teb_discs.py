@@ -1,7 +1,7 @@
 import numpy as np
 from scenes import WHEELCHAIR
 
-from drake_navbench.controllers.teb.discs import footprint_discs
+from drake_navbench.controllers.teb.footprint_model import footprint_discs
 
 
 def test_wheelchair_becomes_two_discs_that_touch_its_sides():

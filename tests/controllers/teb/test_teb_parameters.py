@@ -14,8 +14,8 @@ from drake_navbench.errors import InputError
 @pytest.mark.parametrize(
     ("values", "names"),
     [
-        ({"acc_lim_x": 0.0}, ["acc_lim_x", "acc_lim_theta", "0.0"]),
-        ({"acc_lim_theta": -1.0}, ["acc_lim_x", "acc_lim_theta", "-1.0"]),
+        ({"acc_lim_x": 0.0}, ["acc_lim_x", "greater than 0"]),
+        ({"acc_lim_theta": -1.0}, ["acc_lim_theta", "greater than 0"]),
         ({"dt_ref": 0.0}, ["dt_ref"]),
         ({"dt_ref": 0.3, "dt_hysteresis": 0.3}, ["dt_hysteresis", "dt_ref", "0.3"]),
         ({"min_samples": 2}, ["min_samples", "at least 3", "2"]),

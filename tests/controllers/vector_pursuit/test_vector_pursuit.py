@@ -20,8 +20,8 @@ from drake_navbench.controllers.vector_pursuit.aim import (
     mean_heading,
     pose_ahead,
 )
+from drake_navbench.controllers.vector_pursuit.controller import VectorPursuitMemory
 from drake_navbench.controllers.vector_pursuit.cycle import STRAIGHT_RADIUS_M, turning_radius
-from drake_navbench.controllers.vector_pursuit.memory import VectorPursuitMemory
 from drake_navbench.kernels.grid import LETHAL
 
 AHEAD, CURVE, SIDE = turned_plan(0.0), arc_plan(1.2, 1.2), turned_plan(1.2)

@@ -1,4 +1,4 @@
-"""Makes the generated parts of docs/: `drake-navbench docs [DIR]`.
+"""Makes the generated parts of docs/: `make docs`.
 
 The wiring of a trial as Drake draws it, the JSON schemas for editors, the columns of a log, the
 catalogue of metrics, the fields of a robot file, the tables of presets and scenarios. The same tree
@@ -17,11 +17,11 @@ from importlib.resources import files
 from pathlib import Path
 
 import numpy as np
+from catalogue import catalogue
+from field_table import robots_page
+from plugin_page import DATA_FILE, plugin_page, read_plugins
 
-from drake_navbench.analysis.catalogue import catalogue
 from drake_navbench.commands.command_line import CommandParser, exit_status_of
-from drake_navbench.commands.field_table import robots_page
-from drake_navbench.commands.plugin_page import DATA_FILE, plugin_page, read_plugins
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.floor_scenario import SCENARIO_FILES
 from drake_navbench.inputs.presets import PresetFile, default_presets, load_preset, preset_files
@@ -213,10 +213,8 @@ def _with_table(page: Path, what: str, table: str) -> str:
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Writes all generated files; returns the exit status."""
-    parser = CommandParser(
-        prog="drake-navbench docs", description="Generates the generated parts of docs/."
-    )
+    """Writes everything that is generated; returns the exit status."""
+    parser = CommandParser(description="Makes the generated parts of docs/.")
     parser.add_argument("folder", nargs="?", type=Path, default=Path("docs"), metavar="DIR")
     folder = parser.parse_args(argv).folder
     return exit_status_of(lambda: _write_documents(folder))
@@ -232,3 +230,7 @@ def _write_documents(folder: Path) -> None:
         return
     for source in sorted(folder.glob("*.dot")):
         subprocess.run(["dot", "-Tsvg", source, "-o", source.with_suffix(".svg")], check=True)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

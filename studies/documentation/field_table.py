@@ -49,7 +49,8 @@ def _rows(
 
     above: references of the blocks around the field; a block within itself is not repeated.
     """
-    for name, field in part.get("properties", {}).items():
+    # A plugin's type comes before its parameters, whichever base class these are of.
+    for name, field in sorted(part.get("properties", {}).items(), key=lambda f: f[0] != "plugin"):
         if not prefix and name in NOT_IN_FILES:
             continue
         place = f"{prefix}{name}"
