@@ -16,12 +16,10 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from drake_navbench import TrialLog, run_trial
+from drake_navbench.analysis.figures.course import WIDTH_IN, draw_course, draw_outlines
 from drake_navbench.analysis.figures.maps import (
-    WIDTH_IN,
     bounds,
     course_of,
-    draw_course,
-    draw_outlines,
     outline_at,
     paths_figure,
     paths_map,

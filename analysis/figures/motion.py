@@ -10,13 +10,12 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from scipy.integrate import cumulative_trapezoid
 
+from drake_navbench.analysis.figures.course import draw_course, draw_outlines
 from drake_navbench.analysis.figures.maps import (
     DrivenPaths,
     PathsMap,
     bounds,
     course_of,
-    draw_course,
-    draw_outlines,
     drawn_path,
     outline_at,
 )

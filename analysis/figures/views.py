@@ -14,7 +14,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from drake_navbench.analysis.cost_colors import palette, palette_rows
-from drake_navbench.analysis.figures.maps import (
+from drake_navbench.analysis.figures.course import (
     MARGIN_M,
     MAX_HEIGHT_IN,
     MIN_HEIGHT_IN,
@@ -243,12 +243,14 @@ def _draw_task(axes: Axes, view: SceneView, task: Task, number: str) -> None:
 
 def _draw_rings(axes: Axes, graded: Sequence[tuple[float, int]], beyond_m: float) -> None:
     """Draws discs from the largest to the smallest, in the colours of costmaps."""
-    for radius_m, cost in graded:
-        if radius_m <= beyond_m:
-            turns = np.linspace(0.0, 2.0 * math.pi, 90)
-            disc = radius_m * np.column_stack([np.cos(turns), np.sin(turns)])
-            axes.fill(*disc.T, color="white", lw=0, zorder=0.4)
-            axes.fill(*disc.T, color=_rgba(cost), lw=0, zorder=0.4)
+    turns = np.linspace(0.0, 2.0 * math.pi, 90)
+    circle = np.column_stack([np.cos(turns), np.sin(turns)])
+    seen = [(radius_m * circle, cost) for radius_m, cost in graded if radius_m <= beyond_m]
+    # Each disc hides the larger one below it, though costs are half transparent.
+    discs = [disc for disc, _ in seen for _ in range(2)]
+    colors = [color for _, cost in seen for color in ("white", _rgba(cost))]
+    rings = PolyCollection(discs, facecolors=colors, lw=0, zorder=0.4)
+    axes.add_collection(rings, autolim=False)
 
 
 def _rgba(cost: int) -> tuple[float, float, float, float]:

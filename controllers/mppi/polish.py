@@ -25,7 +25,6 @@ from typing import NamedTuple
 
 import numpy as np
 from pydrake.solvers import Binding, IpoptSolver, MathematicalProgram, SolverOptions
-from scipy.interpolate import BSpline
 
 from drake_navbench.controllers.mppi.bounded_descent import ControlSpline, DescentSettings, descend
 from drake_navbench.controllers.mppi.lanes import frozen
@@ -90,6 +89,9 @@ class Polish:
     ) -> None:
         times = first_time_s + dt_s * np.arange(steps)
         knots = _clamped_knots(knot_count, float(times[-1]))
+        # 0.2 s, for those who drive.
+        from scipy.interpolate import BSpline
+
         basis = BSpline.design_matrix(times, knots, _DEGREE).toarray()
         # Sequences (2 N,) and control points (2 K,) one after the other, v and w in turn.
         spline = np.kron(basis, np.eye(_AXES))

@@ -9,21 +9,16 @@ from typing import TYPE_CHECKING, Literal, NamedTuple
 
 from pydantic import Field
 
-from drake_navbench.analysis.metrics.registry import all_metrics, use_metric_files
-from drake_navbench.analysis.tables import TOUCH_RATE
-from drake_navbench.campaign.campaign import Campaign, plan_campaign
 from drake_navbench.campaign.sweep import MAX_POINTS
 from drake_navbench.errors import InputError, nearest_name_hint
 from drake_navbench.inputs.barn import barn_scenarios
 from drake_navbench.inputs.check import CheckRow, Status
 from drake_navbench.inputs.floor_scenario import Pose
-from drake_navbench.inputs.gazebo_world import load_gazebo_world, scenario_in_world
 from drake_navbench.inputs.known_base import KnownBase
 from drake_navbench.inputs.originals_beside import with_originals
 from drake_navbench.inputs.presets import Preset, default_presets, load_preset
 from drake_navbench.inputs.robot import Robot, body_top_m, is_model, load_robot
 from drake_navbench.inputs.scenario import Scenario, load_scenario, scenario_on_map
-from drake_navbench.inputs.world_on_map import warn_of_other_world
 from drake_navbench.nav2.differences import differences, require_different
 from drake_navbench.nav2.parameter_files import load_parameter_file
 from drake_navbench.nav2.robot import known_base_of
@@ -35,10 +30,10 @@ from drake_navbench.nav2.whole_files import (
 )
 from drake_navbench.plugins.names import flattened
 from drake_navbench.releases import Release
-from drake_navbench.trial.goal_sampling import sample_tasks, sample_world_tasks
 from drake_navbench.typed_files.typed_yaml import FrozenModel
 
 if TYPE_CHECKING:
+    from drake_navbench.campaign.campaign import Campaign
     from drake_navbench.inputs.described_robot import DescribedRobot
 
 # The most trials of a scenario and controller.
@@ -186,6 +181,11 @@ class Request(FrozenModel):
 
         The metrics of files are measured in this process, and in its workers, from now on.
         """
+        # pandas and Drake are loaded for those who drive, not for those who look.
+        from drake_navbench.analysis.metrics.registry import all_metrics, use_metric_files
+        from drake_navbench.analysis.tables import TOUCH_RATE
+        from drake_navbench.campaign.campaign import plan_campaign
+
         use_metric_files(self.metrics)
         known = [*(entry.name for entry in all_metrics()), TOUCH_RATE]
         for name in self.columns:
@@ -265,6 +265,12 @@ class Request(FrozenModel):
     def _tasks_in_worlds(
         self, task: MapTask, robot: Robot, further: Sequence[Robot]
     ) -> list[Scenario]:
+        if not task.worlds:
+            return []
+        from drake_navbench.inputs.gazebo_world import load_gazebo_world, scenario_in_world
+        from drake_navbench.inputs.world_on_map import warn_of_other_world
+        from drake_navbench.trial.goal_sampling import sample_world_tasks
+
         described = self.described_robot()
         top_m = body_top_m(robot) if described is None else described.height_m
         scenarios: list[Scenario] = []
@@ -300,6 +306,8 @@ class Request(FrozenModel):
         path = Path(file)
         if task.start is not None and task.goal is not None:
             return [scenario_on_map(path, task.start, task.goal)]
+        from drake_navbench.trial.goal_sampling import sample_tasks
+
         return sample_tasks(
             path, robot, task.goals or 1, seed=self.seed, start=task.start, beside=further
         )

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from drake_navbench.analysis.figures.maps import Course
+from drake_navbench.analysis.figures.course import Course
 from drake_navbench.analysis.figures.views import Array, SceneView, Task
 from drake_navbench.errors import InputError, NavbenchError
 from drake_navbench.inputs.floor_scenario import FloorScenario

@@ -13,7 +13,6 @@ from typing import Any
 
 import numpy as np
 import shapely
-from scipy import ndimage
 from shapely.geometry.base import BaseGeometry
 
 from drake_navbench.costmaps.map_file import OCCUPIED, UNKNOWN, OccupancyMap
@@ -190,6 +189,9 @@ def occupancy_of(world: GazeboWorld) -> OccupancyMap:
 
     Where walls enclose a room or more, cells outside of them are unknown.
     """
+    # SciPy is loaded for those who have goals drawn.
+    from scipy import ndimage
+
     outlines = [np.array(obstacle["vertices"]) for obstacle in world.obstacles]
     corners = np.vstack([*outlines, [[-OPEN_M, -OPEN_M], [OPEN_M, OPEN_M]]])
     low, high = corners.min(axis=0) - BORDER_M, corners.max(axis=0) + BORDER_M

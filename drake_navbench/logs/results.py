@@ -15,15 +15,18 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-import pandas as pd
 from pydantic import ConfigDict, Field
 
 from drake_navbench.errors import CannotBeWritten, InputError
-from drake_navbench.logs.log import TrialLog
 from drake_navbench.typed_files.input_file import read_input
 from drake_navbench.typed_files.typed_yaml import MAX_FILE_BYTES, FrozenModel, validate
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from drake_navbench.logs.log import TrialLog
 
 MANIFEST_VERSION = 1
 # The longest name: a file system takes 255 bytes, and a replay's name has two such names and a

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -185,3 +187,25 @@ def test_wrong_arguments_are_one_line(asked, told, capsys):
     assert show.main(asked) == EXIT_WRONG_INPUT
     (line,) = capsys.readouterr().err.splitlines()
     assert told in line
+
+
+def test_pictures_load_what_they_draw_with_and_nothing_that_drives(tmp_path):
+    """Two thirds of the time of `show` was spent on loading what it never used."""
+    program = """
+import sys
+from drake_navbench.commands.show import main
+robot = ["--robot", "turtlebot4"]
+status = main([*sys.argv[1:], *robot, "--out", "p.svg", "--quiet"])
+heavy = ("pandas", "pydrake.systems", "py_trees", "scipy.spatial", "scipy.interpolate")
+print(status, [name for name in heavy if name in sys.modules])
+"""
+    nav2 = REPOSITORY / "models" / "nav2" / "turtlebot4.yaml"
+    for asked in ([], ["doorway"], ["--nav2", str(nav2)]):
+        told = subprocess.run(
+            [sys.executable, "-c", program, *asked],
+            cwd=tmp_path,
+            capture_output=True,
+            text=True,
+            check=True,
+        )
+        assert told.stdout == "0 []\n", asked
