@@ -58,7 +58,7 @@ def _before_and_after(
     """Returns the logs of the judged trial in which the symptom falls most."""
     everything = list(visit.probes.values())
     return [
-        driver.log(preset, everything, FRESH_SEEDS, seed=FRESH_SEED, index=cure.best)
+        driver.log(preset, everything, FRESH_SEEDS, seed=visit.seed + FRESH_SEED, index=cure.best)
         for preset in patient.before_and_after(cure.trial.changes)
     ]
 

@@ -5,12 +5,19 @@ Judged once, on fresh seeds, on all probes: those that the search has not seen a
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 
 from drake_navbench.inputs.scenario import Scenario
 from drake_navbench.studies.doctor.cures import Trial
-from drake_navbench.studies.doctor.driving import FRESH_SEED, Driver, Row, severity, shows
+from drake_navbench.studies.doctor.driving import (
+    FRESH_SEED,
+    Driver,
+    Row,
+    has_failed,
+    severity,
+    shows,
+)
 from drake_navbench.studies.doctor.files import Patient
 from drake_navbench.studies.doctor.symptoms import Symptom
 from drake_navbench.studies.doctor.tried import Tried, Verdict
@@ -18,6 +25,9 @@ from drake_navbench.studies.doctor.tried import Tried, Verdict
 # Sets that are judged at most, the likeliest first.
 MOST_JUDGED = 3
 FRESH_SEEDS = 2
+# Where fewer of these trials show the symptom before the change, the probes that showed it get more
+# seeds: of one trial that a change takes away nobody knows whether the next would have shown it.
+LEAST_SHOWN, MORE_FRESH_SEEDS = 3, 8
 # Trials with another symptom that may be chance; of touches none.
 CHANCE = 1
 
@@ -30,6 +40,7 @@ class Judged:
     the rest, `compared`. before_target, after_target: likewise of the symptom, in the probes that
     showed it. instead: by symptom, in how many trials it stands where there was a touch before.
     best: index of the trial in which the symptom falls most. symptom: that the change is for.
+    fails: whether the program came to no end of a trial with the change, but did before.
     """
 
     tried: Tried
@@ -44,6 +55,7 @@ class Judged:
     instead: Mapping[str, int]
     best: int = 0
     symptom: Symptom | None = None
+    fails: bool = False
 
     @property
     def worse(self) -> list[str]:
@@ -62,6 +74,8 @@ class Judged:
         A touch outweighs everything: a change that takes touches away may bring another symptom.
         """
         is_gone = self.before_target > 0 and self.after_target <= self.before_target // 2
+        if self.fails:
+            return False
         if self.symptom is Symptom.COLLISION:
             return is_gone and Symptom.COLLISION not in self.worse
         return is_gone and not self.worse
@@ -74,16 +88,19 @@ def judge(
     probes: Mapping[str, Scenario],
     showing: Sequence[str],
     driver: Driver,
-) -> list[Judged]:
-    """Returns the judgements of the best changes, until one helps and brings nothing else.
+    *,
+    seed: int,
+) -> Iterator[Judged]:
+    """Yields the judgements of the best changes, until one helps and brings nothing else.
 
-    The smallest sets come first.
+    The smallest sets come first. seed: of the visit.
     """
     shown = [e for e in tried if e.verdict is Verdict.SHOWN and e.trial is not None]
     enough = [e for e in shown if e.after <= 0.5] or shown
     # Stable: the likelier cause stays first.
     enough.sort(key=lambda e: (len(e.trial.changes) if e.trial else 0, not e.takes_all))
-    judged: list[Judged] = []
+    everything, own = list(probes.values()), [probes[name] for name in showing]
+    fresh = seed + FRESH_SEED
     for entry in enough[:MOST_JUDGED]:
         assert entry.trial is not None
         count = 2 * len(probes) * FRESH_SEEDS
@@ -92,13 +109,44 @@ def judge(
             f"{driver.told_time(count)}"
         )
         before, after = patient.before_and_after(entry.trial.changes)
-        everything = list(probes.values())
-        old = driver.drive(before, everything, FRESH_SEEDS, seed=FRESH_SEED, must=True)
-        new = driver.drive(after, everything, FRESH_SEEDS, seed=FRESH_SEED, must=True)
-        judged.append(_judged(entry, entry.trial, old, new, symptom, showing))
-        if judged[-1].helps and not judged[-1].worse:
-            break
-    return judged
+        old, new = driver.drive_together(
+            [before, after], everything, FRESH_SEEDS, seed=fresh, must=True
+        )
+        found = _judged(entry, entry.trial, old, new, symptom, showing)
+        if found.before_target < LEAST_SHOWN:
+            driver.tell(
+                f"the symptom is seldom: {MORE_FRESH_SEEDS - FRESH_SEEDS} more fresh seeds of the "
+                "probes that showed it"
+            )
+            more = driver.drive_together(
+                [before, after], own, MORE_FRESH_SEEDS, seed=fresh, must=True
+            )
+            found = _with_target(found, *more)
+        yield found
+        if found.helps and not found.worse:
+            return
+
+
+def _with_target(found: Judged, old: Sequence[Row], new: Sequence[Row]) -> Judged:
+    """Returns a judgement whose symptom is counted in other trials; their touches count as well."""
+    assert found.symptom is not None
+    touches = [sum(shows(row, Symptom.COLLISION) for row in rows) for rows in (old, new)]
+    before, after = dict(found.before), dict(found.after)
+    if touches[1] > touches[0]:
+        before[Symptom.COLLISION], after[Symptom.COLLISION] = touches
+    return replace(
+        found,
+        before=before,
+        after=after,
+        before_target=sum(shows(row, found.symptom) for row in old),
+        after_target=sum(shows(row, found.symptom) for row in new),
+        target_trials=len(old),
+        fails=found.fails or _fails(old, new),
+    )
+
+
+def _fails(old: Sequence[Row], new: Sequence[Row]) -> bool:
+    return any(has_failed(b) and not has_failed(a) for a, b in zip(old, new, strict=True))
 
 
 def _judged(
@@ -134,4 +182,5 @@ def _judged(
         {name: count for name, count in instead.items() if count},
         max(at, key=lambda i: severity(old[i], symptom) - severity(new[i], symptom), default=0),
         symptom,
+        _fails(old, new),
     )
