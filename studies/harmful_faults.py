@@ -103,15 +103,26 @@ def census(seed: int, out: Path) -> None:
 
 def census_and_visits(seed: int, out: Path) -> None:
     """Takes turns of the census, each followed by the visits of what it has found."""
-    visit_all(seed, out)
     while _has_taken_a_turn(seed, out):
         visit_all(seed, out)
+    visit_all(seed, out)
 
 
 def _has_taken_a_turn(seed: int, out: Path) -> bool:
-    """Screens the next parameters of each controller; False where none is left."""
+    """Screens the next parameters of each controller; False where none is left.
+
+    Of those that have had the fewest turns, so that a turn that was stopped goes on.
+    """
     waiting = {controller: _waiting(seed, controller) for controller in CONTROLLERS_OF[seed]}
-    for controller, parameters in waiting.items():
+    turns = {
+        controller: len(_entries(_read(), seed, controller)) // TOGETHER
+        for controller, parameters in waiting.items()
+        if parameters
+    }
+    for controller, count in turns.items():
+        if count > min(turns.values()):
+            continue
+        parameters = waiting[controller]
         name = f"sound_{controller}"
         if name not in _read():
             (rows,) = _rows_of([sound_file(controller)], out / controller, FIRST_SEEDS)
