@@ -397,6 +397,19 @@ def test_a_value_otherwise_than_nav2s_is_tried_after_the_suspects(patient):
     assert told["progress_checker.movement_time_allowance"] == (Direction.DOWN, 10.0)
 
 
+def test_a_speed_beyond_what_the_file_lets_through_is_a_difference(patient):
+    def speeds(**velocity_smoother):
+        text = nav2_text(MPPI_BLOCK, plugin=MPPI, velocity_smoother=velocity_smoother)
+        patient.paths[0].write_text(text)
+        facts = replace(patient).facts()
+        found = with_differences([], facts)
+        return [s.cause.to for s in found if s.cause.place == "controller.vx_max"]
+
+    # The controller asks for 0.5 m/s.
+    assert speeds(max_velocity=[0.25, 0.0, 1.0], min_velocity=[-0.25, 0.0, -1.0]) == [0.25]
+    assert speeds(max_velocity=[0.5, 0.0, 1.0], min_velocity=[-0.5, 0.0, -1.0]) == []
+
+
 def test_nothing_seen_is_a_verdict(patient):
     found = visits.Visit(patient.facts(), probes=PROBES)
     assert verdict(found) == "Nothing to improve: no probe shows a symptom."
