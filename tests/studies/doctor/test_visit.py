@@ -282,6 +282,15 @@ def test_a_seldom_symptom_is_judged_on_more_seeds(patient):
     assert found.helps
 
 
+def test_a_change_that_leaves_the_symptom_is_not_driven_through_the_other_probes(patient):
+    stays, goes = (
+        judged(patient, ["wobble_straight"], after, Symptom.WOBBLE_STRAIGHT)
+        for after in (["wobble_straight"], [])
+    )
+    assert (stays.trials, goes.trials) == (8, 12)
+    assert not stays.helps
+
+
 def test_what_was_tried_until_ctrl_c_is_kept(patient):
     class Stopped(Counted):
         batches = 0
@@ -340,7 +349,8 @@ def test_what_stands_where_there_was_a_touch_is_told_and_not_held_against_the_ch
     found = judged(patient, ["collision"], ["gives_up_late"], Symptom.COLLISION)
     assert found.helps
     assert found.compared == 0
-    assert found.instead == {"gives_up_late": 6}
+    # Eight seeds of the probe that showed it, two of the other two.
+    assert found.instead == {"gives_up_late": 12}
 
 
 def test_the_page_begins_with_the_verdict_and_the_patch_applies(patient, tmp_path):
