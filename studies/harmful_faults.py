@@ -2,15 +2,16 @@
 
     python studies/harmful_faults.py census DIR    which faults do harm, and how strong they must be
     python studies/harmful_faults.py visit DIR     whole visits of the harmful ones
+    python studies/harmful_faults.py both DIR 2031 in turn: some of the census, then the visits
     python studies/planted_faults.py page          docs/doctor_planted_faults.md
 
 Both go on where they were stopped. `planted_faults_driven.py` drew faults of which 13 of 14 do no
 harm in any probe, so that its goals were judged on one fault. Here a fault is made stronger until
 it does harm. Written before anything was driven:
 
-- *Draw.* Of the sound files of RPP, DWB and Graceful. A seed (2030) orders all numbers and
-  switches of a file and draws a coin for each number's direction. Parameters are taken in this
-  order.
+- *Draw.* Of the sound files of RPP, DWB and Graceful; seed 2031 also of MPPI and TEB. A seed
+  orders all numbers and switches of a file and draws a coin for each number's direction.
+  Parameters are taken in this order.
 - *Strength.* A number is multiplied by 10 or 1/10, as the coin says; a switch is turned round; what
   the file's reader refuses is passed over. Where one seed of each probe shows no symptom that the
   sound file does not show, the parameter counts as harmless and nothing more of it is driven. Else
@@ -19,8 +20,11 @@ it does harm. Written before anything was driven:
   none of the sound file's trials shows (as in `planted_faults_driven.py`). The mildest harmful
   strength is the fault.
 - *Stop.* The census of a controller ends with the eight parameters that bring its sixth harmful
-  fault, or with its last parameter; eight of each controller in turn, as many as the time allows.
-  (In turn only after RPP's first 15; before, the controllers came one after the other.)
+  fault (seed 2031: its fourth, since five controllers share the time), or with its last parameter;
+  eight of each controller in turn, as many as the time allows. (In turn only after RPP's first 15;
+  before, the controllers came one after the other.) With seed 2031 the faults that a turn has
+  brought are visited before the next turn, and the end of the time, not an answer, ends the study.
+  TEB was taken out when MPPI's first trials had shown what a trial costs, before one of TEB's.
 - *Complaint.* The new symptom that most trials show; of several the weightiest. The doctor is given
   it as `--symptom` and no words. It does not know the sound file.
 - *Order.* One of each controller in turn, as many as the time allows; none is left out after its
@@ -30,7 +34,9 @@ it does harm. Written before anything was driven:
   parameter of the file and a coin for its direction, as an expected value.
 - *Rounds.* The doctor as it is at the draw is scored with seed 2030. If it is changed because of
   these answers, the changed doctor is scored with the seed 2031, whose faults are drawn alike, and
-  both scores are published; of 2031 a parameter that is harmful in 2030 too is passed over.
+  both scores are published; of 2031 a parameter that is harmful in 2030 too is passed over. The
+  doctor of 2031 is the one that tries Nav2's own value as a third step; it is not changed while
+  it is scored.
 
 Unit: one fault, which is one file. Intervals are Wilson's, 95%. Faults of one controller share
 their sound file, so they are less apart than the intervals suppose.
@@ -54,7 +60,7 @@ from planted_faults import (
     spoilt_file,
     spoilt_value,
 )
-from planted_faults_driven import CONTROLLERS, patient_and_driver, score_lines, visited_by
+from planted_faults_driven import patient_and_driver, score_lines, visited_by
 
 from drake_navbench.studies.doctor.driving import Row, shows
 from drake_navbench.studies.doctor.files import speed_asked
@@ -64,8 +70,11 @@ from drake_navbench.studies.doctor.visit import BY_WEIGHT, FIRST_SEEDS, seen_in
 
 DRIVEN = HERE / "harmful_faults.json"
 SEEDS = (2030, 2031)
+# In the order of the turns; a controller's place in it is part of its draw.
+CONTROLLERS = ("rpp", "dwb", "graceful", "mppi", "teb")
+CONTROLLERS_OF = {2030: CONTROLLERS[:3], 2031: CONTROLLERS[:4]}
+HARMFUL_EACH = {2030: 6, 2031: 4}
 MILD, STRONG = 3.0, 10.0
-HARMFUL_EACH = 6
 # Parameters of a controller that are screened in one batch.
 TOGETHER = 8
 
@@ -89,23 +98,45 @@ def census(seed: int, out: Path) -> None:
 
     A few parameters of each controller in turn.
     """
-    for controller in CONTROLLERS:
+    while _has_taken_a_turn(seed, out):
+        pass
+
+
+def census_and_visits(seed: int, out: Path) -> None:
+    """Takes turns of the census, each followed by the visits of what it has found."""
+    while _has_taken_a_turn(seed, out):
+        visit_all(seed, out)
+    visit_all(seed, out)
+
+
+def _has_taken_a_turn(seed: int, out: Path) -> bool:
+    """Screens the next parameters of each controller; False where none is left.
+
+    Of those that have had the fewest turns, so that a turn that was stopped goes on.
+    """
+    waiting = {controller: _waiting(seed, controller) for controller in CONTROLLERS_OF[seed]}
+    turns = {
+        controller: len(_entries(_read(), seed, controller)) // TOGETHER
+        for controller, parameters in waiting.items()
+        if parameters
+    }
+    for controller, count in turns.items():
+        if count > min(turns.values()):
+            continue
+        parameters = waiting[controller]
         name = f"sound_{controller}"
         if name not in _read():
             (rows,) = _rows_of([sound_file(controller)], out / controller, FIRST_SEEDS)
             _kept(name, sorted(s.value for s in seen_in(rows, share=1e-9)))
-    waiting = {controller: _waiting(seed, controller) for controller in CONTROLLERS}
-    while any(waiting.values()):
-        for controller, parameters in waiting.items():
-            _screen(seed, controller, parameters[:TOGETHER], out / controller)
-        waiting = {controller: _waiting(seed, controller) for controller in CONTROLLERS}
+        _screen(seed, controller, parameters[:TOGETHER], out / controller)
+    return any(waiting.values())
 
 
 def _waiting(seed: int, controller: str) -> list[tuple[str, Any, bool]]:
     """Returns the parameters that the census of a controller has still to take."""
     done = _read()
     own = _entries(done, seed, controller)
-    if sum(bool(entry["harmful"]) for entry in own) >= HARMFUL_EACH:
+    if sum(bool(entry["harmful"]) for entry in own) >= HARMFUL_EACH[seed]:
         return []
     return [
         parameter
@@ -211,7 +242,7 @@ def _in_turn(done: Mapping[str, Any], seed: int) -> list[str]:
     """Returns the keys of the harmful faults, one of each controller in turn."""
     queues = [
         [key for key, e in done.items() if key.startswith(f"{seed} {c} ") and e["harmful"]]
-        for c in CONTROLLERS
+        for c in CONTROLLERS_OF[seed]
     ]
     turns = max(map(len, queues), default=0)
     return [queue[turn] for turn in range(turns) for queue in queues if turn < len(queue)]
@@ -245,17 +276,17 @@ def harmful_lines() -> Iterator[str]:
         own = _entries(done, seed)
         if own:
             yield from ["", f"### Seed {seed}", ""]
-            yield from _seed_lines(own)
+            yield from _seed_lines(seed, own)
             yield from ["", *REMARKS.get(seed, "").splitlines()]
 
 
-def _seed_lines(own: list[dict[str, Any]]) -> Iterator[str]:
+def _seed_lines(seed: int, own: list[dict[str, Any]]) -> Iterator[str]:
     harmful = [entry for entry in own if entry["harmful"]]
     visited = [entry for entry in harmful if "first" in entry]
     refused = sum("refused" in entry for entry in own)
     taken = ", ".join(
         f"{sum(entry['controller'] == c for entry in own)} of {len(candidates(c))} of {c}"
-        for c in CONTROLLERS
+        for c in CONTROLLERS_OF[seed]
     )
     yield f"{len(own)} parameters were taken ({taken}). The reader refuses the values of {refused},"
     yield f"{len(own) - refused - len(harmful)} do no harm, {len(harmful)} do harm."
@@ -298,7 +329,7 @@ No other fault was driven with the changed doctor, and seed 2031 was not drawn."
 
 def main() -> None:
     """Runs the step of the study that the command line names."""
-    steps = {"census": census, "visit": visit_all}
+    steps = {"census": census, "visit": visit_all, "both": census_and_visits}
     parser = argparse.ArgumentParser(description="Planted faults that do harm.")
     parser.add_argument("step", choices=steps)
     parser.add_argument("folder", type=Path, help="for files and trials")

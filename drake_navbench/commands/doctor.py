@@ -39,6 +39,15 @@ exit status: 0 done, 2 wrong input or a full disk, 130 interrupted (the results
 so far are written; the same command goes on)
 """
 
+OF_THE_FILE = ("files", "robot", "controller", "nav2_release", "set")
+# What each use of the command reads; a visit reads the rest.
+USED = {
+    "score": ("files", "case_files", "page"),
+    "log": ("files",),
+    "measure_board": OF_THE_FILE,
+    "read_only": (*OF_THE_FILE, "symptom", "told", "bag", "topics"),
+}
+
 
 def build_parser() -> argparse.ArgumentParser:
     """Returns the parser of the command line."""
@@ -189,16 +198,17 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _require_options_that_are_used(arguments: argparse.Namespace) -> None:
-    """Raises InputError for an option that the chosen kind of visit does not use."""
-    for use in ("score", "log", "measure_board", "read_only"):
-        if getattr(arguments, use) in (None, False):
-            continue
-        unused = {"map": "--map", "board": "--board", "bag": "--bag"}
-        if use == "read_only":
-            del unused["bag"]
-        for name, option in unused.items():
-            if getattr(arguments, name) is not None:
-                raise InputError(f"{option}: is of no use with --{use.replace('_', '-')}")
+    """Raises InputError where an option says something of what is not done."""
+    defaults = vars(build_parser().parse_args([]))
+    given = {name for name, value in vars(arguments).items() if value != defaults[name]}
+    for use, used in USED.items():
+        unused = sorted(given - {use, *used}) if use in given else []
+        if unused:
+            raise InputError(f"{_option(unused[0])}: is of no use with {_option(use)}")
+
+
+def _option(name: str) -> str:
+    return "--files" if name == "case_files" else f"--{name.replace('_', '-')}"
 
 
 def _doctor(arguments: argparse.Namespace) -> int:
@@ -208,8 +218,7 @@ def _doctor(arguments: argparse.Namespace) -> int:
         return EXIT_DONE
     for name in ("case_files", "page"):
         if getattr(arguments, name) is not None:
-            option = "--files" if name == "case_files" else f"--{name}"
-            raise InputError(f"{option}: goes with --score")
+            raise InputError(f"{_option(name)}: goes with --score")
     if arguments.log is not None:
         _look_at_log(arguments)
         return EXIT_DONE

@@ -8,7 +8,7 @@ from pathlib import Path
 from drake_navbench.analysis.replay.pages import write_race_replay
 from drake_navbench.logs.log import TrialLog
 from drake_navbench.logs.results import write_whole
-from drake_navbench.studies.doctor.change import FRESH_SEEDS, Judged
+from drake_navbench.studies.doctor.change import Judged
 from drake_navbench.studies.doctor.driving import FRESH_SEED, Driver, severity
 from drake_navbench.studies.doctor.files import Patient
 from drake_navbench.studies.doctor.symptoms import Symptom
@@ -56,9 +56,10 @@ def _before_and_after(
     patient: Patient, visit: Visit, cure: Judged, driver: Driver
 ) -> list[TrialLog]:
     """Returns the logs of the judged trial in which the symptom falls most."""
-    everything = list(visit.probes.values())
+    probes = [visit.probes[name] for name in cure.showing]
+    seeds = cure.target_trials // len(probes)
     return [
-        driver.log(preset, everything, FRESH_SEEDS, seed=FRESH_SEED, index=cure.best)
+        driver.log(preset, probes, seeds, seed=visit.seed + FRESH_SEED, index=cure.best)
         for preset in patient.before_and_after(cure.trial.changes)
     ]
 

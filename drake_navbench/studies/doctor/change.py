@@ -5,12 +5,19 @@ Judged once, on fresh seeds, on all probes: those that the search has not seen a
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from drake_navbench.inputs.scenario import Scenario
 from drake_navbench.studies.doctor.cures import Trial
-from drake_navbench.studies.doctor.driving import FRESH_SEED, Driver, Row, severity, shows
+from drake_navbench.studies.doctor.driving import (
+    FRESH_SEED,
+    Driver,
+    Row,
+    has_failed,
+    severity,
+    shows,
+)
 from drake_navbench.studies.doctor.files import Patient
 from drake_navbench.studies.doctor.symptoms import Symptom
 from drake_navbench.studies.doctor.tried import Tried, Verdict
@@ -18,6 +25,9 @@ from drake_navbench.studies.doctor.tried import Tried, Verdict
 # Sets that are judged at most, the likeliest first.
 MOST_JUDGED = 3
 FRESH_SEEDS = 2
+# Where fewer of these trials show the symptom before the change, the probes that showed it get more
+# seeds: of one trial that a change takes away nobody knows whether the next would have shown it.
+LEAST_SHOWN, MORE_FRESH_SEEDS = 3, 8
 # Trials with another symptom that may be chance; of touches none.
 CHANCE = 1
 
@@ -28,8 +38,10 @@ class Judged:
 
     Trials in which the file as it is touches something end there: other symptoms are compared over
     the rest, `compared`. before_target, after_target: likewise of the symptom, in the probes that
-    showed it. instead: by symptom, in how many trials it stands where there was a touch before.
-    best: index of the trial in which the symptom falls most. symptom: that the change is for.
+    showed it, `showing`. instead: by symptom, in how many trials it stands where there was a touch
+    before. best: index of the trial of these probes in which the symptom falls most. symptom: that
+    the change is for. fails: whether the program came to no end of a trial with the change, but did
+    before.
     """
 
     tried: Tried
@@ -42,8 +54,10 @@ class Judged:
     after_target: int
     target_trials: int
     instead: Mapping[str, int]
+    showing: tuple[str, ...] = ()
     best: int = 0
     symptom: Symptom | None = None
+    fails: bool = False
 
     @property
     def worse(self) -> list[str]:
@@ -61,10 +75,16 @@ class Judged:
 
         A touch outweighs everything: a change that takes touches away may bring another symptom.
         """
-        is_gone = self.before_target > 0 and self.after_target <= self.before_target // 2
+        if self.fails or not self.is_gone:
+            return False
         if self.symptom is Symptom.COLLISION:
-            return is_gone and Symptom.COLLISION not in self.worse
-        return is_gone and not self.worse
+            return Symptom.COLLISION not in self.worse
+        return not self.worse
+
+    @property
+    def is_gone(self) -> bool:
+        """Whether at most half as many trials show the symptom."""
+        return self.before_target > 0 and self.after_target <= self.before_target // 2
 
 
 def judge(
@@ -74,16 +94,20 @@ def judge(
     probes: Mapping[str, Scenario],
     showing: Sequence[str],
     driver: Driver,
-) -> list[Judged]:
-    """Returns the judgements of the best changes, until one helps and brings nothing else.
+    *,
+    seed: int,
+) -> Iterator[Judged]:
+    """Yields the judgements of the best changes, until one helps and brings nothing else.
 
-    The smallest sets come first.
+    The smallest sets come first. seed: of the visit.
     """
     shown = [e for e in tried if e.verdict is Verdict.SHOWN and e.trial is not None]
     enough = [e for e in shown if e.after <= 0.5] or shown
     # Stable: the likelier cause stays first.
     enough.sort(key=lambda e: (len(e.trial.changes) if e.trial else 0, not e.takes_all))
-    judged: list[Judged] = []
+    own = [probes[name] for name in showing]
+    rest = [probe for name, probe in probes.items() if name not in showing]
+    fresh = seed + FRESH_SEED
     for entry in enough[:MOST_JUDGED]:
         assert entry.trial is not None
         count = 2 * len(probes) * FRESH_SEEDS
@@ -91,27 +115,41 @@ def judge(
             f"judging {entry.trial.told} on fresh seeds: up to {count} trials, "
             f"{driver.told_time(count)}"
         )
-        before, after = patient.before_and_after(entry.trial.changes)
-        everything = list(probes.values())
-        old = driver.drive(before, everything, FRESH_SEEDS, seed=FRESH_SEED, must=True)
-        new = driver.drive(after, everything, FRESH_SEEDS, seed=FRESH_SEED, must=True)
-        judged.append(_judged(entry, entry.trial, old, new, symptom, showing))
-        if judged[-1].helps and not judged[-1].worse:
-            break
-    return judged
+        both = patient.before_and_after(entry.trial.changes)
+        rows = driver.drive_together(both, own, FRESH_SEEDS, seed=fresh, must=True)
+        if sum(shows(row, symptom) for row in rows[0]) < LEAST_SHOWN:
+            driver.tell(
+                f"the symptom is seldom: {MORE_FRESH_SEEDS - FRESH_SEEDS} more fresh seeds of the "
+                "probes that showed it"
+            )
+            rows = driver.drive_together(both, own, MORE_FRESH_SEEDS, seed=fresh, must=True)
+        found = _judged(entry, entry.trial, rows, rows, symptom, showing)
+        # What the other probes show would save no change that leaves the symptom.
+        if found.is_gone:
+            further = driver.drive_together(both, rest, FRESH_SEEDS, seed=fresh, must=True)
+            everything = [these + more for these, more in zip(rows, further, strict=True)]
+            found = _judged(entry, entry.trial, everything, rows, symptom, showing)
+        yield found
+        if found.helps and not found.worse:
+            return
+
+
+def _fails(old: Sequence[Row], new: Sequence[Row]) -> bool:
+    return any(has_failed(b) and not has_failed(a) for a, b in zip(old, new, strict=True))
 
 
 def _judged(
     entry: Tried,
     trial: Trial,
-    old: Sequence[Row],
-    new: Sequence[Row],
+    everything: Sequence[Sequence[Row]],
+    target: Sequence[Sequence[Row]],
     symptom: Symptom,
     showing: Sequence[str],
 ) -> Judged:
+    """Returns a judgement. everything, target: rows [before or after, trial] of all that was driven
+    and of the probes that showed the symptom."""
     names = [s.value for s in Symptom]
-    own = {f"probe_{name}" for name in showing}
-    at = [index for index, row in enumerate(old) if row["scenario"] in own]
+    old, new = everything
     touched = [shows(row, Symptom.COLLISION) for row in old]
     rest = [index for index, has_touched in enumerate(touched) if not has_touched]
 
@@ -121,6 +159,8 @@ def _judged(
 
     where = [index for index, has_touched in enumerate(touched) if has_touched]
     instead = {name: sum(shows(new[index], name) for index in where) for name in names}
+    before, after = ([severity(row, symptom) for row in rows] for rows in target)
+    falls = [a - b for a, b in zip(before, after, strict=True)]
     return Judged(
         entry,
         trial,
@@ -128,10 +168,12 @@ def _judged(
         len(rest),
         {name: counted(old, name) for name in names},
         {name: counted(new, name) for name in names},
-        sum(shows(old[index], symptom) for index in at),
-        sum(shows(new[index], symptom) for index in at),
-        len(at),
+        sum(shows(row, symptom) for row in target[0]),
+        sum(shows(row, symptom) for row in target[1]),
+        len(before),
         {name: count for name, count in instead.items() if count},
-        max(at, key=lambda i: severity(old[i], symptom) - severity(new[i], symptom), default=0),
+        tuple(showing),
+        falls.index(max(falls)),
         symptom,
+        _fails(old, new),
     )

@@ -22,13 +22,31 @@ from drake_navbench.studies.doctor.usual import FAR, unusual_value
 # another one, and of a switch.
 FAR_SCORE, OTHER_SCORE, SWITCH_SCORE = 0.6, 0.2, 0.3
 SOURCE = "Nav2's code and nav2_bringup/params/nav2_params.yaml"
+# What else in a file limits the speed ahead: places of numbers, and of lists whose first it is.
+LIMITS, LISTS = ("controller.max_speed_xy",), ("velocity_smoother.max_velocity",)
 
 
 def with_differences(suspicions: Sequence[Suspicion], facts: Facts) -> list[Suspicion]:
     """Returns the suspicions with those that the file's differences from Nav2 add, by score."""
     known = {(p, s.cause.direction) for s in suspicions for p in facts.matching(s.cause.place)}
-    more = [s for s in _differences(facts) if s.cause.key not in known]
+    found = [*_differences(facts), *_speed_beyond_its_limits(facts)]
+    more = [s for s in found if s.cause.key not in known]
     return sorted([*suspicions, *more], key=lambda s: -s.score)
+
+
+def _speed_beyond_its_limits(facts: Facts) -> list[Suspicion]:
+    """Returns a suspicion where the controller asks for a speed that nothing else allows.
+
+    What a robot's speed should be is its own matter, but not that the file contradicts itself.
+    """
+    limits = [facts.number(place) for place in LIMITS]
+    limits += [facts.axis(place, 0) or 0.0 for place in LISTS]
+    least = min((limit for limit in limits if limit > 0.0), default=math.inf)
+    if facts.speed_mps <= OTHER * least:
+        return []
+    why = f"The file lets nothing drive faster than {least:g} m/s."
+    cause = Cause(facts.speed_place, Direction.DOWN, least, why, SOURCE)
+    return [Suspicion(cause, FAR_SCORE, (why,))]
 
 
 def _differences(facts: Facts) -> Iterator[Suspicion]:

@@ -12,15 +12,16 @@ from drake_navbench.campaign.campaign import plan_campaign
 from drake_navbench.errors import CannotBeWritten, InputError
 from drake_navbench.inputs.presets import Preset
 from drake_navbench.inputs.scenario import Scenario
-from drake_navbench.logs.log import TrialLog
+from drake_navbench.logs.log import Outcome, TrialLog
 from drake_navbench.studies.doctor.detectors import detectors_digest, doctor_row
 from drake_navbench.studies.tuning.pairs import drive_each
 from drake_navbench.trial.spec import TrialSpec
 
 JOURNAL = "journal.jsonl"
 Row = dict[str, Any]
-# Fresh seeds, which the search has not seen, begin here.
-FRESH_SEED = 10**6
+# From a visit's seed on: the seeds of the first look, of the search, and of the judgement. The
+# first look chooses the probes; its trials in the search would count the same luck twice.
+SEARCH_SEED, FRESH_SEED = 5 * 10**5, 10**6
 
 
 class OutOfTime(Exception):
@@ -134,8 +135,13 @@ class Driver:
         return self._plans[key][1]
 
     def _keep(self, spec: TrialSpec, row: Row) -> None:
-        """Keeps a row at once, so that an interrupted batch is not driven again."""
+        """Keeps a row at once, so that an interrupted batch is not driven again.
+
+        What failed, perhaps for want of time on a busy computer, the next command tries again.
+        """
         self._rows[spec.identity] = row
+        if has_failed(row):
+            return
         try:
             with self._path.open("a", encoding="utf-8") as file:
                 entry = {"identity": spec.identity, "detectors": detectors_digest(), "row": row}
@@ -177,3 +183,8 @@ def severity(row: Mapping[str, Any], symptom: str) -> float:
 def shows(row: Mapping[str, Any], symptom: str) -> bool:
     """Tells whether a row shows a symptom."""
     return severity(row, symptom) > 1.0
+
+
+def has_failed(row: Mapping[str, Any]) -> bool:
+    """Tells whether the program came to no end of a trial: it shows no symptom and no cure."""
+    return bool(row["outcome"] == Outcome.ERROR)

@@ -43,18 +43,24 @@ class Experiment:
         self._columns = patient.columns()
         before = patient.chosen(self._columns)
         self._race = Race(before, symptom, probes, driver, seed=seed)
+        self._raw: list[Tried] = []
+
+    @property
+    def tried(self) -> list[Tried]:
+        """The changes that were tried so far, p-values corrected for all of them; best first."""
+        return corrected(self._raw)
 
     @property
     def is_out_of_time(self) -> bool:
         """Whether the budget was too short for all trials."""
         return self._race.is_out_of_time
 
-    def run(self, suspicions: Sequence[Suspicion]) -> list[Tried]:
-        """Tries the suspicions in their order, then pairs of the best; the best first.
+    def run(self, suspicions: Sequence[Suspicion]) -> None:
+        """Tries the suspicions in their order, then pairs of the best.
 
         After a batch with a change that takes the symptom away no further one is driven.
         """
-        raw: list[Tried] = []
+        raw = self._raw
         batch: list[Candidate] = []
         causes = 0
         for number, suspicion in enumerate(suspicions, 1):
@@ -70,7 +76,6 @@ class Experiment:
                 break
         if not self.is_out_of_time:
             raw += self._race.run(self._pairs_of(raw))
-        return corrected(raw)
 
     def _candidates(self, suspicion: Suspicion) -> tuple[list[Candidate], list[Tried]]:
         """Returns the changes to drive for a cause, and entries for those that are not driven."""

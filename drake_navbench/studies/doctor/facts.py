@@ -20,6 +20,8 @@ from drake_navbench.plugins.names import flattened
 from drake_navbench.releases import NEWEST_RELEASE, Release
 
 CONTROLLER = "controller"
+# Of the controllers: the largest speed ahead.
+SPEEDS = ("vx_max", "max_linear_vel", "max_vel_x", "v_linear_max", "desired_linear_vel")
 # Nav2's robot_radius where a file gives no outline, m.
 DEFAULT_RADIUS_M = 0.1
 COSTMAPS = {"local_costmap": LOCAL_COSTMAP, "global_costmap": GLOBAL_COSTMAP}
@@ -101,9 +103,13 @@ class Facts:
     @property
     def speed_mps(self) -> float:
         """The largest speed ahead that the controller asks for; 0 where it is not known."""
-        names = ("vx_max", "max_linear_vel", "max_vel_x", "v_linear_max", "desired_linear_vel")
-        found = (self.controller(name) for name in names)
-        return next((float(v) for v in found if isinstance(v, int | float)), 0.0)
+        return self.number(self.speed_place)
+
+    @property
+    def speed_place(self) -> str:
+        """The place of the largest speed ahead; '' where it is not known."""
+        places = (f"{CONTROLLER}.{name}" for name in SPEEDS)
+        return next((p for p in places if isinstance(self[p], int | float)), "")
 
     @property
     def period_s(self) -> float:

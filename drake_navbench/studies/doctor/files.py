@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +18,7 @@ from drake_navbench.studies.doctor.facts import Facts, facts_of
 
 @dataclass(frozen=True)
 class Patient:
-    """The Nav2 file that is looked at.
+    """The Nav2 file that is looked at; it is read once, so that all changes are of one text.
 
     paths: of the file; of several the last one is patched. robot: name or file of the robot for
     what no Nav2 file tells. values: for the file's substitutions. release: of Nav2, by the file's
@@ -30,13 +31,17 @@ class Patient:
     release: str | None = None
     plugin: str = ""
 
-    @property
+    @cached_property
     def text(self) -> str:
         """The text of the file that is patched."""
         return self.paths[-1].read_text(encoding="utf-8")
 
     def columns(self) -> FileColumns:
         """Returns the columns of the file as it is; raises InputError where it is wrong."""
+        return self._columns
+
+    @cached_property
+    def _columns(self) -> FileColumns:
         file = WholeFile("before", self.paths)
         (found,) = columns_of_files([file], self.robot, self.values, release=self.release)
         return found
@@ -56,6 +61,10 @@ class Patient:
 
     def facts(self) -> Facts:
         """Returns the facts of the file."""
+        return self._facts
+
+    @cached_property
+    def _facts(self) -> Facts:
         columns = self.columns()
         return facts_of(columns.setup, self.chosen(columns))
 

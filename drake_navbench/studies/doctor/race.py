@@ -11,12 +11,13 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from drake_navbench.analysis.paired_comparison import compare_differences
 from drake_navbench.inputs.presets import Preset
 from drake_navbench.inputs.scenario import Scenario
 from drake_navbench.studies.doctor.cures import Trial
-from drake_navbench.studies.doctor.driving import Driver, Row, severity, shows
+from drake_navbench.studies.doctor.driving import Driver, Row, has_failed, severity, shows
 from drake_navbench.studies.doctor.reading import Suspicion
 from drake_navbench.studies.doctor.symptoms import Symptom
 from drake_navbench.studies.doctor.tried import ERROR, LEAST_FALL, PAIRS, Tried, Verdict
@@ -29,6 +30,14 @@ MOST_TO_THE_END = 5
 # Causes that are tried at most in a visit, which bounds the correction for many tests.
 MOST_CANDIDATES = 24
 NO_TIME = "the time was too short for more pairs"
+# What ends a drive, or keeps it from where the symptom showed: a drive that comes to this by a
+# change says nothing of the symptom.
+CUTS_SHORT = (
+    Symptom.COLLISION,
+    Symptom.NO_START,
+    Symptom.FALSE_ABORT,
+    Symptom.NO_RECOVERY,
+)
 
 
 @dataclass
@@ -105,6 +114,9 @@ class Race:
         found = self._driver.drive_together(columns, probes or self._probes, seeds, seed=self._seed)
         for candidate, rows in zip(alive, found[1:], strict=False):
             candidate.rows = rows
+            failed = next((row for row in rows if has_failed(row)), None)
+            if failed is not None:
+                candidate.left = f"a trial failed: {failed['reason']}"
         self.is_out_of_time = len(found) < len(columns)
 
     def _old(self, seeds: int, probes: Sequence[Scenario]) -> list[Row]:
@@ -122,8 +134,7 @@ class Race:
         """Returns the share by which the severity falls in the pairs so far."""
         if not candidate.rows:
             return 0.0
-        before = np.mean(_severities(self._before_of(candidate), self._symptom))
-        after = np.mean(_severities(candidate.rows, self._symptom))
+        before, after = _pairs(self._before_of(candidate), candidate.rows, self._symptom).mean(0)
         return float((before - after) / before) if before > 0.0 else 0.0
 
     def _leave_all_but_the_best(self, batch: Sequence[Candidate]) -> None:
@@ -170,15 +181,14 @@ class Race:
 
     def _entry(self, candidate: Candidate) -> Tried:
         before_rows = self._before_of(candidate)
-        before, after = (
-            np.array(_severities(rows, self._symptom)) for rows in (before_rows, candidate.rows)
-        )
+        before, after = _pairs(before_rows, candidate.rows, self._symptom).T
         found = compare_differences(after - before)
         touches = sum(shows(row, Symptom.COLLISION) for row in candidate.rows) - sum(
             shows(row, Symptom.COLLISION) for row in before_rows
         )
-        # What was left early, also for want of time, is no test.
+        # What was left early, also for want of time, is no test; what got more pairs is two.
         is_whole = not candidate.left and len(candidate.rows) >= PAIRS
+        looks = 1 + (len(candidate.rows) >= 2 * PAIRS)
         reason = candidate.left or ("" if is_whole else NO_TIME)
         return Tried(
             candidate.suspicion,
@@ -187,7 +197,7 @@ class Race:
             float(before.mean()),
             float(after.mean()),
             (found.interval.low, found.interval.high),
-            found.p_value if is_whole and found.difference < 0.0 else 1.0,
+            min(looks * found.p_value, 1.0) if is_whole and found.difference < 0.0 else 1.0,
             len(candidate.rows),
             max(touches, 0),
             reason,
@@ -199,5 +209,16 @@ def _told(rows: Sequence[Row]) -> list[tuple[Any, ...]]:
     return [(row["outcome"], row["end"], row["severity"]) for row in rows]
 
 
-def _severities(rows: Sequence[dict[str, Any]], symptom: str) -> list[float]:
-    return [severity(row, symptom) for row in rows]
+def _pairs(before: Sequence[Row], after: Sequence[Row], symptom: Symptom) -> NDArray[np.float64]:
+    """Returns the severities of the symptom, [pair, before or after the change].
+
+    A pair in which the change cuts the drive short counts as no fall; a touch outweighs everything,
+    so what comes instead of it does not matter here.
+    """
+    ends = () if symptom is Symptom.COLLISION else CUTS_SHORT
+    found = []
+    for old, new in zip(before, after, strict=True):
+        pair = [severity(old, symptom), severity(new, symptom)]
+        is_cut = any(shows(new, s) and not shows(old, s) for s in ends if s is not symptom)
+        found.append([pair[0], max(pair)] if is_cut or has_failed(old) else pair)
+    return np.array(found)

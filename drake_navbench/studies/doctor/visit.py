@@ -8,7 +8,14 @@ from dataclasses import dataclass, field
 from drake_navbench.inputs.scenario import Scenario
 from drake_navbench.studies.doctor.change import Judged, judge
 from drake_navbench.studies.doctor.differences import with_differences
-from drake_navbench.studies.doctor.driving import Driver, OutOfTime, Row, shows
+from drake_navbench.studies.doctor.driving import (
+    SEARCH_SEED,
+    Driver,
+    OutOfTime,
+    Row,
+    has_failed,
+    shows,
+)
 from drake_navbench.studies.doctor.experiment import Experiment
 from drake_navbench.studies.doctor.facts import Facts
 from drake_navbench.studies.doctor.files import Patient, speed_asked
@@ -132,7 +139,21 @@ def _look(found: Visit, patient: Patient, driver: Driver, *, seed: int) -> None:
         probes = [found.probes[name] for name in unsure]
         more = driver.drive(preset, probes, CONFIRMING_SEEDS, seed=seed, must=True)
         found.rows = [row for row in found.rows if probe_of(row) not in unsure] + more
+    for line in told_failures(found.rows):
+        driver.tell(line)
     found.seen = seen_in(found.rows)
+
+
+def told_failures(rows: Sequence[Row]) -> list[str]:
+    """Returns a sentence where the program came to no end of trials: they show nothing."""
+    failed = [row for row in rows if has_failed(row)]
+    if not failed:
+        return []
+    names = ", ".join(dict.fromkeys(map(probe_of, failed)))
+    return [
+        f"{len(failed)} of {len(rows)} trials of the unchanged file failed and show nothing "
+        f"({names}): {failed[0]['reason']}"
+    ]
 
 
 def probe_of(row: Row) -> str:
@@ -178,10 +199,19 @@ def _treat(found: Visit, patient: Patient, words: str, driver: Driver, *, seed: 
     if found.treated is not found.asked:
         found.suspicions = suspicions_of(found.facts, found.treated, words)
     probes = [found.probes[name] for name in showing]
-    experiment = Experiment(patient, found.facts, found.treated, probes, driver, seed=seed)
-    found.tried = experiment.run(with_differences(found.suspicions, found.facts))
-    found.is_out_of_time = experiment.is_out_of_time
-    found.judged = judge(patient, found.tried, found.treated, found.probes, showing, driver)
+    experiment = Experiment(
+        patient, found.facts, found.treated, probes, driver, seed=seed + SEARCH_SEED
+    )
+    try:
+        experiment.run(with_differences(found.suspicions, found.facts))
+    finally:
+        # Also what was tried until Ctrl-C.
+        found.tried = experiment.tried
+        found.is_out_of_time = experiment.is_out_of_time
+    for judged in judge(
+        patient, found.tried, found.treated, found.probes, showing, driver, seed=seed
+    ):
+        found.judged.append(judged)
 
 
 def _to_treat(found: Visit) -> Symptom | None:

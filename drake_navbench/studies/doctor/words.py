@@ -9,7 +9,7 @@ from drake_navbench.studies.doctor.change import Judged
 from drake_navbench.studies.doctor.cures import Trial
 from drake_navbench.studies.doctor.symptoms import LOOKS_LIKE, Symptom
 from drake_navbench.studies.doctor.tried import Tried, Verdict
-from drake_navbench.studies.doctor.visit import Visit
+from drake_navbench.studies.doctor.visit import Visit, told_failures
 
 MOST_NAMED = 3
 
@@ -93,6 +93,8 @@ def _why_not(visit: Visit) -> str:
     if not visit.judged:
         return " within the time" if _is_unfinished(visit) else ""
     worse = visit.judged[0].worse
+    if visit.judged[0].fails:
+        return " (with the best one the program fails in a trial)"
     return (
         f" (on fresh seeds the best one adds {', '.join(worse)})"
         if worse
@@ -153,6 +155,7 @@ def assumed(visit: Visit, robot: str) -> list[str]:
         "no Nav2 file contains them.",
         *visit.around.remarks,
         *cycles,
+        *told_failures(visit.rows),
         "A symptom counts as worse if two more trials show it than before, since one may be "
         "chance; a touch counts from one more trial on.",
     ]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from types import SimpleNamespace
 
 import pytest
 from doctor_texts import RPP, RPP_BLOCK, nav2_text
@@ -55,6 +56,15 @@ def test_after_ctrl_c_the_same_command_drives_only_the_rest(file, tmp_path, driv
     # 17 probes of two seeds, none twice.
     assert len(driven) == len(set(driven)) == 34
     assert "Nothing to improve" in capsys.readouterr().out
+
+
+def test_a_trial_that_failed_is_driven_again_by_the_next_command(tmp_path):
+    driver = Driver(tmp_path, "wheelchair", jobs=1, budget_s=600.0, tell=print)
+    spec = SimpleNamespace(identity="a")
+    driver._keep(spec, {"outcome": "error"})
+    assert not (tmp_path / "journal.jsonl").exists()
+    driver._keep(spec, {"outcome": "aborted"})
+    assert len((tmp_path / "journal.jsonl").read_text().splitlines()) == 1
 
 
 def test_progress_tells_the_expected_time_and_the_rest_of_the_budget(tmp_path):

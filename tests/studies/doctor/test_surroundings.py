@@ -82,6 +82,8 @@ def test_a_map_goes_with_goals(tmp_path, capsys, option, value):
     [
         (["--read-only"], "--map"),
         (["--read-only"], "--board"),
+        (["--read-only"], "--out"),
+        (["--measure-board", "b.yaml"], "--symptom"),
         (["--measure-board", "b.yaml"], "--bag"),
         (["--log", "l.parquet"], "--bag"),
     ],

@@ -96,19 +96,27 @@ class Fake:
 
 
 class Rows(Fake):
-    """A driver that knows what every column does: symptoms by column, on every probe."""
+    """A driver that knows what every column does: symptoms by column, on every probe.
 
-    def __init__(self, before, after):
+    A column whose symptoms are None fails. seldom: how many of the seeds show the symptoms.
+    """
+
+    def __init__(self, before, after, seldom=None):
         self.symptoms = {"before": before, "after": after}
+        self.seldom = seldom
 
     def drive(self, preset, probes, trials, *, seed, must=False):
+        symptoms = self.symptoms[preset.name]
+        shown = {s: 2.0 for s in symptoms or ()}
         return [
             {
                 "scenario": probe.name,
-                "severity": {s: 2.0 for s in self.symptoms[preset.name]},
-                "outcome": "succeeded",
+                "severity": shown if self.seldom is None or trial in self.seldom else {},
+                "outcome": "error" if symptoms is None else "succeeded",
+                "reason": "a division by zero",
+                "end": [9.0 if preset.name == "before" else 9.5],
             }
-            for _ in range(trials)
+            for trial in range(trials)
             for probe in probes
         ]
 
@@ -122,7 +130,8 @@ PROBES = {
 
 def judged(patient, before, after, symptom):
     shown = [tried(2.0, 0.0, 0.001, verdict=Verdict.SHOWN)]
-    return judge(patient, shown, symptom, PROBES, ["straight"], Rows(before, after))[0]
+    driver = Rows(before, after)
+    return next(judge(patient, shown, symptom, PROBES, ["straight"], driver, seed=0))
 
 
 class Counted(Fake):
@@ -175,8 +184,8 @@ def test_after_a_batch_with_a_change_that_takes_the_symptom_away_none_is_driven(
             patient, patient.facts(), Symptom.WOBBLE_STRAIGHT, list(PROBES.values()), driver, seed=0
         )
         suspicions = suspicions_of(patient.facts(), Symptom.WOBBLE_STRAIGHT)
-        found = experiment.run(suspicions)
-        return [entry for entry in found if entry.pairs]
+        experiment.run(suspicions)
+        return [entry for entry in experiment.tried if entry.pairs]
 
     one_batch, several = places(Counted(9.5, 0.0)), places(Counted(9.5, 1.9))
     # A cause has two values at most.
@@ -197,7 +206,8 @@ def test_the_time_that_is_left_goes_to_the_likeliest_changes(patient):
         Short(9.5, 0.0), seed=0,
     )  # fmt: skip
     suspicions = suspicions_of(patient.facts(), Symptom.WOBBLE_STRAIGHT)
-    found = experiment.run(suspicions)
+    experiment.run(suspicions)
+    found = experiment.tried
     # The file as it is and two changes, one trial each: too little to show anything.
     assert experiment.is_out_of_time
     assert [entry.pairs for entry in found if entry.pairs] == [1, 1]
@@ -218,9 +228,95 @@ def test_a_change_that_no_trial_depends_on_is_not_driven(patient):
     assert reason == "no trial depends on it"
 
 
+def raced(patient, driver, symptom=Symptom.WOBBLE_STRAIGHT):
+    experiment = Experiment(
+        patient, patient.facts(), symptom, list(PROBES.values()), driver, seed=0
+    )
+    candidate, _ = experiment._candidate(Suspicion(CAUSE, 1.0, ()), TRIAL)
+    (found,) = experiment._race.run([candidate])
+    return found
+
+
+def test_a_change_with_which_the_program_fails_is_no_cure(patient):
+    # A trial that came to no end shows no symptom, either.
+    found = raced(patient, Rows(["wobble_straight"], None))
+    assert (found.p_value, found.reason) == (1.0, "a trial failed: a division by zero")
+    failing = judged(patient, ["wobble_straight"], None, Symptom.WOBBLE_STRAIGHT)
+    assert failing.after_target == 0
+    assert not failing.helps
+    visited = visits.Visit(patient.facts(), probes=PROBES, treated=Symptom.WOBBLE_STRAIGHT)
+    visited.seen, visited.judged = {Symptom.WOBBLE_STRAIGHT: ["straight"]}, [failing]
+    visited.tried = [tried(2.0, 0.0, 0.001, verdict=Verdict.SHOWN)]
+    assert "with the best one the program fails in a trial" in verdict(visited)
+
+
+@pytest.mark.parametrize(
+    ("symptom", "after", "fall"),
+    [
+        (Symptom.WOBBLE_STRAIGHT, [], 1.0),
+        # A robot that stands does not wobble, and one that touches something no longer.
+        (Symptom.WOBBLE_STRAIGHT, ["no_start"], 0.0),
+        (Symptom.WOBBLE_STRAIGHT, ["collision"], 0.0),
+        # A touch outweighs everything: the price of its going is told with the change.
+        (Symptom.COLLISION, ["no_start"], 1.0),
+    ],
+)
+def test_a_drive_that_a_change_cuts_short_shows_no_fall(patient, symptom, after, fall):
+    assert raced(patient, Rows([symptom.value], after), symptom).fall == fall
+
+
+def test_a_change_that_was_looked_at_twice_counts_double(patient):
+    # Two of four seeds show it in three probes: 6 of 12 pairs fall, 12 of 24 after a second look.
+    found = raced(patient, Rows(["wobble_straight"], [], seldom={0, 1, 4, 5}))
+    assert found.pairs == 24
+    # All signs of 12 pairs are negative: 2 / 2^12, doubled.
+    assert found.p_value == pytest.approx(4 / 2**12)
+
+
+def test_a_seldom_symptom_is_judged_on_more_seeds(patient):
+    shown = [tried(2.0, 0.0, 0.001, verdict=Verdict.SHOWN)]
+    driver = Rows(["wobble_straight"], [], seldom={3, 4, 5})
+    (found,) = judge(patient, shown, Symptom.WOBBLE_STRAIGHT, PROBES, ["straight"], driver, seed=0)
+    # None of the first two seeds shows it.
+    assert (found.before_target, found.after_target, found.target_trials) == (3, 0, 8)
+    assert found.helps
+
+
+def test_a_change_that_leaves_the_symptom_is_not_driven_through_the_other_probes(patient):
+    stays, goes = (
+        judged(patient, ["wobble_straight"], after, Symptom.WOBBLE_STRAIGHT)
+        for after in (["wobble_straight"], [])
+    )
+    assert (stays.trials, goes.trials) == (8, 12)
+    assert not stays.helps
+
+
+def test_what_was_tried_until_ctrl_c_is_kept(patient):
+    class Stopped(Counted):
+        batches = 0
+
+        def drive_together(self, presets, probes, trials, *, seed, must=False):
+            # The third batch of trials is of the second dozen of changes.
+            if trials == 1 and len(probes) == 1:
+                self.batches += 1
+                if self.batches == 2:
+                    raise KeyboardInterrupt
+            return super().drive_together(presets, probes, trials, seed=seed)
+
+    found = visits.Visit(patient.facts(), asked=Symptom.WOBBLE_STRAIGHT, probes=PROBES)
+    found.rows = Counted(9.5, 1.9).drive(
+        patient.chosen(patient.columns()), PROBES.values(), 2, seed=0
+    )
+    found.seen = {Symptom.WOBBLE_STRAIGHT: list(PROBES)}
+    with pytest.raises(KeyboardInterrupt):
+        visits._treat(found, patient, "", Stopped(9.5, 1.9), seed=0)
+    assert len([entry for entry in found.tried if entry.pairs]) >= TOGETHER
+
+
 def test_a_change_that_takes_the_symptom_and_brings_no_other_helps(patient):
     found = judged(patient, ["wobble_straight"], [], Symptom.WOBBLE_STRAIGHT)
-    assert (found.before_target, found.after_target, found.target_trials) == (2, 0, 2)
+    # Two seeds of one probe are few: six more are driven.
+    assert (found.before_target, found.after_target, found.target_trials) == (8, 0, 8)
     assert found.helps
 
 
@@ -253,7 +349,8 @@ def test_what_stands_where_there_was_a_touch_is_told_and_not_held_against_the_ch
     found = judged(patient, ["collision"], ["gives_up_late"], Symptom.COLLISION)
     assert found.helps
     assert found.compared == 0
-    assert found.instead == {"gives_up_late": 6}
+    # Eight seeds of the probe that showed it, two of the other two.
+    assert found.instead == {"gives_up_late": 12}
 
 
 def test_the_page_begins_with_the_verdict_and_the_patch_applies(patient, tmp_path):
@@ -264,7 +361,7 @@ def test_the_page_begins_with_the_verdict_and_the_patch_applies(patient, tmp_pat
     assert written == {"doctor.html", "patched.yaml", "change.patch"}
     page = (tmp_path / "doctor.html").read_text()
     assert page.index('class="verdict"') < page.index("<h2>")
-    assert "2 of 2 trials showed it before and 0 after" in page
+    assert "8 of 8 trials showed it before and 0 after" in page
     assert "consider_footprint: true" in (tmp_path / "patched.yaml").read_text()
     patch = (tmp_path / "change.patch").read_text()
     assert "-        consider_footprint: false\n+        consider_footprint: true\n" in patch
@@ -308,6 +405,19 @@ def test_a_value_otherwise_than_nav2s_is_tried_after_the_suspects(patient):
     told = {s.cause.place: (s.cause.direction, s.cause.to) for s in more}
     # The file has 20 s, Nav2 10 s.
     assert told["progress_checker.movement_time_allowance"] == (Direction.DOWN, 10.0)
+
+
+def test_a_speed_beyond_what_the_file_lets_through_is_a_difference(patient):
+    def speeds(**velocity_smoother):
+        text = nav2_text(MPPI_BLOCK, plugin=MPPI, velocity_smoother=velocity_smoother)
+        patient.paths[0].write_text(text)
+        facts = replace(patient).facts()
+        found = with_differences([], facts)
+        return [s.cause.to for s in found if s.cause.place == "controller.vx_max"]
+
+    # The controller asks for 0.5 m/s.
+    assert speeds(max_velocity=[0.25, 0.0, 1.0], min_velocity=[-0.25, 0.0, -1.0]) == [0.25]
+    assert speeds(max_velocity=[0.5, 0.0, 1.0], min_velocity=[-0.5, 0.0, -1.0]) == []
 
 
 def test_nothing_seen_is_a_verdict(patient):
