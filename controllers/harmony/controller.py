@@ -154,7 +154,7 @@ class Harmony:
         if gives_up and len(check.moving) == 0:
             raise CollisionAhead(
                 f"the plan is blocked {found.blocked_m:.2f} m ahead and the map has no way past "
-                f"within {self._way_finder.look_past_m:.1f} m",
+                f"shorter than {self._way_finder.longest_m:.1f} m",
                 details=notes,
                 memory=self._stopped(observation, memory),
             )

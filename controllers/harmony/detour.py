@@ -27,7 +27,7 @@ SMOOTHING = (1e-4, 1000, 0.2, 0.3, 2)
 NO_OUTLINE = np.empty((0, 2))
 # A detour may end on the path at MOST_ENDS points, REJOIN_M apart; a later end must be shorter by
 # WORTH_M.
-REJOIN_M, MOST_ENDS, WORTH_M = 0.5, 8, 1.0
+REJOIN_M, MOST_ENDS, WORTH_M = 0.5, 8, 0.2
 # The plan has not changed where it still leads over the end of a detour, m.
 SAME_PLAN_M = 0.25
 # A robot farther from its detour needs another one, m.

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numba import njit
 
@@ -9,12 +11,12 @@ from drake_navbench.kernels.grid import world_to_cell
 
 
 @njit(cache=True)
-def is_connected(field, clearance, reach, start, end):
+def is_connected(field, clearance, longest, start, end):
     """Returns whether cells at least `clearance` m from obstacles lead from a point to another.
 
-    field: DistanceField. start, end: (2,) m. Cells side by side are connected; those farther than
-    `reach` m from the start along either axis do not count. A start that is nearer to obstacles
-    counts as free; a point off the map is connected with nothing.
+    field: DistanceField. start, end: (2,) m. Cells side by side are connected; those over which
+    even the straight way from start to end is longer than `longest` m do not count. A start that is
+    nearer to obstacles counts as free; a point off the map is connected with nothing.
     """
     distances = field.distances
     rows, columns = distances.shape
@@ -23,7 +25,7 @@ def is_connected(field, clearance, reach, start, end):
     end_column, end_row = world_to_cell(end[0], end[1], *place)
     if first_column < 0 or end_column < 0:
         return False
-    most = int(reach / field.resolution)
+    most = longest / field.resolution
     is_seen = np.zeros((rows, columns), dtype=np.bool_)
     stack = np.empty(rows * columns, dtype=np.int64)
     stack[0] = first_row * columns + first_column
@@ -39,7 +41,8 @@ def is_connected(field, clearance, reach, start, end):
             near_column = column + (step == 2) - (step == 3)
             if not (0 <= near_row < rows and 0 <= near_column < columns):
                 continue
-            if abs(near_row - first_row) > most or abs(near_column - first_column) > most:
+            so_far = math.hypot(near_row - first_row, near_column - first_column)
+            if so_far + math.hypot(near_row - end_row, near_column - end_column) > most:
                 continue
             if is_seen[near_row, near_column] or distances[near_row, near_column] < clearance:
                 continue

@@ -30,7 +30,11 @@ from drake_navbench.controllers.harmony.seeds import (
     pursuit,
     stop,
 )
-from drake_navbench.controllers.harmony.terms import plan_cost
+from drake_navbench.controllers.harmony.terms import (
+    FORWARD_PREFERENCE,
+    PATH_ALIGNMENT,
+    plan_cost,
+)
 from drake_navbench.controllers.harmony.way import Way
 from drake_navbench.kernels.angles import wrap
 from drake_navbench.kernels.distance_field import DistanceField
@@ -51,6 +55,8 @@ BETTER_GUESS_RATIO = 0.8
 MOST_SEGMENTS_AHEAD = 12
 # The room between a wall that is followed and the widest disc, m.
 WALL_ROOM_M = 0.15
+# The share of `path_alignment` on a detour: its cells are no path that anybody asked for.
+DETOUR_ALIGNMENT_SHARE = 0.1
 _MASK = 2**64 - 1
 _STEP_MULTIPLIER, _STREAM_MULTIPLIER = 0x9E3779B97F4A7C15, 0xD1B54A32D192ED03
 
@@ -149,8 +155,16 @@ class Planner:
             high,
             limits,
             self._shape,
-            self._weights,
+            self._weights_on(way),
         )
+
+    def _weights_on(self, way: Way) -> Array:
+        weights = self._weights.copy()
+        if way.is_detour:
+            weights[PATH_ALIGNMENT] *= DETOUR_ALIGNMENT_SHARE
+        if way.backs_up:
+            weights[FORWARD_PREFERENCE] = 0.0
+        return read_only(weights)
 
     def candidate(
         self,

@@ -37,9 +37,9 @@ Array = NDArray[np.float64]
 # Where the way is blocked, plans end this much beyond the point where the robot gives up, m, so
 # that it gets there; where give_up_distance is smaller, they end behind the obstacle's begin.
 SLOW_AT_M = 0.1
-# A way past an obstacle is searched on the map this far to every side, or as far as plans and the
-# robot reach, m. Not over the whole map: a costmap does not show obstacles beyond its
-# obstacle_max_range, so that there is nearly always a way around the seen part of a wall.
+# A way past an obstacle is at most twice as long as this, or as plans, and the robot reach, m. Not
+# longer: a costmap does not show obstacles beyond its obstacle_max_range, so that there is nearly
+# always a way around the seen part of a wall.
 LOOK_PAST_M = 1.5
 # The plans' distance field is too small by this in the middle of a gap, m.
 ROOM_IN_GAPS_M = 0.02
@@ -60,7 +60,7 @@ class FoundWay(NamedTuple):
 class WayFinder:
     """Finds the way of a cycle. discs: (D, 2) of the robot, m. clearance: of plans, m.
 
-    look_past_m: distance from the robot along either axis within which a way past is searched.
+    longest_m: of the ways past an obstacle that are looked for.
     """
 
     def __init__(
@@ -74,10 +74,8 @@ class WayFinder:
         self._discs = discs
         self._clearance = clearance
         self._half_width = half_width(setup)
-        self.look_past_m = (
-            max(parameters.top_speed * parameters.horizon, LOOK_PAST_M)
-            + setup.circumscribed_radius_m
-        )
+        reach_m = max(parameters.top_speed * parameters.horizon, LOOK_PAST_M)
+        self.longest_m = 2.0 * (reach_m + setup.circumscribed_radius_m)
         self._detour_clearance = float(discs[:, 1].max()) + clearance + ROOM_IN_GAPS_M
 
     def find(
@@ -97,15 +95,17 @@ class WayFinder:
             if not self._is_open(observation, way, field):
                 stop_m = self._parameters.give_up_distance - SLOW_AT_M
                 return FoundWay(up_to_blocked(way, stop_m), False, None, way.blocked_m)
-            if memory.is_trapped or self._is_inside(way, field):
-                detour = self._new_detour(observation, way, field)
+            if memory.is_trapped or self._leads_inside(way, field):
+                detour = self._new_detour(observation, memory, way, field)
         if detour is None:
             return FoundWay(around(way), True, None, way.blocked_m)
         whole = joined(detour, observation.plan, observation.global_plan)
         past = self._along(whole, observation, field, reach_m)
         # Where it ends in the goal, its own heading counts until it is there.
         nears_goal = past.nears_goal and len(whole) > len(detour)
-        past = past._replace(blocked_m=np.inf, behind=None, nears_goal=nears_goal)
+        past = past._replace(
+            blocked_m=np.inf, behind=None, nears_goal=nears_goal, is_detour=True
+        )
         p = self._parameters
         can_back_up = p.max_vel_x_backwards > 0.0
         if can_back_up and must_back_up(past, start, field, self._discs, self._clearance):
@@ -124,12 +124,11 @@ class WayFinder:
         if way.behind is None:
             return True
         position = observation.pose[:2]
-        return bool(is_connected(field, self._half_width, self.look_past_m, position, way.behind))
+        return bool(is_connected(field, self._half_width, self.longest_m, position, way.behind))
 
-    def _is_inside(self, way: Way, field: DistanceField) -> bool:
-        """Returns whether the target lies in an obstacle, where no heading has room."""
-        distance_m = distances_at(field, way.target[None, :2])[0]
-        return not way.nears_goal and bool(distance_m < self._half_width)
+    def _leads_inside(self, way: Way, field: DistanceField) -> bool:
+        """Returns whether the path leads into an obstacle, where no heading has room."""
+        return bool((distances_at(field, way.path[:, :2]) < self._half_width).any())
 
     def _detour_so_far(
         self, observation: Observation, memory: HarmonyMemory, way: Way, field: DistanceField
@@ -143,13 +142,16 @@ class WayFinder:
             return None
         if is_good(rest, position, field, self._detour_clearance):
             return rest
-        return self._new_detour(observation, way, field)
+        return self._new_detour(observation, memory, way, field)
 
-    def _new_detour(self, observation: Observation, way: Way, field: DistanceField) -> Array | None:
+    def _new_detour(
+        self, observation: Observation, memory: HarmonyMemory, way: Way, field: DistanceField
+    ) -> Array | None:
         """Returns a way past where the plan has no room, else near the goal the line to it."""
         position, goal = observation.pose[:2], observation.goal[:2]
         plans = observation.plan, observation.global_plan
         detour = find_detour(*plans, field, self._detour_clearance, position)
-        if detour is None and way.nears_goal and np.hypot(*(goal - position)) > field.resolution:
+        is_stuck = memory.is_trapped and way.nears_goal
+        if detour is None and is_stuck and np.hypot(*(goal - position)) > field.resolution:
             return read_only(path_from_polyline(np.stack([position, goal]), field.resolution))
         return detour
