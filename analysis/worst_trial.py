@@ -10,7 +10,7 @@ from drake_navbench.analysis.metrics.safety import min_clearance_m
 from drake_navbench.errors import InputError
 from drake_navbench.logs.log import Outcome, TrialLog
 
-# The worst first. A trial that was to be given up and was is as good as one that arrived.
+# The worst outcome first. A trial that gave up as expected counts as one that arrived.
 FROM_WORST = (
     Outcome.ERROR,
     Outcome.COLLIDED,
@@ -21,7 +21,7 @@ FROM_WORST = (
 
 
 def worst_trial(folder: Path) -> Path:
-    """Returns the log of the trial that ended worst; of several the one that came nearest.
+    """Returns the log of the trial that ended worst; of several, the one nearest to an obstacle.
 
     Ranked by outcome, then by the smallest clearance, then by time. Trials without a sample cannot
     be shown and are left out. Raises InputError where none is left.
