@@ -30,7 +30,7 @@ from drake_navbench.analysis.metrics.tracking import projection_on_plans
 from drake_navbench.analysis.numbers import typeset
 from drake_navbench.logs.log import Outcome, TrialLog
 
-# The most points of all trials of a scenario, and the fewest and the most of one trial.
+# The most points of all trials of a scenario together; the fewest and the most of one trial.
 MAX_POINTS, MIN_POINTS_A_TRIAL, MAX_POINTS_A_TRIAL = 4000, 20, 150
 MAX_WALL_COUNT = 1500
 DECIMALS_M = 3
@@ -50,7 +50,8 @@ def chart_data(
     """Returns the numbers of a scenario's charts, as JSON can hold them.
 
     logs: by controller, each with samples. trials: their rows as from `trial_row`. metrics: those
-    of the chart of metrics. columns: all of the results, for colours that are the same everywhere.
+    in the chart of metrics. columns: all columns of the results, so that each keeps its colour on
+    every page.
     """
     names = list(logs)
     every = [log for own in logs.values() for log in own]
@@ -74,7 +75,7 @@ def chart_data(
 
 
 def _walls(log: TrialLog) -> list[list[list[float]]]:
-    """Returns at most about MAX_WALL_COUNT outlines; a map's many cells are thinned out."""
+    """Returns outlines of obstacles, at most MAX_WALL_COUNT; of a map's many cells only some."""
     outlines = obstacle_outlines(log)
     every = max(1, -(-len(outlines) // MAX_WALL_COUNT))
     return [_xy(np.asarray(outline), len(outline)) for outline in outlines[::every]]
@@ -88,7 +89,7 @@ def _trials(logs: Mapping[str, Sequence[TrialLog]], points: int) -> list[Chart]:
             chosen = evenly_chosen(len(log.samples), points)
             path = positions(log)[chosen]
             if "floor" in log.samples:
-                # No line to where a lift carried the robot.
+                # No line is drawn to the place where a lift left the robot.
                 path[np.flatnonzero(np.diff(log.samples["floor"].to_numpy()[chosen]))] = np.nan
             curve = next(curves, None)
             drawn.append(
@@ -109,7 +110,7 @@ def _trials(logs: Mapping[str, Sequence[TrialLog]], points: int) -> list[Chart]:
 
 
 def _distances_from_plan(log: TrialLog) -> Array:
-    """Returns (N,) m, NaN where there was no plan."""
+    """Returns the distance of each sample from the plan, (N,) m; NaN where there is no plan."""
     try:
         return projection_on_plans(log).distance_m
     except Undefined:
@@ -169,7 +170,7 @@ def _xy(points: Array, most: int) -> list[list[float]]:
 
 
 def _rounded(values: Any, decimals: int = DECIMALS_M) -> list[Any]:
-    """Returns plain numbers, None for what is not finite, which JSON does not have."""
+    """Returns plain numbers, with None for NaN and infinity, which JSON does not have."""
     return [
         value if math.isfinite(value) else None
         for value in np.round(np.asarray(values, dtype=float), decimals).tolist()

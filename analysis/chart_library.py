@@ -1,9 +1,9 @@
 """The charting library of a page: BokehJS, taken from the installed package bokeh.
 
 Of the well-kept libraries that come in a Python package it is the one that draws what is needed
-here, offline and from plain numbers, in less than 1.5 MB: plotly.js has 4.5 MB, and Vega comes in
-a package with a JavaScript engine of its own. Only its files are read: to import bokeh would take
-longer than to write the page.
+here, offline and from plain numbers, in less than 1.5 MB: plotly.js has 4.5 MB, and Vega comes in a
+package with a JavaScript engine of its own. The package's files are read without importing it: the
+import would take longer than writing the page.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from __future__ import annotations
 from importlib.util import find_spec
 from pathlib import Path
 
-# The library, and with it what makes charts in JavaScript.
+# The library itself, and its interface for making charts in JavaScript.
 FILES = ("bokeh.min.js", "bokeh-api.min.js")
 
 
@@ -25,5 +25,5 @@ def chart_library() -> str:
         texts = [(folder / name).read_text(encoding="utf-8") for name in FILES]
     except OSError:
         return ""
-    # A script element of a page must not contain the text that ends it.
+    # A script element in a page must not contain the text that ends the element.
     return "\n".join(texts).replace("</script", "<\\/script")

@@ -16,8 +16,8 @@ CONTROLLER_COLORS = {
     "mppi_nav2": "#cc79a7",
     "harmony": "#6a3d9a",
 }
-# Colours of other columns: each is farthest in OKLab from those before it and from the table's,
-# among those that can be read on white and on black.
+# Colours for all other columns. Among the colours that are legible on white and on black, each is
+# the one that is farthest, in OKLab, from the table's colours and from those before it.
 OTHER_COLORS = (
     "#c300ff",
     "#5a5a00",
@@ -35,8 +35,8 @@ OTHER_COLORS = (
 def controller_color(name: str, beside: Iterable[str] = ()) -> str:
     """Returns the colour '#rrggbb' of a column.
 
-    beside: all columns of the results. Each of them has a colour of its own, as long as at most
-    OTHER_COLORS of them are missing in the table of known colours.
+    beside: all columns of the results. Every column has a colour of its own unless more columns
+    than OTHER_COLORS has are missing in the table of known colours.
     """
     return _colors(frozenset({name, *beside}))[name]
 
@@ -45,7 +45,7 @@ def controller_color(name: str, beside: Iterable[str] = ()) -> str:
 def _colors(names: frozenset[str]) -> dict[str, str]:
     """Returns a colour by name, the same whatever the order of the names.
 
-    A name has its own first choice, so that it mostly looks the same in other results, too.
+    Each name has a first choice, so that its colour is mostly the same in other results, too.
     """
     chosen = {name: CONTROLLER_COLORS[name] for name in names & CONTROLLER_COLORS.keys()}
     free: list[str] = []

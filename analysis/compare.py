@@ -49,12 +49,12 @@ from drake_navbench.analysis.paired_trials import Contest, LostTrial
 from drake_navbench.analysis.scenario_analysis import LeftOut
 from drake_navbench.errors import InputError, nearest_name_hint
 
-# That a comparison takes in a terminal unless all is asked for.
+# The most lines that a comparison prints in a terminal unless all are asked for.
 MOST_LINES = 8
 
 
 class Unmatched(NamedTuple):
-    """Trials of a controller in a scenario that cannot be compared. reason: which and why."""
+    """Trials of a controller in a scenario that cannot be compared. reason: the seeds, and why."""
 
     folder: str
     scenario: str
@@ -70,8 +70,8 @@ class FolderComparison:
     """Every finding, and what could not be compared.
 
     listed: the metrics whose getting worse is a regression. unmatched: trials and columns that only
-    one of the folders has. left_out: unreadable files. contests: the tables that were compared,
-    one a folder. matches: the pairs of columns of each. analyses: of the folders.
+    one of the folders has. left_out: unreadable files. contests: the compared tables, one contest a
+    folder. matches: the pairs of columns of each contest. analyses: those of the folders.
     """
 
     baseline: str
@@ -103,15 +103,15 @@ class FolderComparison:
 
     @property
     def errors(self) -> list[LostTrial]:
-        """Trials that ended as an error where the baseline has none with that controller."""
+        """Trials that ended as an error where that controller had no error in the baseline."""
         lost = self.judged.new_failures if self.listed else []
         return [trial for trial in lost if not trial.is_missing]
 
     @property
     def undecided_losses(self) -> list[str]:
-        """A line for every loss that so few trials cannot decide, touches first.
+        """A line for every loss for which there are too few trials to decide, touches first.
 
-        Also for errors where the baseline ends in errors, too.
+        Errors are among them where the baseline has errors, too.
         """
         if not self.listed:
             return []
@@ -130,7 +130,7 @@ class FolderComparison:
 
     @property
     def summary(self) -> str:
-        """The whole in a line."""
+        """The whole comparison in one line."""
         cells = {(f.label, f.scenario, f.controller) for f in self.judged.findings}
         count = Counter(finding.verdict for finding in self.listed_findings)
         told = ", ".join(f"{count[verdict]} {verdict}" for verdict in Verdict)
@@ -153,10 +153,10 @@ def compare_folders(
     matches: columns of different names to compare, 'OLD=NEW'; see `contests` for those found.
 
     listed: names of metrics whose getting worse counts as a regression; success_rate and touch_rate
-    are always among them unless there is none: who fails has no time to the goal that could get
-    worse. tolerance: share of the baseline below which a change is none. Raises InputError for a
-    name that is no metric, a folder that is no results folder (all are looked at before the work
-    begins), or folders without a common trial.
+    are always among them unless the list is empty: a controller that fails has no time to the goal
+    that could get worse. tolerance: share of the baseline; a smaller change counts as none. Raises
+    InputError for a name that is no metric, a folder that is no results folder (all are looked at
+    before the work begins), or folders without a common trial.
     """
     listed = _checked(listed)
     for folder in folders:
@@ -244,7 +244,7 @@ def _checked(listed: Sequence[str]) -> tuple[str, ...]:
 
 
 def to_markdown(comparison: FolderComparison) -> str:
-    """Returns the comparison as Markdown: errors, regressions, undecided losses, all changes."""
+    """Returns the comparison in Markdown: errors, regressions, undecided losses, all changes."""
     judged, regressions = comparison.judged, comparison.regressions
     lines = [f"# Compared with {comparison.baseline}", ""]
     lines.append(f"Listed metrics: {', '.join(comparison.listed) or 'none'}.")
@@ -280,7 +280,7 @@ def to_markdown(comparison: FolderComparison) -> str:
 
 
 def in_short(comparison: FolderComparison, most_lines: int = MOST_LINES) -> str:
-    """Returns the comparison as a few lines: the verdicts, and what they rest on."""
+    """Returns the comparison in at most `most_lines` lines: the verdicts and their findings."""
     lines = []
     for verdict in comparison.verdicts:
         lines += [verdict.text, *(f"  {detail}" for detail in verdict.details)]
@@ -291,9 +291,10 @@ def in_short(comparison: FolderComparison, most_lines: int = MOST_LINES) -> str:
 
 
 def to_junit(comparison: FolderComparison) -> str:
-    """Returns JUnit XML: a test case a listed metric, scenario and controller.
+    """Returns JUnit XML: one test case for each listed metric, scenario and controller.
 
-    A trial that ended as an error is a failed one, and what could not be compared a skipped one.
+    A trial that ended as an error is a failed test case; a trial that could not be compared is a
+    skipped one.
     """
     cases = comparison.listed_findings
     skipped = [f for f in cases if f.verdict is Verdict.NO_VALUE]

@@ -30,14 +30,15 @@ MOST_LOSSES = 6
 MOST_TASKS = 200
 TIME = "time_to_goal_s"
 CLEARANCE = "min_clearance_m"
-# The size of a strip of dots, px.
+# The size of a strip of dots, points of a page (px).
 STRIP_WIDTH, STRIP_HEIGHT, STRIP_MARGIN = 460.0, 46.0, 12.0
 
 
 class Strip(NamedTuple):
     """Paired differences on a line: dots, mean and interval in px, and words.
 
-    zero: the place of no difference. dots: (x, y, title). ends: of the interval, None without one.
+    zero: x of a difference of 0. dots: (x, y, title). ends: x of the interval's ends; None without
+    an interval.
     """
 
     title: str
@@ -60,7 +61,7 @@ class Parameter(NamedTuple):
 
 
 class TaskRow(NamedTuple):
-    """A pair of trials, or of tasks, in words. loss: how bad the change is, for the order."""
+    """A pair of trials, or of tasks, in words. loss: the sorting key, larger for a worse change."""
 
     scenario: str
     outcomes: tuple[str, str]
@@ -70,7 +71,7 @@ class TaskRow(NamedTuple):
 
 
 class Pair(NamedTuple):
-    """A section of the page: one column against another. arrivals: a line each on outcomes."""
+    """A section of the page: one column against another. arrivals: lines on the outcomes."""
 
     name: str
     old: str
@@ -144,7 +145,8 @@ def parameters_that_differ(
     """Yields the resolved parameters and settings of the robot that differ between two columns.
 
     Their names are those of a Nav2 file: `FollowPath.lookahead_dist`,
-    `local_costmap.inflation_layer.inflation_radius`. A preset has no plugin's name in front.
+    `local_costmap.inflation_layer.inflation_radius`. Parameters of a preset have no plugin's name
+    in front.
     """
     plugin = _plugin_of(folders[0], match.old) or _plugin_of(folders[1], match.new)
     old, new = (
@@ -240,7 +242,7 @@ def _commands(
     match: Match,
     folders: tuple[FolderAnalysis, FolderAnalysis],
 ) -> tuple[str, ...]:
-    """Returns the shell commands that draw a pair's replay: one where the columns' names differ."""
+    """Returns the commands that draw a pair's replays: one if the columns' names differ."""
     logs = [
         str(ResultsFolder(folder.path).log_path(scenario, column, trial))
         for folder, column in zip(folders, match, strict=True)

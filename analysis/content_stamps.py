@@ -21,7 +21,7 @@ from drake_navbench import analysis
 from drake_navbench.analysis.metrics.definition import Metric
 
 OWN_PACKAGE = "drake_navbench"
-# Their releases may round, or draw, otherwise.
+# Another release of these packages may round, or draw, differently.
 PACKAGES = ("matplotlib", "numba", "numpy", "pandas", "scipy")
 THREADS = 4
 
@@ -56,8 +56,8 @@ def code_stamp() -> str:
 def metric_stamps(metrics: Iterable[Metric]) -> dict[str, str]:
     """Returns the stamp of each metric's definition by name.
 
-    The definition of a metric of another package is all code of that package; that of `--metric
-    FILE.py:NAME` is the file.
+    A metric of another package is defined by all code of that package; a metric of `--metric
+    FILE.py:NAME` by the file.
     """
     return {entry.name: _definition_stamp(str(entry.function.__module__)) for entry in metrics}
 
@@ -69,7 +69,7 @@ def _definition_stamp(module_name: str) -> str:
         return code_stamp()
     source = getattr(sys.modules.get(package), "__file__", None)
     if source is None:
-        # The name of the module of a metric's file holds the digest of its content.
+        # The name of the module of a metric's file contains the digest of the file's content.
         return stamp_of(code_stamp(), module_name)
     path = Path(source)
     own = _source_stamp(path.parent) if path.name == "__init__.py" else file_stamp(path)

@@ -20,7 +20,7 @@ ARROW = " -> "
 
 
 class Match(NamedTuple):
-    """A column of the base, and the one that is judged against it."""
+    """A column of the base (`old`), and the column that is judged against it (`new`)."""
 
     old: str
     new: str
@@ -31,7 +31,7 @@ class Match(NamedTuple):
         return self.old if self.old == self.new else f"{self.old}{ARROW}{self.new}"
 
 
-# For the alias of each whole Nav2 file of a run its columns by plugin.
+# Alias of a run's whole Nav2 file -> plugin -> column.
 Files = Mapping[str, Mapping[str, str]]
 
 
@@ -43,14 +43,14 @@ def matches_between(
 ) -> list[Match]:
     """Returns the pairs of columns, one of each folder, that are compared.
 
-    Each of these rules looks at the columns that the ones before it have left:
+    Each rule looks at the columns that the rules before it have left over:
     - The pairs in `requested`.
     - Columns of equal name.
     - Columns of the same plugin from files of the same alias: `old/FollowPath` of a run of one file
       is `old` in a run of several.
-    - Columns of the same plugin, where those that are left come from one file in each folder.
-    - The only column left in each folder.
-    files: of each folder. Raises InputError where a column in `requested` does not exist.
+    - Columns of the same plugin, if the remaining columns come from one file in each folder.
+    - The only remaining column in each folder.
+    files: one for each folder, see `Files`. Raises InputError where a column in `requested` does not exist.
     """
     _require_known([match.old for match in requested], before)
     _require_known([match.new for match in requested], after)
@@ -103,7 +103,7 @@ def matches_within(
     if requested:
         _require_known([name for match in requested for name in match], columns)
         return list(requested)
-    # A manifest has them by the alphabet; the first file is that of the first column.
+    # A manifest lists the files by the alphabet; the first file is the file of the first column.
     order = {name: place for place, name in enumerate(columns)}
     plugins = sorted(
         files.values(), key=lambda own: min(order.get(name, len(order)) for name in own.values())
@@ -127,8 +127,8 @@ def _require_known(names: Sequence[str], columns: Sequence[str]) -> None:
 def read_matches(texts: Sequence[str], before: Sequence[str], after: Sequence[str]) -> list[Match]:
     """Returns the matches of `--match OLD=NEW`; raises InputError.
 
-    before, after: the columns that there are. A name may have equals signs, as of a variant: the
-    text is parted where both names are columns.
+    before, after: the names of the existing columns. A name may contain equals signs, such as that
+    of a variant: the text is split where both parts are columns.
     """
     return [_read_match(text, before, after) for text in texts]
 
@@ -145,7 +145,7 @@ def _read_match(text: str, before: Sequence[str], after: Sequence[str]) -> Match
     if len(known) > 1:
         told = " or ".join(f"{way.old!r} with {way.new!r}" for way in known)
         raise InputError(f"--match {text!r}: means {told}; rename a column by --name")
-    # Neither pair fits: take one with one known name, so that the error names the other.
+    # Neither split fits: take one with one known name, so that the error names the other.
     half = [way for way in ways if way.old in before or way.new in after]
     return (known or half or ways)[0]
 
@@ -159,7 +159,7 @@ def contest_of(
 ) -> Contest:
     """Returns the contest of these columns.
 
-    before, after: tables with one row a trial, or one and the same. suites: by scenario.
+    before, after: tables with one row a trial; may be the same table. suites: by scenario.
     """
     tables = []
     for side, table in enumerate((before, after)):
@@ -183,8 +183,8 @@ def contest_of(
 def by_task(trials: pd.DataFrame, suites: Mapping[str, str]) -> pd.DataFrame:
     """Returns trials in which each task of a suite is one row, under the suite's name.
 
-    Metrics are means over the trials of the task. It ended as an error, touched or did not arrive
-    where one of its trials did. A suite of a single task stays as it is.
+    Metrics are means over the trials of the task. A task counts as an error, as touching or as not
+    arrived if one of its trials does. A suite of a single task stays as it is.
     """
     members: dict[str, list[str]] = {}
     for scenario in dict.fromkeys(trials["scenario"]):

@@ -13,7 +13,7 @@ from drake_navbench.kernels.grid import (
     NO_INFORMATION,
 )
 
-# Steps of the graded costs; few of them compress well.
+# The number of shades between free and inscribed; few shades compress well.
 GRADE_COUNT = 12
 FREE_RGBA = (70, 130, 200, 30)
 GRADED_RGB, GRADED_ALPHA = (235, 150, 60), (30, 170)

@@ -49,8 +49,8 @@ DEFAULT_JOBS = 2
 class FolderAnalysis:
     """The analysis of a results folder.
 
-    scenarios: in the order in which the run named them. figures: the figures that were written.
-    charts: the numbers of each scenario's interactive charts, see `chart_data`.
+    scenarios: in the run's order. figures: the figures that were written. charts: the numbers of
+    each scenario's interactive charts, see `chart_data`.
     """
 
     path: Path
@@ -66,7 +66,7 @@ class FolderAnalysis:
 
     @property
     def left_out(self) -> list[LeftOut]:
-        """The files that could not be read, and figures that could not be drawn."""
+        """The files that could not be read, and the figures that could not be drawn."""
         return [entry for scenario in self.scenarios for entry in scenario.left_out]
 
 
@@ -100,13 +100,12 @@ def analyse_folder(
 ) -> FolderAnalysis:
     """Computes everything from the logs of a results folder.
 
-    Logs, figures and charts of which an earlier report kept everything are not read or drawn again,
-    see `measured_trials` and `kept_drawing`. A scenario of very many trials is told from their
-    rows, see `many_trials`.
-    figures: which of them to draw into the folder. jobs: processes; 1 stays in this one.
-    measured: rows as from `trial_row` of some of these logs, not to be measured again.
-    keeps: whether to keep what was measured for the next time.
-    Raises InputError where the folder is no results folder or holds no readable log.
+    Logs whose measurements, and figures and charts whose drawings an earlier report kept are not
+    read or drawn again, see `measured_trials` and `kept_drawing`. A scenario of very many trials is
+    read from the table of trials, see `many_trials`. figures: which of them to draw into the
+    folder. jobs: processes; 1: this process alone. measured: rows as from `trial_row` of logs that
+    need no measuring. keeps: whether to keep the measurements for the next report. Raises
+    InputError where the folder is no results folder or holds no readable log.
     """
     manifest, files = find_logs(path)
     stamps = file_stamps(file for own in files.values() for file in own)
@@ -145,10 +144,10 @@ def _tasks(
     before: MeasuredTrials,
     stamps: Mapping[Path, str],
 ) -> list[_ScenarioTask]:
-    """Returns a task a scenario. files: logs by the folder of their scenario."""
+    """Returns one task for each scenario. files: logs by the folder of their scenario."""
     controllers = list(manifest.get("controllers", []))
     told = told_by_totals(manifest.get("suites", {}))
-    # The longest scenarios first: the last worker should not start with the most work.
+    # The longest scenarios first, so that the last worker does not start with the most work.
     order = sorted(files, key=lambda key: -sum(file.stat().st_size for file in files[key]))
     tasks = []
     for key in order:
@@ -161,7 +160,7 @@ def _tasks(
 
 
 def _kept_scenario(task: _ScenarioTask, before: MeasuredTrials) -> _ScenarioResult | None:
-    """Returns a scenario's result from what was kept; None where a log must be read for it."""
+    """Returns a scenario's result from kept files alone; None where a log must be read."""
     entries = [before.entries[path] for path in task.paths if path in before.entries]
     if len(entries) < len(task.paths):
         return None
@@ -198,8 +197,9 @@ def find_logs(path: Path) -> tuple[Mapping[str, Any], dict[Path, list[Path]]]:
 def _analyse_apart(tasks: Sequence[_ScenarioTask], jobs: int) -> list[_ScenarioResult]:
     """Runs `_analyse_scenario` for each task in workers; returns the results.
 
-    Raises the error that a worker raised. A scenario whose worker was killed is analysed once more,
-    then without figures, then left out. The results list the parts that were left out.
+    Raises the error that a worker raised. A scenario whose worker was killed is analysed once more;
+    if that fails, without figures; else it is left out. The results list the parts that were left
+    out.
     """
     start_server([__name__])
     first, ended = _analyse_once(tasks, jobs)
@@ -271,7 +271,7 @@ def _drawn(
     controllers: Sequence[str],
 ) -> Drawing:
     """Draws the figures of a scenario into a folder; returns them, with its chart."""
-    # They import matplotlib, which a report that draws nothing does without.
+    # These modules import matplotlib, which a report without drawings does not need.
     from drake_navbench.analysis.chart_data import chart_data
     from drake_navbench.analysis.figures.album import drawable_logs, write_scenario_figures
 
@@ -302,7 +302,10 @@ def _is_drawn(figures: FigureChoice, is_told_by_totals: bool) -> bool:
 
 
 def _describe(analysis: ScenarioAnalysis, info: Mapping[str, Any], told: frozenset[str]) -> None:
-    """Sets a scenario's description, purpose and clean twin from the header of one of its logs."""
+    """Sets a scenario's description, purpose and clean scenario from one log's header.
+
+    told: the scenarios that the report shows by totals alone.
+    """
     task = info["scenario"]
     analysis.description = str(task.get("description", ""))
     analysis.is_impossible = task.get("expected_outcome") == Outcome.ABORTED
@@ -316,5 +319,5 @@ def _in_order(entries: Sequence[TrialEntry], controllers: Sequence[str]) -> list
 
 
 def _place(name: str, order: Sequence[str]) -> tuple[int, str]:
-    """Returns a sort key: named ones in their order, others after them by name."""
+    """Returns a sorting key: names in `order` in their order, all others after them by name."""
     return (order.index(name) if name in order else len(order), name)

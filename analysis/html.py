@@ -17,16 +17,16 @@ from drake_navbench.analysis.colors import controller_color
 
 PERCENT = 100.0
 NAME_JOINT = re.compile(r"([:_=/-])(?=.)")
-# Between tags stands text, whose numbers stay as they are.
+# A figure's text stands between tags; numbers in it stay unchanged.
 TAG = re.compile(r"<[^>]*>")
-# A figure's coordinates in points: a hundredth is finer than any screen or printer.
+# Coordinates in points: a hundredth is finer than any screen or printer shows.
 LONG_DECIMALS = re.compile(r"(\.\d\d)\d+")
 
 
 def page_environment(columns: Iterable[str] = ()) -> Environment:
     """Returns the environment of the templates: text is escaped, a missing value is an error.
 
-    columns: all that the page names, so that `color` gives each its own colour.
+    columns: all columns that the page names, so that `color` gives each its own colour.
     """
     environment = Environment(
         loader=PackageLoader("drake_navbench.analysis", "templates"),
@@ -41,7 +41,7 @@ def page_environment(columns: Iterable[str] = ()) -> Environment:
 
 
 def breakable(name: str) -> Markup:
-    """Returns a name as HTML that breaks behind : _ = / and - before it breaks within a word."""
+    """Returns a name as HTML that may break behind : _ = / and -, rather than within a word."""
     return Markup(NAME_JOINT.sub(r"\1<wbr>", str(escape(name))))
 
 
@@ -55,7 +55,7 @@ def relative_change(ratio: float) -> str:
 def inline_svg(path: Path) -> str:
     """Returns a figure as a data URL, so that the page needs no other file."""
     svg = TAG.sub(_shortened, path.read_text(encoding="utf-8"))
-    # Only these characters of an SVG mean something else in an address; base64 is a third longer.
+    # In a data URL only these characters of an SVG have a meaning; base64 would be a third longer.
     for special in "%#\n":
         svg = svg.replace(special, " " if special == "\n" else quote(special))
     return f"data:image/svg+xml,{svg}"
@@ -66,6 +66,6 @@ def _shortened(tag: re.Match[str]) -> str:
 
 
 def script_json(value: Any) -> Markup:
-    """Returns a value as JSON that may stand within a script element."""
+    """Returns a value as JSON that is safe within a script element."""
     text = json.dumps(value, separators=(",", ":"), allow_nan=False)
     return Markup(text.replace("<", "\\u003c").replace("&", "\\u0026"))

@@ -21,21 +21,21 @@ from drake_navbench.logs.log import TrialLog
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 
-# The end of a task takes effect with the next step and sample.
+# The end of a task takes effect with the next step and the next sample.
 END_GRACE_S = 0.05
-# Slower than this is at rest.
+# A robot slower than this is at rest.
 REST_MPS, REST_RADPS = 0.01, 0.02
 # Larger clearances are not measured, and logged as infinite.
 CLEARANCE_REACH_M = 5.0
 CLEARANCE_PERIOD_S = 0.05
-# Between two rows the robot may be a little faster than in both.
+# Between two rows the robot may be a little faster than at both rows.
 CLEARANCE_TOLERANCE_M = 1e-3
 SLACK = 1.01
 ROUNDING = 1e-6
 
 
 class Violation(NamedTuple):
-    """An invariant that does not hold: at how many rows, and the time of the first, s."""
+    """An invariant that does not hold: the number of such rows, and the first one's time, s."""
 
     kind: str
     row_count: int
@@ -46,8 +46,8 @@ def violations_of(log: TrialLog) -> list[Violation]:
     """Returns the violated invariants of a log, at most one entry for each, in fixed order.
 
     NaN violates the invariant of its column. A trial without samples violates none. A recording is
-    checked only for the invariants that do not presume a simulation: a real robot rolls on after
-    its goal, and its velocities are measured.
+    checked only for invariants that also hold without a simulation: a real robot rolls on after its
+    goal, and its velocities are measured.
     """
     time_s = _column(log, "time_s")
     if len(time_s) == 0:
@@ -63,9 +63,9 @@ def violations_of(log: TrialLog) -> list[Violation]:
 
 
 def warnings_of(trials: Iterable[tuple[str, Sequence[Violation]]]) -> list[str]:
-    """Returns a line for each violated invariant: number of rows and trials, and the first one.
+    """Returns one line for each violated invariant: the number of rows and trials, and the first.
 
-    trials: the name of each trial with its violations.
+    trials: the violations of each trial by its name.
     """
     found: dict[str, list[tuple[str, Violation]]] = {}
     for name, violations in trials:
@@ -88,7 +88,7 @@ def _time_stands_still(log: TrialLog) -> Flags:
 
 
 def _command_beyond_the_drive(log: TrialLog) -> Flags:
-    """Flags rows with a command that the drive has to cut."""
+    """Flags rows with a command that exceeds the drive's limits."""
     limits = _Limits.of(log)
     v, w = _column(log, "command_v_mps"), _column(log, "command_w_radps")
     is_within = (
@@ -119,7 +119,7 @@ def _clearance_jumps(log: TrialLog) -> Flags:
     speed_mps = np.maximum(v[1:], v[:-1]) + radius_m * np.maximum(w[1:], w[:-1])
     speed_mps += movers_of(log).top_speed_mps
     moved_m = np.concatenate([[0.0], np.cumsum(speed_mps * np.diff(time_s))])
-    # A sample holds for a period: the last one was taken no earlier than that before this row.
+    # A clearance holds for a period: the last row's was measured up to one period before that row.
     moved_before_m = np.interp(time_s - CLEARANCE_PERIOD_S, time_s, moved_m)
     allowed_m = moved_m[1:] - moved_before_m[:-1] + CLEARANCE_TOLERANCE_M
     clearance_m = np.minimum(_column(log, "clearance_m"), CLEARANCE_REACH_M)
@@ -136,13 +136,13 @@ def _somebody_came_or_went(log: TrialLog, time_s: Array) -> Flags:
     away = np.isnan(log.people.poses[..., 0])
     for row in np.flatnonzero((away[1:] != away[:-1]).any(axis=1)):
         first_s, last_s = log.people.time_s[row : row + 2]
-        # A clearance holds until the next, and a log's row is not older than that.
+        # A row's clearance was measured at most two periods before the row.
         flags |= (time_s >= first_s - ROUNDING) & (time_s <= last_s + 2.0 * CLEARANCE_PERIOD_S)
     return flags
 
 
 def _just_carried(log: TrialLog) -> Flags:
-    """Returns (N - 1,) which steps may be between clearances of two floors."""
+    """Flags the steps (N - 1,) in which the clearance may change from one floor's to another's."""
     time_s = _column(log, "time_s")[1:]
     arrivals_s = time_s[is_carried(log)]
     since_s = time_s - arrivals_s[:, None]
@@ -153,8 +153,9 @@ def _just_carried(log: TrialLog) -> Flags:
 def _energy_from_nowhere(log: TrialLog) -> Flags:
     """Flags rows with more kinetic energy, per kg of the robot, than the drive can have given.
 
-    Neither the velocities nor the way since the last row may take more than there is at the top
-    speeds, and the velocities may not gain more than the largest accelerations do work.
+    The energy of the velocities, and that of the mean velocities since the last row, may not exceed
+    the energy at the top speeds. Between rows it may rise by at most the work of the largest
+    accelerations.
     """
     limits = _Limits.of(log)
     step_s = np.diff(_column(log, "time_s"))
@@ -190,7 +191,7 @@ _OF_RECORDINGS = {"time stands still", "command beyond the limits of the drive"}
 
 
 def _untold(log: TrialLog) -> set[str]:
-    """Returns the invariants about signals that a recording does not have."""
+    """Returns the invariants that need signals which a recording lacks."""
     has_commands = "command_v_mps" not in log.missing
     return set() if has_commands else {"command beyond the limits of the drive"}
 
@@ -228,7 +229,9 @@ class _Limits(NamedTuple):
 
 
 def _kinetic_energy(v: Array | float, w: Array | float, gyration: float) -> Array | float:
-    """Returns the kinetic energy per mass, J/kg, at v m/s and w rad/s; gyration: m^2."""
+    """Returns the kinetic energy per mass, J/kg, at v m/s and w rad/s.
+
+    gyration: yaw inertia per mass, m^2."""
     return 0.5 * (np.square(v) + gyration * np.square(w))
 
 
@@ -247,7 +250,7 @@ def _speed(log: TrialLog) -> Array:
 
 
 def _from_second(flags: Flags) -> Flags:
-    """Returns flags of all rows from flags of all rows but the first, whose flag is False."""
+    """Returns the flags of all rows: False for the first row, then `flags`."""
     return np.concatenate([[False], flags])
 
 

@@ -14,8 +14,8 @@ from drake_navbench.analysis.metrics.signals import column, poses_at, times
 from drake_navbench.kernels.path_geometry import path_length
 from drake_navbench.logs.log import TrialLog
 
-# The nodes of Nav2's trees that act; the others only decide which of these is next. A node's name
-# may end in where it stands, such as ClearLocalCostmap-Context.
+# The nodes of Nav2's trees that act; the other nodes only choose among these. A node's name may end
+# in its place in the tree, such as ClearLocalCostmap-Context.
 ACTIONS = frozenset(
     {
         "BackUp",
@@ -36,9 +36,10 @@ NEW_PLAN = "new plan"
 class Leg(NamedTuple):
     """The way to one goal.
 
-    goal: x m, y m, yaw rad. driven_m: length of the true path. recoveries: actions started.
-    floor, lift: where there are several floors, and the lift to which it led, '' for none.
-    lift_s: from asking for it until it was left. clearance_m: the least one, inf beyond 5 m.
+    goal: x m, y m, yaw rad. driven_m: length of the true path. recoveries: number of started
+    recovery actions. floor: its name, where there are several floors. lift: the name of the lift to
+    which the leg led, '' for none. lift_s: time from calling the lift until leaving it.
+    clearance_m: the least one, inf beyond 5 m.
     """
 
     goal: tuple[float, ...]
@@ -94,13 +95,13 @@ def deeds_of(log: TrialLog) -> list[Deed]:
 
 
 def _text(event: Mapping[str, Any]) -> str:
-    """Returns an event in words, '' for one not worth telling."""
+    """Returns an event in words; '' for an event that is left out."""
     if "plan_id" in event:
         return NEW_PLAN
     if "lift" in event:
         return f"lift {event['lift']} {event['event']}"
     name, status = event["node"], event["status"]
-    # That a path was computed is told as the new plan.
+    # A computed path is already listed as the new plan.
     is_told_otherwise = name == "ComputePathToPose" and status == "success"
     if name.partition("-")[0] not in ACTIONS or status not in STATUS_WORDS or is_told_otherwise:
         return ""

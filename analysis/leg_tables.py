@@ -12,7 +12,7 @@ from drake_navbench.analysis.scenario_analysis import TrialEntry
 def legs_table(trials: Sequence[TrialEntry]) -> pd.DataFrame:
     """Returns a row for each finished leg of a mission: controller, trial, leg counted from 1.
 
-    Then come the fields of `journey.Leg` but for the goal; `lift_s` is the time at the lift.
+    Then come the fields of `journey.Leg` except the goal; `lift_s` is the time at the lift.
     """
     rows = [
         {"controller": entry.row["controller"], "trial": entry.row["trial"], "leg": number}

@@ -25,7 +25,7 @@ def compute_note(manifest: Mapping[str, Any]) -> str:
 
 
 def _cluster(manifest: Mapping[str, Any]) -> str:
-    """Returns the processors of a cluster with the number of trials that each kind drove."""
+    """Returns a cluster's processors with the number of trials that each kind drove."""
     driven: dict[str, int] = {}
     for entry in manifest.get("cluster", []):
         name = str(entry.get("processor", "an unknown processor"))
@@ -42,5 +42,5 @@ def _machine(entry: Mapping[str, Any]) -> str:
 
 
 def _is_shared(entry: Mapping[str, Any]) -> bool:
-    """Whether another process may have run on the same processor, or its caches and its clock."""
+    """Whether another process may have run on the same processor, with its caches and clock."""
     return entry.get("jobs", 1) > 1 or (entry.get("load_before") or 0.0) >= 0.5

@@ -1,8 +1,8 @@
 """Reads a scenario of very many trials from their rows, and opens few of its logs.
 
-The rows come from the run that drove them, or from the report before. Logs are opened only for data
-that the rows lack: the paths and curves of each controller's first trials, the reason why a metric
-has no value, and violations of invariants.
+The rows come from the run that drove the trials, or from an earlier report. Logs are opened only
+for data that the rows lack: the paths and curves of each controller's first trials, the reason why
+a metric has no value, and violations of invariants.
 """
 
 from __future__ import annotations
@@ -24,11 +24,11 @@ from drake_navbench.analysis.trial_rows import VIOLATIONS, row_columns
 from drake_navbench.logs.log import TrialLog
 from drake_navbench.logs.results import ResultsFolder
 
-# The most trials of a scenario of which all logs are opened.
+# The largest number of trials of a scenario for which all logs are opened.
 MOST_LOGS_OPENED = 400
-# The most logs drawn of a scenario: more could not be told apart in a figure.
+# The most logs of a scenario that are drawn: more could not be told apart in a figure.
 LOGS_DRAWN = 60
-# The most logs opened of trials that break an invariant; the same fault may be in every trial.
+# The most logs that are opened because of broken invariants; one fault may be in every trial.
 LOGS_WITH_VIOLATIONS_OPENED = 50
 
 
@@ -45,7 +45,7 @@ def rows_by_path(folder: ResultsFolder, table: pd.DataFrame) -> KnownValues:
 
 
 def logs_drawn(paths: Sequence[Path]) -> list[Path]:
-    """Returns the logs of a scenario that are drawn: all, or of very many each column's first."""
+    """Returns the logs of a scenario that are drawn: all, or, of very many, each column's first."""
     if not has_many(paths):
         return list(paths)
     by_controller = _by_controller(paths)
@@ -86,7 +86,7 @@ def read_some_trials(
 
 
 def _unexplained(by_controller: Mapping[Path, Sequence[Path]], rows: KnownValues) -> set[Path]:
-    """Returns, of each controller and metric, the first trial in which it has no value."""
+    """Returns, for each controller and metric, the first trial in which the metric has no value."""
     names = [entry.name for entry in all_metrics()]
     found = set()
     for own in by_controller.values():

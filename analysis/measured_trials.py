@@ -1,8 +1,8 @@
 """kept/measured.parquet: the measurements of each log, for the next report.
 
-A row a log: the log's stamp, the row of the table of trials, and as JSON what the table does not
-tell (reasons, legs, actions, violations). The stamps of the metrics stand in the file's metadata. A
-row holds for a log of the same stamp, a column for a metric of the same stamp; others are ignored.
+One row for each log: the log's stamp, its row of the table of trials, and as JSON what the table
+lacks (reasons, legs, actions, violations). The metrics' stamps are in the file's metadata. A row is
+valid for a log of the same stamp, a column for a metric of the same stamp; others are ignored.
 """
 
 from __future__ import annotations
@@ -32,7 +32,8 @@ WORDS = tuple(name for name in IDENTITY if name not in NUMBERS)
 class MeasuredTrials(NamedTuple):
     """Measurements of earlier reports that still hold.
 
-    entries: of logs of which everything is known. values: of all known logs, the metrics that hold.
+    entries: those of logs of which everything is known. values: the metrics, still valid, of all
+    known logs.
     """
 
     entries: Mapping[Path, TrialEntry]
@@ -45,8 +46,8 @@ NOTHING_MEASURED = MeasuredTrials({}, {})
 def read_measured(root: Path, stamps: Mapping[Path, str]) -> MeasuredTrials:
     """Returns the measurements of these logs that were kept in a results folder.
 
-    stamps: of the logs by path. Nothing where there is no such file, or it is damaged, or the code
-    is another one.
+    stamps: of the logs by path. The result is empty if the file is missing or damaged, or if the
+    code has changed.
     """
     try:
         return _read(root, stamps)
@@ -92,7 +93,7 @@ def _entry(row: dict[str, Any], place: str, told: Mapping[str, Any]) -> TrialEnt
 
 
 def write_measured(root: Path, entries: Sequence[TrialEntry], stamps: Mapping[Path, str]) -> None:
-    """Keeps the measurements of trials; stamps: of their logs, taken before these were read."""
+    """Keeps the measurements of trials; stamps: of their logs, from before the logs were read."""
     metrics = all_metrics()
     names = [entry.name for entry in metrics]
     columns: dict[str, pa.Array] = {

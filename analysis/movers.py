@@ -24,14 +24,14 @@ from drake_navbench.logs.people import LoggedPeople
 
 Array = NDArray[np.float64]
 
-# Much less than the time between two samples of people.
+# Much shorter than the time between two samples of people.
 MOMENT_S = 1e-3
 
 
 class Movers(NamedTuple):
     """The B moving bodies of a trial: first the moving obstacles, then the people.
 
-    things: the obstacles that move on given ways. people: the people, who walk. names: (B,).
+    things: the obstacles that move on given ways. people: the walking people. names: (B,).
     outlines: the corners (K, 2) of each body in its own frame, m. bodies: the same shapes as edges
     and discs. tracks: the poses of each body over time; a body that is not in the world is at
     FAR_AWAY_M. top_speed_mps: an upper bound on the speed of every point of every body.
@@ -72,7 +72,7 @@ def is_there(poses: Array) -> NDArray[np.bool_]:
     return np.abs(poses[..., 0]) < 0.5 * FAR_AWAY_M
 
 
-# One log is measured at a time, by several metrics in turn; a log does not change.
+# Several metrics measure one log in turn, and a log does not change: the last result is kept.
 @lru_cache(maxsize=1)
 def movers_of(log: TrialLog) -> Movers:
     """Returns the moving obstacles and people of a trial; an empty record where there were none."""
@@ -96,7 +96,7 @@ def movers_of(log: TrialLog) -> Movers:
 
 def _people_of(log: TrialLog) -> WalkingPeople | RecordedPeople:
     described = log.info["scenario"]["world"].get("people")
-    # A trial that broke has no samples, and so nobody's way.
+    # A trial that broke off has no samples, and so no paths of people.
     if described is None or log.people is None:
         return NOBODY
     people = People.model_validate(described)
@@ -107,7 +107,7 @@ def _people_of(log: TrialLog) -> WalkingPeople | RecordedPeople:
 
 
 def _top_speed_mps(people: WalkingPeople | RecordedPeople, logged: LoggedPeople) -> float:
-    """Returns an upper bound on the people's speed, m/s; of a recording the largest speed in it."""
+    """Returns an upper bound on the people's speed, m/s; for a recording its largest speed."""
     if isinstance(people, WalkingPeople):
         return people.top_speed_mps
     steps_m = np.hypot(*np.moveaxis(np.diff(logged.poses[..., :2], axis=0), -1, 0))
@@ -116,10 +116,10 @@ def _top_speed_mps(people: WalkingPeople | RecordedPeople, logged: LoggedPeople)
 
 
 def _rows(people: LoggedPeople) -> list[Array]:
-    """Returns (T, 4) time s, x m, y m, yaw rad of each person.
+    """Returns the track of each person, (T, 4): time s, x m, y m, yaw rad.
 
-    A person who is not in the world is far away. The jump from there to the first pose takes place
-    within a moment beside the sample.
+    A person who is not in the world stands at FAR_AWAY_M. The jump between there and the first or
+    last pose takes MOMENT_S.
     """
     tracks = []
     for index in range(people.person_count):

@@ -48,12 +48,12 @@ class ReplayPage:
 
 
 def dots(trials: pd.DataFrame, metric: str) -> Picture:
-    """Returns a metric of every trial as a dot."""
+    """Returns a figure that shows a metric of every trial as a dot."""
     return Picture(dots_figure(trials, metric))
 
 
 def metrics_of(log: TrialLog) -> pd.DataFrame:
-    """Returns every metric of a trial by name: title, value, unit, and why it has no value."""
+    """Returns every metric of a trial by name: title, value, unit, and the reason for no value."""
     rows = {}
     for entry in all_metrics():
         found = entry.measure(log)
@@ -69,7 +69,7 @@ def metrics_of(log: TrialLog) -> pd.DataFrame:
 def plot(log: TrialLog) -> Picture:
     """Returns path, velocities, accelerations and energy of a trial.
 
-    Raises InputError where it ended before its first sample.
+    Raises InputError if the trial ended before its first sample.
     """
     _require_samples(log)
     controller = log.info["controller"]
@@ -80,7 +80,7 @@ def plot(log: TrialLog) -> Picture:
 def replay(log: TrialLog, path: Path | str) -> ReplayPage:
     """Writes the replay of a trial to a file.
 
-    Raises InputError where it ended before its first sample.
+    Raises InputError if the trial ended before its first sample.
     """
     from drake_navbench.analysis.replay import write_trial_replay
 
@@ -90,7 +90,7 @@ def replay(log: TrialLog, path: Path | str) -> ReplayPage:
 
 
 def model_of(log: TrialLog) -> Path | None:
-    """Returns the model of a robot that comes with the package; None for any other."""
+    """Returns the model of a robot that comes with the package; None for any other robot."""
     name = log.info["robot"].get("model")
     if not isinstance(name, str) or not name:
         return None

@@ -7,11 +7,11 @@ import math
 DIGITS = 4
 SHORT_DIGITS = 3
 NARROW_SPACE = "\u202f"
-# Between these, numbers are written without an exponent; below ROUNDING they are 0.
+# Numbers within these limits are written without an exponent; numbers below ROUNDING are 0.
 PLAIN_FROM, PLAIN_BELOW = 1e-3, 1e6
 ROUNDING = 1e-12
 EMPTY = "–"
-# How the parts of a unit are printed in a page: powers raised, degrees as their sign.
+# The parts of a unit as a page prints them: raised powers, the degree sign.
 TYPESET = (("^2", "²"), ("^3", "³"), ("deg", "°"))
 
 
@@ -29,14 +29,14 @@ def number(value: float | None, digits: int = DIGITS) -> str:
     if abs(value) < ROUNDING:
         return "0"
     if PLAIN_FROM <= abs(value) < PLAIN_BELOW:
-        # The exponent of what is shown: 99.9999 is shown as 100.0.
+        # The exponent after rounding: 99.9999 is shown as 100.0.
         exponent = int(f"{value:.{digits - 1}e}".partition("e")[2])
         return f"{value:.{max(digits - 1 - exponent, 0)}f}"
     return f"{value:.{digits - 1}e}"
 
 
 def short_number(value: float | None) -> str:
-    """Returns a value with 3 significant digits, thousands apart; a dash where it is undefined."""
+    """Returns a value with 3 digits and separated thousands; a dash where it is undefined."""
     if value is None or not 10.0**SHORT_DIGITS <= abs(value) < PLAIN_BELOW:
         return number(value, SHORT_DIGITS)
     return f"{float(f'{value:.{SHORT_DIGITS - 1}e}'):,.0f}".replace(",", NARROW_SPACE)

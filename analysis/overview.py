@@ -1,6 +1,6 @@
-"""The overview: one small bar a controller, for each scenario and each thing that counts.
+"""The overview: one small bar for each controller, scenario and quantity that counts.
 
-Only numbers and shares of widths; the page draws them.
+It has only numbers and shares of widths; the page draws the bars.
 """
 
 from __future__ import annotations
@@ -34,14 +34,14 @@ class Bar(NamedTuple):
 
 
 class OverviewColumn(NamedTuple):
-    """The head of a column. hint: which direction is the good one."""
+    """The head of a column. hint: which direction is good."""
 
     title: str
     hint: str
 
 
 class OverviewRow(NamedTuple):
-    """A scenario: a group of bars for every column. note: in place of the bars, where given."""
+    """A scenario: a group of bars for every column. note: a text in place of the bars, or ''."""
 
     scenario: str
     cells: list[list[Bar]]
@@ -49,7 +49,7 @@ class OverviewRow(NamedTuple):
 
 
 class Overview(NamedTuple):
-    """The whole picture."""
+    """The contents of the overview picture."""
 
     columns: list[OverviewColumn]
     rows: list[OverviewRow]

@@ -1,7 +1,6 @@
 """The verdict on two compared columns in words: better, worse, both, or not shown.
 
-It rests on the decided findings of `paired_tests` alone, and of these on the outcomes and the
-listed metrics.
+It uses only decided findings of `paired_tests`, and of these the outcomes and the listed metrics.
 """
 
 from __future__ import annotations
@@ -43,8 +42,8 @@ NO_DIFFERENCE = "no difference is shown"
 class PairVerdict(NamedTuple):
     """The verdict on a pair of columns.
 
-    label: of the contest. name: of the pair, "old -> new". text: one sentence. details: a sentence
-    a finding that is decided, losses first.
+    label: the contest's. name: the pair's, "old -> new". text: one sentence. details: one sentence
+    for each decided finding, losses first.
     """
 
     label: str
@@ -137,5 +136,5 @@ def _needed(findings: Sequence[Finding]) -> str:
         text = f" in {found.pairs} pairs ({word} {found.difference:+.2g} {unit}".rstrip()
     if (needed := finding.trials_needed) is None:
         return f"{text})"
-    # A test of ranks cannot decide by fewer pairs than this, whatever their spread.
+    # A test of ranks needs at least this many pairs, whatever their spread.
     return f"{text}; about {max(needed, finding.fewest_differing)} pairs would decide)"

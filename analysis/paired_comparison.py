@@ -27,17 +27,17 @@ Array = NDArray[np.float64]
 
 POWER = 0.8
 MAX_TRIALS_NEEDED = 1_000_000
-# So many pairs with their ranks are few enough to count all signs; of more the normal
-# approximation is good also far out.
+# Up to this many pairs, the distribution of the signed ranks is counted exactly. For more, the
+# normal approximation is good even far out in the tails.
 EXACT_PAIRS = 64
 
 
 class PairedComparison(NamedTuple):
-    """Differences second minus first over the seeds that both have a value for.
+    """Differences, second minus first, over the seeds for which both have a value.
 
-    pairs: how many. left_out: seeds where one of the two has no value. difference: mean.
-    interval: of the mean difference, Student's t. p_value: Wilcoxon's signed-rank test, two-sided.
-    effect: matched-pairs rank-biserial correlation, -1 to 1; positive where the second is larger.
+    pairs: how many. left_out: seeds where one of the two has no value. difference: mean. interval:
+    of the mean difference, Student's t. p_value: Wilcoxon's signed-rank test, two-sided. effect:
+    matched-pairs rank-biserial correlation, -1 to 1; positive where the second is larger.
     """
 
     pairs: int
@@ -50,9 +50,9 @@ class PairedComparison(NamedTuple):
 
 
 def paired_differences(first: pd.Series, second: pd.Series, *, is_one_trial: bool = False) -> Array:
-    """Returns second minus first; equal index values make a pair, NaN where one has no value.
+    """Returns second minus first, (N,); equal index values make a pair; NaN where one has no value.
 
-    is_one_trial: whether all trials of both are equal, so that the first pair alone counts.
+    is_one_trial: whether all trials of each are equal, so that only the first pair counts.
     """
     by_pair = (second - first).to_numpy(dtype=float)
     return by_pair[:1] if is_one_trial else by_pair
@@ -68,8 +68,8 @@ def paired_comparison(
     """Returns the comparison of `second` with `first`, paired as in `paired_differences`.
 
     The interval is Student's, since a bootstrap is too narrow for few pairs. Differences up to
-    ROUNDING count as 0: a rounding error that repeats exactly would have an interval of width 0 and
-    so seem certain.
+    ROUNDING count as 0: a rounding error that repeats exactly would give an interval of width 0,
+    which would seem certain.
     """
     return compare_differences(
         paired_differences(first, second, is_one_trial=is_one_trial), confidence=confidence
@@ -101,23 +101,24 @@ def signed_ranks(differences: Array) -> Array:
     if len(differences) == 0:
         return differences
     _, places, counts = np.unique(np.abs(differences), return_inverse=True, return_counts=True)
-    # Equal ones share the mean of their ranks.
+    # Equal differences share the mean of their ranks.
     ranks = np.cumsum(counts) - 0.5 * (counts - 1)
     return np.sort(np.sign(differences) * ranks[places])
 
 
-# Kept, as few pairs have few different signed ranks, and a report asks for hundreds of p-values.
+# Cached: few pairs have few different signed ranks, and a report needs hundreds of p-values.
 @lru_cache(maxsize=4096)
 def _p_value_of_ranks(own_ranks: tuple[float, ...]) -> float:
-    """Returns the p-value of differences with these signed ranks; it depends on nothing else."""
+    """Returns the p-value of differences with these signed ranks, which determine it."""
     if not own_ranks:
         return 1.0
     ranks = np.array(own_ranks)
     if len(ranks) > EXACT_PAIRS:
         return _normal_p_value(ranks)
-    # The average of two ranks may end in a half.
+    # The mean of two ranks may end in one half.
     doubled = np.rint(2.0 * np.abs(ranks)).astype(int)
-    # chances[t]: that the ranks with a plus sum to t / 2, each sign being as likely as the other.
+    # chances[t]: the probability that the ranks with a plus add up to t / 2, if both signs are
+    # equally likely.
     chances = np.zeros(doubled.sum() + 1)
     chances[0] = 1.0
     for rank in doubled:
@@ -132,7 +133,7 @@ def _p_value_of_ranks(own_ranks: tuple[float, ...]) -> float:
 def _normal_p_value(ranks: Array) -> float:
     """Returns Wilcoxon's two-sided p-value of very many signed ranks by the normal approximation.
 
-    The variance is corrected for equal ranks; no correction for continuity.
+    The variance is corrected for equal ranks; there is no correction for continuity.
     """
     count = len(ranks)
     positive = float(ranks[ranks > 0.0].sum())
@@ -147,8 +148,8 @@ def _normal_p_value(ranks: Array) -> float:
 def sign_test_p_value(wins: int, losses: int) -> float:
     """Returns the two-sided p-value of the exact sign test (McNemar's, for outcomes of yes or no).
 
-    wins, losses: pairs of which one side alone has it. Pairs that agree say nothing; 1 without any
-    that differ.
+    wins, losses: the numbers of pairs in which only the one, or only the other, side has a yes.
+    Pairs that agree do not count; the value is 1 if no pairs differ.
     """
     changed = wins + losses
     return min(2.0 * float(special.bdtr(min(wins, losses), changed, 0.5)), 1.0)
@@ -162,8 +163,8 @@ def _effect_of_ranks(ranks: Array) -> float:
 def trials_needed(sd: float, difference: float, *, confidence: float = CONFIDENCE) -> int:
     """Returns the number of pairs that show a mean difference with 80% power.
 
-    The test is a two-sided paired t-test. sd: of the paired differences. confidence: of the
-    interval that shall exclude zero. The number is at least 2, at most MAX_TRIALS_NEEDED.
+    The test is a two-sided paired t-test. sd: of the paired differences. confidence: that of the
+    interval which is to exclude zero. The number is at least 2, at most MAX_TRIALS_NEEDED.
     """
     if not (sd >= 0.0 and difference > 0.0):
         raise ValueError(f"expected sd >= 0 and difference > 0, got {sd} and {difference}")

@@ -9,9 +9,10 @@ from scipy import special
 
 from drake_navbench.analysis.statistics import CONFIDENCE, UNDEFINED_INTERVAL, Interval
 
-# Quantiles over which one of two distributions is summed; twice as many move no end by 0.001.
+# The number of quantiles in the sum over one of two distributions; with twice as many no end moves
+# by 0.001.
 STEPS = 400
-# Halvings of an interval of length 1: ends are right to 1e-6.
+# The number of halvings of an interval of length 1: its ends are right to 1e-6.
 HALVINGS = 20
 
 
@@ -21,11 +22,11 @@ def paired_share_interval(
 ) -> Interval:
     """Returns the interval of the difference of two shares, second minus first, from -1 to 1.
 
-    wins, losses: pairs of which the second side alone has it, or the first alone. The interval
-    leaves zero out where the exact sign test says p < 1 - confidence, and nowhere else; of pairs
-    that all agree it is Clopper and Pearson's of 0 of n. Source: Fay and Lumbard 2021, which melds
-    Clopper and Pearson's limits of the share of pairs that differ with those of the share of wins
-    among these.
+    wins, losses: the numbers of pairs in which only the second, or only the first, side arrived.
+    The interval excludes zero if and only if the exact sign test gives p < 1 - confidence; if all
+    pairs agree, it is Clopper and Pearson's interval of 0 of n. Source: Fay and Lumbard 2021, which
+    melds Clopper and Pearson's limits of the share of pairs that differ with those of the share of
+    wins among these.
     """
     if not 0 <= wins + losses <= pairs:
         raise ValueError(f"expected at most {pairs} pairs that differ, got {wins} + {losses}")
@@ -33,7 +34,7 @@ def paired_share_interval(
         return UNDEFINED_INTERVAL
     tail = 0.5 * (1.0 - confidence)
     low = _lower_end(wins, losses, pairs, tail)
-    # From the other side wins are losses; adding 0 turns -0 into 0.
+    # The upper end is that of the swapped sides, with the opposite sign; adding 0 turns -0 into 0.
     return Interval(low, 0.0 - _lower_end(losses, wins, pairs, tail))
 
 
@@ -46,7 +47,7 @@ def _lower_end(wins: int, losses: int, pairs: int, tail: float) -> float:
     lead = 2.0 * won - 1.0
 
     def below(difference: float) -> float:
-        """Returns the chance that lead times the share of differing pairs is at most this."""
+        """Returns the chance that lead times share of differing pairs <= `difference`."""
         if difference >= 0.0:
             share = np.clip(difference / np.where(lead > 0.0, lead, 1.0), 0.0, 1.0)
             chance = _beta_cdf(differing, pairs - differing + 1, share)
@@ -55,7 +56,7 @@ def _lower_end(wins: int, losses: int, pairs: int, tail: float) -> float:
         chance = 1.0 - _beta_cdf(differing + 1, pairs - differing, share)
         return float(np.where(lead < 0.0, chance, 0.0).mean())
 
-    # Whether zero is left out is the sign test's, to the last bit.
+    # Whether the interval excludes zero is decided by the sign test, to the last bit.
     is_above_zero = bool(wins) and special.betainc(wins, losses + 1, 0.5) < tail
     low, high = (0.0, 1.0) if is_above_zero else (-1.0, 0.0)
     for _ in range(HALVINGS):
@@ -65,7 +66,7 @@ def _lower_end(wins: int, losses: int, pairs: int, tail: float) -> float:
 
 
 def _beta_cdf(first: float, second: float, values: np.ndarray) -> np.ndarray:
-    """Returns the distribution function of Beta, all of it at 0 or at 1 where one of both is 0."""
+    """Returns Beta's distribution function; with a parameter of 0 all its weight is at 0 or 1."""
     if first == 0.0:
         return np.ones_like(values)
     if second == 0.0:

@@ -46,21 +46,22 @@ DEFAULT_LISTED = (
     "cross_track_error_mean_m",
     "heading_error_mean_deg",
 )
-# A mean that changes by a smaller share of the base's matters to nobody, however certain it is.
+# A mean that changes by a smaller share of the base's mean does not matter, however certain the
+# change is.
 DEFAULT_TOLERANCE = 0.01
-# More pairs that differ are not asked for.
+# No more pairs that differ are ever asked for.
 MOST_DIFFERING = 1000
 
 
 class Family(StrEnum):
-    """Tests that are corrected together."""
+    """A group of tests that are corrected together."""
 
     OUTCOMES = "outcomes"
     LISTED = "listed metrics"
     OTHERS = "other metrics"
 
 
-# Outcomes have the largest share: a touch matters more than a metric, and there are few of them.
+# Outcomes have the largest rate: a touch matters more than a metric, and there are few outcomes.
 ALARM_RATES: Mapping[Family, float] = {
     Family.OUTCOMES: 0.03,
     Family.LISTED: 0.01,
@@ -100,11 +101,11 @@ OUTCOMES = (
 class Finding(NamedTuple):
     """One test: a quantity of a controller in a scenario.
 
-    base_mean, head_mean: over the pairs that count. comparison: after minus before; of an outcome
-    with the exact interval. p_value: corrected within the family; NaN for one trial. level: what
-    the p-value of this test alone must not exceed, by Bonferroni over the tests of its family that
-    could be decided. differing: pairs that differ. is_one_trial: nothing in these trials is random,
-    so that the difference is certain, in this one trial.
+    base_mean, head_mean: over the pairs that count. comparison: after minus before; for an outcome
+    with the exact interval. p_value: corrected within the family; NaN for one trial. level: the
+    largest p-value of this test alone that decides it, by Bonferroni over the tests of its family
+    that could be decided. differing: the number of pairs that differ. is_one_trial: whether nothing
+    in these trials is random, so that they are one trial, whose difference is certain.
     """
 
     label: str
@@ -152,9 +153,10 @@ class Finding(NamedTuple):
 class Judged(NamedTuple):
     """The findings of one or several contests.
 
-    lost: trials that ended as an error after, or are missing there; no test is needed.
-    equal, pairs: how many pairs are equal in outcome and all metrics, of how many. equal_cells,
-    one_trial_cells: (label, scenario, controller) where all pairs are, and where nothing is random.
+    lost: trials that ended as an error, or are missing, in the judged table; they need no test.
+    equal, pairs: the number of pairs that are equal in outcome and all metrics, and of all pairs.
+    equal_cells, one_trial_cells: (label, scenario, controller) in which all pairs are equal, and in
+    which nothing is random.
     """
 
     findings: tuple[Finding, ...]
@@ -175,7 +177,7 @@ class Judged(NamedTuple):
 
     @property
     def undecided_losses(self) -> list[Finding]:
-        """The findings of more touches or fewer arrivals whose trials are too few to decide."""
+        """The findings of more touches or fewer arrivals with too few trials to decide."""
         return [
             finding
             for finding in self.of(Verdict.UNDECIDED)
@@ -197,9 +199,9 @@ def judge_pairs(
 ) -> Judged:
     """Returns the changes, each family of tests corrected over all contests together.
 
-    listed: names of metrics with a family of their own. metrics: those tested, outcomes apart; all
-    that are installed where not given. tolerance: share of the base's mean up to which a change
-    matters to nobody; not of outcomes.
+    listed: names of metrics with a family of their own. metrics: the tested ones, besides the
+    outcomes; None: all installed ones. tolerance: a change up to this share of the base's mean does
+    not matter; not for outcomes.
     """
     tested = [m for m in (all_metrics() if metrics is None else metrics) if m.name != SUCCESS]
     tests: list[_Test] = []
@@ -220,13 +222,13 @@ def judge_pairs(
 
 
 def in_order(findings: Iterable[Finding]) -> list[Finding]:
-    """Returns findings with touches first, then success, then the surest."""
+    """Returns findings sorted: touches first, then success, then by rising p-value."""
     families, outcomes = list(Family), [quantity.name for quantity in OUTCOMES]
 
     def place(finding: Finding) -> tuple[int, int, float]:
         quantity = finding.quantity
         is_outcome = quantity.family is Family.OUTCOMES
-        # One trial is certain, and has no p-value.
+        # A finding of one trial is certain, and has no p-value.
         p_value = finding.p_value if math.isfinite(finding.p_value) else 0.0
         return (
             families.index(quantity.family),
@@ -276,7 +278,7 @@ def _tests_of(
     for column, metric in enumerate(metrics):
         family = Family.LISTED if metric.name in listed else Family.OTHERS
         quantity = Quantity(metric.name, metric.unit, metric.better, family, metric.relevant)
-        # Compute times are measured anew in each trial, also where all drive alike.
+        # Compute times are measured in each trial anew, so they differ even between equal trials.
         once = cell.is_one_trial and metric.is_repeatable
         yield _test(cell, quantity, first[:, column], second[:, column], is_one_trial=once)
 
@@ -302,7 +304,7 @@ def _test(
 
 
 def _findings(tests: Sequence[_Test], tolerance: float) -> list[Finding]:
-    """Returns the tests, corrected within their families, in the order that they came in."""
+    """Returns the tests, corrected within their families, in their given order."""
     adjusted = np.full(len(tests), math.nan)
     levels = {}
     for family, rate in ALARM_RATES.items():
@@ -335,7 +337,7 @@ def _verdict(test: _Test, p_value: float, tolerance: float) -> Verdict:
         return Verdict.NO_VALUE
     if not test.differing:
         return Verdict.EQUAL
-    # The test is of ranks: where the mean points the other way, a few trials make it.
+    # The test uses ranks: if the mean has the opposite sign, a few trials make that mean.
     contradicts = found.effect * found.difference < 0.0
     is_decided = test.is_one_trial or p_value <= ALARM_RATES[quantity.family]
     if contradicts or not is_decided:

@@ -17,7 +17,7 @@ from drake_navbench.analysis.paired_tests import (
 from drake_navbench.analysis.paired_trials import LostTrial
 from drake_navbench.markdown_text import markdown_table
 
-# Seeds that a line names; a results folder has them all.
+# The most seeds that a line names; the results folder has all of them.
 MOST_SEEDS = 20
 PROMISE = (
     f"Corrected over everything that is judged: where nothing but noise differs, any change at all "
@@ -46,7 +46,7 @@ def undecided_sentence(finding: Finding) -> str:
 
 
 def lost_lines(lost: Sequence[LostTrial]) -> list[str]:
-    """Returns lines that name every trial which ended as an error, or is missing, after alone."""
+    """Returns lines on the trials that are errors, or missing, only in the judged table."""
     groups: dict[tuple[str, ...], list[LostTrial]] = {}
     for trial in lost:
         ending = "missing" if trial.is_missing else "ended as an error"

@@ -1,4 +1,4 @@
-"""Pairs of trials out of two tables: which trials are compared, and which came to no end."""
+"""Pairs of trials from two tables: the trials that are compared, and those that did not end."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from drake_navbench.logs.log import Outcome
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
-# The columns in which a trial and its partner in the other table are equal.
+# The columns in which a trial equals its partner in the other table.
 IDENTITY = ["scenario", "controller", "seed"]
 
 
@@ -37,9 +37,8 @@ class PairedCell(NamedTuple):
     """The pairs of trials of one controller in one scenario.
 
     first, second: (pairs, metrics), before and after, NaN where a trial has no value. repeatable:
-    (metrics,), False for what depends on the machine. outcomes: (pairs, 2). is_one_trial: whether
-    on either side all trials are one and the same, so that nothing in them is random and they
-    count as one pair.
+    (metrics,), False for what depends on the machine. outcomes: (pairs, 2). is_one_trial: whether,
+    on each side, all trials are equal: nothing in them is random, and they count as one pair.
     """
 
     label: str
@@ -70,8 +69,9 @@ class PairedCell(NamedTuple):
     def measured(self) -> Mask:
         """(pairs,): where metrics are compared: both trials arrived.
 
-        Who gives up at once is neither quick nor smooth nor safe. Where no trial arrived, every
-        pair without an error counts: then the question is how they gave up.
+        A controller that gives up at once is neither quick nor smooth nor safe. If no trial
+        arrived, every pair without an error counts: then the question is how the controllers gave
+        up.
         """
         arrived = self.arrived
         if not arrived.any():
@@ -90,9 +90,9 @@ class PairedCell(NamedTuple):
 class LostTrial(NamedTuple):
     """A trial that ended as an error, or is missing, after.
 
-    reason: the log's; '' where the trial is missing. is_new: whether it came to an end before.
-    base_fails: whether a trial of its controller and scenario, this one or another, came to none
-    before, so that it is not clear that the change is the cause.
+    reason: the log's; '' where the trial is missing. is_new: whether the trial came to an end in
+    the base. base_fails: whether a trial of its controller and scenario, this one or another, was
+    lost in the base, too, so that the change need not be the cause.
     """
 
     label: str
@@ -108,7 +108,7 @@ class LostTrial(NamedTuple):
 def paired_cells(contest: Contest, metrics: Sequence[Metric]) -> Iterator[PairedCell]:
     """Yields every scenario and controller with a trial of equal seed in both tables.
 
-    Of several trials with one identity the first counts.
+    Of several trials of equal scenario, controller and seed, the first counts.
     """
     names = [metric.name for metric in metrics]
     repeatable = np.array([metric.is_repeatable for metric in metrics], dtype=bool)
@@ -135,7 +135,7 @@ def paired_cells(contest: Contest, metrics: Sequence[Metric]) -> Iterator[Paired
 
 
 def lost_trials(contest: Contest) -> list[LostTrial]:
-    """Returns the trials that ended as an error after, or that are missing there."""
+    """Returns the trials that ended as an error, or are missing, in the judged table."""
     before, after = (_indexed(table) for table in contest[:2])
     errors = [set(table.index[table["outcome"] == Outcome.ERROR]) for table in (before, after)]
     missing = [set(a.index) - set(b.index) for a, b in ((after, before), (before, after))]

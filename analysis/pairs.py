@@ -3,12 +3,12 @@
 Every statement that one column is better than another is decided here. There are two rules:
 - By the interval of the mean difference (`gap`, `compare_every_pair`, `shares_differ`). The
   intervals of all comparisons that are made together hold together with 95% confidence
-  (Bonferroni), and a difference is shown if its whole interval lies beyond the bar. It decides by
-  few trials.
-- By the p-value of a test (`holm`), corrected in families by `paired_tests`. It assumes nothing of
-  how values are spread, and needs more pairs.
+  (Bonferroni), and a difference is shown if its whole interval lies beyond the bar. This rule can
+  decide with few trials.
+- By the p-value of a test (`holm`), corrected in families by `paired_tests`. This rule assumes
+  nothing about the distribution of the values, and needs more pairs.
 
-Two bars say how large a difference matters: 1% of the larger mean, and `Metric.relevant`.
+A difference must be larger than two bars to matter: 1% of the larger mean, and `Metric.relevant`.
 """
 
 from __future__ import annotations
@@ -38,8 +38,8 @@ from drake_navbench.analysis.statistics import (
 
 Array = NDArray[np.float64]
 
-# A difference below this share of the larger mean is not worth a word, however certain; neither is
-# one below what a metric says that matters (`Metric.relevant`).
+# A difference below this share of the larger mean does not matter, however certain it is; nor does
+# one up to `Metric.relevant`.
 RELEVANT_RATIO = 0.01
 
 
@@ -57,11 +57,11 @@ class Gap(NamedTuple):
 
 
 class ComparedPair(NamedTuple):
-    """Two columns compared, second minus first, as one of all pairs of a call.
+    """Two columns compared, second minus first, among all pairs of a call.
 
-    comparison: by itself. interval: of the difference; those of all pairs hold together with 95%
-    confidence. p_holm: adjusted for all pairs. can_be_decided: whether so many pairs of trials
-    could bring p_holm below 5% at all.
+    comparison: of this pair alone. interval: of the difference; the intervals of all pairs hold
+    together with 95% confidence. p_holm: adjusted for all pairs. can_be_decided: whether this
+    number of pairs of trials can bring p_holm below 5% at all.
     """
 
     first: str
@@ -73,12 +73,12 @@ class ComparedPair(NamedTuple):
 
     @property
     def is_shown(self) -> bool:
-        """Whether the interval that holds together with the others leaves out 0."""
+        """Whether the interval, which holds together with those of all pairs, excludes 0."""
         return self.interval.excludes(0.0)
 
 
 def confidence_of_each(count: int) -> float:
-    """Returns the confidence of each of so many intervals that hold together with 95%."""
+    """Returns the confidence of each of `count` intervals that together hold with 95%."""
     return 1.0 - (1.0 - CONFIDENCE) / max(count, 1)
 
 
@@ -94,10 +94,10 @@ def smallest_p_value(pairs: int, comparisons: int) -> float:
 def holm(p_values: ArrayLike, smallest: ArrayLike | None = None) -> Array:
     """Returns p-values adjusted for their number (Holm 1979); NaN stays and does not count.
 
-    smallest: the smallest p-value that each test could have given with its own pairs, whatever
-    their signs; 0 for all where not given. A test that could not have fallen to a p-value does not
-    count in its adjustment (Tarone 1990; Hommel and Krummenauer 1998): trials that are equal in
-    one scenario take nothing from the others. The chance of any false alarm is held all the same.
+    smallest: the smallest p-value that each test could give with its own pairs, whatever their
+    signs; None: 0 for all. A test whose smallest p-value is above p does not count in the
+    adjustment of p (Tarone 1990; Hommel and Krummenauer 1998): equal trials in one scenario do not
+    weaken the tests of others. The bound on the chance of any false alarm still holds.
     """
     given = np.asarray(p_values, dtype=float)
     adjusted = np.full_like(given, math.nan)
@@ -114,9 +114,9 @@ def holm(p_values: ArrayLike, smallest: ArrayLike | None = None) -> Array:
 def values_by_seed(trials: pd.DataFrame, scenario: str, metric: str) -> pd.DataFrame:
     """Returns one row a seed and one column a controller, in the order of the trials.
 
-    Of several trials with one seed the mean.
+    The value is the mean over trials of the same seed.
     """
-    # Asked for every metric of every scenario; pandas' pivot table takes ten times as long.
+    # Called for every metric of every scenario; pandas' pivot table takes ten times as long.
     is_own = (trials["scenario"] == scenario).to_numpy()
     seeds, rows = np.unique(trials["seed"].to_numpy()[is_own], return_inverse=True)
     own = trials["controller"].to_numpy(dtype=object)[is_own]
@@ -140,8 +140,8 @@ def compare_every_pair(
 ) -> list[ComparedPair]:
     """Returns every two of the columns, in order, corrected for their number.
 
-    columns: values by pair; equal index values make a pair. repeated: the columns whose trials are
-    all equal.
+    columns: a name and its values; equal index values make a pair. repeated: the columns whose
+    trials are all equal.
     """
     names = list(combinations(columns, 2))
     found = [
@@ -149,7 +149,7 @@ def compare_every_pair(
     ]
     confidence = confidence_of_each(len(names))
     tested = sum(comparison.pairs > 0 for comparison in found)
-    # No p-value is adjusted to less than the smallest of them is.
+    # No adjusted p-value is below the adjusted smallest possible one.
     most_pairs = max((comparison.pairs for comparison in found), default=0)
     floor = smallest_p_value(most_pairs, tested)
     return [
@@ -179,8 +179,8 @@ def gap(
 ) -> Gap:
     """Returns the gap of a column behind the leader; both are columns of one table.
 
-    relevant: differences up to it do not matter, whatever the means are. is_one_trial: whether all
-    trials of both are equal, so that the one pair is certain.
+    relevant: differences up to this one do not matter, whatever the means are. is_one_trial:
+    whether all trials of each are equal, so that there is one pair, which is certain.
     """
     by_pair = paired_differences(leader, other, is_one_trial=is_one_trial)
     comparison = compare_differences(by_pair, confidence=confidence)
@@ -188,7 +188,7 @@ def gap(
         return Gap(comparison, is_shown=False, is_level=False, is_ahead=False)
     is_pair = np.isfinite(by_pair)
     gaps = (-1.0 if is_higher_better else 1.0) * by_pair[is_pair]
-    # 1% of the larger mean, pair by pair: the mean is as uncertain as the difference.
+    # The bar of 1% of the larger mean, for each pair: the mean is as uncertain as the difference.
     larger = other if abs(other.mean()) > abs(leader.mean()) else leader
     bars = RELEVANT_RATIO * np.abs(larger.to_numpy(dtype=float)[: len(by_pair)][is_pair])
     least = max(relevant, ROUNDING)
@@ -208,8 +208,9 @@ def gap(
 def shares_differ(first: pd.Series, second: pd.Series, comparison: PairedComparison) -> bool:
     """Whether trials show that two columns of shares from 0 to 1 differ.
 
-    comparison: of these. Where every pair differs by the same, Student's interval has no width, be
-    it of two pairs only; there Wilson's intervals of both have to be apart.
+    comparison: that of the two columns. If every pair differs by the same amount, Student's
+    interval has no width, even for two pairs; then Wilson's intervals of both columns must not
+    overlap.
     """
     if not comparison.interval.excludes(0.0):
         return False

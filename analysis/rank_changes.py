@@ -19,7 +19,7 @@ from drake_navbench.analysis.pairs import RELEVANT_RATIO
 from drake_navbench.analysis.statistics import CONFIDENCE, Interval
 from drake_navbench.analysis.verdicts import is_failed
 
-# More do not move the ends of an interval of whole ranks.
+# More resamples do not move the ends of an interval of whole ranks.
 RESAMPLES = 1000
 MIN_SEEDS = 2
 
@@ -40,7 +40,7 @@ class Placing(NamedTuple):
 
 
 class RankChange(NamedTuple):
-    """A controller in a clean scenario and in a harsher one; change: of the rank, 95% interval."""
+    """A controller in a clean and in a harsher scenario; change: of the rank, 95% interval."""
 
     clean_scenario: str
     scenario: str
@@ -63,9 +63,9 @@ class RankChange(NamedTuple):
 
 
 def rank_changes(trials: pd.DataFrame, clean_of: Mapping[str, str]) -> list[RankChange]:
-    """Returns the changes of all scenarios that were driven together with their clean one.
+    """Returns the rank changes of all scenarios driven together with their clean scenario.
 
-    trials: rows as in trials.parquet. clean_of: the clean scenario's name by the harsher one's.
+    trials: rows as in trials.parquet. clean_of: harsher scenario -> its clean scenario.
     """
     driven = set(trials["scenario"]) if len(trials) else set()
     changes = []
@@ -76,7 +76,7 @@ def rank_changes(trials: pd.DataFrame, clean_of: Mapping[str, str]) -> list[Rank
 
 
 def sentence(changes: list[RankChange]) -> str:
-    """Returns a sentence: how the order changes from a clean scenario to a harsher one."""
+    """Returns a sentence on how the order changes from a clean scenario to a harsher one."""
     first = changes[0]
     moves = [
         f"{change.controller} {change.words} from rank {change.clean.rank} to {change.harsh.rank}"
@@ -154,7 +154,8 @@ def ranks_of(
 ) -> NDArray[np.int64]:
     """Returns (scenarios, draws, controllers) ranks from 1.
 
-    arrived, times: (scenarios, seeds, controllers). drawn: (draws, seeds) which seeds count.
+    arrived, times: (scenarios, seeds, controllers). drawn: (draws, seeds) the indices of the seeds
+    that count.
     """
     share = arrived[:, drawn].mean(axis=2)
     known = np.isfinite(times)[:, drawn]

@@ -9,15 +9,15 @@ import pandas as pd
 
 from drake_navbench.analysis.metrics.registry import unrepeatable_names
 
-# The columns in which two trials differ even if they are equal in everything else.
+# The columns in which two trials may differ although they are equal in everything else.
 NUMBERING = ("trial", "seed")
 
 
 def repeated_cells(trials: pd.DataFrame) -> frozenset[tuple[str, str]]:
-    """Returns (scenario, controller) of the cells whose trials are all the same one.
+    """Returns (scenario, controller) of the cells whose trials are all equal.
 
-    trials: rows as from `trial_row`. Trials are the same where every number measured of
-    them is equal to the last bit, compute times apart. One trial alone repeats nothing.
+    trials: rows as from `trial_row`. Trials are equal if all their metrics except compute times are
+    equal to the last bit. A single trial is no repetition.
     """
     skipped = {*NUMBERING, *unrepeatable_names()}
     numbers = trials.select_dtypes("number")
@@ -28,7 +28,7 @@ def repeated_cells(trials: pd.DataFrame) -> frozenset[tuple[str, str]]:
 
 
 def repeated_controllers(repeated: Collection[tuple[str, str]], scenario: str) -> frozenset[str]:
-    """Returns the controllers of a scenario whose trials are all the same one."""
+    """Returns the controllers of a scenario whose trials are all equal."""
     return frozenset(controller for name, controller in repeated if name == scenario)
 
 

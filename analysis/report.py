@@ -55,14 +55,15 @@ from drake_navbench.logs.results import ResultsFolder, file_name, require_own_fo
 from drake_navbench.typed_files.typed_yaml import read_yaml
 
 REPORT_NAME = "report.html"
-# Written where recordings were imported: how far the simulation is from them.
+# The page that an import of recordings writes: the gap between simulation and recording.
 SIMULATION_GAP_PAGE = "simulation_gap.html"
 TOTALS_NAME = "totals.csv"
-# The page asks for this file to learn whether the replays came along with it: a script is the one
-# thing that a page opened from a disk may ask for without being refused.
+# The page loads this file to learn whether the replays were copied along with it: a page opened
+# from a disk may load a script, but no other file.
 REPLAYS_SCRIPT = "replays/are_here.js"
 REPLAYS_SCRIPT_TEXT = "// The report asks for this file to learn whether the replays are here.\n"
-# Two trials that differ by this share of the mean should be told apart; asked for as `difference`.
+# The report tells how many trials show a difference of this share of the mean; argument
+# `difference`.
 DEFAULT_DIFFERENCE = 0.05
 
 
@@ -86,11 +87,11 @@ def build_report(
 ) -> ReportResult:
     """Computes tables, figures and report.html of a results folder from its logs, and writes them.
 
-    With trials of the published scenarios comes the reproduction of the publication, too.
-    figures: which of them to draw. difference: share of the mean for which the needed number of
-    trials is told. measured: rows of these logs as from `trial_row`, not to be measured
-    again. parameters_of: as for `write_reproduction`. Raises InputError where the folder is no
-    results folder, or has links to others in it.
+    With trials of the published scenarios it also writes the reproduction of the publication.
+    figures: the choice of figures to draw. difference: the share of the mean for which the report
+    tells the needed number of trials. measured: rows as from `trial_row` of logs that need no
+    measuring. parameters_of: as for `write_reproduction`. Raises InputError where the folder is no
+    results folder, or contains links to other folders.
     """
     require_own_folders(folder)
     analysis = analyse_folder(folder, figures=figures, jobs=jobs, measured=measured, keeps=True)
@@ -130,9 +131,9 @@ def render(
     difference: float = DEFAULT_DIFFERENCE,
     publication: str = "",
 ) -> str:
-    """Returns the page's HTML, which holds all that it shows.
+    """Returns the page's HTML, with everything that it shows.
 
-    publication: a sentence on what the trials say of it.
+    publication: a sentence on what the trials say about the publication.
     """
     return _rendered(analysis, _page(analysis, difference) | {"publication": publication})
 
@@ -154,7 +155,7 @@ def _rendered(analysis: FolderAnalysis, page: Mapping[str, Any]) -> str:
 
 
 def _columns(analysis: FolderAnalysis) -> list[str]:
-    """Returns all columns of the results: those that were asked for, and those that were driven."""
+    """Returns all columns of the results: the requested ones, and those that were driven."""
     driven = [
         name for entry in analysis.scenarios if entry.trials for name in entry.table["controller"]
     ]
@@ -169,7 +170,7 @@ def interval(bounds: Interval) -> str:
 
 
 def sort_key(value: float | None) -> str:
-    """Returns the key by which a cell is sorted, '' where it has no value."""
+    """Returns the key by which a cell is sorted, '' for a cell without a value."""
     return "" if value is None or math.isnan(value) else f"{value:.7g}"
 
 
@@ -250,7 +251,7 @@ def _page(analysis: FolderAnalysis, difference: float) -> dict[str, Any]:
 def _descriptions_of_touching(
     analysis: FolderAnalysis, scenarios: Sequence[ScenarioAnalysis]
 ) -> dict[str, str]:
-    """Returns the descriptions of the presets that touched something."""
+    """Returns the descriptions of the presets that touched something, by name."""
     touching = [s.controller for entry in scenarios for s in entry.successes if s.touched]
     folder = analysis.path / "inputs/controllers"
     paths = {name: folder / f"{file_name(name)}.yaml" for name in dict.fromkeys(touching)}
@@ -266,7 +267,7 @@ def _aborts(scenario: ScenarioAnalysis) -> int:
 
 
 def _wanted(analysis: FolderAnalysis) -> Iterator[tuple[str, str, int]]:
-    """Returns scenario, controller and number of every trial that was asked for, where known."""
+    """Returns scenario, controller and number of every trial that the manifest requests."""
     manifest = analysis.manifest
     count = manifest.get("request", {}).get("trials", 0)
     return product(manifest.get("scenarios", ()), manifest.get("controllers", ()), range(count))
@@ -283,7 +284,7 @@ def _missing(analysis: FolderAnalysis) -> dict[str, Counter[str]]:
 
 
 def _warnings(scenarios: Sequence[ScenarioAnalysis]) -> list[str]:
-    """Returns a line for every invariant that does not hold in some log."""
+    """Returns one line for every invariant that does not hold in some log."""
     return warnings_of(
         (f"{scenario.scenario}, {entry.row['controller']}, trial {entry.row['trial']}", found)
         for scenario in scenarios
@@ -293,7 +294,7 @@ def _warnings(scenarios: Sequence[ScenarioAnalysis]) -> list[str]:
 
 
 def _headlines(scenarios: Sequence[ScenarioAnalysis]) -> list[dict[str, Any]]:
-    """Returns a row a headline metric with one verdict a scenario."""
+    """Returns one row for each headline metric, with one verdict for each scenario."""
     rows = []
     for entry in all_metrics():
         if entry.name not in HEADLINE_METRICS or entry.better is Better.NEITHER:

@@ -21,7 +21,7 @@ from drake_navbench.analysis.tables import scenario_table
 from drake_navbench.logs.log import Outcome
 from drake_navbench.logs.results import ResultsFolder
 
-# A page of more rows than these opens slowly, and nobody reads them; trials.parquet has them all.
+# A page with more rows opens slowly, and nobody reads them; trials.parquet has all rows.
 MOST_TRIALS_LISTED = 1000
 
 
@@ -79,7 +79,7 @@ def _published_rows(
     table = scenario_table(analysis.trials, scenario.scenario)
     published = published_table()
     published = published[published["scenario"] == scenario.scenario].set_index("metric")
-    # A preset may have the name of a published controller and yet be another one.
+    # A preset of our own may have the name of a published controller.
     published_names = {preset: name for name, preset in PUBLISHED_SETTINGS.presets.items()}
     titles = {entry.name: entry.title for entry in all_metrics()}
     rows = []
@@ -112,7 +112,7 @@ def _against(ours: float, published: float) -> tuple[str, str]:
 
 
 def metric_rows(scenario: ScenarioAnalysis) -> list[dict[str, Any]]:
-    """Returns a row a controller and metric."""
+    """Returns one row for each controller and metric."""
     theme_of = {
         entry.name: (theme, entry)
         for theme, metrics in installed_metrics().items()
@@ -135,7 +135,7 @@ def metric_rows(scenario: ScenarioAnalysis) -> list[dict[str, Any]]:
 
 
 def pair_rows(scenario: ScenarioAnalysis, difference: float) -> list[dict[str, Any]]:
-    """Returns a row a pair of controllers and metric; difference: as for `build_report`."""
+    """Returns one row a pair of controllers and metric; difference: as for `build_report`."""
     means = {(cell.controller, cell.metric): cell.summary.mean for cell in scenario.cells}
     metrics = {entry.name: entry for entry in all_metrics()}
     rows = []
@@ -159,7 +159,8 @@ def pair_rows(scenario: ScenarioAnalysis, difference: float) -> list[dict[str, A
 def listed_trials(scenarios: Sequence[ScenarioAnalysis]) -> dict[str, set[str]]:
     """Returns, by scenario, the logs of the trials that the page lists.
 
-    Of too many those that did not reach the goal come first, then the first ones of each scenario.
+    If there are too many, trials that did not reach the goal come first, then each scenario's first
+    ones.
     """
     share = MOST_TRIALS_LISTED // max(1, len(scenarios))
     if sum(len(scenario.trials) for scenario in scenarios) <= MOST_TRIALS_LISTED:
@@ -178,7 +179,7 @@ def listed_trials(scenarios: Sequence[ScenarioAnalysis]) -> dict[str, set[str]]:
 def trial_rows(
     analysis: FolderAnalysis, scenario: ScenarioAnalysis, listed: Mapping[str, Collection[str]]
 ) -> list[dict[str, Any]]:
-    """Returns a row a trial that is listed, with its replay or what makes one."""
+    """Returns one row for each listed trial, with its replay or the command that makes one."""
     return [
         {
             "row": entry.row,
@@ -192,9 +193,9 @@ def trial_rows(
 
 
 def _replay_of(root: Path, entry: TrialEntry) -> str:
-    """Returns a link to a replay that shows this trial, '' where there is none.
+    """Returns a link to a replay that shows this trial, '' if there is none.
 
-    Of what a run writes, both the race and a controller's own replay show its first trial.
+    A run's own replays (the race, and each controller's) show the first trial.
     """
     own = link_to(root, (root / entry.path).with_suffix(".html"))
     if own or entry.row["trial"] != 0:
@@ -207,5 +208,5 @@ def _replay_of(root: Path, entry: TrialEntry) -> str:
 
 
 def link_to(root: Path, path: Path) -> str:
-    """Returns a link from the report to a file, '' where there is none."""
+    """Returns a link from the report to a file, '' if the file does not exist."""
     return path.relative_to(root).as_posix() if path.is_file() else ""

@@ -45,7 +45,7 @@ class TaskSummary(NamedTuple):
 
 
 class ReportSummary(NamedTuple):
-    """The paragraph for all scenarios together, and a line for each."""
+    """The paragraph on all scenarios together, and one line for each scenario."""
 
     sentences: list[str]
     tasks: list[TaskSummary]
@@ -56,10 +56,10 @@ def summary_of(
     totals: Sequence[Total] = (),
     descriptions: Mapping[str, str] | None = None,
 ) -> ReportSummary:
-    """Returns the verdict on these scenarios, each of which has trials.
+    """Returns the summary of these scenarios, each of which has trials.
 
-    totals: those of suites whose worlds are too many to be described one by one. descriptions: the
-    presets' descriptions, of which the summary quotes those of controllers that touched something.
+    totals: of suites with too many worlds to describe them one by one. descriptions: the presets'
+    descriptions; the summary quotes those of controllers that touched something.
     """
     sentences = [_suite(suite, totals) for suite in dict.fromkeys(t.suite for t in totals)]
     if scenarios:
@@ -79,7 +79,7 @@ def summary_of(
 def compute_verdict(scenarios: Sequence[ScenarioAnalysis]) -> tuple[Verdict, pd.DataFrame] | None:
     """Returns the verdict on processor time over all scenarios, and each controller's mean, ms.
 
-    Trials pair by scenario and seed. Returns None where there is nothing to compare.
+    Trials of equal scenario and seed make a pair. Returns None where there is nothing to compare.
     """
     trials = _compute_times(scenarios)
     entry = metric_named(COMPUTE)
@@ -98,7 +98,7 @@ def _compute_times(scenarios: Sequence[ScenarioAnalysis]) -> pd.DataFrame:
 
 
 def _suite(suite: str, totals: Sequence[Total]) -> str:
-    """Returns a sentence on each controller's rate of arrivals and of touches in a suite."""
+    """Returns a sentence on each controller's rates of arrivals and touches in a suite."""
     own = [t for t in totals if t.suite == suite and t.density == ALL_DENSITIES]
     own.sort(key=lambda total: -total.success.value)
     rates = []
@@ -116,7 +116,7 @@ def _suite(suite: str, totals: Sequence[Total]) -> str:
 
 
 def _arrivals(scenarios: Sequence[ScenarioAnalysis]) -> str:
-    """Returns a sentence on the controllers' arrivals, counted where the goal can be reached."""
+    """Returns a sentence on the controllers' arrivals in scenarios with a reachable goal."""
     possible = [scenario for scenario in scenarios if not scenario.is_impossible]
     if not possible:
         return "Every task here is impossible on purpose: nobody can arrive, and nobody is best."
@@ -156,7 +156,7 @@ def _missed(name: str, missed: int, driven: int) -> str:
 
 
 def _touches(scenarios: Sequence[ScenarioAnalysis], descriptions: Mapping[str, str]) -> list[str]:
-    """Returns sentences on each controller that touched something: where, and its description."""
+    """Returns a sentence on each controller that touched something: where, and its description."""
     places: dict[str, list[str]] = {}
     for scenario in scenarios:
         for success in scenario.successes:
@@ -231,7 +231,7 @@ def _weak_side(
     contested: Sequence[ScenarioAnalysis],
     compute: tuple[Verdict, pd.DataFrame] | None,
 ) -> str:
-    """Returns the weak points of a controller over all tasks in words."""
+    """Returns the weak points of a controller over all scenarios in words."""
     found = [point for scenario in contested for point in weak_points(name, scenario)]
     told = worst_of(found, {place for where in own.values() for place in where})
     if not told and compute:

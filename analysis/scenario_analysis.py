@@ -32,7 +32,7 @@ from drake_navbench.analysis.verdicts import (
 from drake_navbench.errors import InputError
 from drake_navbench.logs.log import LIVE_CHANGES, Outcome, TrialLog
 
-# The metrics for a first look; the tables hold the others.
+# The metrics for a first look; the tables have the others.
 HEADLINE_METRICS = (
     "time_to_goal_s",
     "driven_length_m",
@@ -52,7 +52,7 @@ def headline_metrics() -> list[Metric]:
     return [by_name[name] for name in HEADLINE_METRICS]
 
 
-# Values measured before: path of a log -> metric -> value.
+# Values that were measured before: path of a log -> metric -> value.
 KnownValues = Mapping[Path, Mapping[str, Any]]
 
 
@@ -64,9 +64,9 @@ class LeftOut(NamedTuple):
 
 
 class TrialEntry(NamedTuple):
-    """A trial that was read: its row, the reasons of undefined metrics, where its log is.
+    """A trial that was read: its row, the reasons of undefined metrics, and its log's path.
 
-    legs, deeds: of trials with a navigator. violations: of what must hold in every log.
+    legs, deeds: for trials with a navigator. violations: of the invariants.
     """
 
     row: dict[str, Any]
@@ -89,7 +89,7 @@ class Cell(NamedTuple):
 class Success(NamedTuple):
     """The number of a controller's trials that reached the goal; Wilson's interval of the share.
 
-    is_one_trial: whether all its trials are equal, so that the interval says nothing. touched: the
+    is_one_trial: whether all its trials are equal, so that the interval means nothing. touched: the
     number of trials that ended at a contact.
     """
 
@@ -102,7 +102,7 @@ class Success(NamedTuple):
 
 
 class Pair(NamedTuple):
-    """Two controllers compared in one metric, as one of all pairs of the metric."""
+    """Two controllers compared in one metric, among all pairs in that metric."""
 
     metric: str
     compared: ComparedPair
@@ -112,9 +112,9 @@ class Pair(NamedTuple):
 class ScenarioAnalysis:
     """The analysis of a scenario, in plain values.
 
-    description: the scenario file's. is_impossible: whether its task is meant to be given up.
-    clean_scenario: the scenario of which this is a harsher variant, '' where there is none.
-    is_told_by_totals: whether its suite has so many worlds that the report shows their totals only.
+    description: from the scenario's file. is_impossible: whether giving up is the task's right end.
+    clean_scenario: the scenario of which this one is a harsher variant, '' for none.
+    is_told_by_totals: whether its suite has so many worlds that the report shows only their totals.
     drawn: the number of trials whose logs are drawn; the others are in the table alone.
     """
 
@@ -138,14 +138,14 @@ class ScenarioAnalysis:
 
     @property
     def anyone_arrived(self) -> bool:
-        """Whether a trial reached its goal."""
+        """Whether any trial reached its goal."""
         return any(success.succeeded for success in self.successes)
 
 
 def read_trials(
     paths: Sequence[Path], root: Path, known: KnownValues
 ) -> tuple[list[TrialLog], list[TrialEntry], list[LeftOut]]:
-    """Reads and measures logs; those that cannot be read are left out with the reason."""
+    """Reads and measures logs; leaves out, with the reason, those that cannot be read."""
     logs, entries, left_out = [], [], []
     for path in paths:
         name = path.relative_to(root).as_posix()
@@ -158,7 +158,7 @@ def read_trials(
             left_out.append(LeftOut(name, str(error).removeprefix(f"{path}: ")))
             continue
         except (KeyError, ValueError, TypeError) as error:
-            # A file of the right version whose content is damaged or incomplete.
+            # The file has the right version, but its content is damaged or incomplete.
             left_out.append(LeftOut(name, f"damaged log: {type(error).__name__}: {error}"))
             continue
         logs.append(log)
@@ -209,9 +209,9 @@ def _success(table: pd.DataFrame, controller: str, *, is_one_trial: bool, touche
 def _cells(
     entries: Sequence[TrialEntry], controller: str, *, is_repeated: bool = False
 ) -> list[Cell]:
-    """Returns the summary of every metric; trials that are one trial count once.
+    """Returns the summary of every metric of a controller; equal trials count once.
 
-    Compute times differ all the same: they are measured anew in each.
+    Compute times count from each trial: they are measured anew and differ.
     """
     own = [entry for entry in entries if entry.row["controller"] == controller]
     cells = []

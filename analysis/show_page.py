@@ -1,4 +1,4 @@
-"""The page of `show`: pictures one below the other, in one file that needs no other."""
+"""The page of `show`: pictures one below the other, in one file that needs no other file."""
 
 from __future__ import annotations
 

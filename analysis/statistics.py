@@ -1,6 +1,6 @@
 """Statistics of a few trials of one column: means, shares and their intervals.
 
-Two columns are compared in `paired_comparison`, and which of them is better is decided in `pairs`.
+`paired_comparison` compares two columns, and `pairs` decides which of them is better.
 """
 
 from __future__ import annotations
@@ -17,9 +17,9 @@ from scipy import special
 Array = NDArray[np.float64]
 
 CONFIDENCE = 0.95
-# Nothing measured in SI units here differs by less for another reason than rounding.
+# Smaller differences are rounding errors, for all quantities measured here in SI units.
 ROUNDING = 1e-9
-# Values that differ by less than this share of the largest are equal in all but name.
+# Values whose spread is a smaller share of the largest are equal except for rounding.
 SPREAD_RATIO = 1e-12
 
 
@@ -30,7 +30,7 @@ class Interval(NamedTuple):
     high: float
 
     def excludes(self, value: float) -> bool:
-        """Whether the value lies outside; False for an undefined interval."""
+        """Whether the value lies outside the interval; False for an undefined interval."""
         return value < self.low or value > self.high
 
 
@@ -40,7 +40,8 @@ UNDEFINED_INTERVAL = Interval(math.nan, math.nan)
 class Summary(NamedTuple):
     """The values of one metric over the trials of one cell.
 
-    count: different trials with a value. left_out: trials without one. interval: of the mean, 95%.
+    count: the number of different trials with a value. left_out: the number of trials without a
+    value. interval: of the mean, 95%.
     """
 
     count: int  # type: ignore[assignment]  # nobody counts in it as in a tuple
@@ -69,9 +70,10 @@ def summarize(values: Sequence[float]) -> Summary:
 def mean_interval(values: Array, *, confidence: float = CONFIDENCE) -> Interval:
     """Returns Student's interval of the mean of values (N,) without NaN.
 
-    Undefined for fewer than two values; equal values give an interval without width. Student's and
-    no bootstrap: of normal values it covers the mean as often as it says from two on, a bootstrap
-    (BCa) 88% of the time with eight; of skewed ones it covers it more often, too, up to sixteen.
+    Undefined for fewer than two values; equal values give an interval without width. Why Student's
+    interval and no bootstrap: for normal values it covers the mean in 95% of cases from two values
+    on, a bootstrap (BCa) in 88% with eight values; for skewed values it also covers the mean more
+    often, up to sixteen values.
     """
     if len(values) < 2:
         return UNDEFINED_INTERVAL
@@ -86,15 +88,15 @@ def success_interval(successes: int, trials: int) -> Interval:
     if trials == 0:
         return UNDEFINED_INTERVAL
     low, high = share_interval(successes / trials, trials)
-    # Without what rounding leaves of the ends.
+    # The ends are exactly 0 and 1, without rounding errors.
     return Interval(low if successes else 0.0, high if successes < trials else 1.0)
 
 
 def share_interval(share: float, count: int) -> Interval:
     """Returns Wilson's 95% interval of the mean of `count` independent shares from 0 to 1.
 
-    For shares that are 0 or 1 it is that of a success rate. Shares between, of several trials each,
-    vary less than those, so that the interval is wide enough for them as well.
+    For shares of 0 or 1 it is the interval of a success rate. Shares in between, each of several
+    trials, vary less, so that the interval is wide enough for them, too.
     """
     if count == 0:
         return UNDEFINED_INTERVAL
@@ -121,10 +123,10 @@ def student_interval(mean: float, sd: float, count: int, *, confidence: float) -
     return Interval(mean - half_width, mean + half_width)
 
 
-# Asked for anew for every metric of every cell, each time with the few numbers of a campaign.
+# Cached: needed for every metric of every cell, always with the same few numbers of trials.
 @lru_cache
 def student_quantile(probability: float, freedom: int) -> float:
-    """Returns the quantile of Student's distribution with so many degrees of freedom."""
+    """Returns the quantile of Student's distribution with `freedom` degrees of freedom."""
     return float(special.stdtrit(freedom, probability))
 
 

@@ -1,4 +1,4 @@
-"""sweep.html: how each controller answers to the fields of a sweep, on one page by itself."""
+"""sweep.html: the effect of a sweep's fields on each controller, in one file of its own."""
 
 from __future__ import annotations
 
@@ -40,14 +40,14 @@ from drake_navbench.logs.results import ResultsFolder, file_name, write_text
 
 TABLE_NAME = "sweep"
 FIGURES = Path("figures") / "sweep"
-# Shown over two fields; all others are in the table.
+# The metrics that are mapped over two fields; the table has all others.
 MAPPED_METRICS = (SUCCEEDED, "time_to_goal_s", "min_clearance_m")
-# The most cells of a map for each point: a Latin hypercube would fill only a diagonal.
+# The most cells of a map for each driven point; a Latin hypercube would fill only a diagonal.
 MOST_CELLS_PER_POINT = 4
 
 
 class Steepness(NamedTuple):
-    """The slopes of a metric over a field, one a controller, and the slopes that differ."""
+    """A metric's slopes over a field, one a controller, and the pairs whose slopes differ."""
 
     metric: str
     unit: str
@@ -56,7 +56,7 @@ class Steepness(NamedTuple):
 
 
 class AxisSection(NamedTuple):
-    """One field in one scenario; figure: SVG."""
+    """One field in one scenario; figure: as SVG."""
 
     field: str
     figure: Markup
@@ -65,7 +65,7 @@ class AxisSection(NamedTuple):
 
 
 class ScenarioSection(NamedTuple):
-    """One scenario; maps: SVG."""
+    """One scenario; maps: as SVG."""
 
     scenario: str
     axes: list[AxisSection]
@@ -111,7 +111,7 @@ def _scenario_section(
 
 
 def _metrics() -> list[tuple[str, str]]:
-    """Returns name and unit of what is shown along a field."""
+    """Returns name and unit of the metrics that are shown along a field."""
     headline = [(entry.name, typeset(entry.unit)) for entry in headline_metrics()]
     return [(SUCCEEDED, "share"), *headline]
 
@@ -154,8 +154,8 @@ def _maps(stem: Path, rows: pd.DataFrame, fields: list[str]) -> Iterator[Markup]
 
 
 def _written(figure: Figure, stem: Path) -> Markup:
-    """Writes a figure as SVG, and returns it as it stands in a page."""
+    """Writes a figure as SVG, and returns its text for a page."""
     (path,) = write_figure(figure, stem, (SVG,))
     text = path.read_text(encoding="utf-8")
-    # Ours, not anybody's text: matplotlib has escaped the names in it.
+    # Safe: we made this SVG, and matplotlib has escaped the names in it.
     return Markup(text[text.index("<svg") :])

@@ -24,7 +24,8 @@ WHO = ("scenario", "controller")
 class Response(NamedTuple):
     """A metric at each value of a field, of one controller in one scenario.
 
-    values: (N,) of the field. means: (N,). intervals: N, 95%. counts: (N,) trials with a value.
+    values: (N,) of the field. means: (N,) of the metric. intervals: N, 95%. counts: (N,) the trials
+    with a value.
     """
 
     controller: str
@@ -35,7 +36,7 @@ class Response(NamedTuple):
 
 
 class Slope(NamedTuple):
-    """Change of a metric for one unit of a field: mean over the seeds and its 95% interval."""
+    """The change of a metric for one unit of a field: mean over the seeds with its 95% interval."""
 
     controller: str
     mean: float
@@ -44,10 +45,10 @@ class Slope(NamedTuple):
 
 
 def long_table(trials: pd.DataFrame, sweep: Mapping[str, Mapping[str, Any]]) -> pd.DataFrame:
-    """Returns the rows of trials with one column a swept field, under their own names.
+    """Returns the rows of trials with one more column for each swept field, under its name.
 
-    trials: as from `trial_row`. sweep: the manifest's. A field of a controller has no value
-    in the rows of others.
+    trials: as from `trial_row`. sweep: the manifest's. A field of a controller has no value in the
+    rows of others.
     """
     table = trials.copy()
     fields: dict[str, list[Any]] = {field: [] for field in swept_fields(sweep)}
@@ -73,7 +74,7 @@ def swept_fields(sweep: Mapping[str, Mapping[str, Any]]) -> list[str]:
 
 
 def is_numeric(table: pd.DataFrame, field: str) -> bool:
-    """Returns whether all values of a field are numbers, so that there is a slope along it."""
+    """Returns whether all values of a field are numbers, so that it can have a slope."""
     known = table[field].dropna()
     return all(isinstance(v, (int, float)) and not isinstance(v, bool) for v in known)
 
@@ -81,8 +82,9 @@ def is_numeric(table: pd.DataFrame, field: str) -> bool:
 def responses(table: pd.DataFrame, field: str, metric: str) -> list[Response]:
     """Returns the response of each controller that has the field, in one scenario.
 
-    table: rows of one scenario from `long_table`. What a seed gave at a value is averaged over the
-    other fields first, since only seeds are independent; the interval is over the seeds.
+    table: rows of one scenario from `long_table`. At each value of the field, each seed's results
+    are first averaged over the other fields, since only seeds are independent; the interval is over
+    the seeds.
     """
     found = []
     for controller, rows in _by_controller(table, field):
@@ -103,7 +105,8 @@ def responses(table: pd.DataFrame, field: str, metric: str) -> list[Response]:
 def constants(table: pd.DataFrame, field: str, metric: str) -> list[Response]:
     """Returns the mean of each controller that does not have the field, in one scenario.
 
-    It is the same whatever the field is: its only value is None. table: as for `responses`.
+    The mean does not depend on the field, so that the response's only value is None. table: as for
+    `responses`.
     """
     found = []
     for controller, rows in table[table[field].isna()].groupby("controller", sort=False):
@@ -133,7 +136,7 @@ def _by_controller(table: pd.DataFrame, field: str) -> list[tuple[str, pd.DataFr
 def seed_slopes(rows: pd.DataFrame, field: str, metric: str) -> pd.Series:
     """Returns the least-squares slope of a metric along a field for each seed, of one controller.
 
-    A seed with fewer than two different values has none.
+    A seed with fewer than two different values of the field has no slope.
     """
     found = {}
     for seed, own in rows.groupby("seed"):
@@ -170,9 +173,9 @@ def response_table(
 ) -> pd.DataFrame:
     """Returns the means of some metrics at every value of every field, in one scenario.
 
-    rows: of one scenario from `long_table`. fields: the swept ones. metrics: their units.
-    Indexed by (metric at which value, unit), one column a controller; one that does not have the
-    field has the same mean at every value, NaN where it has none.
+    rows: of one scenario, from `long_table`. fields: the swept ones. metrics: name -> unit. The
+    table is indexed by (metric at a value, unit), with one column a controller. A controller
+    without the field has the same mean at every value; NaN stands for no mean.
     """
     cells: dict[tuple[str, str], dict[str, float]] = {}
     for field in fields:
@@ -193,8 +196,8 @@ def response_table(
 class HeatMap(NamedTuple):
     """A metric of one controller over two fields.
 
-    across, down: values of the fields. means: (len(down), len(across)), NaN where nothing is known.
-    half_widths: of the 95% intervals, alike.
+    across, down: values of the fields. means: (len(down), len(across)), NaN where unknown.
+    half_widths: half the widths of the 95% intervals, of the same shape.
     """
 
     controller: str

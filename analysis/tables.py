@@ -1,4 +1,4 @@
-"""Tables of a scenario: one row a metric, as the publication prints them or as a run does."""
+"""Tables of a scenario, one row a metric: the publication's tables, or those of a run."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ TABLE_DECIMALS = 3
 # The unit of the rows that count trials.
 COUNT_UNIT = "trials"
 SUCCESS_RATE, TOUCH_RATE = "success_rate", "touch_rate"
-# Those that a run prints unless it is the published benchmark, or others are asked for.
+# The metrics that a run prints, unless it is the published benchmark or others are asked for.
 PRINTED = (
     SUCCESS_RATE,
     TOUCH_RATE,
@@ -47,13 +47,13 @@ def published_rows(scenario: str) -> list[tuple[str, str]]:
 def scenario_table(trials: pd.DataFrame, scenario: str) -> pd.DataFrame:
     """Returns a scenario's table as the publication prints it.
 
-    trials: rows as from `trial_row`. The result has one row a published metric, indexed by
-    (metric, unit), and one column a controller in the order of `trials`. A cell is the mean over
-    all trials of the controller, failed ones included; where some trials have no value, a row
-    `<metric>_defined` counts those that have. Below stand the counts of the outcomes.
+    trials: rows as from `trial_row`. The result has one row a published metric, indexed by (metric,
+    unit), and one column a controller in the order of `trials`. A cell is the mean over all trials
+    of the controller, failed ones included; where some trials have no value, a row
+    `<metric>_defined` counts those that have. The last rows count the outcomes.
     """
     own = trials[trials["scenario"] == scenario]
-    # Trials without a readable log have no metrics at all.
+    # A trial without a readable log has no metrics at all.
     own = own.reindex(columns=own.columns.union([m.name for m in PUBLISHED_METRICS], sort=False))
     columns = {
         controller: _controller_column(own[own["controller"] == controller], scenario)
@@ -69,8 +69,9 @@ def scenario_table(trials: pd.DataFrame, scenario: str) -> pd.DataFrame:
 def metrics_table(trials: pd.DataFrame, scenario: str, names: Sequence[str]) -> pd.DataFrame:
     """Returns a scenario's table of these metrics, shaped as `scenario_table`.
 
-    A cell is the mean over the trials of a controller that have a value, of metrics that only say
-    something of trials that arrived over those; `touch_rate` is the share that ended in contact.
+    A cell is the mean over the controller's trials that have a value; for metrics that mean
+    something only for trials that arrived, over those. `touch_rate` is the share of trials that
+    ended in contact.
     """
     own = trials[trials["scenario"] == scenario]
     units = {entry.name: entry.unit for entry in all_metrics()} | {TOUCH_RATE: "%"}
@@ -96,9 +97,9 @@ def metrics_table(trials: pd.DataFrame, scenario: str, names: Sequence[str]) -> 
 
 
 def suite_tables(trials: pd.DataFrame, names: Sequence[str]) -> dict[str, pd.DataFrame]:
-    """Returns for each suite of more than one world the table of these metrics over all of them.
+    """Returns, for each suite of more than one world, the table of these metrics over all worlds.
 
-    Shaped as `metrics_table`; trials of all worlds count as those of one scenario.
+    It is shaped as `metrics_table`; trials of all worlds count as trials of one scenario.
     """
     if "suite" not in trials:
         return {}
@@ -153,7 +154,7 @@ def _row_order(scenario: str) -> list[tuple[str, str]]:
 
 
 def _says_something(table: pd.DataFrame, key: tuple[str, str]) -> bool:
-    """Whether a row is worth printing: a count of defined trials only where some are not."""
+    """Whether a row is worth printing: a count of defined trials only if some are not defined."""
     if not key[0].endswith("_defined"):
         return True
     return bool((table.loc[key] < table.loc["trials", "trials"]).any())

@@ -19,7 +19,7 @@ from drake_navbench.analysis.verdicts import comparable_trials
 from drake_navbench.analysis.weak_points import DIGITS, WeakPoint, weak_point, worst_of
 from drake_navbench.logs.log import Outcome
 
-# By metric the word for its best controller; the other headline metrics say much the same as one of
+# Metric -> the word for its best controller. The other headline metrics say much the same as one of
 # these.
 SUPERLATIVES = {
     "time_to_goal_s": "quickest",
@@ -27,9 +27,9 @@ SUPERLATIVES = {
     "cross_track_error_mean_m": "nearest to the plan",
     "jerk_rms_mps3": "smoothest",
 }
-# Compared over the trials of all scenarios: what a cycle costs is no matter of the task.
+# Compared over the trials of all scenarios: a cycle's cost does not depend on the task.
 COMPUTE = "compute_cpu_time_p95_ms"
-# By metric the quantity of which a controller with a weak point has more, or less, than the best.
+# Metric -> the quantity of which a controller with a weak point has more, or less, than the best.
 QUANTITIES = {
     "time_to_goal_s": "time",
     "min_clearance_m": "smallest clearance",
@@ -135,7 +135,7 @@ def in_words(points: Sequence[WeakPoint], *, tells_where: bool) -> str:
 
 
 def means_of(scenario: ScenarioAnalysis) -> pd.DataFrame:
-    """Returns means over the trials that are compared: a row a controller, a column a metric."""
+    """Returns means over the comparable trials: one row a controller, one column a metric."""
     comparable = comparable_trials(scenario.table, HEADLINE_METRICS)
     order = list(dict.fromkeys(comparable["controller"]))
     return comparable.groupby("controller")[list(HEADLINE_METRICS)].mean().reindex(order)

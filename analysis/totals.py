@@ -22,12 +22,12 @@ from drake_navbench.analysis.statistics import (
 from drake_navbench.csv_text import csv_text
 from drake_navbench.logs.log import Outcome
 
-# The report shows a suite with more worlds by its totals alone: nobody reads 300 tables.
+# The most worlds of a suite that the report shows one by one; of larger suites it shows totals.
 MAX_WORLDS_ONE_BY_ONE = 8
 SCORE = "barn_score"
 BEST_SCORE = 0.5
 ALL_DENSITIES = ""
-# The quantities that are compared between two controllers, by their names in the tables.
+# The quantities in which two controllers are compared, by their names in the tables.
 COMPARED = ("success", "collision", "score")
 
 
@@ -41,8 +41,8 @@ class Share(NamedTuple):
 class Total(NamedTuple):
     """The totals of a controller over all worlds of a suite, or of one density of it.
 
-    density: '' for all. success: the trial succeeded. collision: it ended in contact. score:
-    BARN's. scored: the share with a score above 0, which is BARN's own success.
+    density: '' for all. success, collision: the shares of success and of contacts. score: the mean
+    BARN score. scored: the share with a score above 0, which is BARN's own success.
     """
 
     suite: str
@@ -68,7 +68,7 @@ class Difference(NamedTuple):
 def told_by_totals(suites: Mapping[str, str]) -> frozenset[str]:
     """Returns the scenarios of suites that are too large for the report to show one by one.
 
-    suites: of each scenario, '' where it is in none.
+    suites: the suite of each scenario, '' for none.
     """
     names = list(suites.values())
     return frozenset(
@@ -142,14 +142,14 @@ def _suites(trials: pd.DataFrame) -> Iterator[tuple[str, pd.DataFrame]]:
 
 
 def _by_world(trials: pd.DataFrame) -> pd.DataFrame:
-    """Returns one row a world: mean success, collision, scored, score, and time of successes."""
+    """Returns one row a world: mean success, collision, scored and score, and time of successes."""
     quantities = pd.DataFrame(
         {
             "scenario": trials["scenario"],
             "success": (trials["outcome"] == Outcome.SUCCEEDED).astype(float),
             "collision": (trials["outcome"] == Outcome.COLLIDED).astype(float),
             "scored": (trials[SCORE] > 0.0).astype(float),
-            # A trial without a score, such as one that never moved, has earned none.
+            # A trial without a score, such as one that never moved, has a score of 0.
             "score": trials[SCORE].fillna(0.0),
             "time_s": trials["time_to_goal_s"],
         }
@@ -174,10 +174,10 @@ def _total(suite: str, density: str, controller: str, trials: pd.DataFrame) -> T
 
 
 def _score(values: pd.Series) -> Summary:
-    """Returns the summary of BARN scores, whose interval ends where scores do."""
+    """Returns the summary of BARN scores; the interval is cut to the possible scores."""
     found = summarize(values)
     low, high = found.interval
-    # Comparisons with NaN are false: an undefined interval stays one.
+    # Comparisons with NaN are false: an undefined interval stays undefined.
     return found._replace(
         interval=Interval(0.0 if low < 0.0 else low, BEST_SCORE if high > BEST_SCORE else high)
     )

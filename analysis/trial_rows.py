@@ -1,4 +1,4 @@
-"""The row of a trial in the tables, made from its log: what columns there are stands here alone."""
+"""The row of a trial in the tables, made from its log; the columns are defined here alone."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from drake_navbench.analysis.invariants import Violation, violations_of
 from drake_navbench.analysis.metrics.registry import all_metrics, measure_all
 from drake_navbench.logs.log import TrialLog
 
-# The columns before the metrics, and the one behind them.
+# The columns before the metrics, and the column after them.
 IDENTITY = ("suite", "density", "scenario", "controller", "trial", "seed", "outcome", "reason")
 VIOLATIONS = "violations"
 

@@ -21,9 +21,9 @@ RESULT_NAME = "tuning.json"
 PAGE_NAME = "tuning.html"
 FIGURES = Path("figures") / "tuning"
 PERCENT = 100.0
-# Parts of a front point's judgement, with what they are called on the page.
+# The parts of a front point's judgement -> their names on the page.
 PARTS = {"fresh": "fresh seeds", "held_out": "held-out scenarios"}
-# The scenarios in which only touches count, in words.
+# The scenarios in which only touches count -> their names on the page.
 GUARDS = {"closed_way": "a closed way", "random_worlds": "random worlds"}
 
 
@@ -70,12 +70,12 @@ def write_tuning_page(folder: Path) -> Path:
 
 
 def _in_all(titles: dict[str, str], points: list[dict[str, Any]]) -> dict[str, str]:
-    """Returns the titles of the parts that these points drove; all drove the same."""
+    """Returns the titles of the parts that these points drove; all points drove the same parts."""
     return {key: title for key, title in titles.items() if points and key in points[0]}
 
 
 def _places(touches: dict[str, int]) -> str:
-    """Returns the places of touches with their number: 'doorway 3, random_world_7 1'."""
+    """Returns the places of touches with their numbers: 'doorway 3, random_world_7 1'."""
     return ", ".join(f"{name} {count}" for name, count in touches.items())
 
 
@@ -86,8 +86,8 @@ def _percent(share: float) -> str:
 
 
 def _written(figure: Figure, stem: Path) -> Markup:
-    """Writes a figure as SVG, and returns it as it stands in a page."""
+    """Writes a figure as SVG, and returns its text for a page."""
     (path,) = write_figure(figure, stem, (SVG,))
     text = path.read_text(encoding="utf-8")
-    # Ours, not anybody's text: matplotlib has escaped the names in it.
+    # Safe: we made this SVG, and matplotlib has escaped the names in it.
     return Markup(text[text.index("<svg") :])

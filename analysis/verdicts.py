@@ -34,7 +34,7 @@ EXTREMES = {Better.LOWER: "lowest", Better.HIGHER: "highest"}
 
 
 class Standing(StrEnum):
-    """The state of the first place in a metric."""
+    """The state of the contest for the first place in a metric."""
 
     BEST = "best"
     LEVEL = "level"
@@ -46,12 +46,12 @@ class Standing(StrEnum):
 class Verdict(NamedTuple):
     """The verdict on one metric in one scenario.
 
-    standing: BEST where every other controller is shown to be behind the leader by more than
-    matters, with 95% confidence in all comparisons together, or in the one trial there is where
-    nothing is random. LEVEL where the others in front are shown to differ by less than matters.
-    TOUCHED where the leader would be best, but touched an obstacle. NO_CONTEST where nobody reached
-    the goal. order: the controllers with a value, best mean first. leaders: the first of them and
-    those that are not shown to be behind it. text: one sentence.
+    standing: BEST: every other controller is shown to be behind the leader by more than matters,
+    with 95% confidence in all comparisons together (or, where nothing is random, in the one trial).
+    LEVEL: the other leaders are shown to differ from it by less than matters. TOUCHED: the leader
+    would be best, but touched an obstacle. NO_CONTEST: no controller reached the goal. order: the
+    controllers with a value, best mean first. leaders: the first controller, and those that are not
+    shown to be behind it. text: one sentence.
     """
 
     scenario: str
@@ -81,9 +81,9 @@ def touch_counts(trials: pd.DataFrame) -> dict[str, int]:
 def comparable_trials(trials: pd.DataFrame, metrics: Iterable[str]) -> pd.DataFrame:
     """Returns the trials of one scenario with the metrics of failed trials taken out.
 
-    Who gives up at once is neither quick nor smooth nor safe. Compute times stay: every cycle has
-    to be computed in time. Where no trial of the scenario reached its goal, all are kept: then the
-    question is how they gave up.
+    A controller that gives up at once is neither quick nor smooth nor safe. Compute times stay:
+    every cycle must be computed in time. If no trial of the scenario reached its goal, all metrics
+    stay: then the question is how the controllers gave up.
     """
     failed = is_failed(trials)
     if failed.all():
@@ -97,7 +97,7 @@ def comparable_trials(trials: pd.DataFrame, metrics: Iterable[str]) -> pd.DataFr
 def scenario_verdicts(trials: pd.DataFrame, scenario: str, names: Sequence[str]) -> list[Verdict]:
     """Returns the verdicts on these metrics in a scenario, in the order of the catalogue.
 
-    trials: all of the scenario. A metric without anything to compare has none.
+    trials: all trials of the scenario. A metric with nothing to compare has no verdict.
     """
     counted = comparable_trials(trials, [name for name in names if name in trials])
     repeated = repeated_controllers(repeated_cells(trials), scenario)
@@ -130,9 +130,9 @@ def verdict(
     """Returns the verdict on a metric; None where there is nothing to compare.
 
     The metric needs a good direction and a value for at least two controllers. anyone_arrived:
-    whether a trial of the scenario reached its goal; else no controller is best.
-    repeated: the controllers whose trials are all the same one. touches: as from `touch_counts`;
-    who touched something is not best.
+    whether a trial of the scenario reached its goal; else no controller is best. repeated: the
+    controllers whose trials are all equal. touches: as from `touch_counts`; a controller that
+    touched something is not best.
     """
     if entry.better is Better.NEITHER:
         return None
@@ -143,7 +143,7 @@ def verdict(
     if len(means) < 2:
         return None
     leader, others = means.index[0], list(means.index[1:])
-    # All comparisons with the leader hold together.
+    # The confidence holds for all comparisons with the leader together.
     confidence = confidence_of_each(len(others))
     once = repeated if entry.is_repeatable else frozenset()
     gaps = {
@@ -222,7 +222,7 @@ def _undecided(
     if gaps[nearest].is_ahead:
         text += f", which may be less than {_number(bar, entry.unit)}"
         text += f" ({RELEVANT_RATIO:.0%})" if bar > entry.relevant else ""
-    # The part of the difference beyond the bar must be shown.
+    # Only the part of the difference beyond the bar must be shown.
     sign = 1.0 if entry.better is Better.LOWER else -1.0
     excess = sign * found.difference - bar
     if found.pairs > 1 and excess > 0.0:

@@ -13,7 +13,7 @@ from drake_navbench.analysis.numbers import number, typeset
 from drake_navbench.analysis.verdicts import Standing, Verdict
 
 DIGITS = 3
-# To be less than 10% behind is no weak point worth a word.
+# A controller that is less than 10% behind has no weak point.
 WEAK_RATIO = 1.1
 MOST_TOLD = 2
 
@@ -21,9 +21,9 @@ MOST_TOLD = 2
 class WeakPoint(NamedTuple):
     """One metric of one scenario in which a controller is shown to be behind the best one.
 
-    what: the metric in words. where: the scenario. ratio: by which factor it is worse; infinite if
-    the best mean is 0. own: the controller's mean. first: the best mean. best: the controller that
-    has it.
+    what: the metric in words. where: the scenario. ratio: the factor by which the controller is
+    worse; infinite if the best mean is 0. own: its mean. first: the best mean. best: the controller
+    with the best mean.
     """
 
     metric: Metric
@@ -49,10 +49,10 @@ class WeakPoint(NamedTuple):
 def weak_point(
     name: str, verdict: Verdict, means: pd.DataFrame, entry: Metric, what: str
 ) -> WeakPoint | None:
-    """Returns the weak point of a controller in one metric of one scenario, None where none is.
+    """Returns the weak point of a controller in one metric of one scenario, or None.
 
-    It is one only where the verdict shows the controller to be behind, and by at least 10%.
-    means: a row a controller, a column a metric.
+    It has one only if the verdict shows the controller to be behind, and its mean is at least 10%
+    worse. means: a row a controller, a column a metric.
     """
     is_behind = name in verdict.order and name not in verdict.leaders
     if not is_behind or verdict.standing is Standing.NO_CONTEST:
@@ -67,9 +67,9 @@ def weak_point(
 
 
 def worst_of(found: Sequence[WeakPoint], praised_in: Collection[str]) -> list[WeakPoint]:
-    """Returns the weak points to be told: those of the praised scenarios first, then the largest.
+    """Returns the weak points to name: those in the praised scenarios first, then the largest.
 
-    Of each metric one, and two at most.
+    They are at most MOST_TOLD, at most one for each metric.
     """
     order = sorted(found, key=lambda point: (point.where not in praised_in, -point.ratio))
     by_metric: dict[str, WeakPoint] = {}

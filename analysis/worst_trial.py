@@ -13,7 +13,7 @@ from drake_navbench.logs.log import FROM_WORST, Outcome, has_samples, read_info
 
 
 def worst_trial(folder: Path) -> Path:
-    """Returns the log of the trial that ended worst; of several the one that came nearest.
+    """Returns the log of the trial that ended worst; of several, the one nearest to an obstacle.
 
     Ranked by outcome, then by the smallest clearance, then by time. Trials without a sample cannot
     be shown and are left out. Raises InputError where none is left.

@@ -38,7 +38,7 @@ from drake_navbench.logs.results import file_name
 
 
 def drawable_logs(logs: Mapping[str, Sequence[TrialLog]]) -> dict[str, list[TrialLog]]:
-    """Returns the logs that have samples, of the controllers that have any such."""
+    """Returns the logs that have samples, by controller; leaves out controllers without."""
     return {
         name: kept
         for name, own in logs.items()
@@ -58,9 +58,9 @@ def write_scenario_figures(
 ) -> list[FigureEntry]:
     """Writes the chosen figures of a scenario below `folder`; returns what was written.
 
-    logs: the readable trials by controller. trials: rows as from `trial_row`, all scenarios.
-    verdicts: those of the scenario, which the diagram of places shows. columns: all of the results,
-    for colours that are the same everywhere.
+    logs: the readable trials by controller. trials: rows of all scenarios, as from `trial_row`.
+    verdicts: the scenario's, for the diagram of places. columns: all columns of the results, so
+    that each keeps its colour everywhere.
     """
     drawable = drawable_logs(logs)
     if not drawable or choice is FigureChoice.NONE:
@@ -89,7 +89,7 @@ def _comparisons(
     verdicts: Sequence[Verdict],
     look: Look,
 ) -> Iterator[tuple[str, str, Figure]]:
-    """Yields kind, title and figure of each comparison of the controllers, one at a time."""
+    """Yields kind, title and figure of each figure that compares controllers, one at a time."""
     metrics = headline_metrics()
     yield "paths", "Driven paths", paths_figure(paths_map(logs), look)
     if figure := clearance_figure(clearance_curves(logs), look):
@@ -108,7 +108,7 @@ def _comparisons(
 def _motion_sheets(
     logs: Mapping[str, Sequence[TrialLog]], look: Look
 ) -> Iterator[tuple[str, Figure]]:
-    """Yields each controller with its sheet; write it at once, since the next one replaces it."""
+    """Yields each controller with its sheet; write the sheet before asking for the next one."""
     sheet = MotionSheet()
     for controller, own in logs.items():
         yield controller, sheet.draw(sheet_of(own, controller), look)

@@ -1,4 +1,4 @@
-"""The choice of figures, and a figure that was written; imports no drawing."""
+"""The choice of figures, and the record of a written figure; imports no drawing code."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ SVG, PNG = ".svg", ".png"
 class FigureChoice(StrEnum):
     """The choice of figures to draw.
 
-    KEY: those that compare the controllers of a scenario, as SVG. ALL: also the motion of each
+    KEY: the figures that compare a scenario's controllers, as SVG. ALL: also the motion of each
     controller, and each figure as PNG too, which takes three times as long.
     """
 

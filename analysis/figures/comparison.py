@@ -35,7 +35,7 @@ Logs = Mapping[str, Sequence[TrialLog]]
 BOX_COLUMNS = 3
 BOX_SIZE_IN = (2.9, 1.6)
 BOX_HALF_WIDTH, CAP_HALF_WIDTH = 0.275, 0.1375
-# Tukey: a whisker ends at the last value within this many heights of the box.
+# Tukey: a whisker ends at the last value within this many box heights from the box.
 WHISKER_REACH = 1.5
 WIDE_IN = (7.2, 2.8)
 LONGEST_TICK_LABEL = 9
@@ -59,8 +59,8 @@ class ClearanceCurve(NamedTuple):
 class Box(NamedTuple):
     """One metric of one controller: every trial, and Tukey's box around them.
 
-    values: (N,) of the trials that have one. failed: (N,) which of these did not reach the goal.
-    low, first, median, third, high: ends of the whiskers, quartiles; NaN without a value.
+    values: (N,) of the trials with a value. failed: (N,) whether the trial missed its goal. low,
+    first, median, third, high: ends of the whiskers, quartiles; NaN without a value.
     """
 
     controller: str
@@ -83,7 +83,7 @@ class BoxPanel(NamedTuple):
 class ComputeTimes(NamedTuple):
     """Distribution of the durations of control cycles, one curve a controller.
 
-    curves: by controller (durations (Q,) ms, share of the cycles that took at least as long (Q,)).
+    curves: by controller (durations (Q,) ms, share of the cycles that took at least so long (Q,)).
     period_ms: the control period.
     """
 
@@ -157,7 +157,7 @@ def evenly_chosen(count: int, most: int) -> NDArray[np.intp]:
 def box_figure(panels: Sequence[BoxPanel], look: Look) -> Figure | None:
     """Returns a box plot a metric with every single trial visible; None without a panel.
 
-    Trials that failed are hollow.
+    Dots of failed trials are hollow.
     """
     if not panels:
         return None
@@ -224,7 +224,7 @@ def _draw_boxes(axes: Axes, panel: BoxPanel, look: Look) -> None:
         color = look.line(box.controller)["color"]
         shown = evenly_chosen(len(box.values), MOST_DOTS)
         values, failed, count = box.values[shown], box.failed[shown], len(shown)
-        # Side by side, so that equal trials do not hide one another.
+        # Dots are spread sideways, so that equal trials do not hide one another.
         offsets = np.linspace(-SPREAD, SPREAD, count) if count > 1 else np.zeros(count)
         for chosen, edge in (
             (~failed, {"mfc": color, "mec": "white"}),
@@ -247,7 +247,7 @@ def _draw_boxes(axes: Axes, panel: BoxPanel, look: Look) -> None:
 
 
 def _draw_outlines(axes: Axes, boxes: Sequence[Box], look: Look) -> None:
-    """Draws boxes, medians and whiskers: all of a kind at once, which is quicker than singly."""
+    """Draws boxes, medians and whiskers, all of one kind in one call, which is quicker."""
     outlines, colors, medians = [], [], []
     whiskers: list[list[tuple[float, float]]] = []
     for place, box in enumerate(boxes, 1):

@@ -1,4 +1,4 @@
-"""A metric of every trial as a dot: a row a controller, a panel a scenario."""
+"""A metric of every trial as a dot: one row for each controller, one panel for each scenario."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from drake_navbench.analysis.metrics.registry import all_metrics
 from drake_navbench.analysis.numbers import typeset
 
 ROW_IN, PANEL_IN, WIDTH_IN = 0.32, 0.75, 7.0
-# More panels than these are drawn as one, of all scenarios together.
+# If there are more scenarios than this, one panel shows all of them together.
 MOST_PANELS = 8
 SPREAD = 0.18
 

@@ -1,7 +1,7 @@
-"""kept/drawn/SCENARIO.json: of what the figures and charts of a scenario were drawn.
+"""kept/drawn/SCENARIO.json: the inputs from which a scenario's figures and charts were drawn.
 
-Where logs, code and choice of figures are the same, and the files of the figures are as they were
-written, nothing is drawn again.
+If logs, code and choice of figures are unchanged, and the figures' files are as they were written,
+nothing is drawn again.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ STEM = re.compile(r"\w[\w.-]*")
 
 
 class Drawing(NamedTuple):
-    """The figures of a scenario and the numbers of its charts. log_count: how many were drawn."""
+    """The figures of a scenario and the numbers of its charts. log_count: of drawn logs."""
 
     figures: list[FigureEntry]
     chart: dict[str, Any] | None
@@ -36,7 +36,7 @@ def drawing_stamp(paths: Mapping[str, str], choice: FigureChoice, columns: Seque
 
 
 def read_drawing(root: Path, scenario: str, stamp: str) -> Drawing | None:
-    """Returns the drawing of a scenario with this stamp; None where it is to be drawn.
+    """Returns the drawing of a scenario with this stamp; None if it must be drawn.
 
     root: the results folder.
     """
@@ -52,7 +52,7 @@ def read_drawing(root: Path, scenario: str, stamp: str) -> Drawing | None:
 
 
 def _figure(own: Path, scenario: str, kept: Mapping[str, Any]) -> FigureEntry:
-    """Returns a figure; raises ValueError where one of its files is not as it was written."""
+    """Returns a figure; raises ValueError if one of its files has changed since it was written."""
     name, files = str(kept["name"]), kept["files"]
     if not STEM.fullmatch(name):
         raise ValueError(name)

@@ -79,7 +79,7 @@ def outline_at(log: TrialLog, row: int) -> Array:
 
 
 def bounds(logs: Sequence[TrialLog]) -> tuple[Array, Array]:
-    """Returns the lower left and the upper right corner around task and paths, with margin, m."""
+    """Returns the lower left and upper right corner of task and paths, with a margin, m."""
     reach_m = np.hypot(*outline_of(logs[0]).T).max()
     points = np.vstack([part for log in logs for part in (positions(log), log.course[:, :2])])
     floors = [np.reshape(one["bounds_m"], (2, 2)) for one in logs[0].info.get("floors", [])]
@@ -89,19 +89,19 @@ def bounds(logs: Sequence[TrialLog]) -> tuple[Array, Array]:
 
 
 def drawn_path(log: TrialLog) -> Array:
-    """Returns (N, 2) the driven path, m, with a row of NaN where a lift carried the robot."""
+    """Returns the driven path, (N, 2) m, with a row of NaN where a lift carried the robot."""
     parts = [np.vstack([part, np.full((1, 2), np.nan)]) for part in stretches(log)]
     return np.vstack(parts)[:-1]
 
 
 def paths_map(logs_by_controller: Mapping[str, Sequence[TrialLog]]) -> PathsMap:
-    """Returns the driven paths of all controllers, every trial, and where they drove."""
+    """Returns the map with the driven paths of every trial of all controllers."""
     logs = [log for own in logs_by_controller.values() for log in own]
     driven = [
         DrivenPaths(controller, [drawn_path(log) for log in own], [outline_at(own[0], -1)])
         for controller, own in logs_by_controller.items()
     ]
-    # The course of one that planned all its legs, where there is one.
+    # Show the course of a trial that planned all its legs, if there is one.
     course = course_of(max(logs, key=lambda log: len(log.first_plans)))
     return PathsMap(course, driven, *bounds(logs))
 

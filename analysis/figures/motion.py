@@ -72,7 +72,7 @@ class MotionCurves(NamedTuple):
 
 
 class Sheet(NamedTuple):
-    """The content of a controller's sheet: the map of all its trials, the curves of one of them."""
+    """The content of a controller's sheet: a map of all its trials, and the curves of one trial."""
 
     title: str
     controller: str
@@ -109,7 +109,7 @@ def motion_curves(log: TrialLog) -> MotionCurves:
         fitted = str(reason)
     return MotionCurves(
         times(log),
-        # A recording without commands has NaN here, which draws no curve.
+        # A recording without commands has NaN here: no curve is drawn.
         log.samples["command_v_mps"].to_numpy(),
         v_mps,
         log.samples["command_w_radps"].to_numpy(),
@@ -120,7 +120,7 @@ def motion_curves(log: TrialLog) -> MotionCurves:
 
 
 def _body_or_none(log: TrialLog) -> Body | None:
-    """Returns the robot as a body; None where its file does not tell its mass."""
+    """Returns the robot as a body; None where its file gives no mass."""
     try:
         return body_of(log)
     except Undefined:
@@ -141,9 +141,9 @@ def _fitted_curves(signal: Motion, body: Body | None) -> FittedCurves:
 
 
 class MotionSheet:
-    """Path, velocity, yaw rate and energy of one controller after the other, on one figure.
+    """Path, velocity, yaw rate and energy of one controller after another, on one reused figure.
 
-    To make axes and their ticks takes longer than to draw the curves; so they are used again.
+    Making axes and ticks takes longer than drawing the curves, so they are made once.
     """
 
     def __init__(self) -> None:
@@ -155,7 +155,7 @@ class MotionSheet:
             axes.set_xlabel("time [s]")
 
     def draw(self, sheet: Sheet, look: Look) -> Figure:
-        """Returns the figure, which the next call draws anew."""
+        """Returns the figure; the next call clears it and draws anew."""
         curves = sheet.curves
         line = look.line(sheet.controller) | {"linestyle": "-"}
         path, velocity, derivatives, turning, sideways, energy = self._panels

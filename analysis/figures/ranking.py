@@ -29,7 +29,7 @@ MIN_MARKER_AREA, MAX_MARKER_AREA = 50.0, 330.0
 
 
 class ParetoPoints(NamedTuple):
-    """Means over the trials of each controller that have a value in all three.
+    """Means of three metrics, over each controller's trials that have all three values.
 
     names: (N,). values: (N, 3) time s, clearance m, jerk m/s^3. is_on_front: (N,).
     """
@@ -42,8 +42,8 @@ class ParetoPoints(NamedTuple):
 class RankRow(NamedTuple):
     """The places of the controllers in one metric.
 
-    places: 1 is the best mean. in_front: the first and those that are not shown to be behind it, as
-    the verdict on the metric says.
+    places: 1 is the best mean. in_front: the best controller and those that the verdict on the
+    metric does not show to be behind it.
     """
 
     metric: Metric
@@ -52,7 +52,7 @@ class RankRow(NamedTuple):
 
 
 def rank_rows(verdicts: Sequence[Verdict], metrics: Sequence[Metric]) -> list[RankRow]:
-    """Returns the places in every metric of which there is a verdict, in the order of `metrics`.
+    """Returns the places in every metric that has a verdict, in the order of `metrics`.
 
     The words of the report rest on the same verdicts, so that the two cannot contradict each other.
     """
@@ -71,7 +71,7 @@ def rank_rows(verdicts: Sequence[Verdict], metrics: Sequence[Metric]) -> list[Ra
 def rank_figure(rows: Sequence[RankRow], look: Look) -> Figure | None:
     """Returns a diagram of places, one line a metric; None without a row.
 
-    A grey patch lies behind those that are not shown to be behind the first one.
+    A grey patch marks the controllers that are not shown to be behind the first one.
     """
     if not rows:
         return None
@@ -107,7 +107,7 @@ def rank_figure(rows: Sequence[RankRow], look: Look) -> Figure | None:
 def pareto_points(trials: pd.DataFrame, scenario: str) -> ParetoPoints:
     """Returns time to goal, clearance and jerk of the controllers that reached the goal.
 
-    Only successful trials count: stopping early is no way to be quick. Clearance counts as
+    Only successful trials count: stopping early must not count as quick. Clearance counts as
     unlimited where no obstacle came within reach.
     """
     own = trials[(trials["scenario"] == scenario) & (trials["outcome"] == Outcome.SUCCEEDED)]
@@ -123,7 +123,7 @@ def pareto_points(trials: pd.DataFrame, scenario: str) -> ParetoPoints:
 
 
 def pareto_figure(points: ParetoPoints, look: Look) -> Figure | None:
-    """Returns time against clearance, smoothness as size; None where none reached the goal."""
+    """Returns time against clearance, with smoothness as size; None if none reached the goal."""
     if len(points.names) == 0 or np.isnan(points.values[:, 1]).all():
         return None
     figure, (axes,) = new_figure(axes_size_in=(5.8, 3.3))

@@ -28,12 +28,12 @@ INK, MUTED, GRID = "#1f2933", "#6b7480", "#e3e7eb"
 OBSTACLE_FACE, OBSTACLE_EDGE = "#c9ced4", "#6b7480"
 MOVING_FACE, MOVING_COLOR = "#f0d9bf", "#b5752d"
 PLAN_COLOR = "#1f2933"
-# Together with the colour: tells controllers apart in a black and white print.
+# Line styles tell controllers apart in a black and white print, where colours do not.
 LINE_STYLES = ("-", (0, (6, 2)), (0, (2, 1.4)), (0, (7, 2, 1.5, 2)), (0, (1, 1.2)))
 X_LABEL_BELOW_IN, Y_LABEL_BESIDE_IN = 0.3, 0.5
-# Room in a legend, at its font size.
+# The room that a legend needs at its font size.
 CHARACTER_IN, LEGEND_KEY_IN, LEGEND_LINE_IN = 0.075, 0.6, 0.2
-# Few round numbers are easier to read, and ticks are what takes longest to draw.
+# Few round numbers are easier to read, and drawing ticks takes longest.
 MAX_TICK_STEPS = 5
 SAVE_OPTIONS: Mapping[str, Any] = {
     ".svg": {"format": "svg", "metadata": {"Date": None}},
@@ -41,7 +41,7 @@ SAVE_OPTIONS: Mapping[str, Any] = {
         "format": "png",
         "dpi": 110,
         "metadata": {"Software": None},
-        # As small as 6 within a tenth, at a third of its time.
+        # Files are within a tenth as small as with level 6, in a third of the time.
         "pil_kwargs": {"compress_level": 3},
     },
 }
@@ -58,7 +58,7 @@ STYLE: Any = {
     "axes.spines.top": False,
     "axes.titlelocation": "left",
     "axes.titlesize": 10,
-    # A fixed height; by default every label is measured to keep clear of them.
+    # A fixed height; by default matplotlib measures every label to keep the title clear of it.
     "axes.titley": 1.0,
     "axes.titleweight": "bold",
     "figure.facecolor": "white",
@@ -74,11 +74,11 @@ STYLE: Any = {
     "svg.fonttype": "none",
     "svg.hashsalt": "drake_navbench",
     "text.color": INK,
-    # Names are anybody's, and text: '$' begins no formula.
+    # Names are users' texts: a '$' in them begins no formula.
     "text.parse_math": False,
     # Hinting shifts glyphs to whole pixels, which at this resolution costs more than it gives.
     "text.hinting": "none",
-    # The grid shows where the ticks are.
+    # No tick marks: the grid shows where the ticks are.
     "xtick.bottom": False,
     "xtick.color": MUTED,
     "xtick.labelcolor": INK,
@@ -94,7 +94,7 @@ class Look:
     """Colour, line style and marker of each controller of a campaign."""
 
     def __init__(self, controllers: Sequence[str], columns: Iterable[str] = ()) -> None:
-        """columns: all of the results, beside which each has a colour of its own."""
+        """columns: all columns of the results, among which each controller keeps its own colour."""
         self._beside = (*controllers, *columns)
         self._place = {name: place for place, name in enumerate(controllers)}
 
@@ -180,7 +180,7 @@ def new_figure(
 
 
 def place_labels(axes: Axes, *, is_right: bool = False) -> None:
-    """Fixes where the labels of the axes stand; finding room for them takes long."""
+    """Fixes where the axes' labels stand, as finding room for them takes long."""
     inches = axes.figure.dpi_scale_trans
     below = axes.transAxes + ScaledTranslation(0.0, -X_LABEL_BELOW_IN, inches)
     beside_in = Y_LABEL_BESIDE_IN if is_right else -Y_LABEL_BESIDE_IN
@@ -190,7 +190,7 @@ def place_labels(axes: Axes, *, is_right: bool = False) -> None:
 
 
 def clear_data(axes: Axes) -> None:
-    """Takes out all that was drawn, legend included; axes, ticks, labels and titles stay."""
+    """Removes all that was drawn, with the legend; axes, ticks, labels and titles stay."""
     for artist in [*axes.lines, *axes.collections, *axes.patches, *axes.texts]:
         artist.remove()
     legend = axes.get_legend()
@@ -220,7 +220,7 @@ def legend_below(figure: Figure, handles: Sequence[Artist]) -> None:
         )
     figure.set_figheight(new_in)
     names = [str(handle.get_label()) for handle in handles]
-    # A name that begins with '_' would be left out, so that each is given when its place is made.
+    # matplotlib leaves out labels that begin with '_': each entry is made with '-' and named after.
     legend = figure.legend(handles, ["-"] * len(names), loc="lower center", ncols=columns)
     for text, name in zip(legend.get_texts(), names, strict=True):
         text.set_text(name)

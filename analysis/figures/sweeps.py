@@ -21,21 +21,21 @@ from drake_navbench.analysis.numbers import number
 from drake_navbench.analysis.sweeps import HeatMap, Response
 
 PANELS_ABREAST = 3
-# With more values than that an interval at each is a blur; the points speak.
+# With more values than this, intervals blur the figure: only the points are drawn.
 MOST_INTERVALS = 24
-# A grid of more cells has no room for numbers.
+# A grid with more cells has no room for numbers.
 MOST_NUMBERS = 100
 
 
 class ResponsePanel(NamedTuple):
-    """One metric along a field; label: with the unit."""
+    """One metric along a field; label: the metric with its unit."""
 
     label: str
     responses: Sequence[Response]
 
 
 def response_figure(panels: Sequence[ResponsePanel], field: str, look: Look) -> Figure:
-    """Returns a panel a metric: means with 95% intervals along a field, a line a controller."""
+    """Returns one panel a metric: means with 95% intervals along a field, one line a controller."""
     rows = -(-len(panels) // PANELS_ABREAST)
     figure, axes = new_figure(
         rows,
@@ -84,7 +84,7 @@ def _draw_constant(axes: Axes, response: Response, look: Look) -> None:
 
 
 def heat_map_figure(maps: Sequence[HeatMap], fields: Sequence[str], label: str) -> Figure:
-    """Returns a map a controller, all with one scale; label: of the metric, with the unit.
+    """Returns one map a controller, all with one scale; label: the metric with its unit.
 
     Each cell shows the mean, and half the width of its 95% interval where that is known.
     """

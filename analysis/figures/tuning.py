@@ -25,14 +25,14 @@ DROPPED: dict[str, Any] = {"marker": ".", "color": MUTED, "ms": 4, "alpha": 0.5,
 TOUCHED: dict[str, Any] = {"marker": "x", "color": "#b91c1c", "ms": 4, "ls": "none"}
 THROUGH: dict[str, Any] = {"marker": "o", "color": "#3b78b4", "ms": 4.5, "ls": "none"}
 ON_FRONT: dict[str, Any] = {"marker": "D", "color": "#c2410c", "ms": 5.5, "ls": "none"}
-# By the ending of a race in tuning.json: its name in the legend, and its marker.
+# The ending of a race in tuning.json -> its name in the legend, and its marker.
 ENDINGS = {
     "dropped": ("dropped in the race", DROPPED),
     "touched": ("touched something", TOUCHED),
     "through": ("came through", THROUGH),
 }
 
-# Its difference to the baseline does not fit the axis: a failed trial counts 100% worse.
+# The marker of a point beyond the axis; a failed trial, which counts 100% worse, may lie there.
 BEYOND: dict[str, Any] = {"marker": "^", "color": "#a3261b", "ms": 5, "ls": "none"}
 # As in a box plot, the axis ends SPREADS_ABOVE spreads above the MOST-th percentile.
 MOST, SPREADS_ABOVE = 75.0, 2.0
@@ -43,9 +43,10 @@ Point = Mapping[str, Any]
 def front_figure(
     configurations: Sequence[Point], front: Sequence[Point], objectives: Sequence[str]
 ) -> Figure:
-    """Returns a panel for every two objectives: relative differences to the baseline, percent.
+    """Returns one panel for every two objectives: relative differences from the baseline, percent.
 
-    configurations, front: as in tuning.json. With one objective it stands over the order of search.
+    configurations, front: as in tuning.json. A single objective is drawn over the order of the
+    search.
     """
     pairs = list(combinations(range(len(objectives)), 2)) or [(-1, 0)]
     rows = -(-len(pairs) // PANELS_ABREAST)
@@ -81,7 +82,7 @@ def front_figure(
 def slices_figure(
     configurations: Sequence[Point], parameter: str, objectives: Sequence[str]
 ) -> Figure:
-    """Returns a panel an objective: its relative difference over one parameter."""
+    """Returns one panel an objective: its relative difference over one parameter."""
     figure, axes = new_figure(
         1, len(objectives), axes_size_in=(2.9, 1.7), margins=Margins(between_columns=0.8)
     )
@@ -138,7 +139,7 @@ def _plot(
     across: int,
     down: int,
 ) -> None:
-    """Plots points, those beyond the axes at their end, as such; across: -1 for no objective."""
+    """Plots points; a point beyond an axis is marked at its end. across: -1 for no objective."""
     ends = np.inf if across < 0 else limits[across], limits[down]
     inside = [place for place in places if place[0] <= ends[0] and place[1] <= ends[1]]
     beyond = [tuple(np.minimum(place, ends)) for place in places if place not in inside]

@@ -1,4 +1,4 @@
-"""Pictures of what a robot is about to do, before anything drives: a scene, a robot, its reach."""
+"""Pictures of a task before anything drives: a scene, a robot, and its reach."""
 
 from __future__ import annotations
 
@@ -35,23 +35,23 @@ from drake_navbench.kernels.poses import place_outline
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 
-# Okabe and Ito's colours, told apart by everybody.
+# Okabe and Ito's colours, which everybody can tell apart.
 START, GOAL = "#0072B2", "#D55E00"
 LINES = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00")
 DASHES = ("-", (0, (6, 2)), (0, (2, 1.4)), (0, (7, 2, 1.5, 2)))
 HATCHES = ("////", "....", "xxxx", "++++")
 MASKS = ("#CC79A7", "#56B4E9", "#009E73")
-# A bar of about this share of the picture's width tells its scale.
+# The scale's bar is about this share of the picture's width.
 BAR_SHARE = 0.2
 PANEL_IN = 3.4
-# An area that reaches farther out of a panel would cover all of it, and is left white there.
+# An area that reaches this many times as far as the panel would cover all of it: it is left white.
 WHOLE_RATIO = 1.5
 # The near view's reach over the robot's own size.
 NEAR_RATIO = 1.35
 
 
 class Task(NamedTuple):
-    """A start and a goal, (3,) x m, y m, yaw rad; plan: (N, 3), or None where there is none."""
+    """A start and a goal, (3,) x m, y m, yaw rad; plan: (N, 3), or None without a plan."""
 
     start: Array
     goal: Array
@@ -61,10 +61,10 @@ class Task(NamedTuple):
 class SceneView(NamedTuple):
     """A scene before anything drives.
 
-    course: as in the maps of driven paths. others: outlines by what is different about them, such
-    as obstacles that are on no map. costs: grids of costmaps. known: lower
-    left and upper right corner of what each map shows, (4,) m. masks: grids of filters by name, of
-    which every value above 0 is drawn. outline: (K, 2) of the robot in its own frame.
+    course: as in the maps of driven paths. others: outlines by their legend's text, such as
+    obstacles that are on no map. costs: grids of costmaps. known: x0, y0, x1, y1 m of the area that
+    each map shows, (4,). masks: filters' grids by name; every value above 0 is drawn. outline: (K,
+    2) of the robot in its own frame.
     """
 
     title: str
@@ -90,11 +90,11 @@ class Shape(NamedTuple):
 
 
 class AroundView(NamedTuple):
-    """A robot from above with what it reaches; x ahead, y to the left, m.
+    """A robot from above with the areas that it reaches; x ahead, y to the left, m.
 
-    shapes: from the largest to the smallest does not matter. graded: radii, m, and the cost, 0 to
-    254, that an obstacle at this distance gives the robot's centre. near_m: half of the width of
-    the panel that shows what is near; 0 for one panel alone.
+    shapes: in any order. graded: radii, m, and the cost, 0 to 254, that an obstacle at this
+    distance gives the robot's centre. near_m: half of the width of the panel that shows what is
+    near; 0 for one panel alone.
     """
 
     title: str
@@ -111,7 +111,7 @@ def scene_figure(view: SceneView) -> Figure:
     height_in = float(np.clip(height_in, MIN_HEIGHT_IN, MAX_HEIGHT_IN))
     figure, (axes,) = new_figure(axes_size_in=(WIDTH_IN, height_in))
     keys: list[Any] = [_draw_grid(axes, grid) for grid in view.costs][:1]
-    # By the alphabet: a kind of mask has its colour in every picture that has the same kinds.
+    # By the alphabet: a mask's colour depends only on the kinds of masks in the picture.
     for (name, grid), color in zip(sorted(view.masks.items()), MASKS * 9, strict=False):
         keys.append(_draw_mask(axes, name, grid, color))
     draw_course(axes, view.course)
@@ -135,7 +135,7 @@ def scene_figure(view: SceneView) -> Figure:
 
 
 def around_figure(view: AroundView) -> Figure:
-    """Returns the picture of what is around a robot; call within `figure_style`."""
+    """Returns the picture of a robot and its surroundings; call within `figure_style`."""
     reach_m = max(float(np.abs(s.corners).max()) for s in (*view.shapes, _own(view)))
     halves = [view.near_m, reach_m] if 0.0 < view.near_m < 0.8 * reach_m else [reach_m]
     single = (1.6 * PANEL_IN, 1.6 * PANEL_IN)
@@ -200,7 +200,7 @@ def _bounds(view: SceneView) -> tuple[Array, Array]:
 
 
 def _draw_grid(axes: Axes, grid: Grid) -> Patch:
-    """Draws a costmap under all else; returns its key."""
+    """Draws a costmap below everything else; returns its legend's key."""
     costs, x, y, resolution = grid
     rows, columns = costs.shape
     image = palette()[palette_rows()[costs]]
@@ -210,7 +210,7 @@ def _draw_grid(axes: Axes, grid: Grid) -> Patch:
 
 
 def _draw_mask(axes: Axes, name: str, grid: Grid, color: str) -> Patch:
-    """Draws the cells of a filter's mask that are not 0; returns its key."""
+    """Draws the cells of a filter's mask that are not 0; returns its legend's key."""
     values, x, y, resolution = grid
     rows, columns = values.shape
     red, green, blue = (int(color[i : i + 2], 16) for i in (1, 3, 5))

@@ -34,10 +34,11 @@ from drake_navbench.typed_files.typed_yaml import (
 )
 
 STAMP_NAME = "leaderboard.json"
-# The seed of a trial, of the run's seed, the scenario and the trial's number.
+# From the run's seed, the scenario and the trial's number to the trial's seed.
 SeedOf = Callable[[int, str, int], int]
 SHOWN_DIGEST = 12
-# As of `campaign.manifest`: a file, or one in a folder, by names of `file_name`.
+# A file's name, or folder/file, in which the folder's and file's names are from `file_name`; as in
+# `campaign.manifest`.
 INPUT_NAME = re.compile(r"([A-Za-z0-9_][A-Za-z0-9._-]*/)?[A-Za-z0-9_][A-Za-z0-9._-]*")
 
 
@@ -67,9 +68,10 @@ class TrialName(NamedTuple):
 
 @dataclass(frozen=True)
 class Entry:
-    """A results folder of one of the suite's seeds, whole.
+    """A complete results folder for one of the suite's seeds.
 
-    trials: its table, with the run's seed. failed: the trials that did not reach their goal.
+    trials: its table, with a column for the run's seed. failed: the trials that did not reach their
+    goal.
     """
 
     folder: ResultsFolder
@@ -93,7 +95,7 @@ class Entry:
             *(f"{name} {version}" for name, version in packages.items()),
             self.manifest.get("platform", "unknown platform"),
         ]
-        # A cluster's workers tell a digest of the code, too.
+        # The workers of a cluster also report a digest of their code.
         software = [machine.get("software", {}) for machine in self.machines("cluster")]
         told += dict.fromkeys(f"code {found['code']}" for found in software if "code" in found)
         return ", ".join(told)
@@ -104,7 +106,7 @@ class Entry:
 
     @property
     def fingerprint(self) -> str:
-        """A short digest of `software`: equal where it is."""
+        """A short digest of `software`: entries of the same software have the same fingerprint."""
         return hashlib.sha256(self.software.encode()).hexdigest()[:SHOWN_DIGEST]
 
     def digest(self, controller: str) -> str:
@@ -133,7 +135,7 @@ class Entry:
 def enter(path: Path, suite: Suite, *, seed_of: SeedOf) -> None:
     """Checks a results folder and enters it for the suite.
 
-    Raises InputError, before anything is written, where it is no entry of the suite.
+    Raises InputError, before anything is written, where the folder cannot be entered for the suite.
     """
     _require_regular_files(path)
     _checked(path, suite, seed_of)
@@ -144,8 +146,9 @@ def enter(path: Path, suite: Suite, *, seed_of: SeedOf) -> None:
 def read_entries(paths: Sequence[Path], suite: Suite, *, seed_of: SeedOf) -> list[Entry]:
     """Returns the entries in results folders, all checked; raises InputError.
 
-    Refused is what was entered for another suite or version, has other seeds, scenarios, trials or
-    another robot, is not finished, holds a link, or was driven with other inputs than the rest.
+    A folder is refused if it was entered for another suite or version, has other seeds, scenarios,
+    trials or another robot, is not finished, contains a link, or was driven with other inputs than
+    the rest.
     """
     entries = []
     for path in paths:
@@ -160,7 +163,7 @@ def read_entries(paths: Sequence[Path], suite: Suite, *, seed_of: SeedOf) -> lis
 def _require_regular_files(path: Path) -> None:
     """Raises InputError where a folder holds anything but folders and regular files.
 
-    An entry is somebody else's: a link would let it name any file of whoever reads the entry.
+    An entry comes from somebody else: a link in it could name any file on the reader's machine.
     """
     for place in path.rglob("*"):
         mode = place.lstat().st_mode
@@ -197,7 +200,7 @@ def _checked(path: Path, suite: Suite, seed_of: SeedOf) -> Entry:
         raise InputError(f"{folder.manifest_path}: request: missing; expected a run of a shell")
     _require(path, "seed", request.get("seed"), suite.known_seeds)
     _require(path, "trials", request.get("trials"), (suite.trials,))
-    # A file may be named from elsewhere; that all entries have the same one is checked by its hash.
+    # The robot's file may lie anywhere; its hash shows that all entries have the same file.
     _require(path, "robot", Path(str(request.get("robot"))).name, (Path(suite.robot).name,))
     if request.get("nav2_files"):
         raise InputError(f"{path}: nav2_files: change the robot; expected --params instead")
@@ -232,7 +235,7 @@ def _require(path: Path, name: str, value: object, expected: Sequence[object]) -
 
 
 def _require_own_inputs(path: Path, manifest: Mapping[str, Any]) -> None:
-    """Raises InputError where an input is not what the manifest says, or is missing."""
+    """Raises InputError where an input differs from its hash in the manifest, or is missing."""
     hashes = manifest.get("inputs", {})
     needed = [f"controllers/{file_name(name)}.yaml" for name in manifest.get("controllers", [])]
     for part in ("scenarios", "robots"):
@@ -277,7 +280,7 @@ def _finished_trials(
 
 
 def _paired_with(path: Path, scenario: str) -> str:
-    """Returns the scenario that gives the seeds: the clean one of a harsher one."""
+    """Returns the scenario that gives the seeds: the clean one of a harsher one, else itself."""
     resolved = read_yaml(path / "inputs/scenarios" / f"{file_name(scenario)}.yaml")
     return str(resolved.get("clean_scenario") or scenario)
 

@@ -54,7 +54,7 @@ class Card(NamedTuple):
     stand_ins: tuple[str, ...]
 
 
-# Writes the replay of a log (first) as a page (second).
+# Writes the replay of a log (first argument) to a page (second argument).
 Render = Callable[[Path, Path], None]
 
 
@@ -62,12 +62,12 @@ def write_leaderboard(entries: Sequence[Entry], suite: Suite, out: Path, *, rend
     """Writes the page of a suite's entries and their replays into a new folder; returns its path.
 
     entries: as from `read_entries`. render: draws each replay from its log; an entry's own pages
-    are never read, since anything may stand in them. Raises InputError where the folder cannot be
+    are never used, since they may contain anything. Raises InputError where the folder cannot be
     written to, or a log cannot be drawn.
     """
     require_writable(out)
     ranking = rank(pd.concat([entry.trials for entry in entries], ignore_index=True))
-    # Two folders have replays of the same names.
+    # Two folders may have replays of the same names.
     replays = {
         entry.folder.path: _Replays(entry, out / REPLAYS / f"entry_{number}", render)
         for number, entry in enumerate(entries, start=1)
@@ -140,7 +140,7 @@ def _failures(entry: Entry, controller: str, replays: _Replays) -> Iterator[Fail
 class _Replays:
     """The replays of an entry, each drawn from its log when it is first linked to.
 
-    place: their folder, in a folder beside the page.
+    place: the replays' folder, below a folder beside the page.
     """
 
     def __init__(self, entry: Entry, place: Path, render: Render) -> None:
@@ -149,7 +149,7 @@ class _Replays:
         self._render = render
 
     def link(self, trial: TrialName | None) -> str:
-        """Returns the link to the replay of a trial, '' for none."""
+        """Returns the link to a trial's replay; '' without a replay."""
         if trial is None:
             return ""
         stem = "--".join(

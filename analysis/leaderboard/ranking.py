@@ -31,14 +31,14 @@ from drake_navbench.analysis.statistics import (
 from drake_navbench.analysis.verdicts import is_failed
 from drake_navbench.logs.log import Outcome
 
-# Tells the runs of a suite's seeds apart in a table of their trials.
+# The column that tells apart the runs of a suite's seeds in a table of their trials.
 RUN_SEED = "run_seed"
 PAIRED_BY = [RUN_SEED, "trial"]
 QUANTITIES = 3
 
 
 class Standing(NamedTuple):
-    """The place of a controller on the leaderboard, with the numbers that it rests on.
+    """The place of a controller on the leaderboard, with the numbers behind it.
 
     interval: of the rank. success: the share of trials that arrived, with Wilson's interval.
     touched: the number of trials that ended at a contact. time_s: the time to the goal of the
@@ -74,7 +74,7 @@ class Duel(NamedTuple):
 
 
 class Ranking(NamedTuple):
-    """All controllers by their ranks, and every two of them compared."""
+    """All controllers by their ranks, and the comparison of every two of them."""
 
     standings: tuple[Standing, ...]
     duels: tuple[Duel, ...]
@@ -141,7 +141,8 @@ def _duel(
 ) -> Duel:
     first, second = arrived.columns
     shares, touches = (found.groupby(level=PAIRED_BY).mean() for found in (arrived, touched))
-    # A time counts only beside the other's in the same trial, else who fails in long ones is quick.
+    # A time counts only in pairs in which both arrive; else a controller that fails in long trials
+    # would seem quick.
     times = time_s.dropna().groupby(level=PAIRED_BY).mean()
     if is_one_trial:
         shares, touches, times = shares.iloc[:1], touches.iloc[:1], times.iloc[:1]

@@ -32,7 +32,7 @@ MAX_SEED = 2**64 - 1
 MAX_SEEDS = 1000
 SALT_BYTES = 32
 HEXADECIMAL = r"^[0-9a-f]{64}$"
-# The organiser's alone.
+# Only the organiser may read the file of the secret.
 SECRET_MODE = 0o600
 
 
@@ -93,12 +93,12 @@ class Suite(FrozenModel):
         return _digest(content)
 
     def hash_of(self, secret: Secret) -> str:
-        """Returns the hash that seals salt and seeds for this suite and version of it."""
+        """Returns the hash that seals salt and seeds for this suite and its version."""
         return _digest({"suite": self.name, "version": self.version, **secret.model_dump()})
 
 
 def read_suite(path: Path) -> Suite:
-    """Returns the suite in a file; raises InputError, also where the seeds are not those sealed."""
+    """Returns the suite in a file; raises InputError, also if the seeds are not the sealed ones."""
     suite = validate(Suite, read_yaml(path), str(path))
     if suite.revealed is not None:
         _require_sealed(suite, suite.revealed, str(path))
@@ -115,10 +115,10 @@ def read_open_suite(path: Path) -> Suite:
 
 
 def seal(path: Path, secret_path: Path, *, count: int) -> Sealed:
-    """Draws a salt and `count` seeds, keeps them in a new file and their hash in the suite's.
+    """Draws a salt and `count` seeds, keeps them in a new file, and their hash in the suite's file.
 
-    Raises InputError where the suite has seeds already, the file of the secret is there already,
-    or it would lie in the repository of the suite.
+    Raises InputError where the suite has seeds already, the file of the secret exists already or
+    would lie in the repository of the suite.
     """
     suite = read_suite(path)
     if suite.seeds or suite.sealed is not None:
@@ -154,7 +154,8 @@ def seal(path: Path, secret_path: Path, *, count: int) -> Sealed:
 def reveal(path: Path, secret_path: Path | None) -> Suite:
     """Checks salt and seeds against the hash, and writes them into the suite's file.
 
-    secret_path: None checks what is revealed already. Raises InputError where the hash is another.
+    secret_path: None: checks the seeds that are revealed already. Raises InputError where the
+    hashes differ.
     """
     suite = read_suite(path)
     if suite.sealed is None:

@@ -1,7 +1,7 @@
 """Metrics of one trial, by theme. docs/metrics.md is generated from them.
 
 A metric is a function from a `TrialLog` to a number, decorated with `@metric`. An entry point in
-the group `drake_navbench.metrics` names a module full of them, or a single one; a user's metrics
+the group `drake_navbench.metrics` names a module of metrics, or a single metric; a user's metrics
 are found in the same way as the built-in ones.
 """
 

@@ -11,7 +11,7 @@ from drake_navbench.analysis.metrics.signals import Array
 from drake_navbench.kernels.footprint import circle_footprint
 from drake_navbench.logs.log import TrialLog
 
-# Wheels with tyres on a hard floor, for logs without the robot's own value.
+# The ratio of tyres on a hard floor, for logs without the robot's own value.
 ROLLING_RESISTANCE_RATIO = 0.015
 
 
@@ -29,7 +29,7 @@ class Body(NamedTuple):
 
 
 def outline_of(log: TrialLog) -> Array:
-    """Returns (K, 2) the true outline of the robot in its base frame, m."""
+    """Returns the true outline of the robot in its base frame, (K, 2) m."""
     robot = log.info["robot"]
     corners = robot.get("collision_outline") or robot.get("footprint")
     return circle_footprint(robot["robot_radius"]) if corners is None else np.array(corners)

@@ -15,24 +15,24 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
-# Slower turning bends the path by less than 1e-5 m over 10 m.
+# Turning more slowly than this bends a path of 10 m by less than 1e-5 m.
 STRAIGHT_BELOW_RADPS = 1e-6
 TWO_PI = 2.0 * np.pi
-# Upper bound, with plenty to spare, of the relative rounding error of a distance.
+# A generous upper bound of the relative rounding error of a distance.
 ROUNDING_RATIO = 1e-9
-# Pairs of a corner and an edge handled at once, which bounds the memory to some 20 MB.
+# The number of pairs of a corner and an edge that are handled at once: about 20 MB.
 BATCH_PAIRS = 200_000
 
 
 def times_to_collision(
     poses: Array, twists: Array, footprint: Array, edges: Array, *, horizon_s: float = math.inf
 ) -> Array:
-    """Returns when the footprint first touches an edge if a twist is kept, (T,) s; inf if never.
+    """Returns the time until the footprint touches an edge at a kept twist, (T,) s; inf: never.
 
     poses: (T, 3) x m, y m, yaw rad. twists: (T, 3) v m/s, w rad/s, vy m/s. footprint: (K, 2)
     corners in the base frame, m. edges: (E, 4) x0, y0, x1, y1 of the obstacles' closed outlines in
-    the world frame, m. horizon_s: later contacts may be missed, which saves looking at edges out of
-    reach. The footprint must not touch an edge to begin with.
+    the world frame, m. horizon_s: later contacts may be missed: edges out of reach are not
+    examined. At the start the footprint must not touch an edge.
     """
     result = np.full(len(poses), np.inf)
     moving = np.flatnonzero(np.any(twists != 0.0, axis=1))
@@ -48,7 +48,7 @@ def times_to_collision(
         rows = pose_rows[first : first + size]
         local = _to_base_frame(edges[edge_rows[first : first + size]], poses[rows])
         own_corners = _first_meeting(footprint[None], local, twists[rows])
-        # Seen from the robot the world moves the other way.
+        # In the robot's frame the world moves the other way.
         their_corners = _first_meeting(local[..., :2], outline, -twists[rows])
         np.minimum.at(result, rows, np.minimum(own_corners, their_corners))
     return result
@@ -85,7 +85,7 @@ def _to_base_frame(edges: Array, poses: Array) -> Array:
 
 
 def _first_meeting(points: Array, edges: Array, twists: Array) -> Array:
-    """Returns when points carried by twists (T, 3) about the base origin meet an edge, (T,) s.
+    """Returns when points that move with twists (T, 3) about the base meet an edge, (T,) s.
 
     points: (T or 1, P, 2). edges: (T or 1, E, 4).
     """
@@ -104,9 +104,9 @@ def _first_meeting(points: Array, edges: Array, twists: Array) -> Array:
 
 
 def _line_meets_edges(point: Array, start: Array, along: Array, v: Array, vy: Array) -> Array:
-    """Solves point + (v, vy) t = start + s along for t, s in [0, 1]; NaN where there is none."""
+    """Solves point + (v, vy) t = start + s along for t, s in [0, 1]; NaN without a solution."""
     offset = point - start
-    # Forward motion alone, which is most of all, without the rounding of a cross product.
+    # Most motions are straight ahead: solve them without the rounding of a cross product.
     ahead = offset[..., 1] / along[..., 1]
     crossing = v * along[..., 1] - vy * along[..., 0]
     share = np.where(vy == 0.0, ahead, (v * offset[..., 1] - vy * offset[..., 0]) / crossing)
@@ -117,7 +117,7 @@ def _line_meets_edges(point: Array, start: Array, along: Array, v: Array, vy: Ar
 
 
 def _circle_meets_edges(arm: Array, start: Array, along: Array, *, rate_radps: Array) -> Array:
-    """Solves |start + s along| = |arm| for s in [0, 1]; returns when the arm first points there."""
+    """Solves |start + s along| = |arm| for s in [0, 1]; returns the arm's time to get there."""
     a = (along**2).sum(-1)
     half_b = (start * along).sum(-1)
     c = (start**2).sum(-1) - (arm**2).sum(-1)

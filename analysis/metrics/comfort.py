@@ -1,8 +1,8 @@
 """Comfort of a person in the chair: accelerations and jerk.
 
-The simulator's floor is flat, so these metrics contain no road vibration. A frequency-weighted
-acceleration from here is not the ride comfort of a chair on a real floor. Slow braking and
-turning lie below the band of ISO 2631-1; read peaks and jerk beside it.
+The simulator's floor is flat, so these metrics contain no road vibration. Their frequency-weighted
+acceleration does not measure the ride comfort of a chair on a real floor. The frequencies of slow
+braking and turning lie below the band of ISO 2631-1; so also read the peaks and the jerk.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from drake_navbench.analysis.metrics.definition import Undefined, metric
 from drake_navbench.analysis.metrics.signals import Array, column, lateral_velocity, motion, times
 from drake_navbench.logs.log import TrialLog
 
-# Shorter peaks are those of the simulator's motor, not felt as a push.
+# Shorter peaks come from the simulator's motor; nobody feels them as a push.
 SUSTAINED_S = 0.1
 # Weights of the squared jerks, s^6/m^2: with 1, a jerk of 1 m/s^3 for 1 s costs as much as 1 s.
 TANGENTIAL_JERK_WEIGHT = 1.0
@@ -87,9 +87,9 @@ def iso_2631_av_mps2(log: TrialLog) -> float:
     """Frequency-weighted r.m.s. acceleration in the plane of the seat; says nothing of vibration.
 
     Formula: a_v = sqrt(a_wx^2 + a_wy^2), each the r.m.s. of the acceleration weighted with W_d, k =
-    1; a_x = dv/dt - vy w, a_y = dvy/dt + v w at the reference point. The floor is flat, so this is
-    the driving alone; below 0.4 Hz (slow braking, long bends) W_d lets little through. Source: ISO
-    2631-1:1997, 6 and annex A.
+    1; a_x = dv/dt - vy w, a_y = dvy/dt + v w at the reference point. The floor is flat, so the
+    value shows the driving alone; below 0.4 Hz (slow braking, long bends) W_d lets little through.
+    Source: ISO 2631-1:1997, 6 and annex A.
     """
     signal = motion(log)
     forward = np.diff(signal.v_mps) / signal.period_s - (signal.vy_mps * signal.w_radps)[1:]

@@ -1,4 +1,4 @@
-"""Computing time of the controller, measured on a clock, so that it differs from run to run."""
+"""Computing time of the controller; it is measured with a clock, so it differs from run to run."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ from drake_navbench.analysis.metrics.signals import Array, column
 from drake_navbench.logs.log import TrialLog
 
 MS_PER_S = 1000.0
-# The plugin that hosts a program.
+# The plugin that runs a controller in a process of its own.
 EXTERNAL = "external"
 
 
 def cycle_times_ms(log: TrialLog, measure: str = "compute_time_ms") -> Array:
-    """Returns the compute time of every control cycle that the log saw, (C,) ms.
+    """Returns the compute time of every control cycle in the log, (C,) ms.
 
     measure: the column, wall-clock time or the thread's processor time.
     """
@@ -44,7 +44,7 @@ def compute_time_p50_ms(log: TrialLog) -> float:
     relevant=0.1,
 )
 def compute_time_p95_ms(log: TrialLog) -> float:
-    """Compute time that 95 of 100 control cycles keep.
+    """Compute time that 95 of 100 control cycles do not exceed.
 
     Formula: 95th percentile over the cycles.
     """
@@ -53,7 +53,7 @@ def compute_time_p95_ms(log: TrialLog) -> float:
 
 @metric(unit="ms", better="lower", is_repeatable=False, title="Compute time, 99th percentile")
 def compute_time_p99_ms(log: TrialLog) -> float:
-    """Compute time that 99 of 100 control cycles keep.
+    """Compute time that 99 of 100 control cycles do not exceed.
 
     Formula: 99th percentile over the cycles.
     """
@@ -78,10 +78,10 @@ def missed_period_ratio(log: TrialLog) -> float:
     relevant=0.1,
 )
 def compute_cpu_time_p95_ms(log: TrialLog) -> float:
-    """Processor time that 95 of 100 control cycles keep: without waiting for other processes.
+    """Processor time that 95 of 100 control cycles do not exceed; waiting does not count.
 
-    Formula: 95th percentile over the cycles of the thread's processor time. A controller in a
-    process of its own (`external`) has none: its work is not that thread's.
+    Formula: 95th percentile over the cycles of the thread's processor time. No value for a
+    controller in a process of its own (`external`), which does not work in that thread.
     """
     if log.info.get("controller_plugin") == EXTERNAL:
         raise Undefined("the controller runs in a process of its own, which is not measured")

@@ -22,7 +22,7 @@ class Better(StrEnum):
 
 
 class Undefined(ValueError):
-    """Raised by a metric that has no value for a trial; the text is the reason shown."""
+    """Raised by a metric that has no value for a trial; the text is the reason that users see."""
 
 
 class Measurement(NamedTuple):
@@ -36,11 +36,11 @@ class Measurement(NamedTuple):
 class Metric:
     """A metric: call it with a `TrialLog` to get its value.
 
-    name: column name, with the unit where the publication does not prescribe the name.
-    unit: as shown in tables. better: the good direction. function: the computation; raises
-    Undefined where a trial has no value. is_repeatable: False where it depends on the machine.
-    title: its common name; the column name in words where it has none. relevant: differences up to
-    this size, in the metric's unit, do not matter, even where they are certain.
+    name: column name, with the unit where the publication does not prescribe the name. unit: as
+    shown in tables. better: the good direction. function: the computation; raises Undefined where a
+    trial has no value. is_repeatable: False if the value depends on the machine. title: its common
+    name, else the column name in words. relevant: differences up to this size, in the metric's
+    unit, do not matter, even where they are certain.
     """
 
     name: str
@@ -77,7 +77,7 @@ class Metric:
         except KeyboardInterrupt:
             raise
         except BaseException as error:
-            # A user's metric may break in any way; its cell stays empty, the analysis goes on.
+            # A user's metric may raise any error: its cell stays empty, and the analysis goes on.
             return Measurement(math.nan, one_line(error))
 
     @property
@@ -102,8 +102,8 @@ def metric(
 ) -> Callable[[Callable[[TrialLog], float]], Metric]:
     """Turns a function from a `TrialLog` to a number into a `Metric`.
 
-    unit: as shown in tables, '' for a pure number. better: 'lower', 'higher' or 'neither'.
-    name: column name; that of the function if not given. is_repeatable: False for what depends on
+    unit: as shown in tables, '' for a pure number. better: 'lower', 'higher' or 'neither'. name:
+    column name; that of the function if not given. is_repeatable: False for values that depend on
     the machine, such as compute times. title: its common name. relevant: the largest difference, in
     the unit, that does not matter.
     """

@@ -86,7 +86,7 @@ def path_efficiency_ratio(log: TrialLog) -> float:
 
 @metric(unit="", better="lower", title="Share of the way left")
 def goal_traversal_ratio(log: TrialLog) -> float:
-    """Share of the straight way to the goal that was left at the end.
+    """Share of the straight way to the goal that remained at the end.
 
     Formula: |p(end) - goal| / |p(start) - goal|; with waypoints the straight way from the end
     through all goals from that of the present leg on / the straight way from the start through all.
@@ -122,9 +122,10 @@ def barn_score(log: TrialLog) -> float:
     Formula: success OT / clip(AT, 2 OT, 8 OT), OT = L*/(2 m/s) with success and L* as in spl, AT
     the time from the first 0.1 m of motion to the goal. Until 2024 the lower limit was 4 OT. In a
     world of BARN's own, L* is the length of its reference path, and success and AT are those of the
-    first arrival within 1 m of the goal, before any contact; elsewhere the first plan stands for
-    the reference path, which keeps farther off the obstacles and is up to a fifth longer. A robot
-    limited to 0.5 m/s scores 0.25 and what the tolerance, the first 0.1 m and cut corners save.
+    first arrival within 1 m of the goal, before any contact; elsewhere the first plan takes the
+    place of the reference path; the plan keeps farther off the obstacles and is up to a fifth
+    longer. A robot limited to 0.5 m/s scores 0.25, plus what the tolerance, the first 0.1 m and cut
+    corners save.
     Source: The BARN Challenge (Perille et al. 2020; Xiao et al. 2022), rule since 2024-02.
     """
     arrival_s = _arrival_time_s(log)
@@ -148,7 +149,8 @@ def _suite(log: TrialLog) -> dict[str, Any]:
 def _arrival_time_s(log: TrialLog) -> float | None:
     """Returns the time of arrival, s, or None where the robot did not arrive.
 
-    A suite with an arrival radius counts the first sample within it; else the outcome decides.
+    In a suite with an arrival radius the first sample within it is the arrival; else the outcome
+    decides.
     """
     radius_m = _suite(log).get("arrival_radius_m")
     if radius_m is None:
@@ -181,7 +183,7 @@ def stopped_time_s(log: TrialLog) -> float:
 
 @metric(unit="s", better="lower", title="Time at lifts")
 def lift_time_s(log: TrialLog) -> float:
-    """Time that the robot waited for lifts and rode in them; only of missions over several floors.
+    """Time that the robot waited for lifts and rode in them; for missions over several floors.
 
     Formula: sum over the rides of the time from the request to the arrival, or to giving up.
     """
@@ -197,15 +199,15 @@ def mechanical_energy_j(log: TrialLog) -> float:
     Formula: integral max(0, m a v + I dw/dt w + c m g |v| + 0.5 rho A |v|^3) dt with m, c and A of
     the robot file (`mass_kg`, `rolling_resistance_ratio`, `drag_area_m2`), I that of a uniform box
     around the outline, or of a disc, and rho = 1.2 kg/m^3. A robot that moves sideways has the same
-    terms in vy, and |v| is its speed over the floor; that mecanum wheels roll harder is not in it.
-    Losses of the motors are not in it. A robot without a mass has no value.
+    terms in vy, and |v| is its speed over the floor; the higher rolling resistance of mecanum
+    wheels and the losses of the motors are left out. No value for a robot without a mass.
     """
     signal = motion(log)
     return float(np.trapezoid(spent_power_w(signal, body_of(log)), dx=signal.period_s))
 
 
 def spent_power_w(signal: Motion, body: Body) -> Array:
-    """Returns (N,) W that the drive gives over a motion: braking gives nothing back."""
+    """Returns the drive's power during a motion, (N,) W, at least 0: braking gives nothing back."""
     power_w = drive_power_w(
         signal.smooth_v_mps,
         signal.acceleration_mps2,

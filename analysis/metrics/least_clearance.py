@@ -19,15 +19,15 @@ from drake_navbench.kernels.least_gap import Surroundings, least_gap
 from drake_navbench.kernels.swept_contact import pose_within_step
 from drake_navbench.logs.log import TrialLog
 
-# The rounding of times that counts as equal.
+# Times that differ by less count as equal: rounding.
 ROUNDING_S = 1e-9
 
 
 def least_clearance_m(log: TrialLog, sampled_m: float) -> float:
     """Returns the least distance between footprint and obstacle over a trial, m.
 
-    sampled_m: the least of the samples, which the motion in between may go below; where a recording
-    does not tell the obstacles, that is all there is.
+    sampled_m: the least clearance at the samples; between samples it may be smaller. It is the
+    result for a recording that does not contain the obstacles.
     """
     if "obstacles" in log.missing:
         return sampled_m
@@ -39,7 +39,7 @@ def least_clearance_m(log: TrialLog, sampled_m: float) -> float:
 
 
 def _motion_of(log: TrialLog) -> tuple[Array, Array]:
-    """Returns times (T,) s and states (T, 6) up to the end of the trial, which a log goes beyond.
+    """Returns times (T,) s and states (T, 6) up to the end of the trial; the log goes on after it.
 
     A state is x m, y m, yaw rad, v m/s, w rad/s, vy m/s.
     """
@@ -49,7 +49,7 @@ def _motion_of(log: TrialLog) -> tuple[Array, Array]:
     count = max(int(np.searchsorted(time_s, end_s + ROUNDING_S, side="right")), 1)
     last, after = count - 1, min(count, len(time_s) - 1)
     if after == last or time_s[last] >= end_s - ROUNDING_S:
-        # A copy: the kernel would be compiled once more for the log's read-only times.
+        # A copy: for the log's read-only times the kernel would be compiled once more.
         return time_s[:count].copy(), states[:count]
     duration_s = time_s[after] - time_s[last]
     share = (end_s - time_s[last]) / duration_s

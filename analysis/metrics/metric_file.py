@@ -1,7 +1,7 @@
-"""Metrics in files of their own, `--metric my.py:name`, that no package has to carry.
+"""Metrics in files of their own, without a package: `--metric my.py:name`.
 
-Workers find them by an environment variable that they are given when they start: every process
-that measures a trial measures them, too.
+Workers find the files by an environment variable that is set when they start, so that every process
+that measures a trial also computes these metrics.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ def metric_in_file(reference: str) -> Metric:
 
 
 def asked_metrics() -> tuple[Metric, ...]:
-    """Returns the metrics of the files that this process was asked to measure."""
+    """Returns the metrics of the files in this process's environment variable."""
     return _metrics_of(os.environ.get(VARIABLE, ""))
 
 
@@ -52,7 +52,7 @@ def _metrics_of(references: str) -> tuple[Metric, ...]:
 
 
 def remember(references: Sequence[str]) -> None:
-    """Has this process, and the workers that it starts, measure these metrics as well."""
+    """Makes this process, and the workers that it starts, compute these metrics, too."""
     absolute = []
     for reference in references:
         path, colon, name = reference.rpartition(":")

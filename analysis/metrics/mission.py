@@ -23,9 +23,9 @@ GAVE_UP = (Outcome.ABORTED, Outcome.ERROR)
 
 
 def goals(log: TrialLog) -> Array:
-    """Returns (G, 3) the waypoints and then the goal, x m, y m, yaw rad.
+    """Returns the waypoints and then the goal, (G, 3): x m, y m, yaw rad.
 
-    Of a recording that tells of no goal (see `require`), that is where the robot ended.
+    For a recording without a goal (see `require`) the goal is the robot's last pose.
     """
     scenario = log.info["scenario"]
     return np.array([*scenario.get("waypoints", ()), scenario["goal"]], dtype=float)
@@ -34,7 +34,7 @@ def goals(log: TrialLog) -> Array:
 def reached_every_goal(log: TrialLog) -> bool:
     """Returns whether the trial succeeded and missed no waypoint on its way.
 
-    Nav2's waypoint follower reports success in spite of missed waypoints where it may go on.
+    Nav2's waypoint follower may go on after a missed waypoint, and then reports success.
     """
     missed = any(leg["outcome"] != "succeeded" for leg in _legs(log))
     return log.outcome is Outcome.SUCCEEDED and not missed
@@ -43,7 +43,7 @@ def reached_every_goal(log: TrialLog) -> bool:
 def present_leg(log: TrialLog) -> int:
     """Returns the number, from 0, of the leg that the robot was on at the end of the trial."""
     ended = len(_legs(log))
-    # A mission that gives up does so at the end of a leg, whose goal it did not reach.
+    # A mission that gives up does so at the end of a leg whose goal it did not reach.
     under_way = ended - 1 if log.outcome in GAVE_UP else ended
     return min(max(under_way, 0), len(goals(log)) - 1)
 
@@ -60,7 +60,7 @@ def straight_way_m(log: TrialLog) -> float:
 
 
 def straight_ways_to_goals(log: TrialLog) -> list[Array]:
-    """Returns (K, 2) corners of the straight way through all goals, m, one part a floor."""
+    """Returns the corners of the straight way through all goals, (K, 2) m for each floor."""
     corners, parts = [positions(log)[0]], []
     for goal, leg in zip(goals(log), _mission_of(log), strict=True):
         corners.append(goal[:2])
@@ -75,7 +75,7 @@ def straight_way_left_m(log: TrialLog) -> float:
     present, legs = present_leg(log), _mission_of(log)
     corners, left_m = [positions(log)[-1]], 0.0
     if "floor" in legs[present] and legs[present]["floor"] != floor_at_end(log):
-        # It waits for the lift to the floor of this leg, or rides it.
+        # The robot waits for the lift to the floor of this leg, or rides in it.
         corners = [np.array(legs[present - 1]["arrival"][:2])]
     for goal, leg in zip(goals(log)[present:], legs[present:], strict=True):
         corners.append(goal[:2])
@@ -86,20 +86,20 @@ def straight_way_left_m(log: TrialLog) -> float:
 
 
 def floor_at_end(log: TrialLog) -> str:
-    """Returns the name of the floor on which a mission ended, '' for a task on one map."""
+    """Returns the name of the floor on which a mission ended; '' for a task on one map."""
     if "floor" not in log.samples.columns:
         return ""
     return str(log.info["floors"][int(log.samples["floor"].iloc[-1])]["name"])
 
 
 def floor_of_leg(log: TrialLog, leg: int) -> int:
-    """Returns the index of the floor that a leg of a mission begins on."""
+    """Returns the index of the floor on which a leg of a mission begins."""
     names = [floor["name"] for floor in log.info["floors"]]
     return names.index(_mission_of(log)[leg]["floor"])
 
 
 def ended_on_other_floor(log: TrialLog) -> bool:
-    """Returns whether a mission ended on another floor than it should have."""
+    """Returns whether a mission ended on another floor than its last leg's destination."""
     last = _mission_of(log)[-1]
     return last.get("to", last.get("floor", "")) != floor_at_end(log)
 
@@ -114,8 +114,8 @@ def first_plans_length_m(log: TrialLog) -> float:
 def leg_lengths_m(log: TrialLog) -> Array:
     """Returns the length of each leg's first plan, (G,) m.
 
-    A leg without a plan has the straight distance from the goal before (for the first leg, from the
-    start) to its own goal.
+    For a leg without a plan it is the straight distance from the previous goal (for the first leg,
+    from the start) to the leg's goal.
     """
     parts = straight_ways_to_goals(log)
     lengths = np.concatenate([np.hypot(*np.diff(part, axis=0).T) for part in parts])
@@ -125,7 +125,7 @@ def leg_lengths_m(log: TrialLog) -> Array:
 
 
 def ride_s(log: TrialLog, leg: Mapping[str, Any]) -> float:
-    """Returns the time at and in the lift after a finished leg, s; 0 where no ride followed."""
+    """Returns the time of waiting and riding after a finished leg, s; 0 without a ride."""
     end_s = leg.get("ride_end_s")
     return 0.0 if end_s is None else min(end_s, log.end_time_s) - leg["end_time_s"]
 

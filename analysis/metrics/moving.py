@@ -16,9 +16,9 @@ from drake_navbench.kernels.moving_collision_time import time_to_moving_contact
 from drake_navbench.logs.log import Outcome, TrialLog
 
 LOOK_PERIOD_S = 0.1
-# The time for which a body is taken to keep its velocity.
+# For so long a body is assumed to keep its velocity.
 COLLISION_TIME_HORIZON_S = 10.0
-# Bodies that are farther away are not measured, as in a trial.
+# Distances to bodies farther away than this are not measured, as in a trial.
 MAX_CLEARANCE_M = 5.0
 
 
@@ -26,7 +26,7 @@ MAX_CLEARANCE_M = 5.0
 def standing_collision_count(log: TrialLog) -> float:
     """Whether the trial ended at a contact with something that stands, in a world that moves.
 
-    Formula: 1 or 0. The mean over trials is the share of them.
+    Formula: 1 or 0. The mean over trials is the share of such trials.
     """
     _require_movers(log)
     return float(_contact_kind(log) == "obstacle")
@@ -36,9 +36,9 @@ def standing_collision_count(log: TrialLog) -> float:
 def ran_into_moving_count(log: TrialLog) -> float:
     """Whether the trial ended at a contact with something moving to which the robot drove.
 
-    Formula: 1 where the point of contact of the robot closed the gap at least as fast as that of
-    the other, both along the line between them, else 0. HuNavSim tells the two apart by bearing and
-    speed of the centres; at a corner of a long robot these say little.
+    Formula: 1 where the robot's point of contact closed the gap at least as fast as the other
+    body's, both along the line between them, else 0. HuNavSim distinguishes the two cases by
+    bearing and speed of the centres, which say little at a corner of a long robot.
     Source: the split of SEAN 2.0 (Tsoi et al. 2022) and HuNavSim (Perez-Higueras et al. 2023).
     """
     _require_movers(log)
@@ -49,8 +49,8 @@ def ran_into_moving_count(log: TrialLog) -> float:
 def was_run_into_count(log: TrialLog) -> float:
     """Whether the trial ended at a contact with something moving that came to the robot.
 
-    Formula: 1 where the other closed the gap faster than the robot did, else 0. What moves on a
-    given way does not look where it goes: a robot at rest in its way is run into.
+    Formula: 1 where the other body closed the gap faster than the robot did, else 0. A body on a
+    given way does not avoid the robot: it runs into a robot that rests on its way.
     Source: the split of SEAN 2.0 (Tsoi et al. 2022) and HuNavSim (Perez-Higueras et al. 2023).
     """
     _require_movers(log)
@@ -59,7 +59,7 @@ def was_run_into_count(log: TrialLog) -> float:
 
 @metric(unit="m", better="higher", title="Smallest clearance to what moves", relevant=0.01)
 def min_moving_clearance_m(log: TrialLog) -> float:
-    """Smallest distance between footprint and anything that moves.
+    """Smallest distance between the footprint and a moving obstacle or person.
 
     Formula: minimum over the trial, every 0.1 s and at its end, of the exact distance in the plane,
     up to 5 m; 0 in a trial that ended at such a contact.
@@ -72,10 +72,10 @@ def min_moving_clearance_m(log: TrialLog) -> float:
 
 @metric(unit="s", better="higher", title="Shortest time to collision with what moves")
 def moving_time_to_collision_min_s(log: TrialLog) -> float:
-    """Shortest time in which footprint and something moving would have met, both going on as then.
+    """Shortest time until footprint and something moving would have met, both going on evenly.
 
     Formula: minimum over the trial, every 0.1 s, of the time to contact of the outlines, the robot
-    on its circle or line, the other with the velocity of its next 0.1 s; up to 10 s.
+    on its circle or line, the other body with its velocity of the next 0.1 s; up to 10 s.
     Source: Hayward 1972; as a measure of social navigation Biswas et al., "SocNavBench", 2022.
     """
     shortest_s = collision_times_s(log).min()
@@ -85,13 +85,13 @@ def moving_time_to_collision_min_s(log: TrialLog) -> float:
 
 
 def look_times(log: TrialLog) -> Array:
-    """Returns (T,) when a trial is looked at: every 0.1 s and at its end, s."""
+    """Returns the times at which a trial is examined, (T,) s: every 0.1 s and at its end."""
     time_s = times(log)
     return np.append(np.arange(time_s[0], time_s[-1] - 1e-9, LOOK_PERIOD_S), time_s[-1])
 
 
 def robot_poses(log: TrialLog, time_s: Array) -> Array:
-    """Returns (T, 3) where the robot was at times (T,): x m, y m, yaw rad."""
+    """Returns the robot's poses at times (T,), (T, 3): x m, y m, yaw rad."""
     own = times(log)
     names = ("x_m", "y_m", "yaw_rad")
     return np.column_stack([np.interp(time_s, own, column(log, name)) for name in names])
@@ -99,7 +99,7 @@ def robot_poses(log: TrialLog, time_s: Array) -> Array:
 
 @lru_cache(maxsize=1)
 def clearances_m(log: TrialLog) -> Array:
-    """Returns (T, B) from the footprint to each body at `look_times`, m; inf beyond 5 m."""
+    """Returns the footprint's distance from each body at `look_times`, (T, B) m; inf beyond 5 m."""
     movers, looks = _require_movers(log), look_times(log)
     outline = np.ascontiguousarray(outline_of(log))
     bodies, moved = movers.bodies, movers.poses_at(looks)
@@ -114,9 +114,9 @@ def clearances_m(log: TrialLog) -> Array:
 
 
 def collision_times_s(log: TrialLog, first_body: int = 0) -> Array:
-    """Returns (T,) the times to collision at `look_times`, s; inf if none within 10 s.
+    """Returns the times to collision at `look_times`, (T,) s; inf if there is none within 10 s.
 
-    first_body: those before it are left out.
+    first_body: bodies with a smaller index are left out.
     """
     movers, looks = _require_movers(log), look_times(log)
     own = times(log)
@@ -162,8 +162,8 @@ def _require_movers(log: TrialLog) -> Movers:
 def _contact_kind(log: TrialLog) -> str:
     """Returns the cause of a trial's contact.
 
-    'obstacle' for contact with a standing obstacle; else 'robot' or 'other', the one that closed in
-    faster; '' where there was no contact.
+    'obstacle' for contact with a standing obstacle; else 'robot' or 'other', whichever closed the
+    gap faster; '' where there was no contact.
     """
     if log.outcome is not Outcome.COLLIDED:
         return ""

@@ -24,7 +24,7 @@ from drake_navbench.kernels.moving_bodies import clearances_of_bodies
 from drake_navbench.kernels.poses import place_outline
 from drake_navbench.logs.log import TrialLog
 
-# Members of a group that are farther from its middle are not together at the time.
+# A group is not together at a time at which a member is farther from the group's middle than this.
 TOGETHER_M = 3.6
 
 
@@ -32,8 +32,9 @@ class PeopleLooks(NamedTuple):
     """The P people of a trial at T sampled times.
 
     time_s: (T,). gaps_m: (T, P) between footprint and body, inf beyond 5 m. positions_m,
-    velocities_mps: (T, P, 2). is_there: (T, P) whether they are in the world. wanted_mps: (P,) how
-    fast each means to go, 0 of who stays, and of those of a recording, of whom it is not known.
+    velocities_mps: (T, P, 2). is_there: (T, P) whether they are in the world. wanted_mps: (P,) the
+    speed at which each person wants to walk; 0 for a person who stays, and for people of a
+    recording, whose wanted speed is unknown.
     """
 
     time_s: Array
@@ -45,7 +46,7 @@ class PeopleLooks(NamedTuple):
 
 
 class Approaches(NamedTuple):
-    """Number of approaches to within a distance, by who contributed more to the approach."""
+    """Number of approaches to within a distance, by the body that contributed more to each."""
 
     by_robot: int
     by_person: int
@@ -86,7 +87,7 @@ def people_of(log: TrialLog) -> PeopleLooks:
 
 
 def approaches_within(log: TrialLog, distance_m: float) -> Approaches:
-    """Returns the number of approaches of robot and person to within `distance_m`.
+    """Returns the number of approaches of robot and persons to within `distance_m`.
 
     Raises Undefined where there were no people.
     """

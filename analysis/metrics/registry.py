@@ -14,7 +14,7 @@ from drake_navbench.logs.log import TrialLog
 from drake_navbench.plugins.kinds import PluginKind
 
 METRICS = PluginKind(noun="metric", group="drake_navbench.metrics", guide="docs/metrics.md")
-# The theme of the metrics of `--metric`.
+# The theme of metrics that are given with `--metric`.
 OWN_THEME = "your own"
 # The order of the catalogue and of the columns; a user's themes follow by name.
 BUILTIN_THEMES = (
@@ -33,7 +33,7 @@ BUILTIN_THEMES = (
 def installed_metrics() -> Mapping[str, tuple[Metric, ...]]:
     """Returns the metrics by theme (the entry point's name), the built-in themes first.
 
-    Those of the files that this process was asked to measure come last.
+    Metrics from files (`--metric`) come last.
     """
     own = asked_metrics()
     return packaged_metrics() | ({OWN_THEME: own} if own else {})
@@ -43,8 +43,8 @@ def installed_metrics() -> Mapping[str, tuple[Metric, ...]]:
 def packaged_metrics() -> dict[str, tuple[Metric, ...]]:
     """Returns the metrics of packages by theme, the built-in themes first.
 
-    A theme that is broken, or that has a metric whose name another theme has, is left out with a
-    warning.
+    A theme is left out with a warning if it cannot be loaded, or if it has a metric of the same
+    name as another theme.
     """
     loaded = METRICS.load_all(lambda theme, plugin: metrics_in(plugin, theme))
     order = [theme for theme in BUILTIN_THEMES if theme in loaded]
@@ -68,7 +68,7 @@ def packaged_metrics() -> dict[str, tuple[Metric, ...]]:
 
 
 def use_metric_files(references: Sequence[str]) -> None:
-    """Adds the metrics of `--metric FILE.py:NAME` to those that are measured.
+    """Adds the metrics of `--metric FILE.py:NAME` to the measured ones.
 
     Raises InputError where one cannot be loaded, or has the name of another metric.
     """
@@ -83,11 +83,11 @@ def use_metric_files(references: Sequence[str]) -> None:
 
 
 def metrics_in(loaded: ModuleType | Metric, theme: str) -> tuple[Metric, ...]:
-    """Returns the metrics that an entry point names: those of a module in order, or the one."""
+    """Returns the metrics at an entry point: a module's metrics in order, or the single metric."""
     if isinstance(loaded, Metric):
         return (loaded,)
     found = vars(loaded).values() if isinstance(loaded, ModuleType) else ()
-    # A module may import metrics of another one; only its own count.
+    # A module may import metrics from another one; only its own metrics count.
     own = tuple(
         value
         for value in found

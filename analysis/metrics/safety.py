@@ -26,13 +26,13 @@ from drake_navbench.kernels.outline_distance import outline_to_circles
 from drake_navbench.kernels.swept_contact import clearance_at
 from drake_navbench.logs.log import TrialLog
 
-# A hand's breadth and a bit on each side of a chair: what a passenger reads as "close".
+# A hand's breadth and a bit on each side of a chair: a passenger feels this as "close".
 DANGER_DISTANCE_M = 0.25
 COLLISION_TIME_STEP_S = 0.1
-# A course that meets an obstacle later than this is not counted as one that meets it.
+# A contact later than this does not count.
 COLLISION_TIME_HORIZON_S = 10.0
 COLLISION_TIME_PARTS = 16
-# Obstacles that are farther away are not measured, as in a trial.
+# Distances to obstacles farther away than this are not measured, as in a trial.
 MAX_CLEARANCE_M = 5.0
 
 
@@ -41,10 +41,9 @@ def min_clearance_m(log: TrialLog) -> float:
     """Smallest distance between footprint and obstacle: the true form of the published one.
 
     Formula: minimum over the trial of the distance in the plane, up to 5 m, to 0.1 mm: at the
-    samples, one every 0.05 s, and in between on the cubic through the log's poses and velocities;
-    0 in a trial that ended at a contact. People are where the log has them, and go straight from
-    each of its ten places a second to the next. A recording that does not tell the obstacles counts
-    by its samples.
+    samples, one every 0.05 s, and in between on the cubic through the log's poses and velocities; 0
+    in a trial that ended at a contact. People move on straight lines between their logged
+    positions, ten a second. For a recording without the obstacles only the samples count.
     """
     return least_clearance_m(log, _clearances_m(log).min())
 
@@ -54,7 +53,8 @@ def min_cell_centre_distance_m(log: TrialLog) -> float:
     """Smallest distance from the reference point to the centre of a lethal cell.
 
     Formula: minimum over the samples of the log. The published distance takes a cell's lower left
-    corner and so depends on the side on which the obstacle stands; this one does not.
+    corner, so that it depends on the side on which the obstacle stands; the distance to the centre
+    does not.
     """
     distances = column(log, "obstacle_cell_distance_m")
     seen = distances[np.isfinite(distances)]
@@ -67,9 +67,9 @@ def min_cell_centre_distance_m(log: TrialLog) -> float:
 def min_scan_clearance_m(log: TrialLog) -> float:
     """Smallest distance between footprint and a point that the lidar hit, for recordings too.
 
-    Formula: minimum over all hits of all scans of the exact distance in the plane, up to 5 m. What
-    the lidar cannot see is not in it, nor what came nearer between two scans; hits on the robot
-    itself, within its outline, do not count.
+    Formula: minimum over all hits of all scans of the exact distance in the plane, up to 5 m.
+    Obstacles that the lidar cannot see do not count, nor does a smaller distance between two scans;
+    hits on the robot itself, within its outline, do not count.
     """
     require(log, "scan")
     if not log.scans:
@@ -82,10 +82,10 @@ def min_scan_clearance_m(log: TrialLog) -> float:
 
 @metric(unit="m", better="higher", title="Smallest clearance by the map")
 def min_map_clearance_m(log: TrialLog) -> float:
-    """Smallest distance between footprint and what the map shows, for recordings too.
+    """Smallest distance between footprint and obstacles on the map, for recordings too.
 
     Formula: minimum over the trial, every 0.1 s, of the exact distance in the plane, up to 5 m,
-    with the robot where its localisation says. What is not on the map is not in it.
+    with the robot at its localised pose. Obstacles that are not on the map do not count.
     """
     require(log, "map")
     world = World(tuple(shape for shape in shapes_of(log) if shape.known_to_planner))
@@ -128,7 +128,7 @@ def danger_time_ratio(log: TrialLog) -> float:
 
 @metric(unit="s", better="higher", title="Shortest time to collision")
 def time_to_collision_min_s(log: TrialLog) -> float:
-    """Shortest time in which the footprint would have touched an obstacle at its current twist.
+    """Shortest time until the footprint would have touched an obstacle at a kept twist.
 
     Formula: minimum over the trial, every 0.1 s, of the exact time to contact of the footprint on
     its circle or line, up to 10 s.
@@ -153,7 +153,7 @@ def danger_share(
 
 
 def shortest_collision_time_s(log: TrialLog, edges: Array) -> float:
-    """Returns the shortest time to collision over samples every 0.1 s; inf if all exceed 10 s."""
+    """Returns the shortest time to collision over samples 0.1 s apart; inf if all exceed 10 s."""
     time_s = times(log)
     grid = np.arange(time_s[0], time_s[-1] + 1e-9, COLLISION_TIME_STEP_S)
     rows = np.searchsorted(time_s, grid + 1e-9, side="right") - 1
@@ -163,7 +163,8 @@ def shortest_collision_time_s(log: TrialLog, edges: Array) -> float:
     outline = outline_of(log)
     shortest_s = COLLISION_TIME_HORIZON_S
     is_met = False
-    # Every part looks at the whole trial coarsely: the first soon tells how little matters.
+    # Each part takes every 16th sample: the first part soon finds a short time, which limits the
+    # search in all others.
     for part in range(COLLISION_TIME_PARTS):
         chosen = slice(part, None, COLLISION_TIME_PARTS)
         moments_s = times_to_collision(
@@ -189,7 +190,7 @@ def nearest_hit_m(log: TrialLog) -> float:
         hits = np.zeros((len(offset), 3))
         hits[:, 0] = cos_yaw * offset[:, 0] + sin_yaw * offset[:, 1]
         hits[:, 1] = cos_yaw * offset[:, 1] - sin_yaw * offset[:, 0]
-        # A disc of no size within the outline is at 0: the robot saw a part of itself.
+        # Hits within the outline are left out: the robot saw a part of itself.
         apart = hits[~shapely.contains_xy(body, hits[:, 0], hits[:, 1])]
         nearest_m = min(nearest_m, outline_to_circles(outline, apart, MAX_CLEARANCE_M))
     return nearest_m

@@ -14,8 +14,8 @@ from drake_navbench.logs.log import TrialLog
 
 Array = NDArray[np.float64]
 
-# Derivatives come from a parabola fitted over this time, not from neighbouring samples: that makes
-# them independent of the sampling period. Six control periods at 20 Hz.
+# Derivatives come from a parabola fitted over this time, not from neighbouring samples, so that
+# they do not depend on the sampling period. It is six control periods at 20 Hz.
 DERIVATIVE_WINDOW_S = 0.3
 PARABOLA = 2
 MIN_WINDOW_SAMPLES = 5
@@ -28,8 +28,9 @@ class Motion:
     period_s: of the grid. v_mps, w_radps, vy_mps: (N,) as logged; vy is 0 where the robot cannot
     move sideways. Fitted over DERIVATIVE_WINDOW_S, (N,) each: smooth_v_mps, acceleration_mps2 and
     jerk_mps3 of v; smooth_w_radps, angular_acceleration_radps2 and angular_jerk_radps3 of w;
-    smooth_vy_mps, lateral_acceleration_mps2 and lateral_jerk_mps3 of vy. All are derivatives of
-    numbers; what the turning of the base frame adds to an acceleration is not in them.
+    smooth_vy_mps, lateral_acceleration_mps2 and lateral_jerk_mps3 of vy. They are derivatives of
+    the velocity's components; the terms from the turning of the base frame (v w, vy w) are not
+    included.
     """
 
     period_s: float
@@ -58,7 +59,7 @@ def times(log: TrialLog) -> Array:
 
 
 def require(log: TrialLog, part: str) -> None:
-    """Raises Undefined where a recording could not tell a part of its log."""
+    """Raises Undefined where a recording lacks a part of the log."""
     if part in log.missing:
         raise Undefined(log.missing[part])
 
@@ -66,7 +67,7 @@ def require(log: TrialLog, part: str) -> None:
 def column(log: TrialLog, name: str) -> Array:
     """Returns a column of the samples as floats.
 
-    Raises Undefined where there are no samples, or a recording could not tell it.
+    Raises Undefined where there are no samples, or the recording lacks the column.
     """
     require(log, name)
     if len(log.samples) == 0:
@@ -92,22 +93,22 @@ def positions(log: TrialLog) -> Array:
 
 
 def is_carried(log: TrialLog) -> NDArray[np.bool_]:
-    """Returns (N - 1,) between which two samples a lift brought the robot to another floor."""
+    """Returns flags (N - 1,): a lift carried the robot to another floor between two samples."""
     if "floor" not in log.samples.columns:
         return np.zeros(max(len(log.samples) - 1, 0), dtype=bool)
     return np.diff(column(log, "floor")) != 0.0
 
 
 def stretches(log: TrialLog) -> list[Array]:
-    """Returns the true positions (N, 2) m of each time on one floor, in order."""
+    """Returns the true positions (N, 2) m, in one part for each stay on a floor, in order."""
     path = positions(log)
     return np.split(path, np.flatnonzero(is_carried(log)) + 1)
 
 
 def poses_at(log: TrialLog, moments_s: ArrayLike) -> Array:
-    """Returns (M, 3) the true pose at some times, x m, y m, yaw rad, linear between samples.
+    """Returns the true poses at some times, (M, 3): x m, y m, yaw rad, linear between samples.
 
-    While a lift carries the robot from one sample to the next it is where it comes to.
+    Between two samples in which a lift carries the robot, the pose is that after the ride.
     """
     names, time_s = ("x_m", "y_m", "yaw_rad"), times(log)
     moments = np.asarray(moments_s, dtype=float)
@@ -122,23 +123,23 @@ def poses_at(log: TrialLog, moments_s: ArrayLike) -> Array:
 
 
 def driven_length(log: TrialLog) -> float:
-    """Returns the driven length, m; what a lift carries the robot is not driven."""
+    """Returns the driven length, m, without the rides in lifts."""
     return sum(path_length(part) for part in stretches(log))
 
 
 def hold_durations(time_s: Array) -> Array:
-    """Returns for how long each sample holds, until the next one; 0 for the last, (N,) s."""
+    """Returns the time until the next sample, (N,) s; 0 for the last sample."""
     return np.append(np.diff(time_s), 0.0)
 
 
 def time_mean(time_s: Array, values: Array) -> float:
-    """Returns the mean over time of a signal linear between its samples."""
+    """Returns the mean over time of a signal that is linear between its samples."""
     if len(time_s) == 1:
         return float(values[0])
     return float(np.trapezoid(values, time_s) / (time_s[-1] - time_s[0]))
 
 
-# One log is measured at a time, by several metrics in turn; a log does not change.
+# Several metrics measure one log in turn, and a log does not change: the last result is kept.
 @lru_cache(maxsize=1)
 def motion(log: TrialLog) -> Motion:
     """Returns velocities and their derivatives on an even grid of the log's usual period.
@@ -149,7 +150,7 @@ def motion(log: TrialLog) -> Motion:
     if len(time_s) < MIN_WINDOW_SAMPLES:
         raise Undefined(f"{len(time_s)} samples are too few for derivatives")
     period_s = float(np.median(np.diff(time_s)))
-    # Rounded: the end of the trial may lie between two ticks of the recorder's clock.
+    # The small addition: the end of the trial may lie between two ticks of the recorder's clock.
     count = int(np.floor((time_s[-1] - time_s[0]) / period_s + 1e-6)) + 1
     if count < MIN_WINDOW_SAMPLES:
         raise Undefined(f"{count} samples are too few for derivatives")
@@ -173,7 +174,7 @@ def fitted_derivatives(values: Array, period_s: float) -> tuple[Array, Array, Ar
 
     values: (N,) on an even grid, N >= 5. Source: Savitzky & Golay 1964; exact for parabolas.
     """
-    # Loading it takes a second, which commands that measure nothing do without.
+    # The import takes a second: commands that measure nothing do not need it.
     from scipy.signal import savgol_filter
 
     width = max(round(DERIVATIVE_WINDOW_S / period_s), MIN_WINDOW_SAMPLES)
@@ -191,6 +192,6 @@ def rms(values: Array) -> float:
 
 
 def sign_changes(values: Array, *, dead_band: float) -> int:
-    """Returns the number of sign changes of a signal, values with |value| <= dead_band left out."""
+    """Returns the number of a signal's sign changes, without values of |value| <= dead_band."""
     signs = np.sign(values[np.abs(values) > dead_band])
     return int(np.count_nonzero(np.diff(signs)))

@@ -19,9 +19,11 @@ from drake_navbench.logs.log import TrialLog
 
 SPECTRUM_CUT_HZ = 10.0
 SPECTRUM_THRESHOLD_RATIO = 0.05
-# Powers of two by which the signal is padded with zeros: a finer grid of frequencies.
+# The signal is padded with zeros to a length that is so many powers of two larger: a finer grid of
+# frequencies.
 SPECTRUM_PADDING_LEVELS = 4
-# Rounding error of a constant speed; the smoothest possible movement has 204.8.
+# A smaller dimensionless jerk is the rounding error of a constant speed; the smoothest possible
+# movement has 204.8.
 NEGLIGIBLE_JERK = 1e-6
 DIRECTION_DEAD_BAND_MPS = 0.01
 TURN_DEAD_BAND_RADPS = 0.05

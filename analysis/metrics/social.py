@@ -33,12 +33,12 @@ from drake_navbench.logs.log import Outcome, TrialLog
 
 # The factor of the social force in HuNavSim's evaluation.
 SOCIAL_FACTOR = 2.1
-# Hall's zones, by the gap between outline and body.
+# Hall's zones: the gap between outline and body, m.
 INTIMATE_M, PERSONAL_M, SOCIAL_M = 0.45, 1.2, 3.6
 COMPLIANT_M = 0.5
-# A person with a smaller gap to the robot is near it.
+# People with a smaller gap to the robot are near it.
 NEAR_M = 3.6
-# Slower than this a person does not walk, and cannot be held up.
+# A person who wants to walk more slowly than this does not count as walking.
 WANTS_TO_WALK_MPS = 0.1
 
 
@@ -46,8 +46,8 @@ WANTS_TO_WALK_MPS = 0.1
 def ran_into_person_count(log: TrialLog) -> float:
     """Whether the trial ended at a contact with a person to whom the robot drove.
 
-    Formula: 1 where the robot's point of contact closed the gap at least as fast as the person's,
-    both along the line between them, else 0.
+    Formula: 1 where the robot's point of contact closed the gap at least as fast as the person's
+    did, both along the line between them, else 0.
     Source: "robot on person collision" of SEAN 2.0 (Tsoi et al. 2022) and HuNavSim.
     """
     people_of(log)
@@ -83,9 +83,9 @@ def min_person_distance_m(log: TrialLog) -> float:
 
 @metric(unit="m", better="higher", title="Mean distance to the closest person")
 def mean_closest_person_distance_m(log: TrialLog) -> float:
-    """Mean over time of the distance to the closest person, while one was within 5 m.
+    """Mean over time of the distance to the closest person, while a person was within 5 m.
 
-    Formula: mean over the looks, every 0.1 s, of the least gap between outline and body disc.
+    Formula: mean over samples 0.1 s apart of the least gap between outline and body disc.
     Source: HuNavSim "average distance to the closest person".
     """
     closest = people_of(log).gaps_m.min(axis=1)
@@ -129,7 +129,7 @@ def social_space_ratio(log: TrialLog) -> float:
 def public_space_ratio(log: TrialLog) -> float:
     """Share of the time with 3.6 m or more between the footprint and the closest person.
 
-    Formula: time with a least gap of 3.6 m or more, or nobody there / duration.
+    Formula: time with a least gap of 3.6 m or more, or without people / duration.
     Source: zones of Hall 1966; HuNavSim "social and public space intrusions".
     """
     return _share_of_time(log, SOCIAL_M, math.inf)
@@ -162,10 +162,10 @@ def person_intimate_approach_count(log: TrialLog) -> float:
 
 @metric(unit="", better="lower", title="Share of the time inside a group")
 def group_crossing_ratio(log: TrialLog) -> float:
-    """Share of the time in which the footprint was among those of a group.
+    """Share of the time in which the footprint was between the members of a group.
 
-    Formula: time in which the footprint overlaps the convex hull of the places of a group's
-    members (of two, the line between them), while they are within 3.6 m of their middle / duration.
+    Formula: time in which the footprint overlaps the convex hull of the places of a group's members
+    (of two, the line between them), while they are within 3.6 m of their middle / duration.
     Source: Group Crossing Rate of Roy and Rahman, "TAGA", arXiv 2503.21168v3 (v1: Group Collision
     Rate), the share of time steps inside any group's convex hull; there the robot is a point.
     """
@@ -207,7 +207,7 @@ def personal_space_compliance_ratio(log: TrialLog) -> float:
 
 @metric(unit="s", better="higher", title="Shortest time to collision with a person")
 def person_time_to_collision_min_s(log: TrialLog) -> float:
-    """Shortest time in which footprint and a person would have met, both going on as then.
+    """Shortest time until the footprint would have met a person, if neither changed its motion.
 
     Formula: as `moving_time_to_collision_min_s`, for people alone; up to 10 s.
     Source: Hayward 1972; SocNavBench "time to collision" (Biswas et al. 2022).
@@ -221,11 +221,12 @@ def person_time_to_collision_min_s(log: TrialLog) -> float:
 
 @metric(unit="m/s^2", better="lower", title="Social force of the robot on people")
 def social_force_on_people_mps2(log: TrialLog) -> float:
-    """Mean over time of the social force of the robot on all people, summed up.
+    """Mean over time of the social forces of the robot on all people, added up.
 
-    Formula: mean over the looks of the sum over people of |f|, f the social force at factor 2.1 by
-    the centre of the robot's outline. HuNavSim adds up over samples, which grows with their number.
-    The force of people on the robot has the same size: the model is symmetric in the two.
+    Formula: mean over samples 0.1 s apart of the sum over people of |f|, f the social force at
+    factor 2.1 from the centre of the robot's outline. HuNavSim adds up over samples, so that its
+    value grows with their number. The force of people on the robot has the same size: the model is
+    symmetric in the two.
     Source: HuNavSim "social force on agents"; force of Moussaid et al. 2009.
     """
     return float(np.mean(_social_forces(log).sum(axis=1)))
@@ -251,7 +252,7 @@ def people_slowdown_ratio(log: TrialLog) -> float:
 
 
 def _contact(log: TrialLog) -> dict[str, float]:
-    """Returns the log's entry on a contact with a person; {} where there was none."""
+    """Returns the log's entry on a contact with a person; {} without such a contact."""
     if log.outcome is not Outcome.COLLIDED or log.info["contact"]["kind"] != "person":
         return {}
     return dict(log.info["contact"])
@@ -267,7 +268,7 @@ def _share_of_time(log: TrialLog, low_m: float, high_m: float) -> float:
 
 
 def _share(log: TrialLog, holds: NDArray[np.bool_]) -> float:
-    """Returns the share of the time for which something (T,) holds at the looks."""
+    """Returns the share of the time for which flags (T,) at `look_times` hold."""
     held_s = hold_durations(people_of(log).time_s)
     if held_s.sum() == 0.0:
         raise Undefined("the trial has no duration")
@@ -275,7 +276,7 @@ def _share(log: TrialLog, holds: NDArray[np.bool_]) -> float:
 
 
 def _has_arrived(log: TrialLog, people: PeopleLooks) -> NDArray[np.bool_]:
-    """Returns flags (T, P): the person has arrived at the end of the way and does not turn back."""
+    """Returns flags (T, P): the person has arrived at the last goal and does not turn back."""
     arrived: NDArray[np.bool_] = np.zeros(people.gaps_m.shape, dtype=bool)
     for index, person in enumerate(movers_of(log).people.persons):
         if person.goals and (len(person.goals) == 1 or not person.repeats):
@@ -285,7 +286,7 @@ def _has_arrived(log: TrialLog, people: PeopleLooks) -> NDArray[np.bool_]:
 
 
 def _social_forces(log: TrialLog) -> Array:
-    """Returns (T, P) the size of the social force of the robot on each person, m/s^2."""
+    """Returns the size of the robot's social force on each person, (T, P) m/s^2."""
     people = people_of(log)
     own = times(log)
     outline = outline_of(log)

@@ -32,15 +32,15 @@ from drake_navbench.kernels.angles import wrap
 from drake_navbench.kernels.path_geometry import path_length
 from drake_navbench.logs.log import Outcome, TrialLog
 
-# Less is no progress: the edge of a usual costmap's cell.
+# A smaller gain along the plan is no progress; a usual costmap's cell is as large.
 STALL_DISTANCE_M = 0.05
 
 
 class Projection(NamedTuple):
     """The nearest point of a polyline for each of N query points.
 
-    distance_m: (N,) to it. arc_m: (N,) its place along the polyline. tangent_rad: (N,) direction
-    of the polyline there.
+    distance_m: (N,) to that point. arc_m: (N,) arc length from the polyline's start to it.
+    tangent_rad: (N,) direction of the polyline at it.
     """
 
     distance_m: Array
@@ -101,7 +101,7 @@ def cross_track_error_max_m(log: TrialLog) -> float:
 
 @metric(unit="deg", better="lower", title="Heading error, mean", relevant=0.5)
 def heading_error_mean_deg(log: TrialLog) -> float:
-    """Mean over time of the angle between heading and plan: the wrapped form of the published one.
+    """Mean over time of the angle between heading and plan: the published error, but wrapped.
 
     Formula: mean |wrap(yaw - tangent of the plan in force at its point nearest to the robot)|.
     """
@@ -122,8 +122,8 @@ def plan_progress_ratio(log: TrialLog) -> float:
     """Share of the plan that lies behind the robot at the end, whatever the outcome.
 
     Formula: arc length of the first plan's point nearest to the last position / length of the first
-    plan. With waypoints the length of the legs before, and the arc length on the first plan of the
-    present leg / the length of all legs: that of a leg's first plan, or where it has none the
+    plan. With waypoints: (length of the legs before + arc length on the first plan of the present
+    leg) / length of all legs; a leg's length is that of its first plan, or without a plan the
     straight distance between its goals.
     """
     leg, lengths_m = present_leg(log), leg_lengths_m(log)
@@ -183,17 +183,17 @@ def goal_heading_error_deg(log: TrialLog) -> float:
     return abs(np.degrees(wrap(yaw - goals(log)[-1, 2])))
 
 
-# One log is measured at a time, by several metrics in turn; a log does not change.
+# Several metrics measure one log in turn, and a log does not change: the last result is kept.
 @lru_cache(maxsize=1)
 def projection_on_plans(log: TrialLog) -> Projection:
-    """Returns each sample's nearest point on the plan in force, NaN where there is none."""
+    """Returns each sample's nearest point on the plan in force, NaN without a plan."""
     if not log.plans:
         raise Undefined("there is no plan")
     path = positions(log)
     in_force = np.searchsorted([plan.time_s for plan in log.plans], times(log), side="right") - 1
     found = Projection(*np.full((3, len(path)), np.nan))
     if "floor" in log.samples.columns:
-        # Until there is a plan on the new floor the one in force lies on another.
+        # After a ride in a lift the plan in force lies on the old floor until there is a new plan.
         plan_floors = np.array([floor_of_leg(log, plan.leg) for plan in log.plans])
         in_force = np.where(plan_floors[in_force] == column(log, "floor"), in_force, -1)
     for index in np.unique(in_force[in_force >= 0]):
@@ -208,7 +208,7 @@ def projection_on_plans(log: TrialLog) -> Projection:
 
 
 def _mean_while_planned(log: TrialLog, values: Array) -> float:
-    """Returns the mean over the time between samples that both have a value."""
+    """Returns the mean over the time between neighbouring samples that both have a value."""
     known = ~np.isnan(values)
     if known.all():
         return time_mean(times(log), values)

@@ -27,9 +27,10 @@ from drake_navbench.logs.scans import Scan
 
 Array = NDArray[np.float64]
 
-# Wheels turn evenly between their keys: the browser interpolates.
+# A wheel's angle needs fewer keys than the pose: the browser interpolates between keys.
 FRAMES_PER_WHEEL_KEY = 4
-# The pose of one frame takes 126 bytes of the page, as measured: this many stay below 1.6 MB.
+# The most poses in a page: the pose of one frame takes 126 bytes, as measured; 12,000 take less
+# than 1.6 MB.
 MAX_POSE_KEYS = 12_000
 
 MAX_HITS_A_SCAN = 90
@@ -37,7 +38,8 @@ HIT_SIZE_M = 0.16
 HIT_HEIGHT_M = 0.2
 PATH_WIDTH_M = 0.06
 OUTLINE_WIDTH_M = 0.03
-# Keeps objects of different controllers in one plane from flickering.
+# Each controller's flat objects lie this much higher than the last one's, so that they do not
+# flicker.
 LAYER_STEP_M = 0.001
 
 
@@ -45,8 +47,8 @@ LAYER_STEP_M = 0.001
 class Pace:
     """The spacing of key frames, chosen so that long trials do not make the page large.
 
-    pose_stride: number of frames from one pose of a base to the next. turn_period_s: time for which
-    a scan or a prediction is shown.
+    pose_stride: number of frames from one pose of a base to the next. turn_period_s: the time for
+    which each scan or prediction is shown.
     """
 
     pose_stride: int
@@ -63,8 +65,8 @@ class Pace:
     ) -> Pace:
         """Returns the finest pace at which trials of these durations fit into a page.
 
-        turn_period_s: the shortest period of scans and predictions. max_turns: the largest number
-        of them in the page; each is an object of its own, of 1 to 3 kB.
+        turn_period_s: the shortest period of scans and predictions. max_turns: the most scans or
+        predictions in the page; each is an object of its own, of 1 to 3 kB.
         """
         total_s = sum(durations_s)
         keys_a_frame = 1 + len(model.moving_links) / FRAMES_PER_WHEEL_KEY
@@ -108,7 +110,7 @@ def add_robot(
 
 
 def draw_robot(stage: Stage, path: str, model: RobotModel, *, outline: Array, rgba: Rgba) -> None:
-    """Draws a robot and its outline, where its base frame is."""
+    """Draws a robot and its outline at the origin of its base frame."""
     for visual in model.visuals:
         own = f"{path}/{visual.link}/{visual.name}"
         stage.meshcat.SetObject(own, visual.shape, visual.rgba or rgba)
@@ -123,7 +125,7 @@ def add_driven_path(
 ) -> None:
     """Draws the driven path of the base; higher layers lie above lower ones.
 
-    stretches: the positions (N, 2) m on each floor in turn.
+    stretches: the positions (N, 2) m of each stay on a floor, in order.
     """
     height_m = PATH_HEIGHT_M + (1 + layer) * LAYER_STEP_M
     parts = [thinned(stretch, POINT_SPACING_M) for stretch in stretches]
@@ -159,14 +161,14 @@ def _key_base(stage: Stage, path: str, motion: BaseMotion, stride: int, *, heigh
 
 
 def _rows_that_matter(poses: Array) -> NDArray[np.int64]:
-    """Returns the rows that differ from one of their neighbours, and always the first."""
+    """Returns the rows that differ from the row before or after, and always the first row."""
     changes = np.any(poses[1:] != poses[:-1], axis=1)
     matters = np.append(changes, False) | np.insert(changes, 0, True)
     return np.flatnonzero(matters)
 
 
 def _key_links(stage: Stage, path: str, model: RobotModel, motion: BaseMotion, stride: int) -> None:
-    """Places all links in the base frame, and keys those that move in it."""
+    """Places all links in the base frame, and keys those that move within it."""
     frames, times = frames_until(motion.time_s[-1], stride)
     for frame, poses in zip(frames, model.link_poses(motion, times), strict=True):
         for link, pose in poses.items():

@@ -20,7 +20,7 @@ def add_costmaps(
 ) -> bool:
     """Shows the logged costmaps, each until the next one; returns whether the log has any.
 
-    max_turns: how many of them at most, evenly spread.
+    max_turns: the most costmaps that are shown, evenly spread.
     """
     period_s = max(period_s, log.samples["time_s"].iloc[-1] / max_turns)
     shown: list[tuple[float, str | None]] = []

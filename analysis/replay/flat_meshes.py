@@ -64,7 +64,7 @@ def ring(centre: ArrayLike, *, radius_m: float, width_m: float, height_m: float)
 
 
 def arrow(pose: ArrayLike, *, length_m: float, width_m: float, height_m: float) -> FlatMesh:
-    """Returns an arrowhead at `pose` (3,), x m, y m, yaw rad, pointing where the pose does."""
+    """Returns an arrowhead at `pose` (3,), x m, y m, yaw rad, pointing along its yaw."""
     x, y, yaw = np.asarray(pose)
     forward = np.array([np.cos(yaw), np.sin(yaw)])
     left = np.array([-forward[1], forward[0]])
@@ -78,7 +78,7 @@ def arrow(pose: ArrayLike, *, length_m: float, width_m: float, height_m: float) 
 
 
 def bands(starts: Array, ends: Array, *, width_m: float, height_m: float) -> FlatMesh:
-    """Returns one rectangle a row, from `starts` (N, 2) to `ends` (N, 2), m.
+    """Returns one rectangle for each row, from `starts` (N, 2) to `ends` (N, 2), m.
 
     The rectangles do not share corners: at a cusp, where a path turns back on itself, shared ones
     would pinch it.

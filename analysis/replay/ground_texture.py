@@ -1,4 +1,4 @@
-"""A costmap as a glTF model: one square on the floor with a texture of as many pixels as cells."""
+"""A costmap as a glTF model: one square on the floor whose texture has one pixel for each cell."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from pydrake.geometry import InMemoryMesh, Mesh
 from drake_navbench.analysis.cost_colors import palette, palette_rows
 from drake_navbench.kernels.grid import Costmap
 
-# Between the floor and all that is drawn on it.
+# Just above the floor, and below all that is drawn on it.
 HEIGHT_M = 0.001
 # glTF's numbers for "take the nearest pixel" and for component types.
 NEAREST_FILTER = 9728
@@ -39,7 +39,7 @@ def textured_square(costmap: Costmap) -> Mesh:
 
 
 def png(rows: NDArray[np.uint8], colors: NDArray[np.uint8]) -> bytes:
-    """Returns a PNG image of rows of `colors` (C, 4) RGBA, the first row of pixels on top."""
+    """Returns a PNG image; rows: indices into `colors` (C, 4) RGBA, the first row on top."""
     image = Image.fromarray(rows, "P")
     image.putpalette(colors[:, :3].tobytes())
     written = io.BytesIO()

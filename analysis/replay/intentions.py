@@ -21,7 +21,7 @@ Cycles = Sequence[tuple[float, Mapping[str, Any]]]
 
 PREDICTED_COLOR = Rgba(0.80, 0.10, 0.10, 1.0)
 CARROT_COLOR = Rgba(0.95, 0.60, 0.05, 1.0)
-# The cheap, the middling and the costly third of the samples.
+# The colours of the cheapest, the middle and the costliest third of the samples.
 SAMPLE_COLORS = (
     Rgba(0.13, 0.40, 0.67, 1.0),
     Rgba(0.45, 0.66, 0.82, 1.0),
@@ -34,14 +34,14 @@ GROUP_COLOR = Rgba(0.10, 0.55, 0.45, 1.0)
 SAMPLES_HEIGHT_M = 0.03
 SINGLE_TRAJECTORY_AXES = 2
 CARROT_RADIUS_M = 0.06
-# One showing of the samples takes about 15 kB of the page.
+# The samples of one moment take about 15 kB of the page.
 MAX_SAMPLES = 30
 MAX_POINTS = 12
 MAX_SAMPLE_TURNS = 60
 
 
 class _Ribbon(NamedTuple):
-    """The style of the trajectories that a controller's diagnostics hold under `key`."""
+    """The style of the trajectories under `key` in a controller's diagnostics."""
 
     key: str
     rgba: Rgba
@@ -104,7 +104,8 @@ def _draw_ribbon(stage: Stage, path: str, trajectory: Array, look: _Ribbon) -> b
 def add_samples(stage: Stage, path: str, cycles: Cycles, period_s: float) -> bool:
     """Shows `sampled_trajectories` (K, N, 3), coloured by `sampled_costs` (K,), NaN where refused.
 
-    Of many only every so many-th in the order of cost. Returns whether any cycle has some.
+    Of many samples only every so many-th, in the order of cost, is drawn. Returns whether any cycle
+    has some.
     """
     shown: list[tuple[float, str | None]] = []
     for time_s, cycle in _fewer_events(cycles, "sampled_trajectories", period_s):
@@ -137,13 +138,13 @@ def _events(cycles: Cycles, key: str, period_s: float) -> list[tuple[float, Mapp
 def _fewer_events(
     cycles: Cycles, key: str, period_s: float
 ) -> list[tuple[float, Mapping[str, Any]]]:
-    """Returns at most MAX_SAMPLE_TURNS events with `key`, whose arrays take much of the page."""
+    """Returns at most MAX_SAMPLE_TURNS events with `key`, because their arrays are large."""
     span_s = cycles[-1][0] - cycles[0][0] if cycles else 0.0
     return _events(cycles, key, max(period_s, span_s / MAX_SAMPLE_TURNS))
 
 
 def _bands_of_cost(costs: Array) -> list[tuple[Rgba, NDArray[np.int64]]]:
-    """Returns colours with the indices of samples to draw in them; NaN is sorted to the end."""
+    """Returns colours with the indices of the samples to draw; samples of cost NaN come last."""
     by_cost = np.argsort(costs, kind="stable")
     chosen = by_cost[np.unique(np.linspace(0, len(costs) - 1, MAX_SAMPLES).astype(int))]
     accepted = chosen[np.isfinite(costs[chosen])]

@@ -43,7 +43,7 @@ from drake_navbench.kernels.poses import inverse
 from drake_navbench.logs.moment import Moment
 
 COSTMAP_PATH, PREDICTION_PATH = "/local_costmap", "/prediction"
-# Objects that must be drawn anew as a whole are updated less often than the robot's pose.
+# The period at which objects are drawn anew that cannot just be moved, as the robot can.
 SLOW_PERIOD_S = 0.25
 MARGIN_M = 2.0
 # The paths of all objects of a scene, which are deleted before the next scene.
@@ -81,9 +81,9 @@ class Course(NamedTuple):
 class LiveScene:
     """Draws one trial into a Meshcat that serves it to browsers.
 
-    has_controls: Meshcat has buttons and sliders, which the page shows open.
-    page: what a browser is to open: Meshcat's own page without its scene, with the replay's legend
-    and cameras around it; the scene comes to it from Meshcat's server.
+    has_controls: Meshcat has buttons and sliders, and the page shows them unfolded. page: the HTML
+    for the browser: Meshcat's own page without a scene, with the replay's legend and cameras around
+    it; the scene comes from Meshcat's server.
     """
 
     def __init__(

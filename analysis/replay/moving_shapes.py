@@ -39,7 +39,7 @@ def add_moving(stage: Stage, movers: Movers, *, end_time_s: float, pose_stride: 
     Returns whether there are any.
     """
     if not len(movers.things):
-        # To ask where nothing is would load a kernel first, which takes longer than the replay.
+        # Computing no poses would load a kernel, which takes longer than the replay.
         return False
     paths = draw_moving(stage, movers.things)
     frames, times = frames_until(end_time_s, pose_stride)
@@ -51,14 +51,14 @@ def add_moving(stage: Stage, movers: Movers, *, end_time_s: float, pose_stride: 
 
 
 def on_floor(pose: Sequence[float] | Array) -> RigidTransform:
-    """Returns the pose in space of one in the plane (3,), x m, y m, yaw rad."""
+    """Returns the pose in space of a pose (3,) on the floor: x m, y m, yaw rad."""
     return RigidTransform(RotationMatrix.MakeZRotation(pose[2]), [pose[0], pose[1], 0.0])
 
 
 def rows_of_bends(poses: Array) -> NDArray[np.int64]:
-    """Returns the rows (T, 3) at which a motion is not that of the step before: the rest is even.
+    """Returns the indices of the poses (T, 3) at which a motion changes; between them it is even.
 
-    First and last are always among them.
+    The first and the last index are always among them.
     """
     steps = np.diff(poses, axis=0)
     bends = np.flatnonzero(np.any(np.abs(np.diff(steps, axis=0)) > 1e-6, axis=1)) + 1

@@ -19,7 +19,7 @@ Array = NDArray[np.float64]
 Cycle = tuple[float, Mapping[str, Any]]
 
 TRUE_COLUMNS = ("x_m", "y_m", "yaw_rad")
-# What controllers leave that lies somewhere: (..., 2 or more) with x m, y m first.
+# The entries of a controller's diagnostics that are positions: (..., 2 or more), x m, y m first.
 PLACED = (
     "predicted_trajectory",
     "sampled_trajectories",
@@ -30,7 +30,7 @@ PLACED = (
 
 
 def world_from_odometry(log: TrialLog, time_s: float) -> Array | None:
-    """Returns (3,) where the odometry's frame lies in the world; None where the two are one."""
+    """Returns the odometry frame's pose (3,) in the world; None where both frames are the same."""
     samples = log.samples
     if not ODOMETRY_COLUMNS.keys() <= set(samples.columns):
         return None
@@ -56,7 +56,7 @@ def _placed(cycle: Mapping[str, Any], log: TrialLog, time_s: float) -> Mapping[s
 
 
 def placed_points(points: Any, pose: Array) -> Array:
-    """Returns points (..., 2 or more), x m, y m first, of the frame that lies at a pose (3,)."""
+    """Transforms points (..., 2 or more), x m, y m first, from a frame at `pose` to the world."""
     placed = np.array(points, dtype=float)
     flat = placed[..., :2].reshape(-1, 2)
     placed[..., :2] = place_outline(flat, pose).reshape(placed[..., :2].shape)

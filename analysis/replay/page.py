@@ -14,7 +14,7 @@ from drake_navbench.analysis.html import breakable
 
 MESHCAT_TITLE = "<title>Drake MeshCat</title>"
 OVERLAY = "overlay"
-# Without it a telephone shows a page as wide as a desk's, in letters that nobody can read.
+# Without this line a telephone shows the page as wide as a desktop's, in tiny letters.
 VIEWPORT = '<meta name="viewport" content="width=device-width, initial-scale=1">'
 
 
@@ -22,9 +22,10 @@ VIEWPORT = '<meta name="viewport" content="width=device-width, initial-scale=1">
 class LegendRow:
     """One line of the legend.
 
-    paths: what its check box shows and hides. color: '#rrggbb'. detail: said after the name.
-    is_failure: the detail tells of a failed trial. is_of_chosen: of the paths, one a robot, only
-    the chosen robot's is shown. robot: its number in the page where it is a robot's line.
+    paths: the Meshcat paths that its check box shows and hides. color: '#rrggbb'. detail: text
+    after the name. is_failure: whether the detail is about a failed trial. is_of_chosen: whether,
+    of the paths (one a robot), only the chosen robot's is shown. robot: the robot's number in the
+    page, for a robot's line.
     """
 
     name: str
@@ -79,7 +80,7 @@ def assemble(
     aimed, and `robots`: for each its `name`, `color`, Meshcat paths `group` and `robot`, and what
     `strip.strip_of` returns, and the `reasons` of its decisions; `compute_top_ms`: where the axis
     of compute times ends; `floors`: of each the `name` and the place `x`, `y` m of its label.
-    notes: sentences below the legend, such as how to get layers that are lacking.
+    notes: sentences below the legend, such as how to get missing layers.
     """
     blocks = ["\n".join(row.markup() for row in section) for section in sections if section]
     # A script element must not contain the text that ends it.

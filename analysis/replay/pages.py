@@ -67,11 +67,11 @@ Array = NDArray[np.float64]
 Reasons = Mapping[str, Sequence[Decision]]
 
 RACE_TURN_PERIOD_S, RACE_MAX_TURNS = 0.5, 400
-# A trial alone has room for more, but its controller's intentions need room too.
+# A trial alone leaves more room in the page, but the controller's intentions need some of it.
 TRIAL_TURN_PERIOD_S, TRIAL_MAX_TURNS = 0.2, 200
 # The most costmaps of all controllers together; each takes about 5 kB of the page.
 RACE_MAX_COSTMAPS = 160
-# Beyond the floor, so that its name lies on nothing.
+# The label lies beyond the floor, so that it covers nothing.
 FLOOR_LABEL_ABOVE_M = 1.0
 
 
@@ -86,9 +86,9 @@ def write_race_replay(
     """Writes a page in which trials of one scenario drive side by side, one colour a controller.
 
     logs: of different controllers, with at least one sample each. model: the robot's SDF file, or
-    None to draw a prism over its outline. columns: all of the results, for colours that are the
-    same on every page. reasons: of a column's decisions, shown at their time. Equal input gives
-    equal bytes.
+    None to draw a prism over its outline. columns: all columns of the results, so that each keeps
+    its colour on every page. reasons: the reasons of each column's decisions, shown at their times.
+    Equal input gives equal bytes.
     """
     columns = [*columns, *(log.info["controller"] for log in logs)]
     stage = Stage()
@@ -99,7 +99,7 @@ def write_race_replay(
         turn_period_s=RACE_TURN_PERIOD_S,
         max_turns=RACE_MAX_TURNS,
     )
-    # The plans of a trial that planned all its legs, where there is one.
+    # Show the plans of a trial that planned all its legs, if there is one.
     course = max(logs, key=lambda log: len(log.first_plans)).first_plans
     bounds = _add_surroundings(stage, logs, course)
     add_course(stage, course)
@@ -149,7 +149,7 @@ def write_trial_replay(
     columns: Sequence[str] = (),
     reasons: Reasons | None = None,
 ) -> None:
-    """Writes a page with one trial and what its controller had in mind.
+    """Writes a page with one trial and its controller's predictions and samples.
 
     The log needs at least one sample. model, columns, reasons: as for `write_race_replay`.
     """
@@ -186,7 +186,7 @@ def write_trial_replay(
 
 
 def _world(log: TrialLog) -> World:
-    """Returns everything that was in the trial's world, walls of a map included."""
+    """Returns everything that was in the trial's world, with the walls of a map."""
     standing = TypeAdapter(list[Obstacle]).validate_python(log.info["obstacles"])
     return World(tuple(standing), moving=movers_of(log).things)
 
@@ -196,7 +196,7 @@ def _add_surroundings(
     logs: Sequence[TrialLog],
     plans: Sequence[Plan],
 ) -> Bounds:
-    """Draws the world, the start and the goals; returns the bounds around task and driven paths."""
+    """Draws the world, the start and the goals; returns the bounds of task and driven paths."""
     start = np.array(logs[0].info["scenario"]["start"], dtype=float)
     driven = [log.samples[["x_m", "y_m"]].to_numpy() for log in logs]
     ends = np.vstack([start, goals(logs[0])])[:, :2]
@@ -272,9 +272,9 @@ def _add_trial(
 
 
 def _moving_rows(stage: Stage, logs: Sequence[TrialLog], pace: Pace) -> list[LegendRow]:
-    """Draws the moving obstacles, which move alike in all trials.
+    """Draws the moving obstacles, which move alike in all trials, and the people.
 
-    Returns the legend's rows of the moving obstacles and of the people, each if there are any.
+    Returns the legend's rows: one for moving obstacles and one for people, if there are any.
     """
     end_time_s = max(log.samples["time_s"].iloc[-1] for log in logs)
     movers = movers_of(logs[0])
@@ -288,7 +288,7 @@ def _moving_rows(stage: Stage, logs: Sequence[TrialLog], pace: Pace) -> list[Leg
         if len(logs) == 1:
             rows.append(LegendRow("people", LAYER_COLOR, paths))
         else:
-            # All at once they would be as many crowds as there are robots.
+            # Shown all at once, they would be as many crowds as there are robots.
             detail = "each trial has its own"
             rows.append(
                 LegendRow("people of the chosen one", LAYER_COLOR, paths, detail, is_of_chosen=True)
@@ -303,9 +303,9 @@ def _costmap_rows(
     *,
     max_turns: int = MAX_COSTMAP_TURNS,
 ) -> list[LegendRow]:
-    """Draws the local costmaps, of which the page shows the chosen robot's; returns their row.
+    """Draws the local costmaps; the page shows the chosen robot's. Returns their legend's row.
 
-    No row where no log has any.
+    Returns no row where no log has costmaps.
     """
     paths = [RobotPaths(log.info["controller"]).costmap for log in logs]
     is_drawn = [
@@ -343,7 +343,7 @@ def _notes(
     if not any(RobotPaths(log.info["controller"]).costmap in paths for log in logs):
         notes.append("No local costmaps in these logs: run without --no-costmaps.")
     if not has_reasons and not logs[0].is_recording:
-        # Escaped by the page; the log may lie anywhere.
+        # The page escapes the notes. They say LOG because the log may lie anywhere.
         notes.append(
             "Why it decided so: drake-navbench why LOG --at SECONDS, or of every decision on this "
             "page: drake-navbench replay LOG --why."
@@ -362,7 +362,7 @@ def _notes(
 
 
 def _has_arrays(log: TrialLog) -> bool:
-    """Returns whether the controller's arrays were asked to be logged, and there are any."""
+    """Returns whether the log contains a controller's arrays."""
     return any(np.ndim(value) > 0 for _, notes in log.diagnostics for value in notes.values())
 
 

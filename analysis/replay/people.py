@@ -1,4 +1,4 @@
-"""Walking figures: head, trunk, and two legs that move with the way that they go."""
+"""Draws people as walking figures: head, trunk, and two legs that move with the walked distance."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ HEAD_HEIGHT_M, HEAD_RADIUS_M = 1.58, 0.11
 TRUNK_HEIGHT_M, TRUNK_SEMI_AXES_M = 1.13, (0.13, 0.22, 0.34)
 LEG_RADIUS_M, LEG_LENGTH_M = 0.065, 0.72
 LEGS = {"left_leg": 1.0, "right_leg": -1.0}
-# Three a person; a key takes 126 bytes of the page, as measured.
+# The most keys in a page; a person has three, a key takes 126 bytes, as measured.
 MAX_KEYS, FRAMES_PER_KEY = 10_000, 3
 
 
@@ -39,7 +39,7 @@ def draw_person(stage: Stage, path: str, rgba: Rgba) -> None:
 def add_people(stage: Stage, path: str, log: TrialLog, *, rgba: Rgba, trial_count: int) -> bool:
     """Draws the people of a trial and lets them walk; returns whether there are any.
 
-    trial_count: of the page, which shares its size between them.
+    trial_count: the number of trials in the page, which share its keys.
     """
     if log.people is None:
         return False
@@ -83,7 +83,7 @@ def _motion(log: TrialLog, index: int, times: Array) -> tuple[Array, Array]:
     walked_m = np.concatenate([[0.0], np.cumsum(steps_m)])
     speed_mps = np.append(steps_m / np.diff(own_s), 0.0)
     poses = np.column_stack([np.interp(times, own_s, column) for column in own.T])
-    # Nobody is there between a place and none.
+    # At times between a position and none, the person is absent.
     away = np.isnan(poses[:, 0])
     ahead = foot_offsets_m(np.interp(times, own_s, walked_m), np.interp(times, own_s, speed_mps))
     ahead[away] = 0.0
@@ -91,7 +91,7 @@ def _motion(log: TrialLog, index: int, times: Array) -> tuple[Array, Array]:
 
 
 def _rests(poses: Array, ahead: Array, row: int) -> bool:
-    """Returns whether a row is that before and that after it."""
+    """Returns whether a row is equal to the row before and to the row after."""
     near = slice(row - 1, row + 2)
     return bool(np.ptp(poses[near], axis=0).max() < 1e-3 and np.ptp(ahead[near]) < 1e-3)
 

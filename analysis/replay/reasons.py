@@ -11,7 +11,8 @@ from drake_navbench.explanation import Explanation, told_cell
 class Decision(Protocol):
     """One decision with its reasons, as `drake_navbench.trial.why` finds them.
 
-    time_s: of the control cycle. assurance: how sure it is that they are those of the log.
+    time_s: that of the control cycle. assurance: how sure it is that these are the reasons of the
+    logged decision.
     """
 
     @property
@@ -25,7 +26,7 @@ class Decision(Protocol):
 
 
 def shown_reasons(decisions: Sequence[Decision]) -> list[dict[str, Any]]:
-    """Returns each decision's time, sentence, table and notes, numbers as they are printed."""
+    """Returns each decision's time, sentence, table and notes, with numbers as text."""
     return [
         {
             "time": round(decision.time_s, 6),

@@ -22,17 +22,18 @@ from drake_navbench.inputs.world_geometry import prism
 Array = NDArray[np.float64]
 
 BASE_LINK = "base_link"
-# Visuals with this prefix take the controller's colour.
+# Visuals whose names have this prefix take the controller's colour.
 TINTED_PREFIX = "upholstery"
 PRISM_HEIGHT_M = 0.3
 DEFAULT_COLOR = Rgba(0.6, 0.6, 0.6, 1.0)
-# A joint whose axis is steeper than 45 degrees is a caster's swivel, any other one a wheel's axle.
+# A joint whose axis is steeper than 45 degrees is a caster's swivel, any other joint a wheel's
+# axle.
 STEEP_AXIS = np.sqrt(0.5)
 
 
 @dataclass(frozen=True)
 class Visual:
-    """One shape of a link, in the link's frame; where `rgba` is None the controller's colour."""
+    """One shape of a link, in the link's frame; rgba: None for the controller's colour."""
 
     link: str
     name: str
@@ -51,22 +52,22 @@ class PrismModel:
         self.visuals = (Visual(BASE_LINK, "prism", shape, RigidTransform(), None),)
 
     def link_poses(self, motion: BaseMotion, times_s: Array) -> Iterator[dict[str, RigidTransform]]:
-        """Yields for each of the times the poses of all links in the base frame."""
+        """Yields the poses of all links in the base frame at each of the times."""
         return ({BASE_LINK: RigidTransform()} for _ in times_s)
 
     def rest_poses(self) -> dict[str, RigidTransform]:
-        """Returns the poses of all links in the base frame, where nothing has turned."""
+        """Returns the poses of all links in the base frame with all joints at rest."""
         return {BASE_LINK: RigidTransform()}
 
 
 class SdfModel:
     """The first model in an SDF or URDF file; its base frame is that of `base_link`.
 
-    Every revolute joint with a horizontal axis rolls on the floor without slip, every one with a
-    vertical axis swivels as a trailing caster. Visuals whose meshes are not there are left out.
+    Every revolute joint with a horizontal axis is a wheel that rolls without slip, every one with a
+    vertical axis is the swivel of a trailing caster. Visuals whose meshes are missing are left out.
 
-    caster_angles_rad: where the casters point at the start of a motion, in the order of their
-    joints; None: as the file has them.
+    caster_angles_rad: the casters' angles at the start of a motion, in the order of their joints;
+    None: as in the file.
 
     visuals: everything to draw. moving_links: names of the links that wheels and casters move.
     """
@@ -87,7 +88,7 @@ class SdfModel:
         self.moving_links = tuple(joint.child_body().name() for joint in self._joints)
 
     def link_poses(self, motion: BaseMotion, times_s: Array) -> Iterator[dict[str, RigidTransform]]:
-        """Yields for each of the times the poses of all links in the base frame."""
+        """Yields the poses of all links in the base frame at each of the times."""
         links = dict.fromkeys(visual.link for visual in self.visuals)
         bodies = [self._plant.GetBodyByName(link) for link in links]
         angles = {
@@ -100,7 +101,7 @@ class SdfModel:
             yield {body.name(): body.EvalPoseInWorld(self._context) for body in bodies}
 
     def rest_poses(self) -> dict[str, RigidTransform]:
-        """Returns the poses of all links in the base frame, where nothing has turned."""
+        """Returns the poses of all links in the base frame with all joints at rest."""
         links = dict.fromkeys(visual.link for visual in self.visuals)
         return {link: self._plant.GetBodyByName(link).EvalPoseInWorld(self._rest) for link in links}
 
@@ -128,7 +129,7 @@ class SdfModel:
         motion: BaseMotion,
         start_rad: float | None,
     ) -> Iterator[tuple[RevoluteJoint, Array]]:
-        """Yields the angles of a caster's joints; start_rad: None for where it is at rest."""
+        """Yields the angles of a caster's joints; start_rad: its first heading, None: at rest."""
         pivot, axis = self._position_and_axis(swivel)
         contact, axle_axis = self._position_and_axis(axles[0])
         ahead = pivot[:2] - contact[:2]
@@ -162,7 +163,7 @@ def _visual(drawn: DrawnShape) -> Visual:
 
 
 def _rolling_direction(axis: Array) -> Array:
-    """Returns (2,) where a wheel rolls that turns about `axis` (3,): axis cross z (y gives x)."""
+    """Returns the rolling direction (2,) of a wheel about `axis` (3,): axis cross z (y gives x)."""
     return np.array([axis[1], -axis[0]])
 
 
@@ -172,7 +173,7 @@ RobotModel = PrismModel | SdfModel
 def load_model(
     path: Path | None, outline: Array, caster_angles_rad: Sequence[float] | None = None
 ) -> RobotModel:
-    """Returns the model in a file, or a prism over the outline (K, 2) m where there is none.
+    """Returns the model in a file, or without a file a prism over the outline (K, 2) m.
 
     caster_angles_rad: see `SdfModel`.
     """

@@ -26,13 +26,13 @@ class BaseMotion(NamedTuple):
     vy_mps: Array
 
     def point_velocity(self, point: Array) -> Array:
-        """Returns (T, 2) m/s, the velocity of a point (2,) m of the base."""
+        """Returns the velocity of a point (2,) m of the base, (T, 2) m/s."""
         ahead = self.v_mps - self.w_radps * point[1]
         return np.column_stack([ahead, self.vy_mps + self.w_radps * point[0]])
 
 
 def rolled_angle(time_s: Array, speed_mps: Array, radius_m: float) -> Array:
-    """Returns (T,) rad, the angle of a wheel that rolls without slip from angle 0 (trapezoids)."""
+    """Returns the angle of a wheel that rolls without slip from angle 0, (T,) rad (trapezoids)."""
     steps = 0.5 * (speed_mps[1:] + speed_mps[:-1]) * np.diff(time_s) / radius_m
     return np.concatenate([[0.0], np.cumsum(steps)])
 
@@ -40,12 +40,12 @@ def rolled_angle(time_s: Array, speed_mps: Array, radius_m: float) -> Array:
 def trailing_heading(
     motion: BaseMotion, pivot_velocity: Array, *, trail_m: float, initial_rad: float
 ) -> Array:
-    """Returns (T,) rad, the heading of a caster in the base frame.
+    """Returns the heading of a caster in the base frame, (T,) rad.
 
     The contact point trails the pivot by `trail_m` and does not slip sideways. With e the angle
-    from the caster's heading to the pivot's velocity u, its heading in the world turns with
-    sin(e) |u| / trail: the tractrix. For constant u, tan(e/2) decays exponentially; each step
-    takes that exact solution, so that no step is too long.
+    from the caster's heading to the pivot's velocity u, its heading in the world turns with sin(e)
+    |u| / trail: the tractrix. For constant u, tan(e/2) decays exponentially; each step takes that
+    exact solution, so that no step is too long.
     """
     speed = np.hypot(*pivot_velocity.T)
     direction = np.arctan2(pivot_velocity[:, 1], pivot_velocity[:, 0])
@@ -57,7 +57,7 @@ def trailing_heading(
     for k in range(len(step_s)):
         error = direction[k] - heading[k]
         remaining = 2.0 * np.arctan(np.tan(0.5 * error) * decay[k])
-        # arctan returns the error's representative in (-pi, pi); so must its own start be.
+        # arctan gives the remaining error in (-pi, pi); the error must be in that interval, too.
         swung = np.arctan2(np.sin(error), np.cos(error)) - remaining
         heading[k + 1] = heading[k] + swung - turn[k]
     return heading

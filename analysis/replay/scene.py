@@ -19,11 +19,11 @@ from drake_navbench.inputs.world_geometry import OBSTACLE_COLOR, obstacle_shapes
 Array = NDArray[np.float64]
 
 FLOOR_COLOR = Rgba(0.93, 0.94, 0.95, 1.0)
-# Lets the lidar hits and paths behind an obstacle shine through.
+# Lidar hits and paths behind an obstacle stay visible.
 OBSTACLE_OPACITY = 0.55
 GRID_COLOR = Rgba(0.62, 0.65, 0.69, 1.0)
 MARKER_COLOR = Rgba(0.15, 0.16, 0.20, 1.0)
-# Meshcat's lamps hang over the origin and leave a course of 15 m dark at its end.
+# Meshcat's own lamps hang over the origin; the far end of a course of 15 m would be dark.
 NEARBY_LIGHTS = ("SpotLight", "PointLightNegativeX", "PointLightPositiveX")
 AMBIENT_INTENSITY, SUN_INTENSITY = 1.1, 2.0
 # Direction to the light in three.js's frame: x right, y up, z towards the viewer.
@@ -31,7 +31,7 @@ SUN_DIRECTION_YUP = [-3.0, 8.0, 4.0]
 BACKGROUND_TOP = [0.80, 0.85, 0.92]
 BACKGROUND_BOTTOM = [0.96, 0.97, 0.98]
 
-# Heights above the floor; a few millimetres apart so that what lies flat does not flicker.
+# Heights above the floor, a few millimetres apart, so that flat objects do not flicker.
 FLOOR_THICKNESS_M = 0.01
 FLOOR_TOP_M = -0.004
 PATH_HEIGHT_M = 0.004
@@ -47,9 +47,10 @@ COURSE_MARGIN_M = 0.1
 # A slanted view from the south: x runs to the right and y away from the viewer, as on a map.
 CAMERA_ELEVATION_RAD = np.deg2rad(52.0)
 CAMERA_FOV_DEG = 35.0
-# Windows narrower than this cut off the sides.
+# In windows narrower than this the sides are cut off.
 CAMERA_ASPECT = 1.5
-# Share of the picture's width and height that the course may fill; the player covers the bottom.
+# The share of the picture's width and height that the course may fill; the player covers the
+# bottom.
 CAMERA_FILL_X, CAMERA_FILL_Y = 0.94, 0.84
 # The nearer the near plane, the coarser the depth buffer at the floor.
 CAMERA_NEAR_M, CAMERA_FAR_M = 0.2, 400.0
@@ -76,7 +77,7 @@ class Bounds:
 
 
 def add_scene(stage: Stage, world: World, *, course: Bounds) -> None:
-    """Draws floor and obstacles, and points the camera at the course, which it must show."""
+    """Draws floor and obstacles, and points the camera so that it shows the whole course."""
     outlines = [obstacle.outline for obstacle in world.obstacles]
     outlines += [thing.knots[:, 1:3] for thing in world.moving.things]
     floor = Bounds.around(np.vstack([course.corners, *outlines]), FLOOR_MARGIN_M)
@@ -87,7 +88,7 @@ def add_scene(stage: Stage, world: World, *, course: Bounds) -> None:
 
 
 def goal_tolerance_m(checker: Mapping[str, Any]) -> float | None:
-    """Returns the radius around the goal within which it counts as reached, m.
+    """Returns the radius around the goal within which the goal counts as reached, m.
 
     None where the goal checker has no such radius.
 
@@ -151,7 +152,7 @@ def _draw_obstacles(meshcat: Meshcat, world: World) -> None:
 
 
 def camera_view(course: Bounds) -> tuple[Array, Array]:
-    """Returns position and target (3,) m of a camera as near as shows the whole course."""
+    """Returns position and target (3,) m of the nearest camera that shows the whole course."""
     toward_camera = np.array([0.0, -np.cos(CAMERA_ELEVATION_RAD), np.sin(CAMERA_ELEVATION_RAD)])
     right = np.array([1.0, 0.0, 0.0])
     up = np.cross(toward_camera, right)

@@ -19,7 +19,7 @@ Array = NDArray[np.float64]
 Event = TypeVar("Event")
 
 FRAMES_PER_SECOND = 20
-# How Drake begins the warning about a texture that is no longer there.
+# The beginning of Drake's warning about a texture that no longer exists.
 LATE_TEXTURE = "Unknown CAS key"
 
 
@@ -28,7 +28,7 @@ class Stage:
 
     Paths are Meshcat's: hiding a path hides everything below it.
 
-    meshcat: the one to draw into; one of its own where none is given.
+    meshcat: the scene to draw into; None: a new one.
     """
 
     def __init__(self, meshcat: Meshcat | None = None) -> None:
@@ -44,7 +44,7 @@ class Stage:
     def points(
         self, path: str, points: Array, *, height_m: float, size_m: float, rgba: Rgba
     ) -> bool:
-        """Draws (N, 2) points, m; returns False where there are none and nothing was drawn."""
+        """Draws points (N, 2) m; returns False, and draws nothing, if there are none."""
         if len(points):
             cloud = PointCloud(len(points))
             cloud.mutable_xyzs()[:] = np.column_stack([points, np.full(len(points), height_m)]).T
@@ -54,7 +54,8 @@ class Stage:
     def pose(self, path: str, pose: RigidTransform, frame: int | None = None) -> None:
         """Sets the pose of the object at a path, for all times or at one frame.
 
-        Between frames the object moves smoothly."""
+        Between two frames with a pose the object moves smoothly.
+        """
         if frame is None:
             self.meshcat.SetTransform(path, pose)
         else:
@@ -65,7 +66,7 @@ class Stage:
         self.animation.SetProperty(frame, path, "visible", is_shown)
 
     def take_turns(self, shown: Sequence[tuple[float, str | None]]) -> None:
-        """Shows each path from its time until the time of the next; None shows nothing."""
+        """Shows each path from its time until the time of the next entry; None shows nothing."""
         frames = [frame_of(time_s) for time_s, _ in shown]
         for index, (_, path) in enumerate(shown):
             if path is None:
@@ -77,7 +78,7 @@ class Stage:
                 self.animation.SetProperty(frames[index + 1], path, "visible", False)
 
     def html(self) -> str:
-        """Returns the scene with its animation as a page that needs nothing else."""
+        """Returns the scene with its animation as a page that needs no other file."""
         self.meshcat.SetAnimation(self.animation)
         return self.meshcat.StaticHtml()
 
@@ -93,12 +94,12 @@ def make_meshcat() -> Meshcat:
 
 
 def frame_of(time_s: float) -> int:
-    """Returns the frame that shows a time."""
+    """Returns the number of the frame that shows a time."""
     return round(time_s * FRAMES_PER_SECOND)
 
 
 def frames_until(end_time_s: float, stride: int) -> tuple[NDArray[np.int64], Array]:
-    """Returns every `stride`-th frame up to the one of the end, and the times s that they show."""
+    """Returns every `stride`-th frame up to the last one, and the frames' times, s."""
     last = frame_of(end_time_s)
     frames = np.unique(np.append(np.arange(0, last + 1, stride), last))
     return frames, np.minimum(frames / FRAMES_PER_SECOND, end_time_s)
@@ -118,9 +119,9 @@ def spaced_in_time(
 
 @contextmanager
 def without_late_texture_warnings() -> Iterator[None]:
-    """Keeps Meshcat from a line for each texture that a page asks for after it was replaced.
+    """Suppresses Meshcat's warnings about textures that a page asks for after they were replaced.
 
-    A costmap that is shown live is a new texture several times a second; the page shows the next.
+    A live costmap is a new texture several times a second; the page then shows the next one.
     """
     logger = logging.getLogger("drake")
 
@@ -136,7 +137,7 @@ def without_late_texture_warnings() -> Iterator[None]:
 
 @contextmanager
 def _without_drake_notices() -> Iterator[None]:
-    """Keeps Meshcat from printing the address of its server."""
+    """Keeps Meshcat from printing its server's address."""
     logger = logging.getLogger("drake")
     level = logger.level
     logger.setLevel(logging.WARNING)

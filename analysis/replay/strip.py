@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from drake_navbench.logs.log import Outcome, TrialLog
 
-# A line of the strip is some 1000 pixels long; a race has several of them.
+# The most points of a line: the strip is some 1000 pixels wide, and a race has several lines.
 MAX_POINTS = 400
 DECIMALS = 3
 # A single slow cycle would flatten the curves of all others. So the axis of compute times ends at
@@ -23,8 +23,8 @@ MOST_PERCENT, ROOM_ABOVE_MOST = 98.0, 3.0
 def strip_of(log: TrialLog) -> Mapping[str, Any]:
     """Returns time s, v m/s, w rad/s, clearance m and compute time ms, when and whether it failed.
 
-    Between two shown moments the largest compute time and the smallest clearance count: peaks are
-    what they are looked at for. None stands where there is no value.
+    Each point has the largest compute time and the smallest clearance since the last point, because
+    readers look for these peaks. None stands for no value.
     """
     columns: dict[str, tuple[pd.Series, Callable[[NDArray[np.float64]], float]]] = {
         "v": (log.samples["v_mps"], np.mean),
@@ -47,7 +47,7 @@ def strip_of(log: TrialLog) -> Mapping[str, Any]:
 
 
 def compute_top_ms(curves: Sequence[Sequence[float | None]]) -> float | None:
-    """Returns the upper end of the axis of compute times, ms; None where there are none.
+    """Returns the upper end of the axis of compute times, ms; None without compute times.
 
     The page cuts off higher peaks and shows the value of the highest as a number.
     """

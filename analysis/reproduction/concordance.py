@@ -1,6 +1,6 @@
 """Share of the published orderings of two controllers that our trials reproduce.
 
-The findings are claims that the authors chose to make. This share is over all pairs of controllers
+The findings are claims that the authors chose to make; this share counts all pairs of controllers
 in all numbers of the published tables. The ceiling beside it is the agreement of two runs of our
 own system that are as small as the published one.
 """
@@ -37,7 +37,8 @@ from drake_navbench.analysis.tables import STD_HEADING_ERROR
 
 Array = NDArray[np.float64]
 
-# Whole per cent that hardly differ, zeros, and a spread that four trials do not tell.
+# Metrics of whole per cent that hardly differ, a metric near zero, and a spread that four trials
+# cannot show.
 EXCLUDED_METRICS = ("success_rate", "max_velocity", "min_path_error", STD_HEADING_ERROR)
 PUBLISHED_TRIALS = 4
 MAX_SPLITS = 200
@@ -45,10 +46,10 @@ SPLIT_SEED = 0
 
 
 class Ordering(NamedTuple):
-    """Two controllers in a published row, and the same two here.
+    """Two controllers in a published row, and the same two in our trials.
 
-    published, ours: the second's mean minus the first's as a share of the larger; ours is NaN where
-    one of them has no value.
+    published, ours: the second's mean minus the first's as a share of the larger mean; ours is NaN
+    where one of them has no value.
     """
 
     scenario: str
@@ -60,7 +61,7 @@ class Ordering(NamedTuple):
 
     @property
     def agreement(self) -> float:
-        """1 where both have the same order, 0 where not, one half for an exact tie here."""
+        """1 if both have the same order, 0 if not, one half for an exact tie in our trials."""
         return 0.5 + 0.5 * float(np.sign(self.published) * np.sign(self.ours))
 
 
@@ -80,7 +81,7 @@ class Concordance(NamedTuple):
 
     @property
     def ratio(self) -> float:
-        """The share that agrees; NaN where there is none."""
+        """The share of orderings that agree; NaN without orderings."""
         return self.agreeing / self.orderings if self.orderings else math.nan
 
 
@@ -100,7 +101,7 @@ class Ceiling(NamedTuple):
 def published_orderings(
     trials: pd.DataFrame, lineup: Lineup = PUBLISHED_SETTINGS
 ) -> list[Ordering]:
-    """Returns all orderings that the published tables imply, ties left out, with ours."""
+    """Returns all orderings in the published tables, without ties, beside ours."""
     found = []
     for scenario, metric, published, unit in _published_rows():
         ours = trial_values(trials, scenario, metric, lineup).mean()
@@ -135,7 +136,7 @@ class Baseline(NamedTuple):
 
 
 def permutation_baseline(trials: pd.DataFrame, lineup: Lineup = PUBLISHED_SETTINGS) -> Baseline:
-    """Returns the score without skill: our columns under every other order of the labels.
+    """Returns the agreement by chance: that of our columns under every other order of the labels.
 
     A permutation renames the controllers in all scenarios and metrics alike. The scenarios and the
     differences between columns stay; only the assignment of controllers to columns is lost.
@@ -169,7 +170,7 @@ def permutation_baseline(trials: pd.DataFrame, lineup: Lineup = PUBLISHED_SETTIN
 
 
 def concordance(orderings: Iterable[Ordering]) -> Concordance:
-    """Counts those that agree."""
+    """Counts the orderings that agree."""
     orderings = list(orderings)
     known = [ordering for ordering in orderings if math.isfinite(ordering.ours)]
     return Concordance(
@@ -181,7 +182,7 @@ def concordance(orderings: Iterable[Ordering]) -> Concordance:
 
 
 def is_covered(ordering: Ordering, findings: Sequence[Finding]) -> bool:
-    """Whether a finding claims something of this ordering."""
+    """Whether a finding makes a claim about this ordering."""
     pair = {ordering.first, ordering.second}
     return any(
         ordering.metric == finding.metric
@@ -204,8 +205,8 @@ def ceilings(
 ) -> dict[str, Ceiling]:
     """Returns the ceiling by published scenario, controller, and '' for all together.
 
-    One half of every split plays the publication: its means are rounded as printed, and what is a
-    tie then does not count. Splits are by trial number, so that pairs stay pairs; pairs of
+    One half of every split stands for the publication: its means are rounded as in print, and ties
+    of rounded means do not count. Trials are split by number, so that pairs stay pairs; pairs of
     controllers in which nothing is random (`repeated`, as from `repeats.repeated_cells`) are left
     out. Empty where a cell has fewer than two times `size` trials.
     """
@@ -231,7 +232,7 @@ def ceilings(
 
 
 def _published_rows() -> Iterator[tuple[str, str, dict[str, float], float]]:
-    """Yields scenario, metric, printed values by controller, last printed unit."""
+    """Yields scenario, metric, printed values by controller, unit of the last printed digit."""
     for row in published_table().to_dict("records"):
         if row["metric"] not in EXCLUDED_METRICS:
             key = row["scenario"], row["metric"]
@@ -239,7 +240,7 @@ def _published_rows() -> Iterator[tuple[str, str, dict[str, float], float]]:
 
 
 def _splits(trials: pd.DataFrame, lineup: Lineup, size: int) -> tuple[Array, Array] | None:
-    """Returns two weights (splits, trials) that average disjoint halves; None with too few."""
+    """Returns weights (splits, trials) of two disjoint halves; None with too few trials."""
     counts = [
         int(((trials["scenario"] == lineup.scenario(scenario)) & (trials["controller"] == p)).sum())
         for scenario in published_table()["scenario"].unique()

@@ -28,8 +28,8 @@ from drake_navbench.analysis.reproduction.relations import (
 class Finding:
     """A row of findings.csv.
 
-    number: its id. published: the printed values by controller, NaN where the text alone tells.
-    ties: the inequalities of the relation that the printed values are too close to support.
+    number: its id. published: the printed values by controller, NaN where only the text makes the
+    claim. ties: the inequalities of the relation for which the printed values are too close.
     """
 
     number: int
@@ -50,7 +50,7 @@ class Finding:
 
 @lru_cache(maxsize=1)
 def findings() -> tuple[Finding, ...]:
-    """Returns the findings in their order."""
+    """Returns the findings in the order of the file."""
     return tuple(
         _finding(int(row.id), row.scenario, row.metric, row.relation, row.controllers, row.where)
         for row in published_findings().itertuples()
@@ -58,7 +58,7 @@ def findings() -> tuple[Finding, ...]:
 
 
 def published_values(scenario: str, metric: str) -> dict[str, float]:
-    """Returns the printed values by controller; of 'all', the mean of the goal scenarios'."""
+    """Returns the printed values by controller; for 'all', their mean over the goal scenarios."""
     table = published_table()
     wanted = GOAL_SCENARIOS if scenario == ALL_SCENARIOS else (scenario,)
     rows = table[table["scenario"].isin(wanted) & (table["metric"] == metric)]
@@ -68,11 +68,11 @@ def published_values(scenario: str, metric: str) -> dict[str, float]:
 def is_published_tie(first: float, second: float, *, printed_unit: float) -> bool:
     """Whether two printed values are too close for an order.
 
-    Two numbers that differ by no more than the last printed digit may be one before rounding; below
-    1% a difference is not worth a word here either. Without a printed value nothing is a tie.
+    Two numbers that differ by at most one unit of the last printed digit may be equal before
+    rounding; differences below 1% count as ties, too. Without printed values there is no tie.
     """
     difference = abs(first - second)
-    # A tenth of a digit of room: 0.857 - 0.856 is a little more than 0.001 in binary.
+    # A margin of a tenth of a digit: 0.857 - 0.856 is a little more than 0.001 in binary.
     return difference <= 1.1 * printed_unit or (
         abs(relative_difference(first, second)) < RELEVANT_RATIO
     )

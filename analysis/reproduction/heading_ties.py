@@ -1,7 +1,8 @@
 """Effect of a choice in the published heading error: which of several equally near samples counts.
 
 A robot that turns on the spot before a wall has many samples at one place. The publication does not
-say which of them it takes. We take the first; this module computes the values for the last one.
+say which of them it takes. We take the first sample; this module computes the values for the last
+one.
 """
 
 from __future__ import annotations
@@ -19,12 +20,12 @@ from drake_navbench.analysis.reproduction.publication import PUBLISHED_CONTROLLE
 from drake_navbench.analysis.reproduction.relations import relative_difference
 
 FIRST, LAST = "avg_heading_error", "avg_heading_error_last"
-# Below this share the two rules say the same.
+# If the errors differ by a smaller share, the rule does not matter.
 LEAST_DIFFERENCE = 0.1
 
 
 class TiedCell(NamedTuple):
-    """A mean heading error by either rule, deg, beside the published one."""
+    """A mean heading error by each of the two rules, deg, beside the published one."""
 
     scenario: str
     controller: str
@@ -43,7 +44,7 @@ class TiedFinding(NamedTuple):
 
 
 class HeadingTies(NamedTuple):
-    """The heading errors and findings that depend on the rule."""
+    """The heading errors and findings that depend on the rule for ties."""
 
     cells: list[TiedCell]
     findings: list[TiedFinding]
@@ -52,9 +53,9 @@ class HeadingTies(NamedTuple):
 def heading_ties(
     trials: pd.DataFrame, lineup: Lineup, judgements: Sequence[Judgement]
 ) -> HeadingTies:
-    """Returns the numbers and findings that differ by the rule; none for a table without LAST.
+    """Returns the errors and findings that depend on the rule; none for a table without LAST.
 
-    judgements: those of all findings by the first sample.
+    judgements: of all findings, with the rule of the first sample.
     """
     if LAST not in trials:
         return HeadingTies([], [])

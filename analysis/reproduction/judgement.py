@@ -1,7 +1,7 @@
 """The publication's findings, judged on trials, inequality by inequality.
 
-Judged are means over paired trials by Student's intervals, and the size of what they show: a
-difference of less than 1% is level, even where its sign is sure.
+Means over paired trials are judged by Student's intervals and by the size of the difference: a
+difference of less than 1% is level, even where its sign is certain.
 """
 
 from __future__ import annotations
@@ -52,13 +52,13 @@ class Verdict(StrEnum):
     UNDECIDED = "undecided"
 
 
-# A finding is what the worst of its parts is.
+# The verdict on a finding is the first of these that one of its parts has.
 SEVERITY = (Verdict.CONTRADICTED, Verdict.UNDECIDED, Verdict.LEVEL, Verdict.HOLDS)
 
 
 @dataclass(frozen=True)
 class Estimate:
-    """A mean over trials with its 95% interval; count: the different trials with a value."""
+    """A mean over trials with its 95% interval; count: of the different trials with a value."""
 
     mean: float = math.nan
     interval: Interval = UNDEFINED_INTERVAL
@@ -69,9 +69,9 @@ class Estimate:
 class Part:
     """One inequality of a finding, or one controller's printed value, judged.
 
-    difference: what is left until the inequality breaks, in the metric's unit. size,
-    published_size: the effect here and in the publication, see `Inequality.size`; NaN where there
-    is none. is_ordering: whether the sizes are differences.
+    difference: the margin of the inequality, in the metric's unit; negative if it does not hold.
+    size, published_size: the effect here and in the publication, see `Inequality.size`; NaN where
+    there is none. is_ordering: whether the sizes are differences.
     """
 
     text: str
@@ -94,7 +94,7 @@ class Part:
 class Judgement:
     """A finding judged on trials.
 
-    ours: by published controller. parts: those that were judged. note: what is to be known.
+    ours: by published controller. parts: the judged ones. note: a remark for the reader.
     """
 
     finding: Finding
@@ -105,7 +105,7 @@ class Judgement:
 
     @property
     def deciding(self) -> Part | None:
-        """The part that the verdict rests on: of those that have it, the one with least to spare.
+        """The part that decides: of those with the verdict, the one with the least margin.
 
         None where every part is a tie in the publication.
         """
@@ -139,11 +139,11 @@ def judge(
 ) -> Judgement:
     """Judges a finding on trials, rows as from `trial_row`.
 
-    Every part is judged by itself, those that are ties in the publication are not. It holds, or
-    does not, where the sign of its difference is that of the whole 95% interval (for "does not"
-    widened for the number of parts, of which one would be enough); an ordering is level where the
-    difference is less than 1% of the larger mean; else it is undecided. The finding does not hold
-    where a part does not, holds where all do. repeated: as from `repeats.repeated_cells`.
+    Every part is judged by itself, except ties in the publication. A part holds if the whole 95%
+    interval of its difference is positive; it does not hold if the whole interval is negative,
+    widened for the number of parts, since one failing part is enough. An ordering is level if its
+    difference is less than 1% of the larger mean. Any other part is undecided. The finding does not
+    hold if one part does not; it holds if all parts do. repeated: as from `repeats.repeated_cells`.
     """
     if repeated is None:
         repeated = repeated_cells(trials)
@@ -179,8 +179,8 @@ def judge(
 def estimate(values: Array, *, is_repeated: bool = False, is_rate: bool = False) -> Estimate:
     """Returns the mean of the values that are not NaN, with its interval.
 
-    is_repeated: whether all are one trial, which has no interval. is_rate: whether each is 0 or
-    100, so that the interval is Wilson's.
+    is_repeated: whether all values are from equal trials, which have no interval. is_rate: whether
+    each value is 0 or 100, so that the interval is Wilson's.
     """
     known = values[~np.isnan(values)]
     if len(known) == 0:
@@ -195,7 +195,7 @@ def estimate(values: Array, *, is_repeated: bool = False, is_rate: bool = False)
 
 
 def _judge_value(relation: Equals, controller: str, values: Array, *, is_repeated: bool) -> Part:
-    """Judges whether every trial has the printed value: one that has not is enough to break it."""
+    """Judges whether every trial has the printed value; one trial with another value is enough."""
     text = f"{controller} = {relation.value:g}"
     known = values[~np.isnan(values)]
     if len(known) == 0:
@@ -241,7 +241,7 @@ def _judge_inequality(
     if is_one_trial:
         verdict, note = _by_sign(difference.mean, bar), NOTHING_RANDOM
     else:
-        # One part of several that fails is enough: the more are looked at, the wider this one.
+        # One failing part is enough against a finding: the more parts, the wider this interval.
         widened = mean_interval(differences, confidence=confidence_of_each(part_count))
         verdict, note = _by_intervals(difference, widened, bar=bar, part_count=part_count)
     if left_out and not is_one_trial:

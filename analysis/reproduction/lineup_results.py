@@ -33,9 +33,10 @@ from drake_navbench.analysis.reproduction.published_cells import (
 )
 from drake_navbench.analysis.tables import STD_HEADING_ERROR
 
-# Metrics that hardly any run could miss: success is 100 or 0% by the task, top speed is a setting.
+# Metrics that hardly any run could miss: the task fixes success at 100 or 0%, a setting the top
+# speed.
 NEAR_TRIVIAL_METRICS = ("success_rate", "max_velocity")
-# Near zero, and a spread that four trials do not tell.
+# A metric near zero, and a spread that four trials cannot show.
 UNCERTAIN_METRICS = ("min_path_error", STD_HEADING_ERROR)
 # The title of the row of sums.
 TOGETHER = "together"
@@ -54,7 +55,7 @@ class LineupResult:
 
     @property
     def compared_cells(self) -> list[Comparison]:
-        """The published numbers whose orderings count, too."""
+        """The published numbers of the metrics whose orderings count."""
         return [cell for cell in self.cells if cell.metric not in EXCLUDED_METRICS]
 
 
@@ -83,7 +84,7 @@ class Share(NamedTuple):
 
 
 class Agreement(NamedTuple):
-    """Orderings and numbers of some cells. ceiling: None where it is not known."""
+    """Orderings and numbers of some cells. ceiling: None if it is unknown."""
 
     title: str
     concordance: Concordance
@@ -92,7 +93,7 @@ class Agreement(NamedTuple):
 
 
 def lineup_result(trials: pd.DataFrame, lineup: Lineup = PUBLISHED_SETTINGS) -> LineupResult:
-    """Computes all of one lineup; trials: rows as from `trial_row`."""
+    """Computes everything about one lineup; trials: rows as from `trial_row`."""
     repeated = repeated_cells(trials)
     return LineupResult(
         lineup,
@@ -116,7 +117,7 @@ def shares(judgements: Sequence[Judgement]) -> list[Share]:
 def shares_by_difficulty(judgements: Sequence[Judgement]) -> tuple[Share, Share]:
     """Returns the count of verdicts of the findings that hardly any run could miss, and of others.
 
-    Success rates are 100 or 0% by the task, and the top speed is a setting.
+    The task fixes success rates at 100 or 0%, and a setting the top speed.
     """
     easy = [j for j in judgements if j.finding.metric in NEAR_TRIVIAL_METRICS]
     rest = [j for j in judgements if j.finding.metric not in NEAR_TRIVIAL_METRICS]
@@ -140,8 +141,8 @@ def errors_by_metric(own: LineupResult) -> dict[str, RelativeError]:
 def agreements(own: LineupResult, noisy: LineupResult | None = None) -> list[Agreement]:
     """Returns concordance and relative error by scenario, by controller, and of all together.
 
-    Between them those of the orderings that the findings cover and of those that they do not.
-    noisy: the lineup_result of a lineup whose scenarios are set beside those that they stand for.
+    There are also rows for the orderings that the findings cover, and for the others. noisy: the
+    result of a lineup whose scenarios get rows beside the scenarios that they stand for.
     """
     claimed = findings()
     rows = []
@@ -160,7 +161,7 @@ def agreements(own: LineupResult, noisy: LineupResult | None = None) -> list[Agr
 
 
 def lineup_agreements(own: LineupResult) -> list[Agreement]:
-    """Returns concordance and relative error by scenario and of all together."""
+    """Returns concordance and relative error of a lineup, by scenario and of all together."""
     by_scenario = [
         _agreement(own, name, name, _is_of_scenario(name))
         for name in published_table()["scenario"].unique()

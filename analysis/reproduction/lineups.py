@@ -1,4 +1,4 @@
-"""Lineups: which of our presets and scenarios stand for which of the published ones."""
+"""Lineups: which presets and scenarios of ours stand for those of the publication."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import pandas as pd
 
 from drake_navbench.analysis.reproduction.publication import PUBLISHED_CONTROLLERS, published_table
 
-# Some findings speak of "all" scenarios; the publication means those whose goal is reached.
+# Some findings are about "all" scenarios; the publication means those whose goal can be reached.
 ALL_SCENARIOS = "all"
 GOAL_SCENARIOS = ("empty", "static_obstacles", "one_obstacle")
 
@@ -98,8 +98,8 @@ def trial_values(
 ) -> pd.DataFrame:
     """Returns one row a trial number and one column a published controller; NaN without a value.
 
-    Trials of one number share their seed in a scenario, so that rows are pairs. Of 'all', the value
-    is the mean over the goal scenarios, NaN where one is missing: each counts alike.
+    Trials of one number have the same seed in a scenario, so that each row is a pair. For 'all' the
+    value is the mean over the goal scenarios, NaN where one is missing.
     """
     if scenario == ALL_SCENARIOS:
         parts = [trial_values(trials, name, metric, lineup) for name in GOAL_SCENARIOS]
@@ -124,7 +124,8 @@ def _side_by_side(columns: Mapping[str, tuple[np.ndarray, np.ndarray]]) -> pd.Da
     if any(len(found) and not np.array_equal(found, index) for found, _ in columns.values()):
         series = {name: pd.Series(values, index=found) for name, (found, values) in columns.items()}
         return pd.DataFrame(series, columns=list(columns), dtype=float)
-    # The usual case, hundreds of times a report; pandas aligns the columns ten times as slowly.
+    # The usual case, with hundreds of calls in a report; pandas aligns the columns ten times as
+    # slowly.
     table = np.full((len(index), len(columns)), math.nan)
     for place, (found, values) in enumerate(columns.values()):
         if len(found):
@@ -135,7 +136,7 @@ def _side_by_side(columns: Mapping[str, tuple[np.ndarray, np.ndarray]]) -> pd.Da
 def repeated_in(
     repeated: frozenset[tuple[str, str]], scenario: str, lineup: Lineup = PUBLISHED_SETTINGS
 ) -> frozenset[str]:
-    """Returns the published controllers whose trials in a scenario (or 'all') are one trial.
+    """Returns the published controllers whose trials in a scenario (or 'all') are all equal.
 
     repeated: as from `repeats.repeated_cells`.
     """

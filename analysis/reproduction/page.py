@@ -42,7 +42,7 @@ from drake_navbench.typed_files.typed_yaml import read_yaml
 
 COMMAND = "drake-navbench run"
 SECONDS_PER_MINUTE = 60.0
-# An ordering that holds with less of the published difference is told apart on the page.
+# The page marks an ordering that holds with less than this share of the published difference.
 SMALL_SHARE = 0.25
 
 
@@ -51,7 +51,7 @@ ParametersOf = Callable[[str], Mapping[str, Any] | None]
 
 
 def nothing_known(preset: str) -> None:
-    """Knows the parameters of no preset."""
+    """Returns None for every preset: no parameters are known."""
 
 
 class Change(NamedTuple):
@@ -80,8 +80,8 @@ def changed_parameters(
 ) -> list[Change] | None:
     """Returns the parameters in which two presets differ, None where one is not known.
 
-    Of a preset that was driven the resolved file beside the results counts, of another what
-    parameters_of returns. Raises InputError where such a file cannot be read.
+    A driven preset is read from its resolved file beside the results, any other from parameters_of.
+    Raises InputError where such a file cannot be read.
     """
     found = [_parameters(folder, preset, parameters_of) for preset in (first, second)]
     if None in found:
@@ -169,7 +169,7 @@ def _share_rows(results: Sequence[LineupResult]) -> list[tuple[str, list[Share |
 
 
 def _is_own(own: LineupResult, judgement: Judgement) -> bool:
-    """Whether a lineup has trials of its own to judge a finding by."""
+    """Whether a lineup replaces a preset or scenario of this finding by one of its own."""
     finding = judgement.finding
     return any(
         own.lineup.differs(PUBLISHED_SETTINGS, finding.scenario, name)
@@ -182,7 +182,7 @@ def _is_ordering(judgement: Judgement) -> bool:
 
 
 def _is_small(judgement: Judgement) -> bool:
-    """Whether an ordering holds, or is level, with a fraction of the published difference."""
+    """Whether an ordering holds, or is level, below SMALL_SHARE of the published difference."""
     part = judgement.deciding
     return (
         judgement.verdict in (Verdict.HOLDS, Verdict.LEVEL)
@@ -195,10 +195,10 @@ def _is_small(judgement: Judgement) -> bool:
 def _comparison_rows(
     results: Sequence[LineupResult],
 ) -> list[tuple[str, str, str, list[tuple[Comparison, list[tuple[str, Comparison]]]]]]:
-    """Returns a row a published metric: scenario, metric, unit, and a cell a controller.
+    """Returns one row a published metric: scenario, metric, unit, and one cell a controller.
 
-    A cell holds the comparison of the published lineup, then those of others with trials of their
-    own, each under the name of what was driven.
+    A cell has the comparison of the published lineup, then those of other lineups with trials of
+    their own, each under the name of its scenario or preset.
     """
     rows: dict[tuple[str, str, str], list[tuple[Comparison, list[tuple[str, Comparison]]]]] = {}
     main, *others = results
@@ -219,7 +219,7 @@ def _driven_name(lineup: Lineup, row: Comparison) -> str:
 
 
 def _changes(folder: Path, parameters_of: ParametersOf) -> list[tuple[str, str, list[Change]]]:
-    """Returns (preset, other preset, parameters that differ) for all that stand in for another."""
+    """Returns (preset, other preset, differing parameters) for presets that replace another."""
     pairs = dict.fromkeys(
         (PUBLISHED_SETTINGS.presets[name], lineup.presets[name])
         for lineup in LINEUPS[1:]
@@ -254,7 +254,7 @@ def _number(value: float) -> str:
 
 
 def _span(ours: Estimate) -> str:
-    """Returns the interval, or that there is one trial only."""
+    """Returns the interval as text, or 'n = 1' for one trial."""
     if math.isfinite(ours.interval.low):
         return f"[{ours.interval.low:.3f}, {ours.interval.high:.3f}]"
     return "n = 1" if ours.count == 1 else ""

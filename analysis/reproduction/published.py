@@ -23,7 +23,8 @@ Array = NDArray[np.float64]
 
 FIRST_SAMPLE_AFTER_START_S = 0.06
 SAMPLING_PERIOD_S = 0.115
-# Sample times that differ by rounding only count as equal; far below any sampling period.
+# Sample times count as equal if they differ by rounding only; this is far below any sampling
+# period.
 TIME_TOLERANCE_S = 1e-9
 DROPPED_PLAN_POSES = 4
 MIN_YAW_RATE_RADPS = 0.01
@@ -36,9 +37,9 @@ class PublishedSamples:
     """A trial on the publication's sampling.
 
     time_s: (N,). pose: (N, 3) true x m, y m, yaw rad, interpolated. v_mps, w_radps: (N,) the last
-    command, held. obstacle_corner_distance_m: (N,) reference point to the nearest lower left corner
-    of a lethal cell of the local costmap, held; +inf where there is none. is_carried: (N - 1,)
-    between which samples a lift changed the floor, None where there is one floor.
+    command, held. obstacle_corner_distance_m: (N,) from the reference point to the nearest lower
+    left corner of a lethal cell of the local costmap, held; +inf without such a cell. is_carried:
+    (N - 1,) whether a lift changed the floor between two samples; None for one floor.
     """
 
     time_s: Array
@@ -226,7 +227,7 @@ def avg_heading_error(log: TrialLog) -> float:
 
     Formula: per pose of the first plan, with the nearest sample, | |yaw robot| - |yaw plan| | in
     degrees; the mean. Of several equally near samples the first counts: a robot that turns on the
-    spot has many. Folds the sign of the heading away. Its "std" is over the trials.
+    spot has many. The metric ignores the sign of a heading. Its "std" is over the trials.
     """
     return _heading_error_deg(log, takes_last=False)
 
@@ -243,7 +244,7 @@ def avg_heading_error_last(log: TrialLog) -> float:
 
 @metric(unit="m^2/s", better="lower", title="Energy as published")
 def energy(log: TrialLog) -> float:
-    """The publication's "energy" (printed as J): the integral of the squared speed.
+    """The publication's "energy" (printed in J): the integral of the squared speed.
 
     Formula: sum of (dx^2 + dy^2)/dt over consecutive samples with dt = T/n.
     """
@@ -259,7 +260,7 @@ def abort_time(log: TrialLog) -> float:
 
     Formula: time of the last sample - time of the first sample with the trial's lowest v; 0 where
     that v is not below v max. No value where only the last sample has the lowest v: then the
-    samples do not show when the controller began to give up.
+    samples do not show when giving up began.
     """
     if log.outcome is Outcome.SUCCEEDED:
         raise Undefined("the trial reached its goal")
@@ -274,14 +275,15 @@ def abort_time(log: TrialLog) -> float:
 
 @metric(unit="rad/s", better="neither", title="Highest commanded yaw rate")
 def max_yaw_rate(log: TrialLog) -> float:
-    """Highest commanded yaw rate; the publication tells it in its text, not in its tables.
+    """Highest commanded yaw rate; the publication gives it in its text, not in its tables.
 
     Formula: max |w| over the published samples.
     """
     return float(np.abs(published_samples(log).w_radps).max())
 
 
-# Those of its tables, in their order; std_heading_error is over trials, see tables.py.
+# The metrics of the publication's tables, in their order; std_heading_error is a spread over
+# trials, see tables.py.
 PUBLISHED_METRICS: tuple[Metric, ...] = (
     success_rate,
     avg_linear_speed,

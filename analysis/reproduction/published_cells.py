@@ -25,7 +25,7 @@ Array = NDArray[np.float64]
 
 
 class Comparison(NamedTuple):
-    """A published number beside ours; the difference is relative, NaN where 0 was published."""
+    """A published number beside ours; difference: relative, NaN if the published number is 0."""
 
     scenario: str
     metric: str
@@ -39,7 +39,7 @@ class Comparison(NamedTuple):
 class RelativeError(NamedTuple):
     """The size of the relative differences of some cells: their median and upper quartile.
 
-    cells: those in which both numbers are there and the published one is not 0.
+    cells: the number of cells that have both numbers, the published one not 0.
     """
 
     cells: int

@@ -1,7 +1,7 @@
 """The relations between controllers that the publication claims, as inequalities to be tested.
 
-Every claim about means comes down to inequalities `lower < factor * higher` between two of them,
-all of which must hold. A claim that something equals a value is about every single trial.
+Every claim about means becomes inequalities `lower < factor * higher` between two of them, which
+must all hold. A claim of equality with a value is about every single trial.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 PERCENT = 100.0
-# The publication prints success rates and top speeds in whole per cent.
+# Half of the printed unit: success rates and top speeds are printed in whole per cent.
 HALF_PRINTED_UNIT = 0.5
 
 LOWER_THAN = "lower than"
@@ -27,7 +27,7 @@ LOW_TO_HIGH = "order low to high"
 
 @dataclass(frozen=True)
 class Inequality:
-    """The mean of one controller lies below a multiple of another's: 1 in an ordering."""
+    """The mean of one controller is below `factor` times another's; factor 1 is an ordering."""
 
     lower: str
     higher: str
@@ -35,7 +35,7 @@ class Inequality:
 
     @property
     def is_ordering(self) -> bool:
-        """Whether the two are compared as they are."""
+        """Whether the two means are compared directly, with factor 1."""
         return self.factor == 1.0
 
     @property
@@ -62,7 +62,7 @@ class Inequality:
 
 @dataclass(frozen=True)
 class Equals:
-    """Every trial of some controllers has the value that was printed."""
+    """Every trial of some controllers has the printed value."""
 
     controllers: tuple[str, ...]
     value: float
@@ -74,7 +74,7 @@ class Equals:
 
 @dataclass(frozen=True)
 class Inequalities:
-    """Some means satisfy inequalities, all of them."""
+    """Inequalities between means, which must all hold."""
 
     parts: tuple[Inequality, ...]
 
@@ -100,12 +100,12 @@ def relative_difference(lower: float, higher: float) -> float:
 def parse_relation(relation: str, controllers: str, *, everyone: Sequence[str]) -> Relation:
     """Returns the relation that a row of findings.csv names.
 
-    relation: 'equals 100', 'within 3%' (the highest exceeds the lowest by at most so much),
-    'at most 35% of', 'lowest', 'highest', 'order high to low', 'order low to high' or 'lower than'.
-    controllers: names separated by blanks, for 'lower than' and 'at most' with a '<' between the
-    lower and the higher ones. everyone: those that 'lowest' and 'highest' are among. An ordering
-    of more than two claims something of every two of them.
-    Raises ValueError where the relation is none of these.
+    relation: 'equals 100', 'within 3%' (the highest exceeds the lowest by at most so much), 'at
+    most 35% of', 'lowest', 'highest', 'order high to low', 'order low to high' or 'lower than'.
+    controllers: names separated by blanks; for 'lower than' and 'at most' a '<' separates the lower
+    from the higher ones. everyone: all controllers, for 'lowest' and 'highest'. An ordering of more
+    than two controllers is a claim about every two of them. Raises ValueError where the relation is
+    none of these.
     """
     names = tuple(controllers.split())
     if equals := re.fullmatch(r"equals (\S+)", relation):

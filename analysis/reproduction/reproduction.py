@@ -28,7 +28,7 @@ ORDERINGS_NAME = "orderings.csv"
 
 
 def has_published_scenarios(scenarios: Iterable[str]) -> bool:
-    """Whether any of the scenarios is a published one, so that there is something to compare."""
+    """Whether one of the scenarios is a published one."""
     return not set(published_table()["scenario"]).isdisjoint(scenarios)
 
 
@@ -44,10 +44,10 @@ def write_reproduction(
 ) -> Reproduction:
     """Writes findings.csv, published_vs_ours.csv, orderings.csv in tables/, and reproduction.html.
 
-    trials: rows as from `trial_row`; the folder's own table if not given. Manifest and
-    inputs are the folder's. parameters_of: the resolved parameters of a preset that was not driven,
-    None where they are not known; what it changes is left out then. Raises InputError where the
-    folder is no results folder.
+    trials: rows as from `trial_row`; the folder's own table if not given. Manifest and inputs are
+    the folder's. parameters_of: returns the resolved parameters of a preset that was not driven, or
+    None; then the page does not list the preset's changes. Raises InputError where the folder is no
+    results folder.
     """
     results_folder = ResultsFolder(folder)
     manifest = results_folder.read_manifest()
@@ -88,7 +88,7 @@ def _in_a_sentence(own: LineupResult) -> str:
 
 
 def findings_table(results: Iterable[LineupResult]) -> pd.DataFrame:
-    """Returns one row a finding and lineup: published values, ours with intervals, the verdict."""
+    """Returns one row a finding and lineup: published values, ours with intervals, verdict."""
     return pd.DataFrame(
         [
             _finding_row(lineup_result.lineup.name, judgement)
@@ -126,7 +126,7 @@ def comparison_table(results: Iterable[LineupResult]) -> pd.DataFrame:
 def orderings_table(results: Iterable[LineupResult]) -> pd.DataFrame:
     """Returns one row a published ordering and lineup: both differences, whether they agree.
 
-    Differences are the second's mean minus the first's, as a share of the larger.
+    A difference is the second's mean minus the first's, as a share of the larger mean.
     """
     claimed = findings()
     return pd.DataFrame(

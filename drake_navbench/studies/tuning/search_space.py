@@ -79,7 +79,7 @@ class SearchSpace:
     def write(
         self, column: Preset, values: Mapping[str, Any], stem: Path, remarks: Sequence[str]
     ) -> None:
-        """Writes a column with these values as a preset and, if Nav2 has the plugin, a Nav2 file."""
+        """Writes a preset with a column's values and, if Nav2 has the plugin, a Nav2 file."""
         write_preset_file(column, stem.with_name(f"{stem.name}.preset.yaml"), remarks)
         if column.controller_class.nav2_plugin is not None:
             write_nav2_file(column, stem.with_name(f"{stem.name}.nav2.yaml"), remarks)
