@@ -6,7 +6,6 @@ Only the standard library is imported before the arguments are read, so that --h
 from __future__ import annotations
 
 import argparse
-import sys
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -53,7 +52,3 @@ def _export(arguments: argparse.Namespace) -> None:
     formats = Formats(mcap=arguments.mcap, csv=arguments.csv, tum=arguments.tum)
     for path in export(arguments.source, formats, arguments.out, jobs=arguments.jobs):
         print(path)
-
-
-if __name__ == "__main__":
-    sys.exit(main())

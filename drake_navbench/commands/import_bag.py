@@ -131,7 +131,3 @@ def topics_of(texts: Sequence[str]) -> dict[str, str]:
             raise InputError(f"--topics {text!r}: expected ROLE=TOPIC, such as odom=/robot/odom")
         found[role] = topic
     return found
-
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -6,7 +6,6 @@ Only the standard library is imported before the arguments are read, so that --h
 from __future__ import annotations
 
 import argparse
-import sys
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -119,7 +118,3 @@ def _build(arguments: argparse.Namespace) -> None:
         entries, suite, arguments.out, render=lambda log, path: render(log, path, None)
     )
     print(page)
-
-
-if __name__ == "__main__":
-    sys.exit(main())

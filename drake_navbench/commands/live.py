@@ -6,7 +6,6 @@ Only the standard library is imported before the arguments are read, so that --h
 from __future__ import annotations
 
 import argparse
-import sys
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -208,7 +207,3 @@ def _assigned(option: str, texts: Sequence[str]) -> dict[str, str]:
         if not (name and equals and value):
             raise InputError(f"{option} {text!r}: expected NAME=VALUE")
     return {name: value for name, _, value in pairs}
-
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -6,7 +6,6 @@ Only the standard library is imported before the arguments are read, so that --h
 from __future__ import annotations
 
 import argparse
-import sys
 from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
@@ -100,7 +99,3 @@ def _build(arguments: argparse.Namespace) -> None:
         print(f"  {plugin}")
     for reason in dict.fromkeys(build.left_out.values()):
         print(printable(f"  without {reason}"))
-
-
-if __name__ == "__main__":
-    sys.exit(main())

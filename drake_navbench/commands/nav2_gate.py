@@ -201,7 +201,3 @@ def _show_worst(result: GateResult, folder: Path | None, say: partial[None]) -> 
         else:
             render(log, folder / f"worst_{side}.html", None)
             say(f"worst seed, {side}: {folder / f'worst_{side}.html'}")
-
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -85,7 +85,3 @@ def _compare(arguments: argparse.Namespace) -> None:
         sys.stdout.write(text)
     else:
         write_text(arguments.out, text)
-
-
-if __name__ == "__main__":
-    sys.exit(main())

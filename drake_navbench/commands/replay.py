@@ -6,7 +6,6 @@ Only the standard library is imported before the arguments are read, so that --h
 from __future__ import annotations
 
 import argparse
-import sys
 from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
@@ -174,7 +173,3 @@ def _built_in_model(name: object) -> Path | None:
     # A log is anybody's: what it names is no path.
     path = ROBOT_FILES.folder / name
     return path if path.name == name and path.is_file() else None
-
-
-if __name__ == "__main__":
-    sys.exit(main())

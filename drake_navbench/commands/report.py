@@ -78,7 +78,3 @@ def _parameters_of_preset(name: str) -> dict[str, Any]:
     from drake_navbench.inputs.presets import resolved_parameters
 
     return resolved_parameters(name)
-
-
-if __name__ == "__main__":
-    sys.exit(main())

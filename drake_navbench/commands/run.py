@@ -382,7 +382,3 @@ def _run(parser: argparse.ArgumentParser, arguments: argparse.Namespace) -> int:
 
     any_error = run_from_command_line(arguments, began_s=began_s)
     return EXIT_FAILED if any_error else EXIT_DONE
-
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -8,7 +8,6 @@ from __future__ import annotations
 import argparse
 import json
 import shutil
-import sys
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -130,7 +129,3 @@ def _set_tag(path: Path, tag: str, *, is_there: bool) -> None:
     tags = [*others, tag] if is_there else others
     write_text(tags_path(path), json.dumps(tags) + "\n")
     print(printable(f"{path.name}: {', '.join(tags) or 'no tags'}"))
-
-
-if __name__ == "__main__":
-    sys.exit(main())

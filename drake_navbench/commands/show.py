@@ -170,7 +170,3 @@ def _written(views: Sequence[Any], out: Path | None) -> list[Path]:
             ]
             write_show_page(out, [view.title for view in views], files)
     return [out.absolute()]
-
-
-if __name__ == "__main__":
-    sys.exit(main())

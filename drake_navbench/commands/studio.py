@@ -73,7 +73,3 @@ def _studio(arguments: argparse.Namespace) -> None:
             webbrowser.open(address)
 
     serve(OpenFolder.at(arguments.folder), arguments.port, told)
-
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -198,7 +198,3 @@ def _size_of(arguments: argparse.Namespace) -> Size:
     given = {name: getattr(arguments, name) for name in Size._fields}
     size = QUICK if arguments.quick else WHOLE
     return size._replace(**{name: value for name, value in given.items() if value is not None})
-
-
-if __name__ == "__main__":
-    sys.exit(main())

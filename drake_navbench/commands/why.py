@@ -6,7 +6,6 @@ Only the standard library is imported before the arguments are read, so that --h
 from __future__ import annotations
 
 import argparse
-import sys
 import textwrap
 from collections.abc import Sequence
 from pathlib import Path
@@ -104,7 +103,3 @@ def table_lines(columns: Sequence[str], rows: Sequence[Sequence[Cell]]) -> list[
 
 def _wrapped(text: str) -> list[str]:
     return textwrap.wrap(text, WIDTH)
-
-
-if __name__ == "__main__":
-    sys.exit(main())
