@@ -19,8 +19,8 @@ from drake_navbench.analysis.statistics import (
     share_interval,
     summarize,
 )
-from drake_navbench.csv_text import csv_text
 from drake_navbench.logs.log import Outcome
+from drake_navbench.logs.text_tables import csv_text
 
 # The report shows a suite with more worlds by its totals alone: nobody reads 300 tables.
 MAX_WORLDS_ONE_BY_ONE = 8
