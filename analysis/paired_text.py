@@ -15,7 +15,7 @@ from drake_navbench.analysis.paired_tests import (
     Verdict,
 )
 from drake_navbench.analysis.paired_trials import LostTrial
-from drake_navbench.markdown_text import markdown_table
+from drake_navbench.logs.text_tables import markdown_table
 
 # The most seeds that a line names; the results folder has all of them.
 MOST_SEEDS = 20

@@ -49,9 +49,9 @@ from drake_navbench.analysis.tables import (
     table_to_markdown,
 )
 from drake_navbench.analysis.totals import differences, totals, totals_csv
-from drake_navbench.csv_text import csv_text
 from drake_navbench.logs.log import Outcome
 from drake_navbench.logs.results import ResultsFolder, file_name, require_own_folders, write_text
+from drake_navbench.logs.text_tables import csv_text
 from drake_navbench.typed_files.typed_yaml import read_yaml
 
 REPORT_NAME = "report.html"

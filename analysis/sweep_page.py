@@ -35,8 +35,8 @@ from drake_navbench.analysis.sweeps import (
     slopes,
     swept_fields,
 )
-from drake_navbench.csv_text import csv_text
 from drake_navbench.logs.results import ResultsFolder, file_name, write_text
+from drake_navbench.logs.text_tables import csv_text
 
 TABLE_NAME = "sweep"
 FIGURES = Path("figures") / "sweep"

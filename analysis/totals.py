@@ -19,8 +19,8 @@ from drake_navbench.analysis.statistics import (
     share_interval,
     summarize,
 )
-from drake_navbench.csv_text import csv_text
 from drake_navbench.logs.log import Outcome
+from drake_navbench.logs.text_tables import csv_text
 
 # The most worlds of a suite that the report shows one by one; of larger suites it shows totals.
 MAX_WORLDS_ONE_BY_ONE = 8

@@ -15,7 +15,7 @@ from scipy import stats
 from drake_navbench.analysis.pairs import holm
 from drake_navbench.analysis.statistics import CONFIDENCE, exact_share_interval
 from drake_navbench.logs.log import Outcome
-from drake_navbench.markdown_text import markdown_table
+from drake_navbench.logs.text_tables import markdown_table
 
 OURS = "harmony"
 # Scenarios in which giving up is what is expected.

@@ -14,11 +14,9 @@ PACKAGE = "drake_navbench"
 # Modules and folders at the root of the package that any folder may use: they use kernels at most.
 CONTRACTS = {
     "controller",
-    "csv_text",
     "errors",
     "explanation",
     "logs",
-    "markdown_text",
     "noise",
     "plugins",
     "processes",

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from types import MappingProxyType
 from typing import Any, ClassVar, Self
 
 from pydantic import Field, field_validator, model_validator
@@ -45,20 +44,18 @@ class DynamicWindowApproachParameters(ParametersWithCritics):
     A critic's parameters are a block under its name, `PathAlign: {scale: 32.0}`.
     """
 
-    SLIDERS: ClassVar[Mapping[str, tuple[float, float]]] = MappingProxyType(
-        {
-            "max_vel_x": (0.05, 1.0),
-            "max_vel_theta": (0.1, 3.0),
-            "sim_time": (0.5, 4.0),
-            "PathAlign.scale": (0.0, 128.0),
-            "PathDist.scale": (0.0, 128.0),
-            "GoalAlign.scale": (0.0, 128.0),
-            "GoalDist.scale": (0.0, 128.0),
-            "RotateToGoal.scale": (0.0, 128.0),
-            "BaseObstacle.scale": (0.0, 1.0),
-            "ObstacleFootprint.scale": (0.0, 1.0),
-        }
-    )
+    SLIDERS: ClassVar[Mapping[str, tuple[float, float]]] = {
+        "max_vel_x": (0.05, 1.0),
+        "max_vel_theta": (0.1, 3.0),
+        "sim_time": (0.5, 4.0),
+        "PathAlign.scale": (0.0, 128.0),
+        "PathDist.scale": (0.0, 128.0),
+        "GoalAlign.scale": (0.0, 128.0),
+        "GoalDist.scale": (0.0, 128.0),
+        "RotateToGoal.scale": (0.0, 128.0),
+        "BaseObstacle.scale": (0.0, 1.0),
+        "ObstacleFootprint.scale": (0.0, 1.0),
+    }
 
     WITHOUT_EFFECT: ClassVar[frozenset[str]] = frozenset(
         {

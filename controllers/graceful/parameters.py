@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from types import MappingProxyType
 from typing import Any, ClassVar
 
 from pydantic import ConfigDict, Field, model_serializer, model_validator
@@ -46,43 +45,39 @@ class GracefulParameters(ControllerParameters):
     called `lambda_`.
     """
 
-    SLIDERS: ClassVar[Mapping[str, tuple[float, float]]] = MappingProxyType(
-        {
-            "v_linear_max": (0.1, 1.0),
-            "v_angular_max": (0.2, 3.0),
-            "max_lookahead": (0.3, 3.0),
-            "slowdown_radius": (0.1, 3.0),
-            "k_phi": (0.1, 10.0),
-            "k_delta": (0.1, 10.0),
-            "beta": (0.0, 2.0),
-        }
-    )
+    SLIDERS: ClassVar[Mapping[str, tuple[float, float]]] = {
+        "v_linear_max": (0.1, 1.0),
+        "v_angular_max": (0.2, 3.0),
+        "max_lookahead": (0.3, 3.0),
+        "slowdown_radius": (0.1, 3.0),
+        "k_phi": (0.1, 10.0),
+        "k_delta": (0.1, 10.0),
+        "beta": (0.0, 2.0),
+    }
 
     PATH_HANDLER_NAMES: ClassVar[frozenset[str]] = frozenset({SEARCH_DISTANCE})
-    READ_BY: ClassVar[Mapping[str, ReadBy]] = MappingProxyType(
-        {
-            MIN_LOOKAHEAD: since(Release.IRON),
-            "max_lookahead": since(Release.IRON),
-            "v_angular_min_in_place": since(Release.IRON),
-            "initial_rotation_tolerance": since(Release.IRON),
-            "prefer_final_rotation": since(Release.IRON),
-            "in_place_collision_resolution": since(Release.IRON),
-            "use_collision_detection": since(Release.KILTED),
-            "deceleration_max": since(Release.LYRICAL),
-            "footprint_scaling_linear_vel": since(Release.LYRICAL),
-            "footprint_scaling_factor": since(Release.LYRICAL),
-            "footprint_scaling_step": since(Release.LYRICAL),
-            "obstacle_cost_margin": since(Release.LYRICAL),
-            "final_rotation_search_step": since(Release.LYRICAL),
-            "motion_target_dist": until(Release.HUMBLE),
-            "initial_rotation_min_angle": until(Release.HUMBLE),
-            "final_rotation": until(Release.HUMBLE),
-            SEARCH_DISTANCE: until(Release.KILTED),
-            "k_phi": ReadBy(defaults=before(Release.IRON, 3.0)),
-            "k_delta": ReadBy(defaults=before(Release.IRON, 2.0)),
-            "beta": ReadBy(defaults=before(Release.IRON, 0.2)),
-        }
-    )
+    READ_BY: ClassVar[Mapping[str, ReadBy]] = {
+        MIN_LOOKAHEAD: since(Release.IRON),
+        "max_lookahead": since(Release.IRON),
+        "v_angular_min_in_place": since(Release.IRON),
+        "initial_rotation_tolerance": since(Release.IRON),
+        "prefer_final_rotation": since(Release.IRON),
+        "in_place_collision_resolution": since(Release.IRON),
+        "use_collision_detection": since(Release.KILTED),
+        "deceleration_max": since(Release.LYRICAL),
+        "footprint_scaling_linear_vel": since(Release.LYRICAL),
+        "footprint_scaling_factor": since(Release.LYRICAL),
+        "footprint_scaling_step": since(Release.LYRICAL),
+        "obstacle_cost_margin": since(Release.LYRICAL),
+        "final_rotation_search_step": since(Release.LYRICAL),
+        "motion_target_dist": until(Release.HUMBLE),
+        "initial_rotation_min_angle": until(Release.HUMBLE),
+        "final_rotation": until(Release.HUMBLE),
+        SEARCH_DISTANCE: until(Release.KILTED),
+        "k_phi": ReadBy(defaults=before(Release.IRON, 3.0)),
+        "k_delta": ReadBy(defaults=before(Release.IRON, 2.0)),
+        "beta": ReadBy(defaults=before(Release.IRON, 0.2)),
+    }
 
     model_config = ConfigDict(populate_by_name=True)
 

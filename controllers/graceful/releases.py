@@ -7,7 +7,6 @@ a configuration that names it there gets Jazzy's.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from types import MappingProxyType
 from typing import NamedTuple
 
 from drake_navbench.releases import Release
@@ -30,14 +29,12 @@ class Rules(NamedTuple):
     is_patient: bool = False
 
 
-RULES: Mapping[Release, Rules] = MappingProxyType(
-    {
-        Release.HUMBLE: Rules(
-            cuts_plan=True, aims_once=True, takes_first_of_equals=True, is_patient=True
-        ),
-        Release.IRON: Rules(cuts_plan=True),
-        Release.JAZZY: Rules(cuts_plan=True),
-        Release.KILTED: Rules(cuts_plan=True),
-        Release.LYRICAL: Rules(),
-    }
-)
+RULES: Mapping[Release, Rules] = {
+    Release.HUMBLE: Rules(
+        cuts_plan=True, aims_once=True, takes_first_of_equals=True, is_patient=True
+    ),
+    Release.IRON: Rules(cuts_plan=True),
+    Release.JAZZY: Rules(cuts_plan=True),
+    Release.KILTED: Rules(cuts_plan=True),
+    Release.LYRICAL: Rules(),
+}

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping
-from types import MappingProxyType
 from typing import Any, ClassVar, Final, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
@@ -180,21 +179,19 @@ class MppiParameters(ParametersWithCritics):
     `motion_model`.
     """
 
-    SLIDERS: ClassVar[Mapping[str, tuple[float, float]]] = MappingProxyType(
-        {
-            "vx_max": (0.05, 1.0),
-            "wz_max": (0.1, 3.0),
-            "temperature": (0.05, 2.0),
-            "vx_std": (0.02, 0.6),
-            "wz_std": (0.02, 1.2),
-            "CostCritic.cost_weight": (0.0, 20.0),
-            "ObstaclesCritic.repulsion_weight": (0.0, 10.0),
-            "PathAlignCritic.cost_weight": (0.0, 40.0),
-            "PathFollowCritic.cost_weight": (0.0, 40.0),
-            "PathAngleCritic.cost_weight": (0.0, 20.0),
-            "GoalCritic.cost_weight": (0.0, 20.0),
-        }
-    )
+    SLIDERS: ClassVar[Mapping[str, tuple[float, float]]] = {
+        "vx_max": (0.05, 1.0),
+        "wz_max": (0.1, 3.0),
+        "temperature": (0.05, 2.0),
+        "vx_std": (0.02, 0.6),
+        "wz_std": (0.02, 1.2),
+        "CostCritic.cost_weight": (0.0, 20.0),
+        "ObstaclesCritic.repulsion_weight": (0.0, 10.0),
+        "PathAlignCritic.cost_weight": (0.0, 40.0),
+        "PathFollowCritic.cost_weight": (0.0, 40.0),
+        "PathAngleCritic.cost_weight": (0.0, 20.0),
+        "GoalCritic.cost_weight": (0.0, 20.0),
+    }
 
     WITHOUT_EFFECT: ClassVar[frozenset[str]] = frozenset(
         {
@@ -208,43 +205,41 @@ class MppiParameters(ParametersWithCritics):
         }
     )
     PATH_HANDLER_NAMES: ClassVar[frozenset[str]] = frozenset(OF_OWN_PLAN)
-    READ_BY: ClassVar[Mapping[str, ReadBy]] = MappingProxyType(
-        {
-            "ObstaclesCritic.inflation_layer_name": since(Release.IRON),
-            "PathAngleCritic.mode": since(Release.IRON),
-            "ax_max": since(Release.JAZZY),
-            "ax_min": since(Release.JAZZY),
-            "ay_max": since(Release.JAZZY),
-            "ay_min": since(Release.JAZZY),
-            "az_max": since(Release.JAZZY),
-            "open_loop": NOT_IN_KILTED,
-            # Before Jazzy: every column counts, and a collision is near from the inscribed cost on.
-            "CostCritic.near_collision_cost": since(Release.JAZZY, before(Release.JAZZY, 253)),
-            "CostCritic.trajectory_point_step": since(Release.JAZZY, before(Release.JAZZY, 1)),
-            "GoalAngleCritic.symmetric_yaw_tolerance": NOT_IN_KILTED,
-            "ObstaclesCritic.collision_cost": ReadBy(defaults=before(Release.JAZZY, 1e4)),
-            "PathAngleCritic.cost_weight": ReadBy(defaults=before(Release.JAZZY, 2.0)),
-            "PathAngleCritic.max_angle_to_furthest": ReadBy(defaults=before(Release.JAZZY, 1.2)),
-            "publish_optimal_trajectory": since(Release.KILTED),
-            "TrajectoryValidator": since(Release.LYRICAL),
-            "clamp_raw_controls": since(Release.LYRICAL),
-            "model_delay_vx": since(Release.LYRICAL),
-            "model_delay_vy": since(Release.LYRICAL),
-            "model_delay_wz": since(Release.LYRICAL),
-            "publish_critics_stats": since(Release.LYRICAL),
-            "critic_index_to_visualize": since(Release.LYRICAL),
-            "sgf_order": since(Release.LYRICAL),
-            "ObstaclesCritic.cost_scaling_factor": until(Release.HUMBLE),
-            "ObstaclesCritic.inflation_radius": until(Release.HUMBLE),
-            "PathAngleCritic.forward_preference": until(Release.HUMBLE),
-            "reset_period": until(Release.HUMBLE),
-            **dict.fromkeys(OF_OWN_PLAN, until(Release.KILTED)),
-        }
-    )
+    READ_BY: ClassVar[Mapping[str, ReadBy]] = {
+        "ObstaclesCritic.inflation_layer_name": since(Release.IRON),
+        "PathAngleCritic.mode": since(Release.IRON),
+        "ax_max": since(Release.JAZZY),
+        "ax_min": since(Release.JAZZY),
+        "ay_max": since(Release.JAZZY),
+        "ay_min": since(Release.JAZZY),
+        "az_max": since(Release.JAZZY),
+        "open_loop": NOT_IN_KILTED,
+        # Before Jazzy: every column counts, and a collision is near from the inscribed cost on.
+        "CostCritic.near_collision_cost": since(Release.JAZZY, before(Release.JAZZY, 253)),
+        "CostCritic.trajectory_point_step": since(Release.JAZZY, before(Release.JAZZY, 1)),
+        "GoalAngleCritic.symmetric_yaw_tolerance": NOT_IN_KILTED,
+        "ObstaclesCritic.collision_cost": ReadBy(defaults=before(Release.JAZZY, 1e4)),
+        "PathAngleCritic.cost_weight": ReadBy(defaults=before(Release.JAZZY, 2.0)),
+        "PathAngleCritic.max_angle_to_furthest": ReadBy(defaults=before(Release.JAZZY, 1.2)),
+        "publish_optimal_trajectory": since(Release.KILTED),
+        "TrajectoryValidator": since(Release.LYRICAL),
+        "clamp_raw_controls": since(Release.LYRICAL),
+        "model_delay_vx": since(Release.LYRICAL),
+        "model_delay_vy": since(Release.LYRICAL),
+        "model_delay_wz": since(Release.LYRICAL),
+        "publish_critics_stats": since(Release.LYRICAL),
+        "critic_index_to_visualize": since(Release.LYRICAL),
+        "sgf_order": since(Release.LYRICAL),
+        "ObstaclesCritic.cost_scaling_factor": until(Release.HUMBLE),
+        "ObstaclesCritic.inflation_radius": until(Release.HUMBLE),
+        "PathAngleCritic.forward_preference": until(Release.HUMBLE),
+        "reset_period": until(Release.HUMBLE),
+        **dict.fromkeys(OF_OWN_PLAN, until(Release.KILTED)),
+    }
 
-    DONE_OTHERWISE: ClassVar[Mapping[str, str]] = MappingProxyType(
-        {"reset_period": "the optimizer begins anew with every task, not after a pause"}
-    )
+    DONE_OTHERWISE: ClassVar[Mapping[str, str]] = {
+        "reset_period": "the optimizer begins anew with every task, not after a pause"
+    }
 
     CRITICS: ClassVar[PluginKind] = CRITICS
     CRITIC_BLOCK: ClassVar[type[CriticBlock]] = CriticParameters

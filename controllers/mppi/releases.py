@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from enum import IntEnum
-from types import MappingProxyType
 from typing import NamedTuple
 
 from drake_navbench.releases import Release
@@ -99,26 +98,24 @@ _IRON = Rules(
     aligns_onward=False,
     angles_at_end=False,
 )
-RULES: Mapping[Release, Rules] = MappingProxyType(
-    {
-        Release.HUMBLE: _IRON._replace(
-            takes_first_of_equals=True,
-            curves_signed=False,
-            reads_inflation_layer=False,
-            is_patient=False,
-        ),
-        Release.IRON: _IRON,
-        Release.JAZZY: Rules(drops_last_column=True),
-        Release.KILTED: Rules(heads_as_goal=True, turns_at_inversion=True),
-        Release.LYRICAL: Rules(
-            cuts_plan=False,
-            goal=Goal.PATH,
-            furthest=Furthest.BY_LENGTH,
-            predicts_start=True,
-            clamps_samples=False,
-            filters_first=True,
-            has_validator=True,
-            limits_axes=True,
-        ),
-    }
-)
+RULES: Mapping[Release, Rules] = {
+    Release.HUMBLE: _IRON._replace(
+        takes_first_of_equals=True,
+        curves_signed=False,
+        reads_inflation_layer=False,
+        is_patient=False,
+    ),
+    Release.IRON: _IRON,
+    Release.JAZZY: Rules(drops_last_column=True),
+    Release.KILTED: Rules(heads_as_goal=True, turns_at_inversion=True),
+    Release.LYRICAL: Rules(
+        cuts_plan=False,
+        goal=Goal.PATH,
+        furthest=Furthest.BY_LENGTH,
+        predicts_start=True,
+        clamps_samples=False,
+        filters_first=True,
+        has_validator=True,
+        limits_axes=True,
+    ),
+}

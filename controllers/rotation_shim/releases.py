@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from types import MappingProxyType
 from typing import NamedTuple
 
 from drake_navbench.releases import Release
@@ -37,26 +36,24 @@ class Rules(NamedTuple):
     disengage_threshold: float = 0.785 / 2.0
 
 
-RULES: Mapping[Release, Rules] = MappingProxyType(
-    {
-        Release.HUMBLE: Rules(
-            takes_last_pose=False,
-            stops_in_time=False,
-            has_cost_threshold=False,
-            has_once=False,
-            has_path_orientations=False,
-            disengage_threshold=0.785,
-        ),
-        Release.IRON: Rules(
-            keeps_position=False,
-            stops_in_time=False,
-            has_cost_threshold=False,
-            has_once=False,
-            has_path_orientations=False,
-            has_open_loop=False,
-        ),
-        Release.JAZZY: Rules(),
-        Release.KILTED: Rules(has_cost_threshold=False),
-        Release.LYRICAL: Rules(looks_always=True),
-    }
-)
+RULES: Mapping[Release, Rules] = {
+    Release.HUMBLE: Rules(
+        takes_last_pose=False,
+        stops_in_time=False,
+        has_cost_threshold=False,
+        has_once=False,
+        has_path_orientations=False,
+        disengage_threshold=0.785,
+    ),
+    Release.IRON: Rules(
+        keeps_position=False,
+        stops_in_time=False,
+        has_cost_threshold=False,
+        has_once=False,
+        has_path_orientations=False,
+        has_open_loop=False,
+    ),
+    Release.JAZZY: Rules(),
+    Release.KILTED: Rules(has_cost_threshold=False),
+    Release.LYRICAL: Rules(looks_always=True),
+}

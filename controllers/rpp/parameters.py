@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from types import MappingProxyType
 from typing import Any, ClassVar, Self
 
 from pydantic import AliasChoices, ConfigDict, Field, model_validator
@@ -33,40 +32,36 @@ class RegulatedPurePursuitParameters(PursuitParameters):
     less: Nav2 switches them off with a warning.
     """
 
-    SLIDERS: ClassVar[Mapping[str, tuple[float, float]]] = MappingProxyType(
-        {
-            "max_linear_vel": (0.05, 1.0),
-            "lookahead_dist": (0.2, 2.0),
-            "regulated_linear_scaling_min_radius": (0.1, 2.0),
-            "regulated_linear_scaling_min_speed": (0.0, 0.5),
-            "cost_scaling_dist": (0.05, 1.0),
-            "approach_velocity_scaling_dist": (0.0, 1.5),
-            "rotate_to_heading_min_angle": (0.1, 3.14),
-            "rotate_to_heading_angular_vel": (0.2, 3.0),
-        }
-    )
+    SLIDERS: ClassVar[Mapping[str, tuple[float, float]]] = {
+        "max_linear_vel": (0.05, 1.0),
+        "lookahead_dist": (0.2, 2.0),
+        "regulated_linear_scaling_min_radius": (0.1, 2.0),
+        "regulated_linear_scaling_min_speed": (0.0, 0.5),
+        "cost_scaling_dist": (0.05, 1.0),
+        "approach_velocity_scaling_dist": (0.0, 1.5),
+        "rotate_to_heading_min_angle": (0.1, 3.14),
+        "rotate_to_heading_angular_vel": (0.2, 3.0),
+    }
 
-    READ_BY: ClassVar[Mapping[str, ReadBy]] = MappingProxyType(
-        {
-            "use_fixed_curvature_lookahead": since(Release.IRON),
-            "curvature_lookahead_dist": since(Release.IRON),
-            "interpolate_curvature_after_goal": since(Release.JAZZY),
-            "use_cancel_deceleration": since(Release.JAZZY),
-            "cancel_deceleration": since(Release.JAZZY),
-            "min_distance_to_obstacle": since(Release.KILTED),
-            "allow_obstacle_checking_beyond_goal": since(Release.LYRICAL),
-            "use_dynamic_window": since(Release.LYRICAL),
-            "min_linear_vel": since(Release.LYRICAL),
-            "max_angular_vel": since(Release.LYRICAL),
-            "min_angular_vel": since(Release.LYRICAL),
-            "max_linear_accel": since(Release.LYRICAL),
-            "max_linear_decel": since(Release.LYRICAL),
-            "max_angular_decel": since(Release.LYRICAL),
-            "use_interpolation": until(Release.IRON),
-            "stateful": ReadBy(frozenset({Release.JAZZY, Release.KILTED})),
-            SEARCH_DISTANCE: until(Release.KILTED),
-        }
-    )
+    READ_BY: ClassVar[Mapping[str, ReadBy]] = {
+        "use_fixed_curvature_lookahead": since(Release.IRON),
+        "curvature_lookahead_dist": since(Release.IRON),
+        "interpolate_curvature_after_goal": since(Release.JAZZY),
+        "use_cancel_deceleration": since(Release.JAZZY),
+        "cancel_deceleration": since(Release.JAZZY),
+        "min_distance_to_obstacle": since(Release.KILTED),
+        "allow_obstacle_checking_beyond_goal": since(Release.LYRICAL),
+        "use_dynamic_window": since(Release.LYRICAL),
+        "min_linear_vel": since(Release.LYRICAL),
+        "max_angular_vel": since(Release.LYRICAL),
+        "min_angular_vel": since(Release.LYRICAL),
+        "max_linear_accel": since(Release.LYRICAL),
+        "max_linear_decel": since(Release.LYRICAL),
+        "max_angular_decel": since(Release.LYRICAL),
+        "use_interpolation": until(Release.IRON),
+        "stateful": ReadBy(frozenset({Release.JAZZY, Release.KILTED})),
+        SEARCH_DISTANCE: until(Release.KILTED),
+    }
 
     model_config = ConfigDict(populate_by_name=True)
 

@@ -6,7 +6,6 @@ Source: nav2_regulated_pure_pursuit_controller, tags 1.1.20, 1.2.10, 1.3.13, 1.4
 from __future__ import annotations
 
 from collections.abc import Mapping
-from types import MappingProxyType
 from typing import NamedTuple
 
 from drake_navbench.releases import Release
@@ -40,26 +39,24 @@ class Rules(NamedTuple):
     is_patient: bool = False
 
 
-RULES: Mapping[Release, Rules] = MappingProxyType(
-    {
-        Release.HUMBLE: Rules(
-            cuts_plan=True,
-            takes_first_of_equals=True,
-            keeps_two_poses=False,
-            heeds_turns_in_place=False,
-            turns_or_reverses=True,
-            decays_from_252=True,
-            is_patient=True,
-        ),
-        Release.IRON: Rules(
-            cuts_plan=True,
-            keeps_two_poses=False,
-            steers_by_carrot=True,
-            turns_or_reverses=True,
-            stops_in_time=False,
-        ),
-        Release.JAZZY: Rules(cuts_plan=True),
-        Release.KILTED: Rules(cuts_plan=True, bounds_time_only=True),
-        Release.LYRICAL: Rules(),
-    }
-)
+RULES: Mapping[Release, Rules] = {
+    Release.HUMBLE: Rules(
+        cuts_plan=True,
+        takes_first_of_equals=True,
+        keeps_two_poses=False,
+        heeds_turns_in_place=False,
+        turns_or_reverses=True,
+        decays_from_252=True,
+        is_patient=True,
+    ),
+    Release.IRON: Rules(
+        cuts_plan=True,
+        keeps_two_poses=False,
+        steers_by_carrot=True,
+        turns_or_reverses=True,
+        stops_in_time=False,
+    ),
+    Release.JAZZY: Rules(cuts_plan=True),
+    Release.KILTED: Rules(cuts_plan=True, bounds_time_only=True),
+    Release.LYRICAL: Rules(),
+}

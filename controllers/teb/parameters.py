@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from types import MappingProxyType
 from typing import ClassVar, Literal
 
 import numpy as np
@@ -50,21 +49,19 @@ class TebParameters(BandParameters):
     `WITHOUT_EFFECT` names them and other parameters that are accepted and dropped.
     """
 
-    SLIDERS: ClassVar[Mapping[str, tuple[float, float]]] = MappingProxyType(
-        {
-            "max_vel_x": (0.05, 1.0),
-            "max_vel_theta": (0.1, 3.0),
-            "acc_lim_x": (0.1, 3.0),
-            "min_obstacle_dist": (0.02, 1.0),
-            "inflation_dist": (0.0, 1.5),
-            "weight_optimaltime": (0.1, 10.0),
-            "weight_slack": (1.0, 200.0),
-        }
-    )
+    SLIDERS: ClassVar[Mapping[str, tuple[float, float]]] = {
+        "max_vel_x": (0.05, 1.0),
+        "max_vel_theta": (0.1, 3.0),
+        "acc_lim_x": (0.1, 3.0),
+        "min_obstacle_dist": (0.02, 1.0),
+        "inflation_dist": (0.0, 1.5),
+        "weight_optimaltime": (0.1, 10.0),
+        "weight_slack": (1.0, 200.0),
+    }
 
-    STOOD_IN_FOR: ClassVar[Mapping[str, str]] = MappingProxyType(
-        {"costmap_converter_plugin": "the lethal cells stand in for the shapes that it makes"}
-    )
+    STOOD_IN_FOR: ClassVar[Mapping[str, str]] = {
+        "costmap_converter_plugin": "the lethal cells stand in for the shapes that it makes"
+    }
     WITHOUT_EFFECT: ClassVar[frozenset[str]] = BandParameters.WITHOUT_EFFECT | {
         "allow_init_with_backwards_motion",
         "cmd_angle_instead_rotvel",

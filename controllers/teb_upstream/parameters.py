@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from types import MappingProxyType
 from typing import Any, ClassVar
 
 from pydantic import Field, model_validator
@@ -29,18 +28,16 @@ class TebUpstreamParameters(BandParameters):
     either.
     """
 
-    SLIDERS: ClassVar[Mapping[str, tuple[float, float]]] = MappingProxyType(
-        {
-            "max_vel_x": (0.05, 1.0),
-            "max_vel_theta": (0.1, 3.0),
-            "acc_lim_x": (0.1, 3.0),
-            "min_obstacle_dist": (0.02, 1.0),
-            "inflation_dist": (0.0, 1.5),
-            "weight_obstacle": (0.0, 200.0),
-            "weight_inflation": (0.0, 10.0),
-            "weight_optimaltime": (0.0, 10.0),
-        }
-    )
+    SLIDERS: ClassVar[Mapping[str, tuple[float, float]]] = {
+        "max_vel_x": (0.05, 1.0),
+        "max_vel_theta": (0.1, 3.0),
+        "acc_lim_x": (0.1, 3.0),
+        "min_obstacle_dist": (0.02, 1.0),
+        "inflation_dist": (0.0, 1.5),
+        "weight_obstacle": (0.0, 200.0),
+        "weight_inflation": (0.0, 10.0),
+        "weight_optimaltime": (0.0, 10.0),
+    }
 
     # Trajectory
     teb_autosize: bool = Field(True, description="Resize the band in every outer iteration.")

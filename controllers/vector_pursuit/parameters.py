@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from types import MappingProxyType
 from typing import ClassVar, Self
 
 from pydantic import Field, model_validator
@@ -28,24 +27,20 @@ class VectorPursuitParameters(PursuitParameters):
     `inflation_cost_scaling_factor` is 0 or less, as in the original.
     """
 
-    SLIDERS: ClassVar[Mapping[str, tuple[float, float]]] = MappingProxyType(
-        {
-            "desired_linear_vel": (0.05, 1.0),
-            "lookahead_dist": (0.2, 2.0),
-            "k": (1.5, 20.0),
-            "max_lateral_accel": (0.05, 2.0),
-            "cost_scaling_dist": (0.05, 1.0),
-            "approach_velocity_scaling_dist": (0.0, 1.5),
-            "rotate_to_heading_min_angle": (0.1, 3.14),
-        }
-    )
+    SLIDERS: ClassVar[Mapping[str, tuple[float, float]]] = {
+        "desired_linear_vel": (0.05, 1.0),
+        "lookahead_dist": (0.2, 2.0),
+        "k": (1.5, 20.0),
+        "max_lateral_accel": (0.05, 2.0),
+        "cost_scaling_dist": (0.05, 1.0),
+        "approach_velocity_scaling_dist": (0.0, 1.5),
+        "rotate_to_heading_min_angle": (0.1, 3.14),
+    }
 
     WITHOUT_EFFECT: ClassVar[frozenset[str]] = frozenset({"transform_tolerance"})
-    READ_BY: ClassVar[Mapping[str, ReadBy]] = MappingProxyType(
-        {
-            SEARCH_DISTANCE: until(Release.KILTED),
-        }
-    )
+    READ_BY: ClassVar[Mapping[str, ReadBy]] = {
+        SEARCH_DISTANCE: until(Release.KILTED),
+    }
 
     k: Number = Field(
         8.0,

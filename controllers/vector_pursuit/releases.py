@@ -8,7 +8,6 @@ controller applies the first version's arithmetic to the plan that the path hand
 from __future__ import annotations
 
 from collections.abc import Mapping
-from types import MappingProxyType
 from typing import NamedTuple
 
 from drake_navbench.releases import Release
@@ -29,12 +28,10 @@ class Rules(NamedTuple):
     is_patient: bool = False
 
 
-RULES: Mapping[Release, Rules] = MappingProxyType(
-    {
-        Release.HUMBLE: Rules(takes_first_of_equals=True, is_mirrored=False, is_patient=True),
-        Release.IRON: Rules(),
-        Release.JAZZY: Rules(),
-        Release.KILTED: Rules(),
-        Release.LYRICAL: Rules(cuts_plan=False, is_mirrored=False, is_patient=True),
-    }
-)
+RULES: Mapping[Release, Rules] = {
+    Release.HUMBLE: Rules(takes_first_of_equals=True, is_mirrored=False, is_patient=True),
+    Release.IRON: Rules(),
+    Release.JAZZY: Rules(),
+    Release.KILTED: Rules(),
+    Release.LYRICAL: Rules(cuts_plan=False, is_mirrored=False, is_patient=True),
+}

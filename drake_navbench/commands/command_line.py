@@ -28,8 +28,12 @@ class CommandParser(argparse.ArgumentParser):
     """Reads the arguments of a command; a wrong one is one line on stderr and EXIT_WRONG_INPUT."""
 
     def __init__(self, *args: Any, **options: Any) -> None:
-        # No abbreviations: one more option would change the meaning of some.
-        super().__init__(*args, **{"allow_abbrev": False, **options})
+        # An abbreviation would mean something else as soon as there is one more option.
+        options.setdefault("allow_abbrev", False)
+        if "\n" in (options.get("epilog") or ""):
+            # A text with line ends of its own keeps them.
+            options.setdefault("formatter_class", argparse.RawDescriptionHelpFormatter)
+        super().__init__(*args, **options)
         self._given: Sequence[str] = ()
 
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> tuple[Any, list[str]]:
@@ -70,6 +74,47 @@ class CommandParser(argparse.ArgumentParser):
     def _print_message(self, message: str, file: Any = None) -> None:
         """Writes the text of --help, or an error, to a reader that may have gone."""
         print_text(message, file or sys.stderr)
+
+
+class Options:
+    """Adds options to a parser or a group of it, each written as its usage line shows it.
+
+    `--all` is a flag; `--out DIR` takes a value, `--start X Y YAW` three, and `--metric FILE ...`
+    may be given several times, [] where it is not. A name without dashes is a positional argument.
+    """
+
+    def __init__(self, container: argparse._ActionsContainer) -> None:
+        self._container = container
+
+    def __call__(
+        self,
+        usage: str,
+        about: str,
+        read: Callable[[str], Any] | None = None,
+        default: Any = None,
+        **more: Any,
+    ) -> None:
+        """Adds the option `usage`.
+
+        about: its line of --help. read: makes the value of its text. more: as `add_argument` takes
+        it.
+        """
+        name, *values = usage.split()
+        if values[-1:] == ["..."]:
+            values.pop()
+            more |= {"action": "append"}
+            default = []
+        if len(values) > 1:
+            more |= {"nargs": len(values), "metavar": tuple(values)}
+        elif values:
+            more["metavar"] = values[0]
+        elif name.startswith("-") and not more and read is None:
+            more["action"] = "store_true"
+        if read is not None:
+            more["type"] = read
+        if default is not None:
+            more["default"] = default
+        self._container.add_argument(name, help=about, **more)
 
 
 def print_text(text: str, file: Any = None) -> None:

@@ -16,6 +16,7 @@ from drake_navbench.commands.command_line import (
     EXIT_DONE,
     EXIT_WRONG_INPUT,
     CommandParser,
+    Options,
     exit_status_of,
     listed_names,
     percentage,
@@ -49,59 +50,40 @@ def build_parser() -> argparse.ArgumentParser:
         prog="drake-navbench compare",
         description="Compares results folders: what became better, and what became worse.",
         epilog=EPILOG,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    add = parser.add_argument
-    add("baseline", type=Path, metavar="BASELINE", help="results folder to compare with")
-    add(
+    option = Options(parser)
+    option("baseline", "results folder to compare with", Path, metavar="BASELINE")
+    option(
         "others",
-        type=Path,
+        "results folders to judge; without one, the columns of BASELINE are compared with its "
+        "first one",
+        Path,
         nargs="*",
         metavar="OTHER",
-        help="results folders to judge; without one, the columns of BASELINE are "
-        "compared with its first one",
     )
-    add(
-        "--match",
-        action="append",
-        default=[],
-        metavar="OLD=NEW",
-        help="compare these two columns although their names differ (default: columns "
-        "of equal name, then the only column that each folder has left)",
+    option(
+        "--match OLD=NEW ...",
+        "compare these two columns although their names differ (default: columns of equal name, "
+        "then the only column that each folder has left)",
     )
-    add(
-        "--metric",
-        action="append",
-        default=[],
-        metavar="FILE.py:NAME",
-        help="also compare a function of yours, decorated with @metric",
-    )
-    add("--all", action="store_true", help="print every change, not 20 lines")
-    add("--html", type=Path, metavar="FILE", help="also write the comparison as an HTML page")
-    add(
-        "--fail-on",
-        metavar="LIST",
-        help="metrics, comma-separated, that count as a regression when they get "
-        "worse; touch_rate and success_rate are always among them; none: no "
-        "further metric "
+    option("--metric FILE.py:NAME ...", "also compare a function of yours, decorated with @metric")
+    option("--all", "print every change, not 20 lines")
+    option("--html FILE", "also write the comparison as an HTML page", Path)
+    option(
+        "--fail-on LIST",
+        "metrics, comma-separated, that count as a regression when they get worse; touch_rate and "
+        "success_rate are always among them; none: no further metric "
         "(touch_rate,success_rate,min_clearance_m,time_to_goal_s,cross_track_error_mean_m,heading_error_mean_deg)",
     )
-    add(
-        "--tolerance",
-        type=percentage,
-        default=0.01,
-        metavar="PERCENT",
-        help="smaller changes of a mean do not count (1)",
-    )
-    add("--markdown", type=Path, metavar="FILE", help="also write all changes as Markdown")
-    add("--junit", type=Path, metavar="FILE", help="also write all changes as JUnit XML")
-    add(
+    option("--tolerance PERCENT", "smaller changes of a mean do not count (1)", percentage, 0.01)
+    option("--markdown FILE", "also write all changes as Markdown", Path)
+    option("--junit FILE", "also write all changes as JUnit XML", Path)
+    option(
         "--require-all",
-        action="store_true",
-        help="fail, too, for a scenario, controller or trial that only one folder has "
-        "or that cannot be read",
+        "fail, too, for a scenario, controller or trial that only one folder has or that cannot "
+        "be read",
     )
-    add("--jobs", type=positive_number, default=2, help="parallel processes (2)")
+    option("--jobs JOBS", "parallel processes (2)", positive_number, 2)
     return parser
 
 
@@ -186,7 +168,3 @@ def _write(path: Path | None, text: str) -> None:
         path.write_text(text, encoding="utf-8")
     except OSError as error:
         raise InputError(f"{path}: cannot be written: {error.strerror}") from error
-
-
-if __name__ == "__main__":
-    sys.exit(main())

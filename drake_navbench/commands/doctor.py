@@ -416,7 +416,3 @@ def _score(arguments: argparse.Namespace) -> None:
         except OSError as error:
             raise InputError(f"--page {arguments.page}: {error.strerror}") from error
     print_text(page)
-
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -6,11 +6,15 @@ Only the standard library is imported before the arguments are read, so that --h
 from __future__ import annotations
 
 import argparse
-import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from drake_navbench.commands.command_line import CommandParser, exit_status_of, positive_number
+from drake_navbench.commands.command_line import (
+    CommandParser,
+    Options,
+    exit_status_of,
+    positive_number,
+)
 
 
 def build_parser() -> argparse.ArgumentParser:
@@ -21,27 +25,18 @@ def build_parser() -> argparse.ArgumentParser:
         "`ros2 bag play`, as tables, or as trajectories for evo.",
         epilog="exit status: 0 done, 1 a worker was ended from outside, 2 wrong input",
     )
-    add = parser.add_argument
-    add(
+    option = Options(parser)
+    option(
         "source",
-        type=Path,
+        "log of a trial, or a results folder for all of its trials",
+        Path,
         metavar="LOG|DIR",
-        help="log of a trial, or a results folder for all of its trials",
     )
-    add(
-        "--mcap",
-        action="store_true",
-        help="write each trial as a rosbag2 folder (MCAP), with layouts for viewers",
-    )
-    add("--csv", action="store_true", help="write the samples as comma-separated values")
-    add("--tum", action="store_true", help="write the true and the estimated trajectory")
-    add(
-        "--out",
-        type=Path,
-        metavar="DIR",
-        help="folder to write into (DIR/export, or beside the log)",
-    )
-    add("--jobs", type=positive_number, default=2, metavar="N", help="parallel processes (2)")
+    option("--mcap", "write each trial as a rosbag2 folder (MCAP), with layouts for viewers")
+    option("--csv", "write the samples as comma-separated values")
+    option("--tum", "write the true and the estimated trajectory")
+    option("--out DIR", "folder to write into (DIR/export, or beside the log)", Path)
+    option("--jobs N", "parallel processes (2)", positive_number, 2)
     return parser
 
 
@@ -57,7 +52,3 @@ def _export(arguments: argparse.Namespace) -> None:
     formats = Formats(mcap=arguments.mcap, csv=arguments.csv, tum=arguments.tum)
     for path in export(arguments.source, formats, arguments.out, jobs=arguments.jobs):
         print(path)
-
-
-if __name__ == "__main__":
-    sys.exit(main())

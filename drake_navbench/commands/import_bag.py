@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from drake_navbench.commands.command_line import CommandParser, exit_status_of
+from drake_navbench.commands.command_line import CommandParser, Options, exit_status_of
 from drake_navbench.errors import InputError, as_line
 
 if TYPE_CHECKING:
@@ -28,56 +28,42 @@ def build_parser() -> argparse.ArgumentParser:
         "them like any others.",
         epilog="exit status: 0 done, 1 a worker was ended from outside, 2 wrong input",
     )
-    add = parser.add_argument
-    add("bags", type=Path, nargs="+", metavar="BAG", help="recording: a file, or a rosbag2 folder")
-    add(
-        "--out",
-        type=Path,
+    option = Options(parser)
+    option("bags", "recording: a file, or a rosbag2 folder", Path, nargs="+", metavar="BAG")
+    option(
+        "--out DIR",
+        "results folder to write into: a new one, or one with trials of the same task",
+        Path,
         required=True,
-        metavar="DIR",
-        help="results folder to write into: a new one, or one with trials of the same task",
     )
-    add(
-        "--robot", metavar="NAME|FILE", help="robot with the outline and limits of the recorded one"
-    )
-    add("--map", type=Path, metavar="FILE", help="map of the place (the recording's /map)")
-    add(
-        "--scenario",
+    option("--robot NAME|FILE", "robot with the outline and limits of the recorded one")
+    option("--map FILE", "map of the place (the recording's /map)", Path)
+    option(
+        "--scenario NAME",
+        "scenario to file the trials under (the bag's name; for a bag that `export` wrote: its "
+        "scenario)",
         default="",
-        metavar="NAME",
-        help="scenario to file the trials under (the bag's name; for a bag that "
-        "`export` wrote: its scenario)",
     )
-    add(
-        "--controller",
+    option(
+        "--controller NAME",
+        "column to file the trials under (recording; for a bag that `export` wrote: its "
+        "column-recording)",
         default="",
-        metavar="NAME",
-        help="column to file the trials under (recording; for a bag that `export` "
-        "wrote: its column-recording)",
     )
-    add(
-        "--topics",
+    option(
+        "--topics ROLE=TOPIC",
+        "topic of a role: odom, truth, tf, tf_static, command, scan, plan, costmap, goal, map, "
+        "status; an empty topic leaves the role out",
+        default=[],
         nargs="+",
         action="extend",
-        default=[],
-        metavar="ROLE=TOPIC",
-        help="topic of a role: odom, truth, tf, tf_static, command, scan, plan, "
-        "costmap, goal, map, status; an empty topic leaves the role out",
     )
-    add("--namespace", metavar="NAME", help="namespace of one robot of several")
+    option("--namespace NAME", "namespace of one robot of several")
     for name in ("start", "end"):
         help_text = f"{name} of one task cut by hand, seconds from the beginning of the recording"
-        add(f"--{name}", type=float, metavar="S", help=help_text)
-    add(
-        "--fit-drive",
-        action="store_true",
-        help="also estimate lag, acceleration limits and deadband of the drive",
-    )
-    add(
-        "--no-report",
-        action="store_true",
-        help="do not write report.html now; the report command writes it later",
-    )
+        option(f"--{name} S", help_text, float)
+    option("--fit-drive", "also estimate lag, acceleration limits and deadband of the drive")
+    option("--no-report", "do not write report.html now; the report command writes it later")
     return parser
 
 
@@ -145,7 +131,3 @@ def topics_of(texts: Sequence[str]) -> dict[str, str]:
             raise InputError(f"--topics {text!r}: expected ROLE=TOPIC, such as odom=/robot/odom")
         found[role] = topic
     return found
-
-
-if __name__ == "__main__":
-    sys.exit(main())

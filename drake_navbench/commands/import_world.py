@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from drake_navbench.commands.command_line import CommandParser, exit_status_of, print_text
+from drake_navbench.commands.command_line import CommandParser, Options, exit_status_of, print_text
 from drake_navbench.errors import CannotBeWritten, InputError, printable
 
 if TYPE_CHECKING:
@@ -34,29 +34,14 @@ def build_parser() -> argparse.ArgumentParser:
         prog="drake-navbench import-world",
         description="Converts a Gazebo world into a scenario file, with a picture beside it.",
         epilog=EPILOG,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    add = parser.add_argument
-    add("world", type=Path, metavar="WORLD", help="world: a .world or .sdf file")
+    option = Options(parser)
+    option("world", "world: a .world or .sdf file", Path, metavar="WORLD")
     for name in ("start", "goal"):
-        add(
-            f"--{name}",
-            type=float,
-            nargs=3,
-            required=True,
-            metavar=("X", "Y", "YAW"),
-            help=f"{name} pose in the world, m, m, rad",
-        )
-    add("--robot", default="wheelchair", metavar="NAME|FILE", help="robot that drives (wheelchair)")
-    add(
-        "--packages",
-        action="append",
-        default=[],
-        type=Path,
-        metavar="DIR",
-        help="folders with ROS packages and Gazebo models",
-    )
-    add("--out", type=Path, metavar="FILE", help="scenario file to write (WORLD's name.yaml)")
+        option(f"--{name} X Y YAW", f"{name} pose in the world, m, m, rad", float, required=True)
+    option("--robot NAME|FILE", "robot that drives (wheelchair)", default="wheelchair")
+    option("--packages DIR ...", "folders with ROS packages and Gazebo models", Path)
+    option("--out FILE", "scenario file to write (WORLD's name.yaml)", Path)
     return parser
 
 

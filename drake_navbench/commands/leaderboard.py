@@ -6,11 +6,15 @@ Only the standard library is imported before the arguments are read, so that --h
 from __future__ import annotations
 
 import argparse
-import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from drake_navbench.commands.command_line import CommandParser, exit_status_of, positive_number
+from drake_navbench.commands.command_line import (
+    CommandParser,
+    Options,
+    exit_status_of,
+    positive_number,
+)
 
 EPILOG = """\
 a suite is a YAML file with name, version, scenarios, trials, robot, and seeds
@@ -35,46 +39,32 @@ def build_parser() -> argparse.ArgumentParser:
         prog="drake-navbench leaderboard",
         description="Ranks the controllers of many results folders that drive one suite.",
         epilog=EPILOG,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     steps = parser.add_subparsers(dest="step", required=True, metavar="STEP")
 
-    seal = steps.add_parser("seal", help="draw the seeds and publish only their salted hash")
-    seal.add_argument("suite", type=Path, metavar="SUITE", help="suite file without seeds")
-    seal.add_argument(
-        "--secret",
-        type=Path,
-        required=True,
-        metavar="FILE",
-        help="new file for salt and seeds, outside the suite's repository",
-    )
-    seal.add_argument(
-        "--seeds", type=positive_number, default=1, metavar="N", help="number of seeds (1)"
-    )
+    seal = "draw the seeds and publish only their salted hash"
+    option = Options(steps.add_parser("seal", help=seal))
+    option("suite", "suite file without seeds", Path, metavar="SUITE")
+    secret = "new file for salt and seeds, outside the suite's repository"
+    option("--secret FILE", secret, Path, required=True)
+    option("--seeds N", "number of seeds (1)", positive_number, 1)
 
-    reveal = steps.add_parser(
-        "reveal", help="publish salt and seeds, after a check against the hash"
-    )
-    reveal.add_argument("suite", type=Path, metavar="SUITE", help="suite file that is sealed")
-    reveal.add_argument(
-        "--secret",
-        type=Path,
-        metavar="FILE",
-        help="file that `seal` wrote (default: check seeds that are already published)",
-    )
+    reveal = "publish salt and seeds, after a check against the hash"
+    option = Options(steps.add_parser("reveal", help=reveal))
+    option("suite", "suite file that is sealed", Path, metavar="SUITE")
+    secret = "file that `seal` wrote (default: check seeds that are already published)"
+    option("--secret FILE", secret, Path)
 
-    enter = steps.add_parser("enter", help="check a results folder and record its suite in it")
-    enter.add_argument("results", nargs="+", type=Path, metavar="RESULTS", help="results folders")
-    enter.add_argument("--suite", type=Path, required=True, metavar="FILE", help="the suite")
+    enter = "check a results folder and record its suite in it"
+    option = Options(steps.add_parser("enter", help=enter))
+    option("results", "results folders", Path, nargs="+", metavar="RESULTS")
+    option("--suite FILE", "the suite", Path, required=True)
 
-    build = steps.add_parser("build", help="draw the replays and write the page of all entries")
-    build.add_argument(
-        "results", nargs="+", type=Path, metavar="RESULTS", help="results folders that were entered"
-    )
-    build.add_argument("--suite", type=Path, required=True, metavar="FILE", help="the suite")
-    build.add_argument(
-        "--out", type=Path, required=True, metavar="DIR", help="new folder for the page"
-    )
+    build = "draw the replays and write the page of all entries"
+    option = Options(steps.add_parser("build", help=build))
+    option("results", "results folders that were entered", Path, nargs="+", metavar="RESULTS")
+    option("--suite FILE", "the suite", Path, required=True)
+    option("--out DIR", "new folder for the page", Path, required=True)
     return parser
 
 
@@ -128,7 +118,3 @@ def _build(arguments: argparse.Namespace) -> None:
         entries, suite, arguments.out, render=lambda log, path: render(log, path, None)
     )
     print(page)
-
-
-if __name__ == "__main__":
-    sys.exit(main())

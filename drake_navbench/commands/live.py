@@ -6,7 +6,6 @@ Only the standard library is imported before the arguments are read, so that --h
 from __future__ import annotations
 
 import argparse
-import sys
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -15,6 +14,7 @@ from drake_navbench.commands.command_line import (
     EXIT_DONE,
     EXIT_FAILED,
     CommandParser,
+    Options,
     exit_status_of,
     whole_number,
 )
@@ -45,7 +45,6 @@ def build_parser() -> argparse.ArgumentParser:
         usage="%(prog)s [SCENARIO | --map FILE --start X Y YAW] [OPTIONS]",
         description="Simulates world and robot for a ROS 2 stack that runs beside it.",
         epilog=EPILOG,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     _add_what(parser)
     _add_ros(parser)
@@ -54,78 +53,53 @@ def build_parser() -> argparse.ArgumentParser:
 
 
 def _add_what(parser: argparse.ArgumentParser) -> None:
-    add = parser.add_argument_group("world and robot").add_argument
-    add("scenario", nargs="?", metavar="SCENARIO", help="scenario: a name or a YAML file (empty)")
-    add("--map", type=Path, metavar="FILE", help="map as the world, with --start")
-    add(
-        "--start",
-        type=float,
-        nargs=3,
-        metavar=("X", "Y", "YAW"),
-        help="start pose on the map, m, m, rad",
-    )
-    add("--robot", default="wheelchair", metavar="NAME|FILE", help="robot (wheelchair)")
-    add("--goal", action="store_true", help="send the scenario's goal, and end with it")
+    option = Options(parser.add_argument_group("world and robot"))
+    option("scenario", "scenario: a name or a YAML file (empty)", nargs="?", metavar="SCENARIO")
+    option("--map FILE", "map as the world, with --start", Path)
+    option("--start X Y YAW", "start pose on the map, m, m, rad", float)
+    option("--robot NAME|FILE", "robot (wheelchair)", default="wheelchair")
+    option("--goal", "send the scenario's goal, and end with it")
 
 
 def _add_ros(parser: argparse.ArgumentParser) -> None:
-    add = parser.add_argument_group("ROS 2").add_argument
-    add("--domain", type=whole_number, default=0, metavar="N", help="DDS domain, ROS_DOMAIN_ID (0)")
-    add(
-        "--peer",
-        action="append",
-        default=[],
-        metavar="ADDRESS",
-        help="address of another machine to exchange messages with (none: nothing leaves this one)",
+    option = Options(parser.add_argument_group("ROS 2"))
+    option("--domain N", "as ROS_DOMAIN_ID (0)", whole_number, 0)
+    option("--peer ADDRESS ...", "other machine to speak to; without, nothing leaves this machine")
+    option(
+        "--allow-listeners", "begin although others listen to /cmd_vel; none of them may be a robot"
     )
-    add(
-        "--allow-listeners",
-        action="store_true",
-        help="begin although others listen to /cmd_vel; none of them may be a robot",
+    option("--namespace NAME", "of all topics but /clock: /robot1", default="")
+    option("--topic NAME=TOPIC ...", "other name of a topic, such as scan=/front/scan")
+    option(
+        "--frame NAME=FRAME ...",
+        "other name of a frame: map, odom, base or scan, such as base=base_footprint",
     )
-    add("--namespace", default="", metavar="NAME", help="namespace of all topics but /clock")
-    add(
-        "--topic",
-        action="append",
-        default=[],
-        metavar="NAME=TOPIC",
-        help="other name of a topic, such as scan=/front/scan",
-    )
-    add(
-        "--frame",
-        action="append",
-        default=[],
-        metavar="NAME=FRAME",
-        help="other name of a frame: map, odom, base or scan, such as base=base_footprint",
-    )
-    add(
+    option(
         "--localization",
-        choices=("auto", "benchmark", "stack"),
-        default="auto",
-        help="who sends the transform from map to odometry (auto: the stack if it listens to "
+        "who sends the transform from map to odometry (auto: the stack if it listens to "
         "/initialpose)",
+        default="auto",
+        choices=("auto", "benchmark", "stack"),
     )
 
 
 def _add_how(parser: argparse.ArgumentParser) -> None:
-    add = parser.add_argument_group("pace and output").add_argument
-    add(
-        "--rate",
+    option = Options(parser.add_argument_group("pace and output"))
+    option(
+        "--rate RATE|max",
+        "simulated seconds a second; max: as fast as the stack sends commands (1.0)",
         default="1.0",
-        metavar="RATE|max",
-        help="simulated seconds per second; max: as fast as the stack sends commands (1.0)",
     )
-    add(
-        "--duration",
-        type=float,
-        metavar="S",
-        help=f"end after so many simulated seconds ({DEFAULT_DURATION_S:g}; with --goal the "
+    option(
+        "--duration S",
+        f"end after so many simulated seconds ({DEFAULT_DURATION_S:g}; with --goal the "
         "scenario's time)",
+        float,
     )
-    add("--seed", type=whole_number, default=0, help="seed of the noise (0)")
-    add("--out", type=Path, metavar="DIR", help="new folder for the log (results/<time>)")
-    add("--no-page", action="store_true", help="show no page in a browser")
-    add("--quiet", action="store_true", help="print errors only")
+    option("--seed SEED", "seed of the noise (0)", whole_number, 0)
+    option("--out DIR", "new folder for the log (results/<time>)", Path)
+    option("--no-page", "show no page in a browser")
+    option("--quiet", "print errors only")
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -208,7 +182,3 @@ def _assigned(option: str, texts: Sequence[str]) -> dict[str, str]:
         if not (name and equals and value):
             raise InputError(f"{option} {text!r}: expected NAME=VALUE")
     return {name: value for name, _, value in pairs}
-
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -6,13 +6,13 @@ Only the standard library is imported before the arguments are read, so that --h
 from __future__ import annotations
 
 import argparse
-import sys
 from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 
 from drake_navbench.commands.command_line import (
     CommandParser,
+    Options,
     exit_status_of,
     listed_names,
     positive_number,
@@ -37,46 +37,37 @@ def build_parser() -> argparse.ArgumentParser:
         description="Compiles the controllers of a Nav2 checkout, without ROS, into a\n"
         "program that drives trials: the column rpp@NAME is the original of rpp.",
         epilog=EPILOG,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    add = parser.add_argument
-    add(
+    option = Options(parser)
+    option(
         "checkout",
-        type=Path,
+        "folder of navigation2, or a folder in it; only the packages in it are built",
+        Path,
         metavar="CHECKOUT",
-        help="folder of navigation2, or a folder in it; only the packages in it are built",
     )
-    add("--as", dest="name", metavar="NAME", help="name of the build (the name of its release)")
-    add(
-        "--packages",
-        type=listed_names,
-        default=(),
-        metavar="LIST",
-        help="packages with controllers or planners to build, or folders of packages "
-        "(every controller that can be built here)",
+    option("--as NAME", "name of the build (the name of its release)", dest="name")
+    option(
+        "--packages LIST",
+        "packages with controllers or planners to build, or folders of packages (every controller "
+        "that can be built here)",
+        listed_names,
+        (),
     )
-    add(
+    option(
         "--noise",
-        choices=("own", "benchmark"),
+        "source of MPPI's random numbers: its own generator, or the benchmark's, which the port "
+        "draws in the same cycle (own)",
         default="own",
-        help="source of MPPI's random numbers: its own generator, or the benchmark's, "
-        "which the port draws in the same cycle (own)",
+        choices=("own", "benchmark"),
     )
-    add(
+    option(
         "--flags",
-        choices=("portable", "package"),
+        "compiler options: those with which every machine computes the same, or those of each "
+        "package's CMakeLists.txt; CXXFLAGS is added to either (portable)",
         default="portable",
-        help="compiler options: those with which every machine computes the same, or "
-        "those of each package's CMakeLists.txt; CXXFLAGS is added to either "
-        "(portable)",
+        choices=("portable", "package"),
     )
-    add(
-        "--jobs",
-        type=positive_number,
-        default=2,
-        metavar="N",
-        help="number of files compiled at once (2)",
-    )
+    option("--jobs N", "number of files compiled at once (2)", positive_number, 2)
     return parser
 
 
@@ -108,7 +99,3 @@ def _build(arguments: argparse.Namespace) -> None:
         print(f"  {plugin}")
     for reason in dict.fromkeys(build.left_out.values()):
         print(printable(f"  without {reason}"))
-
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -18,6 +18,7 @@ from drake_navbench.commands.command_line import (
     EXIT_FAILED,
     EXIT_WRONG_INPUT,
     CommandParser,
+    Options,
     exit_status_of,
     listed_names,
     percentage,
@@ -57,67 +58,47 @@ def build_parser() -> argparse.ArgumentParser:
         prog="drake-navbench nav2-gate",
         description="Tests whether a change to Nav2's controllers makes them drive worse.",
         epilog=EPILOG,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    add = parser.add_argument
-    add("base", metavar="BASE", help="build to compare with: a name of nav2-build, or a checkout")
-    add("head", metavar="HEAD", help="build to judge: likewise")
-    add(
-        "--controllers",
-        type=listed_names,
+    option = Options(parser)
+    option("base", "build to compare with: a name of nav2-build, or a checkout", metavar="BASE")
+    option("head", "build to judge: likewise", metavar="HEAD")
+    option(
+        "--controllers LIST",
+        "presets whose originals drive, such as rpp,mppi_nav2",
+        listed_names,
         required=True,
-        metavar="LIST",
-        help="presets whose originals drive, such as rpp,mppi_nav2",
     )
-    add(
-        "--scenarios",
-        type=listed_names,
-        metavar="LIST",
-        help="scenarios to drive in (the five published ones and doorway)",
+    option(
+        "--scenarios LIST",
+        "scenarios to drive in (the five published ones and doorway)",
+        listed_names,
     )
-    add(
-        "--trials",
-        type=positive_number,
-        metavar="N",
-        help="trials of each controller and scenario (64)",
-    )
-    add(
-        "--tolerance",
-        type=percentage,
-        default=0.01,
-        metavar="PERCENT",
-        help="smaller changes of a mean do not count (1)",
-    )
-    add(
+    option("--trials N", "trials of each controller and scenario (64)", positive_number)
+    option("--tolerance PERCENT", "smaller changes of a mean do not count (1)", percentage, 0.01)
+    option(
         "--flags",
+        "compiler options of checkouts: those of their packages, as users have them, or those "
+        "with which every machine computes the same (package)",
         choices=("portable", "package"),
-        help="compiler options of checkouts: those of their packages, as users have "
-        "them, or those with which every machine computes the same (package)",
     )
-    add(
+    option(
         "--noise",
+        "source of MPPI's random numbers: the benchmark's, different in each trial, or its own "
+        "generator, equal in all trials (benchmark)",
         choices=("own", "benchmark"),
-        help="source of MPPI's random numbers: the benchmark's, different in each "
-        "trial, or its own generator, equal in all trials (benchmark)",
     )
-    add("--robot", help="robot by name, or a YAML file (wheelchair)")
-    add("--seed", type=whole_number, help="seed of the first trial (0)")
-    add(
-        "--rows",
-        type=Path,
-        metavar="FILE",
-        help="judge the table of an earlier gate (its trials.parquet) and drive nothing",
+    option("--robot ROBOT", "robot by name, or a YAML file (wheelchair)")
+    option("--seed SEED", "seed of the first trial (0)", whole_number)
+    option(
+        "--rows FILE",
+        "judge the table of an earlier gate (its trials.parquet) and drive nothing",
+        Path,
     )
-    add("--jobs", type=positive_number, metavar="N", help="parallel workers (all cores)")
-    add("--out", type=Path, metavar="DIR", help="folder for the logs (results/gate-<time>)")
-    add("--markdown", type=Path, metavar="FILE", help="file for the report (standard output)")
-    add("--junit", type=Path, metavar="FILE", help="also write the report as JUnit XML")
-    add(
-        "--replay",
-        type=Path,
-        metavar="DIR",
-        help="also show the worst seed of base and head as replays",
-    )
+    option("--jobs N", "parallel workers (all cores)", positive_number)
+    option("--out DIR", "folder for the logs (results/gate-<time>)", Path)
+    option("--markdown FILE", "file for the report (standard output)", Path)
+    option("--junit FILE", "also write the report as JUnit XML", Path)
+    option("--replay DIR", "also show the worst seed of base and head as replays", Path)
     return parser
 
 
@@ -220,7 +201,3 @@ def _show_worst(result: GateResult, folder: Path | None, say: partial[None]) -> 
         else:
             render(log, folder / f"worst_{side}.html", None)
             say(f"worst seed, {side}: {folder / f'worst_{side}.html'}")
-
-
-if __name__ == "__main__":
-    sys.exit(main())

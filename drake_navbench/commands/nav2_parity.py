@@ -13,6 +13,7 @@ from pathlib import Path
 
 from drake_navbench.commands.command_line import (
     CommandParser,
+    Options,
     exit_status_of,
     listed_names,
     positive_number,
@@ -28,31 +29,25 @@ def build_parser() -> argparse.ArgumentParser:
         description="Measures how closely the ports drive like the originals of a Nav2 build: "
         "in random scenes, in whole trials, and as planners on random maps.",
     )
-    add = parser.add_argument
-    add("build", metavar="NAME", help="name that nav2-build gave the build")
-    add(
-        "--controllers",
-        type=listed_names,
-        metavar="LIST",
-        help="presets, or variants of them (every one whose original is in the build)",
+    option = Options(parser)
+    option("build", "name that nav2-build gave the build", metavar="NAME")
+    option(
+        "--controllers LIST",
+        "presets, or variants of them (every one whose original is in the build)",
+        listed_names,
     )
-    add("--scenes", type=positive_number, default=500, metavar="N", help="random scenes (500)")
-    add(
-        "--scenarios",
-        type=listed_names,
-        default=("one_obstacle", "doorway"),
-        metavar="LIST",
-        help="scenarios of the whole trials (one_obstacle,doorway)",
+    option("--scenes N", "random scenes (500)", positive_number, 500)
+    option(
+        "--scenarios LIST",
+        "scenarios of the whole trials (one_obstacle,doorway)",
+        listed_names,
+        ("one_obstacle", "doorway"),
     )
-    add("--seeds", type=whole_number, default=2, metavar="N", help="trials in each scenario (2)")
-    add(
-        "--maps",
-        type=whole_number,
-        default=200,
-        metavar="N",
-        help="number of random maps for each planner in the build (200)",
+    option("--seeds N", "trials in each scenario (2)", whole_number, 2)
+    option(
+        "--maps N", "number of random maps for each planner in the build (200)", whole_number, 200
     )
-    add("--out", type=Path, metavar="FILE", help="file for the page (standard output)")
+    option("--out FILE", "file for the page (standard output)", Path)
     return parser
 
 
@@ -90,7 +85,3 @@ def _compare(arguments: argparse.Namespace) -> None:
         sys.stdout.write(text)
     else:
         write_text(arguments.out, text)
-
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -6,13 +6,12 @@ Only the standard library is imported before the arguments are read, so that --h
 from __future__ import annotations
 
 import argparse
-import sys
 from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from drake_navbench.commands.command_line import CommandParser, exit_status_of
+from drake_navbench.commands.command_line import CommandParser, Options, exit_status_of
 from drake_navbench.errors import InputError, one_line
 
 if TYPE_CHECKING:
@@ -27,36 +26,28 @@ def build_parser() -> argparse.ArgumentParser:
         description="Draws the replay of one trial from its log: a page that plays offline.",
         epilog="exit status: 0 done, 2 wrong input",
     )
-    add = parser.add_argument
-    add(
+    option = Options(parser)
+    option(
         "log",
-        type=Path,
+        "log of a trial, trials/*/*/trial_*.parquet, or a results folder: its worst trial",
+        Path,
         metavar="LOG|DIR",
-        help="log of a trial, trials/*/*/trial_*.parquet, or a results folder: its worst trial",
     )
-    add(
-        "--beside",
-        type=Path,
-        metavar="LOG",
-        help="another trial of the same scenario, of another column, drawn on the same page",
+    option(
+        "--beside LOG",
+        "another trial of the same scenario, of another column, drawn on the same page",
+        Path,
     )
-    add(
+    option(
         "--why",
-        action="store_true",
-        help="show beside the scene why the controller decided as it did, in every control cycle; "
-        "the trial is driven again",
+        "show beside the scene why the controller decided as it did, in every control cycle; the "
+        "trial is driven again",
     )
-    add(
-        "--out",
-        type=Path,
-        metavar="FILE",
-        help="file for the page (beside the log, where the next report finds it)",
-    )
-    add(
-        "--model",
-        type=Path,
-        metavar="SDF",
-        help="model that shows the robot (a built-in robot's own model, otherwise its outline)",
+    option("--out FILE", "file for the page (beside the log, where the next report finds it)", Path)
+    option(
+        "--model SDF",
+        "model that shows the robot (a built-in robot's own model, otherwise its outline)",
+        Path,
     )
     return parser
 
@@ -182,7 +173,3 @@ def _built_in_model(name: object) -> Path | None:
     # A log may come from anybody: a name in it is not used as a path.
     path = ROBOT_FILES.folder / name
     return path if path.name == name and path.is_file() else None
-
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -13,6 +13,7 @@ from typing import Any
 
 from drake_navbench.commands.command_line import (
     CommandParser,
+    Options,
     exit_status_of,
     positive_number,
     positive_percentage,
@@ -28,28 +29,22 @@ def build_parser() -> argparse.ArgumentParser:
         "logs, without simulating.",
         epilog="exit status: 0 done, 1 a worker was ended from outside, 2 wrong input",
     )
-    parser.add_argument("folder", type=Path, metavar="DIR", help="a results folder")
-    parser.add_argument(
+    option = Options(parser)
+    option("folder", "a results folder", Path, metavar="DIR")
+    option(
         "--figures",
-        choices=("none", "key", "all"),
+        "key: figures that compare the controllers of a scenario; all: also the motion of each "
+        "controller, and every figure as PNG (key)",
         default="key",
-        help="key: figures that compare the controllers of a scenario; all: also the "
-        "motion of each controller, and every figure as PNG (key)",
+        choices=("none", "key", "all"),
     )
-    parser.add_argument(
-        "--metric",
-        action="append",
-        default=[],
-        metavar="FILE.py:NAME",
-        help="also measure a function of yours, decorated with @metric",
-    )
-    parser.add_argument("--jobs", type=positive_number, default=2, help="parallel processes (2)")
-    parser.add_argument(
-        "--difference",
-        type=positive_percentage,
-        default=0.05,
-        metavar="PERCENT",
-        help="estimate how many trials would show a difference of this size (5)",
+    option("--metric FILE.py:NAME ...", "also measure a function of yours, decorated with @metric")
+    option("--jobs JOBS", "parallel processes (2)", positive_number, 2)
+    option(
+        "--difference PERCENT",
+        "estimate how many trials would show a difference of this size (5)",
+        positive_percentage,
+        0.05,
     )
     return parser
 
@@ -83,7 +78,3 @@ def _parameters_of_preset(name: str) -> dict[str, Any]:
     from drake_navbench.inputs.presets import resolved_parameters
 
     return resolved_parameters(name)
-
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -19,6 +19,7 @@ from drake_navbench.commands.command_line import (
     EXIT_DONE,
     EXIT_FAILED,
     CommandParser,
+    Options,
     exit_status_of,
     listed_names,
     positive_number,
@@ -54,7 +55,6 @@ def build_parser() -> argparse.ArgumentParser:
         usage="%(prog)s [SCENARIO ...] [OPTIONS]",
         description="Drives mobile-robot controllers through scenarios in Drake and compares them.",
         epilog=EPILOG,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     add_what_drives(parser)
     add_where(parser)
@@ -67,49 +67,37 @@ def build_parser() -> argparse.ArgumentParser:
 
 def add_what_drives(parser: argparse.ArgumentParser) -> None:
     """Adds the options of controllers and robot."""
-    add = parser.add_argument_group("robot and controllers").add_argument
-    add(
-        "--controllers",
-        metavar="LIST",
-        help="presets, comma-separated; name:param=value[:param=value] is a variant, "
-        "path/to/file.py:Class a controller of yours (default: dwb, rpp, teb, "
-        "teb_upstream, mppi, mppi_nav2)",
+    option = Options(parser.add_argument_group("robot and controllers"))
+    option(
+        "--controllers LIST",
+        "presets, comma-separated; name:param=value[:param=value] is a variant, "
+        "path/to/file.py:Class a controller of yours (default: dwb, rpp, teb, teb_upstream, mppi, "
+        "mppi_nav2)",
     )
-    add(
-        "--original",
-        metavar="BUILD",
-        help="drive the original C++ of each column's controller, too, from a build of nav2-build",
+    option(
+        "--original BUILD",
+        "drive the original C++ of each column's controller, too, from a build of nav2-build",
     )
-    add(
-        "--robot",
+    option(
+        "--robot NAME|FILE",
+        "robot: a name, a robot file, or a model in URDF, SDF or xacro (wheelchair)",
         default="wheelchair",
-        metavar="NAME|FILE",
-        help="robot: a name, a robot file, or a model in URDF, SDF or xacro (wheelchair)",
     )
-    add(
-        "--package",
-        action="append",
-        default=[],
-        type=Path,
-        metavar="DIR",
-        help="repository of a robot: its model, its Nav2 file, and its map or world "
-        "are found and used; drives --goals 5",
+    option(
+        "--package DIR ...",
+        "repository of a robot: its model, its Nav2 file, and its map or world are found and "
+        "used; drives --goals 5",
+        Path,
     )
-    add(
-        "--pick",
-        action="append",
-        default=[],
-        metavar="KIND=N",
-        help="use another robot, nav2, map or world of the list that --package prints, or none",
+    option(
+        "--pick KIND=N ...",
+        "use another robot, nav2, map or world of the list that --package prints, or none",
     )
-    add(
-        "--packages",
-        action="append",
-        default=[],
-        type=Path,
-        metavar="DIR",
-        help="folders in which ROS packages and Gazebo models are searched, besides "
-        "the repository around a file that names them",
+    option(
+        "--packages DIR ...",
+        "folders in which ROS packages and Gazebo models are searched, besides the repository "
+        "around a file that names them",
+        Path,
     )
 
 
@@ -130,220 +118,151 @@ class _Once(argparse.Action):
 
 def add_where(parser: argparse.ArgumentParser) -> None:
     """Adds scenarios, and the options of maps and worlds."""
-    add = parser.add_argument_group("scenarios and maps").add_argument
-    add(
+    option = Options(parser.add_argument_group("scenarios and maps"))
+    option(
         "scenarios",
-        nargs="*",
+        "scenarios: names, YAML files, or Gazebo worlds with --start and --goal or with --goals "
+        "(default: the published five)",
         default=[],
+        nargs="*",
         metavar="SCENARIO",
-        help="scenarios: names, YAML files, or Gazebo worlds with --start and --goal "
-        "or with --goals (default: the published five)",
     )
-    add(
-        "--map",
-        type=Path,
+    option(
+        "--map FILE",
+        "map to navigate on, in the format of Nav2's map server or MovingAI, with --start and "
+        "--goal or with --goals; beside a Gazebo world: what the robot knows of it",
+        Path,
         action=_Once,
-        metavar="FILE",
-        help="map to navigate on, in the format of Nav2's map server or MovingAI, with "
-        "--start and --goal or with --goals; beside a Gazebo world: what the robot knows of it",
     )
     for name in ("start", "goal"):
-        add(
-            f"--{name}",
-            type=float,
-            nargs=3,
-            metavar=("X", "Y", "YAW"),
-            help=f"{name} pose on the map or in the world, m, m, rad",
-        )
-    add(
-        "--goals",
-        type=positive_number,
-        metavar="N",
-        help="draw N tasks on the map or in the world: a goal each, and a start unless "
-        "--start is given",
+        option(f"--{name} X Y YAW", f"{name} pose on the map or in the world, m, m, rad", float)
+    option(
+        "--goals N",
+        "draw N tasks on the map or in the world: a goal each, and a start unless --start is given",
+        positive_number,
     )
-    add(
-        "--barn",
-        type=Path,
-        metavar="DIR",
-        help="folder of BARN worlds: world_N.world and path_files/",
-    )
-    add(
-        "--worlds",
-        metavar="LIST",
-        help="numbers of the BARN worlds, such as 3,10-20,100-299:50 (all)",
-    )
+    option("--barn DIR", "folder of BARN worlds: world_N.world and path_files/", Path)
+    option("--worlds LIST", "numbers of the BARN worlds, such as 3,10-20,100-299:50 (all)")
 
 
 def add_nav2_files(parser: argparse.ArgumentParser) -> None:
     """Adds the options of preset files and Nav2 files."""
-    add = parser.add_argument_group("parameter files and Nav2").add_argument
-    add(
-        "--params",
-        action="append",
-        default=[],
-        type=Path,
-        metavar="FILE",
-        help="controllers from a file: a preset file, or a Nav2 parameter file, of "
-        "which the controllers alone become columns",
+    option = Options(parser.add_argument_group("parameter files and Nav2"))
+    option(
+        "--params FILE ...",
+        "controllers from a file: a preset file, or a Nav2 parameter file, of which the "
+        "controllers alone become columns",
+        Path,
     )
-    add(
-        "--nav2",
-        action="append",
-        default=[],
-        type=Path,
-        metavar="FILE",
-        help="whole Nav2 parameter file: controllers, costmaps, planner, checkers and "
-        "so on; several files are merged, later ones override. To compare two "
-        "files, use --against",
+    option(
+        "--nav2 FILE ...",
+        "whole Nav2 parameter file: controllers, costmaps, planner, checkers and so on; several "
+        "files are merged, later ones override. To compare two files, use --against",
+        Path,
     )
-    add(
-        "--against",
-        action="append",
-        default=[],
-        type=Path,
-        metavar="FILE",
-        help="Nav2 parameter file to compare with that of --nav2; each file's columns "
-        "drive with its own costmaps, planner and so on",
+    option(
+        "--against FILE ...",
+        "Nav2 parameter file to compare with that of --nav2; each file's columns drive with its "
+        "own costmaps, planner and so on",
+        Path,
     )
-    add(
-        "--name",
-        action="append",
-        default=[],
-        metavar="ALIAS=FILE",
-        help="names for the columns of a Nav2 file (the parts in which the files' paths differ)",
+    option(
+        "--name ALIAS=FILE ...",
+        "names for the columns of a Nav2 file (the parts in which the files' paths differ)",
     )
-    add(
-        "--set",
-        action="append",
-        default=[],
-        metavar="NAME=VALUE",
-        help="value for $(var NAME) or <NAME> in the Nav2 files, or of an argument of "
-        "the robot's xacro file",
+    option(
+        "--set NAME=VALUE ...",
+        "value for $(var NAME) or <NAME> in the Nav2 files, or of an argument of the robot's "
+        "xacro file",
     )
-    add(
+    option(
         "--nav2-release",
+        "Nav2 release that the files of --nav2 and --params are written for (found by their "
+        "parameters)",
         choices=tuple(Release),
-        help="Nav2 release that the files of --nav2 and --params are written for "
-        "(found by their parameters)",
     )
-    add(
+    option(
         "--check",
-        action="store_true",
-        help="print how each parameter of the Nav2 files and each part of the robot's "
-        "model is used, and drive nothing",
+        "print how each parameter of the Nav2 files and each part of the robot's model is used, "
+        "and drive nothing",
     )
 
 
 def _add_sweeps(parser: argparse.ArgumentParser) -> None:
-    add = parser.add_argument_group("sweeps").add_argument
-    add(
-        "--sweep",
-        action="append",
-        default=[],
-        metavar="FIELD=VALUES",
-        help="drive with each of these values of one field: of a controller "
-        "(rpp.lookahead_dist), of the robot (localization.xy_std_m) or of the "
-        "scenario. Values: 1,2,5 or LOW:HIGH:COUNT[:log]; several --sweep form a "
-        "grid",
+    option = Options(parser.add_argument_group("sweeps"))
+    option(
+        "--sweep FIELD=VALUES ...",
+        "drive with each of these values of one field: of a controller (rpp.lookahead_dist), of "
+        "the robot (localization.xy_std_m) or of the scenario. Values: 1,2,5 or "
+        "LOW:HIGH:COUNT[:log]; several --sweep form a grid",
     )
-    add(
-        "--samples",
-        type=positive_number,
-        metavar="N",
-        help="draw N points of a Latin hypercube over the --sweep fields instead of the grid",
+    option(
+        "--samples N",
+        "draw N points of a Latin hypercube over the --sweep fields instead of the grid",
+        positive_number,
     )
 
 
 def _add_how(parser: argparse.ArgumentParser) -> None:
-    add = parser.add_argument_group("number of trials, workers").add_argument
-    add(
-        "--trials",
-        type=positive_number,
-        default=4,
-        metavar="N",
-        help="number of trials per scenario and controller (4)",
+    option = Options(parser.add_argument_group("number of trials, workers"))
+    option("--trials N", "number of trials per scenario and controller (4)", positive_number, 4)
+    option("--seed SEED", "seed of the whole run (0)", whole_number, 0)
+    option("--jobs N|auto", "parallel workers (auto)", _jobs)
+    option(
+        "--cluster ADDRESS|local:N",
+        "drive on the workers of a dask scheduler, tls://HOST:PORT, or local:N: of one with N "
+        "workers on this machine",
     )
-    add("--seed", type=whole_number, default=0, help="seed of the whole run (0)")
-    add("--jobs", type=_jobs, default=None, metavar="N|auto", help="parallel workers (auto)")
-    add(
-        "--cluster",
-        metavar="ADDRESS|local:N",
-        help="drive on the workers of a dask scheduler, tls://HOST:PORT, or local:N: "
-        "of one with N workers on this machine",
+    option(
+        "--cluster-tls DIR",
+        "ca.pem, cert.pem and key.pem with which a tls:// cluster and this run recognise each "
+        "other",
+        Path,
     )
-    add(
-        "--cluster-tls",
-        type=Path,
-        metavar="DIR",
-        help="ca.pem, cert.pem and key.pem with which a tls:// cluster and this run "
-        "recognise each other",
-    )
-    add(
+    option(
         "--trust-network",
-        action="store_true",
-        help="accept a tcp:// cluster, where whoever reaches its machines may run code as you",
+        "accept a tcp:// cluster, where whoever reaches its machines may run code as you",
     )
-    add(
+    option(
         "--live",
-        action="store_true",
-        help="show each trial in a browser, in real time, one after another, with buttons and "
-        "sliders; without --out no log is kept",
+        "show each trial in a browser, in real time, one after another, with buttons and sliders; "
+        "without --out no log is kept",
     )
-    add(
-        "--live-port",
-        type=_port,
-        metavar="N",
-        help="port of the page of --live on this machine (a free one)",
+    option("--live-port N", "port of the page of --live on this machine (a free one)", _port)
+    option(
+        "--live-wait SECONDS",
+        "time that --live waits for a browser, at the beginning and when it was closed (120)",
+        _seconds,
     )
-    add(
-        "--live-wait",
-        type=_seconds,
-        metavar="SECONDS",
-        help="time that --live waits for a browser, at the beginning and when it was closed (120)",
-    )
-    add("--resume", type=Path, metavar="DIR", help="continue an interrupted run")
+    option("--resume DIR", "continue an interrupted run", Path)
 
 
 def _add_results(parser: argparse.ArgumentParser) -> None:
-    add = parser.add_argument_group("results and output").add_argument
-    add("--out", type=Path, metavar="DIR", help="new folder for the results (results/<time>)")
-    add(
-        "--replay",
-        choices=("race", "each", "none"),
-        help="replays to write (race; for a sweep none)",
+    option = Options(parser.add_argument_group("results and output"))
+    option("--out DIR", "new folder for the results (results/<time>)", Path)
+    option(
+        "--replay", "replays to write (race; for a sweep none)", choices=("race", "each", "none")
     )
-    add(
+    option(
         "--figures",
+        "figures of the report. key: those that compare the controllers of a scenario; all: also "
+        "the motion of each controller, and every figure as PNG (key; for a sweep none)",
         choices=("none", "key", "all"),
-        help="figures of the report. key: those that compare the controllers of a "
-        "scenario; all: also the motion of each controller, and every figure as "
-        "PNG (key; for a sweep none)",
     )
-    add(
-        "--metric",
-        action="append",
-        default=[],
-        metavar="FILE.py:NAME",
-        help="add a metric: a function of yours, decorated with @metric",
+    option("--metric FILE.py:NAME ...", "add a metric: a function of yours, decorated with @metric")
+    option(
+        "--columns LIST",
+        "metrics that the terminal shows (success, touches, time, clearance, length, distance "
+        "from the path, jerk; for the published benchmark those of the publication)",
+        listed_names,
+        (),
     )
-    add(
-        "--columns",
-        type=listed_names,
-        default=(),
-        metavar="LIST",
-        help="metrics that the terminal shows (success, touches, time, clearance, "
-        "length, distance from the path, jerk; for the published benchmark those "
-        "of the publication)",
-    )
-    add(
+    option(
         "--no-costmaps",
-        action="store_true",
-        help="leave the local costmaps out of the logs, which makes logs smaller and "
-        "replays poorer",
+        "leave the local costmaps out of the logs, which makes logs smaller and replays poorer",
     )
-    add("--list", action="store_true", help="list scenarios, controllers and robots")
-    add("--quiet", action="store_true", help="print errors only")
+    option("--list", "list scenarios, controllers and robots")
+    option("--quiet", "print errors only")
 
 
 def _jobs(text: str) -> int | None:
@@ -463,7 +382,3 @@ def _run(parser: argparse.ArgumentParser, arguments: argparse.Namespace) -> int:
 
     any_error = run_from_command_line(arguments, began_s=began_s)
     return EXIT_FAILED if any_error else EXIT_DONE
-
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -8,11 +8,10 @@ from __future__ import annotations
 import argparse
 import json
 import shutil
-import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from drake_navbench.commands.command_line import CommandParser, exit_status_of
+from drake_navbench.commands.command_line import CommandParser, Options, exit_status_of
 from drake_navbench.errors import InputError, nearest_name_hint, printable
 
 DEFAULT_FOLDER = Path("results")
@@ -35,22 +34,17 @@ def build_parser() -> argparse.ArgumentParser:
         usage="%(prog)s [FOLDER] [OPTIONS]",
         description="Lists the results folders in a folder, or renames, tags or deletes one.",
         epilog=EPILOG,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    add = parser.add_argument
-    add(
-        "folder",
-        type=Path,
-        nargs="?",
-        default=DEFAULT_FOLDER,
-        help="folder that holds the results folders (results)",
+    option = Options(parser)
+    option(
+        "folder", "folder that holds the results folders (results)", Path, DEFAULT_FOLDER, nargs="?"
     )
-    only = parser.add_mutually_exclusive_group()
-    only.add_argument("--rename", nargs=2, metavar=("OLD", "NEW"), help="rename a run's folder")
-    only.add_argument("--tag", nargs=2, metavar=("NAME", "TAG"), help="add a tag to a run")
-    only.add_argument("--untag", nargs=2, metavar=("NAME", "TAG"), help="remove a tag from a run")
-    only.add_argument("--delete", metavar="NAME", help="delete a run with all of its trials")
-    add("--only", metavar="TAG", help="list only the runs with this tag")
+    only = Options(parser.add_mutually_exclusive_group())
+    only("--rename OLD NEW", "rename a run's folder")
+    only("--tag NAME TAG", "add a tag to a run")
+    only("--untag NAME TAG", "remove a tag from a run")
+    only("--delete NAME", "delete a run with all of its trials")
+    option("--only TAG", "list only the runs with this tag")
     return parser
 
 
@@ -135,7 +129,3 @@ def _set_tag(path: Path, tag: str, *, is_there: bool) -> None:
     tags = [*others, tag] if is_there else others
     write_text(tags_path(path), json.dumps(tags) + "\n")
     print(printable(f"{path.name}: {', '.join(tags) or 'no tags'}"))
-
-
-if __name__ == "__main__":
-    sys.exit(main())

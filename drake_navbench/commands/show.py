@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 from drake_navbench.commands.command_line import (
     CommandParser,
+    Options,
     exit_status_of,
     print_text,
     whole_number,
@@ -58,22 +59,20 @@ def build_parser() -> argparse.ArgumentParser:
         usage="%(prog)s [SCENARIO ...] [OPTIONS]",
         description="Draws what `run` would drive, with the same arguments: look before you drive.",
         epilog=EPILOG,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     add_what_drives(parser)
     add_where(parser)
     add_nav2_files(parser)
     # None: no robot is named. A named robot is drawn where no scene is asked for.
     parser.set_defaults(robot=None)
-    add = parser.add_argument_group("output").add_argument
-    add("--seed", type=whole_number, default=0, help="seed of the tasks of --goals (0)")
-    add("--quiet", action="store_true", help="print errors only")
-    add(
-        "--out",
-        type=Path,
-        metavar="FILE",
-        help="p.html, p.svg or p.png; several pictures are p.svg, p-2.svg ... (opens a page in "
-        "the browser)",
+    option = Options(parser.add_argument_group("output"))
+    option("--seed SEED", "of the tasks that --goals draws (0)", whole_number, 0)
+    option("--quiet", "print errors only")
+    option(
+        "--out FILE",
+        "p.html, p.svg or p.png; several pictures are p.svg, p-2.svg ... (opens a page in the "
+        "browser)",
+        Path,
     )
     return parser
 
@@ -170,7 +169,3 @@ def _written(views: Sequence[Any], out: Path | None) -> list[Path]:
             ]
             write_show_page(out, [view.title for view in views], files)
     return [out.absolute()]
-
-
-if __name__ == "__main__":
-    sys.exit(main())

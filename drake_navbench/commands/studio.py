@@ -12,6 +12,7 @@ from pathlib import Path
 
 from drake_navbench.commands.command_line import (
     CommandParser,
+    Options,
     exit_status_of,
     print_text,
     whole_number,
@@ -36,18 +37,17 @@ def build_parser() -> argparse.ArgumentParser:
         usage="%(prog)s [FOLDER] [OPTIONS]",
         description="Opens pages to draw scenarios, change parameters, drive and look.",
         epilog=EPILOG,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    add = parser.add_argument
-    add(
+    option = Options(parser)
+    option(
         "folder",
-        type=Path,
+        "folder with scenarios, Nav2 files and results (the current one)",
+        Path,
+        Path(),
         nargs="?",
-        default=Path(),
-        help="folder with scenarios, Nav2 files and results (the current one)",
     )
-    add("--port", type=whole_number, default=0, metavar="N", help="port (any free one)")
-    add("--no-browser", action="store_true", help="print the address, open no browser")
+    option("--port N", "port (any free one)", whole_number, 0)
+    option("--no-browser", "print the address, open no browser")
     return parser
 
 
@@ -73,7 +73,3 @@ def _studio(arguments: argparse.Namespace) -> None:
             webbrowser.open(address)
 
     serve(OpenFolder.at(arguments.folder), arguments.port, told)
-
-
-if __name__ == "__main__":
-    sys.exit(main())

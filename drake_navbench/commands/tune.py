@@ -15,6 +15,7 @@ from typing import NamedTuple
 
 from drake_navbench.commands.command_line import (
     CommandParser,
+    Options,
     exit_status_of,
     listed_names,
     positive_number,
@@ -56,7 +57,6 @@ def build_parser() -> argparse.ArgumentParser:
         "A set that touches anything is dropped: to find such sets, every search also\n"
         "drives a closed corridor and random worlds.",
         epilog=EPILOG,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     _add_subject(parser)
     _add_budget(parser)
@@ -66,126 +66,89 @@ def build_parser() -> argparse.ArgumentParser:
 
 def _add_subject(parser: argparse.ArgumentParser) -> None:
     """Adds the options of the search: preset, parameters, scenarios, objectives."""
-    add = parser.add_argument
-    add(
+    option = Options(parser)
+    option(
         "preset",
+        "preset to beat, such as rpp, or a variant of it",
+        default="",
         metavar="PRESET",
         nargs="?",
-        default="",
-        help="preset to beat, such as rpp, or a variant of it",
     )
-    add(
-        "--nav2",
-        type=Path,
-        metavar="FILE",
-        help="whole Nav2 file to beat, instead of PRESET; the result is a patch of it",
+    option(
+        "--nav2 FILE",
+        "whole Nav2 file to beat, instead of PRESET; the result is a patch of it",
+        Path,
     )
-    add("--plugin", metavar="NAME", help="controller of the file (its only one)")
-    add("--scenarios", type=listed_names, default=(), metavar="LIST", help="scenarios to search in")
-    add(
-        "--map",
-        type=Path,
-        metavar="FILE",
-        help="with --nav2: map to search on, with --goals; --fresh other tasks are held out",
+    option("--plugin NAME", "controller of the file (its only one)")
+    option("--scenarios LIST", "scenarios to search in", listed_names, ())
+    option(
+        "--map FILE",
+        "with --nav2: map to search on, with --goals; --fresh other tasks are held out",
+        Path,
     )
-    add(
-        "--goals",
-        type=positive_number,
-        default=0,
-        metavar="N",
-        help="number of tasks to draw on the map",
+    option("--goals N", "number of tasks to draw on the map", positive_number, 0)
+    option(
+        "--objectives LIST",
+        "objectives: some of time, clearance, jerk, turning_jerk, path_error, length "
+        "(time,clearance,jerk)",
+        listed_names,
+        ("time", "clearance", "jerk"),
     )
-    add(
-        "--objectives",
-        type=listed_names,
-        default=("time", "clearance", "jerk"),
-        metavar="LIST",
-        help="objectives: some of time, clearance, jerk, turning_jerk, path_error, "
-        "length (time,clearance,jerk)",
+    option(
+        "--held-out LIST",
+        "scenarios in which the front is judged once, at the end",
+        listed_names,
+        (),
     )
-    add(
-        "--held-out",
-        type=listed_names,
-        default=(),
-        metavar="LIST",
-        help="scenarios in which the front is judged once, at the end",
-    )
-    add(
-        "--parameter",
-        action="append",
-        default=[],
-        metavar="NAME=VALUES",
-        help="parameter to search with its values, LOW:HIGH, LOW:HIGH:log or A,B,C, "
-        "instead of the controller's own list; for a Nav2 file also parameters of "
-        "other nodes, such as local_costmap.PARAMETER",
+    option(
+        "--parameter NAME=VALUES ...",
+        "parameter to search with its values, LOW:HIGH, LOW:HIGH:log or A,B,C, instead of the "
+        "controller's own list; for a Nav2 file also parameters of other nodes, such as "
+        "local_costmap.PARAMETER",
     )
 
 
 def _add_budget(parser: argparse.ArgumentParser) -> None:
     """Adds the options of the budget."""
-    add = parser.add_argument
-    add(
+    option = Options(parser)
+    option(
         "--quick",
-        action="store_true",
-        help="search of minutes, not hours: 16 configurations, 8 pairs, 16 fresh trials, a front "
-        "of 2, unless given below",
+        "search of minutes, not hours: 16 configurations, 8 pairs, 16 fresh trials, a front of 2, "
+        "unless given below",
     )
-    add(
-        "--configurations",
-        type=positive_number,
-        metavar="N",
-        help="number of configurations to drive (200)",
+    option("--configurations N", "number of configurations to drive (200)", positive_number)
+    option("--pairs N", "largest number of trials of a configuration (32)", positive_number)
+    option(
+        "--fresh N",
+        "trials in each scenario, or other tasks on the map, in which the front is judged (32); "
+        "more where so few can show nothing",
+        partial(whole_number, least=2),
     )
-    add(
-        "--pairs",
-        type=positive_number,
-        metavar="N",
-        help="largest number of trials of a configuration (32)",
-    )
-    add(
-        "--fresh",
-        type=partial(whole_number, least=2),
-        metavar="N",
-        help="trials in each scenario, or other tasks on the map, in which the front is judged "
-        "(32); more where so few can show nothing",
-    )
-    add(
-        "--front",
-        type=positive_number,
-        metavar="N",
-        help="largest number of points of the front that are judged (8)",
+    option(
+        "--front N", "largest number of points of the front that are judged (8)", positive_number
     )
 
 
 def _add_running(parser: argparse.ArgumentParser) -> None:
     """Adds the options of the run: sampler, processes, output folder."""
-    add = parser.add_argument
-    add("--seed", type=whole_number, default=0, help="seed of the whole tuning (0)")
-    add(
+    option = Options(parser)
+    option("--seed SEED", "seed of the whole tuning (0)", whole_number, 0)
+    option(
         "--sampler",
-        choices=("tpe", "nsga2", "random"),
+        "sampler that proposes configurations (tpe)",
         default="tpe",
-        help="sampler that proposes configurations (tpe)",
+        choices=("tpe", "nsga2", "random"),
     )
-    add("--robot", default="wheelchair", help="robot by name, or a YAML file (wheelchair)")
-    add(
-        "--jobs",
-        type=positive_number,
-        default=None,
-        metavar="N",
-        help="parallel workers (all cores)",
-    )
-    add(
-        "--out",
-        type=Path,
+    option("--robot ROBOT", "robot by name, or a YAML file (wheelchair)", default="wheelchair")
+    option("--jobs N", "parallel workers (all cores)", positive_number)
+    option(
+        "--out DIR",
+        "folder of the study; further processes with the same command join it",
+        Path,
         required=True,
-        metavar="DIR",
-        help="folder of the study; further processes with the same command join it",
     )
-    add(
-        "--search-only",
-        action="store_true",
-        help="join the search as a further process, without the judgement at the end",
+    option(
+        "--search-only", "join the search as a further process, without the judgement at the end"
     )
 
 
@@ -235,7 +198,3 @@ def _size_of(arguments: argparse.Namespace) -> Size:
     given = {name: getattr(arguments, name) for name in Size._fields}
     size = QUICK if arguments.quick else WHOLE
     return size._replace(**{name: value for name, value in given.items() if value is not None})
-
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -6,13 +6,12 @@ Only the standard library is imported before the arguments are read, so that --h
 from __future__ import annotations
 
 import argparse
-import sys
 import textwrap
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from drake_navbench.commands.command_line import CommandParser, exit_status_of, print_text
+from drake_navbench.commands.command_line import CommandParser, Options, exit_status_of, print_text
 from drake_navbench.errors import InputError, printable
 
 if TYPE_CHECKING:
@@ -31,12 +30,9 @@ def build_parser() -> argparse.ArgumentParser:
         "driven again up to there, and must equal the log to the last bit.",
         epilog="exit status: 0 done, 1 the trial driven again is another one, 2 wrong input",
     )
-    parser.add_argument(
-        "log", type=Path, metavar="LOG", help="log of a trial, trials/*/*/trial_*.parquet"
-    )
-    parser.add_argument(
-        "--at", type=float, required=True, metavar="SECONDS", help="time of the trial [s]"
-    )
+    option = Options(parser)
+    option("log", "log of a trial, trials/*/*/trial_*.parquet", Path, metavar="LOG")
+    option("--at SECONDS", "time of the trial [s]", float, required=True)
     return parser
 
 
@@ -107,7 +103,3 @@ def table_lines(columns: Sequence[str], rows: Sequence[Sequence[Cell]]) -> list[
 
 def _wrapped(text: str) -> list[str]:
     return textwrap.wrap(text, WIDTH)
-
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from types import MappingProxyType
 from typing import Any, ClassVar, NamedTuple, Protocol
 
 import numpy as np
@@ -368,9 +367,12 @@ class Wait:
         return Step(state, is_done=round(time_s, NANOSECOND_DIGITS) >= state.end_s)
 
 
-DEFAULT_BEHAVIORS: Mapping[str, Callable[[BehaviorServerParameters], Behavior]] = MappingProxyType(
-    {"spin": Spin, "backup": BackUp, "drive_on_heading": DriveOnHeading, "wait": Wait}
-)
+DEFAULT_BEHAVIORS: Mapping[str, Callable[[BehaviorServerParameters], Behavior]] = {
+    "spin": Spin,
+    "backup": BackUp,
+    "drive_on_heading": DriveOnHeading,
+    "wait": Wait,
+}
 """The behaviours by the name of Nav2's default plugin list."""
 
 

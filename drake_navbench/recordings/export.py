@@ -9,10 +9,10 @@ from dataclasses import dataclass
 from importlib.resources import files
 from pathlib import Path
 
-from drake_navbench.csv_text import csv_text
 from drake_navbench.errors import InputError, NavbenchError
 from drake_navbench.logs.log import TrialLog
 from drake_navbench.logs.results import ResultsFolder, write_text
+from drake_navbench.logs.text_tables import csv_text
 from drake_navbench.processes.worker_process import Raised, Returned
 from drake_navbench.processes.workers import Task, run_tasks, start_server
 from drake_navbench.recordings.bag_file import write_bag

@@ -9,7 +9,7 @@ from collections.abc import Callable
 from drake_navbench.analysis.invariants import INVARIANTS
 from drake_navbench.analysis.metrics.definition import Metric
 from drake_navbench.analysis.metrics.registry import installed_metrics
-from drake_navbench.markdown_text import markdown_table
+from drake_navbench.logs.text_tables import markdown_table
 
 INTRODUCTION = """\
 # Metrics

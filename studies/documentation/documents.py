@@ -38,7 +38,7 @@ from drake_navbench.logs.log import (
 )
 from drake_navbench.logs.people import PEOPLE_COLUMNS
 from drake_navbench.logs.plans import PLAN_COLUMNS
-from drake_navbench.markdown_text import markdown_table
+from drake_navbench.logs.text_tables import markdown_table
 from drake_navbench.trial.column_controller import controller_setup
 from drake_navbench.trial.diagram import build_trial_diagram
 from drake_navbench.trial.spec import FollowPlan

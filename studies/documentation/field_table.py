@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from drake_navbench.inputs.robot import ROBOT_FILES, Robot, load_robot
-from drake_navbench.markdown_text import markdown_table
+from drake_navbench.logs.text_tables import markdown_table
 
 INTRODUCTION = """\
 # Fields of a robot file

@@ -7,7 +7,7 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from statistics import median
 
-from drake_navbench.markdown_text import markdown_table
+from drake_navbench.logs.text_tables import markdown_table
 from drake_navbench.native.builds import Build, NoiseSource
 from drake_navbench.studies.side_by_side.likeness import Likeness
 from drake_navbench.studies.side_by_side.parity import DecisionResult, Parity, TrialResult

@@ -1,14 +1,17 @@
-"""Tables as CSV that a spreadsheet shows as it is and never runs."""
+"""Tables as text: CSV that a spreadsheet shows as it is and never runs, and Markdown."""
 
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable, Sequence
 
 import pandas as pd
 
 # The beginning of a text that a spreadsheet takes for a formula; leading blanks do not help.
 FORMULA = re.compile(r"\s*[=+\-@]")
 AS_TEXT = "'"
+# The line under the titles of a column in Markdown, by its alignment.
+PLACES = {"l": "---", "r": "---:"}
 
 
 def csv_text(table: pd.DataFrame, *, has_index: bool = False) -> str:
@@ -44,3 +47,16 @@ def _is_number(text: str) -> bool:
     except ValueError:
         return False
     return True
+
+
+def markdown_row(cells: Iterable[str]) -> str:
+    """Returns a row of a table; a bar in a cell is escaped."""
+    return "| " + " | ".join(cell.strip().replace("|", "\\|") for cell in cells) + " |"
+
+
+def markdown_table(
+    titles: Sequence[str], rows: Iterable[Iterable[str]], alignment: str = ""
+) -> list[str]:
+    """Returns the lines of a table; alignment: `l` or `r` for each column, `l` without."""
+    places = "|".join(PLACES[letter] for letter in alignment.ljust(len(titles), "l"))
+    return [markdown_row(titles), f"|{places}|", *map(markdown_row, rows)]

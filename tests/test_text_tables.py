@@ -8,7 +8,7 @@ import io
 import pandas as pd
 import pytest
 
-from drake_navbench.csv_text import csv_text
+from drake_navbench.logs.text_tables import csv_text, markdown_table
 
 
 def cells(table: pd.DataFrame, **options) -> list[list[str]]:
@@ -39,3 +39,11 @@ def test_a_table_of_numbers_is_written_as_pandas_writes_it():
     table = pd.DataFrame({"a": [-1.5, float("nan")], "b": [True, False], "c": [-3, 4]})
     assert csv_text(table) == table.to_csv(index=False, lineterminator="\n")
     assert csv_text(table, has_index=True) == table.reset_index().to_csv(index=False)
+
+
+def test_columns_are_aligned_by_their_letters_and_bars_escaped():
+    assert markdown_table(("a", "b", "c"), [("x|y", " 1", "2")], "lr") == [
+        "| a | b | c |",
+        "|---|---:|---|",
+        "| x\\|y | 1 | 2 |",
+    ]
