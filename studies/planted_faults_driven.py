@@ -147,6 +147,8 @@ def visited_by(fault: Fault, complaint: Symptom, folder: Path) -> dict[str, Any]
         "trials": driver.driven,
     }
     if found.cure is not None:
+        cure = found.cure
+        row["fresh"] = [cure.before_target, cure.after_target, cure.target_trials]
         row["worse"] = _worse(found, patient, driver)
     return row
 

@@ -176,9 +176,10 @@ def _seen(visit: Visit, replays: Set[str]) -> list[str]:
     ]
     if not rows:
         return ["<h2>What the probes show</h2><p>No probe shows a symptom.</p>"]
+    asked = "" if visit.asked is None else f"; {visit.asked}, which was asked for, in at least one"
     return [
         "<h2>What the probes show</h2><p>Symptoms of the unchanged file, in at least half of a "
-        "probe's trials.</p>",
+        f"probe's trials{asked}.</p>",
         "<table><tr><th>class</th><th>the robot</th><th>probes</th><th>replay</th></tr>",
         *rows,
         "</table>",
