@@ -46,7 +46,7 @@ RULES: tuple[Rule, ...] = tuple(
     rule for module in (*MODULES, *MODULES_OF_SERVERS) for rule in module.RULES
 )
 # A rule that fires is worth so much more than a suspect alone; its second cure less than the first.
-OF_A_RULE = 1.6
+OF_A_RULE = 1.2
 NEXT_CURE = 0.85
 # Of a rule about values that nobody gave, where the file is not a whole one: they may be others.
 OF_DEFAULTS = 0.5
@@ -54,7 +54,7 @@ OF_DEFAULTS = 0.5
 ON_BRINGUP = 0.5
 # Of a suspect whose value lies beyond the usual range on the side of the fault, within, and on the
 # other side; and of a parameter that the controller has not.
-BEYOND, WITHIN, OPPOSITE, ABSENT = 1.5, 1.0, 0.35, 0.45
+BEYOND, WITHIN, OPPOSITE, ABSENT = 1.8, 1.0, 0.6, 0.45
 # A parameter that somebody changed away from its default on the side of the fault.
 CHANGED = 1.25
 # Of what a user names, in words or as one of a few values.
@@ -74,7 +74,7 @@ MISSING = 6.0
 AGAINST = 0.4
 SPEEDS = ("vx_max", "max_linear_vel", "max_vel_x", "max_speed_xy", "v_linear_max", "max_velocity")
 # What adds to the best evidence for a cause, of each further piece.
-FURTHER = 0.25
+FURTHER = 0.1
 
 
 class Suspicion(NamedTuple):

@@ -153,12 +153,12 @@ RULES = (
             "0 m/s"
         ),
         {
-            S.TOO_SLOW: 1.0,
-            S.NO_START: 0.9,
-            S.NO_TURNING: 0.8,
-            S.WOBBLE_STRAIGHT: 0.4,
-            S.STOP_START_JERK: 0.4,
-            S.GOAL_OVERSHOOT: 0.3,
+            S.TOO_SLOW: 0.6,
+            S.NO_START: 0.4,
+            S.NO_TURNING: 0.4,
+            S.WOBBLE_STRAIGHT: 0.3,
+            S.STOP_START_JERK: 0.3,
+            S.GOAL_OVERSHOOT: 0.2,
         },
         (put("controller_server.odom_topic"),),
         "nav2_controller: OdomSmoother subscribes odom_topic; roasinc/former_robot#19",
