@@ -28,6 +28,8 @@ NO_OUTLINE = np.empty((0, 2))
 # A detour may end on the path at MOST_ENDS points, REJOIN_M apart; a later end must be shorter by
 # WORTH_M.
 REJOIN_M, MOST_ENDS, WORTH_M = 0.5, 8, 0.2
+# So far behind the map's sides a detour may lead or end, m.
+BEYOND_M = 1.0
 # The plan has not changed where it still leads over the end of a detour, m.
 SAME_PLAN_M = 0.25
 # A robot farther from its detour needs another one, m.
@@ -47,6 +49,25 @@ def detour_costs(field: DistanceField, clearance: float, start: Array) -> NDArra
     is_here = np.hypot(x - start[0], y - start[1]) <= START_FREE_M
     costs[is_here & (costs == INSCRIBED) & (field.distances > 0.0)] = INSCRIBED - 1
     return costs
+
+
+def beyond_map(field: DistanceField) -> DistanceField:
+    """Returns a field that goes on for BEYOND_M behind the map's sides, where nothing is known.
+
+    A distance there is that at the nearest side and the way from it: the longest that it can be.
+    """
+    count = round(BEYOND_M / field.resolution)
+    off = [
+        np.maximum(np.abs(np.arange(-count, n + count) - 0.5 * (n - 1)) - 0.5 * (n - 1), 0.0)
+        for n in field.distances.shape
+    ]
+    return DistanceField(
+        np.pad(field.distances, count, mode="edge")
+        + field.resolution * np.hypot(off[0][:, None], off[1]),
+        field.origin_x - count * field.resolution,
+        field.origin_y - count * field.resolution,
+        field.resolution,
+    )
 
 
 def points_behind(
@@ -105,6 +126,7 @@ def find_detour(
     It ends at the first point that it can, unless a later one makes the whole way shorter by more
     than WORTH_M. All of it is at least `clearance` m from obstacles but where it begins.
     """
+    field = beyond_map(field)
     ends, stations = points_behind(plan, global_plan, field, clearance)
     if not len(ends):
         return None

@@ -62,7 +62,7 @@ class Weights(ControllerParameters):
         0.8, ge=0.0, description="Weight of changes of acceleration [s^5/m^2]."
     )
     maximum_velocity: Weight = Field(
-        3.0, ge=0.0, description="Weight of speed below the largest one [1/s]."
+        5.0, ge=0.0, description="Weight of speed below the largest one [1/s]."
     )
 
     def as_array(self) -> NDArray[np.float64]:
@@ -87,12 +87,12 @@ class HarmonyParameters(ControllerParameters):
     max_vel_x: Speed = Field(0.5, gt=0.0, description="Largest forward speed [m/s].")
     max_vel_x_backwards: Speed = Field(0.2, ge=0.0, description="Largest backward speed [m/s].")
     max_vel_theta: AngularSpeed = Field(1.0, gt=0.0, description="Largest turn rate [rad/s].")
-    acc_lim_x: Acceleration = Field(0.8, gt=0.0, description="Largest acceleration [m/s^2].")
+    acc_lim_x: Acceleration = Field(1.5, gt=0.0, description="Largest acceleration [m/s^2].")
     acc_lim_theta: AngularAcceleration = Field(
-        1.5, gt=0.0, description="Largest angular acceleration [rad/s^2]."
+        2.5, gt=0.0, description="Largest angular acceleration [rad/s^2]."
     )
-    jerk_lim_x: Number = Field(3.0, gt=0.0, description="Largest jerk [m/s^3].")
-    jerk_lim_theta: Number = Field(3.0, gt=0.0, description="Largest angular jerk [rad/s^3].")
+    jerk_lim_x: Number = Field(6.0, gt=0.0, description="Largest jerk [m/s^3].")
+    jerk_lim_theta: Number = Field(8.0, gt=0.0, description="Largest angular jerk [rad/s^3].")
     max_wheel_speed: Speed = Field(
         0.7, gt=0.0, description="Largest speed of either drive wheel [m/s]."
     )
@@ -100,7 +100,7 @@ class HarmonyParameters(ControllerParameters):
         0.5, gt=0.0, description="Distance between the drive wheels [m]."
     )
     max_lateral_acceleration: Acceleration = Field(
-        0.18, gt=0.0, description="Largest lateral acceleration: speed times turn rate [m/s^2]."
+        0.22, gt=0.0, description="Largest lateral acceleration: speed times turn rate [m/s^2]."
     )
     min_obstacle_dist: Length = Field(
         0.0, ge=0.0, description="Clearance that plans keep in addition to the error bound [m]."

@@ -16,6 +16,7 @@ from drake_navbench.controllers.harmony.detour import (
     still_ahead,
 )
 from drake_navbench.controllers.harmony.discs import half_width
+from drake_navbench.controllers.harmony.motion import V
 from drake_navbench.controllers.harmony.memory import HarmonyMemory
 from drake_navbench.controllers.harmony.parameters import HarmonyParameters
 from drake_navbench.controllers.harmony.passage import is_connected
@@ -41,6 +42,8 @@ SLOW_AT_M = 0.1
 # longer: a costmap does not show obstacles beyond its obstacle_max_range, so that there is nearly
 # always a way around the seen part of a wall.
 LOOK_PAST_M = 1.5
+# A robot turns back before it would lose the room to turn within this, s.
+LOSES_ROOM_S = 0.7
 # The plans' distance field is too small by this in the middle of a gap, m.
 ROOM_IN_GAPS_M = 0.02
 
@@ -76,6 +79,7 @@ class WayFinder:
         self._half_width = half_width(setup)
         reach_m = max(parameters.top_speed * parameters.horizon, LOOK_PAST_M)
         self.longest_m = 2.0 * (reach_m + setup.circumscribed_radius_m)
+        self._turning_m = setup.circumscribed_radius_m + clearance
         self._detour_clearance = float(discs[:, 1].max()) + clearance + ROOM_IN_GAPS_M
 
     def find(
@@ -92,10 +96,12 @@ class WayFinder:
         way = self._along(observation.plan, observation, field, reach_m)
         detour = self._detour_so_far(observation, memory, way, field)
         if detour is None:
-            if not self._is_open(observation, way, field):
+            if self._shuts_in(start, way, field):
+                detour = self._new_detour(observation, memory, way, field)
+            elif not self._is_open(observation, way, field):
                 stop_m = self._parameters.give_up_distance - SLOW_AT_M
                 return FoundWay(up_to_blocked(way, stop_m), False, None, way.blocked_m)
-            if memory.is_trapped or self._leads_inside(way, field):
+            elif memory.is_trapped or self._leads_inside(way, field):
                 detour = self._new_detour(observation, memory, way, field)
         if detour is None:
             return FoundWay(around(way), True, None, way.blocked_m)
@@ -103,9 +109,7 @@ class WayFinder:
         past = self._along(whole, observation, field, reach_m)
         # Where it ends in the goal, its own heading counts until it is there.
         nears_goal = past.nears_goal and len(whole) > len(detour)
-        past = past._replace(
-            blocked_m=np.inf, behind=None, nears_goal=nears_goal, is_detour=True
-        )
+        past = past._replace(blocked_m=np.inf, behind=None, nears_goal=nears_goal, is_detour=True)
         p = self._parameters
         can_back_up = p.max_vel_x_backwards > 0.0
         if can_back_up and must_back_up(past, start, field, self._discs, self._clearance):
@@ -125,6 +129,14 @@ class WayFinder:
             return True
         position = observation.pose[:2]
         return bool(is_connected(field, self._half_width, self.longest_m, position, way.behind))
+
+    def _shuts_in(self, start: Array, way: Way, field: DistanceField) -> bool:
+        """Returns whether a blocked path leads from where the robot can turn to where it cannot."""
+        if way.behind is None:
+            return False
+        ahead = LOSES_ROOM_S * start[V] * np.array([np.cos(start[2]), np.sin(start[2])])
+        here, there = distances_at(field, start[:2] + np.stack([0.0 * ahead, ahead]))
+        return bool(there < self._turning_m <= here)
 
     def _leads_inside(self, way: Way, field: DistanceField) -> bool:
         """Returns whether the path leads into an obstacle, where no heading has room."""
