@@ -52,7 +52,8 @@ def matches_between(
       is `old` in a run of several.
     - Columns of the same plugin, if the remaining columns come from one file in each folder.
     - The only remaining column in each folder.
-    files: one for each folder, see `Files`. Raises InputError where a column in `requested` does not exist.
+    files: one for each folder, see `Files`. Raises InputError where a column in `requested` does
+    not exist.
     """
     _require_known([match.old for match in requested], before)
     _require_known([match.new for match in requested], after)
