@@ -92,9 +92,10 @@ def build_report(
     again. parameters_of: as for `write_reproduction`. Raises InputError where the folder is no
     results folder, or has links to others in it.
     """
+    results = ResultsFolder(folder)
+    results.read_manifest()
     require_own_folders(folder)
     analysis = analyse_folder(folder, figures=figures, jobs=jobs, measured=measured, keeps=True)
-    results = ResultsFolder(folder)
     trials = analysis.trials
     for scenario in analysis.scenarios:
         if scenario.trials and not scenario.is_told_by_totals:

@@ -6,11 +6,10 @@ Only the standard library is imported before the arguments are read, so that --h
 from __future__ import annotations
 
 import argparse
-from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from drake_navbench.commands.command_line import CommandParser, Options, exit_status_of, print_text
+from drake_navbench.commands.command_line import CommandParser, Options, command, print_text
 from drake_navbench.errors import CannotBeWritten, InputError, printable
 
 if TYPE_CHECKING:
@@ -43,12 +42,6 @@ def build_parser() -> argparse.ArgumentParser:
     option("--packages DIR ...", "folders with ROS packages and Gazebo models", Path)
     option("--out FILE", "scenario file to write (WORLD's name.yaml)", Path)
     return parser
-
-
-def main(argv: Sequence[str] | None = None) -> int:
-    """Runs the command; returns the exit status."""
-    arguments = build_parser().parse_args(argv)
-    return exit_status_of(lambda: _import(arguments))
 
 
 def _import(arguments: argparse.Namespace) -> None:
@@ -93,3 +86,6 @@ def scenario_file(scenario: Scenario) -> str:
     return yaml.safe_dump(
         {name: value for name, value in data.items() if value is not None}, sort_keys=False
     )
+
+
+main = command(build_parser, _import)
