@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from drake_navbench.commands.command_line import CommandParser, Options, command, print_text
-from drake_navbench.errors import CannotBeWritten, InputError, printable
+from drake_navbench.errors import InputError, printable, writing
 
 if TYPE_CHECKING:
     from drake_navbench.inputs.scenario import Scenario
@@ -66,12 +66,9 @@ def _import(arguments: argparse.Namespace) -> None:
     start, goal = tuple(arguments.start), tuple(arguments.goal)
     scenario = scenario_in_world(world, start, goal, name=out.stem)
     view, told = scene_view([scenario], robot)
-    try:
+    with writing(out), figure_style():
         out.write_text(scenario_file(scenario), encoding="utf-8")
-        with figure_style():
-            (picture,) = write_figure(scene_figure(view), out.with_suffix(""), (PNG,))
-    except OSError as error:
-        raise CannotBeWritten(f"{out}: cannot be written: {error.strerror}") from error
+        (picture,) = write_figure(scene_figure(view), out.with_suffix(""), (PNG,))
     for line in told:
         print_text(f"{printable(line)}\n")
     print_text(f"{printable(world.summary)}\n{out} and {picture} written\n")
