@@ -93,9 +93,10 @@ def build_report(
     measuring. parameters_of: as for `write_reproduction`. Raises InputError where the folder is no
     results folder, or contains links to other folders.
     """
+    results = ResultsFolder(folder)
+    results.read_manifest()
     require_own_folders(folder)
     analysis = analyse_folder(folder, figures=figures, jobs=jobs, measured=measured, keeps=True)
-    results = ResultsFolder(folder)
     trials = analysis.trials
     for scenario in analysis.scenarios:
         if scenario.trials and not scenario.is_told_by_totals:

@@ -5,7 +5,8 @@ from __future__ import annotations
 import difflib
 import errno
 import signal
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 
 # Longer lines are cut: what is wrong may be a value of any size.
 MAX_LINE_LENGTH = 1000
@@ -37,6 +38,16 @@ class InputWarning(UserWarning):
 
 class CannotBeWritten(InputError):
     """A file cannot be written where it was asked for, as on a full disk. Exit status 2."""
+
+
+@contextmanager
+def writing(path: object) -> Iterator[None]:
+    """Raises CannotBeWritten, which names the file, for an OSError of what is done inside."""
+    try:
+        yield
+    except OSError as error:
+        reason = error.strerror or str(error)
+        raise CannotBeWritten(f"{path}: cannot be written: {reason}") from error
 
 
 class EndedFromOutside(NavbenchError):

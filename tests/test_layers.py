@@ -17,7 +17,6 @@ CONTRACTS = {
     "errors",
     "explanation",
     "logs",
-    "noise",
     "plugins",
     "processes",
     "program_function",

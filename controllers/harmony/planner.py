@@ -38,8 +38,8 @@ from drake_navbench.controllers.harmony.terms import (
 from drake_navbench.controllers.harmony.way import Way
 from drake_navbench.kernels.angles import wrap
 from drake_navbench.kernels.distance_field import DistanceField
+from drake_navbench.kernels.noise import NoiseKey
 from drake_navbench.kernels.read_only import read_only
-from drake_navbench.noise import NoiseKey
 
 Array = NDArray[np.float64]
 

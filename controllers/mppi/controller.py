@@ -29,8 +29,8 @@ from drake_navbench.controllers.mppi.releases import RULES, Goal
 from drake_navbench.controllers.mppi.sampler import CycleResult, Sampler
 from drake_navbench.errors import InputError
 from drake_navbench.explanation import Explanation
+from drake_navbench.kernels.noise import NoiseKey
 from drake_navbench.kernels.speed_limit import speed_limit_ratio
-from drake_navbench.noise import NoiseKey
 
 # Names the two ways of drawing noise in its key, so that they never share numbers.
 _FIXED, _REGENERATED = 0, 1

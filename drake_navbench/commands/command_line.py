@@ -160,6 +160,19 @@ def exit_status_of(
     return EXIT_DONE if status is None else status
 
 
+def command(
+    build_parser: Callable[[], argparse.ArgumentParser],
+    work: Callable[[argparse.Namespace], int | None],
+) -> Callable[[Sequence[str] | None], int]:
+    """Returns the `main` of a command: reads its arguments, works, returns the exit status."""
+
+    def main(argv: Sequence[str] | None = None) -> int:
+        arguments = build_parser().parse_args(argv)
+        return exit_status_of(lambda: work(arguments))
+
+    return main
+
+
 def whole_number(text: str, *, least: int = 0) -> int:
     """Returns an argument as a number; raises ArgumentTypeError unless whole and large enough."""
     number = int(text) if text.isdecimal() else -1

@@ -22,7 +22,7 @@ from drake_navbench.commands.command_line import (
     percentage,
     positive_number,
 )
-from drake_navbench.errors import InputError
+from drake_navbench.errors import writing
 
 EXIT_REGRESSION = 1
 # The most lines that are printed about regressions, undecided losses and columns not compared,
@@ -164,7 +164,5 @@ def _write(path: Path | None, text: str) -> None:
         width = shutil.get_terminal_size().columns
         sys.stdout.write(wrapped_lines(text, width) if is_terminal else text)
         return
-    try:
+    with writing(path):
         path.write_text(text, encoding="utf-8")
-    except OSError as error:
-        raise InputError(f"{path}: cannot be written: {error.strerror}") from error

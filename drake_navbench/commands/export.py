@@ -6,13 +6,12 @@ Only the standard library is imported before the arguments are read, so that --h
 from __future__ import annotations
 
 import argparse
-from collections.abc import Sequence
 from pathlib import Path
 
 from drake_navbench.commands.command_line import (
     CommandParser,
     Options,
-    exit_status_of,
+    command,
     positive_number,
 )
 
@@ -40,15 +39,12 @@ def build_parser() -> argparse.ArgumentParser:
     return parser
 
 
-def main(argv: Sequence[str] | None = None) -> int:
-    """Runs the command; returns the exit status."""
-    arguments = build_parser().parse_args(argv)
-    return exit_status_of(lambda: _export(arguments))
-
-
 def _export(arguments: argparse.Namespace) -> None:
     from drake_navbench.recordings.export import Formats, export
 
     formats = Formats(mcap=arguments.mcap, csv=arguments.csv, tum=arguments.tum)
     for path in export(arguments.source, formats, arguments.out, jobs=arguments.jobs):
         print(path)
+
+
+main = command(build_parser, _export)

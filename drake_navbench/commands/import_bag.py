@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from drake_navbench.commands.command_line import CommandParser, Options, exit_status_of
+from drake_navbench.commands.command_line import CommandParser, Options, command
 from drake_navbench.errors import InputError, as_line
 
 if TYPE_CHECKING:
@@ -65,12 +65,6 @@ def build_parser() -> argparse.ArgumentParser:
     option("--fit-drive", "also estimate lag, acceleration limits and deadband of the drive")
     option("--no-report", "do not write report.html now; the report command writes it later")
     return parser
-
-
-def main(argv: Sequence[str] | None = None) -> int:
-    """Runs the command; returns the exit status."""
-    arguments = build_parser().parse_args(argv)
-    return exit_status_of(lambda: _import(arguments))
 
 
 def _import(arguments: argparse.Namespace) -> None:
@@ -131,3 +125,6 @@ def topics_of(texts: Sequence[str]) -> dict[str, str]:
             raise InputError(f"--topics {text!r}: expected ROLE=TOPIC, such as odom=/robot/odom")
         found[role] = topic
     return found
+
+
+main = command(build_parser, _import)

@@ -6,12 +6,11 @@ Only the standard library is imported before the arguments are read, so that --h
 from __future__ import annotations
 
 import argparse
-from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from drake_navbench.commands.command_line import CommandParser, Options, exit_status_of, print_text
-from drake_navbench.errors import CannotBeWritten, InputError, printable
+from drake_navbench.commands.command_line import CommandParser, Options, command, print_text
+from drake_navbench.errors import InputError, printable, writing
 
 if TYPE_CHECKING:
     from drake_navbench.inputs.scenario import Scenario
@@ -45,12 +44,6 @@ def build_parser() -> argparse.ArgumentParser:
     return parser
 
 
-def main(argv: Sequence[str] | None = None) -> int:
-    """Runs the command; returns the exit status."""
-    arguments = build_parser().parse_args(argv)
-    return exit_status_of(lambda: _import(arguments))
-
-
 def _import(arguments: argparse.Namespace) -> None:
     from drake_navbench.analysis.figures.choice import PNG
     from drake_navbench.analysis.figures.style import figure_style, write_figure
@@ -73,12 +66,9 @@ def _import(arguments: argparse.Namespace) -> None:
     start, goal = tuple(arguments.start), tuple(arguments.goal)
     scenario = scenario_in_world(world, start, goal, name=out.stem)
     view, told = scene_view([scenario], robot)
-    try:
+    with writing(out), figure_style():
         out.write_text(scenario_file(scenario), encoding="utf-8")
-        with figure_style():
-            (picture,) = write_figure(scene_figure(view), out.with_suffix(""), (PNG,))
-    except OSError as error:
-        raise CannotBeWritten(f"{out}: cannot be written: {error.strerror}") from error
+        (picture,) = write_figure(scene_figure(view), out.with_suffix(""), (PNG,))
     for line in told:
         print_text(f"{printable(line)}\n")
     print_text(f"{printable(world.summary)}\n{out} and {picture} written\n")
@@ -93,3 +83,6 @@ def scenario_file(scenario: Scenario) -> str:
     return yaml.safe_dump(
         {name: value for name, value in data.items() if value is not None}, sort_keys=False
     )
+
+
+main = command(build_parser, _import)

@@ -15,7 +15,7 @@ from drake_navbench.commands.command_line import (
     EXIT_FAILED,
     CommandParser,
     Options,
-    exit_status_of,
+    command,
     whole_number,
 )
 from drake_navbench.errors import InputError
@@ -102,12 +102,6 @@ def _add_how(parser: argparse.ArgumentParser) -> None:
     option("--quiet", "print errors only")
 
 
-def main(argv: Sequence[str] | None = None) -> int:
-    """Runs the command; returns the exit status."""
-    arguments = build_parser().parse_args(argv)
-    return exit_status_of(lambda: _live(arguments))
-
-
 def _live(arguments: argparse.Namespace) -> int:
     from drake_navbench.campaign.benchmark import default_results_path
     from drake_navbench.campaign.console import terminal
@@ -182,3 +176,6 @@ def _assigned(option: str, texts: Sequence[str]) -> dict[str, str]:
         if not (name and equals and value):
             raise InputError(f"{option} {text!r}: expected NAME=VALUE")
     return {name: value for name, _, value in pairs}
+
+
+main = command(build_parser, _live)

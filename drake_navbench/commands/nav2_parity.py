@@ -7,14 +7,12 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Sequence
-from functools import partial
 from pathlib import Path
 
 from drake_navbench.commands.command_line import (
     CommandParser,
     Options,
-    exit_status_of,
+    command,
     listed_names,
     positive_number,
     whole_number,
@@ -51,12 +49,6 @@ def build_parser() -> argparse.ArgumentParser:
     return parser
 
 
-def main(argv: Sequence[str] | None = None) -> int:
-    """Runs the command; returns the exit status."""
-    arguments = build_parser().parse_args(argv)
-    return exit_status_of(partial(_compare, arguments))
-
-
 def _compare(arguments: argparse.Namespace) -> None:
     from drake_navbench.logs.results import write_text
     from drake_navbench.native.builds import find_build
@@ -85,3 +77,6 @@ def _compare(arguments: argparse.Namespace) -> None:
         sys.stdout.write(text)
     else:
         write_text(arguments.out, text)
+
+
+main = command(build_parser, _compare)

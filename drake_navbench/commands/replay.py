@@ -11,7 +11,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from drake_navbench.commands.command_line import CommandParser, Options, exit_status_of
+from drake_navbench.commands.command_line import CommandParser, Options, command
 from drake_navbench.errors import InputError, one_line
 
 if TYPE_CHECKING:
@@ -50,12 +50,6 @@ def build_parser() -> argparse.ArgumentParser:
         Path,
     )
     return parser
-
-
-def main(argv: Sequence[str] | None = None) -> int:
-    """Runs the command; returns the exit status."""
-    arguments = build_parser().parse_args(argv)
-    return exit_status_of(lambda: _replay(arguments))
 
 
 def _replay(arguments: argparse.Namespace) -> None:
@@ -173,3 +167,6 @@ def _built_in_model(name: object) -> Path | None:
     # A log may come from anybody: a name in it is not used as a path.
     path = ROBOT_FILES.folder / name
     return path if path.name == name and path.is_file() else None
+
+
+main = command(build_parser, _replay)

@@ -7,14 +7,13 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 from drake_navbench.commands.command_line import (
     CommandParser,
     Options,
-    exit_status_of,
+    command,
     positive_number,
     positive_percentage,
 )
@@ -49,12 +48,6 @@ def build_parser() -> argparse.ArgumentParser:
     return parser
 
 
-def main(argv: Sequence[str] | None = None) -> int:
-    """Runs the command; returns the exit status."""
-    arguments = build_parser().parse_args(argv)
-    return exit_status_of(lambda: _report(arguments))
-
-
 def _report(arguments: argparse.Namespace) -> None:
     from drake_navbench.analysis.figures.choice import FigureChoice
     from drake_navbench.analysis.metrics.registry import use_metric_files
@@ -78,3 +71,6 @@ def _parameters_of_preset(name: str) -> dict[str, Any]:
     from drake_navbench.inputs.presets import resolved_parameters
 
     return resolved_parameters(name)
+
+
+main = command(build_parser, _report)

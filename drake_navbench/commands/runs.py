@@ -8,10 +8,9 @@ from __future__ import annotations
 import argparse
 import json
 import shutil
-from collections.abc import Sequence
 from pathlib import Path
 
-from drake_navbench.commands.command_line import CommandParser, Options, exit_status_of
+from drake_navbench.commands.command_line import CommandParser, Options, command
 from drake_navbench.errors import InputError, nearest_name_hint, printable
 
 DEFAULT_FOLDER = Path("results")
@@ -46,12 +45,6 @@ def build_parser() -> argparse.ArgumentParser:
     only("--delete NAME", "delete a run with all of its trials")
     option("--only TAG", "list only the runs with this tag")
     return parser
-
-
-def main(argv: Sequence[str] | None = None) -> int:
-    """Runs the command; returns the exit status."""
-    arguments = build_parser().parse_args(argv)
-    return exit_status_of(lambda: _runs(arguments))
 
 
 def _runs(arguments: argparse.Namespace) -> None:
@@ -129,3 +122,6 @@ def _set_tag(path: Path, tag: str, *, is_there: bool) -> None:
     tags = [*others, tag] if is_there else others
     write_text(tags_path(path), json.dumps(tags) + "\n")
     print(printable(f"{path.name}: {', '.join(tags) or 'no tags'}"))
+
+
+main = command(build_parser, _runs)

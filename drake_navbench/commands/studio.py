@@ -7,13 +7,12 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Sequence
 from pathlib import Path
 
 from drake_navbench.commands.command_line import (
     CommandParser,
     Options,
-    exit_status_of,
+    command,
     print_text,
     whole_number,
 )
@@ -51,12 +50,6 @@ def build_parser() -> argparse.ArgumentParser:
     return parser
 
 
-def main(argv: Sequence[str] | None = None) -> int:
-    """Runs the command; returns the exit status."""
-    arguments = build_parser().parse_args(argv)
-    return exit_status_of(lambda: _studio(arguments))
-
-
 def _studio(arguments: argparse.Namespace) -> None:
     from drake_navbench.studio.yaml_text import require_studio_libraries
 
@@ -73,3 +66,6 @@ def _studio(arguments: argparse.Namespace) -> None:
             webbrowser.open(address)
 
     serve(OpenFolder.at(arguments.folder), arguments.port, told)
+
+
+main = command(build_parser, _studio)

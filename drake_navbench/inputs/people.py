@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from pydantic import Field, field_validator, model_validator
 
 from drake_navbench.kernels import walking
-from drake_navbench.noise import NoiseKey, NoiseStream
+from drake_navbench.kernels.noise import NoiseKey, NoiseStream
 from drake_navbench.typed_files.quantities import Angle, Duration, Length, Size
 from drake_navbench.typed_files.typed_yaml import FrozenModel, QuietModel, tuples_for_lists
 

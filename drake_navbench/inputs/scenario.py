@@ -30,7 +30,7 @@ from drake_navbench.inputs.mission import Lift, MissionStep, check_mission, end_
 from drake_navbench.inputs.robot import Robot, load_robot, overridden
 from drake_navbench.inputs.scenario_world import Floor
 from drake_navbench.inputs.world import World
-from drake_navbench.noise import NoiseKey, NoiseStream
+from drake_navbench.kernels.noise import NoiseKey, NoiseStream
 from drake_navbench.typed_files.quantities import Angle, Length
 from drake_navbench.typed_files.typed_yaml import FrozenModel, read_yaml, validate
 

@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any
 
 from pydantic import ConfigDict, Field
 
-from drake_navbench.errors import CannotBeWritten, InputError
+from drake_navbench.errors import CannotBeWritten, InputError, writing
 from drake_navbench.typed_files.input_file import read_input
 from drake_navbench.typed_files.typed_yaml import MAX_FILE_BYTES, FrozenModel, validate
 
@@ -42,7 +42,7 @@ def write_whole(path: Path, write: Callable[[Path], object]) -> None:
     full disk.
     """
     unfinished = path.with_name(f".{path.name}.{os.getpid()}{UNFINISHED}")
-    try:
+    with writing(path):
         path.parent.mkdir(parents=True, exist_ok=True)
         try:
             write(unfinished)
@@ -51,9 +51,6 @@ def write_whole(path: Path, write: Callable[[Path], object]) -> None:
             unfinished.replace(path)
         finally:
             unfinished.unlink(missing_ok=True)
-    except OSError as error:
-        reason = error.strerror or str(error)
-        raise CannotBeWritten(f"{path}: cannot be written: {reason}") from error
 
 
 def write_text(path: Path, text: str) -> None:

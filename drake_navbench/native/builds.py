@@ -11,7 +11,7 @@ from typing import Any
 
 from pydantic import Field
 
-from drake_navbench.errors import CannotBeWritten, InputError, nearest_name_hint
+from drake_navbench.errors import InputError, nearest_name_hint, writing
 from drake_navbench.processes.cache_folder import user_cache_folder
 from drake_navbench.typed_files.input_file import read_input
 from drake_navbench.typed_files.typed_yaml import FrozenModel, validate
@@ -108,12 +108,10 @@ def build_names() -> list[str]:
 def write_whole(path: Path, content: bytes) -> None:
     """Writes a file so that another process finds either the old file or the whole new one."""
     part = path.with_name(f"{path.name}.{os.getpid()}")
-    try:
+    with writing(path):
         path.parent.mkdir(parents=True, exist_ok=True)
         part.write_bytes(content)
         os.replace(part, path)
-    except OSError as error:
-        raise CannotBeWritten(f"{path}: cannot be written: {error.strerror}") from error
 
 
 def _manifest(name: str) -> Path:

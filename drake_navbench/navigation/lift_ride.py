@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 from pydantic import Field, model_validator
 
-from drake_navbench.noise import NoiseKey, NoiseStream
+from drake_navbench.kernels.noise import NoiseKey, NoiseStream
 from drake_navbench.typed_files.immutable import Immutable
 from drake_navbench.typed_files.quantities import Angle, Duration, Length, Period
 from drake_navbench.typed_files.typed_yaml import FrozenModel

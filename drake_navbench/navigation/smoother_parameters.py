@@ -21,7 +21,7 @@ REFINEMENTS_OF_HUMBLE = 4
 
 
 class RefinementParameters(FrozenModel):
-    """How often a smoother goes over its path again."""
+    """The number of times that a smoother goes over its path again."""
 
     do_refinement: bool = Field(True, description="Smooth the smoothed path again [-]")
     refinement_num: Count = Field(
@@ -51,7 +51,7 @@ class RelaxationParameters(RefinementParameters):
 
 
 class PartsParameters(FrozenModel):
-    """Whether a smoother parts a path at its turns back."""
+    """The choice between smoothing a path as a whole and part by part, between its turns back."""
 
     enforce_path_inversion: bool = Field(
         True,

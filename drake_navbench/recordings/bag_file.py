@@ -8,7 +8,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
-from drake_navbench.errors import CannotBeWritten, InputError
+from drake_navbench.errors import InputError, writing
 from drake_navbench.logs.results import UNFINISHED
 from drake_navbench.recordings.rosbags_extra import require_rosbags, ros2_types
 from drake_navbench.recordings.topics import Topic
@@ -31,7 +31,7 @@ def write_bag(path: Path, messages: Iterable[tuple[Topic, int, Any]]) -> None:
     if path.exists() and not (path / "metadata.yaml").is_file():
         raise InputError(f"{path}: exists and is not a bag; it is left as it is")
     unfinished = path.with_name(f".{path.name}.{os.getpid()}{UNFINISHED}")
-    try:
+    with writing(path):
         try:
             unfinished.mkdir(parents=True)
             # The file is named after its folder.
@@ -41,9 +41,6 @@ def write_bag(path: Path, messages: Iterable[tuple[Topic, int, Any]]) -> None:
             (unfinished / path.name).rename(path)
         finally:
             shutil.rmtree(unfinished, ignore_errors=True)
-    except OSError as error:
-        reason = error.strerror or str(error)
-        raise CannotBeWritten(f"{path}: cannot be written: {reason}") from error
 
 
 def _write(path: Path, messages: Iterable[tuple[Topic, int, Any]]) -> None:

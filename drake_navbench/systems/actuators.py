@@ -11,8 +11,8 @@ from pydrake.systems.framework import BasicVector, Context, DiscreteValues, Leaf
 from drake_navbench.inputs.actuators import GRAVITY_MPS2, ActuatorSettings
 from drake_navbench.inputs.drive import MotionBounds
 from drake_navbench.inputs.timeline import Timeline
+from drake_navbench.kernels.noise import NoiseKey, NoiseStream
 from drake_navbench.kernels.wheels import obeyed
-from drake_navbench.noise import NoiseKey, NoiseStream
 from drake_navbench.systems.lifetime import weakly_bound
 from drake_navbench.systems.ports import COMMAND_SIZE, STATE_SIZE
 

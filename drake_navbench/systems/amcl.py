@@ -18,6 +18,7 @@ from drake_navbench.inputs.lidar import LidarSettings
 from drake_navbench.inputs.localization import LocalizationSettings
 from drake_navbench.inputs.timeline import SLACK_S, Timeline
 from drake_navbench.kernels.angles import wrap
+from drake_navbench.kernels.noise import NoiseKey, NoiseStream
 from drake_navbench.kernels.particle_filter import (
     heaviest_cluster,
     hit_points,
@@ -29,7 +30,6 @@ from drake_navbench.kernels.particle_filter import (
 from drake_navbench.kernels.poses import carrier_pose, compose, placed_state
 from drake_navbench.logs.scans import Scan
 from drake_navbench.navigation.mission import FloorSwitch
-from drake_navbench.noise import NoiseKey, NoiseStream
 from drake_navbench.systems.floor_aware import FloorAware, FloorClock
 from drake_navbench.systems.lifetime import weakly_bound
 from drake_navbench.systems.ports import POSE_SIZE, STATE_SIZE, declare_object_input, value_or_none

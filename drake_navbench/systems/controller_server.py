@@ -28,13 +28,13 @@ from drake_navbench.inputs.navigation_settings import PATIENT_FOR_EVER, Controll
 from drake_navbench.inputs.timeline import SLACK_S, Timeline
 from drake_navbench.inputs.timing import TimingSettings
 from drake_navbench.kernels.grid import Costmap
+from drake_navbench.kernels.noise import NoiseKey, NoiseStream
 from drake_navbench.kernels.poses import to_robot_frame
 from drake_navbench.kernels.read_only import read_only
 from drake_navbench.navigation.goal_check import GoalChecker
 from drake_navbench.navigation.path_handler import PathHandler
 from drake_navbench.navigation.progress_checkers import ProgressChecker
 from drake_navbench.navigation.task import ClearRequest, GlobalPlan, TaskState, TaskStatus
-from drake_navbench.noise import NoiseKey, NoiseStream
 from drake_navbench.systems.compute_clock import ComputeClock
 from drake_navbench.systems.controller_call import (
     PluginBroke,

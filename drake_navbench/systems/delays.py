@@ -10,8 +10,8 @@ from pydrake.systems.framework import BasicVector, Context, DiscreteValues, Leaf
 
 from drake_navbench.inputs.timeline import SLACK_S, Timeline
 from drake_navbench.inputs.timing import TimingSettings
+from drake_navbench.kernels.noise import NoiseKey, NoiseStream
 from drake_navbench.navigation.mission import FloorSwitch
-from drake_navbench.noise import NoiseKey, NoiseStream
 from drake_navbench.systems.floor_aware import FloorAware, FloorClock
 from drake_navbench.systems.lifetime import weakly_bound
 from drake_navbench.systems.mailbox import Mailbox

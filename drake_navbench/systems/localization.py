@@ -10,7 +10,7 @@ from pydrake.systems.primitives import Adder
 
 from drake_navbench.inputs.localization import LocalizationSettings
 from drake_navbench.inputs.timeline import Timeline
-from drake_navbench.noise import NoiseKey, NoiseStream
+from drake_navbench.kernels.noise import NoiseKey, NoiseStream
 from drake_navbench.systems.lifetime import weakly_bound
 from drake_navbench.systems.ports import STATE_SIZE
 

@@ -14,10 +14,10 @@ from drake_navbench.inputs.floors import FloorSight
 from drake_navbench.inputs.range_sensor import RangeSensorSettings
 from drake_navbench.inputs.world import World
 from drake_navbench.kernels.depth_casting import Solids, cast_cone
+from drake_navbench.kernels.noise import NoiseKey, NoiseStream
 from drake_navbench.kernels.poses import compose
 from drake_navbench.kernels.read_only import read_only
 from drake_navbench.navigation.mission import FloorSwitch
-from drake_navbench.noise import NoiseKey, NoiseStream
 from drake_navbench.systems.floor_aware import FloorAware, FloorClock
 from drake_navbench.systems.lifetime import weakly_bound
 from drake_navbench.systems.ports import STATE_SIZE, declare_object_input, value_or_none

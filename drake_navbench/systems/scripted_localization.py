@@ -13,10 +13,10 @@ from pydrake.systems.framework import BasicVector, Context, InputPort, State
 from drake_navbench.inputs.localization import DRIFTS, LocalizationSettings
 from drake_navbench.inputs.timeline import SLACK_S, Timeline
 from drake_navbench.kernels.angles import wrap
+from drake_navbench.kernels.noise import NoiseKey, NoiseStream
 from drake_navbench.kernels.poses import carrier_pose, compose, drifted_frame, placed_state
 from drake_navbench.kernels.wheels import turned
 from drake_navbench.navigation.mission import FloorSwitch
-from drake_navbench.noise import NoiseKey, NoiseStream
 from drake_navbench.systems.actuators import WHEELS
 from drake_navbench.systems.floor_aware import FloorAware, FloorClock
 from drake_navbench.systems.lifetime import weakly_bound

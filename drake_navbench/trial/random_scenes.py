@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from drake_navbench.controller import ControllerSetup, Observation
 from drake_navbench.kernels.grid import Costmap
 from drake_navbench.kernels.inflation import inflate
-from drake_navbench.noise import NoiseKey
+from drake_navbench.kernels.noise import NoiseKey
 
 LETHAL = 254
 # Steps that divide no lookahead distance: where a sum of steps would equal one, rounding decides.

@@ -14,6 +14,7 @@ from results_folders import CONTROLLERS, SCENARIOS, SEEDS, trial_log, write_mani
 from drake_navbench.analysis.figures.choice import FigureChoice
 from drake_navbench.analysis.report import REPORT_NAME, build_report
 from drake_navbench.analysis.reproduction.reproduction import PAGE_NAME
+from drake_navbench.errors import InputError
 from drake_navbench.logs.log import TrialLog
 from drake_navbench.logs.results import ResultsFolder
 
@@ -108,3 +109,11 @@ def test_every_partial_folder_gives_a_report(contents, states):
 )
 def test_the_figures_of_a_partial_folder_are_drawn(contents, states):
     check_report(states, contents, FigureChoice.ALL)
+
+
+def test_a_folder_that_is_not_there_is_one_line(tmp_path):
+    missing = tmp_path / "missing"
+    with pytest.raises(InputError) as caught:
+        build_report(missing)
+    assert str(caught.value).startswith(f"{missing}: not a results folder: ")
+    assert "\n" not in str(caught.value)

@@ -15,9 +15,9 @@ from drake_navbench.controllers.mppi.lanes import unpack
 from drake_navbench.controllers.mppi.noise import Noise
 from drake_navbench.inputs.robot import load_robot
 from drake_navbench.kernels.grid import Costmap
+from drake_navbench.kernels.noise import NoiseKey
 from drake_navbench.native.build import build_checkout
 from drake_navbench.native.builds import NoiseSource, find_build
-from drake_navbench.noise import NoiseKey
 from drake_navbench.trial.column_controller import controller_setup
 
 KEY = NoiseKey(seed=5, stream=4, step=17)

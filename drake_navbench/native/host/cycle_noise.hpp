@@ -1,4 +1,4 @@
-// Which of the benchmark's random numbers the cycle at hand has; see drake_navbench/noise.py.
+// Which of the benchmark's random numbers the cycle at hand has; see drake_navbench/kernels/noise.py.
 #pragma once
 
 #include <cstdint>

@@ -58,7 +58,7 @@ class TimeExpired(Leaf):
 class PathExpiringTimer(Leaf):
     """Success once a path is older than `period_s`; another path begins the time anew.
 
-    Its memory survives its being idle, as in Nav2. source: the path's variable.
+    Its memory survives its being idle, as in Nav2.
     """
 
     MEMORY = ("is_first", "start_s", "path")
@@ -67,13 +67,12 @@ class PathExpiringTimer(Leaf):
     path: NDArray[np.float64] | None = None
 
     def __init__(self, name: str, board: Board, *, period_s: float, source: str = PATH) -> None:
-        super().__init__(name, board)
-        self._source = source
+        super().__init__(name, board, source=source)
         self._period_s = period_s
 
     def update(self) -> Status:
         """Tells whether the path is too old."""
-        now_s, path = self.board.inputs.now_s, self.board.values.paths.get(self._source)
+        now_s, path = self.board.inputs.now_s, self._path()
         if self.is_first:
             self.is_first, self.start_s, self.path = False, now_s, path
             return Status.FAILURE

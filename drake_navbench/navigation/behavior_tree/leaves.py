@@ -43,11 +43,19 @@ first."""
 
 
 class Leaf(TreeNode):
-    """A leaf that reads and writes a board."""
+    """A leaf that reads and writes a board.
 
-    def __init__(self, name: str, board: Board) -> None:
+    source, result: the board's variables of the path that it reads and of the one that it writes.
+    """
+
+    def __init__(self, name: str, board: Board, *, source: str = PATH, result: str = PATH) -> None:
         super().__init__(name)
         self.board = board
+        self._source = source
+        self._result = result
+
+    def _path(self) -> NDArray[np.float64] | None:
+        return self.board.values.paths.get(self._source)
 
 
 class GlobalUpdatedGoal(Leaf):
@@ -93,8 +101,7 @@ class IsGoalNearby(Leaf):
         search_distance_m: float,
         source: str = PATH,
     ) -> None:
-        super().__init__(name, board)
-        self._source = source
+        super().__init__(name, board, source=source)
         self._threshold_m = threshold_m
         self._search_distance_m = search_distance_m
         self.path: NDArray[np.float64] | None = None
@@ -102,7 +109,7 @@ class IsGoalNearby(Leaf):
 
     def update(self) -> Status:
         """Finds the robot on the path and measures the rest."""
-        path = self.board.values.paths.get(self._source)
+        path = self._path()
         if path is None:
             return Status.FAILURE
         if path is not self.path:
@@ -118,20 +125,19 @@ class IsGoalNearby(Leaf):
 class ValidatePath(Leaf):
     """Success when a path is free of collisions on the global costmap.
 
-    source: the path's variable. limits: further arguments of the validity service, those of
+    limits: further arguments of the validity service, those of
     `is_path_valid`.
     """
 
     def __init__(
         self, name: str, board: Board, *, source: str = REMAINING_PATH, **limits: int | bool
     ) -> None:
-        super().__init__(name, board)
-        self._source = source
+        super().__init__(name, board, source=source)
         self._limits = limits
 
     def update(self) -> Status:
         """Asks the planner's validity service; an empty path is not valid."""
-        path = self.board.values.paths.get(self._source)
+        path = self._path()
         is_valid = path is not None and self.board.is_path_valid(
             path, self.board.inputs.global_costmap, **self._limits
         )
@@ -139,14 +145,7 @@ class ValidatePath(Leaf):
 
 
 class ComputePathToPose(Leaf):
-    """Asks the planner for a path from the robot to the goal; failure empties the path.
-
-    result: the path's variable.
-    """
-
-    def __init__(self, name: str, board: Board, *, result: str = PATH) -> None:
-        super().__init__(name, board)
-        self._result = result
+    """Asks the planner for a path from the robot to the goal; failure empties the path."""
 
     def update(self) -> Status:
         """Plans a path and writes it, or empties the path's variable."""
@@ -166,7 +165,7 @@ class ComputePathToPose(Leaf):
 
 
 class SmoothPath(Leaf):
-    """Has a path smoothed. source, result: variables of the path and of the smoothed one.
+    """Has a path smoothed.
 
     An empty path, and one that the smoother fails at, is a failure. Where the result has a variable
     of its own, a path is smoothed once, as the result would be the same again.
@@ -175,14 +174,9 @@ class SmoothPath(Leaf):
     MEMORY = ("smoothed",)
     smoothed: NDArray[np.float64] | None = None
 
-    def __init__(self, name: str, board: Board, *, source: str = PATH, result: str) -> None:
-        super().__init__(name, board)
-        self._source = source
-        self._result = result
-
     def update(self) -> Status:
         """Has the smoother smooth the path, and writes the result."""
-        board, path = self.board, self.board.values.paths.get(self._source)
+        board, path = self.board, self._path()
         is_kept = self._result != self._source
         if is_kept and path is not None and path is self.smoothed:
             return Status.SUCCESS
@@ -202,18 +196,11 @@ class SmoothPath(Leaf):
 class FollowPath(Leaf):
     """Has the controller server follow the path; a path that replaces it preempts the task.
 
-    Halting it cancels the task. source: the path's variable.
+    Halting it cancels the task.
     """
 
     MEMORY = ("task_id",)
     task_id = 0
-
-    def __init__(self, name: str, board: Board, *, source: str = PATH) -> None:
-        super().__init__(name, board)
-        self._source = source
-
-    def _path(self) -> NDArray[np.float64] | None:
-        return self.board.values.paths.get(self._source)
 
     def initialise(self) -> None:
         """Sends a new task to the controller server."""

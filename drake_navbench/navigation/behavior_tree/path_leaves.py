@@ -18,26 +18,30 @@ from drake_navbench.navigation.behavior_tree.leaves import REMAINING_PATH, Leaf,
 Path = NDArray[np.float64]
 
 
-class TruncatePath(Leaf):
+class PathCut(Leaf):
+    """A leaf that writes a part of a path."""
+
+    def update(self) -> Status:
+        """Writes the shortened path; an empty path stays empty."""
+        path = self._path()
+        self.board.write_path(self._result, None if path is None else self._cut(path))
+        return Status.SUCCESS
+
+    def _cut(self, path: Path) -> Path:
+        raise NotImplementedError
+
+
+class TruncatePath(PathCut):
     """Cuts off the end of a path, up to the last pose that is a distance from the goal.
 
-    That pose then looks at the goal. Two poses stay in any case. source, result: variables of the
-    path and of the shortened one.
+    That pose then looks at the goal. Two poses stay in any case.
     """
 
     def __init__(
         self, name: str, board: Board, *, distance_m: float, source: str, result: str
     ) -> None:
-        super().__init__(name, board)
+        super().__init__(name, board, source=source, result=result)
         self._distance_m = distance_m
-        self._source = source
-        self._result = result
-
-    def update(self) -> Status:
-        """Writes the shortened path; an empty path stays empty."""
-        path = self.board.values.paths.get(self._source)
-        self.board.write_path(self._result, None if path is None else self._cut(path))
-        return Status.SUCCESS
 
     def _cut(self, path: Path) -> Path:
         goal = path[-1]
@@ -50,13 +54,13 @@ class TruncatePath(Leaf):
         return read_only(left)
 
 
-class TruncatePathLocal(Leaf):
+class TruncatePathLocal(PathCut):
     """Cuts a path to the part around the robot: some way before and behind it.
 
     forward_m: length kept ahead of the robot; negative: all of it. angle_weight_m: the m that 1 rad
     of difference in heading adds to the distance, in the search for the pose nearest to the robot.
     search_distance_m: length of the path that is searched, from the robot's last place on it;
-    infinity searches all of it. source, result: variables of the path and of the part.
+    infinity searches all of it.
     """
 
     MEMORY = ("path", "begin")
@@ -73,20 +77,12 @@ class TruncatePathLocal(Leaf):
         source: str = PATH,
         result: str = REMAINING_PATH,
     ) -> None:
-        super().__init__(name, board)
+        super().__init__(name, board, source=source, result=result)
         self._reach_m = (math.inf if forward_m < 0.0 else forward_m, backward_m)
         self._angle_weight_m = angle_weight_m
         self._search_distance_m = search_distance_m
-        self._source = source
-        self._result = result
         self.path: Path | None = None
         self.begin = 0
-
-    def update(self) -> Status:
-        """Writes the shortened path; an empty path stays empty."""
-        path = self.board.values.paths.get(self._source)
-        self.board.write_path(self._result, None if path is None else self._cut(path))
-        return Status.SUCCESS
 
     def _cut(self, path: Path) -> Path:
         if math.isinf(self._search_distance_m):

@@ -14,7 +14,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from drake_navbench.errors import CannotBeWritten, InputError, one_line
+from drake_navbench.errors import InputError, one_line, writing
 from drake_navbench.studies.tuning.task import TuningTask, require_same_task
 
 if TYPE_CHECKING:
@@ -69,17 +69,13 @@ def appending(path: Path) -> Iterator[None]:
 
     Optuna's lock is a file, too: where it cannot be made, releasing it raises RuntimeError.
     """
-    try:
-        yield
-    except OSError as error:
-        reason = error.strerror or str(error)
-        raise CannotBeWritten(f"{path}: cannot be written: {reason}") from error
-    except RuntimeError as error:
-        cause = error.__context__
-        if not isinstance(cause, OSError):
+    with writing(path):
+        try:
+            yield
+        except RuntimeError as error:
+            if isinstance(error.__context__, OSError):
+                raise error.__context__ from None
             raise
-        reason = cause.strerror or str(cause)
-        raise CannotBeWritten(f"{path}: cannot be written: {reason}") from error
 
 
 def _mend(path: Path, lock: Any, tell: Callable[[str], None]) -> None:

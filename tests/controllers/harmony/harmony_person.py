@@ -23,7 +23,7 @@ from harmony_worlds import (
 from drake_navbench.controller import ControllerError, Observation
 from drake_navbench.controllers.harmony import HarmonyParameters
 from drake_navbench.controllers.harmony.base_response import follow
-from drake_navbench.noise import NoiseKey
+from drake_navbench.kernels.noise import NoiseKey
 
 SPEED_MPS, FROM_M, WIDTH_M, LONGEST_S = 0.5, 3.0, 0.4, 12.0
 # Nav2's local costmap is updated five times a second.

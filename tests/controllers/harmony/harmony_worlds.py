@@ -27,9 +27,9 @@ from drake_navbench.controllers.harmony import Harmony, HarmonyParameters
 from drake_navbench.controllers.harmony.base_response import Response, follow
 from drake_navbench.kernels.footprint import footprint_radii
 from drake_navbench.kernels.grid import LETHAL, Costmap
+from drake_navbench.kernels.noise import NoiseKey
 from drake_navbench.kernels.outline_distance import outline_to_edges
 from drake_navbench.kernels.poses import place_point
-from drake_navbench.noise import NoiseKey
 
 PERIOD_S, STEP_S = 0.05, 0.01
 RESOLUTION_M, CELLS = 0.05, 120

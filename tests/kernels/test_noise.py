@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from drake_navbench.noise import NoiseKey, NoiseStream
+from drake_navbench.kernels.noise import NoiseKey, NoiseStream
 
 
 def draw(key: NoiseKey) -> np.ndarray:
