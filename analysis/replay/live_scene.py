@@ -43,7 +43,10 @@ from drake_navbench.kernels.poses import inverse
 from drake_navbench.logs.moment import Moment
 
 COSTMAP_PATH, PREDICTION_PATH = "/local_costmap", "/prediction"
-# The period at which objects are drawn anew that cannot just be moved, as the robot can.
+# A browser asks for a costmap by an address of its own, which Meshcat forgets with the object. The
+# last ones stay here, unseen: 2 s for a browser that is slow.
+KEPT_PATH, KEPT_COSTMAPS = "/kept_costmaps", 8
+# Objects that must be drawn anew as a whole are updated less often than the robot's pose.
 SLOW_PERIOD_S = 0.25
 MARGIN_M = 2.0
 # The paths of all objects of a scene, which are deleted before the next scene.
@@ -55,6 +58,7 @@ DRAWN = (
     "/start",
     "/waypoint",
     COSTMAP_PATH,
+    KEPT_PATH,
     MOVING_PATH,
     PLAN_PATH,
     PREDICTION_PATH,
@@ -117,6 +121,8 @@ class LiveScene:
         self._driven: list[NDArray[np.float64]] = []
         self._plan: NDArray[np.float64] | None = None
         self._slow_s = -np.inf
+        self._costmap_count = 0
+        meshcat.SetProperty(KEPT_PATH, "visible", False)
 
     def show(self, moment: Moment) -> None:
         """Draws the scene as it is at the time of `moment`."""
@@ -149,7 +155,10 @@ class LiveScene:
         frame = moment.odometry_from_world
         place = np.zeros(3) if frame is None else inverse(frame)
         if moment.costmap is not None:
-            self._stage.meshcat.SetObject(COSTMAP_PATH, textured_square(moment.costmap))
+            meshcat, square = self._stage.meshcat, textured_square(moment.costmap)
+            meshcat.SetObject(COSTMAP_PATH, square)
+            self._costmap_count += 1
+            meshcat.SetObject(f"{KEPT_PATH}/{self._costmap_count % KEPT_COSTMAPS}", square)
             self._stage.pose(COSTMAP_PATH, on_floor(place))
         predicted = moment.diagnostics.get("predicted_trajectory", ())
         if len(predicted):

@@ -8,20 +8,20 @@ from typing import Any, NamedTuple
 from drake_navbench.studio import drawing
 from drake_navbench.studio.drawing import Place, Point, entry_at, with_added, with_entry
 
-LOOK, MOVE, PERSON, MOVING = "Look", "Move", "Person", "Moving"
+LOOK, MOVE, PERSON, MOVING = "View", "Move", "Person", "Cart"
 HINTS = {
-    MOVE: "Click picks a thing, dragging moves it.",
+    MOVE: "Click a thing to edit or delete it, drag it to move it.",
     "Wall": "Drag from one end to the other.",
     "Box": "Drag from corner to corner.",
     "Cylinder": "Drag from the centre outwards.",
     "Door": "Drag along a wall, from jamb to jamb.",
     PERSON: "Click the start, then each goal; the last one once more ends the way.",
-    MOVING: "Click a cart's start, then each turn; the last one once more ends its way.",
+    MOVING: "Click the start, then each turn; the last one once more ends the way.",
     "Start": "Drag from the place towards the heading.",
-    "Waypoint": "Drag from the place towards the heading; goals before the goal, in order.",
+    "Waypoint": "Drag from the place towards the heading. Passed before the goal, in order.",
     "Goal": "Drag from the place towards the heading.",
-    "Keepout": "Drag from corner to corner.",
-    "Speed zone": "Drag from corner to corner; the limit is in % of the speed.",
+    "Keepout": "Drag from corner to corner: an area that plans must not enter.",
+    "Speed zone": "Drag from corner to corner. In it the robot is limited to Zone % of its speed.",
     LOOK: "Drag to move the view, wheel to zoom.",
 }
 TOOLS = list(HINTS)

@@ -34,6 +34,7 @@ class DrivePage(Page):
     def __init__(self, document: Document, desk: Desk) -> None:
         super().__init__(document, desk)
         self._seen: Any = None
+        self._shown: Driven | None = None
         self._is_driving = False
         self._make_widgets()
         self._form = ParameterForm(self._change, self._say)
@@ -67,7 +68,7 @@ class DrivePage(Page):
         self._drive = Button(label="Drive", button_type="primary", width=90, name="drive")
         self._stop = Button(label="Stop", width=60, disabled=True)
         self._lock = Button(label="Lock as reference", sizing_mode="stretch_width", name="lock")
-        self._save = Button(label="Save", width=70, name="save")
+        self._save = Button(label="Save", width=70, name="save", align="end")
         styled(self._scenario, self._robot, self._column, self._save_as)
         styled(self._drive, self._stop, self._lock, self._save)
         self._metrics = html(name="metrics")
@@ -137,7 +138,9 @@ class DrivePage(Page):
             lambda: self._desk.engine.look(
                 "column_fields", tuning.column(is_changed=False), self._desk.robot_argument()
             ),
-            lambda fields: self._form.show(fields, tuning.changes),
+            lambda fields: self._form.show(
+                fields, tuning.changes, "file" if tuning.file else "preset"
+            ),
         )
 
     def _change(self, field: ParameterField, value: Any) -> None:
@@ -177,8 +180,10 @@ class DrivePage(Page):
         self._show_column()
 
     def _watch(self) -> None:
-        """Shows the scenario as it is drawn now, on whichever page."""
+        """Shows the scenario as it is drawn now, on whichever page, and the latest trial."""
         scenario = self._desk.scenario
+        if self._shown is not self._desk.tuning.now:
+            self._show_trials()
         if self._seen == (scenario.opened, scenario.drawing.version, scenario.name):
             return
         self._seen = (scenario.opened, scenario.drawing.version, scenario.name)
@@ -193,14 +198,16 @@ class DrivePage(Page):
         def begin() -> Future[Driven]:
             asked = Asked(scenario.drawing.content, scenario.path)
             column, robot = desk.tuning.column(), desk.robot_argument()
-            return desk.engine.drive("drive_column", asked, column, robot, desk.engine.new_log())
+            log = desk.engine.new_log()
+            begun: Future[Driven] = desk.engine.drive("drive_column", asked, column, robot, log)
+            begun.add_done_callback(desk.tuning.note)
+            return begun
 
         self._say("driving ..." if desk.engine.is_warm else WARMING, "soft")
         if self._ask(begin, self._driven, lambda: self._set_driving(False)):
             self._set_driving(True)
 
     def _driven(self, driven: Driven) -> None:
-        self._desk.tuning.note(driven)
         kind = "good" if driven.outcome == "succeeded" else "bad"
         told = (
             f"{driven.column}: {driven.outcome} after {driven.times_s[-1]:.1f} s, {driven.reason}"
@@ -220,6 +227,7 @@ class DrivePage(Page):
 
     def _show_trials(self) -> None:
         tuning = self._desk.tuning
+        self._shown = tuning.now
         self._pictures.show(
             {"now": tuning.now, "before": tuning.before, "reference": tuning.reference}
         )

@@ -16,7 +16,10 @@ from drake_navbench.errors import NavbenchError
 from drake_navbench.processes.worker_process import Returned
 from drake_navbench.processes.workers import StandingWorker, Task, start_server
 
-PRELOAD_MODULE = "drake_navbench.campaign.worker_preload"
+# Loaded once, before the workers begin: they share it.
+PRELOAD_MODULES = ["drake_navbench.campaign.worker_preload", "drake_navbench.studio.tasks"]
+# What the first click is likely to ask for, driven once beforehand, in this order.
+WARM_COLUMNS = ("rpp", "dwb")
 # A trial in a world with many people takes longer than anybody looks on; the button stops it.
 DRIVE_LIMIT_S = 1800.0
 LOOK_LIMIT_S = 120.0
@@ -72,11 +75,11 @@ class Engine:
     """
 
     def __init__(self) -> None:
-        start_server([PRELOAD_MODULE])
+        start_server(PRELOAD_MODULES)
         self._looks, self._drives = _Desk(LOOK_LIMIT_S), _Desk(DRIVE_LIMIT_S)
         self._folder = tempfile.TemporaryDirectory(prefix="drake-navbench-studio-")
         self._numbers = count()
-        self.metrics = self.drive("warm")
+        self.metrics, *_ = [self.drive("warm", name) for name in WARM_COLUMNS]
         self.is_warm = False
         self.metrics.add_done_callback(self._note_warm)
 

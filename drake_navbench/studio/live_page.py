@@ -31,6 +31,7 @@ from drake_navbench.studio.style import (
     fill,
     html,
     image_at,
+    key,
     lines,
     styled,
     table,
@@ -41,6 +42,14 @@ FRAME_MS = 80
 STEP_S = 0.1
 SPEEDS = [("0.25", "¼ ×"), ("0.5", "½ ×"), ("1", "1 ×"), ("2", "2 ×"), ("5", "5 ×")]
 OWN = "own:"
+KEY = key(
+    (
+        (style.INK, "plan"),
+        (style.NOW, "driven so far"),
+        (style.GOAL, "expected by the controller"),
+        (style.FAINT_LINE, "its samples (after Why?)"),
+    )
+)
 DRIFTING = (
     "The estimate drifts in this scenario: costmap and trajectories are moved to the robot's true "
     "place, but not turned."
@@ -59,6 +68,7 @@ class LivePage(Page):
         main = Column(
             self._line,
             self._map.figure,
+            html(KEY),
             self._time,
             Row(*self._buttons, self._speed, self._why, spacing=6),
             self._reason,

@@ -32,6 +32,7 @@ class ParameterForm:
         self._on_change, self._on_fault = on_change, on_fault
         self._fields: Sequence[ParameterField] = ()
         self._changes: Mapping[str, Any] = {}
+        self._source = ""
         self._search = TextInput(placeholder="find a parameter", sizing_mode="stretch_width")
         self._search.on_change("value_input", self._find)
         self._node = Select(
@@ -48,9 +49,11 @@ class ParameterForm:
             sizing_mode="stretch_width",
         )
 
-    def show(self, fields: Sequence[ParameterField], changes: Mapping[str, Any]) -> None:
-        """Shows fields with their values; changes: by the key of the field."""
-        self._fields, self._changes = fields, changes
+    def show(
+        self, fields: Sequence[ParameterField], changes: Mapping[str, Any], source: str
+    ) -> None:
+        """Shows fields with their values; changes: by the key of the field; source: 'file' ..."""
+        self._fields, self._changes, self._source = fields, changes, source
         nodes = [node for node in dict.fromkeys(field.node for field in fields) if node]
         self._node.update(
             options=[("", "the controller"), *((node, node) for node in nodes)],
@@ -68,17 +71,22 @@ class ParameterForm:
             if all(word in f"{field.name} {field.description}".lower() for word in words)
         ]
         shown = sorted(found, key=lambda field: field.key not in self._changes)[:MAX_SHOWN]
-        self._count.text = f"{len(shown)} of {len(of_node)} parameters"
+        more = "; the search finds the others" if len(shown) < len(found) else ""
+        self._count.text = f"{len(shown)} of {len(of_node)} parameters{more}"
         self._inputs.children = [self._row(field) for field in shown]
 
     def _row(self, field: ParameterField) -> Any:
         value = self._changes.get(field.key, field.value)
-        given = "" if field.given is None else f", file {_told(field.given)}"
+        told = [f"default {_told(field.default)}"]
+        if field.given is not None:
+            told.append(f"{self._source} {_told(field.given)}")
+        if field.kind in ("number", "whole"):
+            told.append(f"slider {field.low:g} to {field.high:g}")
         unit = f" [{field.unit}]" if field.unit else ""
         text = html(
-            Markup(
-                '<b>{}</b>{} <span class="soft">default {}{}</span><p class="soft">{}</p>'
-            ).format(field.given_name, unit, _told(field.default), given, field.description)
+            Markup('<b>{}</b>{} <span class="soft">{}</span><p class="soft">{}</p>').format(
+                field.given_name, unit, ", ".join(told), field.description
+            )
         )
         return Column(text, self._input(field, value), sizing_mode="stretch_width", name=field.name)
 

@@ -13,12 +13,17 @@ from markupsafe import Markup
 from drake_navbench.studio.desk import Desk
 from drake_navbench.studio.page import Page
 from drake_navbench.studio.run_states import RunState, run_states
-from drake_navbench.studio.style import card, every, fill, html, lines, styled
+from drake_navbench.studio.style import card, every, fill, lines, styled
 
 REFRESH_MS = 1500
 MAX_SHOWN = 40
-EMPTY = (
-    "No runs here yet. Drive on the page Drive, or: drake-navbench run SCENARIO --out results/NAME"
+EMPTY = Markup(
+    "<h2>Begin here</h2>"
+    '<p><a href="scenario">Scenario</a> draw a floor, or open a scenario, a map or a world</p>'
+    '<p><a href="drive">Drive</a> drive one trial in it, change a parameter, drive again</p>'
+    '<p><a href="live">Live</a> step through a trial: why did it turn left there?</p>'
+    '<p class="soft">This page lists the runs of <code>drake-navbench run SCENARIO --out '
+    "results/NAME</code> in this folder; there are none yet.</p>"
 )
 
 
@@ -43,7 +48,9 @@ class RunsPage(Page):
         if shown == self._shown:
             return
         self._shown = shown
-        self._list.children = [self._card(*entry) for entry in shown] or [html(EMPTY)]
+        self._list.children = [self._card(*entry) for entry in shown] or [
+            card(text=EMPTY, name="empty")
+        ]
 
     def _card(self, state: RunState, is_own: bool, told: str | None) -> Any:
         text = card(text=_text(state, told), name=f"card {state.run.name}")

@@ -47,7 +47,7 @@ from drake_navbench.studio.scene_items import Item, item_at, items_of
 from drake_navbench.studio.style import every, fill, html, lines, styled
 from drake_navbench.typed_files.typed_yaml import parse_yaml
 
-STEPS = [("0", "no grid"), ("0.01", "1 cm"), ("0.05", "5 cm"), ("0.1", "10 cm"), ("0.5", "50 cm")]
+STEPS = [("0", "nothing"), ("0.01", "1 cm"), ("0.05", "5 cm"), ("0.1", "10 cm"), ("0.5", "50 cm")]
 GRID = (
     ".bk-btn-group { display: grid !important; gap: 4px; "
     "grid-template-columns: repeat(auto-fill, minmax(84px, 1fr)); }"
@@ -108,10 +108,12 @@ class ScenarioPage(Page):
         self._tool.stylesheets = [InlineStyleSheet(css=GRID)]
         self._tool.on_change("active", lambda _name, _old, _new: self._show_hint())
         third: Any = {"sizing_mode": "stretch_width", "min_width": 50}
-        self._step = Select(title="Grid", options=STEPS, value="0.05", **third)
+        self._step = Select(title="Snap to", options=STEPS, value="0.05", **third)
         self._percent = Spinner(title="Zone [%]", value=50, low=1, high=100, step=5, **third)
         self._speed = Spinner(title="Cart [m/s]", value=0.5, low=0.1, high=5, step=0.1, **third)
-        self._entry = TextInput(title="Picked", visible=False, sizing_mode="stretch_width")
+        self._entry = TextInput(
+            title="Picked thing, as the file says it", visible=False, sizing_mode="stretch_width"
+        )
         self._entry.on_change("value", self._edit)
         styled(self._files, self._name, self._description, self._robot, self._tool)
         styled(self._step, self._percent, self._speed, self._entry)
@@ -161,7 +163,7 @@ class ScenarioPage(Page):
 
     def _let_pan(self) -> None:
         pan = self._plan.figure.select_one(PanTool)
-        code = "pan.active = tool.labels[tool.active] === 'Look'"
+        code = "pan.active = tool.labels[tool.active] === 'View'"
         self._tool.js_on_change(
             "active", CustomJS(args={"pan": pan, "tool": self._tool}, code=code)
         )
@@ -293,7 +295,7 @@ class ScenarioPage(Page):
     def _delete(self) -> None:
         picked = self._picked
         if picked is None:
-            self._say("Delete: click a thing with the tool Move first")
+            self._say("Delete: pick a thing first, by a click with the tool Move")
             return
         self._picked = None
         content = self._desk.scenario.drawing.content

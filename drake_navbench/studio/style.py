@@ -72,11 +72,17 @@ WIDGETS = """\
 :host { color: var(--ink); font: 13px/1.4 Helvetica, Arial, sans-serif; }
 .bk-input, select.bk-input, input[type=text] { background: var(--field); color: var(--ink);
   border: 1px solid var(--line); border-radius: 7px; }
-select.bk-input { appearance: auto; background-image: none; }
+/* Arrows in the colour of the text: Bokeh's are black, on dark ground, too. */
+select.bk-input.bk-input { padding-right: 22px; background: linear-gradient(45deg,
+  transparent 50%, var(--soft) 50%) calc(100% - 13px) 50% / 5px 5px no-repeat,
+  linear-gradient(-45deg, transparent 50%, var(--soft) 50%) calc(100% - 8px) 50% / 5px 5px
+  no-repeat, var(--field); }
+select.bk-input option { background: var(--field); color: var(--ink); }
+.bk-spin-wrapper { --color: var(--soft); }
 .bk-input:focus { border-color: var(--accent); box-shadow: 0 0 0 2px var(--tint); }
 .bk-input-group label, label, .bk-slider-title { color: var(--soft); font-size: 12px; }
 .bk-btn, .bk-btn-default { background: var(--card); color: var(--ink); border: 1px solid
-  var(--line); border-radius: 7px; font: inherit; font-weight: 500; }
+  var(--line); border-radius: 7px !important; font: inherit; font-weight: 500; }
 .bk-btn:hover { background: var(--tint); border-color: var(--accent); }
 .bk-btn.bk-active { background: var(--tint); color: var(--accent); border-color: var(--accent);
   box-shadow: none; }
@@ -91,8 +97,7 @@ select.bk-input { appearance: auto; background-image: none; }
 HTML = """\
 :host { color: var(--ink); font: 13px/1.45 Helvetica, Arial, sans-serif; }
 .bk-clearfix { width: 100%; }
-h2 { font-size: 15px; margin: 0 0 4px; } h3 { font-size: 12px; margin: 0 0 4px; color: var(--soft);
-  text-transform: uppercase; letter-spacing: 0.05em; }
+h2 { font-size: 15px; margin: 0 0 4px; } h3 { font-size: 13px; margin: 0 0 4px; }
 p { margin: 0 0 4px; }
 b { overflow-wrap: anywhere; } .soft { color: var(--soft); } .good { color: var(--good); }
 .bad { color: var(--bad); } a { color: var(--accent); text-decoration: none; margin-right: 14px; }
@@ -105,7 +110,9 @@ pre { margin: 0; font: 12px/1.5 ui-monospace, monospace; white-space: pre-wrap;
   overflow-wrap: anywhere; }
 table { border-collapse: collapse; width: 100%; } td, th { text-align: right; padding: 3px 6px;
   border-bottom: 1px solid var(--line); font-variant-numeric: tabular-nums; }
-td:first-child, th:first-child { text-align: left; padding-left: 0; } th { font-weight: 500;
+td:first-child, th:first-child { text-align: left; padding-left: 0; } .word { text-align: left; }
+.key { border-radius: 3px; display: inline-block; height: 4px; margin: 0 5px 2px 0; width: 22px; }
+th { vertical-align: bottom; font-weight: 500;
   color: var(--soft); }
 """
 CARD = """\
@@ -140,16 +147,24 @@ def lines(texts: Iterable[str], kind: str = "") -> Markup:
     return Markup("").join(Markup('<p class="{}">{}</p>').format(kind, text) for text in texts)
 
 
-def table(head: Sequence[str], rows: Iterable[Sequence[str | Markup]]) -> Markup:
-    """Returns a table of texts."""
-    top = Markup("").join(Markup("<th>{}</th>").format(text) for text in head)
-    body = Markup("").join(
-        Markup("<tr>{}</tr>").format(
-            Markup("").join(Markup("<td>{}</td>").format(text) for text in row)
-        )
-        for row in rows
-    )
-    return Markup("<table><tr>{}</tr>{}</table>").format(top, body)
+def table(head: Sequence[str], rows: Sequence[Sequence[str | Markup]]) -> Markup:
+    """Returns a table of texts; a column with sentences is flush left, one of numbers right."""
+    long = {index for row in rows for index, text in enumerate(row) if len(text.split()) > 3}
+    kinds = ["word" if index in long else "" for index in range(len(head))]
+
+    def line(tag: str, row: Sequence[str | Markup]) -> Markup:
+        cell = Markup('<{0} class="{1}">{2}</{0}>')
+        cells = (cell.format(tag, kind, text) for kind, text in zip(kinds, row, strict=True))
+        return Markup("<tr>{}</tr>").format(Markup("").join(cells))
+
+    body = Markup("").join(line("td", row) for row in rows)
+    return Markup("<table>{}{}</table>").format(line("th", head), body)
+
+
+def key(entries: Iterable[tuple[str, str]]) -> Markup:
+    """Returns the key of a picture's lines, of colour and meaning each."""
+    entry = Markup('<i class="key" style="background: {}"></i>{}')
+    return Markup(" &emsp; ").join(entry.format(*one) for one in entries)
 
 
 def picture(**properties: Any) -> Any:

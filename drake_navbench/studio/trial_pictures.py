@@ -60,6 +60,7 @@ class TrialPictures:
             label_text_color=style.INK,
             location="top_left",
             orientation="horizontal",
+            spacing=18,
         )
 
     def show_scene(self, items: Sequence[Item]) -> None:
@@ -79,8 +80,9 @@ class TrialPictures:
 
     def show(self, trials: Mapping[str, Driven | None]) -> None:
         """Draws trials by their roles: 'now', 'before', 'reference'."""
-        for role, _ in ROLES:
+        for (role, _), entry in zip(ROLES, self.floor.legend[0].items, strict=True):
             trial = trials.get(role)
+            entry.visible = trial is not None
             poses = np.empty((0, 3)) if trial is None else trial.poses
             times = np.empty(0) if trial is None else trial.times_s
             speeds = np.empty((0, 2)) if trial is None else trial.speeds
@@ -109,8 +111,10 @@ def metrics_table(
     reference: Driven | None,
 ) -> Markup:
     """Returns the metrics of a trial with their change since the one before and the reference."""
+    others = {"change from before": before, "change from reference": reference}
+    known = {title: other for title, other in others.items() if other is not None}
     rows: list[list[str | Markup]] = [
-        ["Outcome", now.outcome, *(other.outcome if other else "" for other in (before, reference))]
+        ["Outcome", now.outcome, *(f"was {other.outcome}" for other in known.values())]
     ]
     for metric in metrics:
         value = now.metrics.get(metric.name, np.nan)
@@ -119,15 +123,13 @@ def metrics_table(
             [
                 metric.title,
                 f"{number(value)}{unit}" if np.isfinite(value) else "–",
-                *(_change(metric, value, other) for other in (before, reference)),
+                *(_change(metric, value, other) for other in known.values()),
             ]
         )
-    return style.table(["", "now", "since before", "since reference"], rows)
+    return style.table([now.column, "now", *known], rows)
 
 
-def _change(metric: MetricOf, value: float, other: Driven | None) -> str | Markup:
-    if other is None:
-        return ""
+def _change(metric: MetricOf, value: float, other: Driven) -> str | Markup:
     change = value - other.metrics.get(metric.name, np.nan)
     if not np.isfinite(change):
         return "–"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+from concurrent.futures import Future
 from pathlib import Path
 from typing import Any
 
@@ -54,9 +55,10 @@ class TuningDesk:
         changes = tuple(self.changes.items()) if is_changed else ()
         return Column(self.name, path, self.text, changes)
 
-    def note(self, driven: Driven) -> None:
-        """Notes a trial as the one driven last."""
-        self.before, self.now = self.now, driven
+    def note(self, ended: Future[Driven]) -> None:
+        """Notes a trial that has ended as the one driven last, be its page closed or not."""
+        if not ended.cancelled() and ended.exception() is None:
+            self.before, self.now = self.now, ended.result()
 
     def lock(self) -> None:
         """Makes the trial driven last the reference."""

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import dataclasses
 import math
+import re
+import urllib.error
+import urllib.request
 
 import numpy as np
 import pytest
 from replay_logs import replay_log
 
 from drake_navbench.analysis.replay.costmaps import add_costmaps
-from drake_navbench.analysis.replay.live_scene import COSTMAP_PATH, Course, LiveScene
+from drake_navbench.analysis.replay.live_scene import COSTMAP_PATH, KEPT_COSTMAPS, Course, LiveScene
 from drake_navbench.analysis.replay.odometry_frame import cycles_in_world
 from drake_navbench.analysis.replay.stage import Stage, make_meshcat
 from drake_navbench.inputs.world import World
@@ -77,3 +80,24 @@ def test_a_live_view_draws_the_costmap_around_the_robot():
     scene.show(Moment(0.5, np.zeros(6), None, log.costmaps[0], None, {}, np.empty((0, 3)), frame))
     origin = poses[COSTMAP_PATH] @ [1.0, 0.0, 0.0, 1.0]
     np.testing.assert_allclose(origin, [0.0, 0.0, 0.0, 1.0], atol=1e-9)
+
+
+def test_a_slow_browser_still_gets_a_costmap_that_was_replaced():
+    log = replay_log("rpp", end_time_s=1.0)
+    square = np.array([[0.3, 0.3], [-0.3, 0.3], [-0.3, -0.3], [0.3, -0.3]])
+    course = Course("square", World(()), np.zeros(3), np.array([[4.0, 0, 0]]), 0.25, square, None)
+    scene = LiveScene(meshcat := make_meshcat(), course, "rpp", subtitle="")
+    addresses = []
+    for number in range(10):
+        costmap = dataclasses.replace(log.costmaps[0], origin_x=0.1 * number)
+        scene.show(
+            Moment(number, np.zeros(6), None, costmap, None, {}, np.empty((0, 3)), np.zeros(3))
+        )
+        # The corners, which differ; the texture is one.
+        first, *_ = re.findall(rb"cas-v1/[0-9a-f]+", meshcat._GetPackedObject(COSTMAP_PATH))
+        addresses.append(f"{meshcat.web_url()}/{first.decode()}")
+    assert len(set(addresses)) == 10
+    for address in addresses[-KEPT_COSTMAPS:]:
+        assert urllib.request.urlopen(address).status == 200
+    with pytest.raises(urllib.error.HTTPError, match="404"):
+        urllib.request.urlopen(addresses[0])

@@ -107,7 +107,7 @@ def hold(tool) -> Hold:
 def test_a_cart_goes_to_each_click_at_its_speed_with_its_front_ahead():
     content = EMPTY_FLOOR
     for number, click in enumerate([(2.0, -2.0), (2.0, 2.0), (0.0, 2.0)]):
-        content = with_way(content, hold("Moving"), click, goes_on=number > 0)
+        content = with_way(content, hold("Cart"), click, goes_on=number > 0)
     (cart,) = content["world"]["moving_obstacles"]
     # 4 m and 2 m at 0.5 m/s; it looks along +y, then along -x.
     assert [(w["time_s"], w["position"], w["yaw_rad"]) for w in cart["waypoints"]] == [
@@ -116,7 +116,7 @@ def test_a_cart_goes_to_each_click_at_its_speed_with_its_front_ahead():
         (12.0, [0.0, 2.0], 3.142),
     ]
     # Where it already is it does not go again.
-    assert with_way(content, hold("Moving"), (0.0, 2.0), goes_on=True) == content
+    assert with_way(content, hold("Cart"), (0.0, 2.0), goes_on=True) == content
     (moving,) = [item for item in items_of(content) if item.kind == "moving"]
     # 1.0 m long along +y, 0.6 m wide.
     assert moving.outline.min(axis=0) == pytest.approx([1.7, -2.5], abs=1e-3)

@@ -53,7 +53,7 @@ def test_each_click_and_each_drag_is_heard_once(hand, studio):
     hand.hold((1.0, 1.0), 0.5)
     hand.hold((2.0, 1.0), 0.5)
     hand.drag((2.0, 1.5), (2.05, 1.5))
-    hand.take("Moving")
+    hand.take("Cart")
     for place in ((3.0, -1.0), (4.0, -1.0)):
         hand.tap(place)
     hand.wait_text("text", "moving_obstacles")

@@ -51,7 +51,7 @@ def test_a_scenario_is_drawn_driven_tuned_saved_and_run_to_the_same_trial(hand, 
     hand.wait_text("patch", "rpp:lookahead_dist=0.9")
     hand.click("drive")
     hand.wait_text("line", "rpp:lookahead_dist=0.9: succeeded")
-    hand.wait_text("metrics", "since before")
+    hand.wait_text("metrics", "change from before")
     hand.browser.screenshot("studio-drive")
 
     hand.open("live")
