@@ -420,6 +420,18 @@ def test_a_speed_beyond_what_the_file_lets_through_is_a_difference(patient):
     assert speeds(max_velocity=[0.5, 0.0, 1.0], min_velocity=[-0.5, 0.0, -1.0]) == []
 
 
+def test_a_critics_switch_and_a_limit_of_motion_are_tried_when_all_else_was(patient):
+    critic = MPPI_BLOCK | {"CostCritic": {"consider_footprint": True, "enabled": False}}
+    patient.paths[0].write_text(nav2_text(critic | {"wz_max": 0.3}, plugin=MPPI))
+    found = with_differences([], patient.facts())
+    by_place = {s.cause.place: s for s in found}
+    switch, limit = by_place["controller.CostCritic.enabled"], by_place["controller.wz_max"]
+    assert (switch.cause.direction, switch.cause.to) == (Direction.SET, True)
+    # Nav2 has 1.9 rad/s.
+    assert (limit.cause.direction, limit.cause.to) == (Direction.UP, 1.9)
+    assert limit.score == min(s.score for s in found)
+
+
 def test_nothing_seen_is_a_verdict(patient):
     found = visits.Visit(patient.facts(), probes=PROBES)
     assert verdict(found) == "Nothing to improve: no probe shows a symptom."
