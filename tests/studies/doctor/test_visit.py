@@ -291,6 +291,17 @@ def test_a_change_that_leaves_the_symptom_is_not_driven_through_the_other_probes
     assert not stays.helps
 
 
+def test_a_symptom_that_no_fresh_seed_shows_judges_no_change(patient):
+    shown = [tried(2.0, 0.0, 0.001, verdict=Verdict.SHOWN)] * 2
+    driver = Rows(["wobble_straight"], [], seldom=())
+    (found,) = judge(patient, shown, Symptom.WOBBLE_STRAIGHT, PROBES, ["straight"], driver, seed=0)
+    assert not found.helps
+    visited = visits.Visit(patient.facts(), probes=PROBES, treated=Symptom.WOBBLE_STRAIGHT)
+    visited.seen = {Symptom.WOBBLE_STRAIGHT: ["straight"]}
+    visited.judged, visited.tried = [found], shown
+    assert "the unchanged file does not show the symptom" in verdict(visited)
+
+
 def test_what_was_tried_until_ctrl_c_is_kept(patient):
     class Stopped(Counted):
         batches = 0
