@@ -28,7 +28,9 @@ it does harm. Written before anything was driven:
 - *Complaint.* The new symptom that most trials show; of several the weightiest. The doctor is given
   it as `--symptom` and no words. It does not know the sound file.
 - *Order.* One of each controller in turn, as many as the time allows; none is left out after its
-  answer is known. No budget in seconds, as there.
+  answer is known. (MPPI's second and later ones come last: decided when a trial's cost was known
+  and before any of those that the turns had brought by then was visited.) No budget in seconds, as
+  there.
 - *Scores* are those of `planted_faults_driven.py`: first, among, gone, nothing worse on further
   seeds, the first suspect by reading, and the value farthest from Nav2's default. *Chance* is any
   parameter of the file and a coin for its direction, as an expected value.
@@ -239,13 +241,18 @@ def visit_all(seed: int, out: Path) -> None:
 
 
 def _in_turn(done: Mapping[str, Any], seed: int) -> list[str]:
-    """Returns the keys of the harmful faults, one of each controller in turn."""
+    """Returns the keys of the harmful faults, one of each controller in turn.
+
+    Of MPPI, of which a visit takes as long as four others, only the first one has a turn.
+    """
     queues = [
         [key for key, e in done.items() if key.startswith(f"{seed} {c} ") and e["harmful"]]
         for c in CONTROLLERS_OF[seed]
     ]
     turns = max(map(len, queues), default=0)
-    return [queue[turn] for turn in range(turns) for queue in queues if turn < len(queue)]
+    found = [queue[turn] for turn in range(turns) for queue in queues if turn < len(queue)]
+    late = [key for key in found if key.split()[1] == "mppi"][1:]
+    return [key for key in found if key not in late] + late
 
 
 def _fault_of(entry: Mapping[str, Any]) -> Fault:

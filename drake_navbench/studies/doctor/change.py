@@ -130,7 +130,8 @@ def judge(
             everything = [these + more for these, more in zip(rows, further, strict=True)]
             found = _judged(entry, entry.trial, everything, rows, symptom, showing)
         yield found
-        if found.helps and not found.worse:
+        if (found.helps and not found.worse) or not found.before_target:
+            # Without the symptom on fresh seeds nobody can judge any change.
             return
 
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from fnmatch import fnmatchcase
 
 from drake_navbench.studies.doctor.causes import Cause, Direction
 from drake_navbench.studies.doctor.cures import OTHER
@@ -16,11 +17,16 @@ from drake_navbench.studies.doctor.facts import Facts
 from drake_navbench.studies.doctor.far_values import is_robots_own
 from drake_navbench.studies.doctor.in_effect import is_in_effect
 from drake_navbench.studies.doctor.reading import Suspicion
-from drake_navbench.studies.doctor.usual import FAR, unusual_value
+from drake_navbench.studies.doctor.usual import FAR, Unusual, unusual_value, usual_switches
 
 # Scores beside the suspects' weights, which are 0 to 1: of a value far from the usual ones, of
-# another one, and of a switch.
-FAR_SCORE, OTHER_SCORE, SWITCH_SCORE = 0.6, 0.2, 0.3
+# another one, of a switch, and of a limit of the robot's motion. Such a limit is the robot's own
+# matter, and no finding speaks of it; but where nothing else helps a trial may.
+FAR_SCORE, OTHER_SCORE, SWITCH_SCORE, OWN_SCORE = 0.6, 0.2, 0.3, 0.05
+OF_MOTION = (
+    "max_vel*", "*_vel", "*speed*", "v[xy]_max", "wz_max", "v_linear*", "v_angular*", "acc_lim*",
+    "decel_lim*", "a[xyz]_max", "a[xyz]_min", "*_accel", "*_decel",
+)  # fmt: skip
 SOURCE = "Nav2's code and nav2_bringup/params/nav2_params.yaml"
 # What else in a file limits the speed ahead: places of numbers, and of lists whose first it is.
 LIMITS, LISTS = ("controller.max_speed_xy",), ("velocity_smoother.max_velocity",)
@@ -53,17 +59,25 @@ def _differences(facts: Facts) -> Iterator[Suspicion]:
     for place in sorted(facts.given - facts.unreadable):
         if not is_in_effect(facts, place):
             continue
-        value, default = facts[place], facts.defaults.get(place)
+        value = facts[place]
         if isinstance(value, bool):
-            if isinstance(default, bool) and value is not default:
-                why = f"Nav2's default is {str(default).lower()}."
-                cause = Cause(place, Direction.SET, default, why, SOURCE)
+            usual = usual_switches(facts.kinds).get(place)
+            if usual and value not in usual:
+                why = f"Nav2 and nav2_bringup have {str(not value).lower()}."
+                cause = Cause(place, Direction.SET, not value, why, SOURCE)
                 yield Suspicion(cause, SWITCH_SCORE, (why,))
             continue
         other = unusual_value(facts, place, least=OTHER)
-        if other is None or is_robots_own(other):
+        if other is None or (is_robots_own(other) and not _is_speed(other)):
             continue
         is_far = abs(math.log(other.ratio)) >= math.log(FAR) - 1e-9
         why = f"Nav2 or nav2_bringup has {other.nearest:g}."
         cause = Cause(place, other.back, other.nearest, why, SOURCE)
-        yield Suspicion(cause, FAR_SCORE if is_far else OTHER_SCORE, (why,))
+        score = OWN_SCORE if is_robots_own(other) else FAR_SCORE if is_far else OTHER_SCORE
+        yield Suspicion(cause, score, (why,))
+
+
+def _is_speed(other: Unusual) -> bool:
+    """Tells whether a value limits a speed or an acceleration and is not switched off."""
+    name = other.place.rpartition(".")[2]
+    return other.value != 0.0 and any(fnmatchcase(name, pattern) for pattern in OF_MOTION)

@@ -114,16 +114,30 @@ def _scales(facts: Facts, place: str) -> Iterator[float]:
 def usual_values(kinds: tuple[str, ...]) -> Mapping[str, tuple[float, ...]]:
     """Returns the numbers that Nav2's code and nav2_bringup have, by place."""
     found: dict[str, set[float]] = {}
-    settings = NavigationSettings().model_dump(mode="json")
-    pairs: list[tuple[str, Any]] = [(shortened(n), v) for n, v in flattened(settings)]
-    for kind in kinds:
-        if kind in PRESETS:
-            preset = load_preset(PRESETS[kind])
-            pairs += [*controller_values(preset), *defaults_of(preset).items()]
-    for place, value in pairs:
+    for place, value in _usual_pairs(kinds):
         if isinstance(value, int | float) and not isinstance(value, bool):
             found.setdefault(place, set()).add(float(value))
     for more in (OF_BRINGUP, OF_CODE):
         for place, values in more.items():
             found.setdefault(place, set()).update(values)
     return {place: tuple(sorted(values)) for place, values in found.items()}
+
+
+@cache
+def usual_switches(kinds: tuple[str, ...]) -> Mapping[str, frozenset[bool]]:
+    """Returns the switches that Nav2's code and nav2_bringup have, by place."""
+    found: dict[str, set[bool]] = {}
+    for place, value in _usual_pairs(kinds):
+        if isinstance(value, bool):
+            found.setdefault(place, set()).add(value)
+    return {place: frozenset(values) for place, values in found.items()}
+
+
+def _usual_pairs(kinds: tuple[str, ...]) -> Iterator[tuple[str, Any]]:
+    settings = NavigationSettings().model_dump(mode="json")
+    yield from ((shortened(name), value) for name, value in flattened(settings))
+    for kind in kinds:
+        if kind in PRESETS:
+            preset = load_preset(PRESETS[kind])
+            yield from controller_values(preset)
+            yield from defaults_of(preset).items()

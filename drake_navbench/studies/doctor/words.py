@@ -92,6 +92,8 @@ def _others(cure: Judged) -> str:
 def _why_not(visit: Visit) -> str:
     if not visit.judged:
         return " within the time" if _is_unfinished(visit) else ""
+    if not visit.judged[0].before_target:
+        return " (on fresh seeds the unchanged file does not show the symptom, so none was judged)"
     worse = visit.judged[0].worse
     if visit.judged[0].fails:
         return " (with the best one the program fails in a trial)"

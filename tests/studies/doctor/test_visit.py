@@ -291,6 +291,17 @@ def test_a_change_that_leaves_the_symptom_is_not_driven_through_the_other_probes
     assert not stays.helps
 
 
+def test_a_symptom_that_no_fresh_seed_shows_judges_no_change(patient):
+    shown = [tried(2.0, 0.0, 0.001, verdict=Verdict.SHOWN)] * 2
+    driver = Rows(["wobble_straight"], [], seldom=())
+    (found,) = judge(patient, shown, Symptom.WOBBLE_STRAIGHT, PROBES, ["straight"], driver, seed=0)
+    assert not found.helps
+    visited = visits.Visit(patient.facts(), probes=PROBES, treated=Symptom.WOBBLE_STRAIGHT)
+    visited.seen = {Symptom.WOBBLE_STRAIGHT: ["straight"]}
+    visited.judged, visited.tried = [found], shown
+    assert "the unchanged file does not show the symptom" in verdict(visited)
+
+
 def test_what_was_tried_until_ctrl_c_is_kept(patient):
     class Stopped(Counted):
         batches = 0
@@ -418,6 +429,18 @@ def test_a_speed_beyond_what_the_file_lets_through_is_a_difference(patient):
     # The controller asks for 0.5 m/s.
     assert speeds(max_velocity=[0.25, 0.0, 1.0], min_velocity=[-0.25, 0.0, -1.0]) == [0.25]
     assert speeds(max_velocity=[0.5, 0.0, 1.0], min_velocity=[-0.5, 0.0, -1.0]) == []
+
+
+def test_a_critics_switch_and_a_limit_of_motion_are_tried_when_all_else_was(patient):
+    critic = MPPI_BLOCK | {"CostCritic": {"consider_footprint": True, "enabled": False}}
+    patient.paths[0].write_text(nav2_text(critic | {"wz_max": 0.3}, plugin=MPPI))
+    found = with_differences([], patient.facts())
+    by_place = {s.cause.place: s for s in found}
+    switch, limit = by_place["controller.CostCritic.enabled"], by_place["controller.wz_max"]
+    assert (switch.cause.direction, switch.cause.to) == (Direction.SET, True)
+    # Nav2 has 1.9 rad/s.
+    assert (limit.cause.direction, limit.cause.to) == (Direction.UP, 1.9)
+    assert limit.score == min(s.score for s in found)
 
 
 def test_nothing_seen_is_a_verdict(patient):
