@@ -1,4 +1,4 @@
-"""The doctor's public cases: complaints with a known cure, in two halves, and the files they are about.
+"""The doctor's public cases: complaints with a known cure, in two halves, and their files.
 
     python studies/doctor_cases.py draw LIST      splits a list of cases into the two halves
     python studies/doctor_cases.py files FOLDER [CLONES]

@@ -25,23 +25,25 @@ OUTSIDE_TOLD = {
 }
 # Units of the parameters for which a rule knows a number; the others are counts, gains and ratios.
 _NAMES_BY_UNIT = {
-    "m": "forward_sampling_distance inflation_dist inflation_radius linear_granularity "
-    "lookahead_dist max_lookahead max_lookahead_dist max_obstacle_height min_obstacle_dist "
+    "m": "approach_velocity_scaling_dist cost_scaling_dist forward_sampling_distance "
+    "inflation_dist inflation_radius linear_granularity height prune_distance width "
+    "raytrace_max_range lookahead_dist max_lookahead max_lookahead_dist "
+    "max_obstacle_height min_obstacle_dist "
     "min_obstacle_height minimum_turning_radius motion_target_dist "
     "regulated_linear_scaling_min_radius required_movement_radius resolution slowdown_radius "
     "tolerance update_min_d xy_goal_tolerance global_plan_viapoint_sep",
     "rad": "angular_dist_threshold rotate_to_heading_min_angle update_min_a yaw_goal_tolerance",
-    "m/s": "min_approach_linear_velocity min_vel_x min_x_velocity_threshold v_linear_min vx_min "
-    "vx_std trans_stopped_velocity",
+    "m/s": "max_speed_xy min_approach_linear_velocity min_vel_x min_x_velocity_threshold "
+    "v_linear_min vx_min vx_std trans_stopped_velocity",
     "rad/s": "min_theta_velocity_threshold rotate_to_heading_angular_vel v_angular_min_in_place "
     "wz_max wz_std",
     "m/s^2": "acc_lim_x ax_max",
     "rad/s^2": "acc_lim_theta max_angular_accel",
-    "s": "failure_tolerance max_allowed_time_to_collision_up_to_carrot max_planning_time "
+    "s": "failure_tolerance model_dt max_allowed_time_to_collision_up_to_carrot max_planning_time "
     "movement_time_allowance observation_persistence sim_time simulate_ahead_time source_timeout "
     "switching_blocking_period time_before_collision transform_tolerance velocity_timeout",
     "ms": "default_server_timeout",
-    "Hz": "controller_frequency update_frequency",
+    "Hz": "controller_frequency smoothing_frequency update_frequency",
 }
 UNITS = {name: unit for unit, names in _NAMES_BY_UNIT.items() for name in names.split()}
 # Parameters whose right value is that of another one.

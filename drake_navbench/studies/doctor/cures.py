@@ -9,7 +9,7 @@ from drake_navbench.nav2.controllers import SERVER
 from drake_navbench.nav2.patch import Place
 from drake_navbench.nav2.robot import BT_NAVIGATOR, PLANNER_SERVER, Nav2Setup
 from drake_navbench.releases import Release
-from drake_navbench.studies.doctor.causes import COPIES, Cause, Direction
+from drake_navbench.studies.doctor.causes import COPIES, UNITS, Cause, Direction
 from drake_navbench.studies.doctor.facts import CONTROLLER, COSTMAPS, Facts
 from drake_navbench.studies.doctor.suspects import ranges
 from drake_navbench.studies.doctor.usual import unusual_value
@@ -88,6 +88,22 @@ def trials_of(cause: Cause, facts: Facts, setup: Nav2Setup) -> list[Trial]:
         wide = _inflation_for_the_outline(facts, setup)
         found += [Trial(cause, {**found[-1].changes, **wide})] if wide else []
     return found
+
+
+def told_with_step(cause: Cause, facts: Facts) -> str:
+    """Returns a cause as an instruction, with a first step where no value of the cure is known.
+
+    'raise wz_std, say from 0.1 to 0.25 rad/s'.
+    """
+    place = next(iter(facts.matching(cause.place)), cause.place)
+    value = facts[place]
+    if not cause.is_number or cause.to is not None or value is None:
+        return cause.told
+    step = _value(cause, place, value, facts, MILD)
+    if step is None or step == value:
+        return cause.told
+    unit = UNITS.get(place.rpartition(".")[2], "")
+    return f"{cause.told}, say from {_shown(value)} to {_shown(step)} {unit}".rstrip()
 
 
 def _inflation_for_the_outline(facts: Facts, setup: Nav2Setup) -> dict[Place, Any]:

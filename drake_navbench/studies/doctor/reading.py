@@ -53,8 +53,9 @@ OF_DEFAULTS = 0.5
 # Of a rule that fires on nav2_bringup's own values as well: nearly every file has them.
 ON_BRINGUP = 0.5
 # Of a suspect whose value lies beyond the usual range on the side of the fault, within, and on the
-# other side; and of a parameter that the controller has not.
-BEYOND, WITHIN, OPPOSITE, ABSENT = 1.8, 1.0, 0.6, 0.45
+# other side, there also by so many times; and of a parameter that the controller has not.
+BEYOND, WITHIN, OPPOSITE, FAR_OPPOSITE, ABSENT = 1.8, 1.0, 0.6, 0.35, 0.45
+FAR_TIMES = 2.0
 # A parameter that somebody changed away from its default on the side of the fault.
 CHANGED = 1.25
 # Of what a user names, in words or as one of a few values.
@@ -68,6 +69,8 @@ OTHER_WAY = 0.5
 TRIED = 0.3
 # Plugins that Foxy and Galactic have not (Humble has this one from 1.1.7 on).
 SINCE_HUMBLE = ("nav2_controller::PoseProgressChecker",)
+# Parameters of the shim that its model has for all releases, and the first release that reads them.
+NEWER = {"controller.rotate_to_goal_heading": Release.JAZZY}
 # Of a parameter that a user tells to be missing.
 MISSING = 6.0
 # Of a lower limit of the speed, for a robot that is too slow.
@@ -214,6 +217,8 @@ def _is_there(facts: Facts, cause: Cause) -> bool:
         return False
     if cause.place in facts.unreadable or not is_in_effect(facts, cause.place):
         return False
+    if facts.release < NEWER.get(cause.place, facts.release):
+        return False
     if cause.to in SINCE_HUMBLE and facts.told.get("release") == "old":
         return False
     is_in_block = first == CONTROLLER and cause.place.count(".") > 1
@@ -260,7 +265,10 @@ def _side(facts: Facts, cause: Cause, value: float) -> float:
     below = low is not None and value < low - 1e-9
     above = high is not None and value > high + 1e-9
     if below or above:
-        return BEYOND if below == is_up else OPPOSITE
+        if below == is_up:
+            return BEYOND
+        bound = low if below else high
+        return FAR_OPPOSITE if _are_far(value, bound or 0.0) else OPPOSITE
     far = unusual_value(facts, cause.place) if low is None and high is None else None
     if far is not None:
         return BEYOND if far.back is cause.direction else OPPOSITE
@@ -268,6 +276,12 @@ def _side(facts: Facts, cause: Cause, value: float) -> float:
     if isinstance(default, int | float) and not isinstance(default, bool) and value != default:
         return CHANGED if (value < default) == is_up else 1.0 / CHANGED
     return WITHIN
+
+
+def _are_far(value: float, bound: float) -> bool:
+    """Tells whether one of two numbers is more than twice the other."""
+    small, large = sorted((abs(value), abs(bound)))
+    return large > FAR_TIMES * small
 
 
 def _range_of_the_other_costmap(place: str) -> tuple[float | None, float | None]:

@@ -6,6 +6,7 @@ import textwrap
 from collections.abc import Iterator, Sequence
 
 from drake_navbench.errors import printable
+from drake_navbench.studies.doctor.cures import told_with_step
 from drake_navbench.studies.doctor.facts import Facts
 from drake_navbench.studies.doctor.reading import Suspicion
 from drake_navbench.studies.doctor.rules.rule import Finding
@@ -52,30 +53,31 @@ def told_of_reading(
     lines = wrapped(f"Read: {what}.{lacks}{more}", rest="  ")
     lines += ["", f"Findings ({len(findings)})" if findings else "No rule fires."]
     for finding in findings:
-        lines += _finding_lines(finding)
+        lines += _finding_lines(finding, facts)
     if symptom is not None:
         lines += [
             "",
             *wrapped(f"What may cause {symptom} (the robot {LOOKS_LIKE[symptom]}):", rest="  "),
         ]
         for number, suspicion in enumerate(suspects[:MOST_SUSPECTS], 1):
-            lines += _suspicion_lines(number, suspicion)
+            lines += _suspicion_lines(number, suspicion, facts)
         if not suspects:
             lines.append("  the doctor knows no cause for this controller")
     return lines
 
 
-def _finding_lines(finding: Finding) -> Iterator[str]:
+def _finding_lines(finding: Finding, facts: Facts) -> Iterator[str]:
     yield from wrapped(f"{finding.rule.name}: {finding.seen}", "- ")
     likely = finding.likely[:MOST_SYMPTOMS]
     if likely:
         looks = ", or ".join(LOOKS_LIKE[s] for s in likely)
         yield from wrapped(f"possible symptom: the robot {looks}", INDENT)
-    yield from wrapped(f"cure: {finding.cure_told}", INDENT)
+    cures = "; or ".join(told_with_step(cause, facts) for cause in finding.cures)
+    yield from wrapped(f"cure: {finding.rule.advice or cures}", INDENT)
     yield from wrapped(f"source: {finding.rule.source}", INDENT)
 
 
-def _suspicion_lines(number: int, suspicion: Suspicion) -> Iterator[str]:
-    yield from wrapped(f"{number}. {suspicion.cause.told}", "  ", "     ")
+def _suspicion_lines(number: int, suspicion: Suspicion, facts: Facts) -> Iterator[str]:
+    yield from wrapped(f"{number}. {told_with_step(suspicion.cause, facts)}", "  ", "     ")
     for reason in suspicion.reasons[:2]:
         yield from wrapped(reason, "     ", "     ")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from drake_navbench.releases import Release
 from drake_navbench.studies.doctor.facts import Facts
-from drake_navbench.studies.doctor.rules.quantities import half_window_m
+from drake_navbench.studies.doctor.rules.quantities import half_window_m, whole_m
 from drake_navbench.studies.doctor.rules.rule import Rule, down, outside, put, up, upgrade
 from drake_navbench.studies.doctor.symptoms import Symptom
 
@@ -104,7 +104,12 @@ RULES = (
             "marks beyond raytrace_max_range"
         ),
         {S.GHOST_OBSTACLES: 1.0, S.NO_RECOVERY: 0.4, S.DOOR_STOP: 0.4, S.PLANNER_FAILS: 0.4},
-        (up("local_costmap.raytrace_max_range"),),
+        (
+            up(
+                "local_costmap.raytrace_max_range",
+                lambda f: f.number("local_costmap.obstacle_max_range", 2.5),
+            ),
+        ),
         f"{CODE}: obstacle_layer.cpp",
     ),
     Rule(
@@ -184,7 +189,7 @@ RULES = (
             f"only after {_stop_m(f):.1f} m"
         ),
         {S.COLLISION: 0.7, S.TOO_SLOW: 0.6, S.STOP_START_JERK: 0.3},
-        (up("local_costmap.width"),),
+        (up("local_costmap.width", lambda f: whole_m(2.0 * _stop_m(f))),),
         CODE,
     ),
     Rule(

@@ -8,6 +8,7 @@ from drake_navbench.studies.doctor.rules.quantities import (
     half_window_m,
     has_critic,
     is_not_round,
+    whole_m,
 )
 from drake_navbench.studies.doctor.rules.rule import Rule, down, put, up
 from drake_navbench.studies.doctor.symptoms import Symptom
@@ -158,7 +159,13 @@ RULES = (
             f"costmap only {half_window_m(f):.1f} m: DWB rejects these samples"
         ),
         {S.TOO_SLOW: 0.9, S.STOP_START_JERK: 0.3},
-        (up("local_costmap.width"), down("sim_time")),
+        (
+            up(
+                "local_costmap.width",
+                lambda f: whole_m(2.0 * f.speed_mps * f.number("controller.sim_time", 1.7)),
+            ),
+            down("sim_time", lambda f: half_window_m(f) / f.speed_mps),
+        ),
         f"{CODE}: off the grid is illegal",
         DWB,
     ),

@@ -45,7 +45,12 @@ RULES = (
             f"{f['goal_checker.xy_goal_tolerance']} m"
         ),
         {S.GOAL_NOT_REACHED: 1.0, S.STALL_BEFORE_GOAL: 0.9, S.GOAL_OSCILLATION: 0.5},
-        (down("xy_goal_tolerance"), up("goal_checker.xy_goal_tolerance")),
+        (
+            down("xy_goal_tolerance", lambda f: f.number("goal_checker.xy_goal_tolerance")),
+            up(
+                "goal_checker.xy_goal_tolerance", lambda f: f.number("controller.xy_goal_tolerance")
+            ),
+        ),
         f"{CODE}: rotate_to_goal.cpp",
         DWB,
     ),
@@ -139,7 +144,7 @@ RULES = (
             f"{f.speed_mps:g} m/s: the robot never reaches max_vel_x"
         ),
         {S.TOO_SLOW: 1.0},
-        (up("max_speed_xy"),),
+        (up("max_speed_xy", lambda f: f.number("controller.max_vel_x")),),
         f"{CODE}: kinematic_parameters.cpp",
         DWB,
     ),

@@ -30,6 +30,11 @@ def _inflation_is_last(f: Facts) -> bool:
     )
 
 
+def _beyond_the_outline(f: Facts) -> float:
+    """Returns the least inflation radius by which a robot keeps some way from walls, m."""
+    return f.inscribed_radius_m + max(0.1, 0.25 * f.inscribed_radius_m)
+
+
 RULES = (
     Rule(
         "inflation-below-inscribed-radius",
@@ -39,7 +44,7 @@ RULES = (
             f"robot's inscribed radius of {f.inscribed_radius_m:.2f} m"
         ),
         {S.COLLISION: 1.0, S.NEAR_MISS: 0.9},
-        (up("local_costmap.inflation_radius"),),
+        (up("local_costmap.inflation_radius", _beyond_the_outline),),
         f"{CODE}: inflation_layer.cpp",
     ),
     Rule(
@@ -55,7 +60,7 @@ RULES = (
             "plans away from walls"
         ),
         {S.COLLISION: 0.6, S.NEAR_MISS: 0.8, S.CORNER_CUTTING: 0.6, S.DOOR_STOP: 0.4},
-        (up("global_costmap.inflation_radius"),),
+        (up("global_costmap.inflation_radius", _beyond_the_outline),),
         f"{CODE}: inflation_layer.cpp; docs.nav2.org, tuning guide: inflation potential fields",
     ),
     Rule(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from drake_navbench.releases import Release
 from drake_navbench.studies.doctor.facts import Facts
-from drake_navbench.studies.doctor.rules.quantities import braking_m, half_window_m
+from drake_navbench.studies.doctor.rules.quantities import braking_m, half_window_m, whole_m
 from drake_navbench.studies.doctor.rules.rule import Rule, add, down, outside, put, up, upgrade
 from drake_navbench.studies.doctor.symptoms import Symptom
 
@@ -46,7 +46,11 @@ RULES = (
             f"only {half_window_m(f):.1f} m"
         ),
         {S.COLLISION: 0.4, S.TOO_SLOW: 0.4, S.STOP_START_JERK: 0.4, S.WOBBLE_STRAIGHT: 0.2},
-        (up("local_costmap.width"), down("time_steps"), down("vx_max")),
+        (
+            up("local_costmap.width", lambda f: whole_m(2.0 * horizon_m(f))),
+            down("time_steps"),
+            down("vx_max"),
+        ),
         PAGE,
         MPPI,
     ),
@@ -58,7 +62,13 @@ RULES = (
             f"{f.period_s:.3f} s: MPPI refuses to start"
         ),
         {S.NO_START: 1.0, S.NO_TURNING: 0.7, S.WOBBLE_STRAIGHT: 0.5, S.LATE_CYCLES: 0.3},
-        (up("controller_server.controller_frequency"), up("model_dt")),
+        (
+            up(
+                "controller_server.controller_frequency",
+                lambda f: 1.0 / f.number("controller.model_dt", 0.05),
+            ),
+            up("model_dt", lambda f: f.period_s),
+        ),
         f"{CODE}/src/optimizer.cpp: controller period more than model dt",
         MPPI,
     ),
@@ -70,7 +80,7 @@ RULES = (
             f"{f.period_s:.4f} s: MPPI does not shift its commands from cycle to cycle"
         ),
         {S.WOBBLE_STRAIGHT: 0.3, S.STOP_START_JERK: 0.3},
-        (down("model_dt"),),
+        (down("model_dt", lambda f: f.period_s),),
         f"{CODE}/src/optimizer.cpp: consider setting it equal",
         MPPI,
     ),
@@ -231,7 +241,7 @@ RULES = (
             "the samples"
         ),
         {S.TOO_SLOW: 0.7, S.STALL_BEFORE_GOAL: 0.3, S.STOP_START_JERK: 0.3},
-        (up("prune_distance"),),
+        (up("prune_distance", horizon_m),),
         PAGE,
         MPPI,
     ),

@@ -39,7 +39,7 @@ RULES = (
             "cost, MPPI does not check the outline"
         ),
         {S.COLLISION: 0.9, S.NEAR_MISS: 0.6},
-        (up("local_costmap.inflation_radius"),),
+        (up("local_costmap.inflation_radius", lambda f: f.circumscribed_radius_m + 0.05),),
         f"{CODE}/src/critics/cost_critic.cpp: findCircumscribedCost",
         MPPI,
     ),
@@ -114,7 +114,12 @@ RULES = (
             "PathFollowCritic nor GoalCritic pulls the robot"
         ),
         {S.STALL_BEFORE_GOAL: 1.0, S.GOAL_NOT_REACHED: 0.7},
-        (up("GoalCritic.threshold_to_consider"),),
+        (
+            up(
+                "GoalCritic.threshold_to_consider",
+                lambda f: f.number("controller.PathFollowCritic.threshold_to_consider", 1.4),
+            ),
+        ),
         f"{CODE}/src/critics: goal_critic.cpp, path_follow_critic.cpp",
         MPPI,
     ),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from drake_navbench.studies.doctor.facts import Facts
-from drake_navbench.studies.doctor.rules.quantities import half_window_m
+from drake_navbench.studies.doctor.rules.quantities import half_window_m, whole_m
 from drake_navbench.studies.doctor.rules.rule import Rule, down, put, up
 from drake_navbench.studies.doctor.symptoms import Symptom
 
@@ -47,7 +47,11 @@ RULES = (
             f"{lookahead_m(f):.2f} m ahead, less than {LEAST_LOOKAHEAD_S} s of driving"
         ),
         {S.WOBBLE_STRAIGHT: 1.0, S.GOAL_OSCILLATION: 0.6, S.GOAL_OVERSHOOT: 0.4, S.SPINS: 0.4},
-        (up("lookahead_dist"), up("min_lookahead_dist"), up("max_lookahead_dist")),
+        (
+            up("lookahead_dist", lambda f: 1.2 * f.speed_mps),
+            up("min_lookahead_dist"),
+            up("max_lookahead_dist", lambda f: 1.2 * f.speed_mps),
+        ),
         f"{CODE}, README: lookahead; Coulter 1992",
         PURSUIT,
     ),
@@ -71,7 +75,10 @@ RULES = (
             f"only {half_window_m(f):.1f} m"
         ),
         {S.TOO_SLOW: 0.7, S.COLLISION: 0.4},
-        (up("local_costmap.width"), down("lookahead_dist")),
+        (
+            up("local_costmap.width", lambda f: whole_m(2.0 * lookahead_m(f))),
+            down("lookahead_dist", half_window_m),
+        ),
         CODE,
         PURSUIT,
     ),
@@ -83,7 +90,10 @@ RULES = (
             f"costmap reaches only {half_window_m(f):.1f} m"
         ),
         {S.TOO_SLOW: 1.0, S.COLLISION: 0.3, S.FALSE_ABORT: 0.3},
-        (up("local_costmap.width"), down("max_linear_vel")),
+        (
+            up("local_costmap.width", lambda f: whole_m(2.0 * _projection_m(f))),
+            down("max_linear_vel"),
+        ),
         "navigation2#2332",
         RPP,
     ),
@@ -99,7 +109,13 @@ RULES = (
             f"down from {f.speed_mps:g} m/s"
         ),
         {S.GOAL_OVERSHOOT: 0.9, S.GOAL_OSCILLATION: 0.8},
-        (up("approach_velocity_scaling_dist"), down("max_linear_vel")),
+        (
+            up(
+                "approach_velocity_scaling_dist",
+                lambda f: max(0.8 * f.speed_mps, f.speed_mps**2 / (2.0 * GENTLE_MPS2)),
+            ),
+            down("max_linear_vel"),
+        ),
         f"{CODE}; navigation2#3081",
         PURSUIT,
     ),
@@ -168,7 +184,12 @@ RULES = (
             "is no cost"
         ),
         {S.TOO_SLOW: 0.6},
-        (down("cost_scaling_dist"), up("local_costmap.inflation_radius")),
+        (
+            down("cost_scaling_dist", lambda f: f.number("local_costmap.inflation_radius")),
+            up(
+                "local_costmap.inflation_radius", lambda f: f.number("controller.cost_scaling_dist")
+            ),
+        ),
         f"{CODE}, README",
         PURSUIT,
     ),

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from drake_navbench.studies.doctor.facts import Facts
 
 # From this ratio of the two radii on an outline is not round.
@@ -17,6 +19,11 @@ def half_window_m(f: Facts) -> float:
 def braking_m(f: Facts, deceleration: float) -> float:
     """Returns the way to stop from full speed, with one period of delay, m."""
     return f.speed_mps**2 / (2.0 * max(abs(deceleration), 0.05)) + f.speed_mps * f.period_s
+
+
+def whole_m(length: float) -> int:
+    """Returns a length rounded up to whole metres, as Nav2 takes a costmap's sides."""
+    return math.ceil(length - 1e-9)
 
 
 def is_not_round(f: Facts) -> bool:

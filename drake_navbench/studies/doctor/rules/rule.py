@@ -8,11 +8,14 @@ from typing import Any
 
 from drake_navbench.studies.doctor.causes import OUTSIDE, RELEASE, Cause, Direction
 from drake_navbench.studies.doctor.facts import Facts
+from drake_navbench.studies.doctor.in_effect import is_in_effect
 from drake_navbench.studies.doctor.suspects import ELSEWHERE
 from drake_navbench.studies.doctor.symptoms import Symptom
 
 # From this likelihood on a rule tells that it leads to a symptom.
 LIKELY = 0.5
+# Of a value that a rule computes.
+DIGITS = 4
 
 
 @dataclass(frozen=True)
@@ -41,8 +44,9 @@ class Rule:
         return (not self.kinds or facts.is_kind(*self.kinds)) and self.when(facts)
 
     def finding(self, facts: Facts) -> Finding:
-        """Returns the rule's finding."""
-        return Finding(self, self.seen(facts), tuple(_fitting(c, facts) for c in self.cures))
+        """Returns the rule's finding; a cure that a switch of the file turns off is none."""
+        cures = [c for c in self.cures if is_in_effect(facts, c.place)] or self.cures
+        return Finding(self, self.seen(facts), tuple(_fitting(c, facts) for c in cures))
 
 
 @dataclass(frozen=True)
@@ -68,6 +72,9 @@ class Finding:
 
 def _fitting(cause: Cause, facts: Facts) -> Cause:
     value = facts[cause.place]
+    if callable(cause.to):
+        to = cause.to(facts)
+        cause = cause._replace(to=float(f"{to:.{DIGITS}g}") if isinstance(to, float) else to)
     if not cause.is_number or not isinstance(value, int | float) or cause.to is None:
         return cause
     is_beyond = cause.to > value if cause.direction is Direction.UP else cause.to < value
@@ -75,17 +82,17 @@ def _fitting(cause: Cause, facts: Facts) -> Cause:
 
 
 def up(place: str, to: Any = None) -> Cause:
-    """Returns the cure that raises a parameter."""
+    """Returns the cure that raises a parameter; to: a value, or a function of the facts."""
     return Cause(_whole(place), Direction.UP, to)
 
 
 def down(place: str, to: Any = None) -> Cause:
-    """Returns the cure that lowers a parameter."""
+    """Returns the cure that lowers a parameter; to: a value, or a function of the facts."""
     return Cause(_whole(place), Direction.DOWN, to)
 
 
 def put(place: str, to: Any = None) -> Cause:
-    """Returns the cure that sets a parameter, to a value where it is known."""
+    """Returns the cure that sets a parameter; to: a value, or a function of the facts."""
     return Cause(_whole(place), Direction.SET, to)
 
 

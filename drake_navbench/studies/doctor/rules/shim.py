@@ -20,13 +20,18 @@ def _first_step_radps(f: Facts) -> float:
     return f.number("controller.max_angular_accel", 3.2) * f.period_s
 
 
+def _others_topic(f: Facts) -> str:
+    """Returns the odometry's topic that other nodes of the file listen to; '' where none says."""
+    return str(f["bt_navigator.odom_topic"] or f["velocity_smoother.odom_topic"] or "")
+
+
 def _topics_differ(f: Facts) -> bool:
     """Tells whether the controller listens to other odometry than the rest.
 
     A name without a slash is within the node's namespace: 'odom' may be /robot/odom.
     """
     own = str(f["controller_server.odom_topic"] or "odom")
-    other = str(f["bt_navigator.odom_topic"] or f["velocity_smoother.odom_topic"] or own)
+    other = _others_topic(f) or own
     namespace, _, last = other.rpartition("/")
     if own == last and any(
         str(value).startswith(f"{namespace}/") and value != other for value in f.values.values()
@@ -148,7 +153,7 @@ RULES = (
             "controller_server.odom_topic is "
             f"{f['controller_server.odom_topic'] or 'not given, so odom'}, but other nodes "
             "of the file listen to "
-            f"{f['bt_navigator.odom_topic'] or f['velocity_smoother.odom_topic']}: if "
+            f"{_others_topic(f)}: if "
             "nothing publishes the first topic, the controller takes the measured speed as "
             "0 m/s"
         ),
@@ -160,7 +165,7 @@ RULES = (
             S.STOP_START_JERK: 0.3,
             S.GOAL_OVERSHOOT: 0.2,
         },
-        (put("controller_server.odom_topic"),),
+        (put("controller_server.odom_topic", _others_topic),),
         "nav2_controller: OdomSmoother subscribes odom_topic; roasinc/former_robot#19",
     ),
 )

@@ -23,7 +23,8 @@ def _accel(f: Facts, name: str, axis: int) -> float | None:
 def _has_deadband(f: Facts) -> bool:
     """Tells whether commands are cut off that a drive needs to start or to arrive."""
     x, y, turn = (_accel(f, "deadband_velocity", axis) or 0.0 for axis in range(3))
-    return max(x, y) > SLOW_MPS or turn > SLOW_RADPS
+    moves_sideways = _accel(f, "max_velocity", 1) != 0.0
+    return x > SLOW_MPS or (moves_sideways and y > SLOW_MPS) or turn > SLOW_RADPS
 
 
 RULES = (
@@ -59,7 +60,7 @@ RULES = (
             "the smoother drops commands"
         ),
         {S.STOP_START_JERK: 0.4, S.WOBBLE_STRAIGHT: 0.3},
-        (up("velocity_smoother.smoothing_frequency"),),
+        (up("velocity_smoother.smoothing_frequency", lambda f: 1.0 / f.period_s),),
         SMOOTHER,
     ),
     Rule(
