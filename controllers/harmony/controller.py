@@ -18,6 +18,7 @@ from drake_navbench.controller import (
 )
 from drake_navbench.controllers.harmony.base_response import (
     LONGEST_STOP_S,
+    Response,
     braking_time,
     command_of,
     follow_then_brake,
@@ -28,6 +29,13 @@ from drake_navbench.controllers.harmony.gatekeeper import (
     command_is_safe,
     is_on_free_cell,
     lethal_edges,
+)
+from drake_navbench.controllers.harmony.learning import (
+    Learnt,
+    candidates_of,
+    learnt,
+    possible_bases,
+    prediction_error,
 )
 from drake_navbench.controllers.harmony.memory import HarmonyMemory
 from drake_navbench.controllers.harmony.motion import ALPHA, A, V, W, stage_at
@@ -67,9 +75,10 @@ class Check(NamedTuple):
     """The gatekeeper's conditions for every motion of a cycle.
 
     edges: (E, 4) of lethal cells. moving: (D, 6) of things that move, see `is_clear_of_moving`,
-    when the next command arrives. bound: least gap, m. state: (5,) of the base then. interval_s:
-    the time for which that command holds. is_on_map: the base is on a free cell of it; nothing is
-    accepted elsewhere.
+    when the next command arrives. bound: least gap of a robot at rest, m. state: (5,) of the base
+    then. interval_s: the time for which that command holds. is_on_map: the base is on a free cell
+    of it; nothing is accepted elsewhere. response: of the base, as far as it is learnt. possible:
+    (M, 3) what it may be instead, see `possible_bases`.
     """
 
     edges: Array
@@ -78,6 +87,8 @@ class Check(NamedTuple):
     state: Array
     interval_s: float
     is_on_map: bool
+    response: Response
+    possible: Array
 
 
 class Harmony:
@@ -104,6 +115,7 @@ class Harmony:
         self._way_finder = WayFinder(parameters, setup, self._discs, self._planner.clearance)
         self._pursuit = RegulatedPurePursuit(parameters.rpp, setup)
         self._response = parameters.response_of(setup)
+        self._candidates = candidates_of(self._response, parameters.response_error)
         braking_s = braking_time(self._response, parameters.top_speed, parameters.max_vel_theta)
         if braking_s > LONGEST_STOP_S:
             raise InputError(
@@ -133,6 +145,7 @@ class Harmony:
         if parameters.track_moving:
             tracks = followed(tracks, observation.costmap)
         memory = memory._replace(sent=sent, tracks=tracks)
+        memory = memory._replace(learnt=self._learnt(observation, memory))
         check = self._check(observation, memory)
         start = self._start(observation, memory, check)
         limits = self._planner.limits(limited_speed(parameters.max_vel_x, observation.speed_limit))
@@ -169,13 +182,29 @@ class Harmony:
             return decision._replace(memory=decision.memory._replace(is_trapped=trapped))
         return self._last_resorts(observation, memory, check, start, limits, notes)
 
+    def _latency_s(self, memory: HarmonyMemory) -> float:
+        if self._parameters.latency is not None:
+            return self._parameters.latency
+        return 0.0 if memory.sent is None else float(LATENCIES_S[memory.sent.latency])
+
+    def _learnt(self, observation: Observation, memory: HarmonyMemory) -> Learnt:
+        return learnt(
+            memory.learnt,
+            self._candidates,
+            memory.sent,
+            twist=observation.twist,
+            time_s=observation.time_s,
+            latency_s=self._latency_s(memory),
+        )
+
     def _check(self, observation: Observation, memory: HarmonyMemory) -> Check:
-        latency_s = self._parameters.latency
-        if latency_s is None:
-            latency_s = 0.0 if memory.sent is None else float(LATENCIES_S[memory.sent.latency])
+        assert memory.learnt is not None
+        latency_s = self._latency_s(memory)
+        possible = possible_bases(memory.learnt, self._candidates)
+        response = Response(*(float(value) for value in possible[0]), *self._response[3:])
         state = predicted(
             memory.sent,
-            self._response,
+            response,
             pose=observation.pose,
             twist=observation.twist,
             time_s=observation.time_s,
@@ -195,7 +224,18 @@ class Harmony:
             state,
             self._interval_s(observation, memory),
             bool(is_on_free_cell(observation.costmap.grid, state[0], state[1])),
+            response,
+            possible,
         )
+
+    def _bound(self, check: Check, velocities: Array) -> float:
+        """Returns the least gap, m, of a motion with these velocities (K, 2) v, w, until rest.
+
+        What is not known yet of the base's answer puts it off by more, the faster it is.
+        """
+        speed, turn_rate = np.abs(np.vstack([check.state[3:], velocities])).max(axis=0)
+        reach_m = self._setup.circumscribed_radius_m
+        return check.bound + prediction_error(check.possible, speed, turn_rate, reach_m)
 
     def _moving(self, memory: HarmonyMemory, time_s: float, state: Array) -> Array:
         """Returns (D, 6) of what moves near the robot at a time, see `is_clear_of_moving`."""
@@ -230,13 +270,13 @@ class Harmony:
             parameters = self._parameters
             elapsed_s = observation.time_s - memory.time_s
             stage = stage_at(memory.plan, parameters.time_step, elapsed_s)
-            lag_s = FOLLOWING_S + self._response.time_constant_s + check.interval_s
+            lag_s = FOLLOWING_S + check.response.time_constant_s + check.interval_s
             if (
                 abs(stage[V] - v) <= FOLLOWING_MPS + lag_s * parameters.acc_lim_x
                 and abs(stage[W] - w) <= FOLLOWING_RADPS + lag_s * parameters.acc_lim_theta
             ):
                 v, w, a, alpha = (float(stage[i]) for i in (V, W, A, ALPHA))
-        lag = self._response.time_constant_s
+        lag = check.response.time_constant_s
         ahead, turned = lag * (float(state[3]) - v), lag * (float(state[4]) - w)
         yaw = float(state[2]) + turned
         pose = np.array([state[0] + ahead * math.cos(yaw), state[1] + ahead * math.sin(yaw), yaw])
@@ -254,8 +294,8 @@ class Harmony:
                 check.moving,
                 self._outline,
                 self._setup.circumscribed_radius_m,
-                check.bound,
-                self._response,
+                self._bound(check, plan[:, V : W + 1]),
+                check.response,
                 check.state,
                 plan,
                 self._parameters.time_step,
@@ -272,7 +312,7 @@ class Harmony:
         plan: Array,
         notes: dict[str, Any],
     ) -> Decision:
-        v, w = command_of(self._response, plan, self._parameters.time_step, check.interval_s, 0)
+        v, w = command_of(check.response, plan, self._parameters.time_step, check.interval_s, 0)
         command = self._command(v, w)
         kept = memory._replace(
             plan=read_only(plan),
@@ -347,8 +387,8 @@ class Harmony:
                 check.moving,
                 self._outline,
                 self._setup.circumscribed_radius_m,
-                check.bound,
-                self._response,
+                self._bound(check, np.array([[v, w]])),
+                check.response,
                 check.state,
                 v,
                 w,
@@ -392,7 +432,7 @@ class Harmony:
         """Returns the accepted plan, the stop and samples, for the replay."""
         dt = self._parameters.time_step
         stop = follow_then_brake(
-            self._response, check.state, chosen.plan, dt, check.interval_s, cycles
+            check.response, check.state, chosen.plan, dt, check.interval_s, cycles
         )
         every = max(len(samples.costs) // SHOWN_SAMPLES, 1)
         costs = samples.costs[::every].copy()

@@ -80,10 +80,7 @@ def points_behind(
     obstacle, on a plan that leads away from it, begins without room: that gap does not count as
     long as there is another. global_plan: continues the plan.
     """
-    ahead = plan[:, :2]
-    if len(global_plan):
-        nearest = int(np.argmin(np.hypot(*(global_plan[:, :2] - ahead[-1]).T)))
-        ahead = np.concatenate([ahead, global_plan[nearest + 1 :, :2]])
+    ahead = whole_plan(plan, global_plan)
     stations = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(ahead, axis=0).T))])
     has_room = distances_at(field, ahead) >= clearance
     first = int(np.argmin(has_room))
@@ -95,6 +92,15 @@ def points_behind(
             found.append(index)
             least_m = stations[index] + REJOIN_M
     return ahead[found], stations[found]
+
+
+def whole_plan(plan: Array, global_plan: Array) -> Array:
+    """Returns (P, 2) m the points of a local plan and of the global one that continues it."""
+    ahead = plan[:, :2]
+    if len(global_plan):
+        nearest = int(np.argmin(np.hypot(*(global_plan[:, :2] - ahead[-1]).T)))
+        ahead = np.concatenate([ahead, global_plan[nearest + 1 :, :2]])
+    return ahead
 
 
 def _behind_tight_start(has_room: NDArray[np.bool_], stations: Array) -> int:

@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from drake_navbench.controllers.harmony.learning import Learnt
 from drake_navbench.controllers.harmony.prediction import Sent
 from drake_navbench.controllers.harmony.tracking import NO_TRACKS, Tracks
 
@@ -20,6 +21,7 @@ class HarmonyMemory(NamedTuple):
     time_s: when it was committed. sent: the last commands. refused_since_s: since when no plan has
     been accepted, None while they are. is_trapped: the last plan got nowhere. detour: (M, 3) the
     way out of a trap, or None. tracks: the clusters of the costmap, followed to see which move.
+    learnt: how the base answers.
     """
 
     plan: Array | None = None
@@ -29,3 +31,4 @@ class HarmonyMemory(NamedTuple):
     is_trapped: bool = False
     detour: Array | None = None
     tracks: Tracks = NO_TRACKS
+    learnt: Learnt | None = None

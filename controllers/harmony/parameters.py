@@ -196,6 +196,13 @@ class HarmonyParameters(ControllerParameters):
         description="Least angular deceleration that the base brakes with [rad/s^2]; null: "
         "the robot's limit.",
     )
+    response_error: Number = Field(
+        0.3,
+        ge=0.0,
+        lt=1.0,
+        description="Largest error of these three, as a share of them; what the base's answers to "
+        "commands leave of it is added to the error bound, by the speed [-].",
+    )
     track_moving: bool = Field(
         False,
         description="Follow what moves in the local costmap, so that the emergency stop ends "

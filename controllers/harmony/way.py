@@ -32,8 +32,8 @@ class Way(NamedTuple):
     along the path to it. blocked_m: along the path to its first pose at which the robot has no
     room, inf where there is none. behind: (2,) m, the path's first point behind that, its last one
     where the robot has no room up to there, or None. stop_m: along the path to where plans come to
-    rest, inf where they need not. backs_up: it is driven backwards. is_detour: it begins with one. has_room: the robot has room at
-    the target.
+    rest, inf where they need not. backs_up: it is driven backwards. is_detour: it begins with one.
+    has_room: the robot has room at the target.
     """
 
     path: Array

@@ -14,10 +14,11 @@ from drake_navbench.controllers.harmony.detour import (
     is_good,
     joined,
     still_ahead,
+    whole_plan,
 )
 from drake_navbench.controllers.harmony.discs import half_width
-from drake_navbench.controllers.harmony.motion import V
 from drake_navbench.controllers.harmony.memory import HarmonyMemory
+from drake_navbench.controllers.harmony.motion import V
 from drake_navbench.controllers.harmony.parameters import HarmonyParameters
 from drake_navbench.controllers.harmony.passage import is_connected
 from drake_navbench.controllers.harmony.way import (
@@ -96,13 +97,13 @@ class WayFinder:
         way = self._along(observation.plan, observation, field, reach_m)
         detour = self._detour_so_far(observation, memory, way, field)
         if detour is None:
-            if self._shuts_in(start, way, field):
+            is_open = self._is_open(observation, way, field)
+            gets_nowhere = memory.is_trapped or self._leads_inside(way.path, field)
+            if (is_open and gets_nowhere) or self._shuts_in(observation, start, way, field):
                 detour = self._new_detour(observation, memory, way, field)
-            elif not self._is_open(observation, way, field):
+            if detour is None and not is_open:
                 stop_m = self._parameters.give_up_distance - SLOW_AT_M
                 return FoundWay(up_to_blocked(way, stop_m), False, None, way.blocked_m)
-            elif memory.is_trapped or self._leads_inside(way, field):
-                detour = self._new_detour(observation, memory, way, field)
         if detour is None:
             return FoundWay(around(way), True, None, way.blocked_m)
         whole = joined(detour, observation.plan, observation.global_plan)
@@ -130,17 +131,19 @@ class WayFinder:
         position = observation.pose[:2]
         return bool(is_connected(field, self._half_width, self.longest_m, position, way.behind))
 
-    def _shuts_in(self, start: Array, way: Way, field: DistanceField) -> bool:
-        """Returns whether a blocked path leads from where the robot can turn to where it cannot."""
-        if way.behind is None:
-            return False
+    def _shuts_in(
+        self, observation: Observation, start: Array, way: Way, field: DistanceField
+    ) -> bool:
+        """Returns whether the path leads from where the robot can turn into a dead end."""
         ahead = LOSES_ROOM_S * start[V] * np.array([np.cos(start[2]), np.sin(start[2])])
         here, there = distances_at(field, start[:2] + np.stack([0.0 * ahead, ahead]))
-        return bool(there < self._turning_m <= here)
+        if way.behind is None or not there < self._turning_m <= here:
+            return False
+        return self._leads_inside(whole_plan(observation.plan, observation.global_plan), field)
 
-    def _leads_inside(self, way: Way, field: DistanceField) -> bool:
-        """Returns whether the path leads into an obstacle, where no heading has room."""
-        return bool((distances_at(field, way.path[:, :2]) < self._half_width).any())
+    def _leads_inside(self, path: Array, field: DistanceField) -> bool:
+        """Returns whether a path (P, 2 or 3) leads into an obstacle, where no heading has room."""
+        return bool((distances_at(field, path) < self._half_width).any())
 
     def _detour_so_far(
         self, observation: Observation, memory: HarmonyMemory, way: Way, field: DistanceField

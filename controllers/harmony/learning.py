@@ -1,0 +1,134 @@
+"""The base's time constant and accelerations, learnt from its commands and measured velocities.
+
+Both may differ from what the robot's file says by a share. A grid of candidates within it answers
+the commands that were sent, from the first measured velocities on; those whose velocities explain
+the measured ones as well as the best one does are possible. How much the possible ones differ
+bounds the error of the prediction, at any speed.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from drake_navbench.controllers.harmony.base_response import STEP_S, Response, answer
+from drake_navbench.controllers.harmony.prediction import LEVER_M, Sent
+from drake_navbench.kernels.read_only import read_only
+
+Array = NDArray[np.float64]
+
+# Candidates' time constants and accelerations, to either side of the given ones.
+TIME_CONSTANTS, ACCELERATIONS = 6, 1
+# A candidate is possible while its squared errors sum to no more than this many variances above the
+# least: three standard deviations. The deviation is that of the best, but at least LEAST_MPS, m/s.
+DEVIATIONS, LEAST_MPS = 3.0, 0.002
+# More than any base's acceleration, so that those without a limit are numbers, too.
+ENDLESS = 1e6
+
+
+class Learnt(NamedTuple):
+    """What was learnt at time_s under a latency, both s, from `count` measured velocities.
+
+    velocities: (K, 2) v m/s and w rad/s of each candidate. errors: (K,) its summed squared errors,
+    (m/s)^2.
+    """
+
+    time_s: float
+    latency_s: float
+    velocities: Array
+    errors: Array
+    count: int
+
+
+def candidates_of(response: Response, share: float) -> Array:
+    """Returns (K, 3) time constants s and accelerations m/s^2, rad/s^2; the first is as given.
+
+    share: the largest error of each of them.
+    """
+    sides = [share * np.linspace(-1.0, 1.0, 2 * n + 1) for n in (TIME_CONSTANTS, ACCELERATIONS)]
+    slower, weaker = (part.ravel() for part in np.meshgrid(*sides, indexing="ij"))
+    nearest_first = np.argsort(np.hypot(slower, weaker), kind="stable")
+    ratios = 1.0 + np.column_stack([slower, weaker, weaker])[nearest_first]
+    given = np.minimum(response[:3], ENDLESS)
+    return read_only(given * (ratios if share > 0.0 else ratios[:1]))
+
+
+@njit(cache=True)
+def _answered(candidates, velocities, commands, begins, ends):
+    """Returns (K, 2) velocities after commands (H, 2) that act from begins to ends (H,), s."""
+    moved = velocities.copy()
+    for k in range(candidates.shape[0]):
+        base = Response(candidates[k, 0], candidates[k, 1], candidates[k, 2], np.inf, np.inf)
+        for h in range(commands.shape[0]):
+            left = ends[h] - begins[h]
+            while left > 1e-9:
+                step = min(left, STEP_S)
+                moved[k, 0] = answer(base, moved[k, 0], commands[h, 0], base.acceleration, step)
+                moved[k, 1] = answer(
+                    base, moved[k, 1], commands[h, 1], base.angular_acceleration, step
+                )
+                left -= step
+    return moved
+
+
+def learnt(
+    before: Learnt | None,
+    candidates: Array,
+    sent: Sent | None,
+    *,
+    twist: Array,
+    time_s: float,
+    latency_s: float,
+) -> Learnt:
+    """Returns what is learnt from a twist (2,) measured at time_s; begins anew for a new latency.
+
+    sent: the commands until then; until the first of them acts nothing can be learnt.
+    """
+    known = sent is not None and sent.times_s[0] + latency_s <= time_s
+    if before is None or before.latency_s != latency_s or not known:
+        velocities = np.repeat(np.asarray(twist)[None], len(candidates), axis=0)
+        return Learnt(time_s, latency_s, read_only(velocities), np.zeros(len(candidates)), 0)
+    assert sent is not None
+    begins = np.clip(sent.times_s + latency_s, before.time_s, time_s)
+    velocities = _answered(
+        candidates, before.velocities, sent.commands, begins, np.append(begins[1:], time_s)
+    )
+    off = (velocities - twist) * (1.0, LEVER_M)
+    errors = before.errors + (off**2).sum(axis=1)
+    return Learnt(time_s, latency_s, read_only(velocities), errors, before.count + 1)
+
+
+def possible_bases(learnt: Learnt, candidates: Array) -> Array:
+    """Returns (M, 3) the candidates that explain what was measured, the best one first."""
+    best = int(np.argmin(learnt.errors))
+    variance = max(learnt.errors[best] / max(learnt.count, 1), LEAST_MPS**2)
+    worse = learnt.errors - learnt.errors[best]
+    is_other = (worse <= DEVIATIONS**2 * variance) & (np.arange(len(candidates)) != best)
+    return np.concatenate([candidates[best : best + 1], candidates[is_other]])
+
+
+def prediction_error(possible: Array, speed: float, turn_rate: float, reach_m: float) -> float:
+    """Returns by how much, m, a point of the outline may be off where the first candidate has it.
+
+    possible: (M, 3). speed m/s, turn_rate rad/s: the largest until rest. reach_m: of the farthest
+    corner. It is the way driven in the error of the time constant, or the difference of the ways to
+    rest where the accelerations make that larger.
+    """
+    lag_s = np.abs(possible[:, 0] - possible[0, 0])
+    total = np.zeros(len(possible))
+    for axis, most, lever_m in ((1, speed, 1.0), (2, turn_rate, reach_m)):
+        ways = way_to_rest(possible, axis, most)
+        total += lever_m * np.maximum(lag_s * most, np.abs(ways - ways[0]))
+    return float(total.max())
+
+
+def way_to_rest(bases: Array, axis: int, speed: float) -> Array:
+    """Returns (M,) the way, m or rad, from a speed to rest by the command 0.
+
+    axis: column of the acceleration a. At a it falls to a T, by the time constant T, then decays.
+    """
+    knee = np.minimum(speed, bases[:, axis] * bases[:, 0])
+    return knee * bases[:, 0] + (speed**2 - knee**2) / (2.0 * bases[:, axis])
