@@ -7,6 +7,7 @@ integers, both cut off at the reach.
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -102,10 +103,12 @@ def inflate(
     return inflated
 
 
+# A costmap asks for the same table at every update.
+@lru_cache(maxsize=16)
 def inflation_costs(
     reach: int, *, resolution: float, inscribed_radius: float, cost_scaling_factor: float
 ) -> NDArray[np.uint8]:
-    """Returns (reach^2 + 1,) uint8: the cost at each squared distance, in cells, of two centres.
+    """Returns read-only (reach^2 + 1,) uint8: costs at the squared distances of two centres, cells.
 
     With d the distance in cells, rounded to 1/100: LETHAL at 0, INSCRIBED where d * resolution
     <= inscribed_radius, else trunc(252 exp(-k (d * resolution - inscribed_radius))), where k is
@@ -118,6 +121,7 @@ def inflation_costs(
     costs = (MAX_NON_OBSTACLE * np.exp(-cost_scaling_factor * beyond)).astype(np.uint8)
     costs[distances <= inscribed_radius] = INSCRIBED
     costs[0] = LETHAL
+    costs.flags.writeable = False
     return costs
 
 

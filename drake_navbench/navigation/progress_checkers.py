@@ -91,7 +91,7 @@ class SimpleProgressChecker:
 
     def check(self, state: Baseline | None, *, pose: Array, time_s: float) -> ProgressCheck:
         """Tells whether the robot moved enough, or has time left; pose: (3,) m, m, rad."""
-        x, y, yaw = (float(value) for value in pose)
+        x, y, yaw = pose.tolist()
         if state is None or self._moved_enough(state, x, y, yaw):
             return ProgressCheck(True, Baseline(x, y, yaw, time_s))
         spent_ns = round((time_s - state.time_s) * NANOSECONDS_PER_SECOND)

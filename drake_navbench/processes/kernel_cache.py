@@ -32,14 +32,28 @@ KEPT_S = 30 * DAY_S
 
 
 def prepare_kernels() -> None:
-    """Makes numba keep our kernels, and kernels that call them, by their content."""
+    """Makes numba keep our kernels, and kernels that call them, by their content.
+
+    numba then compiles no wrapper by which C could call a kernel by its address: nothing here
+    does, and with the wrapper a kernel takes a sixth longer to compile.
+    """
     provide_cache_folder()
     from numba.core import caching
+    from numba.core.dispatcher import Dispatcher
 
     # numba asks these in order for the place of each kernel.
     locators: list[Any] = caching.CacheImpl._locator_classes
-    if KernelPlace not in locators:
-        locators.insert(0, KernelPlace)
+    if KernelPlace in locators:
+        return
+    locators.insert(0, KernelPlace)
+    enable_caching = Dispatcher.enable_caching
+
+    def enable(dispatcher: Any) -> None:
+        enable_caching(dispatcher)
+        if isinstance(dispatcher._cache._impl.locator, KernelPlace):
+            dispatcher.targetoptions["no_cfunc_wrapper"] = True
+
+    Dispatcher.enable_caching = enable
 
 
 def notice_of_wheel() -> str:

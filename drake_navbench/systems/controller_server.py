@@ -215,9 +215,11 @@ class ControllerServer(LeafSystem):
         late_s = 0.0
         if after.cycle_count > before.cycle_count:
             measured = after.compute_time_ms, after.compute_cpu_time_ms
-            wall_ms, cpu_ms = self._clock.known(before.cycle_count, measured)
-            after = after._replace(compute_time_ms=wall_ms, compute_cpu_time_ms=cpu_ms)
-            late_s = self._clock.late_s(now_s, wall_ms)
+            known = self._clock.known(before.cycle_count, measured)
+            if known is not measured:
+                after = after._replace(compute_time_ms=known[0], compute_cpu_time_ms=known[1])
+            if self._takes_time:
+                late_s = self._clock.late_s(now_s, known[0])
         if not self._takes_time:
             return after
         if after.status.state.is_final:

@@ -115,11 +115,8 @@ class Lidar(FloorAware):
         # Scanners draw in a fixed order, so that a further one leaves the first one's noise as it
         # is.
         first, *further = (
-            replace(
-                self._scan_from(context, settings, index, compose(base_pose, mounting), noise),
-                odometry_pose=None if odometry is None else compose(odometry[:3], mounting),
-            )
-            for index, mounting in enumerate(self._mountings)
+            self._scan_from(context, settings, index, base_pose, odometry, noise)
+            for index in range(len(self._mountings))
         )
         scan = replace(first, further=tuple(further)) if further else first
         state.get_mutable_abstract_state(self._scan).set_value(scan)
@@ -136,10 +133,14 @@ class Lidar(FloorAware):
         context: Context,
         settings: LidarSettings,
         index: int,
-        sensor_pose: NDArray[np.float64],
+        base_pose: NDArray[np.float64],
+        odometry: NDArray[np.float64] | None,
         noise: np.random.Generator | None,
     ) -> Scan:
         """Returns the scan of the scanner number `index`."""
+        mounting = self._mountings[index]
+        sensor_pose = compose(base_pose, mounting)
+        odometry_pose = None if odometry is None else compose(odometry[:3], mounting)
         segments, circles = self._outlines(context)
         ranges = cast_rays(
             sensor_pose[:2],
@@ -168,7 +169,13 @@ class Lidar(FloorAware):
         ranges[ranges > settings.range_max_m] = np.inf
         ranges_m = ranges.astype(np.float32)
         ranges_m.flags.writeable = False
-        return Scan(context.get_time(), read_only(sensor_pose), self._angles, ranges_m)
+        return Scan(
+            context.get_time(),
+            read_only(sensor_pose),
+            self._angles,
+            ranges_m,
+            odometry_pose=odometry_pose,
+        )
 
     def _outlines(self, context: Context) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Returns the edges and circles of all bodies, or of those on the robot's floor."""

@@ -35,6 +35,8 @@ from drake_navbench.systems.ports import (
 # The period at which the people's places are kept, and by how much the clock may fall short of it,
 # s.
 PEOPLE_PERIOD_S, ROUNDING_S = 0.1, 1e-6
+# Of state, estimate, command and distances.
+SIGNAL_SIZES = (STATE_SIZE, STATE_SIZE, COMMAND_SIZE, DISTANCE_COUNT)
 _VELOCITY = ("v_mps", "w_radps", "vy_mps")
 # The columns of a sample of every robot; the log of some robots has others between them.
 RECORDED_COLUMNS = (
@@ -124,11 +126,12 @@ class Recording:
 class Recorder(LeafSystem):
     """Samples all signals once a period, before the updates that are due at the same time.
 
-    Inputs `state` and `estimate` [x m, y m, yaw rad, v m/s, w rad/s, vy m/s], `odometry_from_world`
-    (3,), the pose of the world in the odometry frame (need not be connected), `command` [v m/s, w
-    rad/s, vy m/s], `distances` [m] (see Clearance), `server_state` (ServerState), `scan` (Scan or
-    None), `navigator_state` (NavigatorState; need not be connected), whose events are kept, and
-    where there are people `people` [x m, y m, yaw rad] of each.
+    Input `signals`, one after the other: the state and its estimate [x m, y m, yaw rad, v m/s,
+    w rad/s, vy m/s], the command [v m/s, w rad/s, vy m/s], the distances [m] (see Clearance).
+    Inputs `odometry_from_world` (3,), the pose of the world in the odometry frame (need not be
+    connected), `server_state` (ServerState), `scan` (Scan or None), `navigator_state`
+    (NavigatorState; need not be connected), whose events are kept, `costmap` (Costmap or None; need
+    not be connected), and where there are people `people` [x m, y m, yaw rad] of each.
     """
 
     def __init__(self, *, period_s: float, person_count: int = 0) -> None:
@@ -142,11 +145,8 @@ class Recorder(LeafSystem):
             ValueProducer(lambda: AbstractValue.Make(Recording()), ValueProducer.NoopCalc),
             {self.nothing_ticket()},
         )
-        self._state_port = self.DeclareVectorInputPort("state", STATE_SIZE)
-        self._estimate_port = self.DeclareVectorInputPort("estimate", STATE_SIZE)
+        self._signals_port = self.DeclareVectorInputPort("signals", sum(SIGNAL_SIZES))
         self._frame_port = self.DeclareVectorInputPort("odometry_from_world", POSE_SIZE)
-        self._command_port = self.DeclareVectorInputPort("command", COMMAND_SIZE)
-        self._distances_port = self.DeclareVectorInputPort("distances", DISTANCE_COUNT)
         self._server_port = declare_object_input(self, "server_state")
         self._scan_port = declare_object_input(self, "scan")
         self._navigator_port = declare_object_input(self, "navigator_state")
@@ -165,10 +165,7 @@ class Recorder(LeafSystem):
         server = read_object(self._server_port, context)
         row: tuple[float | np.ndarray, ...] = (
             time_s,
-            self._state_port.Eval(context),
-            self._estimate_port.Eval(context),
-            self._command_port.Eval(context),
-            self._distances_port.Eval(context),
+            self._signals_port.Eval(context),
             float(server.cycle_count),
             server.compute_time_ms,
             server.compute_cpu_time_ms,

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from pydrake.systems.framework import DiagramBuilder, OutputPort
+from pydrake.systems.primitives import Multiplexer
 
 from drake_navbench.inputs.robot import Robot
 from drake_navbench.inputs.world import World
@@ -14,7 +15,7 @@ from drake_navbench.systems.controller_server import ControllerServer
 from drake_navbench.systems.floor_aware import FloorClock
 from drake_navbench.systems.moving_world import MovingWorld
 from drake_navbench.systems.navigator import Navigator
-from drake_navbench.systems.recorder import Recorder
+from drake_navbench.systems.recorder import SIGNAL_SIZES, Recorder
 from drake_navbench.systems.running_stack import RunningStackSystem
 from drake_navbench.systems.tree_navigator import TreeNavigator
 from drake_navbench.systems.viewer import Viewer
@@ -74,14 +75,15 @@ def add_recorder(
     recorder = builder.AddNamedSystem(
         "recorder", Recorder(period_s=RECORDER_PERIOD_S, person_count=person_count)
     )
+    # One port is read sooner than four.
+    signals_in_one = builder.AddNamedSystem("recorded_signals", Multiplexer(SIGNAL_SIZES))
+    for index, port in enumerate((signals.state, signals.estimate, command, distances)):
+        builder.Connect(port, signals_in_one.get_input_port(index))
     connect_inputs(
         builder,
         recorder,
-        state=signals.state,
+        signals=signals_in_one.get_output_port(),
         scan=signals.scan,
-        estimate=signals.estimate,
-        command=command,
-        distances=distances,
         server_state=server.GetOutputPort("server_state"),
     )
     if costmap is not None:

@@ -27,6 +27,7 @@ from drake_navbench.inputs.scenario import Scenario, load_scenario
 from drake_navbench.inputs.task_check import check_task
 from drake_navbench.kernels.grid import Costmap
 from drake_navbench.logs.log import TrialLog
+from drake_navbench.navigation.task import TaskStatus
 from drake_navbench.processes.worker_process import Returned
 from drake_navbench.processes.workers import Died, Failure, Task, TimedOut, run_tasks, start_server
 from drake_navbench.systems.lifetime import release
@@ -271,10 +272,15 @@ def _end_of_trial(
     navigator_context = trial.navigator.GetMyContextFromRoot(root_context)
     moving_world = trial.moving_world
     moving_context = moving_world and moving_world.GetMyContextFromRoot(root_context)
+    # The last status that was not final: most steps see it again.
+    running: TaskStatus | None = None
 
     def monitor(context: Context) -> EventStatus | None:
+        nonlocal running
         time_s = context.get_time()
         status = status_port.Eval(navigator_context)
+        if status is running and transport is None and time_s < contact_watch.idle_until_s:
+            return None
         # A task that ended in the updates before this step was over before the step's contact.
         is_over = status.state.is_final and status.time_s < time_s
         if transport is not None:
@@ -286,6 +292,7 @@ def _end_of_trial(
                 return EventStatus.ReachedTermination(trial.diagram, "collided")
         if status.state.is_final:
             return EventStatus.ReachedTermination(trial.diagram, status.reason)
+        running = status
         return None
 
     return monitor
