@@ -53,7 +53,7 @@ def prepare_kernels() -> None:
         if isinstance(dispatcher._cache._impl.locator, KernelPlace):
             dispatcher.targetoptions["no_cfunc_wrapper"] = True
 
-    Dispatcher.enable_caching = enable
+    setattr(Dispatcher, "enable_caching", enable)  # noqa: B010
 
 
 def notice_of_wheel() -> str:

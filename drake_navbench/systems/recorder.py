@@ -35,7 +35,7 @@ from drake_navbench.systems.ports import (
 # The period at which the people's places are kept, and by how much the clock may fall short of it,
 # s.
 PEOPLE_PERIOD_S, ROUNDING_S = 0.1, 1e-6
-# Of state, estimate, command and distances.
+# The sizes of the parts of the input `signals`: state, estimate, command and distances.
 SIGNAL_SIZES = (STATE_SIZE, STATE_SIZE, COMMAND_SIZE, DISTANCE_COUNT)
 _VELOCITY = ("v_mps", "w_radps", "vy_mps")
 # The columns of a sample of every robot; the log of some robots has others between them.
