@@ -17,16 +17,16 @@ from drake_navbench.controllers.harmony.motion import V, W, stage_at
 
 # The step of the prediction, s: a fifth of the shortest usual time constant.
 STEP_S = 0.01
-# Slower than this is rest, m/s and rad/s.
+# A base slower than this is at rest, m/s and rad/s.
 REST_MPS, REST_RADPS = 1e-3, 1e-3
-# Braking that takes longer is no way to stop.
+# A base that brakes for longer than this, s, counts as unable to stop.
 LONGEST_STOP_S = 5.0
 
 
 class Response(NamedTuple):
-    """Of the base: time constant s, largest accelerations m/s^2 and rad/s^2.
+    """The base's response: time constant s, largest accelerations m/s^2 and rad/s^2.
 
-    most_v m/s, most_w rad/s: the largest commands that it is given.
+    most_v m/s, most_w rad/s: the largest commands that the base gets.
     """
 
     time_constant_s: float
@@ -38,7 +38,7 @@ class Response(NamedTuple):
 
 @njit(cache=True)
 def answer(response, velocity, command, limit, duration_s):
-    """Returns a velocity after some time under a constant command; limit: of its acceleration."""
+    """Returns a velocity after some time under a constant command; limit: of the acceleration."""
     change = command - velocity
     if response.time_constant_s > 0.0:
         change *= 1.0 - math.exp(-duration_s / response.time_constant_s)
@@ -56,7 +56,7 @@ def braking_time(response: Response, speed: float, turn_rate: float) -> float:
 
 
 def _time_to_rest(time_constant_s: float, limit: float, speed: float, rest: float) -> float:
-    # At the limit down to where the response itself asks for no more; then it decays.
+    # The limit holds until the response asks for less than the limit; then the velocity decays.
     knee = min(speed, limit * time_constant_s) if time_constant_s > 0.0 else 0.0
     decay_s = time_constant_s * math.log(knee / rest) if knee > rest else 0.0
     return (speed - knee) / limit + decay_s
@@ -96,8 +96,8 @@ def after_latency(response, pose, twist, sent, ages_s):
 def command_of(response, plan, dt, period_s, cycle):
     """Returns the command (v, w) of a plan in cycle number `cycle`, from 0.
 
-    A base that has the plan's velocities when the cycle begins has them again when it ends: the
-    time constant is made up for, so that a plan is driven and not a blunted copy of it.
+    A base that has the plan's velocities at the beginning of the cycle also has them at its end:
+    the command makes up for the time constant, so that the base drives the plan itself.
     """
     before, after = stage_at(plan, dt, cycle * period_s), stage_at(plan, dt, (cycle + 1) * period_s)
     share = 1.0
@@ -121,8 +121,8 @@ def steps_in(period_s):
 def follow_then_brake(response, state, plan, dt, period_s, cycles):
     """Returns (M, 3) the poses of a base that follows a plan for some cycles and then brakes.
 
-    state: (5,) x, y, yaw, v, w at the start. One pose each STEP_S, to rest; none where it does not
-    come to rest within LONGEST_STOP_S.
+    state: (5,) x, y, yaw, v, w at the start. One pose each STEP_S until rest; no poses if the base
+    does not come to rest within LONGEST_STOP_S.
     """
     moving = state.copy()
     steps_a_cycle = steps_in(period_s)

@@ -9,7 +9,7 @@ from drake_navbench.controller import ControllerSetup
 
 Array = NDArray[np.float64]
 
-# Points per edge of the outline that discs are measured by.
+# The number of points on each edge of the outline by which discs are measured.
 POINTS_AN_EDGE = 41
 LEAST_WIDTH_M = 1e-3
 
@@ -17,8 +17,8 @@ LEAST_WIDTH_M = 1e-3
 def covering_discs(setup: ControllerSetup, count: int) -> Array:
     """Returns (D, 2) m: offset along x and radius of discs that cover the outline.
 
-    One for a robot given by its radius, else `count` of one size, each in the middle of an equal
-    part of the length. Raises ValueError for an outline without an area.
+    A robot given by its radius has one disc; any other has `count` discs of equal size, each in the
+    middle of an equal part of the length. Raises ValueError for an outline without an area.
     """
     if setup.footprint_is_circle:
         return np.array([[0.0, setup.circumscribed_radius_m]])
@@ -35,7 +35,7 @@ def covering_discs(setup: ControllerSetup, count: int) -> Array:
     shares = np.linspace(0.0, 1.0, POINTS_AN_EDGE)[:, None, None]
     points = (outline + shares * (ends - outline)).reshape(-1, 2)
     distances = np.hypot(points[:, :1] - offsets, points[:, 1:])
-    # The largest distance of a point to its nearest disc.
+    # The largest distance of such a point from its nearest disc's centre.
     return np.column_stack([offsets, np.full(count, float(distances.min(axis=1).max()))])
 
 

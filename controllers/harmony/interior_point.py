@@ -39,17 +39,17 @@ from drake_navbench.kernels.barrier import TO_BOUND_RATIO
 
 Array = NDArray[np.float64]
 
-# Violations of clearance count by this factor: the outline is checked before a plan is driven.
+# Violations of clearance count by this factor only: the outline is checked before a plan is driven.
 CLEARANCE_SHARE = 0.1
 # The least slack at the start, in parts of the limits.
 LEAST_SLACK = 1e-2
-# Price of squared velocities and accelerations at the end, besides their multipliers.
+# The weight of squared velocities and accelerations at the end, besides their multipliers.
 REST_PRICE = 5000.0
-# Added to the second derivatives by the jerks, which no term may ask for.
+# Added to the second derivatives of the jerks, on which no term may depend.
 DAMPING = 1e-5
 BARRIER_CUT = 0.2
 MOST_CUTS = 8
-# The barrier falls after a step of which at least this part was taken.
+# The barrier falls after a step of at least this share of the Newton step.
 FULL_ENOUGH = 0.5
 SUFFICIENT_DECREASE = 1e-4
 # A merit whose steps no longer lower it by more than this has converged.
@@ -59,9 +59,9 @@ STILL = 1e-9
 class SolverSettings(NamedTuple):
     """The settings of the interior-point method.
 
-    iterations: at most. first_barrier, last_barrier: its parameter falls from one to the other.
-    tolerance: largest violation of a row, in parts of its limit, and of rest at the end, SI units,
-    of a plan that counts as solved.
+    iterations: the most. first_barrier, last_barrier: the barrier parameter falls from the first to
+    the last. tolerance: a plan is solved if no row is violated by more, in parts of its limit, and
+    rest at the end by no more, in SI units.
     """
 
     iterations: int
@@ -73,9 +73,9 @@ class SolverSettings(NamedTuple):
 class Solution(NamedTuple):
     """The result of the interior-point method.
 
-    plan: (N + 1, 9). cost: of the terms. violation: the largest of the rows, in parts of their
-    limits, a tenth of that for clearances, and of the velocities and accelerations at the end.
-    iterations: taken. solved: whether the violation is within the tolerance.
+    plan: (N + 1, 9). cost: that of the terms. violation: the largest violation of the rows, in
+    parts of their limits (a tenth of it for clearances), and of rest at the end. iterations: the
+    number taken. solved: whether the violation is within the tolerance.
     """
 
     plan: Array
@@ -128,7 +128,7 @@ def _evaluate(scene, plan, at):
 
 @njit(cache=True, error_model="numpy")
 def _add_barrier(last, at, slacks, multipliers, barrier):
-    """Adds to the derivatives the terms of slacks and multipliers, which are eliminated."""
+    """Adds to the derivatives the terms of the eliminated slacks and multipliers."""
     values, columns, slopes = at.values, at.columns, at.slopes
     for k in range(last + 1):
         for row in range(values.shape[1]):
@@ -151,7 +151,7 @@ def _add_barrier(last, at, slacks, multipliers, barrier):
 
 @njit(cache=True, error_model="numpy")
 def _add_rest(plan, rest_multipliers, at):
-    """Adds the terms of rest at the end."""
+    """Adds to the derivatives the terms of rest at the end."""
     last = plan.shape[0] - 1
     for i in range(STATE_SIZE - V):
         at.gradients[last, V + i] += rest_multipliers[i] + REST_PRICE * plan[last, V + i]
@@ -191,7 +191,7 @@ def _log_slacks(last, slacks):
 
 @njit(cache=True, error_model="numpy")
 def _row_steps(last, steps, at, slacks, multipliers, barrier, slack_steps, dual_steps):
-    """Fills the steps of slacks and multipliers; returns how much of each may be taken."""
+    """Fills the steps of slacks and multipliers; returns the shares of both that may be taken."""
     values, columns, slopes = at.values, at.columns, at.slopes
     primal, dual = 1.0, 1.0
     for k in range(last + 1):

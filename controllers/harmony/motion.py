@@ -1,4 +1,4 @@
-"""Planned motions: their layout, how one step leads to the next, and how plans are cut and kept.
+"""Planned motions: their layout, the step between stages, and how plans are cut and shifted.
 
 A plan is (N + 1, 9) float64, one row a stage, `dt` apart: the state x m, y m, yaw rad (not
 wrapped), v m/s, w rad/s, a m/s^2, alpha rad/s^2, and the inputs of the step that begins there, the
@@ -19,7 +19,7 @@ STAGE_SIZE = 9
 
 @njit(cache=True)
 def advance(stage, dt, following):
-    """Writes into `following[:7]` the state that the state and inputs of a stage lead to.
+    """Writes into `following[:7]` the state after the step that begins at `stage`.
 
     Velocities and accelerations are exact; the path within a step is the chord of an arc.
     """
@@ -67,9 +67,9 @@ def roll_out(plan, dt):
 
 @njit(cache=True)
 def stage_at(plan, dt, time_s):
-    """Returns (9,) the state of a plan at a time from its start, and the jerks that hold then.
+    """Returns the state of a plan, and its jerks, at a time since its start, (9,).
 
-    Behind the end of the plan the robot stays where the plan ends, at rest.
+    After the end of the plan the robot rests at the plan's last pose.
     """
     last = plan.shape[0] - 1
     stage = np.zeros(STAGE_SIZE)
@@ -87,8 +87,8 @@ def stage_at(plan, dt, time_s):
 def shifted(plan, dt, time_s, start):
     """Returns the rest of a plan from a time on, as a plan of its length that begins in `start`.
 
-    start: (9,) the state now. Accelerations are read off the old plan at the new stages, and the
-    robot waits where the old plan ends.
+    start: (9,) the state now. Accelerations are those of the old plan at the new stages; after the
+    old plan's end the robot waits there.
     """
     count = plan.shape[0]
     rest = np.zeros((count, STAGE_SIZE))

@@ -1,9 +1,9 @@
 """The base's pose and speed when the next command takes effect, and the latency until then.
 
 A measured pose is old when it arrives, a cycle takes time, and a command takes time on its way.
-Only the sum counts: the latency from a pose to the effect of the command that answers it. Where it
-is not given, several latencies are tried, and the one under which the commands explain the measured
-motion best is taken. Until then the latency is taken to be 0.
+Only the sum counts: the latency from a pose to the effect of the command computed from it. If it is
+not given, several latencies are compared, and the controller assumes the one with which the
+commands best explain the measured motion. Until then it assumes 0.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ class Sent(NamedTuple):
 
 @njit(cache=True)
 def _explained(response, twist, commands, times_s, begin_s, end_s, latency):
-    """Returns (v, w) that commands sent `latency` s before they act make of a twist."""
+    """Returns (v, w) predicted from a twist by commands that act `latency` s after being sent."""
     v, w = twist[0], twist[1]
     for h in range(commands.shape[0]):
         since = max(times_s[h] + latency, begin_s)
@@ -124,7 +124,7 @@ def predicted(
 ) -> Array:
     """Returns (5,) x, y, yaw, v, w of the base `latency_s` after its pose (3,) and twist (2,).
 
-    Until the first known command acts it goes on as it does.
+    Until the first known command acts, the base keeps its twist.
     """
     if latency_s <= 0.0:
         return np.array([*pose, *twist])

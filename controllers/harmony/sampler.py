@@ -21,8 +21,8 @@ from drake_navbench.kernels.angles import wrap
 from drake_navbench.kernels.grid import world_to_cell
 
 KNOTS = 6
-# Every ROOM_STRIDE-th stage is checked for room, as a robot moves by two cells between; every
-# STRIDE-th stage is rated by the terms.
+# Every ROOM_STRIDE-th stage is checked for room, since a robot moves about two cells between them;
+# every STRIDE-th stage is rated by the terms.
 ROOM_STRIDE, STRIDE = 2, 5
 _GOLDEN = np.uint64(0x9E3779B97F4A7C15)
 _FIRST_MIX = np.uint64(0xBF58476D1CE4E5B9)
@@ -52,10 +52,10 @@ def _normal(key, counter):
 
 @njit(cache=True)
 def _room(scene, stage, cosine, sine, required):
-    """Returns (whether a stage has the clearance required, its cost of inflation).
+    """Returns (whether a stage has the required clearance, its cost of inflation).
 
-    By the distances of the cells that the discs' centres are in, which may be half a cell too
-    short: a gap that the program gets through must not look closed.
+    The distance of a disc is that of its centre's cell. The check allows half a cell: a gap that is
+    wide enough for the program must not look closed.
     """
     field, reach = scene.field, scene.shape.inflation_dist
     required -= 0.5 * field.resolution

@@ -17,7 +17,7 @@ Array = NDArray[np.float64]
 
 # A reference has x m, y m, yaw rad of the path's nearest point, and the speed wanted there m/s.
 REFERENCE_SIZE = 4
-# Rounding that a bound on reachable velocities leaves, m/s and rad/s.
+# Rounding errors of the bounds on reachable velocities, m/s and rad/s.
 REACHABLE_SLACK = 1e-3
 # How much closer than at its start a plan may come to obstacles that are too near already, m.
 START_SLACK_M = 0.01
@@ -45,11 +45,11 @@ class Limits(NamedTuple):
 
 
 class Shape(NamedTuple):
-    """Distances and speeds that terms are shaped by; see the parameters of the same names.
+    """Distances and speeds that shape the terms; see the parameters of the same names.
 
-    limit_share: the share of a limit from which on the term of constraints counts. inflation_dist
-    m. curve_speed: below it a turn counts as one in place, m/s. approach_dist: before the goal,
-    where the path's heading begins to become the goal's, m.
+    limit_share: the share of a limit above which the term `constraints` counts. inflation_dist m.
+    curve_speed: a turn at a lower speed counts as one in place, m/s. approach_dist: the distance
+    before the goal at which the wanted heading begins to turn from the path's to the goal's, m.
     """
 
     limit_share: float
@@ -83,9 +83,9 @@ class Scene(NamedTuple):
 
 @njit(cache=True)
 def nearest_on_path(path, x, y, first, window):
-    """Returns (index, x, y, yaw) of the path's point nearest to (x, y), from a segment on.
+    """Returns (index, x, y, yaw) of the path's point nearest to (x, y), from segment `first` on.
 
-    path: (P, 3), P >= 1. Looks no farther than `window` segments ahead; yaw is along the segment.
+    path: (P, 3), P >= 1. At most `window` segments are searched; yaw is along the segment.
     """
     last = path.shape[0] - 1
     if last == 0:
@@ -112,8 +112,8 @@ def nearest_on_path(path, x, y, first, window):
 def heading_wanted(scene, x, y, yaw):
     """Returns the heading wanted at a point of the path: that of the path, near a goal the goal's.
 
-    A planner that knows no headings leads a path to the goal from any side; a robot that turns only
-    there must turn at a standstill.
+    A planner without headings leads a path to the goal from any side; a robot that turned only at
+    the goal would have to turn in place.
     """
     if scene.nears_goal <= 0.0:
         return yaw
@@ -128,7 +128,8 @@ def references_along(scene, path, plan, window):
     """Returns (N + 1, 4) the references of a plan: the path's points nearest to its stages."""
     count = plan.shape[0]
     references = np.empty((count, REFERENCE_SIZE))
-    # A plain 0 would have numba compile `nearest_on_path` for it, and once more for any number.
+    # A variable, not 0: numba would compile `nearest_on_path` for a literal 0, and once more for
+    # any number.
     index = np.int64(0)
     for k in range(count):
         index, x, y, yaw = nearest_on_path(path, plan[k, X], plan[k, Y], index, window)
@@ -154,11 +155,11 @@ def wanted_speeds(count, dt, speed, top, acceleration, distance):
 
 @njit(cache=True)
 def _reachable(value, rate, limit, jerk, dt, count):
-    """Returns (count,) the least that a velocity can be, stage by stage, braking from now on."""
+    """Returns the least velocity at each stage when braking from now on, (count,)."""
     least = np.empty(count)
     for k in range(count):
         least[k] = value
-        # As much jerk as leads to the limit of the rate by the next stage, and no more.
+        # As much jerk as reaches the rate's limit by the next stage, and no more.
         change = max(-jerk, (-limit - rate) / dt)
         value += dt * rate + 0.5 * dt * dt * change
         rate += dt * change
@@ -169,7 +170,7 @@ def _reachable(value, rate, limit, jerk, dt, count):
 def velocity_bounds(start, limits, dt, count):
     """Returns (low, high) (count, 2): the limits of v and w, wider while a start cannot obey them.
 
-    start: (9,) state. Where the limits have come down below the speed, plans brake as hard as they
+    start: (9,) state. If a limit has fallen below the present speed, plans brake as hard as they
     may.
     """
     low, high = np.empty((count, 2)), np.empty((count, 2))
@@ -189,10 +190,10 @@ def velocity_bounds(start, limits, dt, count):
 
 @njit(cache=True)
 def required_clearances(field, discs, start, clearance, count):
-    """Returns (count,) m: the clearance, less where the start itself has less.
+    """Returns the required clearance at each stage, (count,) m: less if the start has less.
 
-    Nothing that a plan does now gives a start more room than it has; a robot under way may even
-    come a bit closer before it can turn away.
+    A plan cannot give its start more room; a moving robot may even come a bit closer before it can
+    turn away.
     """
     here = pose_clearance(field, discs, start[X], start[Y], start[YAW])
     return np.full(count, min(clearance, here - START_SLACK_M))

@@ -20,11 +20,11 @@ from drake_navbench.kernels.distance_field import sample_distance
 # As Regulated Pure Pursuit: the carrot's distance m, and the angle beyond which to turn in place.
 CARROT_DISTANCE_M = 0.6
 TURN_IN_PLACE_RAD = 0.785
-# A goal nearer than this is reached but for its heading, m.
+# A goal nearer than this is reached except for its heading, m.
 AT_GOAL_M = 0.1
-# Turn rate for an error in heading, 1/s.
+# The turn rate for each radian of error in heading, 1/s.
 HEADING_GAIN = 1.5
-# The share of the limits that seeds use, as the jerk takes the rest.
+# The share of the limits that seeds use; the rest is for the jerk.
 SEED_SHARE = 0.8
 LEFT, RIGHT = 1.0, -1.0
 
@@ -33,14 +33,14 @@ LEFT, RIGHT = 1.0, -1.0
 def within_limits(limits, dt, left_s, v, w, wanted_v, wanted_w):
     """Returns (v, w) one step closer to those wanted, within the limits and able to stop.
 
-    left_s: until the end of the plan, where it must be at rest.
+    left_s: time until the end of the plan, at which the base must be at rest.
     """
     rate, angular_rate = SEED_SHARE * limits.acceleration, SEED_SHARE * limits.angular_acceleration
     top = min(limits.forward_speed, rate * left_s)
     bottom = -min(limits.backward_speed, rate * left_s)
     most = min(limits.turn_rate, angular_rate * left_s)
     wanted_v, wanted_w = min(max(wanted_v, bottom), top), min(max(wanted_w, -most), most)
-    # The wheels and the way sideways leave less speed in a turn.
+    # In a turn the limits of wheel speed and lateral acceleration leave less speed.
     turning = abs(wanted_w)
     fastest = max(limits.wheel_speed - limits.half_track * turning, 0.0)
     if turning * abs(wanted_v) > limits.lateral_acceleration:
@@ -62,7 +62,7 @@ def _move(pose, v, w, dt):
 
 @njit(cache=True)
 def _carrot(path, x, y, index):
-    """Returns (x, y) m of the point CARROT_DISTANCE_M along the path from a segment on."""
+    """Returns (x, y) m of the point CARROT_DISTANCE_M along the path from segment `index` on."""
     left = CARROT_DISTANCE_M
     for i in range(index, path.shape[0] - 1):
         length = math.hypot(path[i + 1, 0] - x, path[i + 1, 1] - y)
@@ -117,10 +117,10 @@ def stop(start, limits, dt, count):
 
 @njit(cache=True)
 def along_wall(field, side, keep, start, target, limits, dt, count, ahead):
-    """Returns the velocities of a way that keeps the nearest obstacle to one side.
+    """Returns the velocities of a motion that keeps the nearest obstacle on one side.
 
-    side: LEFT leaves it to the right. keep: distance of the point `ahead` m before the base that
-    the way settles at, m. Where nothing is near, it turns to the target.
+    side: LEFT passes on the obstacle's left. keep: the distance from obstacles at which the point
+    `ahead` m before the base settles, m. If nothing is near, the motion turns to the target.
     """
     velocities = np.empty((count, 2))
     pose = np.array([start[X], start[Y], start[YAW]])
@@ -132,7 +132,7 @@ def along_wall(field, side, keep, start, target, limits, dt, count, ahead):
         distance, by_x, by_y = sample_distance(field, nose_x, nose_y)
         heading = math.atan2(target[1] - pose[1], target[0] - pose[0])
         if distance < 2.0 * keep and (by_x != 0.0 or by_y != 0.0):
-            # Along the wall, and away from it by the missing room.
+            # Along the wall, and away from it by the missing distance.
             off = min(max((keep - distance) / keep, -0.5), 1.0)
             heading = math.atan2(by_y, by_x) - side * 0.5 * math.pi * (1.0 - off)
         error = wrap(heading - pose[2])

@@ -103,21 +103,21 @@ def constraints(scene, stage, weight, gradient, hessian):
 
 @njit(cache=True)
 def goal_angle(scene, stage, weight, gradient, hessian):
-    """Ends with the goal's heading: squared angle between the two, at the end."""
+    """Ends with the goal's heading: squared angle to it, at the end of the plan."""
     angle = stage[YAW] - scene.target[2]
     return _square(weight, angle, YAW, 1.0, gradient, hessian)
 
 
 @njit(cache=True)
 def goal_position(scene, stage, weight, gradient, hessian):
-    """Gets far: squared distance to the target, at the end."""
+    """Ends near the target: squared distance to it, at the end of the plan."""
     cost = _square(weight, stage[X] - scene.target[0], X, 1.0, gradient, hessian)
     return cost + _square(weight, stage[Y] - scene.target[1], Y, 1.0, gradient, hessian)
 
 
 @njit(cache=True)
 def costmap_cost(scene, stage, weight, gradient, hessian):
-    """Keeps away from obstacles: squared part of the inflation that each disc is inside of."""
+    """Keeps away from obstacles: squared depth of each disc within the inflation."""
     reach = scene.shape.inflation_dist
     cosine, sine = math.cos(stage[YAW]), math.sin(stage[YAW])
     cost = 0.0
@@ -141,7 +141,7 @@ def costmap_cost(scene, stage, weight, gradient, hessian):
 
 @njit(cache=True)
 def path_alignment(reference, stage, weight, gradient, hessian):
-    """Stays on the path: squared distance across it."""
+    """Stays on the path: squared distance across the path."""
     sine, cosine = math.sin(reference[2]), math.cos(reference[2])
     across = cosine * (stage[Y] - reference[1]) - sine * (stage[X] - reference[0])
     return _square_of_two(weight, across, X, -sine, Y, cosine, gradient, hessian)
@@ -149,7 +149,7 @@ def path_alignment(reference, stage, weight, gradient, hessian):
 
 @njit(cache=True)
 def path_orientation(reference, stage, weight, gradient, hessian):
-    """Heads along the path: squared angle between the two."""
+    """Heads along the path: squared angle to the path."""
     return _square(weight, stage[YAW] - reference[2], YAW, 1.0, gradient, hessian)
 
 

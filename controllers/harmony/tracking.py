@@ -24,13 +24,14 @@ Array = NDArray[np.float64]
 
 # A cluster that reaches farther than this from its centre is a wall or furniture, m.
 LARGEST_RADIUS_M = 0.8
-# Centres that count for a velocity are no older, s; at least so many of them.
+# A velocity uses centres that are no older than this, s, and at least this many.
 HISTORY_S, FEWEST_CENTRES = 0.9, 3
 MOST_CENTRES = 20
 # A cluster continues a track if its centre is within GATE_M m of the track's expected place, and
 # GATE_MPS m more for each second since the track's last centre.
 GATE_M, GATE_MPS = 0.15, 2.0
-# Slower things stand still, m/s. A followed cluster that is hidden goes on by itself, s.
+# Things slower than this stand still, m/s. A followed cluster that is hidden is moved on for this
+# long, s.
 SLOWEST_MPS, HIDDEN_S = 0.2, 0.6
 EIGHT_NEIGHBOURS = np.ones((3, 3), dtype=int)
 
@@ -51,7 +52,7 @@ NO_TRACKS = Tracks(-np.inf, read_only(np.empty((0, MOST_CENTRES, 3))), read_only
 
 
 def clusters(costmap: Costmap) -> tuple[Array, Array]:
-    """Returns centres (C, 2) m and radii (C,) m of the clusters that are small enough to move."""
+    """Returns centres (C, 2) m and radii (C,) m of the clusters that are small enough to follow."""
     labels, count = ndimage.label(costmap.costs == LETHAL, EIGHT_NEIGHBOURS)
     rows, columns = np.nonzero(labels)
     index = labels[rows, columns] - 1
@@ -68,7 +69,7 @@ def clusters(costmap: Costmap) -> tuple[Array, Array]:
 
 
 def followed(tracks: Tracks, costmap: Costmap) -> Tracks:
-    """Returns the tracks after another look at the costmap; unchanged where it is no newer."""
+    """Returns the tracks after one more costmap; unchanged if the costmap is not newer."""
     time_s = costmap.stamp_s
     if time_s <= tracks.stamp_s:
         return tracks
@@ -90,7 +91,7 @@ def followed(tracks: Tracks, costmap: Costmap) -> Tracks:
 
 
 def moving_things(tracks: Tracks, time_s: float) -> Array:
-    """Returns (M, 5) x m, y m, velocity m/s along x and y, radius m, of what moves, at a time."""
+    """Returns the moving things at a time, (M, 5): x m, y m, velocity x and y m/s, radius m."""
     places, velocities = _now(tracks, time_s)
     moves = _moves(tracks, velocities)
     return np.column_stack([places, velocities, tracks.radii])[moves]
@@ -118,7 +119,7 @@ def _now(tracks: Tracks, time_s: float) -> tuple[Array, Array]:
 
 
 def _moves(tracks: Tracks, velocities: Array) -> NDArray[np.bool_]:
-    """Returns flags (T,) of the clusters that have left their own size behind."""
+    """Returns flags (T,) of the clusters that have moved by more than their own radius."""
     times, places = tracks.centres[:, :, 0], tracks.centres[:, :, 1:]
     is_recent = times >= times[:, -1:] - HISTORY_S
     away = np.hypot(*np.moveaxis(places - places[:, -1:], 2, 0))

@@ -18,24 +18,25 @@ from drake_navbench.studio.desk import Desk
 from drake_navbench.studio.open_folder import OpenFolder
 from drake_navbench.studio.server import HOST, StudioServer, bound
 
-# The class of each page, imported when it is first opened: the first page is to be there at once.
+# The class of each page. A page's module is imported when the page is first opened, so that the
+# first page appears at once.
 PAGES = {
     "runs": ("runs_page", "RunsPage"),
     "scenario": ("scenario_page", "ScenarioPage"),
     "drive": ("drive_page", "DrivePage"),
     "live": ("live_page", "LivePage"),
 }
-# When the first page is surely sent.
+# After this time the first page has surely been sent.
 LOAD_AFTER_S = 0.7
 
 
 def serve(folder: OpenFolder, port: int, told: Callable[[str], None]) -> None:
     """Serves a studio until Ctrl-C or a signal to end.
 
-    told: is given the address. Raises InputError where the port is taken or another studio has the
+    told: gets the address. Raises InputError where the port is taken or another studio has the
     folder.
     """
-    # A column of inputs may have none for a while.
+    # A column of inputs may be empty for a while.
     silence(EMPTY_LAYOUT)
     desk: list[Desk] = []
 
@@ -46,7 +47,7 @@ def serve(folder: OpenFolder, port: int, told: Callable[[str], None]) -> None:
         IOLoop.current().call_later(LOAD_AFTER_S, load)
 
     def load() -> None:
-        """Imports the modules of the other pages while the first one is looked at."""
+        """Imports the modules of the other pages while the user looks at the first one."""
         for module, _ in PAGES.values():
             import_module(f"drake_navbench.studio.{module}")
 

@@ -85,12 +85,12 @@ class Desk:
         return str(path)
 
     def resume(self, path: Path) -> None:
-        """Goes on with a run; raises InputError where it is about files outside the folder."""
+        """Continues a run; raises InputError if the run uses files outside the folder."""
         self._require_inside(path)
         self.jobs.resume(path)
 
     def begin_again(self, path: Path) -> Future[Path]:
-        """Begins a new results folder for the request of a run, with the files as they are now."""
+        """Drives a run's request again into a new folder, with the files as they are now."""
         self._require_inside(path)
         stem = datetime.now().strftime("%Y-%m-%d_%H-%M-%S")
         return self.engine.look("begin_again", path, self.folder.root / RESULTS / stem)
@@ -98,7 +98,7 @@ class Desk:
     def reasons(self, log: str, asked: Any) -> Future[Any]:
         """Asks why the controller of a log's trial decided as it did; see `tasks.reasons_of`.
 
-        Raises InputError where the log is of a run about files outside the folder.
+        Raises InputError if the log's run used files outside the folder.
         """
         if asked is None:
             self._require_inside(Path(log).parents[3])

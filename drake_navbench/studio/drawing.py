@@ -11,20 +11,20 @@ from typing import Any
 from drake_navbench.errors import InputError
 
 Point = tuple[float, float]
-# Where something stands in a scenario's content, ("world", "obstacles", 3).
+# The place of an entry in a scenario's content, such as ("world", "obstacles", 3).
 Place = tuple[str | int, ...]
 MAX_UNDO = 500
-# To the millimetre: more digits than anybody draws.
+# The number of decimals: millimetres are finer than anybody draws.
 DIGITS = 3
-# A door is drawn on a wall, not farther from its centre line than this.
+# A door is drawn on a wall if it is at most this far from the wall's centre line.
 DOOR_REACH_M = 0.3
-# A box that is so thin is a wall to doors.
+# A box up to this thickness is treated as a wall when a door is drawn.
 THICKEST_WALL_M = 0.5
 SHORTEST_M = 0.01
-# Length and width of what is drawn as a moving obstacle.
+# Length and width of a drawn moving obstacle.
 CART_M = (1.0, 0.6)
 ALONG_M = 0.05
-# Fields of points and of lists of points, which move with a thing.
+# The fields of points, and of lists of points, that move with a thing.
 POINTS = ("min", "max", "start", "end", "centre")
 RINGS = ("vertices", "polygon", "goals")
 
@@ -56,11 +56,11 @@ class Drawing:
 
     @property
     def is_changed(self) -> bool:
-        """Whether it differs from what was opened or saved last."""
+        """Whether the content differs from what was opened or saved last."""
         return self.content != self._saved
 
     def change(self, content: dict[str, Any]) -> None:
-        """Makes a step to another content."""
+        """Makes a step: the content is now another one."""
         if content == self.content:
             return
         self._before = [*self._before[-MAX_UNDO + 1 :], self.content]
@@ -76,7 +76,7 @@ class Drawing:
         return True
 
     def redo(self) -> bool:
-        """Does again the step that was undone last; returns whether there was one."""
+        """Repeats the step that was undone last; returns whether there was one."""
         if not self._after:
             return False
         self._before.append(self.content)
@@ -84,7 +84,7 @@ class Drawing:
         return True
 
     def note_saved(self) -> None:
-        """Notes that the content is in its file."""
+        """Notes that the present content is saved."""
         self._saved = self.content
 
     def _set(self, content: dict[str, Any]) -> None:
@@ -93,7 +93,7 @@ class Drawing:
 
 
 def entry_at(content: Mapping[str, Any], place: Place) -> Any:
-    """Returns the entry at a place of a content; the loader's start where the content has none."""
+    """Returns the entry at a place of a content, or the loader's default if it is missing."""
     if place == ("start",):
         return content.get("start", [0.0, 0.0, 0.0])
     found: Any = content
@@ -103,7 +103,7 @@ def entry_at(content: Mapping[str, Any], place: Place) -> Any:
 
 
 def with_entry(content: Mapping[str, Any], place: Place, value: Any) -> dict[str, Any]:
-    """Returns a content with another value at a place, which is made where it is missing."""
+    """Returns a content with another value at a place; a missing place is created."""
     changed = deepcopy(dict(content))
     inner: Any = changed
     for part, following in pairwise(place):
@@ -119,7 +119,7 @@ def with_entry(content: Mapping[str, Any], place: Place, value: Any) -> dict[str
 
 
 def with_added(content: Mapping[str, Any], place: Place, value: Any) -> dict[str, Any]:
-    """Returns a content with a value behind the last one of the list at a place."""
+    """Returns a content with a value appended to the list at a place."""
     try:
         found = entry_at(content, place)
     except (KeyError, IndexError):
@@ -130,8 +130,8 @@ def with_added(content: Mapping[str, Any], place: Place, value: Any) -> dict[str
 def without(content: Mapping[str, Any], place: Place) -> dict[str, Any]:
     """Returns a content without an entry of a list.
 
-    A filter goes with its last area, people with the last person, since the loader takes no empty
-    ones. Raises InputError where the entry has to be there.
+    With its last area a filter is removed, with the last person the people: the loader accepts no
+    empty ones. Raises InputError if the entry is required.
     """
     if not isinstance(place[-1], int):
         raise InputError(f"{place[-1]}: a scenario needs it; move it instead")
@@ -194,7 +194,7 @@ def area(one: Point, other: Point, value: int | None = None) -> dict[str, Any]:
 
 
 def moving_box(at: Point) -> dict[str, Any]:
-    """Returns a box of a cart's size that moves from a place on; so far it stands there."""
+    """Returns a moving box of a cart's size that so far stands at a place."""
     return {
         "type": "box",
         "size_m": list(CART_M),
@@ -203,13 +203,13 @@ def moving_box(at: Point) -> dict[str, Any]:
 
 
 def moved_on(thing: Mapping[str, Any], to: Point, speed_mps: float) -> dict[str, Any]:
-    """Returns a moving obstacle that goes on to a place at a speed, its front ahead."""
+    """Returns a moving obstacle with one more waypoint, reached at a speed with its front ahead."""
     *_, last = way = thing["waypoints"]
     length_m = math.dist(last["position"], to)
     if length_m < ALONG_M:
         return dict(thing)
     x, y = last["position"]
-    # Unwrapped: it turns the shorter way.
+    # Unwrapped, so that the obstacle turns the shorter way.
     before_rad = last.get("yaw_rad", 0.0)
     turn_rad = math.remainder(math.atan2(to[1] - y, to[0] - x) - before_rad, math.tau)
     yaw_rad = round(before_rad + turn_rad, DIGITS)
@@ -226,7 +226,7 @@ def with_waypoint(content: Mapping[str, Any], place: Place, at: Sequence[float])
 
 
 def pose(at: Point, ahead: Point, before: Sequence[float]) -> list[float]:
-    """Returns a pose that looks to a point; where that is the place itself, as it did before."""
+    """Returns a pose at `at` that looks to `ahead`; if both are equal, it keeps its heading."""
     dx, dy = ahead[0] - at[0], ahead[1] - at[1]
     yaw_rad = before[2] if math.hypot(dx, dy) < ALONG_M else round(math.atan2(dy, dx), DIGITS)
     return [*at, yaw_rad]
@@ -235,7 +235,7 @@ def pose(at: Point, ahead: Point, before: Sequence[float]) -> list[float]:
 def with_area(
     content: Mapping[str, Any], floor: Place, kind: str, drawn: Mapping[str, Any]
 ) -> dict[str, Any]:
-    """Returns a content with one more area of a filter, which is made where there is none."""
+    """Returns a content with one more area of a filter; a missing filter is created."""
     place = (*floor, "filters")
     try:
         filters = entry_at(content, place) or []
@@ -252,7 +252,8 @@ def with_door(
 ) -> list[Mapping[str, Any]]:
     """Returns obstacles with a door from one jamb to the other in the wall that lies there.
 
-    The wall becomes two, all other fields as they were. Raises InputError where there is none.
+    The wall becomes two walls with all other fields unchanged. Raises InputError if no wall is
+    there.
     """
     middle = (0.5 * (one[0] + other[0]), 0.5 * (one[1] + other[1]))
     nearest = min(

@@ -13,7 +13,8 @@ from drake_navbench.studio.mouse import Mouse, Place
 from drake_navbench.studio.scene_items import Item, bounds_of
 from drake_navbench.studio.style import MapView, coordinates, image_at
 
-# Tools whose drag is a line, a rectangle, a circle or an arrow; seen while the button is down.
+# The tools whose drag is shown as a line, a rectangle, a circle or an arrow while the button is
+# down.
 SHAPES = {
     "Wall": "line",
     "Door": "line",
@@ -110,7 +111,7 @@ class FloorPlan:
         self._poses.data = {"x": x, "y": y, "color": colors}
 
     def show_plans(self, plans: Sequence[Any], outlines: Sequence[tuple[Any, str]]) -> None:
-        """Draws plans, and footprints in their colours; none where there are none."""
+        """Draws plans, and footprints in their colours, in place of those drawn before."""
         self._plans.data = coordinates(plans)
         rings = coordinates(np.vstack([outline, outline[:1]]) for outline, _ in outlines)
         self._outlines.data = {**rings, "color": [color for _, color in outlines]}
@@ -122,7 +123,7 @@ class FloorPlan:
     def look_at(
         self, items: Sequence[Item], ground: tuple[float, float, float, float] | None
     ) -> None:
-        """Has the whole scenario in view."""
+        """Moves the view so that it shows the whole scenario."""
         found = [bounds_of(items), *([ground] if ground else [])]
         low = [min(entry[axis] for entry in found) - MARGIN_M for axis in (0, 1)]
         high = [max(entry[axis] for entry in found) + MARGIN_M for axis in (2, 3)]

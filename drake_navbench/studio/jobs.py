@@ -1,4 +1,4 @@
-"""Runs that a studio goes on with, each `drake-navbench run --resume` in its own process."""
+"""Runs that a studio continues, each `drake-navbench run --resume` in its own process."""
 
 from __future__ import annotations
 
@@ -20,15 +20,15 @@ class _Job:
 
 
 class Jobs:
-    """The runs that were begun on the page; they go on when the studio is closed."""
+    """The runs that were continued on the page; they go on when the studio is closed."""
 
     def __init__(self) -> None:
         self._jobs: dict[Path, _Job] = {}
         self.told: dict[Path, str] = {}
 
     def resume(self, path: Path) -> None:
-        """Begins to drive the trials that a results folder lacks."""
-        # Closed when the run has ended and its last line is read.
+        """Starts driving the trials that a results folder lacks."""
+        # Closed when the run has ended and its last line has been read.
         output = tempfile.TemporaryFile()  # noqa: SIM115
         command = [sys.executable, "-m", "drake_navbench", "run", "--resume", str(path), "--quiet"]
         process = subprocess.Popen(
@@ -42,7 +42,7 @@ class Jobs:
         self._jobs[path] = _Job(process, output)
 
     def is_running(self, path: Path) -> bool:
-        """Returns whether a run that was begun here goes on; notes how one ended."""
+        """Returns whether a run that was started here is still driving; notes how it ended."""
         job = self._jobs.get(path)
         if job is None:
             return False
@@ -57,7 +57,7 @@ class Jobs:
         return False
 
     def stop(self, path: Path) -> None:
-        """Ends a run that was begun here as Ctrl-C does: finished logs are kept."""
+        """Ends a run that was started here, as Ctrl-C does: finished logs are kept."""
         job = self._jobs.get(path)
         if job is not None and job.process.poll() is None:
             job.process.send_signal(signal.SIGINT)

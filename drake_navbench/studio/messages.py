@@ -19,9 +19,9 @@ SERVER = "controller_server"
 
 
 class Asked(NamedTuple):
-    """A scenario and the file or name that it is of.
+    """A scenario with its file's path or its name.
 
-    content: as YAML gives it. path: of its file, which may hold something else yet.
+    content: as read from YAML. path: the file's, which may still have other content.
     """
 
     content: Mapping[str, Any]
@@ -74,8 +74,8 @@ class Driven(NamedTuple):
     """A trial that was driven, as its page shows it.
 
     poses: (N, 3) x m, y m, yaw rad. speeds: (N, 2) m/s, rad/s. plan: (M, 2) m. metrics: value by
-    name. log: its file. took_s: wall clock, all told. asked: what `drive_column` was given but for
-    the log. notes: lines of the loaders.
+    name. log: its file. took_s: wall-clock time in all. asked: the arguments of `drive_column`
+    except the log. notes: lines from the loaders.
     """
 
     column: str

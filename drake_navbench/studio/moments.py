@@ -1,4 +1,4 @@
-"""A trial's log, moment by moment: where the robot is, its costmap, what its controller left."""
+"""A trial's log, moment by moment: the robot's pose, its costmap, its controller's diagnostics."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 from drake_navbench.analysis.cost_colors import palette, palette_rows
 
 Array = NDArray[np.float64]
-# So many samples of a cycle are drawn; more would be a blot.
+# The most samples of a cycle that are drawn: more would be a blot.
 MAX_SAMPLES = 60
 TRAJECTORIES = frozenset({"sampled_trajectories", "predicted_trajectory"})
-# Trajectories are kept five times a second; older ones are of another moment.
+# A log has trajectories five times a second; older ones belong to another moment and are not shown.
 MAX_LOOK_BACK = 20
 
 
@@ -32,8 +32,8 @@ class CostmapFrame(NamedTuple):
 class Reasons(NamedTuple):
     """The reasons of a trial's decisions, from driving it again.
 
-    decisions: of each its `time`, `sentence`, `columns`, `rows` and `notes`. cycles: as in Watched,
-    with the arrays that the controller left.
+    decisions: the `time`, `sentence`, `columns`, `rows` and `notes` of each. cycles: as in Watched,
+    with the arrays in the controller's diagnostics.
     """
 
     decisions: tuple[Mapping[str, Any], ...]
@@ -41,12 +41,12 @@ class Reasons(NamedTuple):
 
 
 class Watched(NamedTuple):
-    """A trial to be looked at.
+    """A trial to watch.
 
     poses: (N, 3) in the world. values: by the names of the table, (N,) each. course: (M, 2) the
     first plans. cycles: time and diagnostics of each control cycle. offset: (N, 2) from the
-    odometry frame, in which costmaps and diagnostics are, to the world at the robot, m.
-    decisions: as in Reasons, none before they were asked for.
+    odometry frame, in which costmaps and diagnostics are, to the world at the robot, m. decisions:
+    as in Reasons, empty until a user asks for them.
     """
 
     title: str
@@ -66,7 +66,7 @@ class Watched(NamedTuple):
 class Moment(NamedTuple):
     """A moment of a trial: the number of its sample, the latest costmap, cycle and decision.
 
-    drawn: the latest cycle with trajectories, which a log keeps of one cycle in several.
+    drawn: the latest cycle with trajectories; a log has them for one cycle in several.
     """
 
     sample: int
@@ -88,13 +88,13 @@ def moment_at(watched: Watched, time_s: float) -> Moment:
         watched.costmaps[costmap] if costmap >= 0 else None,
         watched.cycles[cycle][1] if cycle >= 0 else {},
         next((left for _, left in latest if not TRAJECTORIES.isdisjoint(left)), {}),
-        # Before the first cycle, the first one, so that something is seen.
+        # Before the first cycle the first one is shown.
         watched.decisions[max(decision, 0)] if watched.decisions else None,
     )
 
 
 def rows_of(watched: Watched, moment: Moment) -> list[tuple[str, str]]:
-    """Returns the facts of a moment as names and values: motion, then diagnostics."""
+    """Returns the values of a moment by name: the motion, then the diagnostics."""
     rows = [(name, f"{values[moment.sample]:.3g}") for name, values in watched.values.items()]
     for name, value in moment.cycle.items():
         if isinstance(value, bool | int | str):

@@ -14,8 +14,8 @@ from bokeh.models import ColumnDataSource, CustomJS, Label, PanTool
 
 from drake_navbench.studio import style
 
-# A shorter drag is a click of a hand that is not still; a click so near to the last one is a
-# second click on the same place, however late.
+# A drag shorter than this is a click of an unsteady hand. A click within this distance of the last
+# one is a second click on the same place, however late.
 CLICK_PX, AGAIN_PX = 4.0, 8.0
 LISTEN = """
 const view = Bokeh.index.find_one(plot), area = view.canvas_view.events_el;
@@ -79,8 +79,9 @@ Place = tuple[float, float]
 class Mouse:
     """The mouse on a figure: its coordinates and the shape being drawn are shown beside it.
 
-    tool, step: the widgets of the chosen tool and of the grid. shapes: of a drag by tool: 'line',
-    'box' or 'circle', seen while the button is down. A drag that pans the figure is not told.
+    tool, step: the widgets of the chosen tool and of the grid. shapes: tool -> the shape of its
+    drag ('line', 'box' or 'circle'), shown while the button is down. A drag that pans the figure is
+    not reported.
     """
 
     def __init__(self, figure: Any, tool: Any, step: Any, shapes: Mapping[str, str]) -> None:
@@ -97,7 +98,7 @@ class Mouse:
         figure.add_layout(label)
         preview = ColumnDataSource({"x": [], "y": []})
         figure.line("x", "y", source=preview, color=style.PICKED, line_width=2.5)
-        # The latest gesture; its count tells it from an equal one before.
+        # The latest gesture; its count distinguishes it from an equal one before.
         self._gesture = ColumnDataSource(
             {name: [] for name in ("kind", "x0", "y0", "x1", "y1", "count")}
         )
@@ -113,16 +114,16 @@ class Mouse:
             "click_px": CLICK_PX,
             "again_px": AGAIN_PX,
         }
-        # As soon as the figure has its size.
+        # Runs as soon as the figure has its size.
         figure.js_on_change("inner_width", CustomJS(args=arguments, code=LISTEN))
 
     def on(
         self, on_drag: Callable[[Place, Place], None], on_click: Callable[[Place, bool], None]
     ) -> None:
-        """Tells of drags and clicks.
+        """Sets the functions that drags and clicks call.
 
-        on_drag: is given both ends. on_click: the place, and whether it is that of the click
-        before; m, not snapped.
+        on_drag: gets both ends. on_click: gets the place, and whether the last click was at the
+        same place; m, not snapped.
         """
 
         def hear(_name: str, _old: Any, new: Mapping[str, Any]) -> None:

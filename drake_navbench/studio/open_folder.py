@@ -18,23 +18,24 @@ from drake_navbench.typed_files.input_file import read_input_text
 from drake_navbench.typed_files.typed_yaml import MAX_FILE_BYTES
 
 LOCK_NAME = ".studio.lock"
-# A folder of scenarios and Nav2 files is no deeper; results, environments and builds are.
+# The greatest depth that is searched: folders of scenarios and Nav2 files are no deeper, but
+# results, environments and builds are.
 MAX_DEPTH = 3
 MAX_NAMES = 500
 NO_FILES_OF_USERS = {"node_modules", "__pycache__", "build", "install", "log"}
-# Longer texts name no file.
+# Longer texts cannot be names of files.
 MAX_PATH_LENGTH = 4096
 
 
 class FileText(NamedTuple):
-    """A file's text, and the stamp by which a later change of the file is seen."""
+    """A file's text, and its stamp, which shows a later change of the file."""
 
     text: str
     stamp: str
 
 
 class ChangedOnDisk(InputError):
-    """A file is no longer what was read, so it is not overwritten."""
+    """The file has changed since it was read, so it is not overwritten."""
 
 
 @dataclass(frozen=True)
@@ -45,7 +46,7 @@ class OpenFolder:
 
     @classmethod
     def at(cls, path: Path) -> OpenFolder:
-        """Returns the folder at a path; raises InputError where there is none."""
+        """Returns the folder at a path; raises InputError if it does not exist."""
         try:
             root = path.resolve(strict=True)
         except (OSError, ValueError, RuntimeError) as error:
@@ -55,7 +56,7 @@ class OpenFolder:
         return cls(root)
 
     def inside(self, name: str) -> Path:
-        """Returns the file of a name below the folder, links resolved; raises InputError."""
+        """Returns the file of a name below the folder, with links resolved; raises InputError."""
         try:
             path = (self.root / name).resolve()
         except (OSError, ValueError, RuntimeError) as error:
@@ -65,7 +66,7 @@ class OpenFolder:
         return path
 
     def name_of(self, path: Path) -> str:
-        """Returns a file's name from the folder."""
+        """Returns a file's path relative to the folder."""
         return path.relative_to(self.root).as_posix()
 
     def names(self, suffixes: tuple[str, ...]) -> list[str]:
@@ -90,7 +91,7 @@ class OpenFolder:
         return FileText(text, _digest(text))
 
     def is_changed(self, name: str, stamp: str) -> bool:
-        """Returns whether a file is no longer that of a stamp; '' stands for no file."""
+        """Returns whether a file's stamp is no longer `stamp`; '' stands for no file."""
         try:
             return self.read(name).stamp != stamp
         except InputError:
@@ -99,8 +100,8 @@ class OpenFolder:
     def write(self, name: str, text: str, stamp: str) -> str:
         """Writes a file, whole or not at all; returns its new stamp.
 
-        stamp: of the file as it was read, '' for a new one. Raises ChangedOnDisk where another one
-        stands there, InputError where the name leads outside, CannotBeWritten.
+        stamp: of the file as it was read, '' for a new file. Raises ChangedOnDisk if the file has
+        changed, InputError if the name leads outside, CannotBeWritten.
         """
         path = self.inside(name)
         if self.is_changed(name, stamp) or (not stamp and path.exists()):
@@ -112,7 +113,7 @@ class OpenFolder:
     def require_inside(self, data: Any, folder: Path) -> None:
         """Raises InputError where a text of a file's content names a file outside.
 
-        folder: of the file, from which its names go. What comes with the package may be named.
+        folder: the file's, from which relative names start. Files of the package may be named.
         """
         for text in (part for found in _texts(data) for part in (found, found.rpartition(":")[0])):
             if not text or len(text) > MAX_PATH_LENGTH or "\0" in text or "\n" in text:
@@ -132,7 +133,8 @@ class OpenFolder:
     def lock(self, told: str) -> Iterator[None]:
         """Locks the folder against a second studio while the block runs.
 
-        told: what the second one says of this one. Raises InputError where there is a first one.
+        told: the text that a second studio shows about this one. Raises InputError if another
+        studio holds the lock.
         """
         path = self.root / LOCK_NAME
         try:
@@ -148,7 +150,7 @@ class OpenFolder:
                     f"{self.root}: a studio is open on it ({first}); close that one first"
                 ) from error
             except OSError:
-                # A file system without locks: there the user alone can take care.
+                # On a file system without locks the user alone can take care.
                 pass
             os.ftruncate(descriptor, 0)
             os.pwrite(descriptor, f"{told}\n".encode(), 0)
@@ -179,7 +181,7 @@ def _texts(data: Any) -> Iterator[str]:
 
 
 def _own_folders() -> list[Path]:
-    """Returns the folders of the package; installed for development they lie side by side."""
+    """Returns the folders of the package; in a development installation they lie side by side."""
     names = ("drake_navbench", "drake_navbench.scenarios", "drake_navbench.models")
     specs = [find_spec(name) for name in names]
     return [Path(spec.origin).parent.resolve() for spec in specs if spec and spec.origin]

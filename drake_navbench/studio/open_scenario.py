@@ -18,7 +18,7 @@ from drake_navbench.typed_files.typed_yaml import parse_yaml, validate
 YAML_SUFFIXES = (".yaml", ".yml")
 WORLD_SUFFIXES = (".world", ".sdf")
 NEW_NAME = "drawn.yaml"
-# Told by a line at the left margin, without reading the file as YAML.
+# The kind of a file is recognized by a line at the left margin, without reading the file as YAML.
 SIGNS = {
     "scenario": re.compile(r"^(goal|mission|waypoints)\s*:", re.M),
     "map": re.compile(r"^image\s*:", re.M),
@@ -43,8 +43,8 @@ def files_of(folder: OpenFolder, kind: str) -> list[str]:
 class OpenScenario:
     """A scenario with its file.
 
-    name: of the file below the folder. stamp: of the file as it was read, '' where it is new. text:
-    as it was read. floor: the place of the floor that is drawn on, () without floors.
+    name: the file's, below the folder. stamp: of the file as it was read, '' for a new file. text:
+    as it was read. floor: the place of the drawn floor, () without floors.
     """
 
     def __init__(self, folder: OpenFolder) -> None:
@@ -61,14 +61,14 @@ class OpenScenario:
 
     @property
     def floor(self) -> Place:
-        """The place of what is drawn on: the first floor of a mission, else the scenario."""
+        """The place of the drawn part: the first floor of a mission, else the scenario itself."""
         return ("floors", 0) if self.drawing.content.get("floors") else ()
 
     def open(self, kind: str, name: str) -> None:
         """Opens a scenario: a 'file', a copy of a 'built-in' one, a 'new' floor or one on a 'map'.
 
-        Raises InputError with the loader's words; and once, where there are steps that were not
-        saved.
+        Raises InputError with the loader's message; and, once for each choice, if there are unsaved
+        steps.
         """
         self.require_saved(kind, name)
         if kind == "file":
@@ -83,7 +83,7 @@ class OpenScenario:
             self.open_new(EMPTY_FLOOR)
 
     def require_saved(self, kind: str, name: str) -> None:
-        """Raises InputError, once for each choice, where steps are not saved."""
+        """Raises InputError, once for each choice, if there are unsaved steps."""
         if self.drawing.is_changed and self._warned != (kind, name):
             self._warned = (kind, name)
             raise InputError(
@@ -97,12 +97,12 @@ class OpenScenario:
         self._set(name, "", "", content)
 
     def change(self, content: dict[str, Any]) -> None:
-        """Makes a step; raises InputError, and makes none, where the loader refuses the content."""
+        """Makes a step; if the loader refuses the content, raises InputError and makes no step."""
         self._require_valid(content, self.name)
         self.drawing.change(content)
 
     def saved_text(self) -> str:
-        """Returns the text that saving writes."""
+        """Returns the text that saving would write."""
         return updated_text(self.text, self.drawing.content, self.name)
 
     def save(self, name: str) -> None:
@@ -118,7 +118,7 @@ class OpenScenario:
 
     @property
     def is_changed_on_disk(self) -> bool:
-        """Whether the file is no longer what was read or saved last."""
+        """Whether the file has changed since it was read or saved last."""
         return bool(self.stamp) and self._folder.is_changed(self.name, self.stamp)
 
     def _begin(self, name: str, stamp: str, text: str) -> None:

@@ -1,4 +1,4 @@
-"""A page of a studio: its line for faults, and its questions to the workers."""
+"""A page of a studio: its line for errors, and its tasks for the workers."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class Page:
         self._line.text = str(lines([text], kind)) if text else ""
 
     def _try(self, function: Callable[[], Any]) -> None:
-        """Takes a step of the user; shows its error as a line."""
+        """Does a step of the user; shows its error as a line."""
         self._say("")
         try:
             function()
@@ -40,10 +40,10 @@ class Page:
         show: Callable[[Any], None],
         always: Callable[[], None] = lambda: None,
     ) -> bool:
-        """Asks a worker, shows its result when it is there, and an error as a line.
+        """Gives a worker a task; shows its result when it is ready, or its error as a line.
 
-        begin: begins the task. always: is called when it has ended in whichever way. Returns
-        whether it began.
+        begin: begins the task. always: is called when the task has ended in any way. Returns
+        whether the task began.
         """
         try:
             begun = begin()
@@ -60,7 +60,7 @@ class Page:
                 show(done.result())
 
         def on_page(done: Future[Any]) -> None:
-            # Nothing happens on a page that is closed.
+            # Nothing is shown on a closed page.
             with suppress(RuntimeError, ValueError, AttributeError):
                 self._document.add_next_tick_callback(partial(ended, done))
 

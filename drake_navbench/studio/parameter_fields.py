@@ -18,10 +18,10 @@ from drake_navbench.releases import RELEASE_FIELD, Release, read_by
 from drake_navbench.typed_files.quantities import Within
 
 UNIT = re.compile(r"\s*\[([^\]]+)\]")
-# A slider goes so many times as far as the larger of default and value, where no bound is nearer.
+# A slider reaches this many times the larger of default and value, unless a bound is nearer.
 REACH = 3.0
 STEPS = 100
-# Fields that say which plugins there are: to change one asks for another file, not for a slider.
+# Fields that list the plugins: changing one needs another file, not a slider.
 NAMES_OF_PLUGINS = frozenset({"plugin", "plugins", "filters"})
 
 
@@ -29,9 +29,9 @@ class ParameterField(NamedTuple):
     """A parameter as a field of a form.
 
     name: dotted, as the model has it. given_name: as a file of the column's release writes it.
-    node: of the Nav2 file, such as 'local_costmap'; '' for the column's controller.
-    kind: of the input. low, high, step: of its slider, for numbers. choices: for choices. default:
-    of the release. given: what the file or preset says, None where nothing. value: what counts.
+    node: of the Nav2 file, such as 'local_costmap'; '' for the column's controller. kind: the kind
+    of input. low, high, step: of its slider, for numbers. choices: for choices. default: the
+    release's. given: the value in the file or preset, None without one. value: the value in force.
     """
 
     name: str
@@ -50,12 +50,12 @@ class ParameterField(NamedTuple):
 
     @property
     def key(self) -> str:
-        """The name by which a column's changes know the parameter: 'NODE/NAME', or 'NAME'."""
+        """The parameter's name in a column's changes: 'NODE/NAME', or 'NAME'."""
         return f"{self.node}/{self.given_name}" if self.node else self.given_name
 
 
 def node_fields(setup: Nav2Setup) -> list[ParameterField]:
-    """Returns the parameters of costmaps and servers in a Nav2 file, those first that are given."""
+    """Returns the parameters of costmaps and servers in a Nav2 file, the given ones first."""
     found = [
         _typed_field(
             name, name, offer.model.model_fields[offer.field], offer.default, offer.given
@@ -67,7 +67,7 @@ def node_fields(setup: Nav2Setup) -> list[ParameterField]:
 
 
 def fields_of(preset: Preset) -> list[ParameterField]:
-    """Returns the parameters of a column that have an effect, those first that are given."""
+    """Returns the parameters of a column that have an effect, the given ones first."""
     parameters = preset.parameters
     given = dict(flattened(preset.values))
     release = getattr(parameters, RELEASE_FIELD, None)
@@ -113,7 +113,7 @@ def _field(
 def _typed_field(
     name: str, given_name: str, info: FieldInfo, default: Any, given: Any, value: Any = None
 ) -> ParameterField:
-    """Returns a field; value: what counts, where it is neither the given one nor the default."""
+    """Returns a field; value: that in force, if it is neither the given one nor the default."""
     if value is None:
         value = default if given is None else given
     text = " ".join((info.description or "").split())
@@ -140,7 +140,7 @@ def _typed_field(
 
 
 def is_scalar(offer: Offer) -> bool:
-    """Returns whether a parameter is one number, flag, choice or text."""
+    """Returns whether a parameter is a single number, flag, choice or text."""
     value = offer.default if offer.given is None else offer.given
     return isinstance(value, bool | int | float | str)
 
@@ -153,7 +153,7 @@ def _given_name(
     given: Mapping[str, Any],
     release: Release | None,
 ) -> str:
-    """Returns the name under which a file has a parameter: the one it uses, else the release's."""
+    """Returns the name of a parameter in a file: the one that the file uses, else the release's."""
     others = [str(c) for c in getattr(info.validation_alias, "choices", ())]
     for other in others:
         if other in given:
@@ -180,7 +180,7 @@ def _kind_of(info: FieldInfo, value: Any) -> tuple[Any, tuple[str, ...]]:
 def _range(
     info: FieldInfo, value: float, default: Any, *, is_whole: bool
 ) -> tuple[float, float, float]:
-    """Returns the ends and the step of a slider: the bounds, or a reach round value and default."""
+    """Returns a slider's ends and step: the bounds, or a range around value and default."""
     usual = default if isinstance(default, int | float) and not isinstance(default, bool) else value
     size = REACH * max(abs(value), abs(usual)) or 1.0
     low = -size if min(value, usual) < 0.0 else 0.0
@@ -194,7 +194,7 @@ def _range(
             limit = getattr(bound, name, None)
             high = high if limit is None else min(high, limit)
     if high <= low:
-        # Zero at a bound at zero, such as a deceleration of what does not move.
+        # A range without width, such as at a bound of 0, gets a width on the allowed side.
         low, high = (low - size, high) if high <= 0.0 else (low, low + size)
     if is_whole:
         return math.floor(low), math.ceil(max(high, value, low + 1)), 1.0

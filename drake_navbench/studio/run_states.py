@@ -1,4 +1,4 @@
-"""The runs of a studio's folder: how far each is, what it changed, what can be opened of it."""
+"""The runs in a studio's folder: their progress, their changes, and the pages to open."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ MAX_PAGES = 8
 class RunState(NamedTuple):
     """A run as its card shows it.
 
-    done, total: trials; total is None where the manifest does not tell it. pages: title and name of
-    what can be opened. changed: lines on parameters that differ from those of the run before.
+    done, total: trials; total is None if the manifest does not have it. pages: title and name of
+    the pages to open. changed: lines on the parameters that differ from the previous run's.
     """
 
     path: Path
@@ -99,7 +99,7 @@ def is_being_written(path: Path) -> bool:
 def parameter_differences(new: Path, old: Path) -> tuple[str, ...]:
     """Returns a line for each parameter in which the columns of a run differ from an older run's.
 
-    Columns are matched by name; a variant `rpp:...` goes with the older run's only one of `rpp`.
+    Columns are matched by name; a variant `rpp:...` matches the older run's only column of `rpp`.
     """
     after, before = _columns(new), _columns(old)
     lines = []

@@ -1,4 +1,4 @@
-"""The things of a scenario's content as outlines to draw, and which of them is at a point."""
+"""The things in a scenario's content as outlines to draw, and the thing at a point."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from drake_navbench.studio.drawing import Place, entry_at
 
 Array = NDArray[np.float64]
 OBSTACLE, MOVING = TypeAdapter[Any](Obstacle), TypeAdapter[Any](MovingObstacle)
-# A click is for what is so near, m; of several the smallest.
+# A click picks a thing within this distance, m; of several the smallest.
 REACH_M = 0.15
 PERSON_RADIUS_M = 0.3
 ARROW_M = 0.6
@@ -28,8 +28,8 @@ ARROW_M = 0.6
 class Item(NamedTuple):
     """A thing of a scenario.
 
-    place: in its content. kind: 'wall', 'start', 'goal', 'person', 'moving', 'keepout' or 'zone'.
-    outline: (K, 2) m. way: (N, 2) m, of what moves; empty otherwise.
+    place: its place in the content. kind: 'wall', 'start', 'goal', 'person', 'moving', 'keepout' or
+    'zone'. outline: (K, 2) m. way: (N, 2) m, for moving things; else empty.
     """
 
     place: Place
@@ -44,14 +44,14 @@ NOWAY = np.empty((0, 2))
 def items_of(content: Mapping[str, Any], floor: Place = ()) -> list[Item]:
     """Returns the things of a scenario, of one floor of a mission; areas first.
 
-    content: which the loader takes.
+    content: one that the loader accepts.
     """
     things = (_areas(content, floor), _obstacles(content, floor), _movers(content, floor))
     return [*chain(*things), *_poses(content)]
 
 
 def item_at(items: Sequence[Item], point: tuple[float, float]) -> Item | None:
-    """Returns the thing at a point, None where there is none; poses before all others."""
+    """Returns the thing at a point, or None; poses come before all others."""
     here = shapely.Point(point)
     near = []
     for item in items:

@@ -1,4 +1,4 @@
-"""The server of a studio: Bokeh's, on loopback, behind a token, for its own addresses alone."""
+"""The server of a studio: Bokeh's, on loopback, with a token, only for its own addresses."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ from drake_navbench.studio.open_folder import OpenFolder
 
 HOST = "127.0.0.1"
 TOKEN_BYTES = 18
-# Reports and replays: pages of results folders. They run their scripts, but as pages of nobody:
-# they reach neither the studio nor any other host.
+# Reports and replays are pages of results folders. They run their scripts in an origin of their
+# own, so that they can reach neither the studio nor any other host.
 SHOWN_SUFFIXES = {
     ".html": "text/html; charset=utf-8",
     ".js": "text/javascript; charset=utf-8",
@@ -37,14 +37,14 @@ POLICY = (
     "font-src data:; connect-src data: blob:; worker-src blob: data:; media-src data: blob:"
 )
 MAX_PAGE_BYTES = 500_000_000
-# A closed page's session is kept so long, for a reload.
+# The session of a closed page is kept this long, for a reload.
 UNUSED_SESSION_MS = 5_000
 
 
 class _Guarded(BokehTornado):
-    """Bokeh's application, which answers nobody that calls it by another name.
+    """Bokeh's application, which refuses requests with another host name.
 
-    A page of another site may have its name lead to loopback; its requests then carry its name.
+    Another site may let its name point to loopback; its pages' requests then have that name.
     """
 
     own_hosts: frozenset[str] = frozenset()
@@ -84,7 +84,7 @@ class _ShownFile(RequestHandler):
 class StudioServer:
     """A server of pages.
 
-    pages: the function that fills the document of each page, by name. listening: see `bound`.
+    pages: page name -> the function that fills its document. listening: see `bound`.
     """
 
     def __init__(
@@ -129,7 +129,7 @@ class StudioServer:
 
 
 def bound(port: int) -> socket.socket:
-    """Returns a socket of loopback that listens at a port; raises InputError where it is taken."""
+    """Returns a loopback socket that listens at a port; raises InputError if the port is taken."""
     one = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
     one.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
     try:

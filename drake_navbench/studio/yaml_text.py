@@ -1,4 +1,4 @@
-"""A file's text with other content: comments, order, quotes and blanks of the rest stay."""
+"""A YAML file's text with changed content: comments, order, quotes and blanks of the rest stay."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from typing import Any
 from drake_navbench.errors import InputError
 from drake_navbench.typed_files.typed_yaml import parse_yaml
 
-# Of a new file, as scenario files have it.
+# The indents of a new file, as in scenario files.
 MAPPING_INDENT, SEQUENCE_INDENT, DASH_OFFSET = 2, 4, 2
-# No line is broken that the user has not broken.
+# The width at which lines would be broken: no line is broken that the user has not broken.
 WIDTH = 1_000_000
-# A block with so many characters on one line is written on several.
+# A block with more characters than this on one line is written on several lines.
 LONGEST_LINE = 96
 NOT_INSTALLED = "studio: needs ruamel.yaml; install it with: pip install 'drake-navbench[studio]'"
 
@@ -31,8 +31,8 @@ def require_studio_libraries() -> None:
 def updated_text(text: str, data: Mapping[str, Any], source: str) -> str:
     """Returns a YAML file's text with this content.
 
-    text: as it is; '' for a new file. source: of the file, for errors. Raises InputError where the
-    text cannot be given this content without a change of something else.
+    text: the present one, '' for a new file. source: the file's name, for errors. Raises InputError
+    if the text cannot get this content without another change.
     """
     from ruamel.yaml import YAML
     from ruamel.yaml.comments import CommentedMap
@@ -55,7 +55,7 @@ def updated_text(text: str, data: Mapping[str, Any], source: str) -> str:
 
 @lru_cache(maxsize=4)
 def _indents(text: str) -> tuple[int, int]:
-    """Returns the indents of entries and dashes in lists, as the text has them."""
+    """Returns the indents of entries and of dashes in lists, as used in the text."""
     from ruamel.yaml.util import load_yaml_guess_indent
 
     _, sequence, dash = load_yaml_guess_indent(text) if text else (None, None, None)
@@ -75,7 +75,7 @@ def _change_mapping(tree: Any, data: Mapping[str, Any]) -> None:
 
 
 def _change_entry(tree: Any, place: Any, value: Any) -> None:
-    """Changes an entry of a mapping or a list; what is equal stays as it is written."""
+    """Changes an entry of a mapping or list; equal values stay as they are written."""
     before = tree[place]
     if _is_same(before, value):
         return
@@ -88,7 +88,7 @@ def _change_entry(tree: Any, place: Any, value: Any) -> None:
 
 
 def _change_list(tree: Any, values: list[Any]) -> None:
-    """Changes a list; entries that are equal stay as they are written, wherever they now are."""
+    """Changes a list; equal entries stay as they are written, at whatever place they are now."""
     if not tree and not _is_flat(values):
         tree.fa.set_block_style()
     old, new = [repr(_plain(item)) for item in tree], [repr(_plain(item)) for item in values]
@@ -109,7 +109,7 @@ def _is_same(before: Any, value: Any) -> bool:
 
 
 def _plain(value: Any) -> Any:
-    """Returns a value of ruamel.yaml as one of Python."""
+    """Returns a value of ruamel.yaml as a plain Python value."""
     if isinstance(value, dict):
         return {str(name): _plain(entry) for name, entry in sorted(value.items())}
     if isinstance(value, list | tuple):
@@ -121,7 +121,7 @@ def _plain(value: Any) -> Any:
 
 
 def _node(value: Any) -> Any:
-    """Returns a value to be written: points and short blocks on one line, all else on several."""
+    """Returns a value for writing: points and short blocks on one line, all others on several."""
     from ruamel.yaml.comments import CommentedMap, CommentedSeq
 
     if isinstance(value, dict):
@@ -143,7 +143,7 @@ def _node(value: Any) -> Any:
 
 
 def _is_flat(value: Any) -> bool:
-    """Returns whether a list is a point or a row of points, without blocks in it."""
+    """Returns whether a list is a point, or a list of points, without blocks in it."""
     if isinstance(value, list | tuple):
         return all(_is_flat(entry) for entry in value)
     return not isinstance(value, dict)

@@ -18,12 +18,12 @@ IN_VAIN = re.compile(
 
 
 def named_in(words: str) -> frozenset[str]:
-    """Returns the names that words hold, but for those that were tried in vain."""
+    """Returns the names in a user's words, except those that were tried in vain."""
     return frozenset(name for c in _clauses(words) if not IN_VAIN.search(c) for name in _names(c))
 
 
 def tried_in_vain(words: str) -> frozenset[str]:
-    """Returns the names of what a user has changed without success."""
+    """Returns the names of the parameters that a user has changed without success."""
     return frozenset(name for c in _clauses(words) if IN_VAIN.search(c) for name in _names(c))
 
 

@@ -1,4 +1,4 @@
-"""A recording of the robot: which symptoms it shows, and which base the probes should drive."""
+"""A recording of the robot: the symptoms in it, and the base that the probes should drive."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from drake_navbench.studies.doctor.symptoms import Symptom
 from drake_navbench.studies.doctor.visit import BY_WEIGHT
 
 DIGITS = 3
-# Of the variance of a velocity, the share that the commands must explain.
+# The share of a velocity's variance that the commands must explain.
 LEAST_EXPLAINED = 0.5
 NO_GOAL = (
     "{} has no goal: whether Nav2 or a person drove is not known, so a stop or a way backward may "
@@ -45,7 +45,7 @@ class BagReport(NamedTuple):
 
     @property
     def weightiest(self) -> Symptom | None:
-        """The symptom to treat where the user asks for none; None where it shows none."""
+        """The symptom to treat if the user names none; None if the recording shows none."""
         return next((s for s in BY_WEIGHT if self.severity.get(s, 0.0) > 1.0), None)
 
 
@@ -70,7 +70,7 @@ def report_on(path: Path, robot: str, topics: Mapping[str, str]) -> BagReport:
 
 
 def _read(path: Path, request: ImportRequest) -> Imported:
-    """Returns the tasks of a recording; the whole of it is one where it tells of none."""
+    """Returns the tasks of a recording; a recording without tasks counts as one task."""
     try:
         return read_recording(path, request)
     except NoTasks:
@@ -100,7 +100,7 @@ def _base(path: Path, imported: Imported, robot: Robot) -> tuple[dict[str, Any],
 
 
 def _seen(axis: AxisFit) -> AxisFit:
-    """Returns an axis, without limits where the commands do not explain its motion."""
+    """Returns an axis of the fit, without limits if the commands do not explain its motion."""
     is_explained = axis.explained >= LEAST_EXPLAINED
     return axis if is_explained else replace(axis, acceleration=None, deadband=None)
 

@@ -24,10 +24,10 @@ from drake_navbench.typed_files.typed_yaml import FrozenModel, read_yaml, valida
 
 # Probes in which cycles are timed: free, and with walls to look at.
 TIMED = ("straight", "corridor")
-# The first cycles load and compile.
+# The first cycles are left out: they load and compile.
 WARM_UP_CYCLES = 5
 LEAST_CYCLES = 20
-# The times of this computer, in the folder of the visit.
+# The file with the cycle times of this computer, in the visit's folder.
 HERE = "this_computer.yaml"
 
 
@@ -107,7 +107,7 @@ def overrides_of_board(patient: Patient, path: Path, folder: Path) -> tuple[dict
 
 
 def slowness(board: CycleTimes, here: CycleTimes, path: Path) -> float:
-    """Returns the robot's cycle time over that measured here, to two digits; raises InputError."""
+    """Returns the robot's cycle time over this computer's, to two digits; raises InputError."""
     for name in ("controller", "parameters"):
         there, own = getattr(board, name), getattr(here, name)
         if there != own:
@@ -132,7 +132,7 @@ def write_times(times: CycleTimes, path: Path) -> None:
 
 
 def _work_of(parameters: dict[str, object]) -> dict[str, float | int | bool | str | None]:
-    """Returns the parameters that have a value of their own, none that is a list or a block."""
+    """Returns the parameters with a single value, no lists and no blocks."""
     return {
         name: value
         for name, value in parameters.items()

@@ -5,10 +5,10 @@ from __future__ import annotations
 from enum import StrEnum
 from typing import Any, NamedTuple
 
-# First parts of places that no change of the file mends.
+# The first parts of places that a change of the file cannot mend.
 OUTSIDE = "outside"
 RELEASE = "release"
-# What things outside of the file are called.
+# The names of things outside of the file, in words.
 OUTSIDE_TOLD = {
     "clock": "check the clocks: use_sim_time on all nodes, time synchronisation",
     "compute": "check the computer: a release build, its load, its processor",
@@ -46,7 +46,7 @@ _NAMES_BY_UNIT = {
     "Hz": "controller_frequency smoothing_frequency update_frequency",
 }
 UNITS = {name: unit for unit, names in _NAMES_BY_UNIT.items() for name in names.split()}
-# Parameters whose right value is that of another one.
+# Parameters whose right value is that of another parameter.
 COPIES = {
     "local_costmap.raytrace_max_range": "local_costmap.obstacle_max_range",
     "controller.inflation_cost_scaling_factor": "local_costmap.cost_scaling_factor",
@@ -78,12 +78,12 @@ class Cause(NamedTuple):
 
     @property
     def is_outside(self) -> bool:
-        """Whether no change of the file mends it."""
+        """Whether no change of the file can mend the cause."""
         return self.place.partition(".")[0] in (OUTSIDE, RELEASE)
 
     @property
     def key(self) -> tuple[str, Direction]:
-        """Place and direction, by which two causes are the same."""
+        """Place and direction; two causes with the same key are the same."""
         return self.place, self.direction
 
     @property

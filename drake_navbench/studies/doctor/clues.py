@@ -15,7 +15,7 @@ FILE = Path(__file__).parent / "words" / "clues.yaml"
 
 
 class Clue(FrozenModel):
-    """Words, and the factors by which causes become likelier, by the glob of their place."""
+    """A pattern of words, and by glob of a cause's place the factor by which it is likelier."""
 
     words: str
     favours: dict[str, float]
@@ -34,13 +34,13 @@ def all_clues() -> tuple[Clue, ...]:
 
 
 def favours_of(words: str) -> list[Mapping[str, float]]:
-    """Returns the factors of the clues that a user's words hold."""
+    """Returns the factors of the clues that match a user's words."""
     text = words.lower()
     return [clue.favours for clue in all_clues() if re.search(clue.words, text)]
 
 
 def factor_for(cause: Cause, favours: list[Mapping[str, float]]) -> float:
-    """Returns by how much words make a cause likelier, a product over clues."""
+    """Returns the factor by which words make a cause likelier: the product over the clues."""
     factor = 1.0
     for clue in favours:
         found = [value for glob, value in clue.items() if _matches(cause, glob)]

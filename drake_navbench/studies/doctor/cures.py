@@ -1,4 +1,4 @@
-"""From a cause to values in the file: where its parameter stands, and which steps to try."""
+"""From a cause to values in the file: the place of its parameter, and the steps to try."""
 
 from __future__ import annotations
 
@@ -14,18 +14,18 @@ from drake_navbench.studies.doctor.facts import CONTROLLER, COSTMAPS, Facts
 from drake_navbench.studies.doctor.suspects import ranges
 from drake_navbench.studies.doctor.usual import unusual_value
 
-# Steps from a value where no usual range says more.
+# The steps from a value for which no usual range is known.
 FACTORS = {Direction.UP: (1.6, 2.6), Direction.DOWN: (0.6, 0.35)}
 DIGITS = 3
 MILD, STRONG, NAV2S = 0, 1, 2
-# From this ratio to Nav2's values on a value is another one.
+# From this ratio to Nav2's values on, a value counts as another one.
 OTHER = 1.3
 LAYERS = {
     "inflation_radius": "InflationLayer",
     "cost_scaling_factor": "InflationLayer",
     "inflate_unknown": "InflationLayer",
 }
-# Parameters of the sources of an obstacle layer.
+# The parameters of an obstacle layer's sources.
 OF_SOURCES = frozenset(
     {
         "clearing",
@@ -39,11 +39,11 @@ OF_SOURCES = frozenset(
         "raytrace_max_range",
     }
 )
-# Flags by which MPPI looks at the outline.
+# The flags with which MPPI checks the outline.
 LOOK_AT_OUTLINE = frozenset(
     f"{CONTROLLER}.{critic}.consider_footprint" for critic in ("CostCritic", "ObstaclesCritic")
 )
-# Inflation reaches beyond the outline by this, m.
+# The inflation reaches this much beyond the outline, m.
 CELL_M = 0.05
 OWN_NODES = {"planner": PLANNER_SERVER, "behavior_tree": BT_NAVIGATOR}
 
@@ -227,7 +227,7 @@ def _stepped(cause: Cause, place: str, value: float, step: int) -> float | None:
     if value == 0.0:
         steps = [v for v in steps if v != 0.0] or [0.1 if is_up else -0.1]
     if value < 0.0 and cause.to is None:
-        # Of a negative value, such as a deceleration, more is nearer to zero.
+        # For a negative value, such as a deceleration, raising means nearer to zero.
         steps = [value * factor for factor in FACTORS[Direction.DOWN if is_up else Direction.UP]]
     steps = [v for v in dict.fromkeys(map(_rounded, steps)) if v != value]
     return steps[step] if step < len(steps) else None

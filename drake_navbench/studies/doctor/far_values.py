@@ -17,9 +17,9 @@ from drake_navbench.studies.doctor.usual import Unusual, unusual_value
 
 # How the names of these findings begin.
 FAR = "far-"
-# More of them tell of another robot, not of a slip.
+# More far values than this show another kind of robot, not a slip.
 MOST = 3
-# A symptom that the knowledge has for the way back is told from this weight on.
+# The least weight at which a symptom of the way back is named.
 LEAST_WEIGHT = 0.2
 # What differs with the robot, its sensors or its floor, so that no value is unusual: "*" is any
 # text. Speeds, radii, ranges, heights; samples of a sideways drive; the map's size.
@@ -29,9 +29,9 @@ OF_THE_ROBOT = (
     "*turning*", "vy_*", "*velocity_threshold", "weight_acc_lim*", "footprint*",
 )  # fmt: skip
 ELSEWHERE = ("amcl.", "global_costmap.width", "global_costmap.height")
-# A weak base has low accelerations; only high ones are no robot's.
+# A weak base has low accelerations; high ones belong to no robot.
 ACCELERATIONS = ("acc_lim*", "decel_lim*", "ax_*", "ay_*", "az_*", "*_accel", "*_decel")
-# From this tolerance on the heading is not asked for.
+# From this tolerance on the heading does not matter.
 NO_HEADING_RAD = 1.2
 SOURCE = "Nav2's code and nav2_bringup/params/nav2_params.yaml"
 
@@ -56,9 +56,9 @@ def far_values(facts: Facts, fired: Sequence[Finding]) -> list[Finding]:
 
 
 def is_robots_own(far: Unusual) -> bool:
-    """Tells whether a value is the robot's own matter."""
+    """Tells whether a value depends on the robot, so that no value is unusual."""
     name = far.place.rpartition(".")[2]
-    # A value of 0 mostly switches off.
+    # A value of 0 mostly switches something off.
     if (
         far.value == 0.0
         or far.place.startswith(ELSEWHERE)
@@ -71,7 +71,7 @@ def is_robots_own(far: Unusual) -> bool:
 
 
 def _is_in_range(far: Unusual) -> bool:
-    """Tells whether working robots have such values."""
+    """Tells whether a value is in the range of working robots."""
     local = far.place.replace("global_costmap.", "local_costmap.")
     low, high = ranges().get(far.place) or ranges().get(local, (None, None))
     is_known = low is not None or high is not None
@@ -107,7 +107,7 @@ def _symptoms(place: str, back: Direction, kinds: tuple[str, ...]) -> dict[Sympt
 
 @cache
 def _known() -> frozenset[str]:
-    """Returns the places on which a drive depends: those of the knowledge."""
+    """Returns the places on which a drive depends: those in the knowledge."""
     own = {s.cause.place for s in all_suspects()} | {*ranges()}
     others = {place.replace("local_costmap.", "global_costmap.") for place in own}
     return frozenset(own | others)

@@ -27,7 +27,7 @@ from drake_navbench.studies.doctor.symptoms import symptom_called
 from drake_navbench.typed_files.typed_yaml import read_yaml, validate
 
 TOP = 3
-# Words that name a thing outside of the file in the cure of a case, by the doctor's own name of it.
+# Words for a thing outside of the file, in the cure of a case -> the doctor's name for it.
 OUTSIDE_WORDS = {
     "compute": r"compute|cpu|build|computer|processor",
     "imu_frame": r"imu",
@@ -39,7 +39,7 @@ OUTSIDE_WORDS = {
     "lag": r"\blag|delay|latency",
     "deadband": r"deadband|stiction|minimum speed",
 }
-# The same parameter under other names.
+# Other names of the same parameters.
 SAME = {
     "height": "width",
 }
@@ -177,7 +177,7 @@ def _same_place(place: str, name: str, facts: Facts) -> bool:
     is_costmap = own[0] in ("localcostmap", "globalcostmap") and qualifier.endswith("layer")
     is_monitor = own[0] == "collisionmonitor"
     if not qualifier:
-        # Of a bare name the costmaps and checkers are meant as well as the controller.
+        # A bare name may mean a parameter of the costmaps or checkers as well as the controller's.
         return len(own) < 3 or "*" in place
     return qualifier in known or is_costmap or is_monitor
 
@@ -281,7 +281,7 @@ def _rank_in_table(case: Case) -> int | None:
 
 
 def _share_named(case: Case, count: int = 1) -> float:
-    """Returns the chance that one of so many of the named values is a culprit, rightly turned."""
+    """Returns the chance that one of `count` named values, turned at random, is a culprit."""
     names = list(case.parameters)
     if not names:
         return 0.0

@@ -1,4 +1,4 @@
-"""Symptoms in a log that is there already: of a trial, or of a recording that was imported."""
+"""Symptoms in an existing log: of a trial, or of an imported recording."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Facts of a few named values: the rest has the defaults of the release."""
+"""Facts from a few named values: all other values are the defaults of the release."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from drake_navbench.studies.doctor.facts import (
 from drake_navbench.studies.doctor.suspects import ELSEWHERE
 from drake_navbench.studies.doctor.usual import OF_BRINGUP
 
-# Words for controllers, and the preset that has the defaults of Nav2's own files.
+# Words for controllers -> the preset with the defaults of Nav2's own files.
 PRESETS = (
     (r"shim.*rpp|rotationshim\+rpp", "rotation_shim"),
     (r"shim", "rotation_shim"),
@@ -70,14 +70,14 @@ BARE = {
         ("update_min_d", "update_min_a", "max_particles", "min_particles", "sigma_hit"), "amcl"
     ),
 }
-# Words for the size of a value that is not told.
+# Words for the size of a value that is not given as a number.
 SIZES = {
     "low": r"^(low|small|short|tight|tiny|near)",
     "high": r"^(high|large|big|long|far|wide)",
     "missing": r"^(missing|not set|not given|unset)",
 }
 OLD_RELEASES = r"galactic|foxy|eloquent|dashing|crystal|kinetic|melodic|noetic|ros ?1"
-# Where nobody keeps the code's defaults, nav2_bringup's count.
+# Parameters without a known default in the code: nav2_bringup's values count.
 AS_IN_BRINGUP = [
     f"{costmap}.{name}"
     for costmap in ("local_costmap", "global_costmap")
@@ -130,7 +130,7 @@ def facts_of_values(controller: str, release: str, values: Mapping[str, Any]) ->
             found[place] = number
         elif isinstance(value, bool | list) or place not in found:
             found[place] = value
-    # A speed smoother or monitor that is named is there.
+    # A velocity smoother or collision monitor that the user names exists.
     nodes = frozenset(place.partition(".")[0] for place in given)
     kinds = (
         kinds_of(preset) if re.search("|".join(p for p, _ in PRESETS), controller.lower()) else ()
@@ -160,7 +160,7 @@ def _defaults() -> Iterator[tuple[str, Any]]:
 
 
 def _place(name: str, known: Mapping[str, Any]) -> str:
-    """Returns the place that a user's name of a parameter stands for."""
+    """Returns the place of a parameter by the name that a user gives it."""
     name = OTHER_NAMES.get(name, name)
     first, _, rest = name.partition(".")
     if first == "collision_monitor":
@@ -197,5 +197,5 @@ def _number(value: Any) -> float | None:
     if not isinstance(value, str) or found is None:
         return None
     number = float(found[2])
-    # More than a value that is told is a little more than it.
+    # "> x" is taken as 1.2 x, "< x" as 0.8 x.
     return number * 1.2 if found[1] == ">" else number * 0.8 if found[1] == "<" else number

@@ -19,17 +19,17 @@ from drake_navbench.typed_files.typed_yaml import validate
 
 LONGEST_S = 20.0
 WALL_M = 0.1
-# A door is passable where it is wider than the robot by this, m.
+# A door is passable if it is wider than the robot by this, m.
 DOOR_ROOM_M = 0.2
 CORRIDOR_ROOM_M = 0.8
-# Of the localization, of all probes: every seed is another drive.
+# Noise of the localization in all probes: each seed is another drive.
 NOISE = {"xy_std_m": 0.005, "yaw_std_rad": 0.005}
 ROUGH_NOISE = {"xy_std_m": 0.015, "yaw_std_rad": 0.015}
 ROUGH_TIMING = {"command_latency_s": 0.12, "odometry_latency_s": 0.06, "command_jitter_s": 0.03}
 VARIATION = {"start_xy_std_m": 0.03, "start_yaw_std_rad": 0.05}
-# Where the start is near a wall.
+# The variation of the start beside a wall.
 LITTLE_VARIATION = {"start_xy_std_m": 0.01, "start_yaw_std_rad": 0.02}
-# Probes that are driven rough as well.
+# The probes that also have a rough form.
 ROUGH = ("straight", "bends", "exact_heading", "door")
 
 Fields = dict[str, Any]
@@ -248,7 +248,7 @@ MAKERS: Mapping[str, tuple[str, Callable[[Size], Fields]]] = {
 }
 
 
-# Where a symptom's causes are tried, if it is seen there: the probes that were made for it.
+# A symptom that the probes show is treated in these probes, which were made for it.
 MADE_FOR: Mapping[Symptom, tuple[str, ...]] = {
     Symptom.CORNER_CUTTING: ("bends", "bends_rough", "right_angle"),
     Symptom.DOOR_STOP: ("door", "door_rough", "corridor", "right_angle"),

@@ -13,7 +13,7 @@ TEB = ("teb",)
 GRACEFUL = ("graceful",)
 TEB_CODE = "teb_local_planner: optimal_planner.cpp"
 CODE = "nav2_graceful_controller"
-# A door of a house, m.
+# The width of a door in a house, m.
 DOOR_M = 0.8
 
 

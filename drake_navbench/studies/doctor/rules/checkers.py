@@ -10,7 +10,7 @@ from drake_navbench.studies.doctor.symptoms import Symptom
 
 S = Symptom
 
-# A pose estimate that stands still wanders by about so much, m.
+# The estimate of a pose at rest wanders by about this much, m.
 POSE_NOISE_M = 0.06
 
 

@@ -11,7 +11,7 @@ from drake_navbench.studies.doctor.usual import OF_BRINGUP, USUAL_RADIUS_M
 
 S = Symptom
 
-# From this ratio on the two costmaps tell of different robots or distances.
+# From this ratio on, the two costmaps describe different robots or distances.
 DIFFERENT = 2.5
 MEANING = {
     "inflation_radius": "the planner plans through cells that the controller avoids, or avoids "

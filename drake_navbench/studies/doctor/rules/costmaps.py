@@ -12,9 +12,9 @@ S = Symptom
 
 CODE = "nav2_costmap_2d"
 BLIND = ("inflation", "static", "keepout", "speed", "filter", "denoise")
-# Of the base where no velocity smoother of the file limits it, m/s^2.
+# The base's deceleration if no velocity smoother of the file limits it, m/s^2.
 USUAL_DECELERATION_MPS2 = 1.0
-# Parts of remarks of the check that rules of their own tell.
+# Parts of the check's remarks for which there are rules.
 OF_RULES = ("sees nothing", "inscribed radius", "has a radius", "velocity smoother lets through")
 
 
@@ -40,7 +40,7 @@ def _blind_layers(f: Facts) -> list[str]:
 
 
 def _doubts(f: Facts) -> list[str]:
-    """Returns the doubts of the check that no rule of its own tells."""
+    """Returns the doubts of the check for which there is no rule."""
     return [
         place for place, remark in f.doubts.items() if not any(part in remark for part in OF_RULES)
     ]
@@ -277,7 +277,7 @@ RULES = (
     ),
     Rule(
         "robot-sees-itself",
-        # The default is another one in a static layer, where it does no harm.
+        # In a static layer another default holds, which does no harm.
         lambda f: (
             f["local_costmap.footprint_clearing_enabled"] is False
             and "local_costmap.footprint_clearing_enabled" in f.given

@@ -15,7 +15,7 @@ from drake_navbench.studies.doctor.symptoms import Symptom
 
 S = Symptom
 
-# From this ratio of the two on, braking is weak beside accelerating.
+# From this ratio of the two on, braking is weak compared with accelerating.
 WEAKER = 2.5
 
 DWB = ("dwb",)

@@ -13,8 +13,8 @@ S = Symptom
 MPPI = ("mppi",)
 PAGE = "docs.nav2.org, configuration of MPPI, words of wisdom"
 CODE = "nav2_mppi_controller"
-# Samples times steps times rate that a small board manages, 1/s: a Raspberry Pi 4 takes about 25 ms
-# for 1000 samples of 56 steps.
+# The product of samples, steps and rate that a small board manages, 1/s: a Raspberry Pi 4 takes
+# about 25 ms for 1000 samples of 56 steps.
 BOARD_CELLS_PER_S = 1.2e6
 
 

@@ -12,11 +12,11 @@ S = Symptom
 RPP = ("rpp",)
 PURSUIT = ("rpp", "vector_pursuit")
 CODE = "nav2_regulated_pure_pursuit_controller"
-# Carrots nearer than so many seconds of driving ask for corrections that swing on a lagging base.
+# With a carrot nearer than this many seconds of driving, a lagging base swings.
 LEAST_LOOKAHEAD_S = 0.9
 # Carrots farther than this leave the path in any bend of a house, m.
 FAR_M = 1.2
-# What the approach needs to slow down gently, m/s^2.
+# The deceleration of a gentle approach, m/s^2.
 GENTLE_MPS2 = 0.3
 
 

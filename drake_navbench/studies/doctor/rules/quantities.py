@@ -1,4 +1,4 @@
-"""Quantities of a file that rules of several controllers rest on."""
+"""Quantities of a file that rules of several controllers use."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import math
 
 from drake_navbench.studies.doctor.facts import Facts
 
-# From this ratio of the two radii on an outline is not round.
+# From this ratio of the two radii on, an outline is not round.
 NOT_ROUND = 1.3
 
 
