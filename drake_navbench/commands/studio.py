@@ -54,6 +54,10 @@ def _studio(arguments: argparse.Namespace) -> None:
     from drake_navbench.studio.yaml_text import require_studio_libraries
 
     require_studio_libraries()
+    from drake_navbench.studio.engine import load_workers
+
+    # On another core, while this process loads Bokeh.
+    load_workers()
     from drake_navbench.studio.app import serve
     from drake_navbench.studio.open_folder import OpenFolder
 

@@ -75,7 +75,7 @@ class Engine:
     """
 
     def __init__(self) -> None:
-        start_server(PRELOAD_MODULES)
+        load_workers()
         self._looks, self._drives = _Desk(LOOK_LIMIT_S), _Desk(DRIVE_LIMIT_S)
         self._folder = tempfile.TemporaryDirectory(prefix="drake-navbench-studio-")
         self._numbers = count()
@@ -115,6 +115,11 @@ class Engine:
         self._looks.close()
         self._drives.close()
         self._folder.cleanup()
+
+
+def load_workers() -> None:
+    """Begins to load what the workers need, where nobody has; returns at once."""
+    start_server(PRELOAD_MODULES)
 
 
 def _call(name: str, arguments: tuple[Any, ...]) -> Any:
