@@ -101,6 +101,11 @@ class Facts:
         return self.values.get(f"{CONTROLLER}.{name}")
 
     @property
+    def is_told(self) -> bool:
+        """Whether a user has named the given values one by one, without a file."""
+        return not self.plugin
+
+    @property
     def speed_mps(self) -> float:
         """The largest speed ahead that the controller asks for; 0 where it is not known."""
         return self.number(self.speed_place)

@@ -46,7 +46,7 @@ RULES: tuple[Rule, ...] = tuple(
     rule for module in (*MODULES, *MODULES_OF_SERVERS) for rule in module.RULES
 )
 # A rule that fires is worth so much more than a suspect alone; its second cure less than the first.
-OF_A_RULE = 1.2
+OF_A_RULE = 1.3
 NEXT_CURE = 0.85
 # Of a rule about values that nobody gave, where the file is not a whole one: they may be others.
 OF_DEFAULTS = 0.5
@@ -54,7 +54,7 @@ OF_DEFAULTS = 0.5
 ON_BRINGUP = 0.5
 # Of a suspect whose value lies beyond the usual range on the side of the fault, within, and on the
 # other side, there also by so many times; and of a parameter that the controller has not.
-BEYOND, WITHIN, OPPOSITE, FAR_OPPOSITE, ABSENT = 1.8, 1.0, 0.6, 0.35, 0.45
+BEYOND, WITHIN, OPPOSITE, FAR_OPPOSITE, ABSENT = 2.2, 1.0, 0.65, 0.35, 0.45
 FAR_TIMES = 2.0
 # A parameter that somebody changed away from its default on the side of the fault.
 CHANGED = 1.25
@@ -76,8 +76,6 @@ MISSING = 6.0
 # Of a lower limit of the speed, for a robot that is too slow.
 AGAINST = 0.4
 SPEEDS = ("vx_max", "max_linear_vel", "max_vel_x", "max_speed_xy", "v_linear_max", "max_velocity")
-# What adds to the best evidence for a cause, of each further piece.
-FURTHER = 0.1
 
 
 class Suspicion(NamedTuple):
@@ -167,7 +165,7 @@ def _named_causes(facts: Facts, told: Words) -> Iterator[tuple[float, Cause]]:
     """Yields both directions of each number that a user names, the likelier one heavier."""
     names = {place: Cause(place, Direction.UP) for place in sorted(facts.values)}
     places = [p for p, cause in names.items() if is_among(cause, told.named)]
-    if not facts.is_whole:
+    if facts.is_told:
         places += sorted(facts.given - {*places})
     for place in places:
         size = facts.told.get(place)
@@ -198,12 +196,11 @@ def _rests_on_given(facts: Facts, rule: Rule) -> bool:
 
 def _merged(pieces: list[tuple[float, Cause, str, Finding | None]]) -> Suspicion:
     pieces = sorted(pieces, key=lambda piece: -piece[0])
-    score = pieces[0][0] + FURTHER * sum(weight for weight, *_ in pieces[1:])
     known = [cause for _, cause, _, _ in pieces if cause.to is not None]
     cause = known[0] if known else pieces[0][1]
     reasons = tuple(dict.fromkeys(why for _, _, why, _ in pieces if why))
     findings = tuple(f for _, _, _, f in pieces if f is not None)
-    return Suspicion(cause, score, reasons, findings)
+    return Suspicion(cause, pieces[0][0], reasons, findings)
 
 
 def _is_there(facts: Facts, cause: Cause) -> bool:
@@ -294,7 +291,7 @@ def _named_factor(facts: Facts, cause: Cause, told: Words) -> float:
     if cause.place == RELEASE or cause.is_outside:
         return 1.0
     is_named = is_among(cause, told.named) or (
-        not facts.is_whole and any(p in facts.given for p in facts.matching(cause.place))
+        facts.is_told and any(p in facts.given for p in facts.matching(cause.place))
     )
     if facts.told.get(cause.place) == "missing":
         return MISSING

@@ -8,7 +8,7 @@ from doctor_texts import DWB, DWB_BLOCK, MPPI, MPPI_BLOCK, RPP, RPP_BLOCK, nav2_
 from drake_navbench.errors import InputError
 from drake_navbench.nav2.patch import Place
 from drake_navbench.studies.doctor.causes import Cause, Direction
-from drake_navbench.studies.doctor.cures import trials_of
+from drake_navbench.studies.doctor.cures import told_with_step, trials_of
 from drake_navbench.studies.doctor.files import Patient
 
 
@@ -153,3 +153,13 @@ def test_a_change_that_asks_more_of_the_base_is_refused(patient):
 )
 def test_a_cure_is_an_instruction_with_the_values_unit(cause, told):
     assert cause.told == told
+
+
+def test_a_cure_without_a_value_is_told_with_a_first_step(patient):
+    facts = patient(nav2_text(MPPI_BLOCK | {"wz_std": 0.9}, plugin=MPPI)).facts()
+    down = Cause("controller.wz_std", Direction.DOWN)
+    assert told_with_step(down, facts) == "lower wz_std, say from 0.9 to 0.4 rad/s"
+    known = down._replace(to=0.3)
+    assert told_with_step(known, facts) == "lower wz_std to 0.3 rad/s"
+    outside = Cause("outside.compute", Direction.DOWN)
+    assert told_with_step(outside, facts) == outside.told

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from pathlib import Path
 
 import pytest
 import yaml
@@ -15,6 +16,7 @@ from drake_navbench.studies.doctor.partial_files import facts_of_values
 from drake_navbench.studies.doctor.reading import suspicions_of
 from drake_navbench.studies.doctor.symptoms import Symptom
 
+LISTS = Path(__file__).parents[3] / "studies" / "doctor_cases"
 CASE = {
     "id": "A1",
     "link": "somebody/robot#1",
@@ -214,3 +216,13 @@ def test_a_plugin_that_a_release_has_not_is_not_proposed():
 
     assert proposed("humble")
     assert not proposed("galactic")
+
+
+def test_the_public_cases_are_read_and_no_owner_is_in_both_halves():
+    development, test = (read_cases(LISTS / f"{half}.yaml") for half in ("development", "test"))
+    assert (len(development), len(test)) == (40, 31)
+    owners = [{case.link.partition("/")[0] for case in half} for half in (development, test)]
+    assert not owners[0] & owners[1]
+    for case in (*development, *test):
+        assert case.symptom_class in list(Symptom)
+        assert case.culprits

@@ -250,3 +250,53 @@ def test_symptoms_are_known_by_their_class_and_by_other_words():
     assert symptom_called("crashes into walls") is Symptom.COLLISION
     with pytest.raises(InputError, match=r"expected one of wobble_straight, .*localization_jumps"):
         symptom_called("purple")
+
+
+def cure_of(facts, rule):
+    return next(f.cure_told for f in findings_of(facts) if f.rule.name == rule)
+
+
+def test_a_cure_tells_the_value_that_the_rule_computes(facts):
+    # The control period of 30 Hz is 0.0333 s, less than MPPI's step of 0.05 s.
+    thirty = nav2_text(MPPI_BLOCK, plugin=MPPI, controller_server={"controller_frequency": 30.0})
+    assert cure_of(facts(thirty), "mppi-step-above-period") == "lower model_dt to 0.03333 s"
+    # With that value the rule no longer fires.
+    cured = thirty.replace("model_dt: 0.05", "model_dt: 0.03333")
+    assert "mppi-step-above-period" not in fired(facts(cured))
+
+
+def test_a_cure_that_a_switch_of_the_file_turns_off_is_not_told(facts):
+    scaled = {"use_velocity_scaled_lookahead_dist": True, "max_lookahead_dist": 2.0}
+    far = RPP_BLOCK | scaled | {"lookahead_time": 4.0, "desired_linear_vel": 0.5}
+    told = cure_of(facts(nav2_text(far, plugin=RPP)), "pursuit-far-carrot")
+    assert told == "lower max_lookahead_dist to 0.9 m"
+
+
+@pytest.mark.parametrize(("sideways_mps", "is_fault"), [(0.0, False), (0.4, True)])
+def test_a_deadband_sideways_is_a_fault_of_a_base_that_drives_sideways(
+    facts, sideways_mps, is_fault
+):
+    smoother = {"max_velocity": [0.5, sideways_mps, 1.0], "deadband_velocity": [0.0, 1.0, 0.0]}
+    text = nav2_text(DWB_BLOCK, plugin=DWB, velocity_smoother=smoother)
+    assert ("smoother-deadband" in fired(facts(text))) is is_fault
+
+
+def test_what_a_file_without_costmaps_gives_is_not_named_by_the_user(facts):
+    whole = nav2_text(RPP_BLOCK, plugin=RPP)
+    part = facts(whole[: whole.index("local_costmap:")])
+    assert not part.is_whole
+    reasons = [r for s in suspicions_of(part, Symptom.WOBBLE_STRAIGHT) for r in s.reasons]
+    assert "You named its value." not in reasons
+    assert "controller.lookahead_dist" in {
+        s.cause.place for s in suspicions_of(part, Symptom.WOBBLE_STRAIGHT)
+    }
+
+
+def test_a_value_far_beyond_the_other_end_of_its_range_speaks_more_against_a_cause(facts):
+    def score(wz_std):
+        found = facts(nav2_text(MPPI_BLOCK | {"wz_std": wz_std}, plugin=MPPI))
+        keys = {s.cause.key: s.score for s in suspicions_of(found, Symptom.WOBBLE_STRAIGHT)}
+        return keys["controller.wz_std", Direction.DOWN]
+
+    # The usual range is 0.25 to 0.4 rad/s; 0.1 is less than half of its lower end.
+    assert score(0.9) > score(0.3) > score(0.2) > score(0.1)
