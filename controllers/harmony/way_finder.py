@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from drake_navbench.controller import ControllerSetup, Observation
 from drake_navbench.controllers.harmony.detour import (
+    beyond_map,
     distances_at,
     find_detour,
     is_good,
@@ -129,7 +130,8 @@ class WayFinder:
         if way.behind is None:
             return True
         position = observation.pose[:2]
-        return bool(is_connected(field, self._half_width, self.longest_m, position, way.behind))
+        known = beyond_map(field)
+        return bool(is_connected(known, self._half_width, self.longest_m, position, way.behind))
 
     def _shuts_in(
         self, observation: Observation, start: Array, way: Way, field: DistanceField
