@@ -165,7 +165,7 @@ def test_the_recording_is_one_of_the_files_of_a_scenario(tmp_path):
 @pytest.mark.parametrize(
     ("people", "expected"),
     [
-        ("{recording: crowd.csv, model: orca}", "model: those of a recording walk as they did"),
+        ("{recording: crowd.csv, model: orca}", "model: has no effect on recorded people"),
         ("{recording: {file: crowd.csv, format: eth_ucy}}", "frame_rate_hz: expected the frames"),
         ("{recording: {file: crowd.csv, frame_rate_hz: 2}}", "frame_rate_hz: expected none with"),
         ("{recording: {file: crowd.csv, max_sped_mps: 2}}", "max_sped_mps: unknown field"),

@@ -82,7 +82,7 @@ def test_what_passes_beside_is_no_contact_and_is_measured():
     assert log.outcome is Outcome.TIMED_OUT
     assert metrics.min_moving_clearance_m(log) == pytest.approx(0.5, abs=1e-6)
     assert log.samples["clearance_m"].min() == pytest.approx(0.5, abs=1e-3)
-    with pytest.raises(Undefined, match="no course met one"):
+    with pytest.raises(Undefined, match="no course met a moving obstacle"):
         metrics.moving_time_to_collision_min_s(log)
     assert violations_of(log) == []
 
