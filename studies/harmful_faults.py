@@ -373,9 +373,9 @@ With it this fault is found and gone (2 -> 0 of 2 trials, nothing worse), which 
 The changed doctor has the seed 2031.""",
     2031: """\
 So few visits show nothing about the goals. The computer was shared, a visit of RPP or DWB took up
-to ten minutes there, and the end of the time ended the study; TEB was not drawn. The sound MPPI file
-itself shows goal_not_reached and stall_before_goal, so that a fault which brings these counts as
-harmless.
+to ten minutes there, and the end of the time ended the study; TEB was not drawn. The sound MPPI
+file itself shows goal_not_reached and stall_before_goal, so that a fault which brings these counts
+as harmless.
 
 The miss is DWB's `max_vel_x` of 0.9 m/s beside a `max_speed_xy` of 0.3: the robot drives a third of
 the speed that the file asks for, and no cause was shown, since the doctor held speeds for the
