@@ -28,8 +28,9 @@ NO_OUTLINE = np.empty((0, 2))
 # A detour may end on the path at MOST_ENDS points, REJOIN_M apart; a later end must be shorter by
 # WORTH_M.
 REJOIN_M, MOST_ENDS, WORTH_M = 0.5, 8, 0.2
-# So far behind the map's sides a detour may lead or end, m.
-BEYOND_M = 1.0
+# So far behind the map's sides a detour may lead or end, m, where it is no longer than
+# LONGEST_BEYOND_M: what is unknown is all too often a way.
+BEYOND_M, LONGEST_BEYOND_M = 1.0, 6.5
 # The plan has not changed where it still leads over the end of a detour, m.
 SAME_PLAN_M = 0.25
 # A robot farther from its detour needs another one, m.
@@ -130,9 +131,18 @@ def find_detour(
     """Returns (M, 3) a way from a point (2,) m to the plan behind where it has no room, or None.
 
     It ends at the first point that it can, unless a later one makes the whole way shorter by more
-    than WORTH_M. All of it is at least `clearance` m from obstacles but where it begins.
+    than WORTH_M. All of it is at least `clearance` m from obstacles but where it begins. It may
+    lead beyond the map.
     """
-    field = beyond_map(field)
+    beyond = _find_on(plan, global_plan, beyond_map(field), clearance, start)
+    if beyond is None or path_length(beyond) <= LONGEST_BEYOND_M:
+        return beyond
+    return _find_on(plan, global_plan, field, clearance, start)
+
+
+def _find_on(
+    plan: Array, global_plan: Array, field: DistanceField, clearance: float, start: Array
+) -> Array | None:
     ends, stations = points_behind(plan, global_plan, field, clearance)
     if not len(ends):
         return None

@@ -165,13 +165,25 @@ def controller_with(settings: HarmonyParameters) -> Harmony:
     return Harmony(settings, SETUP)
 
 
-def drive(seed: int, *, error_m: float = ERROR_M, slowness: float = 1.0, **parameters) -> Drive:
+def drive(
+    seed: int,
+    *,
+    error_m: float = ERROR_M,
+    slowness: float = 1.0,
+    strength: float = 1.0,
+    **parameters,
+) -> Drive:
     """Drives harmony, as bold as it can be made, through a random world to a goal ahead.
 
-    slowness: the base's time constant, in parts of the one that the controller is told.
+    slowness, strength: the base's time constant and its accelerations, in parts of those that the
+    controller is told.
     """
     settings = HarmonyParameters(sample_count=100, **BOLD, **parameters)
-    base = BASE._replace(time_constant_s=slowness * BASE.time_constant_s)
+    base = BASE._replace(
+        time_constant_s=slowness * BASE.time_constant_s,
+        acceleration=strength * BASE.acceleration,
+        angular_acceleration=strength * BASE.angular_acceleration,
+    )
     return drive_among(
         random_boxes(seed), settings, seed, error_m=error_m, longest_s=LONGEST_S, base=base
     )

@@ -136,7 +136,7 @@ def test_it_drives_on_where_there_is_a_way_past():
 
 def test_it_says_how_far_it_looked_for_a_way_past():
     # A way past begins 2.45 m beside the path; looked for is 1.5 m and the robot's reach, 0.91 m.
-    with pytest.raises(CollisionAhead, match=r"has no way past within 2\.4 m$"):
+    with pytest.raises(CollisionAhead, match=r"has no way past shorter than 4\.8 m$"):
         decide((1.25, -3.0, 1.35, 2.45))
 
 

@@ -25,20 +25,21 @@ def field_with(*boxes):
 
 
 def test_a_wall_across_the_map_cuts_it_in_two():
-    assert not is_connected(field_with((1.0, -3.0, 1.1, 3.0)), 0.31, 5.0, HERE, THERE)
+    assert not is_connected(field_with((1.0, -3.0, 1.1, 3.0)), 0.31, 9.0, HERE, THERE)
 
 
 @pytest.mark.parametrize(("width_m", "is_open"), [(0.5, False), (0.8, True)])
 def test_a_door_is_a_way_where_it_is_wider_than_twice_the_clearance(width_m, is_open):
     half = round(0.5 * width_m / 0.05) * 0.05
     field = field_with((1.0, -3.0, 1.1, -half), (1.0, half, 1.1, 3.0))
-    assert is_connected(field, 0.31, 5.0, HERE, THERE) is is_open
+    assert is_connected(field, 0.31, 9.0, HERE, THERE) is is_open
 
 
-def test_a_way_around_counts_only_within_reach():
+def test_a_way_around_counts_only_where_it_is_short_enough():
     field = field_with((1.0, -2.0, 1.1, 2.0))
-    assert is_connected(field, 0.31, 3.0, HERE, THERE)
-    assert not is_connected(field, 0.31, 2.2, HERE, THERE)
+    # By the wall's end with room for the robot: twice the way to (1, 2.31), 5.03 m.
+    assert is_connected(field, 0.31, 5.3, HERE, THERE)
+    assert not is_connected(field, 0.31, 4.9, HERE, THERE)
 
 
 def test_off_the_map_nothing_is_connected():
