@@ -32,28 +32,27 @@ KEPT_S = 30 * DAY_S
 
 
 def prepare_kernels() -> None:
-    """Has numba keep our kernels, and those that call them, by their content.
-
-    They get no function that C could call by its address: nobody does, and with it a kernel takes
-    a sixth longer to compile.
-    """
+    """Has numba keep our kernels, and those that call them, by their content."""
     provide_cache_folder()
     from numba.core import caching
     from numba.core.dispatcher import Dispatcher
+
+    from drake_navbench.processes.inner_kernels import spare_callers
 
     # Asked in this order for the place of each kernel.
     locators: list[Any] = caching.CacheImpl._locator_classes
     if KernelPlace in locators:
         return
     locators.insert(0, KernelPlace)
-    enable_caching = Dispatcher.enable_caching
+    dispatchers: Any = Dispatcher
+    enable_caching = dispatchers.enable_caching
 
     def enable(dispatcher: Any) -> None:
         enable_caching(dispatcher)
         if isinstance(dispatcher._cache._impl.locator, KernelPlace):
-            dispatcher.targetoptions["no_cfunc_wrapper"] = True
+            spare_callers(dispatcher)
 
-    Dispatcher.enable_caching = enable
+    dispatchers.enable_caching = enable
 
 
 def notice_of_wheel() -> str:
