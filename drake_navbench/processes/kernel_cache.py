@@ -32,28 +32,27 @@ KEPT_S = 30 * DAY_S
 
 
 def prepare_kernels() -> None:
-    """Makes numba keep our kernels, and kernels that call them, by their content.
-
-    numba then compiles no wrapper by which C could call a kernel by its address: nothing here
-    does, and with the wrapper a kernel takes a sixth longer to compile.
-    """
+    """Makes numba keep our kernels, and kernels that call them, by their content."""
     provide_cache_folder()
     from numba.core import caching
     from numba.core.dispatcher import Dispatcher
+
+    from drake_navbench.processes.inner_kernels import spare_callers
 
     # numba asks these in order for the place of each kernel.
     locators: list[Any] = caching.CacheImpl._locator_classes
     if KernelPlace in locators:
         return
     locators.insert(0, KernelPlace)
-    enable_caching = Dispatcher.enable_caching
+    dispatchers: Any = Dispatcher
+    enable_caching = dispatchers.enable_caching
 
     def enable(dispatcher: Any) -> None:
         enable_caching(dispatcher)
         if isinstance(dispatcher._cache._impl.locator, KernelPlace):
-            dispatcher.targetoptions["no_cfunc_wrapper"] = True
+            spare_callers(dispatcher)
 
-    setattr(Dispatcher, "enable_caching", enable)  # noqa: B010
+    dispatchers.enable_caching = enable
 
 
 def notice_of_wheel() -> str:
