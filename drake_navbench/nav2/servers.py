@@ -28,7 +28,8 @@ from drake_navbench.navigation.behaviors import (
 from drake_navbench.navigation.planner_settings import PLANNERS
 from drake_navbench.navigation.smac_planner_2d_parameters import SmacPlanner2DParameters
 from drake_navbench.navigation.smac_planner_hybrid_parameters import SmacPlannerHybridParameters
-from drake_navbench.navigation.smoother_settings import SMOOTHERS, SimpleSmoother
+from drake_navbench.navigation.smoother_settings import SMOOTHERS
+from drake_navbench.navigation.smoothers import SimpleSmoother
 from drake_navbench.navigation.velocity_smoother import VelocitySmootherParameters
 from drake_navbench.navigation.waypoint_follower import (
     WaitAtWaypointParameters,
