@@ -331,7 +331,7 @@ def _count(entries: list[dict[str, Any]], controller: str) -> int:
 
 
 def _undriven_lines(harmful: list[dict[str, Any]]) -> Iterator[str]:
-    """Yields what today's doctor answers without a drive, visited or not."""
+    """Yields today's answers that need no drive, to all harmful faults."""
     counts = np.zeros(3, dtype=int)
     for entry in harmful:
         fault = _fault_of(entry)
