@@ -228,7 +228,7 @@ def test_the_faster_direction_counts():
     [
         ({"max_vel_x_backwards": 2.0, "horizon": 1.2}, "stopping time from max_vel_x_backwards"),
         # 2.1 s would do, but 1.6 s are left of it: two steps of 0.8 s.
-        ({"horizon": 1.17, "time_step": 0.213}, r"horizon \(1.065 s in whole steps\)"),
+        ({"horizon": 0.7, "time_step": 0.128}, r"horizon \(0.64 s in whole steps\)"),
         ({"localization_error": 0.55}, "got a bound of 0.555 m, expected less than 0.5 m"),
     ],
 )
