@@ -34,7 +34,7 @@ from drake_navbench.systems.ports import (
 
 # How often the people's places are kept, and how much of that the clock may lack.
 PEOPLE_PERIOD_S, ROUNDING_S = 0.1, 1e-6
-# Of state, estimate, command and distances.
+# The sizes of state, estimate, command and distances, the parts of a sample.
 SIGNAL_SIZES = (STATE_SIZE, STATE_SIZE, COMMAND_SIZE, DISTANCE_COUNT)
 _VELOCITY = ("v_mps", "w_radps", "vy_mps")
 # The columns of a sample that every robot has; those of some robots stand between them.
