@@ -20,7 +20,7 @@ from drake_navbench.navigation.mission import FloorSwitch
 from drake_navbench.systems.actuators import WHEELS
 from drake_navbench.systems.floor_aware import FloorAware, FloorClock
 from drake_navbench.systems.lifetime import weakly_bound
-from drake_navbench.systems.ports import POSE_SIZE, STATE_SIZE
+from drake_navbench.systems.ports import POSE_SIZE, STATE_SIZE, value_or_none
 from drake_navbench.typed_files.immutable import Immutable
 
 Array = NDArray[np.float64]
@@ -123,7 +123,9 @@ class ScriptedLocalization(FloorAware):
         state = self.input_port_ticket(self._state_port.get_index())
         noise = self.input_port_ticket(self._noise_port.get_index())
         self._gains_port: InputPort | None = None
-        if settings.at(0.0).wheel_odometry:
+        # Whether the odometry is misled by the wheels, with or without slip.
+        self._believes_wheels = settings.at(0.0).wheel_odometry
+        if self._believes_wheels:
             self._gains_port = self.DeclareVectorInputPort("wheel_gains", WHEELS)
         in_map = {odometry_frame, self.discrete_state_ticket(self._map_frame), state, noise}
         told = set()
@@ -214,20 +216,14 @@ class ScriptedLocalization(FloorAware):
         frame = context.get_discrete_state(self._odometry_frame).value()
         return np.asarray(drifted_frame(frame, pose, *error.tolist()))
 
-    @property
-    def _believes_wheels(self) -> bool:
-        """Whether the odometry is misled by the wheels."""
-        return self._gains_port is not None
-
     def _error_of_wheels(self, context: Context, ahead: float, turn: float) -> Array:
         """Returns (3,) the motion that the wheels' turns tell, less the base's `ahead`, `turn`.
 
         In m and rad as seen from the base, or in m/s and rad/s for speeds.
         """
-        assert self._gains_port is not None
-        if not self._gains_port.HasValue(context):
+        gains = value_or_none(self._gains_port, context)
+        if gains is None:
             return np.zeros(POSE_SIZE)
-        gains = self._gains_port.Eval(context)
         told_ahead, told_turn = turned(ahead, turn, self._wheel_separation_m, gains[0], gains[1])
         return np.array([told_ahead - ahead, 0.0, told_turn - turn])
 
