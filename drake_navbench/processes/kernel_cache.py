@@ -32,12 +32,14 @@ KEPT_S = 30 * DAY_S
 
 
 def prepare_kernels() -> None:
-    """Makes numba keep our kernels, and kernels that call them, by their content."""
+    """Makes numba keep our kernels, and kernels that call them, by their content.
+
+    numba also compiles a wrapper by which C could call a kernel by its address. Nothing here does,
+    and it takes a twentieth to a sixth of the time to compile, so our kernels get none.
+    """
     provide_cache_folder()
     from numba.core import caching
     from numba.core.dispatcher import Dispatcher
-
-    from drake_navbench.processes.inner_kernels import spare_callers
 
     # numba asks these in order for the place of each kernel.
     locators: list[Any] = caching.CacheImpl._locator_classes
@@ -50,7 +52,7 @@ def prepare_kernels() -> None:
     def enable(dispatcher: Any) -> None:
         enable_caching(dispatcher)
         if isinstance(dispatcher._cache._impl.locator, KernelPlace):
-            spare_callers(dispatcher)
+            dispatcher.targetoptions["no_cfunc_wrapper"] = True
 
     dispatchers.enable_caching = enable
 
