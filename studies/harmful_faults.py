@@ -377,15 +377,19 @@ to ten minutes there, and the end of the time ended the study; TEB was not drawn
 file itself shows goal_not_reached and stall_before_goal, so that a fault which brings these counts
 as harmless.
 
-The miss is DWB's `max_vel_x` of 0.9 m/s beside a `max_speed_xy` of 0.3: the robot drives a third of
-the speed that the file asks for, and no cause was shown, since the doctor held speeds for the
-robot's own matter and never tried to lower one. As it was at the draw it would never have tried the
-way back of four of the harmful ones: this one, `BaseObstacle.sum_scores` (a critic's switch),
-Graceful's `v_angular_max` and MPPI's `vx_max` (limits of motion). These four were known when the
-doctor was changed: it now tries a speed that the file lets nothing drive, critics' switches and,
-last of all, limits of motion. It was also changed for reasons found by reading its code: a trial in
-which the program fails is no cure, a drive that a change cuts short shows no fall, and the search
-has seeds of its own. The changed doctor was not scored; seed 2032 is free for it.""",
+As it was at the draw the doctor would never have tried the way back of four of the harmful ones,
+whatever it drove: DWB's `max_vel_x` and `BaseObstacle.sum_scores` (a critic's switch), Graceful's
+`v_angular_max` and MPPI's `vx_max`. It held limits of motion for the robot's own matter and knew no
+usual value of a critic's switch. Both misses are of these four. `max_vel_x` of 0.9 m/s stands
+beside a `max_speed_xy` of 0.3, so that the robot drives a third of the speed that the file asks
+for; with Graceful's `v_angular_max` of 0.1 rad/s a limit of the velocity smoother was shown
+instead, and no change was offered.
+
+These four were known when the doctor was changed: it now tries a speed that the file lets nothing
+drive, critics' switches and, last of all, limits of motion. It was also changed for reasons found
+by reading its code: a trial in which the program fails is no cure, a drive that a change cuts short
+shows no fall, and the search has seeds of its own. The changed doctor was not scored; seed 2032 is
+free for it.""",
 }
 
 
