@@ -201,7 +201,12 @@ class Harmony:
         assert memory.learnt is not None
         latency_s = self._latency_s(memory)
         possible = possible_bases(memory.learnt, self._candidates)
-        response = Response(*(float(value) for value in possible[0]), *self._response[3:])
+        time_constant_s, acceleration, angular_acceleration = map(float, possible[0])
+        response = self._response._replace(
+            time_constant_s=time_constant_s,
+            acceleration=acceleration,
+            angular_acceleration=angular_acceleration,
+        )
         state = predicted(
             memory.sent,
             response,

@@ -30,17 +30,17 @@ ENDLESS = 1e6
 
 
 class Learnt(NamedTuple):
-    """What was learnt at time_s under a latency, both s, from `count` measured velocities.
+    """The candidates' errors after the velocity measured at time_s, for one latency; both s.
 
-    velocities: (K, 2) v m/s and w rad/s of each candidate. errors: (K,) its summed squared errors,
-    (m/s)^2.
+    measured: the number of measured velocities. velocities: (K, 2) v m/s and w rad/s of each
+    candidate. errors: (K,) its summed squared errors, (m/s)^2.
     """
 
     time_s: float
     latency_s: float
     velocities: Array
     errors: Array
-    count: int
+    measured: int
 
 
 def candidates_of(response: Response, share: float) -> Array:
@@ -83,7 +83,9 @@ def learnt(
     time_s: float,
     latency_s: float,
 ) -> Learnt:
-    """Returns what is learnt from a twist (2,) measured at time_s; begins anew for a new latency.
+    """Returns the candidates' errors with a twist (2,) measured at time_s added to `before`.
+
+    A new latency begins anew.
 
     sent: the commands until then; until the first of them acts nothing can be learnt.
     """
@@ -98,13 +100,13 @@ def learnt(
     )
     off = (velocities - twist) * (1.0, LEVER_M)
     errors = before.errors + (off**2).sum(axis=1)
-    return Learnt(time_s, latency_s, read_only(velocities), errors, before.count + 1)
+    return Learnt(time_s, latency_s, read_only(velocities), errors, before.measured + 1)
 
 
 def possible_bases(learnt: Learnt, candidates: Array) -> Array:
     """Returns (M, 3) the candidates that explain what was measured, the best one first."""
     best = int(np.argmin(learnt.errors))
-    variance = max(learnt.errors[best] / max(learnt.count, 1), LEAST_MPS**2)
+    variance = max(learnt.errors[best] / max(learnt.measured, 1), LEAST_MPS**2)
     worse = learnt.errors - learnt.errors[best]
     is_other = (worse <= DEVIATIONS**2 * variance) & (np.arange(len(candidates)) != best)
     return np.concatenate([candidates[best : best + 1], candidates[is_other]])
