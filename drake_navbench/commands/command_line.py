@@ -163,12 +163,16 @@ def exit_status_of(
 def command(
     build_parser: Callable[[], argparse.ArgumentParser],
     work: Callable[[argparse.Namespace], int | None],
+    **how: Any,
 ) -> Callable[[Sequence[str] | None], int]:
-    """Returns the `main` of a command: reads its arguments, works, returns the exit status."""
+    """Returns the `main` of a command: reads its arguments, works, returns the exit status.
+
+    how: as `exit_status_of` takes it.
+    """
 
     def main(argv: Sequence[str] | None = None) -> int:
         arguments = build_parser().parse_args(argv)
-        return exit_status_of(lambda: work(arguments))
+        return exit_status_of(lambda: work(arguments), **how)
 
     return main
 

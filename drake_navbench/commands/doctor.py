@@ -8,7 +8,6 @@ from __future__ import annotations
 import argparse
 import re
 import sys
-from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -16,11 +15,13 @@ from drake_navbench.commands.command_line import (
     EXIT_DONE,
     EXIT_INTERRUPTED,
     CommandParser,
-    exit_status_of,
+    Options,
+    command,
     positive_number,
+    print_text,
     whole_number,
 )
-from drake_navbench.errors import InputError
+from drake_navbench.errors import InputError, writing
 
 if TYPE_CHECKING:
     from drake_navbench.studies.doctor.bag import BagReport
@@ -63,7 +64,6 @@ def build_parser() -> argparse.ArgumentParser:
         "possible causes of a symptom one by one, and writes the smallest change to the\n"
         "file that removes the symptom and makes nothing else worse.",
         epilog=EPILOG,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     _add_file(parser)
     _add_visit(parser)
@@ -74,110 +74,91 @@ def build_parser() -> argparse.ArgumentParser:
 
 def _add_file(parser: argparse.ArgumentParser) -> None:
     """Adds the options of the file, the robot and the symptom."""
-    add = parser.add_argument
-    add(
+    option = Options(parser)
+    option(
         "files",
+        "whole Nav2 file; files are merged, later ones override, and the last one is patched",
+        Path,
         nargs="*",
-        type=Path,
         metavar="FILE",
-        help="whole Nav2 file; files are merged, later ones override, and the last one is patched",
     )
-    add(
-        "--robot",
+    option(
+        "--robot NAME|FILE",
+        "robot that lends what no Nav2 file has: mass, drive, lidar (wheelchair)",
         default="wheelchair",
-        metavar="NAME|FILE",
-        help="robot that lends what no Nav2 file has: mass, drive, lidar (wheelchair)",
     )
-    add("--controller", metavar="NAME", help="controller of the file to examine (the first one)")
-    add("--symptom", metavar="CLASS", help="class of the symptom; a wrong name lists all classes")
-    add("--told", default="", metavar="TEXT", help="symptom and robot in your own words")
-    add(
+    option("--controller NAME", "controller of the file to examine (the first one)")
+    option("--symptom CLASS", "class of the symptom; a wrong name lists all classes")
+    option("--told TEXT", "symptom and robot in your own words", default="")
+    option(
         "--nav2-release",
+        "Nav2 release that the file is written for (found by its parameters)",
         choices=("humble", "iron", "jazzy", "kilted", "lyrical"),
-        help="Nav2 release that the file is written for (found by its parameters)",
     )
-    add(
-        "--set",
-        action="append",
-        default=[],
-        metavar="NAME=VALUE",
-        help="value for $(var NAME) or <NAME> in the file",
-    )
+    option("--set NAME=VALUE ...", "value for $(var NAME) or <NAME> in the file")
 
 
 def _add_visit(parser: argparse.ArgumentParser) -> None:
     """Adds the options of what is driven."""
-    add = parser.add_argument_group("visit").add_argument
-    add("--read-only", action="store_true", help="read the file and drive nothing")
-    add("--out", type=Path, metavar="DIR", help="folder for page, patch and journal")
-    add(
-        "--budget",
-        type=_duration,
-        default=600.0,
-        metavar="TIME",
-        help="longest time for the experiments, such as 10m or 300s (10m)",
+    option = Options(parser.add_argument_group("visit"))
+    option("--read-only", "read the file and drive nothing")
+    option("--out DIR", "folder for page, patch and journal", Path)
+    option(
+        "--budget TIME",
+        "longest time for the experiments, such as 10m or 300s (10m)",
+        _duration,
+        600.0,
     )
-    add("--seed", type=whole_number, default=0, help="seed of the whole visit (0)")
-    add("--jobs", type=positive_number, metavar="N", help="parallel workers (all cores)")
-    add(
-        "--log",
-        type=Path,
-        metavar="LOG",
-        help="only search for symptoms in the log of a trial or of an imported recording",
+    option("--seed SEED", "seed of the whole visit (0)", whole_number, 0)
+    option("--jobs N", "parallel workers (all cores)", positive_number)
+    option(
+        "--log LOG",
+        "only search for symptoms in the log of a trial or of an imported recording",
+        Path,
     )
 
 
 def _add_robot(parser: argparse.ArgumentParser) -> None:
     """Adds the options of what is known of the robot and its place."""
-    add = parser.add_argument_group("the robot and its place").add_argument
-    add("--map", type=Path, metavar="FILE", help="your map; --goals tasks on it are probes, too")
-    add("--goals", type=positive_number, default=0, metavar="N", help="tasks to draw on the map")
-    add(
-        "--bag",
-        type=Path,
-        metavar="BAG",
-        help="a recording of the robot: it is looked at for symptoms, and the base is fitted to it",
+    option = Options(parser.add_argument_group("the robot and its place"))
+    option("--map FILE", "your map; --goals tasks on it are probes, too", Path)
+    option("--goals N", "tasks to draw on the map", positive_number, 0)
+    option(
+        "--bag BAG",
+        "a recording of the robot: it is looked at for symptoms, and the base is fitted to it",
+        Path,
     )
-    add(
-        "--topics",
+    option(
+        "--topics ROLE=TOPIC",
+        "topic of a signal in --bag, as import-bag takes it: odom=/robot/odom",
+        default=[],
         nargs="+",
         action="extend",
-        default=[],
-        metavar="ROLE=TOPIC",
-        help="topic of a signal in --bag, as import-bag takes it: odom=/robot/odom",
     )
-    add(
-        "--measure-board",
-        type=Path,
-        metavar="BOARD",
-        help="write how long this file's control cycles take on this computer, nothing else",
+    option(
+        "--measure-board BOARD",
+        "write how long this file's control cycles take on this computer, nothing else",
+        Path,
     )
-    add(
-        "--board",
-        type=Path,
-        metavar="BOARD",
-        help="drive with the cycle times that --measure-board wrote on the robot's computer",
+    option(
+        "--board BOARD",
+        "drive with the cycle times that --measure-board wrote on the robot's computer",
+        Path,
     )
 
 
 def _add_score(parser: argparse.ArgumentParser) -> None:
     """Adds the options of the score on known cases."""
-    add = parser.add_argument_group("score the doctor on known cases").add_argument
-    add(
-        "--score",
-        type=Path,
-        metavar="CASES",
-        help="YAML file of the cases, each of which the doctor examines",
-    )
-    add(
-        "--files",
+    option = Options(parser.add_argument_group("score the doctor on known cases"))
+    option("--score CASES", "YAML file of the cases, each of which the doctor examines", Path)
+    option(
+        "--files DIR",
+        "folder of the cases' whole Nav2 files: ID.yaml, or ID_1.yaml and ID_2.yaml, which are "
+        "merged",
+        Path,
         dest="case_files",
-        type=Path,
-        metavar="DIR",
-        help="folder of the cases' whole Nav2 files: ID.yaml, or ID_1.yaml and "
-        "ID_2.yaml, which are merged",
     )
-    add("--page", type=Path, metavar="FILE", help="file for the page of the score")
+    option("--page FILE", "file for the page of the score", Path)
 
 
 def _duration(text: str) -> float:
@@ -186,15 +167,6 @@ def _duration(text: str) -> float:
     if found is None or float(found[1]) <= 0.0:
         raise argparse.ArgumentTypeError(f"got {text!r}, expected a time such as 10m or 300s")
     return float(found[1]) * {"h": 3600.0, "m": 60.0, "min": 60.0}.get(found[2] or "s", 1.0)
-
-
-def main(argv: Sequence[str] | None = None) -> int:
-    """Runs the command; returns the exit status."""
-    given = list(sys.argv[2:] if argv is None else argv)
-    arguments = build_parser().parse_args(given)
-    return exit_status_of(
-        lambda: _doctor(arguments), interrupted="interrupted; the same command goes on"
-    )
 
 
 def _require_options_that_are_used(arguments: argparse.Namespace) -> None:
@@ -261,7 +233,6 @@ def _examine_bag(arguments: argparse.Namespace) -> BagReport | None:
         if arguments.topics:
             raise InputError("--topics: goes with --bag")
         return None
-    from drake_navbench.commands.command_line import print_text
     from drake_navbench.commands.import_bag import topics_of
     from drake_navbench.studies.doctor.bag import report_on
     from drake_navbench.studies.doctor.told import wrapped
@@ -273,7 +244,6 @@ def _examine_bag(arguments: argparse.Namespace) -> BagReport | None:
 
 
 def _measure_board(arguments: argparse.Namespace) -> None:
-    from drake_navbench.commands.command_line import print_text
     from drake_navbench.studies.doctor.board import measured_here, write_times
     from drake_navbench.studies.doctor.told import wrapped
 
@@ -324,7 +294,6 @@ def _words(arguments: argparse.Namespace) -> str:
 
 def _read(patient: Patient, symptom: Symptom | None, arguments: argparse.Namespace) -> None:
     """Prints the first look: the rules that fire, and the possible causes of the symptom."""
-    from drake_navbench.commands.command_line import print_text
     from drake_navbench.studies.doctor.far_values import FAR
     from drake_navbench.studies.doctor.reading import findings_of, suspicions_of
     from drake_navbench.studies.doctor.told import told_of_reading
@@ -347,7 +316,6 @@ def _visit(
     report: BagReport | None,
 ) -> int:
     """Drives, prints the verdict and writes the page; returns the exit status."""
-    from drake_navbench.commands.command_line import print_text
     from drake_navbench.processes.machine import available_cores
     from drake_navbench.studies.doctor.driving import Driver
     from drake_navbench.studies.doctor.page import write_outputs
@@ -359,10 +327,8 @@ def _visit(
         indent = line[: len(line) - len(line.lstrip())]
         print_text("\n".join(wrapped(line.strip(), indent)) + "\n")
 
-    try:
+    with writing(arguments.out):
         arguments.out.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(f"--out {arguments.out}: {error.strerror}") from error
     driver = Driver(
         arguments.out,
         arguments.robot,
@@ -388,7 +354,6 @@ def _visit(
 
 
 def _look_at_log(arguments: argparse.Namespace) -> None:
-    from drake_navbench.commands.command_line import print_text
     from drake_navbench.studies.doctor.log_symptoms import told_of_log
     from drake_navbench.studies.doctor.told import wrapped
 
@@ -399,7 +364,6 @@ def _look_at_log(arguments: argparse.Namespace) -> None:
 
 
 def _score(arguments: argparse.Namespace) -> None:
-    from drake_navbench.commands.command_line import print_text
     from drake_navbench.studies.doctor.known_cases import read_cases, score_case
     from drake_navbench.studies.doctor.score_page import score_page
 
@@ -411,8 +375,9 @@ def _score(arguments: argparse.Namespace) -> None:
     scored = [score_case(case, arguments.case_files) for case in cases]
     page = score_page(scored, cases)
     if arguments.page is not None:
-        try:
+        with writing(arguments.page):
             arguments.page.write_text(page, encoding="utf-8")
-        except OSError as error:
-            raise InputError(f"--page {arguments.page}: {error.strerror}") from error
     print_text(page)
+
+
+main = command(build_parser, _doctor, interrupted="interrupted; the same command goes on")

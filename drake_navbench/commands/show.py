@@ -29,7 +29,7 @@ from drake_navbench.commands.run import (
     with_package,
 )
 from drake_navbench.commands.run import build_parser as run_parser
-from drake_navbench.errors import CannotBeWritten, InputError, printable
+from drake_navbench.errors import InputError, printable, writing
 
 if TYPE_CHECKING:
     from drake_navbench.campaign.request import Request
@@ -107,10 +107,8 @@ def _show(arguments: argparse.Namespace) -> None:
     views, told = _views(request, has_robot=has_robot, has_columns=arguments.controllers)
     for line in told:
         print(printable(line), file=sys.stderr)
-    try:
+    with writing(out or tempfile.gettempdir()):
         paths = _written(views, out)
-    except OSError as error:
-        raise CannotBeWritten(f"{out}: cannot be written: {error.strerror}") from error
     if not arguments.quiet:
         print_text("".join(f"{path}\n" for path in paths))
     if out is None:

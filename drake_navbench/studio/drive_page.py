@@ -20,7 +20,7 @@ from drake_navbench.studio.page import Page
 from drake_navbench.studio.parameter_fields import ParameterField
 from drake_navbench.studio.parameter_form import ParameterForm
 from drake_navbench.studio.scene_items import items_of
-from drake_navbench.studio.style import every, fill, html, lines, styled
+from drake_navbench.studio.style import WIDE, every, fill, html, lines, styled
 from drake_navbench.studio.trial_pictures import TrialPictures, metrics_table
 
 REFRESH_MS = 700
@@ -56,15 +56,14 @@ class DrivePage(Page):
 
     def _make_widgets(self) -> None:
         desk = self._desk
-        wide: dict[str, Any] = {"sizing_mode": "stretch_width"}
         self._scenario = Select(
-            title="Scenario", options=self._scenarios(), value=DRAWN, name="scenario", **wide
+            title="Scenario", options=self._scenarios(), value=DRAWN, name="scenario", **WIDE
         )
         self._robot = Select(
-            title="Robot", options=desk.robots(), value=desk.robot, name="robot", **wide
+            title="Robot", options=desk.robots(), value=desk.robot, name="robot", **WIDE
         )
-        self._column = Select(title="Controller", options=[], name="column", **wide)
-        self._save_as = TextInput(title="Save as", name="save as", **wide)
+        self._column = Select(title="Controller", options=[], name="column", **WIDE)
+        self._save_as = TextInput(title="Save as", name="save as", **WIDE)
         self._drive = Button(label="Drive", button_type="primary", width=90, name="drive")
         self._stop = Button(label="Stop", width=60, disabled=True)
         self._lock = Button(label="Lock as reference", sizing_mode="stretch_width", name="lock")

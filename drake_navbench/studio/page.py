@@ -26,18 +26,20 @@ class Page:
         """Shows a line; kind: 'bad', 'good' or 'soft'."""
         self._line.text = str(lines([text], kind)) if text else ""
 
-    def _try(self, function: Callable[[], Any]) -> None:
-        """Does a step of the user; shows its error as a line."""
+    def _try(self, function: Callable[[], Any]) -> bool:
+        """Does a step of the user, or shows its error as a line; returns whether it was done."""
         self._say("")
         try:
             function()
         except NavbenchError as error:
             self._say(str(error))
+            return False
+        return True
 
     def _ask(
         self,
         begin: Callable[[], Future[Any]],
-        show: Callable[[Any], None],
+        show: Callable[[Any], Any],
         always: Callable[[], None] = lambda: None,
     ) -> bool:
         """Gives a worker a task; shows its result when it is ready, or its error as a line.

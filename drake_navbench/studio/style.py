@@ -18,6 +18,8 @@ WALL, START, GOAL, PLAN = "#64707d", "#2a9d5c", "#d9582b", "#3d7ee0"
 PEOPLE, KEEPOUT, SLOW, PICKED = "#a15ec0", "#d64550", "#d9a21b", "#3d7ee0"
 NOW, BEFORE, REFERENCE = "#3d7ee0", "#d98a2b", "#2a9d5c"
 TASKS = (("runs", "Runs"), ("scenario", "Scenario"), ("drive", "Drive"), ("live", "Live"))
+# How elements take the width of the column that they stand in.
+WIDE: dict[str, Any] = {"sizing_mode": "stretch_width"}
 
 PAGE = Template("""\
 {% extends base %}

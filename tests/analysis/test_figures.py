@@ -280,3 +280,22 @@ def test_there_are_ranks_only_where_somebody_arrived(logs, trials, tmp_path):
 
     assert "ranks" in kinds(trials)
     assert "ranks" not in kinds(trials.assign(outcome="aborted"))
+
+
+def test_a_controller_without_a_value_has_a_dash_in_its_column_amid_the_panel():
+    rows = pd.DataFrame(
+        {
+            "scenario": "s",
+            "controller": ["dwb", "rpp"],
+            "seed": 0,
+            "outcome": "succeeded",
+            "driven_length_m": [4.0, math.nan],
+        }
+    )
+    with figure_style():
+        panels = box_panels(rows, "s", [efficiency.driven_length_m])
+        axes = box_figure(panels, Look(["dwb", "rpp"])).axes[0]
+    (dash,) = axes.texts
+    assert dash.get_text() == "–"
+    assert dash.get_position() == (2, 0.5)
+    assert dash.get_transform() == axes.get_xaxis_transform()

@@ -41,3 +41,11 @@ def test_one_failure_does_not_press_the_others_together(is_front):
 def test_where_all_fit_nothing_is_beyond():
     figure = slices_figure(configurations(-0.04, 0.0, 0.04, 0.05), "lookahead_dist", ["a", "b"])
     assert not [line for line in figure.axes[0].lines if line.get_marker() == "^"]
+
+
+def test_where_most_are_better_the_axis_reaches_beyond_no_change_all_the_same():
+    # Three quarters stay below -6%; two spreads, of 2% each, above 0% are 4%.
+    drawn = configurations(-0.08, -0.08, -0.08, -0.06, 1.0)
+    figure = slices_figure(drawn, "lookahead_dist", ["time", "clearance"])
+    beyond = [line for line in figure.axes[0].lines if line.get_marker() == "^"]
+    assert [list(line.get_ydata()) for line in beyond] == [[pytest.approx(4.0)]]

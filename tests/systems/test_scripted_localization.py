@@ -14,22 +14,31 @@ from pydrake.trajectories import PiecewisePolynomial
 from drake_navbench.inputs.localization import LocalizationSettings
 from drake_navbench.inputs.timeline import Timeline, timeline
 from drake_navbench.kernels.poses import compose, drifted_frame
+from drake_navbench.systems.ports import drop_unconnected
 from drake_navbench.systems.scripted_localization import ScriptedLocalization
 
 POSES = st.tuples(*[st.floats(-20.0, 20.0)] * 2, st.floats(-7.0, 7.0))
 
 
-def drive(settings, *, until_s=10.01, speed=1.0, yaw_rate=0.0, seed=0, at_s=()):
-    """Returns the ports' values at the end, or at several times, of a drive from the origin."""
+def drive(settings, *, until_s=10.01, speed=1.0, yaw_rate=0.0, seed=0, at_s=(), gains=None):
+    """Returns the ports' values at the end, or at several times, of a drive from the origin.
+
+    gains: of the wheels, which are 0.5 m apart; None: nothing is connected, as where none slips.
+    """
     settings = settings if isinstance(settings, Timeline) else Timeline.constant(settings)
     builder = DiagramBuilder()
-    ends = np.array([[0.0] * 6, [speed * 100.0, 0.0, yaw_rate * 100.0, 0.0, 0.0, 0.0]]).T
+    twist = [speed, yaw_rate, 0.0]
+    ends = np.array([[0.0, 0.0, 0.0, *twist], [speed * 100.0, 0.0, yaw_rate * 100.0, *twist]]).T
     ride = PiecewisePolynomial.FirstOrderHold([0.0, 100.0], ends)
     truth = builder.AddSystem(TrajectorySource(ride))
     noise = builder.AddSystem(ConstantVectorSource(np.zeros(6)))
-    system = builder.AddSystem(ScriptedLocalization(settings, offset_s=0.0))
+    system = builder.AddSystem(ScriptedLocalization(settings, offset_s=0.0, wheel_separation_m=0.5))
     builder.Connect(truth.get_output_port(), system.GetInputPort("state"))
     builder.Connect(noise.get_output_port(), system.GetInputPort("noise"))
+    if gains is not None:
+        wheels = builder.AddSystem(ConstantVectorSource(np.array(gains)))
+        builder.Connect(wheels.get_output_port(), system.GetInputPort("wheel_gains"))
+    drop_unconnected(builder)
     diagram = builder.Build()
     simulator = Simulator(diagram)
     context = system.GetMyMutableContextFromRoot(simulator.get_mutable_context())
@@ -105,6 +114,27 @@ def test_a_fault_lasts_for_its_time():
         (told["estimate"] - told["truth"])[0] for told in drive(off, at_s=(1.9, 2.1, 3.9, 4.1))
     ]
     np.testing.assert_allclose(errors, [0.0, 0.5, 0.5, 0.0], atol=1e-9)
+
+
+@pytest.mark.parametrize("gains", [None, (1.0, 1.0)])
+def test_wheels_that_do_not_slip_tell_the_true_motion(gains):
+    """Where nothing can slip, a trial connects no gains."""
+    told = drive(LocalizationSettings(wheel_odometry=True), yaw_rate=0.1, gains=gains)
+    for name in ("odometry", "estimate"):
+        np.testing.assert_allclose(told[name], told["truth"], atol=1e-12)
+
+
+def test_an_odometry_by_wheels_that_do_not_slip_drifts_as_any_other():
+    settings = LocalizationSettings(wheel_odometry=True, drift=0.02)
+    told = drive(settings)
+    assert math.hypot(*(told["odometry"] - told["truth"])[:2]) == pytest.approx(0.2, rel=1e-6)
+    np.testing.assert_array_equal(told["odometry"], drive(settings, gains=(1.0, 1.0))["odometry"])
+
+
+def test_wheels_that_slip_tell_more_way_and_speed_than_there_is():
+    # By the last step, at 10 s, 9 m at gains of 0.9: wheels that turn 10 m, at 1 m/s; then 9 mm.
+    told = drive(LocalizationSettings(wheel_odometry=True), speed=0.9, gains=(0.9, 0.9))
+    assert told["odometry"] == pytest.approx([10.009, 0.0, 0.0, 1.0, 0.0, 0.0])
 
 
 def test_the_seed_alone_draws_the_directions():

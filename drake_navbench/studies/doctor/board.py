@@ -14,7 +14,7 @@ import yaml
 from pydantic import Field
 
 from drake_navbench.campaign.campaign import plan_campaign
-from drake_navbench.errors import CannotBeWritten, InputError
+from drake_navbench.errors import InputError, writing
 from drake_navbench.logs.log import TrialLog
 from drake_navbench.studies.doctor.driving import Row
 from drake_navbench.studies.doctor.files import Patient, speed_asked
@@ -125,10 +125,8 @@ def read_times(path: Path) -> CycleTimes:
 
 def write_times(times: CycleTimes, path: Path) -> None:
     """Writes a file of cycle times; raises CannotBeWritten."""
-    try:
+    with writing(path):
         path.write_text(yaml.safe_dump(times.model_dump(), sort_keys=False), encoding="utf-8")
-    except OSError as error:
-        raise CannotBeWritten(f"{path}: cannot be written: {error.strerror}") from error
 
 
 def _work_of(parameters: dict[str, object]) -> dict[str, float | int | bool | str | None]:

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from drake_navbench.campaign.campaign import plan_campaign
-from drake_navbench.errors import CannotBeWritten, InputError
+from drake_navbench.errors import InputError, writing
 from drake_navbench.inputs.presets import Preset
 from drake_navbench.inputs.scenario import Scenario
 from drake_navbench.logs.log import Outcome, TrialLog
@@ -142,13 +142,9 @@ class Driver:
         self._rows[spec.identity] = row
         if has_failed(row):
             return
-        try:
-            with self._path.open("a", encoding="utf-8") as file:
-                entry = {"identity": spec.identity, "detectors": detectors_digest(), "row": row}
-                file.write(json.dumps(entry) + "\n")
-        except OSError as error:
-            reason = error.strerror or str(error)
-            raise CannotBeWritten(f"{self._path}: cannot be written: {reason}") from error
+        entry = {"identity": spec.identity, "detectors": detectors_digest(), "row": row}
+        with writing(self._path), self._path.open("a", encoding="utf-8") as file:
+            file.write(json.dumps(entry) + "\n")
 
 
 def _whole(log: TrialLog) -> Row:

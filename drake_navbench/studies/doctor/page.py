@@ -7,7 +7,7 @@ from collections.abc import Sequence, Set
 from html import escape
 from pathlib import Path
 
-from drake_navbench.errors import CannotBeWritten
+from drake_navbench.errors import writing
 from drake_navbench.studies.doctor.before_after import REPLAY, name_of, write_replays
 from drake_navbench.studies.doctor.change import Judged
 from drake_navbench.studies.doctor.driving import Driver
@@ -60,10 +60,8 @@ def write_outputs(
 
 
 def _write(path: Path, text: str) -> Path:
-    try:
+    with writing(path):
         path.write_text(text, encoding="utf-8")
-    except OSError as error:
-        raise CannotBeWritten(f"{path}: cannot be written: {error.strerror}") from error
     return path
 
 

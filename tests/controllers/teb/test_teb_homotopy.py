@@ -6,6 +6,7 @@ import pytest
 from drake_navbench.controllers.teb.homotopy import (
     LEFT,
     RIGHT,
+    _cut,
     class_name,
     find_clusters,
     path_past_cluster,
@@ -103,3 +104,12 @@ def test_without_obstacles_there_is_no_cluster_and_one_class():
     assert len(clusters.anchors) == 0
     angles = swept_angles(np.array([START, GOAL]), clusters.anchors)
     assert same_class(angles, angles)
+
+
+def test_a_cut_blocks_every_cell_that_it_crosses_and_those_above_and_to_the_right():
+    # From row 0.95, column 0.5 in steps of 0.3 and 0.4: cells (0, 0), (1, 0), (1, 1) and (2, 2);
+    # steps twice as long would leap over the corner of (1, 0).
+    passable = np.ones((3, 4), dtype=bool)
+    _cut(passable, 0.95, 0.5, 0.6, 0.8)
+    rows = ["".join(".#"[not free] for free in row) for row in passable]
+    assert rows == ["##..", "###.", "####"]

@@ -303,3 +303,13 @@ def test_up_to_kilted_it_cuts_the_plan_itself_and_forgets_what_it_has_passed():
         make_pursuit(nav2_release="humble").step(
             observe(AHEAD + np.array([9.0, 0.0, 0.0])), pursuit.initial_memory()
         )
+
+
+def test_the_reason_of_an_approach_is_the_straight_distance_from_the_robot_to_the_plans_end():
+    # From (-1, -1) to (-0.7, -0.6) are 0.5 m; it slows down within 1 m: 0.5 * 0.5 / 1 = 0.25 m/s.
+    yaw = math.atan2(0.4, 0.3)
+    plan = [[-1.0, -1.0, yaw], [-0.85, -0.8, yaw], [-0.7, -0.6, yaw]]
+    pursuit, seen = make_pursuit(), observe(plan, pose=(-1.0, -1.0, yaw))
+    found = pursuit.explain(seen, CRUISING)
+    assert found.sentence == "Vector Pursuit drives 0.25 m/s: it is 0.5 m to the plan's end."
+    assert found.command[0] == pytest.approx(0.25)
