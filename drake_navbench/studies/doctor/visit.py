@@ -28,11 +28,11 @@ from drake_navbench.studies.doctor.tried import Tried, Verdict
 
 # Seeds in which every probe is driven at first.
 FIRST_SEEDS = 2
-# Seeds of a probe in which one of the first trials shows a symptom and another does not.
+# The seeds, in all, of a probe of whose first trials only some show a symptom.
 CONFIRMING_SEEDS = 4
-# Probes that the causes of a symptom are tried on.
+# The causes of a symptom are tried on at most this many probes.
 MOST_SHOWING = 3
-# What is treated first where several symptoms are seen.
+# If several symptoms are seen, these are treated first.
 BY_WEIGHT = (
     Symptom.COLLISION,
     Symptom.NO_START,
@@ -82,7 +82,7 @@ class Visit:
 
     @property
     def cure(self) -> Judged | None:
-        """The change that helps, the one that brings the least else; None where none was found."""
+        """The helping change that brings the fewest other symptoms; None if no change helps."""
         helping = [entry for entry in self.judged if entry.helps]
         return min(helping, key=lambda entry: len(entry.worse), default=None)
 
@@ -145,7 +145,7 @@ def _look(found: Visit, patient: Patient, driver: Driver, *, seed: int) -> None:
 
 
 def told_failures(rows: Sequence[Row]) -> list[str]:
-    """Returns a sentence where the program came to no end of trials: they show nothing."""
+    """Returns a sentence on trials in which the program failed, and which show nothing."""
     failed = [row for row in rows if has_failed(row)]
     if not failed:
         return []
@@ -189,7 +189,7 @@ def _treat(found: Visit, patient: Patient, words: str, driver: Driver, *, seed: 
         found.suspicions = suspicions_of(found.facts, found.asked, words)
         seldom = seen_in(found.rows, share=1e-9)
         if found.asked not in found.seen and found.asked in seldom:
-            # Whoever complains of a symptom has seen it: one trial that shows it is enough.
+            # A user who complains of a symptom has seen it, so one trial that shows it is enough.
             found.seen[found.asked] = seldom[found.asked]
     found.treated = _to_treat(found)
     if found.treated is None:
