@@ -40,7 +40,7 @@ so far are written; the same command goes on)
 """
 
 OF_THE_FILE = ("files", "robot", "controller", "nav2_release", "set")
-# What each use of the command reads; a visit reads the rest.
+# The options that each use of the command reads; a visit reads all others.
 USED = {
     "score": ("files", "case_files", "page"),
     "log": ("files",),
@@ -106,7 +106,7 @@ def _add_file(parser: argparse.ArgumentParser) -> None:
 
 
 def _add_visit(parser: argparse.ArgumentParser) -> None:
-    """Adds the options of what is driven."""
+    """Adds the options of the drives."""
     add = parser.add_argument_group("visit").add_argument
     add("--read-only", action="store_true", help="read the file and drive nothing")
     add("--out", type=Path, metavar="DIR", help="folder for page, patch and journal")
@@ -128,7 +128,7 @@ def _add_visit(parser: argparse.ArgumentParser) -> None:
 
 
 def _add_robot(parser: argparse.ArgumentParser) -> None:
-    """Adds the options of what is known of the robot and its place."""
+    """Adds the options that tell about the robot and its surroundings."""
     add = parser.add_argument_group("the robot and its place").add_argument
     add("--map", type=Path, metavar="FILE", help="your map; --goals tasks on it are probes, too")
     add("--goals", type=positive_number, default=0, metavar="N", help="tasks to draw on the map")
@@ -198,7 +198,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _require_options_that_are_used(arguments: argparse.Namespace) -> None:
-    """Raises InputError where an option says something of what is not done."""
+    """Raises InputError if an option is given that this use of the command does not read."""
     defaults = vars(build_parser().parse_args([]))
     given = {name for name, value in vars(arguments).items() if value != defaults[name]}
     for use, used in USED.items():
