@@ -194,9 +194,9 @@ class SmoothPath(Leaf):
 
 
 class FollowPath(Leaf):
-    """Lets the controller server follow the path; a path that replaces it preempts the task.
+    """Follows the path by the controller server; a new path preempts the task.
 
-    Halting it cancels the task.
+    Halting the node cancels the task.
     """
 
     MEMORY = ("task_id",)
@@ -293,7 +293,7 @@ class ClearEntireCostmap(Leaf):
 
 
 class RunBehavior(Leaf):
-    """Lets the behaviour server run a behaviour to its end; halting it cancels the behaviour."""
+    """Runs a behaviour of the behaviour server to its end; halting the node cancels it."""
 
     MEMORY = ("task_id",)
     task_id = 0
