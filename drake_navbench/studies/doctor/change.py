@@ -119,7 +119,7 @@ def judge(
         rows = driver.drive_together(both, own, FRESH_SEEDS, seed=fresh, must=True)
         if sum(shows(row, symptom) for row in rows[0]) < LEAST_SHOWN:
             driver.tell(
-                f"the symptom is seldom: {MORE_FRESH_SEEDS - FRESH_SEEDS} more fresh seeds of the "
+                f"the symptom is rare: {MORE_FRESH_SEEDS - FRESH_SEEDS} more fresh seeds of the "
                 "probes that showed it"
             )
             rows = driver.drive_together(both, own, MORE_FRESH_SEEDS, seed=fresh, must=True)

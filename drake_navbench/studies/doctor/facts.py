@@ -90,7 +90,7 @@ class Facts:
         return name in self.nodes
 
     def matching(self, place: str) -> list[str]:
-        """Returns the places that one with `*` stands for, '*' being any names."""
+        """Returns the places that match one with `*`, which stands for any names."""
         if "*" not in place:
             return [place]
         start, _, end = place.partition("*")

@@ -61,8 +61,8 @@ class Visit:
     """The findings of a visit, or of the part of it that the budget allowed.
 
     seen: by symptom, the probes that show it in at least half of their seeds. treated: the symptom
-    whose causes were tried; None where none was seen. around: what the probes are driven in
-    besides. seed: of the first look.
+    whose causes were tried; None if none was seen. around: the user's map, base and computer. seed:
+    of the first look.
     """
 
     facts: Facts
@@ -103,9 +103,9 @@ def visit(
     seed: int,
     around: Surroundings | None = None,
 ) -> Visit:
-    """Returns the findings of a visit; where it ends early, those up to then.
+    """Returns the findings of a visit; if it ends early, those up to then.
 
-    around: what the probes are driven in besides.
+    around: the user's map, base and computer, with which the probes are driven.
     """
     facts = patient.facts()
     found = Visit(facts, asked=asked, around=around or Surroundings(), seed=seed)
@@ -205,7 +205,7 @@ def _treat(found: Visit, patient: Patient, words: str, driver: Driver, *, seed: 
     try:
         experiment.run(with_differences(found.suspicions, found.facts))
     finally:
-        # Also what was tried until Ctrl-C.
+        # The changes that were tried until Ctrl-C count, too.
         found.tried = experiment.tried
         found.is_out_of_time = experiment.is_out_of_time
     for judged in judge(
