@@ -25,8 +25,8 @@ CLOSED = (
     "restricted_small_noisy",
     "restricted_large_noisy",
 )
-# With fewer units nothing of what is by chance is decided; a rival that arrives in fewer of them
-# than this share is compared in success alone.
+# Fewer units that differ by chance decide nothing. A rival that arrives in a smaller share of the
+# units is compared in success alone.
 LEAST_UNITS, LEAST_ARRIVALS = 6, 0.5
 # A share of units in which ours may fail where the rival does not, in a family and pooled.
 SUCCESS_MARGIN, POOLED_SUCCESS_MARGIN = 0.10, 0.02

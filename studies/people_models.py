@@ -27,7 +27,7 @@ Array = NDArray[np.float64]
 PAGE = Path(__file__).parents[1] / "docs" / "people_models.md"
 FIGURE = PAGE.parent / "images" / "people_models.svg"
 LENGTH_M, WIDTH_M, RADIUS_M = 12.0, 3.0, 0.2
-# Who is so near an end is felt beyond the other one too.
+# A person within this of one end of the corridor also acts on people near the other end, m.
 REACH_M = 5.0
 DURATION_S, SETTLED_S = 40.0, 20.0
 COUNTERFLOW_S = 60.0

@@ -61,7 +61,7 @@ PRESETS = {
     "teb": "teb_upstream",
     "graceful": "graceful",
 }
-# What makes the presets, which are for another robot, sound for this one.
+# Changes that make the presets, which are for another robot, sound for this one.
 SPEEDS: Mapping[str, Mapping[str, Any]] = {
     "rpp": {
         "max_linear_vel": 0.3,

@@ -60,7 +60,7 @@ CHECKERS = {
     },
     "stopped": FINE | STANDING | {"plugin": "nav2_controller::StoppedGoalChecker"},
 }
-# What one goal checker, and what one setting, changes.
+# Pairs of arms that show what a goal checker changes, and what a setting changes.
 OF_CHECKERS = (("unlatched", "buffer"), ("latched", "adaptive"), ("latched", "stopped"))
 OF_SETTINGS = (
     ("rpp", "rpp_slow"),

@@ -244,7 +244,7 @@ def more_trials_table(findings: Iterable[Finding], titles: Mapping[str, str]) ->
 def units_needed(found: Finding) -> float:
     """Returns the number of units that would decide a difference as it was found; inf if none."""
     needed = found.trials_needed
-    # So many pairs at least, all moved in one direction, reach the level of either test.
+    # Either test needs at least `fewest_differing` pairs, all moved in one direction.
     return math.inf if needed is None else max(needed, found.fewest_differing)
 
 

@@ -22,7 +22,7 @@ SCENARIO = "recorded_crowd"
 PAGE = Path(__file__).parents[1] / "scenarios" / "recordings" / "hall.csv"
 SEED = 20
 DURATION_S, PERIOD_S = 75.0, 0.4
-# What is seen of the hall, and where people come from beyond it, m.
+# The corners of the part of the hall that is seen, and how far beyond it people come from, m.
 LOW, HIGH = (-2.0, -3.2), (13.0, 3.2)
 FARTHEST_M = 80.0
 PERSON_COUNT = 24

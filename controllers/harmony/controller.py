@@ -60,14 +60,15 @@ from drake_navbench.kernels.speed_limit import limited_speed
 
 Array = NDArray[np.float64]
 
-# The base follows a plan while it is no farther behind than this besides its time constant and a
-# cycle, and its velocity no farther off than noise explains.
+# The base counts as following a plan while its velocities differ from the plan's by no more than
+# noise (m/s, rad/s) plus the change within FOLLOWING_S, its time constant and a cycle.
 FOLLOWING_S, FOLLOWING_MPS, FOLLOWING_RADPS = 0.05, 0.03, 0.05
 # Moving things farther from the outline than this do not matter to a stop, m.
 MOVING_NEAR_M = 3.0
-# A cycle is late after LATE_RATIO periods; the next one is then expected as late, up to a limit.
+# A cycle is late after LATE_RATIO periods. The next one is then expected to be as late, up to
+# LONGEST_INTERVAL_S.
 LATE_RATIO, LONGEST_INTERVAL_S = 1.5, 0.5
-# The log shows at most this many samples, and every so many-th pose of the stop.
+# The log keeps at most SHOWN_SAMPLES samples, and every SHOWN_STOP_STRIDE-th pose of the stop.
 SHOWN_SAMPLES, SHOWN_STOP_STRIDE = 60, 10
 
 
@@ -76,9 +77,9 @@ class Check(NamedTuple):
 
     edges: (E, 4) of lethal cells. moving: (D, 6) of things that move, see `is_clear_of_moving`,
     when the next command arrives. bound: least gap of a robot at rest, m. state: (5,) of the base
-    then. interval_s: the time for which that command holds. is_on_map: the base is on a free cell
-    of it; nothing is accepted elsewhere. response: of the base, as far as it is learnt. possible:
-    (M, 3) what it may be instead, see `possible_bases`.
+    then. interval_s: the time for which that command holds. is_on_map: whether the base is on a
+    free cell of the map; nothing is accepted elsewhere. response: the base's likeliest one.
+    possible: (M, 3) the responses that it may have, see `possible_bases`.
     """
 
     edges: Array
@@ -130,9 +131,9 @@ class Harmony:
     def step(self, observation: Observation, memory: HarmonyMemory) -> Decision:
         """Returns the command of one cycle.
 
-        Raises InvalidPath for an empty plan; CollisionAhead where the plan leads into an obstacle
-        nearer than `give_up_distance` and no way past is found near it, or where no command
-        has been accepted for `patience`. The server then commands 0, which is the stop plan.
+        Raises InvalidPath for an empty plan. Raises CollisionAhead if the plan leads into an
+        obstacle nearer than `give_up_distance` and the map has no short way past it, or if no
+        command has been accepted for `patience`. The server then commands 0: the stop plan.
         """
         if len(observation.plan) == 0:
             raise InvalidPath("plan: got no poses, expected at least one")
@@ -234,16 +235,16 @@ class Harmony:
         )
 
     def _bound(self, check: Check, velocities: Array) -> float:
-        """Returns the least gap, m, of a motion with these velocities (K, 2) v, w, until rest.
+        """Returns the gap, m, that a motion with these velocities (K, 2) v, w must keep until rest.
 
-        What is not known yet of the base's answer puts it off by more, the faster it is.
+        It grows with the speed, as long as the base's response is not known well.
         """
         speed, turn_rate = np.abs(np.vstack([check.state[3:], velocities])).max(axis=0)
         reach_m = self._setup.circumscribed_radius_m
         return check.bound + prediction_error(check.possible, speed, turn_rate, reach_m)
 
     def _moving(self, memory: HarmonyMemory, time_s: float, state: Array) -> Array:
-        """Returns (D, 6) of what moves near the robot at a time, see `is_clear_of_moving`."""
+        """Returns (D, 6) the things that move near the robot then, see `is_clear_of_moving`."""
         things = moving_things(memory.tracks, time_s)
         reach_m = self._setup.circumscribed_radius_m + MOVING_NEAR_M
         is_near = np.hypot(things[:, 0] - state[0], things[:, 1] - state[1]) <= reach_m
@@ -253,8 +254,8 @@ class Harmony:
     def _interval_s(self, observation: Observation, memory: HarmonyMemory) -> float:
         """Returns the time for which the next command will hold, s.
 
-        It is the control period, or the last interval where that was longer: a cycle that takes too
-        long puts the next one off.
+        It is the control period. If the last interval was longer, it is that one: a cycle that
+        takes too long delays the next one.
         """
         period_s = self._setup.control_period_s
         if memory.sent is None:
@@ -336,10 +337,10 @@ class Harmony:
         limits: Limits,
         notes: dict[str, Any],
     ) -> Decision:
-        """Returns Regulated Pure Pursuit's command where it is safe, else a stop.
+        """Returns the command of the first resort that passes the check.
 
-        That is the plan driven so far, as long as it passes, then a gentle stop where it passes,
-        else the stop plan, which is to command 0 and was verified in the last cycle.
+        The resorts are Regulated Pure Pursuit's command, the plan driven so far, a gentle stop,
+        and the stop plan: command 0, which was verified in the last cycle.
         """
         refusal = f"no command keeps {check.bound:.3f} m away from obstacles"
         try:
@@ -347,7 +348,7 @@ class Harmony:
         except ControllerError as error:
             refusal = f"no plan is free of collisions, and Regulated Pure Pursuit says: {error}"
         else:
-            # No faster than it may be, on the same arc.
+            # A speed limit slows the command down on the same arc.
             share = min(limits.forward_speed / abs(v), 1.0) if v else 1.0
             v, w = share * v, share * w
             if self._command_is_safe(check, v, w):
@@ -358,7 +359,7 @@ class Harmony:
                 return Decision(command, kept, notes)
         since_s = memory.refused_since_s
         if since_s is None or len(check.moving) > 0:
-            # Things that move will be gone soon: patience begins after that.
+            # Patience begins when nothing moves nearby any more.
             since_s = observation.time_s
         if observation.time_s - since_s >= self._parameters.patience:
             stopped = self._stopped(observation, memory)
@@ -378,7 +379,7 @@ class Harmony:
         return Decision(self._command(0.0, 0.0), kept, notes)
 
     def _stopped(self, observation: Observation, memory: HarmonyMemory) -> HarmonyMemory:
-        """Returns the memory after a command of 0: only the commands sent to the base remain."""
+        """Returns the memory after a command of 0, without a plan."""
         command = self._command(0.0, 0.0)
         sent = with_command(memory.sent, observation.twist, observation.time_s, command)
         return memory._replace(plan=None, sent=sent)

@@ -19,19 +19,19 @@ from drake_navbench.kernels.read_only import read_only
 
 Array = NDArray[np.float64]
 
-# Ways keep off obstacles by costs that fall over INFLATION_M, with this weight.
+# Ways keep off obstacles by costs that fall to 0 over INFLATION_M, with this weight.
 INFLATION_M = 0.4
 TRAVEL_MULTIPLIER = 4.0
 # Nav2's smoother of grid paths: tolerance m, most sweeps, both weights, passes after the first.
 SMOOTHING = (1e-4, 1000, 0.2, 0.3, 2)
 NO_OUTLINE = np.empty((0, 2))
-# A detour may end on the path at MOST_ENDS points, REJOIN_M apart; a later end must be shorter by
-# WORTH_M.
+# A detour may end on the path at MOST_ENDS points, REJOIN_M apart. A later end is taken only if it
+# makes the whole way shorter by more than WORTH_M.
 REJOIN_M, MOST_ENDS, WORTH_M = 0.5, 8, 0.2
-# So far behind the map's sides a detour may lead or end, m, where it is no longer than
-# LONGEST_BEYOND_M: what is unknown is all too often a way.
+# A detour may lead or end up to BEYOND_M outside the map, m, if it is no longer than
+# LONGEST_BEYOND_M. The limit is needed because unknown space nearly always offers a way.
 BEYOND_M, LONGEST_BEYOND_M = 1.0, 6.5
-# The plan has not changed where it still leads over the end of a detour, m.
+# The plan counts as unchanged while it passes within this of the detour's end, m.
 SAME_PLAN_M = 0.25
 # A robot farther from its detour needs another one, m.
 OFF_DETOUR_M = 0.2
@@ -53,9 +53,10 @@ def detour_costs(field: DistanceField, clearance: float, start: Array) -> NDArra
 
 
 def beyond_map(field: DistanceField) -> DistanceField:
-    """Returns a field that goes on for BEYOND_M behind the map's sides, where nothing is known.
+    """Returns a field that goes on for BEYOND_M outside the map, where nothing is known.
 
-    A distance there is that at the nearest side and the way from it: the longest that it can be.
+    The distance of a cell there is that of the nearest cell of the map plus the way from there:
+    the largest that it can be.
     """
     count = round(BEYOND_M / field.resolution)
     off = [
@@ -76,10 +77,10 @@ def points_behind(
 ) -> tuple[Array, Array]:
     """Returns the points (E, 2) m at which a plan has room again, and their arc lengths (E,) m.
 
-    There is one every REJOIN_M, from the first point with room behind the first points without;
-    none where all points have room, or none behind has. A robot that starts too close to an
-    obstacle, on a plan that leads away from it, begins without room: that gap does not count as
-    long as there is another. global_plan: continues the plan.
+    They begin with the first point with room behind the first points without room, and are
+    REJOIN_M apart. There are none if all points have room, or if none behind has. If the robot
+    itself starts too close to an obstacle, the points without room there do not count, as long as
+    there are others. global_plan: continues the plan.
     """
     ahead = whole_plan(plan, global_plan)
     stations = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(ahead, axis=0).T))])
@@ -105,7 +106,7 @@ def whole_plan(plan: Array, global_plan: Array) -> Array:
 
 
 def _behind_tight_start(has_room: NDArray[np.bool_], stations: Array) -> int:
-    """Returns the first point without room behind a tight start, 0 where there is none.
+    """Returns the index of the first point without room behind a tight start; 0 if there is none.
 
     A start is no longer than REJOIN_M along the plan.
     """
@@ -128,10 +129,10 @@ def distances_at(field: DistanceField, points: Array) -> Array:
 def find_detour(
     plan: Array, global_plan: Array, field: DistanceField, clearance: float, start: Array
 ) -> Array | None:
-    """Returns (M, 3) a way from a point (2,) m to the plan behind where it has no room, or None.
+    """Returns (M, 3) a way from a point (2,) m to the plan behind its points without room, or None.
 
-    It ends at the first point that it can, unless a later one makes the whole way shorter by more
-    than WORTH_M. All of it is at least `clearance` m from obstacles but where it begins. It may
+    It ends at the first point that it can reach, unless a later one makes the whole way shorter by
+    more than WORTH_M. Except near its start it is at least `clearance` m from obstacles. It may
     lead beyond the map.
     """
     beyond = _find_on(plan, global_plan, beyond_map(field), clearance, start)
@@ -163,7 +164,7 @@ def _find_on(
 def _way_between(
     costs: NDArray[np.uint8], field: DistanceField, start: Array, end: Array
 ) -> Array | None:
-    """Returns (M, 2) m the cheapest way over the centres of cells from a point to another."""
+    """Returns (M, 2) m the cheapest way over the centres of cells from one point to another."""
     cells = [_cell_of(field, point) for point in (start, end)]
     if cells[0][0] < 0 or cells[1][0] < 0:
         return None
@@ -196,9 +197,9 @@ def _cell_of(field: DistanceField, point: Array) -> tuple[int, int]:
 
 
 def still_ahead(detour: Array, position: Array, plan: Array, global_plan: Array) -> Array:
-    """Returns the part of a detour (M, 3) ahead of a position (2,), empty where the detour is over.
+    """Returns the part of a detour (M, 3) ahead of a position (2,); empty if the detour is over.
 
-    It is over where its end is reached or is no longer on the plan.
+    It is over if its end is reached, or if its end is no longer on the plan.
     """
     nearest = int(np.argmin(np.hypot(*(detour[:, :2] - position).T)))
     rest = detour[nearest:]
@@ -208,9 +209,9 @@ def still_ahead(detour: Array, position: Array, plan: Array, global_plan: Array)
 
 
 def is_good(detour: Array, position: Array, field: DistanceField, clearance: float) -> bool:
-    """Returns whether a detour (M, 3) begins near a position (2,) m and is free as it was.
+    """Returns whether a detour (M, 3) begins near a position (2,) m and is still free.
 
-    It must be as free as when it was found: near the robot only obstacles on the detour count.
+    It must keep `clearance` m from obstacles; near the robot it must only not lead into one.
     """
     off_m = np.hypot(*(detour[:, :2] - position).T)
     distances = distances_at(field, detour[:, :2])

@@ -1,11 +1,10 @@
 """The gatekeeper: every command that is sent leaves a verified way to stop.
 
-It accepts the motion "follow the plan until t, then brake" if the exact outline keeps more than the
+It accepts the motion "follow the plan until t, then brake" if the exact outline stays more than the
 error bound away from every lethal cell of the costmap from now until rest, and if the motion
-"follow it for one cycle, then brake" does so, too. The next cycle begins where that brake does, so
-that to brake is still free then: by induction there is always a stop that was verified (Agrawal,
-Chen, Panagou: gatekeeper, arXiv 2211.14361, whose backup is fixed to one manoeuvre here, the
-command 0).
+"follow it for one cycle, then brake" does so, too. The next cycle begins where that brake begins,
+so braking is still safe then. By induction there is always a verified stop (Agrawal, Chen, Panagou:
+gatekeeper, arXiv 2211.14361; the only backup manoeuvre here is the command 0).
 """
 
 from __future__ import annotations
@@ -20,7 +19,7 @@ from drake_navbench.kernels.grid import LETHAL, world_to_cell
 from drake_navbench.kernels.outline_distance import outline_to_circles, outline_to_edges
 from drake_navbench.kernels.poses import place_point
 
-# Gaps beyond this are not measured: steps of the check need no more, m.
+# Larger gaps count as this one: the check makes no larger steps, m.
 LONGEST_GAP_M = 0.5
 
 
@@ -28,8 +27,8 @@ LONGEST_GAP_M = 0.5
 def lethal_edges(grid, x, y, reach):
     """Returns (E, 4) x0, y0, x1, y1 m: the sides of lethal cells that face other cells.
 
-    Of cells no farther than `reach` m from the point (x, y) m along either axis. Within it the
-    sides of the map face nothing, so they count as edges: beyond is unknown.
+    Only cells within `reach` m of the point (x, y) m along either axis count. Within this reach the
+    sides of the map count as edges, because what lies beyond is unknown.
     """
     costs, resolution = grid.costs, grid.resolution
     rows, columns = costs.shape
@@ -91,10 +90,10 @@ def gap_at(edges, outline, x, y, yaw, placed):
 def is_clear(edges, outline, reach, poses, bound):
     """Returns whether an outline stays more than `bound` m away from all edges along poses (M, 3).
 
-    reach: of the farthest corner from the base, m. Between two poses no point of the outline moves
-    farther than the base's path plus `reach` times its turn. A gap of `bound` + d m allows a motion
-    of d m, so that poses within it need no check of their own. Without poses, or with one that is
-    not a number, the result is False.
+    reach: distance of the farthest corner from the base, m. Between two poses no point of the
+    outline moves farther than the base's path plus `reach` times its turn. So a gap of `bound` + d
+    m covers the poses within a motion of d m, which are not checked themselves. The result is False
+    without poses, or if a pose is not finite.
     """
     placed = np.empty_like(outline)
     count = poses.shape[0]
@@ -109,7 +108,7 @@ def is_clear(edges, outline, reach, poses, bound):
         allowed -= motion
         if allowed >= 0.0 and m > 0:
             continue
-        # The step to here is covered from the pose before it, or half from either side.
+        # The gap at the pose before covers the step to here, or the gaps at both ends half each.
         gap = gap_at(edges, outline, poses[m, 0], poses[m, 1], poses[m, 2], placed)
         if gap < bound or (m > 0 and allowed + (gap - bound) < 0.0):
             return False
@@ -122,7 +121,7 @@ def is_clear_of_moving(moving, outline, poses, step_s, bound):
     """Returns whether an outline stays more than `bound` m away from moving discs along poses.
 
     poses: (M, 3), one each `step_s`. moving: (D, 6) x m, y m, velocity m/s along x and y, radius
-    m at the first pose, and m/s by which the radius grows, as nobody is bound to walk on straight.
+    m at the first pose, and m/s by which the radius grows, since a person may turn aside.
     """
     placed, disc = np.empty_like(outline), np.empty((1, 3))
     for m in range(poses.shape[0] if moving.shape[0] else 0):

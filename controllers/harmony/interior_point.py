@@ -39,7 +39,7 @@ from drake_navbench.kernels.barrier import TO_BOUND_RATIO
 
 Array = NDArray[np.float64]
 
-# Violations of clearance count by this factor only: the outline is checked before a plan is driven.
+# Violations of clearance count only by this factor: the gatekeeper checks the outline itself.
 CLEARANCE_SHARE = 0.1
 # The least slack at the start, in parts of the limits.
 LEAST_SLACK = 1e-2
@@ -52,7 +52,7 @@ MOST_CUTS = 8
 # The barrier falls after a step of at least this share of the Newton step.
 FULL_ENOUGH = 0.5
 SUFFICIENT_DECREASE = 1e-4
-# A merit whose steps no longer lower it by more than this has converged.
+# The merit has converged when a step lowers it by no more than this.
 STILL = 1e-9
 
 

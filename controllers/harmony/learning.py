@@ -1,9 +1,9 @@
 """The base's time constant and accelerations, learnt from its commands and measured velocities.
 
-Both may differ from what the robot's file says by a share. A grid of candidates within it answers
-the commands that were sent, from the first measured velocities on; those whose velocities explain
-the measured ones as well as the best one does are possible. How much the possible ones differ
-bounds the error of the prediction, at any speed.
+Each of them may differ by a given share from the robot's file. Candidates on a grid within this
+share are simulated under the commands that were sent, from the first measured velocities on. A
+candidate is possible if its velocities explain the measured ones as well as the best candidate's.
+How far the possible candidates differ bounds the error of the prediction, at any speed.
 """
 
 from __future__ import annotations
@@ -20,17 +20,18 @@ from drake_navbench.kernels.read_only import read_only
 
 Array = NDArray[np.float64]
 
-# Candidates' time constants and accelerations, to either side of the given ones.
+# The number of candidates' time constants and accelerations to either side of the given ones.
 TIME_CONSTANTS, ACCELERATIONS = 6, 1
-# A candidate is possible while its squared errors sum to no more than this many variances above the
-# least: three standard deviations. The deviation is that of the best, but at least LEAST_MPS, m/s.
+# A candidate is possible while its sum of squared errors exceeds the best one's by at most the
+# square of DEVIATIONS times the variance. The variance is that of the best candidate's errors, but
+# at least that of a deviation of LEAST_MPS, m/s.
 DEVIATIONS, LEAST_MPS = 3.0, 0.002
-# More than any base's acceleration, so that those without a limit are numbers, too.
+# More than any base's acceleration; it stands for no limit, so that all accelerations are finite.
 ENDLESS = 1e6
 
 
 class Learnt(NamedTuple):
-    """The candidates' errors after the velocity measured at time_s, for one latency; both s.
+    """The candidates' errors up to the velocity measured at time_s, under one latency; both s.
 
     measured: the number of measured velocities. velocities: (K, 2) v m/s and w rad/s of each
     candidate. errors: (K,) its summed squared errors, (m/s)^2.
@@ -46,7 +47,7 @@ class Learnt(NamedTuple):
 def candidates_of(response: Response, share: float) -> Array:
     """Returns (K, 3) time constants s and accelerations m/s^2, rad/s^2; the first is as given.
 
-    share: the largest error of each of them.
+    share: the largest relative error of each value.
     """
     sides = [share * np.linspace(-1.0, 1.0, 2 * n + 1) for n in (TIME_CONSTANTS, ACCELERATIONS)]
     slower, weaker = (part.ravel() for part in np.meshgrid(*sides, indexing="ij"))
@@ -58,7 +59,10 @@ def candidates_of(response: Response, share: float) -> Array:
 
 @njit(cache=True)
 def _answered(candidates, velocities, commands, begins, ends):
-    """Returns (K, 2) velocities after commands (H, 2) that act from begins to ends (H,), s."""
+    """Returns the candidates' (K, 2) velocities after commands (H, 2).
+
+    begins, ends: (H,) s, when each command begins and ends to act.
+    """
     moved = velocities.copy()
     for k in range(candidates.shape[0]):
         base = Response(candidates[k, 0], candidates[k, 1], candidates[k, 2], np.inf, np.inf)
@@ -83,11 +87,10 @@ def learnt(
     time_s: float,
     latency_s: float,
 ) -> Learnt:
-    """Returns the candidates' errors with a twist (2,) measured at time_s added to `before`.
+    """Returns the candidates' errors `before`, with that of a twist (2,) measured at time_s added.
 
-    A new latency begins anew.
-
-    sent: the commands until then; until the first of them acts nothing can be learnt.
+    If the latency has changed, learning begins anew. sent: the commands until time_s; nothing can
+    be learnt before the first of them acts.
     """
     known = sent is not None and sent.times_s[0] + latency_s <= time_s
     if before is None or before.latency_s != latency_s or not known:
@@ -113,11 +116,12 @@ def possible_bases(learnt: Learnt, candidates: Array) -> Array:
 
 
 def prediction_error(possible: Array, speed: float, turn_rate: float, reach_m: float) -> float:
-    """Returns by how much, m, a point of the outline may be off where the first candidate has it.
+    """Returns the largest error, m, of a point of the outline predicted by the first candidate.
 
-    possible: (M, 3). speed m/s, turn_rate rad/s: the largest until rest. reach_m: of the farthest
-    corner. It is the way driven in the error of the time constant, or the difference of the ways to
-    rest where the accelerations make that larger.
+    It is the largest one over the other candidates. Each axis adds the larger of two ways:
+    that driven in the difference of the time constants, and the difference of the ways to rest.
+    possible: (M, 3). speed m/s, turn_rate rad/s: the largest until rest. reach_m: distance of the
+    farthest corner from the base.
     """
     lag_s = np.abs(possible[:, 0] - possible[0, 0])
     total = np.zeros(len(possible))
@@ -130,7 +134,8 @@ def prediction_error(possible: Array, speed: float, turn_rate: float, reach_m: f
 def way_to_rest(bases: Array, axis: int, speed: float) -> Array:
     """Returns (M,) the way, m or rad, from a speed to rest by the command 0.
 
-    axis: column of the acceleration a. At a it falls to a T, by the time constant T, then decays.
+    axis: the column of the acceleration a. With the time constant T, the speed falls by a until it
+    is a T, then decays exponentially.
     """
     knee = np.minimum(speed, bases[:, axis] * bases[:, 0])
     return knee * bases[:, 0] + (speed**2 - knee**2) / (2.0 * bases[:, axis])

@@ -43,19 +43,19 @@ from drake_navbench.kernels.read_only import read_only
 
 Array = NDArray[np.float64]
 
-# Plans keep this much more room than is verified: estimates jump, and the distance field is up to
-# 1 cm too large off a corner, m.
+# Plans keep this much more room than the gatekeeper asks for, m: estimates jump, and the distance
+# field is up to 1 cm too large off a corner.
 ROOM_TO_SPARE_M = 0.02
 # The allowed violation of the program's rows, in parts of their limits.
 TOLERANCE = 1e-2
 WARM_BARRIER, COLD_BARRIER, LAST_BARRIER = 1e-3, 1e-2, 1e-5
-# A sample replaces the driven plan as the program's guess where its cost is below this part.
+# A sample becomes the program's guess if its cost is below this share of the driven plan's.
 BETTER_GUESS_RATIO = 0.8
 # Segments of the path looked at from stage to stage, as the robot's reach a stage by their length.
 MOST_SEGMENTS_AHEAD = 12
 # The room between a wall that is followed and the widest disc, m.
 WALL_ROOM_M = 0.15
-# The share of `path_alignment` on a detour: its cells are no path that anybody asked for.
+# The share of the weight `path_alignment` that holds on a detour, which nobody asked to follow.
 DETOUR_ALIGNMENT_SHARE = 0.1
 _MASK = 2**64 - 1
 _STEP_MULTIPLIER, _STREAM_MULTIPLIER = 0x9E3779B97F4A7C15, 0xD1B54A32D192ED03
@@ -94,7 +94,7 @@ class Planner:
     def __init__(self, parameters: HarmonyParameters, discs: Array) -> None:
         self._parameters = parameters
         self._discs = discs
-        # Corners lie on the rims of the discs, so that the discs must keep the corners' distance.
+        # Corners lie on the rims of the discs, so the discs keep the corners' clearance.
         self.clearance = parameters.error_bound_m + ROOM_TO_SPARE_M + parameters.min_obstacle_dist
         self._weights = read_only(parameters.weights.as_array())
         self._shape = Shape(
@@ -205,14 +205,14 @@ class Planner:
         guess = plan_of_velocities(velocities[best], dt, start)
         found = self._improved(scene, way, guess, False, window)
         if rest is not None and np.isfinite(costs[0]) and not found.solved:
-            # A sample ignores the jerk; the driven plan can at least be driven on.
+            # A sample ignores the limits of jerk, so the driven plan is the safer guess.
             found = self._improved(scene, way, rest, True, window)
         return found, samples
 
     def ways_to_stop(
         self, start: Array, limits: Limits, driven: Array | None, elapsed_s: float
     ) -> Iterator[tuple[str, Array]]:
-        """Yields names and plans that end all but at rest, without a program.
+        """Yields names and plans that need no program and end nearly at rest.
 
         They are the rest of the plan driven so far, which an earlier cycle accepted, and a stop
         within the limits.
@@ -262,7 +262,10 @@ class Planner:
         is_warm: bool,
         window: int,
     ) -> Candidate:
-        """Returns a guess as the program improves it, or unchanged where `use_program` is off."""
+        """Returns the guess improved by the program.
+
+        It is unchanged if the program finds no solution or `use_program` is off.
+        """
         parameters = self._parameters
         scene = with_references(scene, references_along(scene, way.path, guess, window))
         if not parameters.use_program:

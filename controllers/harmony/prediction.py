@@ -21,11 +21,11 @@ Array = NDArray[np.float64]
 
 # The latencies that are compared, s.
 LATENCIES_S = read_only(np.arange(0.0, 0.51, 0.05))
-# MEMORY: the weight of old errors a cycle later. BETTER_RATIO: another latency is assumed where
-# its error is below this part of the present one's. EXPLAINED: errors below it do not count,
-# (m/s)^2.
+# MEMORY: the weight that errors keep from one cycle to the next. BETTER_RATIO: another latency is
+# assumed if its error is below this share of the present one's. EXPLAINED: smaller errors count as
+# none, (m/s)^2.
 MEMORY, BETTER_RATIO, EXPLAINED = 0.95, 0.5, 2e-3
-# A turn rate counts by the speed of a point at this distance from the axle, m.
+# Turn rates are compared by the speed of a point at this distance from the axle's middle, m.
 LEVER_M = 0.3
 # Commands older than this are forgotten, s.
 OLDEST_S = 2.0

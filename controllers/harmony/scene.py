@@ -112,8 +112,8 @@ def nearest_on_path(path, x, y, first, window):
 def heading_wanted(scene, x, y, yaw):
     """Returns the heading wanted at a point of the path: that of the path, near a goal the goal's.
 
-    A planner without headings leads a path to the goal from any side; a robot that turned only at
-    the goal would have to turn in place.
+    The path of a planner without headings reaches the goal from any side. If the robot turned only
+    at the goal, it would have to turn in place.
     """
     if scene.nears_goal <= 0.0:
         return yaw
@@ -168,10 +168,9 @@ def _reachable(value, rate, limit, jerk, dt, count):
 
 @njit(cache=True)
 def velocity_bounds(start, limits, dt, count):
-    """Returns (low, high) (count, 2): the limits of v and w, wider while a start cannot obey them.
+    """Returns (low, high) (count, 2): the limits of v and w, wider while a start cannot keep them.
 
-    start: (9,) state. If a limit has fallen below the present speed, plans brake as hard as they
-    may.
+    start: (9,) state. If a limit falls below the present speed, plans brake as hard as allowed.
     """
     low, high = np.empty((count, 2)), np.empty((count, 2))
     tops = (limits.forward_speed, limits.turn_rate)

@@ -17,7 +17,8 @@ from drake_navbench.controllers.harmony.scene import nearest_on_path
 from drake_navbench.kernels.angles import wrap
 from drake_navbench.kernels.distance_field import sample_distance
 
-# As Regulated Pure Pursuit: the carrot's distance m, and the angle beyond which to turn in place.
+# As in Regulated Pure Pursuit: the carrot's distance, m, and the angle, rad, beyond which the robot
+# turns in place.
 CARROT_DISTANCE_M = 0.6
 TURN_IN_PLACE_RAD = 0.785
 # A goal nearer than this is reached except for its heading, m.
@@ -40,7 +41,7 @@ def within_limits(limits, dt, left_s, v, w, wanted_v, wanted_w):
     bottom = -min(limits.backward_speed, rate * left_s)
     most = min(limits.turn_rate, angular_rate * left_s)
     wanted_v, wanted_w = min(max(wanted_v, bottom), top), min(max(wanted_w, -most), most)
-    # In a turn the limits of wheel speed and lateral acceleration leave less speed.
+    # In a turn the limits of wheel speed and lateral acceleration allow less speed.
     turning = abs(wanted_w)
     fastest = max(limits.wheel_speed - limits.half_track * turning, 0.0)
     if turning * abs(wanted_v) > limits.lateral_acceleration:

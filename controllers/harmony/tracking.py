@@ -5,8 +5,9 @@ costmap to the next by the nearest centre. It counts as moving when its centre h
 than the cluster's radius: a still thing of which more and more is seen shifts its centre less. Its
 velocity is the slope of the least-squares line through its centres of the last HISTORY_S.
 
-Two limits, measured in docs/harmony.md: in open space the obstacle layer clears nothing behind a
-person, so that a cluster is a streak; and pieces of walls that come into sight may count as moving.
+Tracking has two limits, measured in docs/harmony.md. In open space the obstacle layer clears no
+cells behind a person, so the cluster is a streak. Pieces of walls that come into sight may count
+as moving.
 """
 
 from __future__ import annotations
@@ -24,14 +25,14 @@ Array = NDArray[np.float64]
 
 # A cluster that reaches farther than this from its centre is a wall or furniture, m.
 LARGEST_RADIUS_M = 0.8
-# A velocity uses centres that are no older than this, s, and at least this many.
+# A velocity needs FEWEST_CENTRES centres that are no older than HISTORY_S, s.
 HISTORY_S, FEWEST_CENTRES = 0.9, 3
 MOST_CENTRES = 20
 # A cluster continues a track if its centre is within GATE_M m of the track's expected place, and
 # GATE_MPS m more for each second since the track's last centre.
 GATE_M, GATE_MPS = 0.15, 2.0
-# Things slower than this stand still, m/s. A followed cluster that is hidden is moved on for this
-# long, s.
+# A cluster slower than SLOWEST_MPS counts as still, m/s. A hidden moving cluster is moved on at its
+# velocity for HIDDEN_S, s.
 SLOWEST_MPS, HIDDEN_S = 0.2, 0.6
 EIGHT_NEIGHBOURS = np.ones((3, 3), dtype=int)
 
@@ -98,7 +99,7 @@ def moving_things(tracks: Tracks, time_s: float) -> Array:
 
 
 def _now(tracks: Tracks, time_s: float) -> tuple[Array, Array]:
-    """Returns places (T, 2) m at a time and velocities (T, 2) m/s, by the lines through centres."""
+    """Returns places (T, 2) m at a time and velocities (T, 2) m/s, by lines fitted to centres."""
     times, places = tracks.centres[:, :, 0], tracks.centres[:, :, 1:]
     newest = times[:, -1]
     counts = ~(np.isnan(times) | (times < newest[:, None] - HISTORY_S))

@@ -15,11 +15,12 @@ from drake_navbench.kernels.read_only import read_only
 
 Array = NDArray[np.float64]
 
-# A plan whose progress is below this part of the wanted one is trapped.
+# A plan is trapped if it makes less than this share of the wanted progress.
 TRAPPED_RATIO = 0.2
-# Poses of the global plan behind the local one in which room is looked for.
+# Room is looked for in this many poses of a plan behind the obstacle.
 MOST_POSES_BEHIND = 100
-# A way's direction is that to its point at LOOK_BACK_M; a turn there is checked in TURN_POSES.
+# A way's direction is that to its point LOOK_BACK_M ahead, m; the turn to this direction is checked
+# at TURN_POSES poses.
 LOOK_BACK_M, TURN_POSES = 0.5, 13
 # A plan that ends within this of the goal ends in it, m.
 SAME_PLACE_M = 1e-6
@@ -106,7 +107,7 @@ def along_itself(path: Array) -> Array:
 
 
 def _first_room(plan: Array, last: Array, field: DistanceField, discs: Array) -> Array:
-    """Returns (2,) the first point of a plan behind a pose (3,) with room, or that of the pose."""
+    """Returns (2,) a plan's first point with room behind a pose (3,), else the pose's point."""
     if len(plan) == 0:
         return last[:2]
     nearest = int(np.argmin(np.hypot(*(plan[:, :2] - last[:2]).T)))
@@ -118,8 +119,9 @@ def _first_room(plan: Array, last: Array, field: DistanceField, discs: Array) ->
 def around(way: Way) -> Way:
     """Returns the way with its target behind the obstacle if the target lies inside it.
 
-    A target inside an obstacle is as near from in front of it as from beside it. One behind the
-    obstacle stays: a nearer one would only make the robot slow, as in front of a door.
+    A target inside an obstacle is as near from in front of it as from beside it, so it would not
+    draw plans past the obstacle. A target behind the obstacle stays: a nearer one would only slow
+    the robot, for example in front of a door.
     """
     if way.behind is None or way.nears_goal or way.blocked_m > way.length_m or way.has_room:
         return way
@@ -128,9 +130,9 @@ def around(way: Way) -> Way:
 
 
 def up_to_blocked(way: Way, distance_m: float) -> Way:
-    """Returns the way that ends `distance_m` before the obstacle on it, where that is in reach.
+    """Returns the way with a target `distance_m` before the obstacle on it, if that is in reach.
 
-    So the robot is slow when it gives up, and need not be stopped from full speed.
+    So the robot is slow already when it gives up.
     """
     stop_m = max(way.blocked_m - distance_m, 0.0)
     if stop_m >= way.length_m:
@@ -143,7 +145,7 @@ def up_to_blocked(way: Way, distance_m: float) -> Way:
 def must_back_up(
     way: Way, start: Array, field: DistanceField, discs: Array, clearance: float
 ) -> bool:
-    """Returns whether the way leads back and the robot has no room to turn to it where it is.
+    """Returns whether the way leads back and the robot has no room here to turn towards it.
 
     start: (9,) of plans. discs: (D, 2) m, which must keep `clearance` m.
     """
@@ -159,7 +161,7 @@ def must_back_up(
 
 
 def turn_at(start: Array, goal: Array) -> Way:
-    """Returns the way of a robot whose position is good enough: to the goal's heading, right here.
+    """Returns the way of a robot that has reached the goal's position: a turn to its heading, here.
 
     start: (9,) first stage of plans. goal: (3,).
     """
@@ -168,7 +170,7 @@ def turn_at(start: Array, goal: Array) -> Way:
 
 
 def straight_back(start: Array, distance_m: float) -> Way:
-    """Returns the way straight backwards from where plans (9,) start, by the way it came."""
+    """Returns the way straight backwards from the start (9,) of plans."""
     pose = np.array(start[:3])
     behind = pose - distance_m * np.array([np.cos(pose[2]), np.sin(pose[2]), 0.0])
     return Way(read_only(pose[None]), behind, False, 0.0, np.inf, backs_up=True)
@@ -183,8 +185,8 @@ def progress_on(way: Way, position: Array) -> float:
 def is_trapped(way: Way, plan: Array, start: Array, tolerance_m: float) -> bool:
     """Returns whether a plan gets nowhere: its end is hardly farther along the path than its start.
 
-    By the distance that was asked for, as the test of DRPA-MPPI (arXiv 2503.20134); near a goal,
-    where it is farther than the tolerance, by the distance to it.
+    Its progress is compared with the wanted distance, as in the test of DRPA-MPPI (arXiv
+    2503.20134). Near a goal that is farther than the tolerance, the distance to the goal counts.
     """
     if way.nears_goal:
         left = float(np.hypot(*(way.target[:2] - start[:2])))

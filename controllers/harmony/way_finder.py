@@ -37,16 +37,16 @@ from drake_navbench.kernels.read_only import read_only
 
 Array = NDArray[np.float64]
 
-# Where the way is blocked, plans end this much beyond the point where the robot gives up, m, so
-# that it gets there; where give_up_distance is smaller, they end behind the obstacle's begin.
+# On a blocked way plans end this much beyond the point where the robot gives up, m, so that it gets
+# there. If give_up_distance is smaller than this, they end inside the obstacle.
 SLOW_AT_M = 0.1
-# A way past an obstacle is at most twice as long as this, or as plans, and the robot reach, m. Not
-# longer: a costmap does not show obstacles beyond its obstacle_max_range, so that there is nearly
-# always a way around the seen part of a wall.
+# A way past an obstacle is at most twice the robot's radius plus this, or plus the length of plans
+# if that is larger, m. It must not be longer: a costmap shows no obstacles beyond its
+# obstacle_max_range, so there is nearly always a way around the seen part of a wall.
 LOOK_PAST_M = 1.5
-# A robot turns back before it would lose the room to turn within this, s.
+# A robot turns back if it would lose the room to turn within this time, s.
 LOSES_ROOM_S = 0.7
-# The plans' distance field is too small by this in the middle of a gap, m.
+# In the middle of a gap the distance field is too small by this, m.
 ROOM_IN_GAPS_M = 0.02
 
 
@@ -65,7 +65,7 @@ class FoundWay(NamedTuple):
 class WayFinder:
     """Finds the way of a cycle. discs: (D, 2) of the robot, m. clearance: of plans, m.
 
-    longest_m: of the ways past an obstacle that are looked for.
+    longest_m: the length up to which ways past an obstacle are looked for.
     """
 
     def __init__(
@@ -92,7 +92,7 @@ class WayFinder:
         field: DistanceField,
         reach_m: float,
     ) -> FoundWay:
-        """Returns the way that plans from a start (9,) are led, as far as `reach_m`."""
+        """Returns the way that plans from a start (9,) follow, as far as `reach_m`."""
         if observation.goal_xy_reached:
             return FoundWay(turn_at(start, observation.goal), True, None, np.inf)
         way = self._along(observation.plan, observation, field, reach_m)
@@ -109,7 +109,7 @@ class WayFinder:
             return FoundWay(around(way), True, None, way.blocked_m)
         whole = joined(detour, observation.plan, observation.global_plan)
         past = self._along(whole, observation, field, reach_m)
-        # Where it ends in the goal, its own heading counts until it is there.
+        # On a detour that ends in the goal, the detour's heading counts until the robot is there.
         nears_goal = past.nears_goal and len(whole) > len(detour)
         past = past._replace(blocked_m=np.inf, behind=None, nears_goal=nears_goal, is_detour=True)
         p = self._parameters
@@ -126,7 +126,7 @@ class WayFinder:
         )
 
     def _is_open(self, observation: Observation, way: Way, field: DistanceField) -> bool:
-        """Returns whether the path is free, or a way past the obstacle on it lies near."""
+        """Returns whether the path is free, or the map has a short way past the obstacle on it."""
         if way.behind is None:
             return True
         position = observation.pose[:2]
@@ -136,7 +136,7 @@ class WayFinder:
     def _shuts_in(
         self, observation: Observation, start: Array, way: Way, field: DistanceField
     ) -> bool:
-        """Returns whether the path leads from where the robot can turn into a dead end."""
+        """Returns whether the path leads into an obstacle and soon takes the room to turn."""
         ahead = LOSES_ROOM_S * start[V] * np.array([np.cos(start[2]), np.sin(start[2])])
         here, there = distances_at(field, start[:2] + np.stack([0.0 * ahead, ahead]))
         if way.behind is None or not there < self._turning_m <= here:
@@ -164,7 +164,10 @@ class WayFinder:
     def _new_detour(
         self, observation: Observation, memory: HarmonyMemory, way: Way, field: DistanceField
     ) -> Array | None:
-        """Returns a way past where the plan has no room, else near the goal the line to it."""
+        """Returns a way past the place where the plan has no room, or None.
+
+        For a robot that is stuck near the goal it is the straight line to the goal.
+        """
         position, goal = observation.pose[:2], observation.goal[:2]
         plans = observation.plan, observation.global_plan
         detour = find_detour(*plans, field, self._detour_clearance, position)

@@ -37,8 +37,8 @@ def explained(result: CycleResult, critics: Sequence[str], command: Array) -> Ex
     costs = result.critic_costs.astype(np.float64)
     totals = result.costs.astype(np.float64)
     velocities = result.batch.velocities.astype(np.float64).mean(axis=1)
-    # What the critics do not explain is the price of leaving the last sequence, and of the passes
-    # before the last one.
+    # The rest of the costs, beside the critics', is the price of leaving the last sequence, and the
+    # costs of the passes before the last one.
     costs = np.vstack([costs, totals - costs.sum(axis=0)])
     names = [*critics, EVEN]
     groups = _groups(velocities, weights @ velocities)

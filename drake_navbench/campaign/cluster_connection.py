@@ -31,7 +31,7 @@ ENCRYPTED = ("tls", "wss")
 LAST_PORT = 65535
 MOST_LOCAL_WORKERS = 256
 CONNECT_TIMEOUT_S = 5.0
-# So many processes may end with a chunk before the chunk is given up.
+# This many processes may die with a chunk before the chunk is given up.
 ALLOWED_FAILURES = 10
 # Files in the folder of --cluster-tls: the trusted authority, our certificate, and its private key.
 AUTHORITY, CERTIFICATE, KEY = "ca.pem", "cert.pem", "key.pem"

@@ -41,7 +41,7 @@ so far are written; the same command goes on)
 """
 
 OF_THE_FILE = ("files", "robot", "controller", "nav2_release", "set")
-# What each use of the command reads; a visit reads the rest.
+# The options that each use of the command reads; a visit reads all others.
 USED = {
     "score": ("files", "case_files", "page"),
     "log": ("files",),
@@ -99,7 +99,7 @@ def _add_file(parser: argparse.ArgumentParser) -> None:
 
 
 def _add_visit(parser: argparse.ArgumentParser) -> None:
-    """Adds the options of what is driven."""
+    """Adds the options of the drives."""
     option = Options(parser.add_argument_group("visit"))
     option("--read-only", "read the file and drive nothing")
     option("--out DIR", "folder for page, patch and journal", Path)
@@ -119,7 +119,7 @@ def _add_visit(parser: argparse.ArgumentParser) -> None:
 
 
 def _add_robot(parser: argparse.ArgumentParser) -> None:
-    """Adds the options of what is known of the robot and its place."""
+    """Adds the options that tell about the robot and its surroundings."""
     option = Options(parser.add_argument_group("the robot and its place"))
     option("--map FILE", "your map; --goals tasks on it are probes, too", Path)
     option("--goals N", "tasks to draw on the map", positive_number, 0)
@@ -170,7 +170,7 @@ def _duration(text: str) -> float:
 
 
 def _require_options_that_are_used(arguments: argparse.Namespace) -> None:
-    """Raises InputError where an option says something of what is not done."""
+    """Raises InputError if an option is given that this use of the command does not read."""
     defaults = vars(build_parser().parse_args([]))
     given = {name for name, value in vars(arguments).items() if value != defaults[name]}
     for use, used in USED.items():

@@ -23,7 +23,7 @@ from drake_navbench.logs.scans import Scan
 
 Reading = TypeVar("Reading")
 Buffer = tuple[tuple[float, Reading], ...]
-"""What a source has seen and still counts: time s and reading, the newest first."""
+"""A source's readings that still count: time s and reading, the newest first."""
 
 
 def clouds_of(

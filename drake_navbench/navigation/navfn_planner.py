@@ -40,7 +40,7 @@ Array = NDArray[np.float64]
 
 # Within this of the goal, the path's last position becomes the goal's, m^2.
 SAME_POSITION_M2 = 1e-6
-# Where both components of the last step are smaller, m, it gives no direction.
+# If both components of the path's last step are smaller than this, m, it gives no direction.
 SAME_COMPONENT_M = 1e-4
 
 

@@ -53,7 +53,7 @@ class Desk:
         return self._scenario
 
     def logs(self) -> list[str]:
-        """Returns the names of the logs of all runs, the newest runs first, not too many."""
+        """Returns the names of the runs' logs, the newest runs first, at most MAX_LOGS."""
         found = [
             self.folder.name_of(path)
             for state in run_states(self.folder)

@@ -171,7 +171,7 @@ class DrivePage(Page):
         if kind != DRAWN:
             self._try(lambda: self._desk.scenario.open(kind, name))
         self._watch()
-        # What is open now, also where it was not opened.
+        # The list shows the scenario that is open, also if the chosen one could not be opened.
         self._scenario.value = DRAWN
 
     def _choose_robot(self, _name: str, _old: str, robot: str) -> None:

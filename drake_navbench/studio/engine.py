@@ -16,11 +16,12 @@ from drake_navbench.errors import NavbenchError
 from drake_navbench.processes.worker_process import Returned
 from drake_navbench.processes.workers import StandingWorker, Task, start_server
 
-# Loaded once, before the workers begin: they share it.
+# The workers share these modules, which are loaded once, before they begin.
 PRELOAD_MODULES = ["drake_navbench.campaign.worker_preload", "drake_navbench.studio.tasks"]
-# What the first click is likely to ask for, driven once beforehand, in this order.
+# Columns that the first click is likely to ask for; they are driven once beforehand, in this order.
 WARM_COLUMNS = ("rpp", "dwb")
-# A trial in a world with many people takes longer than anybody looks on; the button stops it.
+# The limit is long because a trial in a world with many people may take that long; the user can
+# stop it.
 DRIVE_LIMIT_S = 1800.0
 LOOK_LIMIT_S = 120.0
 # A worker that drives holds 0.1 MB more after each trial, so it is replaced now and then; a new one
@@ -69,7 +70,7 @@ class _Desk:
 
 
 class Engine:
-    """Looks and drives in processes of their own, one task of each at a time, in order.
+    """Two workers in processes of their own: one looks, one drives, one task each at a time.
 
     Every method returns at once; the Future has the result, or the error in a line.
     """

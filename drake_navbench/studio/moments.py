@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from drake_navbench.analysis.cost_colors import palette, palette_rows
 
 Array = NDArray[np.float64]
-# The most samples of a cycle that are drawn: more would be a blot.
+# At most this many samples of a cycle are drawn: more would be a blot.
 MAX_SAMPLES = 60
 TRAJECTORIES = frozenset({"sampled_trajectories", "predicted_trajectory"})
 # A log has trajectories five times a second; older ones belong to another moment and are not shown.

@@ -16,7 +16,7 @@ from drake_navbench.studio.parameter_fields import ParameterField
 from drake_navbench.studio.style import html, styled
 from drake_navbench.typed_files.typed_yaml import parse_yaml
 
-# So many fields are shown at once; the search shows the others.
+# At most this many fields are shown at once; the search finds the others.
 MAX_SHOWN = 25
 
 Changed = Callable[[ParameterField, Any], None]

@@ -163,7 +163,7 @@ class ScenarioPage(Page):
             return
         self._plan.show_ground(ground.image, ground.bounds)
         if ground.bounds is not None:
-            # Else all is in view already, and must not move under a hand that draws.
+            # Without a map everything is in view, and the view must not move while the user draws.
             self._plan.look_at(self._items(), ground.bounds)
 
     def _save(self) -> None:
@@ -176,7 +176,7 @@ class ScenarioPage(Page):
         self._try(save)
 
     def _watch(self) -> None:
-        """Shows what another page has done, and tells where the file has changed on disk."""
+        """Shows the steps made on another page, and says if the file has changed on disk."""
         scenario = self._desk.scenario
         if self._seen != (scenario.opened, scenario.drawing.version):
             if self._seen is None or self._seen[0] != scenario.opened:
@@ -186,7 +186,7 @@ class ScenarioPage(Page):
         is_changed, was_changed = scenario.is_changed_on_disk, self._is_changed
         self._is_changed = is_changed
         if is_changed and not was_changed:
-            # Once: other lines are to be seen, too.
+            # The line is shown once, so that it does not hide later lines.
             self._say(
                 f"{scenario.name}: has changed on disk since it was opened; saving needs "
                 "another name, opening it again takes what is there"
@@ -209,7 +209,7 @@ class ScenarioPage(Page):
     def _drag(self, begin: Place, end: Place) -> None:
         tool = self._tools.name
         if tool in OF_WAYS:
-            # A click of a hand that moves.
+            # A short drag with a tool for ways is meant as a click.
             self._click(begin, False)
             return
         if tool == MOVE:

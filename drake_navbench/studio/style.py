@@ -12,7 +12,7 @@ from bokeh.plotting import figure
 from jinja2 import Template
 from markupsafe import Markup, escape
 
-# Seen on light and dark ground alike, so that pictures need no theme.
+# These colours are visible on light and dark ground, so pictures need no theme.
 INK, FAINT, FAINT_LINE = "#7d8793", "rgba(125, 135, 147, 0.22)", "rgba(125, 135, 147, 0.6)"
 WALL, START, GOAL, PLAN = "#64707d", "#2a9d5c", "#d9582b", "#3d7ee0"
 PEOPLE, KEEPOUT, SLOW, PICKED = "#a15ec0", "#d64550", "#d9a21b", "#3d7ee0"
@@ -268,5 +268,5 @@ class MapView:
             self.figure.js_on_change(size, fit)
 
     def look_at(self, bounds: Sequence[float]) -> None:
-        """Has the area min_x, min_y, max_x, max_y m in view."""
+        """Moves the view to the area min_x, min_y, max_x, max_y m."""
         self._view.data = {"bounds": list(map(float, bounds))}

@@ -70,7 +70,7 @@ def warm(column: str) -> list[MetricOf]:
     return [
         MetricOf(name, entries[name].title, entries[name].unit, str(entries[name].better))
         for name in names
-        # Of one trial the outcome says it.
+        # For a single trial the outcome says the same.
         if name in entries and name != SUCCESS_RATE
     ]
 

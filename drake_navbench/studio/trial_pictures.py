@@ -16,7 +16,7 @@ from drake_navbench.studio.style import MapView, coordinates, picture
 MARGIN_M = 0.8
 # As long as nothing is driven, oldest at the bottom.
 ROLES = (("reference", style.REFERENCE), ("before", style.BEFORE), ("now", style.NOW))
-# A change by a smaller share is none that anybody sees.
+# A change by a smaller share counts as none.
 LEAST_SHARE = 1e-3
 
 

@@ -43,20 +43,20 @@ class TuningDesk:
         self.file, self.name, self.changes = file, name, {}
 
     def change(self, field: ParameterField, value: Any) -> None:
-        """Sets a parameter; one that is as in the file again is no change."""
+        """Sets a parameter; if it has the file's value again, it is no change any more."""
         if value == field.value:
             self.changes.pop(field.key, None)
         else:
             self.changes[field.key] = value
 
     def column(self, *, is_changed: bool = True) -> Column:
-        """Returns the column to drive, or as the file has it."""
+        """Returns the column with its changes, or without them."""
         path = str(self._folder.inside(self.file)) if self.file else ""
         changes = tuple(self.changes.items()) if is_changed else ()
         return Column(self.name, path, self.text, changes)
 
     def note(self, ended: Future[Driven]) -> None:
-        """Notes a trial that has ended as the one driven last, be its page closed or not."""
+        """Notes an ended trial as the one driven last, also if its page is closed."""
         if not ended.cancelled() and ended.exception() is None:
             self.before, self.now = self.now, ended.result()
 

@@ -27,7 +27,7 @@ from drake_navbench.inputs.world_on_map import free_on_both
 
 # The least distance from start to goal: a goal next to the start needs no navigation.
 MIN_DISTANCE_M = 2.0
-# Where hardly any two places are that far apart, most draws fail.
+# The limit is high because most draws fail on a map with hardly any two places so far apart.
 MAX_DRAWS_PER_TASK = 1000
 EIGHT_NEIGHBOURS = np.ones((3, 3), dtype=int)
 # Positions are rounded to mm.

@@ -165,17 +165,17 @@ class ComputePathToPose(Leaf):
 
 
 class SmoothPath(Leaf):
-    """Has a path smoothed.
+    """Smooths a path with the smoother server.
 
-    An empty path, and one that the smoother fails at, is a failure. Where the result has a variable
-    of its own, a path is smoothed once, as the result would be the same again.
+    It fails for an empty path, and for a path that the smoother cannot smooth. If the result goes
+    to another variable, a path is smoothed only once: the result would be the same again.
     """
 
     MEMORY = ("smoothed",)
     smoothed: NDArray[np.float64] | None = None
 
     def update(self) -> Status:
-        """Has the smoother smooth the path, and writes the result."""
+        """Smooths the path and writes the result."""
         board, path = self.board, self._path()
         is_kept = self._result != self._source
         if is_kept and path is not None and path is self.smoothed:
@@ -194,9 +194,9 @@ class SmoothPath(Leaf):
 
 
 class FollowPath(Leaf):
-    """Has the controller server follow the path; a path that replaces it preempts the task.
+    """Follows the path by the controller server; a new path preempts the task.
 
-    Halting it cancels the task.
+    Halting the node cancels the task.
     """
 
     MEMORY = ("task_id",)
@@ -293,7 +293,7 @@ class ClearEntireCostmap(Leaf):
 
 
 class RunBehavior(Leaf):
-    """Has the behaviour server run a behaviour to its end; halting it cancels the behaviour."""
+    """Runs a behaviour of the behaviour server to its end; halting the node cancels it."""
 
     MEMORY = ("task_id",)
     task_id = 0

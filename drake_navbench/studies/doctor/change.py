@@ -1,6 +1,6 @@
 """The change: the smallest set that takes the symptom away and makes no other one worse.
 
-Judged once, on fresh seeds, on all probes: those that the search has not seen as well.
+It is judged once, on fresh seeds, on all probes, also on those that the search has not driven.
 """
 
 from __future__ import annotations
@@ -25,10 +25,10 @@ from drake_navbench.studies.doctor.tried import Tried, Verdict
 # Sets that are judged at most, the likeliest first.
 MOST_JUDGED = 3
 FRESH_SEEDS = 2
-# Where fewer of these trials show the symptom before the change, the probes that showed it get more
-# seeds: of one trial that a change takes away nobody knows whether the next would have shown it.
+# If fewer trials than this show the symptom before the change, the probes that showed it get more
+# seeds: a symptom that one trial shows and the change removes may have been chance.
 LEAST_SHOWN, MORE_FRESH_SEEDS = 3, 8
-# Trials with another symptom that may be chance; of touches none.
+# This many more trials with another symptom may be chance; further touches never are.
 CHANCE = 1
 
 
@@ -38,10 +38,10 @@ class Judged:
 
     Trials in which the file as it is touches something end there: other symptoms are compared over
     the rest, `compared`. before_target, after_target: likewise of the symptom, in the probes that
-    showed it, `showing`. instead: by symptom, in how many trials it stands where there was a touch
-    before. best: index of the trial of these probes in which the symptom falls most. symptom: that
-    the change is for. fails: whether the program came to no end of a trial with the change, but did
-    before.
+    showed it, `showing`. instead: by symptom, in how many of the trials with a touch before it is
+    shown now. best: index of the trial of these probes in which the symptom falls most. symptom:
+    the one that the change is for. fails: whether the program failed in a trial with the change,
+    but not without.
     """
 
     tried: Tried
@@ -71,7 +71,7 @@ class Judged:
 
     @property
     def helps(self) -> bool:
-        """Whether the symptom goes, or is seldom, and no other one comes.
+        """Whether the symptom is gone or rare, and no other one has come.
 
         A touch outweighs everything: a change that takes touches away may bring another symptom.
         """
@@ -119,19 +119,19 @@ def judge(
         rows = driver.drive_together(both, own, FRESH_SEEDS, seed=fresh, must=True)
         if sum(shows(row, symptom) for row in rows[0]) < LEAST_SHOWN:
             driver.tell(
-                f"the symptom is seldom: {MORE_FRESH_SEEDS - FRESH_SEEDS} more fresh seeds of the "
+                f"the symptom is rare: {MORE_FRESH_SEEDS - FRESH_SEEDS} more fresh seeds of the "
                 "probes that showed it"
             )
             rows = driver.drive_together(both, own, MORE_FRESH_SEEDS, seed=fresh, must=True)
         found = _judged(entry, entry.trial, rows, rows, symptom, showing)
-        # What the other probes show would save no change that leaves the symptom.
+        # A change that leaves the symptom does not help, whatever the other probes show.
         if found.is_gone:
             further = driver.drive_together(both, rest, FRESH_SEEDS, seed=fresh, must=True)
             everything = [these + more for these, more in zip(rows, further, strict=True)]
             found = _judged(entry, entry.trial, everything, rows, symptom, showing)
         yield found
         if (found.helps and not found.worse) or not found.before_target:
-            # Without the symptom on fresh seeds nobody can judge any change.
+            # No change can be judged if the symptom does not show on fresh seeds.
             return
 
 

@@ -18,7 +18,7 @@ from drake_navbench.studies.doctor.usual import unusual_value
 FACTORS = {Direction.UP: (1.6, 2.6), Direction.DOWN: (0.6, 0.35)}
 DIGITS = 3
 MILD, STRONG, NAV2S = 0, 1, 2
-# From this ratio to Nav2's values on, a value counts as another one.
+# From this ratio on, a value counts as different from Nav2's.
 OTHER = 1.3
 LAYERS = {
     "inflation_radius": "InflationLayer",
@@ -43,7 +43,7 @@ OF_SOURCES = frozenset(
 LOOK_AT_OUTLINE = frozenset(
     f"{CONTROLLER}.{critic}.consider_footprint" for critic in ("CostCritic", "ObstaclesCritic")
 )
-# The inflation reaches this much beyond the outline, m.
+# The inflation that is tried reaches this much beyond the outline, m.
 CELL_M = 0.05
 OWN_NODES = {"planner": PLANNER_SERVER, "behavior_tree": BT_NAVIGATOR}
 
@@ -63,8 +63,8 @@ class Trial(NamedTuple):
 def trials_of(cause: Cause, facts: Facts, setup: Nav2Setup) -> list[Trial]:
     """Returns the changes to try for a cause, the mildest first; none where no value is known.
 
-    A mild and a strong step and, where the file is far from it in this direction, Nav2's own value:
-    two steps from a value that is far off may both fall short.
+    They are a mild step, a strong step and, if the file's value is far from it in this direction,
+    Nav2's own value, because both steps from a far value may fall short.
     """
     if cause.is_outside or cause.direction is Direction.ADD:
         return []
@@ -109,8 +109,8 @@ def told_with_step(cause: Cause, facts: Facts) -> str:
 def _inflation_for_the_outline(facts: Facts, setup: Nav2Setup) -> dict[Place, Any]:
     """Returns the change by which the local costmap's inflation reaches as far as the outline.
 
-    A cell beyond it costs nothing, and MPPI looks at the outline only where the centre's cell costs
-    what one at the outline's reach does.
+    MPPI checks the outline only if the cell under the robot's centre costs as much as a cell at the
+    outline's reach from an obstacle, and a cell beyond the inflation costs nothing.
     """
     place, reach_m = "local_costmap.inflation_radius", facts.circumscribed_radius_m
     if facts.number(place) >= reach_m:
@@ -119,7 +119,7 @@ def _inflation_for_the_outline(facts: Facts, setup: Nav2Setup) -> dict[Place, An
 
 
 def file_places(place: str, facts: Facts, setup: Nav2Setup) -> Iterator[Place]:
-    """Yields the places of a parameter in the file, present or to be added."""
+    """Yields the places of a parameter in the file, whether it is there or must be added."""
     first, _, name = place.partition(".")
     nodes = {**COSTMAPS, **OWN_NODES}
     if first == CONTROLLER:

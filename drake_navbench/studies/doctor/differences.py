@@ -1,8 +1,7 @@
 """Differences of a file from Nav2: candidates for the experiment where the knowledge has none.
 
-The suspects know the frequent causes of a symptom. Any other value may be one, too, and a trial
-tells at once if it does nothing; so every value that is not the usual one is tried, after what is
-known.
+The suspects are the frequent causes of a symptom. Any other value may be a cause, too, and one
+trial shows if changing it does nothing. So every unusual value is tried, after the suspects.
 """
 
 from __future__ import annotations
@@ -19,16 +18,16 @@ from drake_navbench.studies.doctor.in_effect import is_in_effect
 from drake_navbench.studies.doctor.reading import Suspicion
 from drake_navbench.studies.doctor.usual import FAR, Unusual, unusual_value, usual_switches
 
-# Scores beside the suspects' weights, which are 0 to 1: of a value far from the usual ones, of
-# another one, of a switch, and of a limit of the robot's motion. Such a limit is the robot's own
-# matter, and no finding speaks of it; but where nothing else helps a trial may.
+# Scores of the candidates; suspects have weights of 0 to 1. FAR_SCORE: a value far from the usual
+# ones. OTHER_SCORE: any other unusual value. SWITCH_SCORE: a switch. OWN_SCORE: a limit of the
+# robot's motion. That depends on the robot, so no finding names it, but it is tried in the end.
 FAR_SCORE, OTHER_SCORE, SWITCH_SCORE, OWN_SCORE = 0.6, 0.2, 0.3, 0.05
 OF_MOTION = (
     "max_vel*", "*_vel", "*speed*", "v[xy]_max", "wz_max", "v_linear*", "v_angular*", "acc_lim*",
     "decel_lim*", "a[xyz]_max", "a[xyz]_min", "*_accel", "*_decel",
 )  # fmt: skip
 SOURCE = "Nav2's code and nav2_bringup/params/nav2_params.yaml"
-# What else in a file limits the speed ahead: places of numbers, and of lists whose first it is.
+# Further limits of the speed ahead: places of numbers, and of lists whose first number it is.
 LIMITS, LISTS = ("controller.max_speed_xy",), ("velocity_smoother.max_velocity",)
 
 
@@ -41,9 +40,9 @@ def with_differences(suspicions: Sequence[Suspicion], facts: Facts) -> list[Susp
 
 
 def _speed_beyond_its_limits(facts: Facts) -> list[Suspicion]:
-    """Returns a suspicion where the controller asks for a speed that nothing else allows.
+    """Returns a suspicion if the controller asks for a speed above another limit of the file.
 
-    What a robot's speed should be is its own matter, but not that the file contradicts itself.
+    The right speed depends on the robot, but a file that contradicts itself is wrong for any robot.
     """
     limits = [facts.number(place) for place in LIMITS]
     limits += [facts.axis(place, 0) or 0.0 for place in LISTS]

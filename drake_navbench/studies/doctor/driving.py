@@ -73,10 +73,10 @@ class Driver:
         seed: int,
         must: bool = False,
     ) -> list[Row]:
-        """Returns a row a trial: every probe with so many seeds, in one order for all columns.
+        """Returns one row for each trial: every probe with `trials` seeds, in a fixed order.
 
-        must: whether to drive without regard to the budget, as what is judged at the end. Raises
-        OutOfTime where the budget does not suffice.
+        must: whether to drive without regard to the budget, for the judgement. Raises OutOfTime if
+        the budget does not suffice.
         """
         found = self.drive_together([preset], probes, trials, seed=seed, must=must)
         if not found:

@@ -125,7 +125,7 @@ class Experiment:
 
 
 def _is_same(before: Preset, after: Preset) -> bool:
-    """Tells whether a change leaves everything as it is that a trial is a function of."""
+    """Tells whether a change alters nothing on which a trial depends."""
     return (
         before.controller == after.controller
         and before.parameters == after.parameters

@@ -20,7 +20,7 @@ from drake_navbench.plugins.names import flattened
 from drake_navbench.releases import NEWEST_RELEASE, Release
 
 CONTROLLER = "controller"
-# Of the controllers: the largest speed ahead.
+# The controllers' parameters for the largest speed ahead.
 SPEEDS = ("vx_max", "max_linear_vel", "max_vel_x", "v_linear_max", "desired_linear_vel")
 # Nav2's robot_radius where a file gives no outline, m.
 DEFAULT_RADIUS_M = 0.1
@@ -90,7 +90,7 @@ class Facts:
         return name in self.nodes
 
     def matching(self, place: str) -> list[str]:
-        """Returns the places that one with `*` stands for, '*' being any names."""
+        """Returns the places that match one with `*`, which stands for any names."""
         if "*" not in place:
             return [place]
         start, _, end = place.partition("*")

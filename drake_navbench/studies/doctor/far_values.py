@@ -15,23 +15,23 @@ from drake_navbench.studies.doctor.suspects import all_suspects, ranges
 from drake_navbench.studies.doctor.symptoms import Symptom
 from drake_navbench.studies.doctor.usual import Unusual, unusual_value
 
-# How the names of these findings begin.
+# The names of these findings begin so.
 FAR = "far-"
-# More far values than this show another kind of robot, not a slip.
+# At most this many findings; more far values show another kind of robot, not a slip.
 MOST = 3
-# The least weight at which a symptom of the way back is named.
+# A symptom is named if the way back to the usual value is its cure with at least this weight.
 LEAST_WEIGHT = 0.2
-# What differs with the robot, its sensors or its floor, so that no value is unusual: "*" is any
-# text. Speeds, radii, ranges, heights; samples of a sideways drive; the map's size.
+# Parameters that depend on the robot, its sensors or its floor, so no value is unusual: speeds,
+# radii, ranges, heights, samples of a sideways drive. "*" stands for any text.
 OF_THE_ROBOT = (
     "*vel", "*vel_[xy]", "*vel_theta", "*speed*", "v[xy]_m*", "wz_m*", "v_linear*", "v_angular*",
     "max_accel", "max_decel", "robot_radius", "*range", "*obstacle_height", "wheelbase",
     "*turning*", "vy_*", "*velocity_threshold", "weight_acc_lim*", "footprint*",
 )  # fmt: skip
 ELSEWHERE = ("amcl.", "global_costmap.width", "global_costmap.height")
-# A weak base has low accelerations; high ones belong to no robot.
+# Low values of these may be those of a weak base; high ones are unusual for any robot.
 ACCELERATIONS = ("acc_lim*", "decel_lim*", "ax_*", "ay_*", "az_*", "*_accel", "*_decel")
-# From this tolerance on the heading does not matter.
+# From this tolerance on the heading at the goal does not matter.
 NO_HEADING_RAD = 1.2
 SOURCE = "Nav2's code and nav2_bringup/params/nav2_params.yaml"
 
@@ -39,8 +39,8 @@ SOURCE = "Nav2's code and nav2_bringup/params/nav2_params.yaml"
 def far_values(facts: Facts, fired: Sequence[Finding]) -> list[Finding]:
     """Returns findings about the values farthest from the usual ones, the farthest first.
 
-    Only of parameters that the file gives, on which a drive depends, and of which no other finding
-    speaks.
+    Only parameters count that the file gives, on which a drive depends, and that no other finding
+    names.
     """
     told = {p for f in fired for cause in f.cures for p in facts.matching(cause.place)}
     seen = " ".join(finding.seen for finding in fired)
@@ -58,7 +58,7 @@ def far_values(facts: Facts, fired: Sequence[Finding]) -> list[Finding]:
 def is_robots_own(far: Unusual) -> bool:
     """Tells whether a value depends on the robot, so that no value is unusual."""
     name = far.place.rpartition(".")[2]
-    # A value of 0 mostly switches something off.
+    # A value of 0 mostly switches a function off.
     if (
         far.value == 0.0
         or far.place.startswith(ELSEWHERE)
@@ -94,7 +94,7 @@ def _finding(far: Unusual, kinds: tuple[str, ...]) -> Finding:
 
 
 def _symptoms(place: str, back: Direction, kinds: tuple[str, ...]) -> dict[Symptom, float]:
-    """Returns the symptoms that the knowledge has for the way back."""
+    """Returns the symptoms that the suspects expect the way back to cure."""
     wanted = {"any", *kinds}
     return {
         s.symptom: s.weight

@@ -110,7 +110,7 @@ def _frame(name: str, told: str) -> str:
 
 def _change(visit: Visit, cure: Judged, patient: Patient) -> list[str]:
     suspicion = cure.tried.suspicion
-    # What a rule saw in the file says all; the knowledge says the same in general.
+    # A rule's sentence on the file is enough; the suspects' says the same in general.
     count = 1 if suspicion.findings else 2
     reasons = " ".join(f"{why.rstrip('.')}." for why in suspicion.reasons[:count])
     _, patch = patch_of(patient, cure)

@@ -111,7 +111,7 @@ OTHER_NAMES = {
 
 
 def facts_of_values(controller: str, release: str, values: Mapping[str, Any]) -> Facts:
-    """Returns the facts of what a user tells: controller and release in words, values by name."""
+    """Returns the facts of a user's report: controller and release in words, values by name."""
     named = release.lower()
     known = next((entry for entry in Release if entry in named), None)
     is_old = bool(re.search(OLD_RELEASES, named))

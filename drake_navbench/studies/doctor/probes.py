@@ -199,8 +199,8 @@ def _beside_obstacle(s: Size) -> Fields:
 
 def _person_crossing(s: Size) -> Fields:
     at = s.front_m + 0.5 * s.way_m
-    # Steps onto the path while the robot is 1.2 m away and stays: who walked on without looking
-    # would walk into a robot that goes around, and no file could help it.
+    # The person steps onto the path while the robot is 1.2 m away, and stays. One who walked on
+    # would walk into a robot that goes around, and no file could prevent that.
     stops_s = max((at - s.front_m - 1.2) / max(s.speed_mps, 0.1), 0.0) + 1.0
     walker = {
         "type": "cylinder",

@@ -22,16 +22,16 @@ from drake_navbench.studies.doctor.reading import Suspicion
 from drake_navbench.studies.doctor.symptoms import Symptom
 from drake_navbench.studies.doctor.tried import ERROR, LEAST_FALL, PAIRS, Tried, Verdict
 
-# Of a candidate whose first pairs show no fall, or one by less than this share, the rest is not
-# driven.
+# A candidate is dropped if the severity falls by less than FIRST_FALL, a share, in its first
+# FIRST_LOOK pairs.
 FIRST_LOOK, FIRST_FALL = 4, 0.1
-# Of a batch, those with the largest fall in the first pairs are driven to the end.
+# This many candidates of a batch, those with the largest fall so far, are driven to the end.
 MOST_TO_THE_END = 5
 # Causes that are tried at most in a visit, which bounds the correction for many tests.
 MOST_CANDIDATES = 24
 NO_TIME = "the time was too short for more pairs"
-# What ends a drive, or keeps it from where the symptom showed: a drive that comes to this by a
-# change says nothing of the symptom.
+# Symptoms that end a drive early. If a change brings one of them, the drive may not reach the place
+# where the treated symptom showed, and says nothing about it.
 CUTS_SHORT = (
     Symptom.COLLISION,
     Symptom.NO_START,
@@ -138,7 +138,7 @@ class Race:
         return float((before - after) / before) if before > 0.0 else 0.0
 
     def _leave_all_but_the_best(self, batch: Sequence[Candidate]) -> None:
-        """Leaves the changes that others outdo, and strong ones where a mild one does as much."""
+        """Drops the changes that others outdo, and strong steps where a mild step does as much."""
         falls = {id(c): round(self._fall(c), 1) for c in batch if c.is_alive}
         alive = [c for c in batch if c.is_alive]
         done: set[tuple[str, Any]] = set()
@@ -186,7 +186,8 @@ class Race:
         touches = sum(shows(row, Symptom.COLLISION) for row in candidate.rows) - sum(
             shows(row, Symptom.COLLISION) for row in before_rows
         )
-        # What was left early, also for want of time, is no test; what got more pairs is two.
+        # A candidate that was dropped early, or had no time, is no test; one that got more pairs
+        # counts as two.
         is_whole = not candidate.left and len(candidate.rows) >= PAIRS
         looks = 1 + (len(candidate.rows) >= 2 * PAIRS)
         reason = candidate.left or ("" if is_whole else NO_TIME)

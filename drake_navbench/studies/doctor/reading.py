@@ -45,35 +45,35 @@ MODULES_OF_SERVERS = (
 RULES: tuple[Rule, ...] = tuple(
     rule for module in (*MODULES, *MODULES_OF_SERVERS) for rule in module.RULES
 )
-# A rule that fires is worth so much more than a suspect alone; its second cure less than the first.
+# The factors of a rule that fires over a suspect alone: of its first cure, and of the others.
 OF_A_RULE = 1.3
 NEXT_CURE = 0.85
-# Of a rule about values that nobody gave, where the file is not a whole one: they may be others.
+# The factor of a rule about values that a partial file does not give: the robot may have others.
 OF_DEFAULTS = 0.5
-# Of a rule that fires on nav2_bringup's own values as well: nearly every file has them.
+# The factor of a rule that fires on nav2_bringup's own values, too: nearly every file has them.
 ON_BRINGUP = 0.5
-# Of a suspect whose value lies beyond the usual range on the side of the fault, within, and on the
-# other side, there also by so many times; and of a parameter that the controller has not.
+# The factors of a suspect whose value lies beyond the usual range on the side of the fault, within
+# it, and on the other side, once slightly and once far; and of one that the controller lacks.
 BEYOND, WITHIN, OPPOSITE, FAR_OPPOSITE, ABSENT = 2.2, 1.0, 0.65, 0.35, 0.45
 FAR_TIMES = 2.0
-# A parameter that somebody changed away from its default on the side of the fault.
+# The factor of a parameter that somebody changed from its default towards the fault.
 CHANGED = 1.25
-# Of what a user names, in words or as one of a few values.
+# The factor of a parameter that a user names, in words or as one of a few values.
 NAMED = 2.0
-# Of a named value that no suspect of the symptom is: on the side where it is far from the usual
-# value, and on either side where it is not.
+# The weight of a named value that is no suspect of the symptom: towards the usual value if it is
+# far from it, and in either direction if it is not.
 NAMED_FAR, NAMED_NEAR = 0.6, 0.3
-# Of the way in which a named value has no suspect where it has one the other way.
+# The weight of the direction in which a named value is no suspect, if it is one in the other.
 OTHER_WAY = 0.5
-# Of what a user has tried without success.
+# The factor of a change that a user has tried without success.
 TRIED = 0.3
-# Plugins that Foxy and Galactic have not (Humble has this one from 1.1.7 on).
+# Plugins that Foxy and Galactic lack (Humble has this one from 1.1.7 on).
 SINCE_HUMBLE = ("nav2_controller::PoseProgressChecker",)
 # Parameters of the shim that its model has for all releases, and the first release that reads them.
 NEWER = {"controller.rotate_to_goal_heading": Release.JAZZY}
-# Of a parameter that a user tells to be missing.
+# The factor of a parameter that a user reports as missing.
 MISSING = 6.0
-# Of a lower limit of the speed, for a robot that is too slow.
+# The factor of lowering a limit of speed for a robot that is too slow.
 AGAINST = 0.4
 SPEEDS = ("vx_max", "max_linear_vel", "max_vel_x", "max_speed_xy", "v_linear_max", "max_velocity")
 
@@ -156,7 +156,7 @@ def suspicions_of(facts: Facts, symptom: Symptom, words: str = "") -> list[Suspi
 
 
 def _fit(symptom: Symptom, cause: Cause) -> float:
-    """Returns the factor of a cure that is against the complaint."""
+    """Returns the factor that weakens a cure which would make the complaint worse."""
     is_against = symptom is Symptom.TOO_SLOW and cause.direction is Direction.DOWN
     return AGAINST if is_against and cause.place.rpartition(".")[2] in SPEEDS else 1.0
 
@@ -208,7 +208,7 @@ def _is_there(facts: Facts, cause: Cause) -> bool:
     first = cause.place.partition(".")[0]
     is_missing = facts.is_whole and not facts.has_node(first)
     if cause.direction is Direction.ADD:
-        # What can be added is a node, or a plugin before the controller.
+        # Only a node, or a plugin before the controller, can be added.
         return is_missing if first != CONTROLLER else not facts.is_kind("shim")
     if first in ("velocity_smoother", "collision_monitor", "amcl") and is_missing:
         return False
@@ -287,7 +287,7 @@ def _range_of_the_other_costmap(place: str) -> tuple[float | None, float | None]
 
 
 def _named_factor(facts: Facts, cause: Cause, told: Words) -> float:
-    """Returns the weight of what a user names, in words or as one of a few values."""
+    """Returns the factor of a cause that a user names, in words or as one of a few values."""
     if cause.place == RELEASE or cause.is_outside:
         return 1.0
     is_named = is_among(cause, told.named) or (

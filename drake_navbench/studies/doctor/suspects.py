@@ -1,4 +1,4 @@
-"""The suspects: what a symptom comes from where nothing else is known, read from `knowledge/`."""
+"""The suspects: the frequent causes of each symptom, read from `knowledge/`."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from drake_navbench.typed_files.typed_yaml import FrozenModel, read_yaml, valida
 FOLDER = Path(__file__).parent / "knowledge"
 RANGES = FOLDER / "ranges.yaml"
 ANY = "any"
-# First parts of places that are none of the controller's.
+# The first parts of places that do not belong to the controller.
 ELSEWHERE = frozenset(
     {
         "amcl",

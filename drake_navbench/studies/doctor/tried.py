@@ -1,6 +1,6 @@
 """Changes that were tried, and the verdict on each: by Wilcoxon's test, corrected by Holm.
 
-Corrected for every change that was driven, also for those that were left early.
+The correction counts every change that was driven, also those that were left early.
 """
 
 from __future__ import annotations
@@ -14,12 +14,12 @@ from drake_navbench.studies.doctor.cures import Trial
 from drake_navbench.studies.doctor.reading import Suspicion
 
 ERROR = 0.05
-# Pairs of a candidate; so many that 20 candidates can be told apart: 2^-11 is less than 0.05 / 20.
-# Of one that helps but not in every pair, as many again.
+# The pairs of a candidate. They suffice for 20 candidates: 2^-11 is less than 0.05 / 20. If it
+# helps, but not in every pair, it gets as many again.
 PAIRS = 12
-# What falls by less is of no use to anybody, as a share.
+# A change by which the severity falls by a smaller share is of no use.
 LEAST_FALL = 0.3
-# By so much the symptom falls where it counts as taken away.
+# A symptom counts as taken away if its severity falls by this share.
 NEARLY_ALL = 0.9
 
 
@@ -72,7 +72,7 @@ def corrected(raw: Sequence[Tried]) -> list[Tried]:
         verdict = Verdict.SHOWN if is_shown else Verdict.NOT_SHOWN
         values = entry.__dict__ | {"verdict": verdict, "p_value": float(p_value)}
         found.append(Tried(**values))
-    # Of changes that all take the symptom away, the likeliest cause stays before the others.
+    # If several changes take the symptom away, the likeliest cause stays before the others.
     found.sort(
         key=lambda e: (e.verdict is not Verdict.SHOWN, not e.takes_all, -e.fall * (not e.takes_all))
     )

@@ -23,7 +23,7 @@ PRESETS = {
     "vector_pursuit": "vector_pursuit",
     "shim": "rotation_shim",
 }
-# What nav2_bringup's own file has, which nearly every file begins as.
+# The values of nav2_bringup's own file, from which nearly every file is copied.
 OF_BRINGUP: Mapping[str, tuple[float, ...]] = {
     "controller_server.failure_tolerance": (0.3,),
     "local_costmap.inflation_radius": (0.55, 0.7),
@@ -40,14 +40,14 @@ OF_BRINGUP: Mapping[str, tuple[float, ...]] = {
     "velocity_smoother.smoothing_frequency": (20.0,),
     "velocity_smoother.velocity_timeout": (1.0,),
 }
-# The costmap's code has these defaults, which nobody keeps.
+# These are defaults of the costmap's code that no robot's file keeps.
 OF_CODE: Mapping[str, tuple[float, ...]] = {
     "local_costmap.cost_scaling_factor": (10.0,),
     "global_costmap.cost_scaling_factor": (10.0,),
 }
 # From this ratio on a value is far from the usual ones.
 FAR = 2.5
-# What the defaults are made for: 0.5 m/s and a TurtleBot's radius.
+# The robot for which the defaults are made: 0.5 m/s and a TurtleBot's radius.
 USUAL_SPEED_MPS, USUAL_RADIUS_M = 0.5, 0.22
 # Parameters whose right value grows with the robot's speed, or with its size.
 _GROWTH = {
@@ -72,15 +72,15 @@ class Unusual(NamedTuple):
 
     @property
     def back(self) -> Direction:
-        """The direction that leads back, of a negative value as well."""
+        """The direction that leads back to the usual value, also if that is negative."""
         return Direction.DOWN if self.value > self.nearest else Direction.UP
 
 
 def unusual_value(facts: Facts, place: str, *, least: float = FAR) -> Unusual | None:
-    """Returns a value that is far from Nav2's default and nav2_bringup's; None of others.
+    """Returns a parameter's value if it is far from Nav2's default and nav2_bringup's, else None.
 
-    least: the ratio from which on it is far.
-    A length that grows with the robot's speed or size is far if it stays so beside the robot's.
+    least: the ratio from which on a value is far. A length that grows with the robot's speed or
+    size is far if it is so from the usual values as they are and scaled to this robot.
     """
     value = facts[place]
     if isinstance(value, bool) or not isinstance(value, int | float):
@@ -89,7 +89,7 @@ def unusual_value(facts: Facts, place: str, *, least: float = FAR) -> Unusual | 
     if value == 0.0 and known and min(known) > 0.0:
         return Unusual(place, 0.0, min(known), 1e-9)
     usual = [u for u in known if u * value > 0.0]
-    # Between 0 and another usual value nothing is far.
+    # If 0 is usual, no value between 0 and another usual value is far.
     if not usual or (0.0 in known and abs(value) < max(map(abs, known))):
         return None
     nearest = min(usual, key=lambda u: abs(math.log(value / u)))
@@ -101,7 +101,7 @@ def unusual_value(facts: Facts, place: str, *, least: float = FAR) -> Unusual | 
 
 
 def _scales(facts: Facts, place: str) -> Iterator[float]:
-    """Yields by how much the robot's speed and size may change a parameter's right value."""
+    """Yields the factors by which the robot's speed and size may change a right value."""
     name = place.rpartition(".")[2]
     yield 1.0
     if name in WITH_SPEED and facts.speed_mps > 0.0:

@@ -28,11 +28,11 @@ from drake_navbench.studies.doctor.tried import Tried, Verdict
 
 # Seeds in which every probe is driven at first.
 FIRST_SEEDS = 2
-# Seeds of a probe in which one of the first trials shows a symptom and another does not.
+# The seeds, in all, of a probe of whose first trials only some show a symptom.
 CONFIRMING_SEEDS = 4
-# Probes that the causes of a symptom are tried on.
+# The causes of a symptom are tried on at most this many probes.
 MOST_SHOWING = 3
-# What is treated first where several symptoms are seen.
+# If several symptoms are seen, these are treated first.
 BY_WEIGHT = (
     Symptom.COLLISION,
     Symptom.NO_START,
@@ -61,8 +61,8 @@ class Visit:
     """The findings of a visit, or of the part of it that the budget allowed.
 
     seen: by symptom, the probes that show it in at least half of their seeds. treated: the symptom
-    whose causes were tried; None where none was seen. around: what the probes are driven in
-    besides. seed: of the first look.
+    whose causes were tried; None if none was seen. around: the user's map, base and computer. seed:
+    of the first look.
     """
 
     facts: Facts
@@ -82,7 +82,7 @@ class Visit:
 
     @property
     def cure(self) -> Judged | None:
-        """The change that helps, the one that brings the least else; None where none was found."""
+        """The helping change that brings the fewest other symptoms; None if no change helps."""
         helping = [entry for entry in self.judged if entry.helps]
         return min(helping, key=lambda entry: len(entry.worse), default=None)
 
@@ -103,9 +103,9 @@ def visit(
     seed: int,
     around: Surroundings | None = None,
 ) -> Visit:
-    """Returns the findings of a visit; where it ends early, those up to then.
+    """Returns the findings of a visit; if it ends early, those up to then.
 
-    around: what the probes are driven in besides.
+    around: the user's map, base and computer, with which the probes are driven.
     """
     facts = patient.facts()
     found = Visit(facts, asked=asked, around=around or Surroundings(), seed=seed)
@@ -145,7 +145,7 @@ def _look(found: Visit, patient: Patient, driver: Driver, *, seed: int) -> None:
 
 
 def told_failures(rows: Sequence[Row]) -> list[str]:
-    """Returns a sentence where the program came to no end of trials: they show nothing."""
+    """Returns a sentence on trials in which the program failed, and which show nothing."""
     failed = [row for row in rows if has_failed(row)]
     if not failed:
         return []
@@ -189,7 +189,7 @@ def _treat(found: Visit, patient: Patient, words: str, driver: Driver, *, seed: 
         found.suspicions = suspicions_of(found.facts, found.asked, words)
         seldom = seen_in(found.rows, share=1e-9)
         if found.asked not in found.seen and found.asked in seldom:
-            # Whoever complains of a symptom has seen it: one trial that shows it is enough.
+            # A user who complains of a symptom has seen it, so one trial that shows it is enough.
             found.seen[found.asked] = seldom[found.asked]
     found.treated = _to_treat(found)
     if found.treated is None:
@@ -205,7 +205,7 @@ def _treat(found: Visit, patient: Patient, words: str, driver: Driver, *, seed: 
     try:
         experiment.run(with_differences(found.suspicions, found.facts))
     finally:
-        # Also what was tried until Ctrl-C.
+        # The changes that were tried until Ctrl-C count, too.
         found.tried = experiment.tried
         found.is_out_of_time = experiment.is_out_of_time
     for judged in judge(

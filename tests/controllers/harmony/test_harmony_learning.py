@@ -1,4 +1,4 @@
-"""What harmony learns of its base, and by how much its prediction may be off until it has."""
+"""harmony learns its base's response; until then its prediction has a larger error bound."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ CANDIDATES = candidates_of(TOLD, 0.3)
 
 
 def possible_after(base, commands, *, latency_s=0.0, noise_mps=0.0):
-    """What a base may be after commands of 0.05 s each, told the speeds it has then."""
+    """Returns the possible bases after commands of 0.05 s each and the speeds measured then."""
     random, state = np.random.default_rng(0), np.zeros(5)
     sent, found = None, None
     for cycle, command in enumerate(commands):

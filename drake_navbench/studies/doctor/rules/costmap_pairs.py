@@ -29,7 +29,7 @@ OTHER = {"local_costmap": "global_costmap", "global_costmap": "local_costmap"}
 
 
 def _is_odd(f: Facts, costmap: str, name: str, above: bool) -> bool:
-    """Tells whether a costmap's value is above, or below, the other's and the odder of the two."""
+    """Tells whether a costmap's value is above, or below, the other's and is the less usual one."""
     places = f"{costmap}.{name}", f"{OTHER[costmap]}.{name}"
     if not {*places} <= f.given:
         return False

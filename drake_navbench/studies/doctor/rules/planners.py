@@ -72,7 +72,7 @@ RULES = (
         lambda f: f.number("amcl.update_min_d") > 0.4 or f.number("amcl.update_min_a") > 0.5,
         lambda f: (
             f"amcl.update_min_d is {f['amcl.update_min_d']} m and amcl.update_min_a "
-            f"{f['amcl.update_min_a']} rad: AMCL corrects the pose seldom, and the pose "
+            f"{f['amcl.update_min_a']} rad: AMCL rarely corrects the pose, and the pose "
             "jumps"
         ),
         {S.LOCALIZATION_JUMPS: 0.9, S.SPINS: 0.4, S.GOAL_OSCILLATION: 0.4, S.GOAL_NOT_REACHED: 0.3},

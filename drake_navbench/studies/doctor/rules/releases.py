@@ -12,7 +12,7 @@ from drake_navbench.studies.doctor.symptoms import Symptom
 
 S = Symptom
 
-# What the check says of a parameter that nobody reads.
+# The check's words about a parameter that nobody reads.
 UNREAD = re.compile(r"does not read it|unknown|no such|another name")
 # A block of MPPI that is read for this kind of base alone.
 OF_CARS = "AckermannConstraints"

@@ -12,9 +12,9 @@ from drake_navbench.studies.doctor.in_effect import is_in_effect
 from drake_navbench.studies.doctor.suspects import ELSEWHERE
 from drake_navbench.studies.doctor.symptoms import Symptom
 
-# From this likelihood on a rule tells that it leads to a symptom.
+# A rule names the symptoms to which it leads with at least this likelihood.
 LIKELY = 0.5
-# Of a value that a rule computes.
+# The digits of a cure's value that a rule computes.
 DIGITS = 4
 
 
@@ -22,11 +22,11 @@ DIGITS = 4
 class Rule:
     """One rule.
 
-    name: its identity. when: whether it fires. seen: what of the file it has found, with numbers.
-    symptoms: what that leads to, by how likely, 0 to 1. cures: the best first. source: Nav2's code
-    or page, or a thread. kinds: of controllers it is for, none where for all. is_certain: whether
-    the finding is a fault whatever the symptom; others count only beside a symptom. advice: told in
-    place of the cures where no value of a parameter is one.
+    name: its identity. when: whether it fires. seen: a sentence on the finding, with numbers of the
+    file. symptoms: those to which it leads, with their likelihood, 0 to 1. cures: the best first.
+    source: Nav2's code or page, or a thread. kinds: the kinds of controllers that the rule is for;
+    empty for all. is_certain: whether the finding is a fault whatever the symptom; others count
+    only beside a symptom. advice: printed instead of the cures if no parameter's value is one.
     """
 
     name: str
