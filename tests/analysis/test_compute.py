@@ -39,7 +39,7 @@ def test_missed_periods_are_the_cycles_longer_than_the_control_period():
 
 def test_rows_before_the_first_cycle_are_no_cycle():
     log = make_log(log_times(1.0), compute_time_ms=0.0)
-    with pytest.raises(Undefined, match="never asked"):
+    with pytest.raises(Undefined, match="never called"):
         compute.compute_time_p50_ms(log)
 
 

@@ -100,7 +100,7 @@ def test_names_with_equals_signs_are_parted_where_both_are_columns(old, new):
 
 
 def test_a_match_that_may_be_two_is_refused():
-    with pytest.raises(InputError, match="may be 'a' with 'b=c' or 'a=b' with 'c'"):
+    with pytest.raises(InputError, match="means 'a' with 'b=c' or 'a=b' with 'c'"):
         read_matches(["a=b=c"], ["a", "a=b"], ["c", "b=c"])
 
 

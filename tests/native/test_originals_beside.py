@@ -42,7 +42,7 @@ def test_each_column_is_followed_by_its_original_with_the_columns_parameters(tin
 
 def test_a_column_that_has_no_original_drives_alone(tiny):
     with pytest.warns(
-        InputWarning, match="dwb@tiny: .* is not in it.*; this column drives without"
+        InputWarning, match="dwb@tiny: .* is not in the build.*; this column drives without"
     ):
         assert names(with_originals(["graceful", "dwb"], "tiny")) == [
             "graceful",

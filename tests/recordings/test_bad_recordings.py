@@ -157,7 +157,7 @@ def test_an_unknown_definition_is_told(old, new, importing, bag, make):
     assert old in content
     file.write_bytes(content.replace(old, new))
     line = importing.fails(path)
-    assert "message definition not understood" in line or "without what is expected" in line
+    assert "message definition not understood" in line or "lacks an expected field" in line
 
 
 def test_definitions_of_other_topics_are_no_matter(importing, bag, make):

@@ -118,7 +118,7 @@ def test_a_time_outside_of_the_trial_is_one_line(path, capsys, at, fault):
     [
         ({"outcome": "error", "reason": "it broke"}, "the trial ended in an error, it broke"),
         ({"recording": {"file": "a.bag"}}, "made of a recording"),
-        ({"running_stack": {}}, "a running stack drove"),
+        ({"running_stack": {}}, "a running ROS 2 stack drove"),
         ({"schema_version": 1}, "schema"),
         ({"identity": "0" * 64}, "expected unchanged inputs"),
         ({"controller": "their_plugin"}, "the inputs of the trial cannot be loaded again: "),
