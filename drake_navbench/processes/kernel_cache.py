@@ -32,29 +32,14 @@ KEPT_S = 30 * DAY_S
 
 
 def prepare_kernels() -> None:
-    """Makes numba keep our kernels, and kernels that call them, by their content.
-
-    numba also compiles a wrapper by which C could call a kernel by its address. Nothing here does,
-    and it takes a twentieth to a sixth of the time to compile, so our kernels get none.
-    """
+    """Makes numba keep our kernels, and kernels that call them, by their content."""
     provide_cache_folder()
     from numba.core import caching
-    from numba.core.dispatcher import Dispatcher
 
     # numba asks these in order for the place of each kernel.
     locators: list[Any] = caching.CacheImpl._locator_classes
-    if KernelPlace in locators:
-        return
-    locators.insert(0, KernelPlace)
-    dispatchers: Any = Dispatcher
-    enable_caching = dispatchers.enable_caching
-
-    def enable(dispatcher: Any) -> None:
-        enable_caching(dispatcher)
-        if isinstance(dispatcher._cache._impl.locator, KernelPlace):
-            dispatcher.targetoptions["no_cfunc_wrapper"] = True
-
-    dispatchers.enable_caching = enable
+    if KernelPlace not in locators:
+        locators.insert(0, KernelPlace)
 
 
 def notice_of_wheel() -> str:

@@ -15,7 +15,6 @@ from pydrake.systems.framework import (
     AbstractStateIndex,
     Context,
     DependencyTicket,
-    DiagramBuilder,
     InputPort,
     LeafSystem,
     OutputPort,
@@ -109,22 +108,6 @@ def read_object(port: InputPort | OutputPort, context: Context) -> Any:
     return None if value is NOTHING else value
 
 
-def value_or_none(port: InputPort | None, context: Context) -> Any:
-    """Returns the value of an input port; None where nothing is connected or it holds NOTHING.
-
-    port: None where `drop_unconnected` has found nothing connected.
-    """
-    if port is None or not port.HasValue(context):
-        return None
-    return read_object(port, context)
-
-
-def drop_unconnected(builder: DiagramBuilder) -> None:
-    """Sets the attributes of systems that hold unconnected input ports to None.
-
-    A question to Drake at every event takes longer than the rest of `value_or_none`.
-    """
-    for system in builder.GetSystems():
-        for name, port in vars(system).items():
-            if isinstance(port, InputPort) and not builder.IsConnectedOrExported(port):
-                setattr(system, name, None)
+def value_or_none(port: InputPort, context: Context) -> Any:
+    """Returns the value of an input port; None where nothing is connected or it holds NOTHING."""
+    return read_object(port, context) if port.HasValue(context) else None

@@ -221,6 +221,7 @@ class ScriptedLocalization(FloorAware):
 
         In m and rad as seen from the base, or in m/s and rad/s for speeds.
         """
+        assert self._gains_port is not None
         gains = value_or_none(self._gains_port, context)
         if gains is None:
             return np.zeros(POSE_SIZE)

@@ -36,7 +36,6 @@ from drake_navbench.systems.lidar import Lidar
 from drake_navbench.systems.local_costmap import LocalCostmap
 from drake_navbench.systems.moving_world import MovingWorld
 from drake_navbench.systems.navigator import Navigator
-from drake_navbench.systems.ports import drop_unconnected
 from drake_navbench.systems.range_sensors import RangeSensors
 from drake_navbench.systems.recorder import Recorder
 from drake_navbench.systems.running_stack import RunningStack, RunningStackSystem, StackTask
@@ -213,7 +212,6 @@ def build_trial_diagram(
     if isinstance(navigator, TreeNavigator) and floors is not None:
         connect_floors(builder, navigator, builder.GetSystems())
 
-    drop_unconnected(builder)
     diagram = builder.Build()
     diagram.set_name("trial")
     return TrialDiagram(

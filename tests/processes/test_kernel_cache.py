@@ -5,14 +5,11 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
-import textwrap
 import time
 from pathlib import Path
 
 import pytest
-from numba import njit
 
-from drake_navbench.kernels.angles import wrap
 from drake_navbench.processes import cache_folder, kernel_cache, kernel_sources
 from drake_navbench.processes.cache_folder import OWN_VARIABLE, READ_ONLY_VARIABLE
 from drake_navbench.processes.kernel_cache import KernelPlace
@@ -75,12 +72,6 @@ def test_a_module_of_others_that_imports_nothing_of_ours_is_left_to_numba(lab):
     found = digests(lab)
     assert [name for name, digest in found.items() if digest is None] == ["foreign"]
     assert KernelPlace.from_function(test_neither_times_nor_the_folder_enter, "<stdin>") is None
-
-
-def test_kernels_of_ours_alone_have_no_function_for_c():
-    assert wrap.targetoptions["no_cfunc_wrapper"]
-    foreign = njit(cache=True)(textwrap.indent)
-    assert "no_cfunc_wrapper" not in foreign.targetoptions
 
 
 def test_another_compiler_or_instruction_set_has_kernels_of_its_own(lab, monkeypatch):

@@ -14,7 +14,6 @@ from pydrake.trajectories import PiecewisePolynomial
 from drake_navbench.inputs.localization import LocalizationSettings
 from drake_navbench.inputs.timeline import Timeline, timeline
 from drake_navbench.kernels.poses import compose, drifted_frame
-from drake_navbench.systems.ports import drop_unconnected
 from drake_navbench.systems.scripted_localization import ScriptedLocalization
 
 POSES = st.tuples(*[st.floats(-20.0, 20.0)] * 2, st.floats(-7.0, 7.0))
@@ -38,7 +37,6 @@ def drive(settings, *, until_s=10.01, speed=1.0, yaw_rate=0.0, seed=0, at_s=(), 
     if gains is not None:
         wheels = builder.AddSystem(ConstantVectorSource(np.array(gains)))
         builder.Connect(wheels.get_output_port(), system.GetInputPort("wheel_gains"))
-    drop_unconnected(builder)
     diagram = builder.Build()
     simulator = Simulator(diagram)
     context = system.GetMyMutableContextFromRoot(simulator.get_mutable_context())
