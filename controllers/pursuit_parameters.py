@@ -16,7 +16,7 @@ from drake_navbench.typed_files.quantities import (
     Speed,
 )
 
-# The search distance is the path handler's since the controllers do not cut the plan any more.
+# The controllers do not cut the plan any more, so the path handler has this parameter.
 SEARCH_DISTANCE = "max_robot_pose_search_dist"
 
 

@@ -194,7 +194,7 @@ class BandChooser:
         return self._checked(led, task, self._warm_iterations)
 
     def _own_way(self, led: PlannedBand, task: Task, *, is_last: bool) -> PlannedBand | None:
-        """Has IPOPT optimise a guess on which Newton's method failed.
+        """Returns the band that IPOPT makes of a guess on which Newton's method failed.
 
         Returns None where Newton's band was accepted or IPOPT's is not. is_last: the robot gives up
         without it.

@@ -160,9 +160,9 @@ class BandProgram:
         return self._solution(newton, z, self._objective(z)[0], status)
 
     def confirm(self, newton: NewtonResult, iterations: int) -> BandSolution:
-        """Has IPOPT optimise the end of Newton's method, or the guess where that failed.
+        """Returns what IPOPT makes of Newton's last iterate, or of the guess if Newton failed.
 
-        iterations: of IPOPT, at most.
+        iterations: the largest number of iterations of IPOPT.
         """
         problem, descent = newton.problem, newton.descent
         self._scene, self._weights, self._evaluations = problem.scene, problem.weights, 0

@@ -78,7 +78,7 @@ def _instead(path: Path) -> str:
         suffixes = (*YAML_SUFFIXES, ".sdf", ".urdf")
         files = sorted(file.name for file in path.iterdir() if file.suffix in suffixes)
         named = f", such as {', '.join(files[:MAX_NAMED])} in it" if files else ""
-        return f"is a folder; expected a file{named}"
+        return f"is a folder; expected a file{named} (a robot's repository is given by --package)"
     if path.suffix in WORLDS:
         return "is a simulator's world; expected a YAML file (worlds of BARN are for --barn)"
     return "expected a YAML file"

@@ -83,10 +83,10 @@ def as_pose(pose: ArrayLike, name: str) -> Array:
 def outside_map(
     costmap: Costmap, pose: Array, error: type[PlanningError], name: str
 ) -> PlanningError:
-    """Returns the error for a start or goal off the map, with the map's bounds."""
+    """Returns the error for a start or goal outside the global costmap, with its bounds."""
     return error(
-        f"{name}: found ({pose[0]:g}, {pose[1]:g}) m, expected a point on the map: x from "
-        f"{costmap.origin_x:g} to {costmap.origin_x + costmap.size_x_m:g} m, y from "
+        f"{name}: found ({pose[0]:g}, {pose[1]:g}) m, expected a point in the global costmap: "
+        f"x from {costmap.origin_x:g} to {costmap.origin_x + costmap.size_x_m:g} m, y from "
         f"{costmap.origin_y:g} to {costmap.origin_y + costmap.size_y_m:g} m"
     )
 

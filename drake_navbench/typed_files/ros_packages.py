@@ -95,7 +95,9 @@ class Packages:
             package = self.model(named[1]) if uri[0] == "m" else self.folder(named[1])
             place = None if package is None else self._inside(package / named[2])
             return place if place is not None or package is None else self._above(named[2], package)
-        path = Path(uri.removeprefix("file://"))
+        # `file:/p` and `file:///p` name the same file (RFC 8089); before the first of them, tools
+        # that expand xacro put a folder, as before a relative path.
+        path = Path(uri.rpartition("file:")[2].removeprefix("//"))
         start = folder or self._folder
         place = self._inside(start / path)
         if place is None and path.is_absolute() and path.is_relative_to(start):

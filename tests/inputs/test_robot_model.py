@@ -158,6 +158,16 @@ def test_a_package_is_found_above_beside_and_where_ros_looks(
     assert shapely.Polygon(load_robot(str(path)).outline).bounds == pytest.approx(SQUARE_CART)
 
 
+@pytest.mark.parametrize("scheme", ["file://", "file:"])
+def test_a_mesh_by_its_whole_path_is_found_with_two_slashes_and_with_none(tmp_path, scheme):
+    (tmp_path / "square.obj").write_text(SQUARE)
+    (tmp_path / "package.xml").write_text("<package><name>cart</name></package>")
+    path = tmp_path / "cart.urdf.xacro"
+    mesh = f'<mesh filename="{scheme}$(find cart)/square.obj"/>'
+    path.write_text(URDF.replace(TOUCHING_BOX, mesh))
+    assert shapely.Polygon(load_robot(str(path)).outline).bounds == pytest.approx(SQUARE_CART)
+
+
 def test_a_folder_whose_package_has_another_name_is_another_package(tmp_path):
     folder = tmp_path / "cart_parts"
     folder.mkdir()

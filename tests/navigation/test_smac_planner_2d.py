@@ -157,7 +157,7 @@ def test_a_plan_goes_round_a_wall_without_touching_it():
     ],
 )
 def test_poses_off_the_map_are_refused_start_first(start, goal, error, code):
-    with pytest.raises(error, match="expected a point on the map") as caught:
+    with pytest.raises(error, match="expected a point in the global costmap") as caught:
         plan_path(empty_map(), start, goal, OURS)
     assert caught.value.code == code
     assert isinstance(caught.value, NavbenchError)
