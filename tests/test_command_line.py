@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import warnings
 
 import pytest
 
@@ -18,7 +19,7 @@ from drake_navbench.commands.command_line import (
     positive_percentage,
     whole_number,
 )
-from drake_navbench.errors import CannotBeWritten, EndedFromOutside, InputError
+from drake_navbench.errors import CannotBeWritten, EndedFromOutside, InputError, InputWarning
 
 
 def failing(error: BaseException):
@@ -88,3 +89,11 @@ def test_what_is_no_such_number_is_told(read, text, expected):
     with pytest.raises(argparse.ArgumentTypeError) as raised:
         read(text)
     assert str(raised.value) == f"got {text!r}, expected {expected}"
+
+
+def test_a_warning_about_the_input_is_a_line_without_a_place_in_the_code(capsys):
+    def work() -> None:
+        warnings.warn("a.urdf: left out b.dae", InputWarning, stacklevel=2)
+
+    assert exit_status_of(work) == EXIT_DONE
+    assert capsys.readouterr().err == "a.urdf: left out b.dae\n"

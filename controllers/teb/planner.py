@@ -167,7 +167,7 @@ class BandPlanner:
         return planned._replace(accepted=planned.accepted and newton.descent.converged)
 
     def confirm(self, planned: PlannedBand, task: Task, *, iterations: int) -> PlannedBand:
-        """Returns what IPOPT makes of a band in at most `iterations` steps.
+        """Returns the band that IPOPT makes of a band in at most so many iterations.
 
         It starts where Newton's method ended, or from the guess where that failed.
         """

@@ -160,7 +160,7 @@ class BandProgram:
         return self._solution(newton, z, self._objective(z)[0], status)
 
     def confirm(self, newton: NewtonResult, iterations: int) -> BandSolution:
-        """Returns what IPOPT makes of Newton's last iterate, or of the guess if Newton failed.
+        """Returns IPOPT's solution from Newton's last iterate, or from the guess if Newton failed.
 
         iterations: the largest number of iterations of IPOPT.
         """

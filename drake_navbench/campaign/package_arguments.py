@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import argparse
 
-from drake_navbench.errors import InputError, printable
+from drake_navbench.errors import printable
 from drake_navbench.inputs.package_files import (
     MAP,
     NAV2,
     ROBOT,
     WORLD,
-    PackageFiles,
     find_package_files,
     read_picks,
 )
@@ -29,9 +28,7 @@ def with_package(
     """
     found = find_package_files(arguments.package)
     picks = read_picks(arguments.pick)
-    taken = {kind: found.chosen(kind, picks.get(kind)) for kind in (ROBOT, NAV2, MAP, WORLD)}
-    if NAV2 not in picks:
-        taken[NAV2] = found.fitting(NAV2, taken[ROBOT])
+    taken = found.picked(arguments.pick)
     if arguments.robot != default_robot:
         taken[ROBOT] = None
     if arguments.nav2 or arguments.params or arguments.controllers:
@@ -51,7 +48,7 @@ def with_package(
         values["map"] = taken[MAP]
     if taken[WORLD] is not None:
         values["scenarios"] = [str(taken[WORLD])]
-    _require_robot(values, found, default_robot)
+    found.require_robot(values["robot"], default_robot)
     lines = found.lines(taken)
     if taken[MAP] is None and taken[WORLD] is None and not has_place:
         values["scenarios"] = [ELSEWHERE]
@@ -63,13 +60,3 @@ def with_package(
     if not has_task and (taken[MAP] is not None or taken[WORLD] is not None):
         values["goals"] = DEFAULT_GOALS
     return argparse.Namespace(**values), [printable(line) for line in lines]
-
-
-def _require_robot(values: dict[str, object], found: PackageFiles, default_robot: str) -> None:
-    """Raises InputError where no robot was found."""
-    where = ", ".join(map(str, found.roots))
-    if values["robot"] == default_robot:
-        raise InputError(
-            f"--package {where}: no robot that drives in .xacro, .urdf or model.sdf; expected one, "
-            "or --robot"
-        )

@@ -9,11 +9,20 @@ import argparse
 import math
 import os
 import sys
-from collections.abc import Callable, Sequence
+import warnings
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from itertools import takewhile
 from typing import Any, NoReturn
 
-from drake_navbench.errors import InputError, NavbenchError, as_line, nearest_name_hint
+from drake_navbench.errors import (
+    InputError,
+    InputWarning,
+    NavbenchError,
+    as_line,
+    nearest_name_hint,
+    printable,
+)
 
 EXIT_DONE = 0
 EXIT_FAILED = 1
@@ -131,6 +140,24 @@ def _forget_output(file: Any) -> None:
     os.dup2(os.open(os.devnull, os.O_WRONLY), file.fileno())
 
 
+@contextmanager
+def _input_warnings_as_lines() -> Iterator[None]:
+    """Prints each warning about the input as a line on stderr."""
+    with warnings.catch_warnings():
+        show_others = warnings.showwarning
+
+        def show(
+            message: Warning | str, category: type[Warning], *where: Any, **options: Any
+        ) -> None:
+            if issubclass(category, InputWarning):
+                print(printable(str(message)), file=sys.stderr)
+            else:
+                show_others(message, category, *where, **options)
+
+        warnings.showwarning = show
+        yield
+
+
 def exit_status_of(
     work: Callable[[], int | None],
     *,
@@ -140,11 +167,12 @@ def exit_status_of(
     """Does a command's work; returns its exit status, EXIT_DONE where the work returns None.
 
     A NavbenchError is one line on stderr; the status is EXIT_WRONG_INPUT where the input is at
-    fault, else `failed`. Ctrl-C prints the line `interrupted`. Output that nobody reads any more
-    (`| head`) is no fault.
+    fault, else `failed`. Warnings about the input are a line each. Ctrl-C prints the line
+    `interrupted`. Output that nobody reads any more (`| head`) is no fault.
     """
     try:
-        status = work()
+        with _input_warnings_as_lines():
+            status = work()
         # The reader of buffered output may be gone; noticed at the end, that would print a
         # traceback.
         print(end="", flush=True)

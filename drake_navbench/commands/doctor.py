@@ -34,13 +34,14 @@ examples:
   drake-navbench doctor nav2_params.yaml --robot turtlebot4 --read-only
   drake-navbench doctor nav2_params.yaml --robot turtlebot4 --out doctor/ \\
       --symptom wobble_straight --told "swings on the way to the goal"
+  drake-navbench doctor --package my_robot_ws/src --read-only
   drake-navbench doctor --score cases.yaml --files cases/ --page score.md
 
 exit status: 0 done, 2 wrong input or a full disk, 130 interrupted (the results
 so far are written; the same command goes on)
 """
 
-OF_THE_FILE = ("files", "robot", "controller", "nav2_release", "set")
+OF_THE_FILE = ("files", "robot", "controller", "nav2_release", "set", "package", "pick")
 # The options that each use of the command reads; a visit reads all others.
 USED = {
     "score": ("files", "case_files", "page"),
@@ -86,6 +87,16 @@ def _add_file(parser: argparse.ArgumentParser) -> None:
         "--robot NAME|FILE",
         "robot that lends what no Nav2 file has: mass, drive, lidar (wheelchair)",
         default="wheelchair",
+    )
+    option(
+        "--package DIR",
+        "repository of the robot: its model and its Nav2 file are found and used, and its map with "
+        "--goals",
+        Path,
+    )
+    option(
+        "--pick KIND=N ...",
+        "use another robot, nav2 or map of the list that --package prints, or none",
     )
     option("--controller NAME", "controller of the file to examine (the first one)")
     option("--symptom CLASS", "class of the symptom; a wrong name lists all classes")
@@ -194,8 +205,12 @@ def _doctor(arguments: argparse.Namespace) -> int:
     if arguments.log is not None:
         _look_at_log(arguments)
         return EXIT_DONE
+    if arguments.package is not None:
+        arguments = _with_package(arguments)
+    elif arguments.pick:
+        raise InputError(f"--pick {arguments.pick[0]}: expected --package as well")
     if not arguments.files:
-        raise InputError("doctor: expected a Nav2 file, --log or --score")
+        raise InputError("doctor: expected a Nav2 file, --package, --log or --score")
     if arguments.measure_board is not None:
         _measure_board(arguments)
         return EXIT_DONE
@@ -213,6 +228,15 @@ def _doctor(arguments: argparse.Namespace) -> int:
     if arguments.read_only:
         return EXIT_DONE
     return _visit(patient, symptom, arguments, report)
+
+
+def _with_package(arguments: argparse.Namespace) -> argparse.Namespace:
+    """Returns the arguments, completed from a robot's repository; prints the files found there."""
+    from drake_navbench.studies.doctor.package import with_package
+
+    arguments, lines = with_package(arguments, build_parser().get_default("robot"))
+    print_text("\n".join([*lines, ""]) + "\n")
+    return arguments
 
 
 def _require_readable_files(arguments: argparse.Namespace) -> None:

@@ -7,11 +7,9 @@ from __future__ import annotations
 
 import argparse
 import math
-import sys
 import time
 import warnings
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -25,7 +23,7 @@ from drake_navbench.commands.command_line import (
     positive_number,
     whole_number,
 )
-from drake_navbench.errors import InputError, InputWarning, printable
+from drake_navbench.errors import InputError, InputWarning
 from drake_navbench.releases import Release
 
 ALLOWED_WITH_RESUME = {"cluster", "cluster_tls", "trust_network", "resume", "jobs", "quiet"}
@@ -305,26 +303,6 @@ def _commas_wanted(names: Sequence[str]) -> str:
     )
 
 
-@contextmanager
-def input_warnings_as_lines(*, quiet: bool) -> Iterator[None]:
-    """Prints each warning about the input as a line on stderr; with `quiet`, prints none."""
-    with warnings.catch_warnings():
-        show_others = warnings.showwarning
-
-        def show(
-            message: Warning | str, category: type[Warning], *where: Any, **options: Any
-        ) -> None:
-            if issubclass(category, InputWarning):
-                print(printable(str(message)), file=sys.stderr)
-            else:
-                show_others(message, category, *where, **options)
-
-        warnings.showwarning = show
-        if quiet:
-            warnings.simplefilter("ignore", InputWarning)
-        yield
-
-
 def main(argv: Sequence[str] | None = None) -> int:
     """Runs the command; returns the exit status."""
     parser = build_parser()
@@ -333,8 +311,9 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 def _main(parser: argparse.ArgumentParser, argv: Sequence[str] | None) -> int:
     arguments = arguments_of(parser, argv)
-    with input_warnings_as_lines(quiet=arguments.quiet):
-        return _run(parser, arguments)
+    if arguments.quiet:
+        warnings.simplefilter("ignore", InputWarning)
+    return _run(parser, arguments)
 
 
 def arguments_of(parser: argparse.ArgumentParser, argv: Sequence[str] | None) -> argparse.Namespace:

@@ -8,6 +8,7 @@ from __future__ import annotations
 import argparse
 import sys
 import tempfile
+import warnings
 import webbrowser
 from collections.abc import Sequence
 from pathlib import Path
@@ -25,11 +26,10 @@ from drake_navbench.commands.run import (
     add_what_drives,
     add_where,
     arguments_of,
-    input_warnings_as_lines,
     with_package,
 )
 from drake_navbench.commands.run import build_parser as run_parser
-from drake_navbench.errors import InputError, printable, writing
+from drake_navbench.errors import InputError, InputWarning, printable, writing
 
 if TYPE_CHECKING:
     from drake_navbench.campaign.request import Request
@@ -84,8 +84,9 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 def _main(argv: Sequence[str] | None) -> None:
     arguments = arguments_of(build_parser(), argv)
-    with input_warnings_as_lines(quiet=arguments.quiet):
-        _show(arguments)
+    if arguments.quiet:
+        warnings.simplefilter("ignore", InputWarning)
+    _show(arguments)
 
 
 def _show(arguments: argparse.Namespace) -> None:

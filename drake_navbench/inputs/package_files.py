@@ -72,10 +72,33 @@ class PackageFiles:
         own = [file for file in found if name and name in self._short(file).as_posix().lower()]
         return next(iter((*own, *found)), None)
 
+    def picked(self, texts: Sequence[str]) -> dict[str, Path | None]:
+        """Returns the file of each kind by `--pick kind=N`, else the likeliest; None without one.
+
+        The Nav2 file that is not picked is one with the robot's name. Raises InputError.
+        """
+        picks = read_picks(texts)
+        files = {kind: self.chosen(kind, picks.get(kind)) for kind in KINDS}
+        if NAV2 not in picks:
+            files[NAV2] = self.fitting(NAV2, files[ROBOT])
+        return files
+
+    def require_robot(self, robot: str, default: str) -> None:
+        """Raises InputError if `robot` is the command line's default: no robot was found."""
+        if robot == default:
+            where = ", ".join(map(str, self.roots))
+            raise InputError(
+                f"--package {where}: no robot that drives in .xacro, .urdf or model.sdf; expected "
+                "one, or --robot"
+            )
+
     def lines(self, picked: Mapping[str, Path | None]) -> list[str]:
-        """Returns the list of files found, the chosen ones marked, and how to choose another."""
+        """Returns the list of files found, the chosen ones marked, and how to choose another.
+
+        picked: the chosen file of each kind that is listed, or None.
+        """
         told = []
-        for kind in KINDS:
+        for kind in picked:
             found = self.files[kind]
             if not found:
                 told.append(f"{kind}: none found")
@@ -83,7 +106,7 @@ class PackageFiles:
             how = f", another by --pick {kind}=N" if len(found) > 1 else ""
             told.append(f"{kind}: {len(found)} found{how}")
             for number, file in enumerate(found[:MAX_LISTED], start=1):
-                mark = "*" if file == picked.get(kind) else " "
+                mark = "*" if file == picked[kind] else " "
                 told.append(f"  {mark} {number:2} {self._short(file)}")
             if len(found) > MAX_LISTED:
                 told.append(f"       and {len(found) - MAX_LISTED} more")

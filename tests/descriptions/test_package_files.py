@@ -7,6 +7,7 @@ from descriptions_scenes import ROOM, world, write_repository
 
 from drake_navbench.campaign.package_arguments import with_package
 from drake_navbench.campaign.request_arguments import request_from_arguments
+from drake_navbench.commands.doctor import main as doctor
 from drake_navbench.commands.run import build_parser, main
 from drake_navbench.errors import InputError
 
@@ -120,6 +121,39 @@ def test_a_folder_without_a_robot_is_one_line(tmp_path, capsys):
     assert "expected the folder of a robot's packages" in capsys.readouterr().err
     assert main(["--pick", "robot=1"]) == 2
     assert "expected --package as well" in capsys.readouterr().err
+
+
+def test_the_doctor_reads_the_nav2_file_of_a_repository_for_its_robot(repository, capsys):
+    """The Nav2 file's radius of 0.1 m lies within the body of the repository's model."""
+    file = repository / "cart_nav" / "config" / "nav2_params.yaml"
+    file.write_text(NAV2.replace("robot_radius: 0.9", "robot_radius: 0.1"))
+    assert doctor(["--package", str(repository), "--read-only"]) == 0
+    told = " ".join(capsys.readouterr().out.split())
+    assert "* 1 cart_nav/config/nav2_params.yaml" in told
+    assert "world:" not in told
+    assert "Read: FollowPath (rpp)" in told
+    assert "robot_radius: what the costmaps take; the body of" in told
+    assert "cart.urdf.xacro" in told.partition("the body of")[2]
+    other = repository / "other.yaml"
+    other.write_text(DWB)
+    assert doctor([str(other), "--package", str(repository), "--read-only"]) == 0
+    assert "Read: FollowPath (dwb)" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("options", "line"),
+    [
+        (["--goals", "3", "--out", "x"], "no map; expected one for --goals, or --map"),
+        (["--pick", "nav2=none", "--read-only"], "no Nav2 file; expected one, or FILE"),
+        (["--pick", "world=1", "--read-only"], "--pick world: is of no use here"),
+        (["--pick", "robot=none", "--read-only"], "expected one, or --robot"),
+    ],
+)
+def test_what_the_doctor_lacks_in_a_repository_is_one_line(repository, capsys, options, line):
+    assert doctor(["--package", str(repository), *options]) == 2
+    told = capsys.readouterr().err
+    assert line in told
+    assert told.count("\n") == 1
 
 
 def test_what_nav2_file_and_model_contradict_is_told(repository, capsys):

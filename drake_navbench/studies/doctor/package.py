@@ -1,0 +1,50 @@
+"""The arguments of a visit that a robot's repository gives: `doctor --package`."""
+
+from __future__ import annotations
+
+import argparse
+
+from drake_navbench.errors import InputError, printable
+from drake_navbench.inputs.package_files import (
+    MAP,
+    NAV2,
+    ROBOT,
+    WORLD,
+    find_package_files,
+    read_picks,
+)
+
+
+def with_package(
+    arguments: argparse.Namespace, default_robot: str
+) -> tuple[argparse.Namespace, list[str]]:
+    """Returns the arguments completed from the repository, and lines on the files found there.
+
+    Files and robot of the command line prevail. The map is taken for --goals alone. Raises
+    InputError where robot, Nav2 file or the map for --goals is missing.
+    """
+    root = arguments.package
+    if WORLD in read_picks(arguments.pick):
+        raise InputError("--pick world: is of no use here; the doctor drives in its probes")
+    found = find_package_files([root])
+    taken = found.picked(arguments.pick)
+    del taken[WORLD]
+    if arguments.robot != default_robot:
+        taken[ROBOT] = None
+    if arguments.files:
+        taken[NAV2] = None
+    if arguments.map is not None or not arguments.goals:
+        taken[MAP] = None
+    values = dict(vars(arguments))
+    if taken[ROBOT] is not None:
+        values["robot"] = str(taken[ROBOT])
+    if taken[NAV2] is not None:
+        values["files"] = [taken[NAV2]]
+    if taken[MAP] is not None:
+        values["map"] = taken[MAP]
+    found.require_robot(values["robot"], default_robot)
+    if not values["files"]:
+        raise InputError(f"--package {root}: no Nav2 file; expected one, or FILE")
+    if arguments.goals and values["map"] is None:
+        raise InputError(f"--package {root}: no map; expected one for --goals, or --map")
+    return argparse.Namespace(**values), [printable(line) for line in found.lines(taken)]
