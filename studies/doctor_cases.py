@@ -10,7 +10,8 @@ complaint and the paths, and `files` reads the state before that commit. CLONES 
 clones, OWNER+NAME each; what is missing there is cloned from GitHub.
 
 The halves are drawn by a seed. All cases of one owner stay together, because the files of one owner
-resemble each other: in random order each owner goes to the half that has fewer cases so far.
+resemble each other: in random order each owner goes to the half that has fewer cases so far. The
+list of fresh cases, of other owners, is not drawn.
 """
 
 from __future__ import annotations
@@ -25,6 +26,7 @@ import yaml
 
 HERE = Path(__file__).parent / "doctor_cases"
 HALVES = (HERE / "development.yaml", HERE / "test.yaml")
+FRESH = HERE / "fresh.yaml"
 SEED = 43
 
 
@@ -48,7 +50,7 @@ def draw(source: Path) -> None:
 def fill(folder: Path, clones: Path) -> None:
     """Writes each case's files into a folder: ID.yaml, or ID_1.yaml, ID_2.yaml."""
     folder.mkdir(parents=True, exist_ok=True)
-    for path in HALVES:
+    for path in (*HALVES, FRESH):
         for case in yaml.safe_load(path.read_text(encoding="utf-8"))["known"]:
             if "file" in case:
                 _write_files(case, folder, clones)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections import Counter
 from pathlib import Path
 
 import pytest
@@ -230,3 +231,25 @@ def test_the_public_cases_are_read_and_no_owner_is_in_both_halves():
     for case in (*development, *test):
         assert case.symptom_class in list(Symptom)
         assert case.culprits
+
+
+def test_the_fresh_cases_have_the_form_of_the_others_and_owners_of_their_own():
+    # Not scored here: the doctor reads them once, in a study.
+    names = ("development", "test", "thirty_eight")
+    older = {owner_of(case) for name in names for case in read_cases(LISTS / f"{name}.yaml")}
+    listed = yaml.safe_load((LISTS / "fresh.yaml").read_text(encoding="utf-8"))
+    fresh = read_cases(LISTS / "fresh.yaml")
+    owners = Counter(owner_of(case) for case in fresh)
+    assert len({case.id for case in fresh}) == len(fresh) == 40
+    assert max(owners.values()) <= 4
+    assert not older & set(owners)
+    for case, entry in zip(fresh, listed["known"], strict=True):
+        assert case.symptom_class in list(Symptom)
+        assert case.symptom
+        assert 1 <= len(case.culprits) <= 4
+        assert entry["file"]["commit"] == case.link.partition("@")[2]
+        assert entry["file"]["paths"]
+
+
+def owner_of(case):
+    return case.link.partition("/")[0].lower()
