@@ -9,17 +9,17 @@ from __future__ import annotations
 import re
 from collections import Counter
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from pydantic import BaseModel, ConfigDict
 
 from drake_navbench.errors import InputError
-from drake_navbench.inputs.robot import load_robot
-from drake_navbench.nav2.robot import read_nav2_files
 from drake_navbench.releases import Release
 from drake_navbench.studies.doctor.causes import OUTSIDE, RELEASE, Cause, Direction
 from drake_navbench.studies.doctor.facts import CONTROLLER, Facts, facts_of
+from drake_navbench.studies.doctor.left_out import readable_setup
 from drake_navbench.studies.doctor.partial_files import OTHER_NAMES, facts_of_values
 from drake_navbench.studies.doctor.reading import Suspicion, suspicions_of
 from drake_navbench.studies.doctor.suspects import suspects_of
@@ -135,12 +135,9 @@ def _why_not_first(rank: int | None, found: Sequence[Suspicion], case: Case, fac
 def _facts(case: Case, files: Sequence[Path]) -> Facts:
     if not files:
         return facts_of_values(case.controller, case.release, case.parameters)
-    base = load_robot("wheelchair")
     release = next((r for r in Release if r in case.release.lower()), None)
-    setup = read_nav2_files(files, base, "wheelchair", release=release)
-    if not setup.presets:
-        raise InputError(f"{files[0]}: no controller that is available here")
-    return facts_of(setup, setup.presets[0])
+    setup, left_out = readable_setup(files, "wheelchair", release=release)
+    return replace(facts_of(setup, next(iter(setup.presets), None)), left_out=left_out)
 
 
 def is_hit(cause: Cause, case: Case, facts: Facts) -> bool:

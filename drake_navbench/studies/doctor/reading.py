@@ -13,6 +13,7 @@ from drake_navbench.studies.doctor.clues import factor_for, favours_of
 from drake_navbench.studies.doctor.facts import CONTROLLER, Facts
 from drake_navbench.studies.doctor.far_values import far_values
 from drake_navbench.studies.doctor.in_effect import is_in_effect
+from drake_navbench.studies.doctor.left_out import CRITIC
 from drake_navbench.studies.doctor.partial_files import facts_of_values
 from drake_navbench.studies.doctor.rules import (
     bands,
@@ -95,9 +96,15 @@ def findings_of(facts: Facts, symptom: Symptom | None = None) -> list[Finding]:
         if symptom is None and facts.nodes and not facts.is_whole:
             # The rest is the robot's: a fault there is none of the file's.
             is_wanted = is_wanted and (bool(rule.advice) or _rests_on_given(facts, rule))
-        if is_wanted and rule.fires(facts):
+        if is_wanted and not _needs_left_out(facts, rule) and rule.fires(facts):
             fired.append(rule.finding(facts))
     return fired if symptom is not None else [*fired, *far_values(facts, fired)]
+
+
+def _needs_left_out(facts: Facts, rule: Rule) -> bool:
+    """Tells whether a rule is about the list of critics, of which some could not be read."""
+    is_partial = any(CRITIC.search(line) for line in facts.left_out)
+    return is_partial and any(cause.place == "controller.critics" for cause in rule.cures)
 
 
 class Words(NamedTuple):
