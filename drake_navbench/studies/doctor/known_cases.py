@@ -18,9 +18,9 @@ from pydantic import BaseModel, ConfigDict
 from drake_navbench.errors import InputError
 from drake_navbench.releases import Release
 from drake_navbench.studies.doctor.causes import OUTSIDE, RELEASE, Cause, Direction
-from drake_navbench.studies.doctor.facts import CONTROLLER, Facts, facts_of
+from drake_navbench.studies.doctor.facts import CONTROLLER, Facts, facts_of, kinds_of
 from drake_navbench.studies.doctor.left_out import readable_setup
-from drake_navbench.studies.doctor.partial_files import OTHER_NAMES, facts_of_values
+from drake_navbench.studies.doctor.partial_files import OTHER_NAMES, facts_of_values, kind_in
 from drake_navbench.studies.doctor.reading import Suspicion, suspicions_of
 from drake_navbench.studies.doctor.suspects import suspects_of
 from drake_navbench.studies.doctor.symptoms import symptom_called
@@ -137,7 +137,9 @@ def _facts(case: Case, files: Sequence[Path]) -> Facts:
         return facts_of_values(case.controller, case.release, case.parameters)
     release = next((r for r in Release if r in case.release.lower()), None)
     setup, left_out = readable_setup(files, "wheelchair", release=release)
-    return replace(facts_of(setup, next(iter(setup.presets), None)), left_out=left_out)
+    own = [p for p in setup.presets if kinds_of(p)[-1] == kind_in(case.controller)]
+    preset = next(iter(own or setup.presets), None)
+    return replace(facts_of(setup, preset), left_out=left_out)
 
 
 def is_hit(cause: Cause, case: Case, facts: Facts) -> bool:
