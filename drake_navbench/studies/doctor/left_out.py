@@ -54,7 +54,8 @@ def readable_setup(
             return Readable(setup_of(read, base, robot, release=release), tuple(told))
         except InputError as error:
             lines = str(error).split("\n")
-            less = _without(read, lines, isinstance(error, NoCounterpart))
+            is_controller = isinstance(error, NoCounterpart) or f"listed in {PLUGINS}" in lines[0]
+            less = _without(read, lines, is_controller)
             if less is None or len(told) >= MOST:
                 raise
             read = less

@@ -65,6 +65,14 @@ def test_a_value_that_is_refused_is_left_out_and_the_default_counts(patient):
     assert found["controller.lookahead_dist"] == 0.6
 
 
+def test_a_controller_without_parameters_is_left_out(patient):
+    lists = {"controller_server": {"controller_plugins": ["FollowPath", "Docking"]}}
+    found = patient(nav2_text(RPP_BLOCK, plugin=RPP, **lists)).facts()
+    (line,) = found.left_out
+    assert "Docking: missing, but listed in controller_plugins" in line
+    assert found.plugin == "FollowPath"
+
+
 def test_a_controller_that_is_asked_for_must_be_readable(patient):
     with pytest.raises(InputError, match="expected one of FollowPath"):
         patient(nav2_text(RPP_BLOCK, plugin=RPP), "Other").facts()

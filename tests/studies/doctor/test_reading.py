@@ -209,6 +209,12 @@ def test_a_deadband_that_only_cuts_what_moves_no_robot_is_none(facts):
 
 
 def test_a_layer_whose_name_says_nothing_may_see_obstacles(facts):
+    types = {
+        "camera": "VoxelLayer",
+        "static_layer": "StaticLayer",
+        "inflation_layer": "InflationLayer",
+    }
+
     def seen(*layers):
         local = {"plugins": list(layers)} | {
             name: {"plugin": "nav2_costmap_2d::VoxelLayer"} for name in layers
