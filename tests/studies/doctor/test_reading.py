@@ -217,7 +217,7 @@ def test_a_layer_whose_name_says_nothing_may_see_obstacles(facts):
 
     def seen(*layers):
         local = {"plugins": list(layers)} | {
-            name: {"plugin": "nav2_costmap_2d::VoxelLayer"} for name in layers
+            name: {"plugin": f"nav2_costmap_2d::{types[name]}"} for name in layers
         }
         return fired(facts(nav2_text(RPP_BLOCK, plugin=RPP, local_costmap=local)))
 
