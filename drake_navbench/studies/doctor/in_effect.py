@@ -91,6 +91,9 @@ def _has_reader(facts: Facts, block: str, name: str) -> bool:
     if block in COSTMAPS:
         if name == "robot_radius":
             return f"{block}.footprint" not in facts.given
+        if name in ("width", "height") and not facts[f"{block}.rolling_window"]:
+            # The map's size counts.
+            return not any("static" in str(layer) for layer in facts[f"{block}.plugins"] or ())
         return value is not None or name in OF_THE_COSTMAP
     if block != "planner" or not any(fnmatchcase(name, own) for own in OF_SOME_PLANNERS):
         return True
