@@ -109,7 +109,7 @@ def score_case(case: Case, folder: Path | None) -> Scored:
     """Returns the doctor's answer to a case; a case whose symptom is unknown counts as missed."""
     files = files_of(case, folder)
     try:
-        facts = _facts(case, files)
+        facts = facts_of_case(case, folder)
         symptom = symptom_called(case.symptom_class)
     except InputError as error:
         return Scored(case, (), None, bool(files), str(error))
@@ -132,7 +132,9 @@ def _why_not_first(rank: int | None, found: Sequence[Suspicion], case: Case, fac
     return f"the cure is none of the {len(found)} causes that the doctor knows for this symptom"
 
 
-def _facts(case: Case, files: Sequence[Path]) -> Facts:
+def facts_of_case(case: Case, folder: Path | None) -> Facts:
+    """Returns the facts of a case's files in a folder, or of the values that it names."""
+    files = files_of(case, folder)
     if not files:
         return facts_of_values(case.controller, case.release, case.parameters)
     release = next((r for r in Release if r in case.release.lower()), None)
@@ -255,13 +257,14 @@ def _rank_of_frequent(case: Case, cases: Sequence[Case]) -> int | None:
     counts: Counter[tuple[str, str]] = Counter()
     for other in cases:
         if other.id != case.id and other.symptom_class == case.symptom_class:
-            counts.update(_plain_culprits(other))
-    own = set(_plain_culprits(case))
+            counts.update(plain_culprits(other))
+    own = set(plain_culprits(case))
     ranked = [culprit for culprit, _ in counts.most_common()]
     return next((rank for rank, culprit in enumerate(ranked, 1) if culprit in own), None)
 
 
-def _plain_culprits(case: Case) -> list[tuple[str, str]]:
+def plain_culprits(case: Case) -> list[tuple[str, str]]:
+    """Returns the culprits' parameters without node or critic, and the first word of each cure."""
     return [
         (_plain(name.split(".")[-1]), str(cure).split(" ")[0])
         for name, cure in case.culprits.items()
