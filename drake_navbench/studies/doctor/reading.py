@@ -250,7 +250,9 @@ def _is_zero(facts: Facts, place: str) -> bool:
     value, name = facts[place], place.rpartition(".")[2]
     if isinstance(value, bool) or any(fnmatchcase(name, pattern) for pattern in BELOW_ZERO):
         return False
-    return value == 0.0 or (isinstance(value, list | tuple) and bool(value) and not any(value))
+    if isinstance(value, list | tuple):
+        return bool(value) and not any(value)
+    return bool(value == 0.0)
 
 
 def _has(facts: Facts, cause: Cause) -> bool:

@@ -77,7 +77,7 @@ class Finding:
 def _is_zero(cause: Cause, facts: Facts) -> bool:
     """Tells whether a cure would lower to 0 what is 0 already."""
     is_lowered = cause.direction is Direction.DOWN and cause.to == 0.0
-    return is_lowered and facts[cause.place] == 0.0
+    return is_lowered and bool(facts[cause.place] == 0.0)
 
 
 def _fitting(cause: Cause, facts: Facts) -> Cause:
