@@ -28,6 +28,8 @@ COSTMAPS = {"local_costmap": LOCAL_COSTMAP, "global_costmap": GLOBAL_COSTMAP}
 SHIM = "rotation_shim"
 # Kinds of controllers as suspects name them.
 KINDS = {SHIM: "shim", "teb_upstream": "teb", "external": "external"}
+# The controller's name of a file whose controllers are all unknown here.
+NO_PLUGIN = "no controller"
 # Older names of parameters.
 ALIASES = {"desired_linear_vel": "max_linear_vel"}
 
@@ -44,7 +46,8 @@ class Facts:
     file is a whole one, so that what is missing in it is missing on the robot.
     unreadable: places that the release does not read. doubts: parameters whose values are probably
     mistakes, with what Nav2 makes of them, from the check. mark: what in the file told the release.
-    others: further controllers in the file, by their names.
+    others: further controllers in the file, by their names. left_out: a line for each thing in the
+    file that could not be read.
     """
 
     kinds: tuple[str, ...]
@@ -62,6 +65,7 @@ class Facts:
     doubts: Mapping[str, str] = field(default_factory=dict)
     mark: str = ""
     others: tuple[str, ...] = ()
+    left_out: tuple[str, ...] = ()
 
     def __getitem__(self, place: str) -> Any:
         """Returns the value of a place; None where the file and its models have none."""
@@ -151,11 +155,12 @@ def kinds_of(preset: Preset) -> tuple[str, ...]:
     return "shim", KINDS.get(primary, primary)
 
 
-def facts_of(setup: Nav2Setup, preset: Preset) -> Facts:
-    """Returns the facts of a column of a Nav2 file."""
-    values = dict(_navigation_values(setup.robot)) | dict(controller_values(preset))
+def facts_of(setup: Nav2Setup, preset: Preset | None) -> Facts:
+    """Returns the facts of a column of a Nav2 file; None: of no controller that is known here."""
+    values = dict(_navigation_values(setup.robot))
+    values |= {} if preset is None else dict(controller_values(preset))
     given: set[str] = set()
-    plugin = setup.places[preset.name][1]
+    plugin = setup.places[preset.name][1] if preset is not None else NO_PLUGIN
     names = Names(plugin, _blocks_of_checkers(setup))
     nodes = {name.rpartition("/")[2] for name, _ in setup.given}
     for (owner, parameter), value in setup.given.items():
@@ -167,18 +172,18 @@ def facts_of(setup: Nav2Setup, preset: Preset) -> Facts:
             values[place] = value
     unread = {row.place: row.remark for row in setup.check.of(Status.UNREAD)}
     return Facts(
-        kinds_of(preset),
+        kinds_of(preset) if preset is not None else (),
         release_in(setup),
         values,
         frozenset(given),
-        defaults_of(preset),
+        defaults_of(preset) if preset is not None else {},
         unread,
         frozenset(nodes),
         {},
         setup.robot,
         plugin,
         SERVER in nodes and "local_costmap" in nodes,
-        unreadable_by(preset),
+        unreadable_by(preset) if preset is not None else frozenset(),
         {row.place: row.remark for row in setup.check.of(Status.DOUBTFUL)},
         _mark_in(setup),
         tuple(name for _, name in setup.places.values() if name != plugin),

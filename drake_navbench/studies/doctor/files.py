@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -12,8 +12,10 @@ from drake_navbench.errors import InputError
 from drake_navbench.inputs.presets import Preset
 from drake_navbench.inputs.robot import Robot
 from drake_navbench.nav2.patch import Place, patched
+from drake_navbench.nav2.robot import Nav2Setup
 from drake_navbench.nav2.whole_files import FileColumns, WholeFile, columns_of_files
 from drake_navbench.studies.doctor.facts import Facts, facts_of
+from drake_navbench.studies.doctor.left_out import readable_setup
 
 
 @dataclass(frozen=True)
@@ -48,24 +50,32 @@ class Patient:
 
     def chosen(self, columns: FileColumns) -> Preset:
         """Returns the column of the controller that is looked at; raises InputError."""
-        plugins = columns.plugins
-        if not plugins:
+        preset = self._chosen(columns.setup)
+        if preset is None:
             raise InputError(
                 f"{columns.file.told}: no controller_server with controller_plugins; expected one"
             )
+        return preset
+
+    def _chosen(self, setup: Nav2Setup) -> Preset | None:
+        plugins = {setup.places[preset.name][1]: preset for preset in setup.presets}
         if not self.plugin:
-            return next(iter(plugins.values()))
+            return next(iter(plugins.values()), None)
         if self.plugin not in plugins:
             raise InputError(f"--controller {self.plugin!r}: expected one of {', '.join(plugins)}")
         return plugins[self.plugin]
 
     def facts(self) -> Facts:
-        """Returns the facts of the file."""
+        """Returns the facts of what can be read of the file; raises InputError."""
         return self._facts
 
     @cached_property
     def _facts(self) -> Facts:
-        columns = self.columns()
+        try:
+            columns = self.columns()
+        except InputError:
+            setup, left_out = readable_setup(self.paths, self.robot, self.values, self.release)
+            return replace(facts_of(setup, self._chosen(setup)), left_out=left_out)
         return facts_of(columns.setup, self.chosen(columns))
 
     def patched_text(self, changes: Mapping[Place, Any]) -> str:

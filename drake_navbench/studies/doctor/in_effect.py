@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from fnmatch import fnmatchcase
 from typing import NamedTuple
 
-from drake_navbench.studies.doctor.facts import CONTROLLER, Facts
+from drake_navbench.studies.doctor.facts import CONTROLLER, COSTMAPS, Facts
 
 
 class Switch(NamedTuple):
@@ -36,15 +36,46 @@ SWITCHES: Mapping[str, Switch] = {
     "include_costmap_obstacles": Switch(("costmap_obstacles_behind_robot_dist",)),
 }
 
+# The parameters that only some planners read, by a part of the planner's type.
+_SMAC = ("max_iterations", "max_on_approach_iterations", "max_planning_time", "smooth_path")
+_FEASIBLE = (
+    *_SMAC, "reverse_penalty", "change_penalty", "non_straight_penalty", "cost_penalty",
+    "analytic_expansion_*", "cache_obstacle_heuristic", "debug_visualizations",
+)  # fmt: skip
+PLANNERS: Mapping[str, tuple[str, ...]] = {
+    "Navfn": ("use_astar", "use_final_approach_orientation"),
+    "SmacPlanner2D": (
+        *_SMAC, "cost_travel_multiplier", "downsample_costmap", "use_final_approach_orientation",
+    ),
+    "SmacPlannerHybrid": (
+        *_FEASIBLE, "motion_model_for_search", "minimum_turning_radius", "angle_quantization_bins",
+        "downsample_costmap",
+    ),
+    "SmacPlannerLattice": (*_FEASIBLE, "rotation_penalty", "allow_reverse_expansion"),
+    "ThetaStar": ("w_traversal_cost", "use_final_approach_orientation"),
+}  # fmt: skip
+OF_SOME_PLANNERS = frozenset(name for names in PLANNERS.values() for name in names)
+# The parameters of a costmap itself; all others are those of its layers.
+OF_THE_COSTMAP = frozenset(
+    {
+        "always_send_full_costmap",
+        "footprint",
+        "footprint_padding",
+        "publish_frequency",
+        "robot_radius",
+        "transform_tolerance",
+    }
+)
+
 
 def is_in_effect(facts: Facts, place: str) -> bool:
-    """Tells whether no switch that is known turns a controller's parameter off.
+    """Tells whether a plugin of the file reads a parameter and no switch turns it off.
 
     Of a file that is not whole, only switches that it gives are known.
     """
     block, _, name = place.partition(".")
     if block != CONTROLLER:
-        return True
+        return not facts.is_whole or _has_reader(facts, block, name)
     for switch, (on, off) in SWITCHES.items():
         own = f"{CONTROLLER}.{switch}"
         value = facts[own] if facts.is_whole or own in facts.given else None
@@ -52,3 +83,20 @@ def is_in_effect(facts: Facts, place: str) -> bool:
         if any(fnmatchcase(name, pattern) for pattern in idle):
             return False
     return True
+
+
+def _has_reader(facts: Facts, block: str, name: str) -> bool:
+    """Tells whether the planner, or a layer of the costmap, of a whole file reads a parameter."""
+    value = facts[f"{block}.{name}"]
+    if block in COSTMAPS:
+        if name == "robot_radius":
+            return f"{block}.footprint" not in facts.given
+        if name in ("width", "height") and not facts[f"{block}.rolling_window"]:
+            # The map's size counts.
+            return not any("static" in str(layer) for layer in facts[f"{block}.plugins"] or ())
+        return value is not None or name in OF_THE_COSTMAP
+    if block != "planner" or not any(fnmatchcase(name, own) for own in OF_SOME_PLANNERS):
+        return True
+    plugin = str(facts["planner.plugin"] or "")
+    known = [names for kind, names in PLANNERS.items() if kind in plugin]
+    return not known or any(fnmatchcase(name, own) for own in known[0])

@@ -9,18 +9,18 @@ from __future__ import annotations
 import re
 from collections import Counter
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from pydantic import BaseModel, ConfigDict
 
 from drake_navbench.errors import InputError
-from drake_navbench.inputs.robot import load_robot
-from drake_navbench.nav2.robot import read_nav2_files
 from drake_navbench.releases import Release
 from drake_navbench.studies.doctor.causes import OUTSIDE, RELEASE, Cause, Direction
-from drake_navbench.studies.doctor.facts import CONTROLLER, Facts, facts_of
-from drake_navbench.studies.doctor.partial_files import OTHER_NAMES, facts_of_values
+from drake_navbench.studies.doctor.facts import CONTROLLER, Facts, facts_of, kinds_of
+from drake_navbench.studies.doctor.left_out import readable_setup
+from drake_navbench.studies.doctor.partial_files import OTHER_NAMES, facts_of_values, kind_in
 from drake_navbench.studies.doctor.reading import Suspicion, suspicions_of
 from drake_navbench.studies.doctor.suspects import suspects_of
 from drake_navbench.studies.doctor.symptoms import symptom_called
@@ -109,7 +109,7 @@ def score_case(case: Case, folder: Path | None) -> Scored:
     """Returns the doctor's answer to a case; a case whose symptom is unknown counts as missed."""
     files = files_of(case, folder)
     try:
-        facts = _facts(case, files)
+        facts = facts_of_case(case, folder)
         symptom = symptom_called(case.symptom_class)
     except InputError as error:
         return Scored(case, (), None, bool(files), str(error))
@@ -132,15 +132,16 @@ def _why_not_first(rank: int | None, found: Sequence[Suspicion], case: Case, fac
     return f"the cure is none of the {len(found)} causes that the doctor knows for this symptom"
 
 
-def _facts(case: Case, files: Sequence[Path]) -> Facts:
+def facts_of_case(case: Case, folder: Path | None) -> Facts:
+    """Returns the facts of a case's files in a folder, or of the values that it names."""
+    files = files_of(case, folder)
     if not files:
         return facts_of_values(case.controller, case.release, case.parameters)
-    base = load_robot("wheelchair")
     release = next((r for r in Release if r in case.release.lower()), None)
-    setup = read_nav2_files(files, base, "wheelchair", release=release)
-    if not setup.presets:
-        raise InputError(f"{files[0]}: no controller that is available here")
-    return facts_of(setup, setup.presets[0])
+    setup, left_out = readable_setup(files, "wheelchair", release=release)
+    own = [p for p in setup.presets if kinds_of(p)[-1] == kind_in(case.controller)]
+    preset = next(iter(own or setup.presets), None)
+    return replace(facts_of(setup, preset), left_out=left_out)
 
 
 def is_hit(cause: Cause, case: Case, facts: Facts) -> bool:
@@ -202,7 +203,9 @@ def _same_direction(cause: Cause, cure: Any, facts: Facts) -> bool:
         return (cause.direction is Direction.DOWN) == (number == 0.0)
     if cause.direction is not Direction.SET:
         return text in ("set", "change", "tune")
-    return cause.to is None or str(cause.to).lower() in text or text in ("set", "add")
+    # A plugin may be named with its package or without it.
+    wanted = str(cause.to).rpartition("::")[2].lower()
+    return cause.to is None or wanted in text or text in ("set", "add")
 
 
 def _number(text: str) -> float | None:
@@ -256,13 +259,14 @@ def _rank_of_frequent(case: Case, cases: Sequence[Case]) -> int | None:
     counts: Counter[tuple[str, str]] = Counter()
     for other in cases:
         if other.id != case.id and other.symptom_class == case.symptom_class:
-            counts.update(_plain_culprits(other))
-    own = set(_plain_culprits(case))
+            counts.update(plain_culprits(other))
+    own = set(plain_culprits(case))
     ranked = [culprit for culprit, _ in counts.most_common()]
     return next((rank for rank, culprit in enumerate(ranked, 1) if culprit in own), None)
 
 
-def _plain_culprits(case: Case) -> list[tuple[str, str]]:
+def plain_culprits(case: Case) -> list[tuple[str, str]]:
+    """Returns the culprits' parameters without node or critic, and the first word of each cure."""
     return [
         (_plain(name.split(".")[-1]), str(cure).split(" ")[0])
         for name, cure in case.culprits.items()

@@ -20,18 +20,16 @@ from drake_navbench.studies.doctor.facts import (
     shortened,
 )
 from drake_navbench.studies.doctor.suspects import ELSEWHERE
-from drake_navbench.studies.doctor.usual import OF_BRINGUP
+from drake_navbench.studies.doctor.usual import OF_BRINGUP, PRESETS
 
-# Words for controllers -> the preset with the defaults of Nav2's own files.
-PRESETS = (
-    (r"shim.*rpp|rotationshim\+rpp", "rotation_shim"),
-    (r"shim", "rotation_shim"),
-    (r"mppi", "mppi_bringup"),
-    (r"rpp|regulated|pure pursuit", "rpp_bringup"),
+# Words for controllers that drive, without a shim before them -> the kind.
+DRIVING = (
+    (r"mppi", "mppi"),
+    (r"rpp|regulated|pure pursuit", "rpp"),
     (r"vector", "vector_pursuit"),
     (r"graceful", "graceful"),
-    (r"teb", "teb_upstream"),
-    (r"dwb|dwa", "dwb_bringup"),
+    (r"teb", "teb"),
+    (r"dwb|dwa", "dwb"),
 )
 # Servers whose parameters users name without the server, in the order in which they are meant.
 SERVERS = (
@@ -132,9 +130,7 @@ def facts_of_values(controller: str, release: str, values: Mapping[str, Any]) ->
             found[place] = value
     # A velocity smoother or collision monitor that the user names exists.
     nodes = frozenset(place.partition(".")[0] for place in given)
-    kinds = (
-        kinds_of(preset) if re.search("|".join(p for p, _ in PRESETS), controller.lower()) else ()
-    )
+    kinds = kinds_of(preset) if _is_shim(controller) or kind_in(controller) else ()
     return Facts(
         kinds,
         known or (Release.HUMBLE if is_old else NEWEST_RELEASE),
@@ -147,9 +143,19 @@ def facts_of_values(controller: str, release: str, values: Mapping[str, Any]) ->
     )
 
 
+def kind_in(words: str) -> str:
+    """Returns the kind of the controller that words name and that drives; '' without one."""
+    text = words.lower()
+    return next((kind for pattern, kind in DRIVING if re.search(pattern, text)), "")
+
+
 def _preset_name(controller: str) -> str:
-    text = controller.lower()
-    return next((name for pattern, name in PRESETS if re.search(pattern, text)), "dwb_bringup")
+    """Returns the preset with the values of Nav2's own files."""
+    return PRESETS["shim" if _is_shim(controller) else kind_in(controller) or "dwb"]
+
+
+def _is_shim(controller: str) -> bool:
+    return "shim" in controller.lower()
 
 
 def _defaults() -> Iterator[tuple[str, Any]]:

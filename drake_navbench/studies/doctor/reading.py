@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from fnmatch import fnmatchcase
 from functools import cache
 from typing import NamedTuple
 
@@ -13,6 +14,7 @@ from drake_navbench.studies.doctor.clues import factor_for, favours_of
 from drake_navbench.studies.doctor.facts import CONTROLLER, Facts
 from drake_navbench.studies.doctor.far_values import far_values
 from drake_navbench.studies.doctor.in_effect import is_in_effect
+from drake_navbench.studies.doctor.left_out import CRITIC
 from drake_navbench.studies.doctor.partial_files import facts_of_values
 from drake_navbench.studies.doctor.rules import (
     bands,
@@ -59,7 +61,7 @@ FAR_TIMES = 2.0
 # The factor of a parameter that somebody changed from its default towards the fault.
 CHANGED = 1.25
 # The factor of a parameter that a user names, in words or as one of a few values.
-NAMED = 2.0
+NAMED = 3.0
 # The weight of a named value that is no suspect of the symptom: towards the usual value if it is
 # far from it, and in either direction if it is not.
 NAMED_FAR, NAMED_NEAR = 0.6, 0.3
@@ -71,6 +73,14 @@ TRIED = 0.3
 SINCE_HUMBLE = ("nav2_controller::PoseProgressChecker",)
 # Parameters of the shim that its model has for all releases, and the first release that reads them.
 NEWER = {"controller.rotate_to_goal_heading": Release.JAZZY}
+# Parameters that may be negative, so that 0 can still be lowered.
+BELOW_ZERO = ("min_vel*", "*_min", "min_velocity", "*obstacle_height", "origin_z", "*decel*")
+# A limit by place, and the place of what it limits: where it exceeds that, raising it does nothing.
+LIMITS = {
+    "local_costmap.raytrace_max_range": "local_costmap.obstacle_max_range",
+    "global_costmap.raytrace_max_range": "global_costmap.obstacle_max_range",
+    "controller.max_speed_xy": "controller.max_vel_x",
+}
 # The factor of a parameter that a user reports as missing.
 MISSING = 6.0
 # The factor of lowering a limit of speed for a robot that is too slow.
@@ -95,9 +105,15 @@ def findings_of(facts: Facts, symptom: Symptom | None = None) -> list[Finding]:
         if symptom is None and facts.nodes and not facts.is_whole:
             # The rest is the robot's: a fault there is none of the file's.
             is_wanted = is_wanted and (bool(rule.advice) or _rests_on_given(facts, rule))
-        if is_wanted and rule.fires(facts):
+        if is_wanted and not _needs_left_out(facts, rule) and rule.fires(facts):
             fired.append(rule.finding(facts))
     return fired if symptom is not None else [*fired, *far_values(facts, fired)]
+
+
+def _needs_left_out(facts: Facts, rule: Rule) -> bool:
+    """Tells whether a rule is about the list of critics, of which some could not be read."""
+    is_partial = any(CRITIC.search(line) for line in facts.left_out)
+    return is_partial and any(cause.place == "controller.critics" for cause in rule.cures)
 
 
 class Words(NamedTuple):
@@ -224,7 +240,19 @@ def _is_there(facts: Facts, cause: Cause) -> bool:
         return False
     if "*" in cause.place and facts.is_whole and not facts.matching(cause.place):
         return False
+    if cause.direction is Direction.DOWN and _is_zero(facts, cause.place):
+        return False
     return not (cause.direction is Direction.SET and cause.to is not None and _has(facts, cause))
+
+
+def _is_zero(facts: Facts, place: str) -> bool:
+    """Tells whether a parameter, or all its axes, are 0 and cannot be lower."""
+    value, name = facts[place], place.rpartition(".")[2]
+    if isinstance(value, bool) or any(fnmatchcase(name, pattern) for pattern in BELOW_ZERO):
+        return False
+    if isinstance(value, list | tuple):
+        return bool(value) and not any(value)
+    return bool(value == 0.0)
 
 
 def _has(facts: Facts, cause: Cause) -> bool:
@@ -251,8 +279,15 @@ def value_factor(facts: Facts, suspect: Suspect) -> float:
     value = next((v for v in values if v is not None), None)
     if value is None:
         return ABSENT
+    if cause.key == ("velocity_smoother.max_velocity", Direction.UP) and facts.is_whole:
+        lets_by = facts.axis(cause.place, 0) or 0.0
+        return 1.0 if lets_by < facts.speed_mps else OPPOSITE
     if isinstance(value, bool) or not isinstance(value, int | float):
         return 1.0
+    is_raised = facts.is_whole and cause.direction is Direction.UP
+    limited = facts[LIMITS.get(cause.place, "")] if is_raised else None
+    if isinstance(limited, int | float) and value >= limited:
+        return FAR_OPPOSITE
     return _side(facts, cause, float(value))
 
 
@@ -263,7 +298,8 @@ def _side(facts: Facts, cause: Cause, value: float) -> float:
     above = high is not None and value > high + 1e-9
     if below or above:
         if below == is_up:
-            return BEYOND
+            # Nav2's own default is nothing that somebody got wrong.
+            return CHANGED if facts.is_whole and cause.place not in facts.given else BEYOND
         bound = low if below else high
         return FAR_OPPOSITE if _are_far(value, bound or 0.0) else OPPOSITE
     far = unusual_value(facts, cause.place) if low is None and high is None else None

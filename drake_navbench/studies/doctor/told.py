@@ -51,6 +51,7 @@ def told_of_reading(
     more = f" Not read: {others} (--controller NAME reads one)." if others else ""
     what = f"{facts.plugin or 'controller'} ({kinds}), Nav2 {facts.release}{told_by}"
     lines = wrapped(f"Read: {what}.{lacks}{more}", rest="  ")
+    lines += [part for line in facts.left_out for part in wrapped(f"Left out: {line}", rest="  ")]
     lines += ["", f"Findings ({len(findings)})" if findings else "No rule fires."]
     for finding in findings:
         lines += _finding_lines(finding, facts)

@@ -35,15 +35,20 @@ OF_BRINGUP: Mapping[str, tuple[float, ...]] = {
     "global_costmap.cost_scaling_factor": (3.0,),
     "global_costmap.resolution": (0.05,),
     "global_costmap.update_frequency": (1.0,),
+    "local_costmap.z_resolution": (0.05,),
+    "global_costmap.z_resolution": (0.05,),
     "planner.tolerance": (0.5,),
     "planner.max_planning_time": (5.0,),
     "velocity_smoother.smoothing_frequency": (20.0,),
     "velocity_smoother.velocity_timeout": (1.0,),
 }
-# These are defaults of the costmap's code that no robot's file keeps.
+# Further defaults of the code. Hardly any robot's file keeps those of the costmap.
 OF_CODE: Mapping[str, tuple[float, ...]] = {
     "local_costmap.cost_scaling_factor": (10.0,),
     "global_costmap.cost_scaling_factor": (10.0,),
+    "planner.cost_travel_multiplier": (2.0,),
+    "controller.PathAlign.forward_point_distance": (0.325,),
+    "controller.GoalAlign.forward_point_distance": (0.325,),
 }
 # From this ratio on a value is far from the usual ones.
 FAR = 2.5

@@ -78,9 +78,9 @@ def test_progress_tells_the_expected_time_and_the_rest_of_the_budget(tmp_path):
 @pytest.mark.parametrize(
     ("text", "options", "told"),
     [
-        ("", ["--symptom", "dances"], "--symptom 'dances': unknown class of symptoms; expected"),
-        (RPP, [], "{path}, line 20: controller_server.ros__parameters.FollowPath.plugin: "),
-        ("", ["--bag", "none"], "none: "),
+        ("", ["--symptom", "dances", "--read-only"], "--symptom 'dances': unknown class of symptoms; expected"),
+        (RPP, ["--out", "o"], "{path}, line 20: controller_server.ros__parameters.FollowPath.plugin: "),
+        ("", ["--bag", "none", "--read-only"], "none: "),
     ],
 )
 def test_an_input_that_cannot_be_used_is_one_line(
@@ -88,6 +88,6 @@ def test_an_input_that_cannot_be_used_is_one_line(
 ):
     monkeypatch.chdir(tmp_path)
     file.write_text(file.read_text().replace(text or "\0", "x::Y"))
-    assert main([str(file), *options, "--read-only"]) == 2
+    assert main([str(file), *options]) == 2
     (line,) = capsys.readouterr().err.splitlines()
     assert line.startswith(told.format(path=file))

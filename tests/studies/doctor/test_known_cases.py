@@ -52,6 +52,13 @@ def test_the_direction_of_the_cure_decides(cure, direction, to, is_right):
     assert is_hit(cause, case(culprits={"wz_std": cure}), facts) is is_right
 
 
+@pytest.mark.parametrize(("cure", "is_right"), [("set (Pose)", True), ("set (Simple)", False)])
+def test_a_plugin_may_be_named_without_its_package(cure, is_right):
+    known = case(culprits={"progress_checker.plugin": cure})
+    cause = Cause("progress_checker.plugin", Direction.SET, "nav2_controller::Pose")
+    assert is_hit(cause, known, facts_of_values("MPPI", "jazzy", {})) is is_right
+
+
 def test_a_critics_weight_is_not_another_critics():
     facts = facts_of_values("MPPI", "jazzy", {})
     cause = Cause("controller.PathAlignCritic.cost_weight", Direction.UP)
@@ -158,7 +165,7 @@ def test_a_costmaps_parameter_needs_no_costmap_before_its_name():
 
 def test_a_value_that_the_user_names_is_a_cause_without_a_suspect_of_it():
     # No suspect of near_miss is about k_phi; 9.0 is 4.5 times Nav2's 2.0.
-    named = {"controller": "Graceful", "symptom_class": "near_miss", "symptom": "hugs walls"}
+    named = {"controller": "Graceful", "symptom_class": "near_miss", "symptom": "skims by"}
     places = [c.key for c in ranked(**named, parameters={"k_phi": 9.0}, culprits={})]
     assert ("controller.k_phi", Direction.DOWN) in places
     places = [c.key for c in ranked(**named, parameters={}, culprits={})]

@@ -209,9 +209,15 @@ def test_a_deadband_that_only_cuts_what_moves_no_robot_is_none(facts):
 
 
 def test_a_layer_whose_name_says_nothing_may_see_obstacles(facts):
+    types = {
+        "camera": "VoxelLayer",
+        "static_layer": "StaticLayer",
+        "inflation_layer": "InflationLayer",
+    }
+
     def seen(*layers):
         local = {"plugins": list(layers)} | {
-            name: {"plugin": "nav2_costmap_2d::VoxelLayer"} for name in layers
+            name: {"plugin": f"nav2_costmap_2d::{types[name]}"} for name in layers
         }
         return fired(facts(nav2_text(RPP_BLOCK, plugin=RPP, local_costmap=local)))
 

@@ -14,6 +14,8 @@ CODE = "nav2_costmap_2d"
 BLIND = ("inflation", "static", "keepout", "speed", "filter", "denoise")
 # The base's deceleration if no velocity smoother of the file limits it, m/s^2.
 USUAL_DECELERATION_MPS2 = 1.0
+# The check's remark on a layer that listens to no sensor.
+WITHOUT_SOURCES = "without observation_sources"
 # Parts of the check's remarks for which there are rules.
 OF_RULES = ("sees nothing", "inscribed radius", "has a radius", "velocity smoother lets through")
 
@@ -27,15 +29,21 @@ def _has_obstacle_layer(f: Facts) -> bool:
 def _stop_m(f: Facts) -> float:
     """Returns the reach of the outline, a second of driving and the way to stop, m."""
     decel = abs(f.axis("velocity_smoother.max_decel", 0) or 0.0) or USUAL_DECELERATION_MPS2
-    return f.circumscribed_radius_m + f.speed_mps * 1.0 + f.speed_mps**2 / (2.0 * decel)
+    speed = _speed_mps(f)
+    return f.circumscribed_radius_m + speed * 1.0 + speed**2 / (2.0 * decel)
+
+
+def _speed_mps(f: Facts) -> float:
+    """Returns the largest speed that the controller asks for and the velocity smoother lets by."""
+    return min(f.speed_mps, f.axis("velocity_smoother.max_velocity", 0) or f.speed_mps)
 
 
 def _blind_layers(f: Facts) -> list[str]:
-    """Returns the layers of the local costmap that see nothing."""
+    """Returns the layers of the local costmap that listen to no sensor."""
     return [
         place.partition(": ")[2]
         for place, remark in f.doubts.items()
-        if place.startswith("local_costmap") and "left out" in remark
+        if place.startswith("local_costmap") and WITHOUT_SOURCES in remark
     ]
 
 
@@ -51,13 +59,12 @@ RULES = (
         "layer-sees-nothing",
         lambda f: bool(_blind_layers(f)),
         lambda f: (
-            f"{', '.join(_blind_layers(f))} of the local costmap marks nothing: the "
-            "sensor's height lies outside min_obstacle_height to max_obstacle_height "
-            "(max_obstacle_height is 0 m where the file does not give it)"
+            f"{', '.join(_blind_layers(f))} of the local costmap marks nothing: the layer has no "
+            "observation_sources of its own"
         ),
         {S.COLLISION: 1.2, S.IGNORES_OBSTACLES: 1.2, S.NEAR_MISS: 0.9},
-        (up("local_costmap.max_obstacle_height", 2.0), outside("sensor_frame")),
-        f"{CODE}: observation_buffer.cpp, obstacle_layer.cpp",
+        (put("local_costmap.observation_sources"),),
+        f"{CODE}: obstacle_layer.cpp",
     ),
     Rule(
         "probably-a-mistake",
@@ -185,7 +192,7 @@ RULES = (
         lambda f: half_window_m(f) < _stop_m(f),
         lambda f: (
             f"the local costmap reaches {half_window_m(f):.1f} m from the robot's centre, "
-            f"but from {f.speed_mps:g} m/s and with 1 s of delay the robot's front stops "
+            f"but from {_speed_mps(f):g} m/s and with 1 s of delay the robot's front stops "
             f"only after {_stop_m(f):.1f} m"
         ),
         {S.COLLISION: 0.7, S.TOO_SLOW: 0.6, S.STOP_START_JERK: 0.3},
@@ -194,7 +201,12 @@ RULES = (
     ),
     Rule(
         "no-obstacle-layer",
-        lambda f: f.is_whole and bool(f["local_costmap.plugins"]) and not _has_obstacle_layer(f),
+        lambda f: (
+            f.is_whole
+            and bool(f["local_costmap.plugins"])
+            and not _has_obstacle_layer(f)
+            and not _blind_layers(f)
+        ),
         lambda f: (
             f"local_costmap.plugins is {f['local_costmap.plugins']}: it lists no layer that "
             "marks obstacles"

@@ -103,7 +103,7 @@ RULES = (
             "in front of the goal"
         ),
         {S.GOAL_OVERSHOOT: 0.9, S.STOP_START_JERK: 0.6, S.DOOR_STOP: 0.4},
-        (down("min_speed_xy"), down("min_vel_x", 0.0)),
+        (down("min_speed_xy", 0.0), down("min_vel_x", 0.0)),
         CODE,
         DWB,
     ),

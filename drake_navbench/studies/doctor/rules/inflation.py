@@ -122,6 +122,22 @@ RULES = (
         is_certain=False,
     ),
     Rule(
+        "no-inflation-layer",
+        lambda f: (
+            f.is_whole
+            and bool(f["local_costmap.plugins"])
+            and f["local_costmap.inflation_radius"] is None
+        ),
+        lambda f: (
+            f"local_costmap.plugins is {f['local_costmap.plugins']}: without an inflation layer "
+            "only the cells of obstacles themselves have cost"
+        ),
+        {S.COLLISION: 0.9, S.NEAR_MISS: 0.9, S.DOOR_STOP: 0.2},
+        (put("local_costmap.plugins"),),
+        f"{CODE}: inflation_layer.cpp",
+        is_certain=False,
+    ),
+    Rule(
         "inflation-before-obstacles",
         lambda f: not _inflation_is_last(f),
         lambda f: (

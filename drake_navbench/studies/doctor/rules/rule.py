@@ -44,8 +44,12 @@ class Rule:
         return (not self.kinds or facts.is_kind(*self.kinds)) and self.when(facts)
 
     def finding(self, facts: Facts) -> Finding:
-        """Returns the rule's finding; a cure that a switch of the file turns off is none."""
-        cures = [c for c in self.cures if is_in_effect(facts, c.place)] or self.cures
+        """Returns the rule's finding.
+
+        A cure that a switch of the file turns off is none, and no value is lowered below 0.
+        """
+        cures = [c for c in self.cures if is_in_effect(facts, c.place) and not _is_zero(c, facts)]
+        cures = cures or [*self.cures]
         return Finding(self, self.seen(facts), tuple(_fitting(c, facts) for c in cures))
 
 
@@ -68,6 +72,12 @@ class Finding:
     def cure_told(self) -> str:
         """The cures as instructions, the best first."""
         return self.rule.advice or "; or ".join(cause.told for cause in self.cures)
+
+
+def _is_zero(cause: Cause, facts: Facts) -> bool:
+    """Tells whether a cure would lower to 0 what is 0 already."""
+    is_lowered = cause.direction is Direction.DOWN and cause.to == 0.0
+    return is_lowered and bool(facts[cause.place] == 0.0)
 
 
 def _fitting(cause: Cause, facts: Facts) -> Cause:
@@ -101,8 +111,8 @@ def add(place: str) -> Cause:
     return Cause(_whole(place), Direction.ADD)
 
 
-def upgrade(to: str) -> Cause:
-    """Returns the cure that is a newer release."""
+def upgrade(to: Any) -> Cause:
+    """Returns the cure that is a newer release; to: its name, or a function of the facts."""
     return Cause(RELEASE, Direction.UPGRADE, to)
 
 

@@ -113,7 +113,7 @@ RULES = (
         {S.STALL_BEFORE_GOAL: 1.0, S.NO_START: 1.0},
         (
             down("velocity_smoother.deadband_velocity", 0.0),
-            upgrade("humble 1.1.9 or newer"),
+            upgrade(lambda f: "jazzy" if f.release is Release.IRON else "humble 1.1.9 or newer"),
         ),
         "navigation2#3699",
     ),

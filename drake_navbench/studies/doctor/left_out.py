@@ -1,0 +1,121 @@
+"""Reads what can be read of a Nav2 file: what is refused is left out and told, the rest counts.
+
+A drive needs the whole file. A finding about a costmap does not need the robot's own controller.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import NamedTuple
+
+from drake_navbench.errors import InputError
+from drake_navbench.inputs.robot import load_robot
+from drake_navbench.nav2.controllers import PLUGINS, NoCounterpart
+from drake_navbench.nav2.parameters import Parameter, Section
+from drake_navbench.nav2.robot import Nav2Setup, ReadFiles, read_sections, setup_of
+from drake_navbench.nav2.substitutions import Substitutions
+
+# At most so many things are left out; a file that has more is hardly one of Nav2.
+MOST = 40
+# How an error about a parameter begins: file, line, node and parameter, and perhaps a field of it.
+REFUSED = re.compile(
+    r"(?:, line \d+)?: (?P<node>[\w/]+)\.ros__parameters\.(?P<name>[\w.]+)(?:: (?P<field>[\w.]+))?"
+)
+# A critic that is not known here, by its class and, where that differs, by the name in the list.
+CRITIC = re.compile(r"critic '(?P<type>[^']+)' is not registered.*?(?:, got '(?P<name>[^']+)')?$")
+CRITICS = "critics"
+
+
+class Readable(NamedTuple):
+    """The setup of what can be read, and a line for each thing that was left out."""
+
+    setup: Nav2Setup
+    left_out: tuple[str, ...]
+
+
+def readable_setup(
+    paths: Sequence[Path],
+    robot: str,
+    values: Mapping[str, str] | None = None,
+    release: str | None = None,
+) -> Readable:
+    """Returns the setup of Nav2 files without what is refused.
+
+    Raises InputError where a file is no Nav2 file, or where no parameter is to blame.
+    """
+    base = load_robot(robot)
+    read = read_sections(paths, Substitutions(values or {}))
+    told: list[str] = []
+    while True:
+        try:
+            return Readable(setup_of(read, base, robot, release=release), tuple(told))
+        except InputError as error:
+            lines = str(error).split("\n")
+            is_controller = isinstance(error, NoCounterpart) or f"listed in {PLUGINS}" in lines[0]
+            less = _without(read, lines, is_controller)
+            if less is None or len(told) >= MOST:
+                raise
+            read = less
+            told += lines
+
+
+def _without(read: ReadFiles, lines: Sequence[str], is_controller: bool) -> ReadFiles | None:
+    """Returns the files without what the lines of an error name; None if they name nothing."""
+    sections = list(read.sections)
+    for line in lines:
+        found = REFUSED.search(line)
+        if found is None:
+            continue
+        name, field = found["name"], found["field"] or ""
+        critic = CRITIC.search(line)
+        for number, section in enumerate(sections):
+            if not section.is_for(f"/{found['node']}"):
+                continue
+            if is_controller:
+                own = name.partition(".")[0]
+                parameters = _unlisted(section, PLUGINS, {own}, [own])
+            elif critic is not None:
+                refused = {critic["type"], critic["name"] or critic["type"]}
+                parameters = _unlisted(section, f"{name}.{CRITICS}", refused, [])
+            else:
+                parameters = _removed(section, name, field)
+            sections[number] = replace(section, parameters=parameters)
+    is_less = any(
+        a.parameters != b.parameters for a, b in zip(sections, read.sections, strict=True)
+    )
+    return read._replace(sections=tuple(sections)) if is_less else None
+
+
+def _unlisted(
+    section: Section, name: str, refused: set[str], default: list[str]
+) -> dict[str, Parameter]:
+    """Returns a section's parameters with a list that lacks some names.
+
+    default: the list that counts where the section has a block of one of these names alone.
+    """
+    parameters = dict(section.parameters)
+    if name not in parameters:
+        blocks = {given.partition(".")[0] for given in parameters}
+        if not default or not blocks & refused:
+            return parameters
+        parameters[name] = Parameter(default, 0, section.file)
+    listed = parameters[name]
+    names = listed.value if isinstance(listed.value, list) else []
+    parameters[name] = listed._replace(value=[n for n in names if n not in refused])
+    return parameters
+
+
+def _removed(section: Section, name: str, field: str) -> dict[str, Parameter]:
+    """Returns a section's parameters without one, the field of one, or all below its name."""
+    for refused in (f"{name}.{field}", name):
+        kept = {
+            given: parameter
+            for given, parameter in section.parameters.items()
+            if given != refused and not given.startswith(f"{refused}.")
+        }
+        if len(kept) < len(section.parameters):
+            return kept
+    return dict(section.parameters)

@@ -1,0 +1,88 @@
+"""What cannot be read of a file is left out and told; the rest is read."""
+
+from __future__ import annotations
+
+import pytest
+from doctor_texts import DWB, DWB_BLOCK, MPPI, MPPI_BLOCK, RPP, RPP_BLOCK, nav2_text
+
+from drake_navbench.commands.doctor import main
+from drake_navbench.errors import InputError
+from drake_navbench.studies.doctor.files import Patient
+from drake_navbench.studies.doctor.reading import findings_of
+
+# 0.1 m of inflation around an outline that reaches 0.2 m to the side.
+LOW = {"local_costmap": {"inflation_layer": {
+    "plugin": "nav2_costmap_2d::InflationLayer", "inflation_radius": 0.1}}}  # fmt: skip
+
+
+@pytest.fixture
+def patient(tmp_path):
+    def of(text, plugin=""):
+        path = tmp_path / "nav2.yaml"
+        path.write_text(text)
+        return Patient((path,), "wheelchair", {}, plugin=plugin)
+
+    return of
+
+
+def names(facts):
+    return {finding.rule.name for finding in findings_of(facts)}
+
+
+@pytest.mark.parametrize(
+    ("block", "plugin", "own"),
+    [(DWB_BLOCK, DWB, "VelocityObstacle"), (MPPI_BLOCK, MPPI, "mine::PersonCritic")],
+)
+def test_a_critic_of_the_robots_own_is_left_out_and_told(block, plugin, own, patient):
+    with_own = block | {"critics": [*block["critics"], own]}
+    found = patient(nav2_text(with_own, plugin=plugin)).facts()
+    (line,) = found.left_out
+    assert f"critic '{own}' is not registered" in line
+    assert "FollowPath.critics" not in found.unread
+    known = patient(nav2_text(block, plugin=plugin)).facts()
+    assert found["controller.critics"] == known["controller.critics"]
+
+
+def test_critics_that_are_not_known_may_look_at_obstacles(patient):
+    blind = DWB_BLOCK | {"critics": ["PathDist", "GoalDist"]}
+    assert "dwb-no-obstacle-critic" in names(patient(nav2_text(blind, plugin=DWB)).facts())
+    own = DWB_BLOCK | {"critics": ["PathDist", "GoalDist", "PersonCritic"]}
+    assert "dwb-no-obstacle-critic" not in names(patient(nav2_text(own, plugin=DWB)).facts())
+
+
+def test_of_a_file_with_an_unknown_controller_the_servers_are_read(patient):
+    found = patient(nav2_text(RPP_BLOCK, plugin="mine::Controller", **LOW)).facts()
+    assert "'mine::Controller' has no counterpart here" in found.left_out[0]
+    assert found.kinds == ()
+    assert "inflation-below-inscribed-radius" in names(found)
+
+
+def test_a_value_that_is_refused_is_left_out_and_the_default_counts(patient):
+    found = patient(nav2_text(RPP_BLOCK | {"lookahead_dist": "far"}, plugin=RPP)).facts()
+    (line,) = found.left_out
+    assert "FollowPath" in line
+    assert "lookahead_dist" in line
+    assert found["controller.lookahead_dist"] == 0.6
+
+
+def test_a_controller_without_parameters_is_left_out(patient):
+    lists = {"controller_server": {"controller_plugins": ["FollowPath", "Docking"]}}
+    found = patient(nav2_text(RPP_BLOCK, plugin=RPP, **lists)).facts()
+    (line,) = found.left_out
+    assert "Docking: missing, but listed in controller_plugins" in line
+    assert found.plugin == "FollowPath"
+
+
+def test_a_controller_that_is_asked_for_must_be_readable(patient):
+    with pytest.raises(InputError, match="expected one of FollowPath"):
+        patient(nav2_text(RPP_BLOCK, plugin=RPP), "Other").facts()
+
+
+def test_a_drive_needs_the_whole_file(tmp_path, capsys):
+    path = tmp_path / "nav2.yaml"
+    path.write_text(nav2_text(RPP_BLOCK, plugin="mine::Controller", **LOW))
+    assert main([str(path), "--read-only"]) == 0
+    assert "\nLeft out:" in capsys.readouterr().out
+    assert main([str(path), "--out", str(tmp_path / "out")]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line.endswith("'mine::Controller' has no counterpart here")

@@ -1,0 +1,110 @@
+"""Which suspects count for a file, and how their values weigh."""
+
+from __future__ import annotations
+
+import fnmatch
+
+import pytest
+from doctor_texts import DWB, DWB_BLOCK, RPP, RPP_BLOCK, nav2_text
+
+from drake_navbench.studies.doctor.causes import Direction
+from drake_navbench.studies.doctor.clues import all_clues
+from drake_navbench.studies.doctor.files import Patient
+from drake_navbench.studies.doctor.partial_files import kind_in
+from drake_navbench.studies.doctor.reading import RULES, suspicions_of
+from drake_navbench.studies.doctor.suspects import all_suspects
+from drake_navbench.studies.doctor.symptoms import Symptom
+
+LAYER = {
+    "plugin": "nav2_costmap_2d::ObstacleLayer",
+    "observation_sources": "scan",
+    "scan": {"topic": "/scan", "max_obstacle_height": 2.0, "data_type": "LaserScan"},
+}
+
+
+@pytest.fixture
+def scores(tmp_path):
+    """The scores of a symptom's causes in a file, by place and direction."""
+
+    def of(symptom, words="", block=RPP_BLOCK, plugin=RPP, **nodes):
+        path = tmp_path / "nav2.yaml"
+        path.write_text(nav2_text(block, plugin=plugin, **nodes))
+        facts = Patient((path,), "wheelchair", {}, release="jazzy").facts()
+        return {s.cause.key: s.score for s in suspicions_of(facts, symptom, words)}
+
+    return of
+
+
+def layer(**scan):
+    return {"local_costmap": {"obstacle_layer": LAYER | {"scan": LAYER["scan"] | scan}}}
+
+
+def test_what_is_zero_is_not_lowered(scores):
+    down = ("local_costmap.observation_persistence", Direction.DOWN)
+    assert down not in scores(Symptom.GHOST_OBSTACLES, **layer(observation_persistence=0.0))
+    assert down in scores(Symptom.GHOST_OBSTACLES, **layer(observation_persistence=2.0))
+    dead = ("velocity_smoother.deadband_velocity", Direction.DOWN)
+    for deadband, is_cause in (([0.0, 0.0, 0.0], False), ([0.1, 0.0, 0.0], True)):
+        smoother = {"velocity_smoother": {"deadband_velocity": deadband}}
+        assert (dead in scores(Symptom.NO_START, **smoother)) is is_cause
+
+
+def test_clearing_farther_than_marking_leaves_nothing_beyond(scores):
+    up = ("local_costmap.raytrace_max_range", Direction.UP)
+    ranges = {"obstacle_max_range": 3.0}
+    far = scores(Symptom.GHOST_OBSTACLES, **layer(raytrace_max_range=3.5, **ranges))[up]
+    near = scores(Symptom.GHOST_OBSTACLES, **layer(raytrace_max_range=2.5, **ranges))[up]
+    assert near > 3.0 * far
+
+
+def test_a_planner_has_only_its_own_parameters(scores):
+    hybrid = {"plugin": "nav2_smac_planner::SmacPlannerHybrid"}
+    navfn = {"plugin": "nav2_navfn_planner::NavfnPlanner"}
+    turning = ("planner.minimum_turning_radius", Direction.DOWN)
+    for planner, has_radius in ((hybrid, True), (navfn, False)):
+        server = {"planner_server": {"planner_plugins": ["GridBased"], "GridBased": planner}}
+        assert (turning in scores(Symptom.PLANNER_FAILS, **server)) is has_radius
+
+
+def test_default_values_are_less_suspicious_than_given_ones(scores):
+    # The usual values are 0.2 to 0.5 s, Nav2's default is 0.1 s.
+    up = ("controller_server.transform_tolerance", Direction.UP)
+    given = {"controller_server": {"transform_tolerance": 0.1}}
+    weights = [scores(Symptom.FALSE_ABORT, **nodes)[up] for nodes in ({}, given)]
+    assert weights[1] > 1.5 * weights[0]
+
+
+def test_a_smoother_above_the_controllers_speed_does_not_slow_the_robot(scores):
+    up = ("velocity_smoother.max_velocity", Direction.UP)
+    weights = [
+        scores(Symptom.TOO_SLOW, velocity_smoother={"max_velocity": [speed, 0.0, 2.0]})[up]
+        for speed in (0.3, 1.0)
+    ]
+    assert weights[0] > 2.0 * weights[1]
+
+
+def test_words_about_fast_turns_speak_for_slower_ones(scores):
+    down = ("controller.max_vel_theta", Direction.DOWN)
+    plain, told = (
+        scores(Symptom.LOCALIZATION_JUMPS, words, DWB_BLOCK, DWB)[down]
+        for words in ("loses its pose", "loses its pose when it turns too fast")
+    )
+    assert told > 2.0 * plain
+
+
+def test_every_clue_speaks_for_a_cause_that_is_known():
+    causes = [suspect.cause for suspect in all_suspects()]
+    causes += [cause for rule in RULES for cause in rule.cures]
+    for clue in all_clues():
+        for glob in clue.favours:
+            place, _, direction = glob.partition(":")
+            assert any(
+                fnmatch.fnmatchcase(cause.place, place) and direction in ("", cause.direction)
+                for cause in causes
+            ), f"{clue.words}: {glob}"
+
+
+def test_of_a_shim_and_another_controller_the_other_drives():
+    assert kind_in("RotationShim+RPP") == "rpp"
+    assert kind_in("DWA") == "dwb"
+    assert kind_in("unknown") == ""
