@@ -33,7 +33,7 @@ from drake_navbench.studies.doctor.tried import (
 # symptom at all, or falls by less than FIRST_FALL, a share, in its first FIRST_LOOK pairs.
 GLANCE, FIRST_LOOK, FIRST_FALL = 3, 4, 0.1
 # This many candidates of a batch, those with the largest fall so far, are driven to the end.
-MOST_TO_THE_END = 5
+MOST_TO_THE_END = 3
 # Causes that are tried at most in a visit, which bounds the correction for many tests.
 MOST_CANDIDATES = 24
 NO_TIME = "the time was too short for more pairs"

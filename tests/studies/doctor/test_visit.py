@@ -231,7 +231,7 @@ def test_after_a_batch_with_a_change_that_takes_the_symptom_away_none_is_driven(
     # A cause has two values at most.
     assert TOGETHER <= len(one_batch) <= TOGETHER + 1
     assert len(several) > TOGETHER + 1
-    # Of those that do the same, the likeliest five are driven to the end.
+    # Of those that do the same, the likeliest three are driven to the end.
     assert [entry.reason == "" for entry in one_batch].count(True) == MOST_TO_THE_END
     assert one_batch[0].pairs == 12
 
@@ -471,16 +471,20 @@ def test_a_speed_beyond_what_the_file_lets_through_is_a_difference(patient):
     assert speeds(max_velocity=[0.5, 0.0, 1.0], min_velocity=[-0.5, 0.0, -1.0]) == []
 
 
-def test_a_critics_switch_and_a_limit_of_motion_are_tried_when_all_else_was(patient):
+def test_a_limit_of_motion_is_tried_before_unusual_values_if_it_is_far_else_when_all_else_was(
+    patient,
+):
     critic = MPPI_BLOCK | {"CostCritic": {"consider_footprint": True, "enabled": False}}
-    patient.paths[0].write_text(nav2_text(critic | {"wz_max": 0.3}, plugin=MPPI))
+    patient.paths[0].write_text(nav2_text(critic | {"wz_max": 0.3, "vx_max": 0.35}, plugin=MPPI))
     found = with_differences([], patient.facts())
     by_place = {s.cause.place: s for s in found}
     switch, limit = by_place["controller.CostCritic.enabled"], by_place["controller.wz_max"]
     assert (switch.cause.direction, switch.cause.to) == (Direction.SET, True)
     # Nav2 has 1.9 rad/s.
     assert (limit.cause.direction, limit.cause.to) == (Direction.UP, 1.9)
-    assert limit.score == min(s.score for s in found)
+    assert limit.score == switch.score
+    # 0.35 m/s is not far from Nav2's 0.5.
+    assert by_place["controller.vx_max"].score == min(s.score for s in found) < limit.score
 
 
 def test_nothing_seen_is_a_verdict(patient):
