@@ -39,17 +39,17 @@ it does harm. Written before anything was driven:
   doctor of 2031 is the one that tries Nav2's own value as a third step; it is not changed while
   it is scored.
 - *Seed 2032*, written before any of its faults was read or driven, for the doctor as it is in the
-  commit that adds this. All five controllers, one of each in turn, also in the visits. A turn takes
-  four parameters of each; a controller's census ends with the turn that brings its third harmful
-  fault. One seed of six probes decides, since nearly all harm of seed 2031 shows in these: the
-  fault is the mildest strength whose trials show a symptom that none of the sound file's two trials
-  of each probe shows. A visit has all probes; it goes on from these trials, which are its first
-  look's, too. Aim: twelve visits. The end of the time, not an answer,
-  ends the study. A parameter that was harmful in 2030 or 2031 is passed over. If the doctor is
-  changed after the first answer, these faults are spent. *Without skill* the answers are those of
-  the other seeds: the value farthest from Nav2's default (right in 9 of the 24 harmful faults so
-  far), and chance (about 1%). *A crash* would look so: the command ends with the program's message,
-  and the fault counts as missed in every row; a single trial that fails is neither a symptom nor a
+  commit that adds this. All five controllers in turn. A turn takes four parameters of one of them;
+  after it one fault is visited, if any waits. A controller's census ends with the turn that brings
+  its third harmful fault. One seed of six probes decides, since nearly all harm of seed 2031 shows
+  in these: the fault is the mildest strength whose trials show a symptom that none of the sound
+  file's two trials of each probe shows. A visit has all probes; it goes on from these trials,
+  which are its first look's, too. Aim: twelve visits. The end of the time, not an answer, ends the
+  study. A parameter that was harmful in 2030 or 2031 is passed over. If the doctor is changed
+  after the first answer, these faults are spent. *Without skill* the answers are those of the
+  other seeds: the value farthest from Nav2's default (right in 9 of the 24 harmful faults so far),
+  and chance (about 1%). *A crash* would look so: the command ends with the program's message, and
+  the fault counts as missed in every row; a single trial that fails is neither a symptom nor a
   cure.
 
 Unit: one fault, which is one file. Intervals are Wilson's, 95%. Faults of one controller share
@@ -128,38 +128,41 @@ def census(seed: int, out: Path) -> None:
 
     A few parameters of each controller in turn.
     """
-    while _has_taken_a_turn(seed, out):
+    while _has_screened(seed, out):
+        pass
+
+
+def visit_all(seed: int, out: Path) -> None:
+    """Visits, as the doctor, each harmful fault that was not visited, one controller in turn."""
+    while _has_visited(seed, out):
         pass
 
 
 def census_and_visits(seed: int, out: Path) -> None:
-    """Takes turns of the census, each followed by the visits of what it has found."""
-    while _has_taken_a_turn(seed, out):
-        visit_all(seed, out)
+    """Visits a fault after each step of the census; at first the one that was interrupted."""
+    _has_visited(seed, out)
+    while _has_screened(seed, out):
+        _has_visited(seed, out)
     visit_all(seed, out)
 
 
-def _has_taken_a_turn(seed: int, out: Path) -> bool:
-    """Screens the next parameters of each controller; False where none is left.
+def _has_screened(seed: int, out: Path) -> bool:
+    """Screens the next parameters of a controller; False where none is left.
 
-    Of those that have had the fewest turns, so that a turn that was stopped goes on.
+    Of the first of those that have had the fewest turns.
     """
-    waiting = {controller: _waiting(seed, controller) for controller in CONTROLLERS_OF[seed]}
-    turns = {
-        controller: len(_entries(_read(), seed, controller)) // TOGETHER[seed]
-        for controller, parameters in waiting.items()
-        if parameters
-    }
-    for controller, count in turns.items():
-        if count > min(turns.values()):
-            continue
-        parameters = waiting[controller]
-        name = f"sound_{controller}"
-        if name not in _read():
-            (rows,) = _rows_of([sound_file(controller)], out / controller, FIRST_SEEDS, ())
-            _kept(name, sorted(s.value for s in seen_in(rows, share=1e-9)))
-        _screen(seed, controller, parameters[: TOGETHER[seed]], out / controller)
-    return any(waiting.values())
+    waiting = {c: parameters for c in CONTROLLERS_OF[seed] if (parameters := _waiting(seed, c))}
+    if not waiting:
+        return False
+    done = _read()
+    turns = {c: len(_entries(done, seed, c)) // TOGETHER[seed] for c in waiting}
+    controller = min(waiting, key=lambda c: turns[c])
+    name = f"sound_{controller}"
+    if name not in done:
+        (rows,) = _rows_of([sound_file(controller)], out / controller, FIRST_SEEDS, ())
+        _kept(name, sorted(s.value for s in seen_in(rows, share=1e-9)))
+    _screen(seed, controller, waiting[controller][: TOGETHER[seed]], out / controller)
+    return True
 
 
 def _waiting(seed: int, controller: str) -> list[tuple[str, Any, bool]]:
@@ -255,18 +258,20 @@ def _rows_of(
     return [found[index] for index in range(len(files))]
 
 
-def visit_all(seed: int, out: Path) -> None:
-    """Visits, as the doctor, each harmful fault that was not visited, one controller in turn.
+def _has_visited(seed: int, out: Path) -> bool:
+    """Visits the next harmful fault; False where none is left.
 
     A visit has the journal of the census, whose trials of this file are those of the first look.
     """
-    while waiting := [key for key in _in_turn(_read(), seed) if "first" not in _read()[key]]:
-        key = waiting[0]
-        entry = _read()[key]
-        fault = _fault_of(entry)
-        entry |= visited_by(fault, Symptom(entry["harmful"][0]), out / fault.controller)
-        _kept(key, entry)
-        print(key, entry, flush=True)
+    key = next((key for key in _in_turn(_read(), seed) if "first" not in _read()[key]), None)
+    if key is None:
+        return False
+    entry = _read()[key]
+    fault = _fault_of(entry)
+    entry |= visited_by(fault, Symptom(entry["harmful"][0]), out / fault.controller)
+    _kept(key, entry)
+    print(key, entry, flush=True)
+    return True
 
 
 def _in_turn(done: Mapping[str, Any], seed: int) -> list[str]:
