@@ -1,6 +1,8 @@
 """The change: the smallest set that takes the symptom away and makes no other one worse.
 
-It is judged once, on fresh seeds, on all probes, also on those that the search has not driven.
+It is judged once on all probes: on fresh seeds on those that the search has driven, on the seeds of
+the first look on the others. There the changed file is new, and the unchanged one was driven before
+any change was chosen.
 """
 
 from __future__ import annotations
@@ -110,7 +112,8 @@ def judge(
     fresh = seed + FRESH_SEED
     for entry in enough[:MOST_JUDGED]:
         assert entry.trial is not None
-        count = 2 * len(probes) * FRESH_SEEDS
+        # Of the other probes the unchanged file was driven at the first look.
+        count = (2 * len(own) + len(rest)) * FRESH_SEEDS
         driver.tell(
             f"judging {entry.trial.told} on fresh seeds: up to {count} trials, "
             f"{driver.told_time(count)}"
@@ -126,7 +129,7 @@ def judge(
         found = _judged(entry, entry.trial, rows, rows, symptom, showing)
         # A change that leaves the symptom does not help, whatever the other probes show.
         if found.is_gone:
-            further = driver.drive_together(both, rest, FRESH_SEEDS, seed=fresh, must=True)
+            further = driver.drive_together(both, rest, FRESH_SEEDS, seed=seed, must=True)
             everything = [these + more for these, more in zip(rows, further, strict=True)]
             found = _judged(entry, entry.trial, everything, rows, symptom, showing)
         yield found

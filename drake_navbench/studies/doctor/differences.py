@@ -19,9 +19,10 @@ from drake_navbench.studies.doctor.reading import Suspicion
 from drake_navbench.studies.doctor.usual import FAR, Unusual, unusual_value, usual_switches
 
 # Scores of the candidates; suspects have weights of 0 to 1. FAR_SCORE: a value far from the usual
-# ones. OTHER_SCORE: any other unusual value. SWITCH_SCORE: a switch. OWN_SCORE: a limit of the
-# robot's motion. That depends on the robot, so no finding names it, but it is tried in the end.
-FAR_SCORE, OTHER_SCORE, SWITCH_SCORE, OWN_SCORE = 0.6, 0.2, 0.3, 0.05
+# ones. OTHER_SCORE: any other unusual value. SWITCH_SCORE: a switch. FAR_OWN_SCORE, OWN_SCORE: a
+# limit of the robot's motion, far from the usual ones or not. It depends on the robot, so no
+# finding names it, but it is tried: far ones before other unusual values, the others in the end.
+FAR_SCORE, SWITCH_SCORE, FAR_OWN_SCORE, OTHER_SCORE, OWN_SCORE = 0.6, 0.4, 0.4, 0.2, 0.05
 OF_MOTION = (
     "max_vel*", "*_vel", "*speed*", "v[xy]_max", "wz_max", "v_linear*", "v_angular*", "acc_lim*",
     "decel_lim*", "a[xyz]_max", "a[xyz]_min", "*_accel", "*_decel",
@@ -72,8 +73,8 @@ def _differences(facts: Facts) -> Iterator[Suspicion]:
         is_far = abs(math.log(other.ratio)) >= math.log(FAR) - 1e-9
         why = f"Nav2 or nav2_bringup has {other.nearest:g}."
         cause = Cause(place, other.back, other.nearest, why, SOURCE)
-        score = OWN_SCORE if is_robots_own(other) else FAR_SCORE if is_far else OTHER_SCORE
-        yield Suspicion(cause, score, (why,))
+        far, near = (FAR_OWN_SCORE, OWN_SCORE) if is_robots_own(other) else (FAR_SCORE, OTHER_SCORE)
+        yield Suspicion(cause, far if is_far else near, (why,))
 
 
 def _is_speed(other: Unusual) -> bool:

@@ -21,7 +21,7 @@ from drake_navbench.studies.doctor.symptoms import Symptom
 from drake_navbench.studies.doctor.tried import LEAST_FALL, Tried, Verdict, corrected
 
 # Changes that are driven in one batch: two for most causes.
-TOGETHER = 12
+TOGETHER = 6
 PAIRED_BEST = 3
 
 

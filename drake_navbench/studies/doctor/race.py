@@ -1,7 +1,7 @@
 """A race of changes: each alone against the file as it is, on the same trials.
 
 One trial of each change tells whether it has any effect, a few more whether the symptom falls; the
-best are driven to the end.
+best are driven to the end. If one takes the symptom away, changes that do half as much are left.
 """
 
 from __future__ import annotations
@@ -20,13 +20,20 @@ from drake_navbench.studies.doctor.cures import Trial
 from drake_navbench.studies.doctor.driving import Driver, Row, has_failed, severity, shows
 from drake_navbench.studies.doctor.reading import Suspicion
 from drake_navbench.studies.doctor.symptoms import Symptom
-from drake_navbench.studies.doctor.tried import ERROR, LEAST_FALL, PAIRS, Tried, Verdict
+from drake_navbench.studies.doctor.tried import (
+    ERROR,
+    LEAST_FALL,
+    NEARLY_ALL,
+    PAIRS,
+    Tried,
+    Verdict,
+)
 
-# A candidate is dropped if the severity falls by less than FIRST_FALL, a share, in its first
-# FIRST_LOOK pairs.
-FIRST_LOOK, FIRST_FALL = 4, 0.1
+# A candidate is dropped if the severity does not fall in its first GLANCE pairs, if these show the
+# symptom at all, or falls by less than FIRST_FALL, a share, in its first FIRST_LOOK pairs.
+GLANCE, FIRST_LOOK, FIRST_FALL = 3, 4, 0.1
 # This many candidates of a batch, those with the largest fall so far, are driven to the end.
-MOST_TO_THE_END = 5
+MOST_TO_THE_END = 3
 # Causes that are tried at most in a visit, which bounds the correction for many tests.
 MOST_CANDIDATES = 24
 NO_TIME = "the time was too short for more pairs"
@@ -83,25 +90,38 @@ class Race:
         if not batch:
             return []
         self._tell_of(batch)
-        seeds = -(-PAIRS // len(self._probes))
-        first = min(max(1, -(-FIRST_LOOK // len(self._probes))), seeds)
+        seeds = self._seeds_of(PAIRS)
         self._drive(batch, 1, self._probes[:1])
         old = self._old(1, self._probes[:1])
         for candidate in batch:
             if candidate.rows and _told(candidate.rows) == _told(old):
                 candidate.left = "changes nothing in the first trial"
+        glance = self._seeds_of(GLANCE)
+        self._drive(batch, glance)
+        driven = [c for c in batch if c.is_alive and c.rows]
+        if driven and any(shows(row, self._symptom) for row in self._before_of(driven[0])):
+            self._leave(batch, glance, 0.0)
+        first = min(self._seeds_of(FIRST_LOOK), seeds)
         self._drive(batch, first)
-        for candidate in batch:
-            is_driven = len(candidate.rows) >= first * len(self._probes)
-            if candidate.is_alive and not is_driven:
-                candidate.left = NO_TIME
-            elif candidate.is_alive and self._fall(candidate) <= FIRST_FALL:
-                candidate.left = "little or no fall in the first pairs"
+        self._leave(batch, first, FIRST_FALL)
         self._leave_all_but_the_best(batch)
         self._drive(batch, seeds)
-        unsure = [c for c in batch if c.is_alive and self._is_unsure(c)]
-        self._drive(unsure, 2 * seeds)
+        self._drive(self._unsure_of(batch), 2 * seeds)
         return self._entries(batch)
+
+    def _seeds_of(self, pairs: int) -> int:
+        """Returns the seeds of each probe that make at least so many pairs."""
+        return -(-pairs // len(self._probes))
+
+    def _leave(self, batch: Sequence[Candidate], seeds: int, least: float) -> None:
+        """Drops the changes by which the severity falls by no larger share, or that had no time."""
+        for candidate in batch:
+            if not candidate.is_alive:
+                continue
+            if len(candidate.rows) < seeds * len(self._probes):
+                candidate.left = NO_TIME
+            elif self._fall(candidate) <= least:
+                candidate.left = "little or no fall in the first pairs"
 
     def _drive(
         self, batch: Sequence[Candidate], seeds: int, probes: Sequence[Scenario] | None = None
@@ -140,21 +160,30 @@ class Race:
     def _leave_all_but_the_best(self, batch: Sequence[Candidate]) -> None:
         """Drops the changes that others outdo, and strong steps where a mild step does as much."""
         falls = {id(c): round(self._fall(c), 1) for c in batch if c.is_alive}
-        alive = [c for c in batch if c.is_alive]
+        alive = sorted((c for c in batch if c.is_alive), key=lambda c: -falls[id(c)])
+        most = falls[id(alive[0])] if alive else 0.0
+        least = 0.5 * most if most >= NEARLY_ALL else 0.0
         done: set[tuple[str, Any]] = set()
-        for candidate in sorted(alive, key=lambda c: -falls[id(c)]):
+        for candidate in alive:
             key = candidate.suspicion.cause.key
             if key in done:
                 candidate.left = "another value does as much in the first pairs"
-            elif len(done) >= MOST_TO_THE_END:
+            elif len(done) >= MOST_TO_THE_END or falls[id(candidate)] <= least:
                 candidate.left = "others do more in the first pairs"
             else:
                 done.add(key)
 
-    def _is_unsure(self, candidate: Candidate) -> bool:
-        """Tells whether a change helps, but not surely enough for one of many that were tried."""
-        entry = self._entry(candidate)
-        return entry.fall >= LEAST_FALL and entry.p_value > ERROR / MOST_CANDIDATES
+    def _unsure_of(self, batch: Sequence[Candidate]) -> list[Candidate]:
+        """Returns the changes that help, but not surely enough for one of many that were tried.
+
+        If another takes the symptom away for sure, only those that take it away, too.
+        """
+        entries = {id(c): self._entry(c) for c in batch if c.is_alive}
+        sure = {key for key, entry in entries.items() if entry.p_value <= ERROR / MOST_CANDIDATES}
+        least = NEARLY_ALL if any(entries[key].takes_all for key in sure) else LEAST_FALL
+        return [
+            c for c in batch if c.is_alive and id(c) not in sure and entries[id(c)].fall >= least
+        ]
 
     def _entries(self, batch: Sequence[Candidate]) -> list[Tried]:
         found = [self._entry(candidate) for candidate in batch if candidate.rows]
