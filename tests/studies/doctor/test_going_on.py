@@ -78,8 +78,8 @@ def test_progress_tells_the_expected_time_and_the_rest_of_the_budget(tmp_path):
 @pytest.mark.parametrize(
     ("text", "options", "told"),
     [
-        ("", ["--symptom", "dances", "--read-only"], "--symptom 'dances': unknown class of symptoms; expected"),
-        (RPP, ["--out", "o"], "{path}, line 20: controller_server.ros__parameters.FollowPath.plugin: "),
+        ("", ["--symptom", "dances", "--read-only"], "--symptom 'dances': unknown class of sympt"),
+        (RPP, ["--out", "o"], "{path}, line 20: controller_server.ros__parameters.FollowPath."),
         ("", ["--bag", "none", "--read-only"], "none: "),
     ],
 )
