@@ -14,6 +14,7 @@ import numpy as np
 import pandas as pd
 
 from drake_navbench.analysis.colors import controller_color
+from drake_navbench.analysis.figures.choice import AXES
 from drake_navbench.analysis.figures.comparison import (
     MOST_DOTS,
     clearance_curves,
@@ -66,6 +67,7 @@ def chart_data(
         "walls": _walls(longest),
         "plans": [_xy(plan.poses[:, :2], MAX_POINTS_A_TRIAL) for plan in longest.first_plans],
         "goals": [_rounded(goal[:2]) for goal in goals(longest)],
+        "axes": AXES,
         "danger": DANGER_DISTANCE_M,
         "trials": _trials(logs, points),
         "metrics": [_metric(entry, trials, names) for entry in metrics],

@@ -11,7 +11,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
-from xml.etree import ElementTree
 
 import pandas as pd
 
@@ -23,6 +22,7 @@ from drake_navbench.analysis.contests import (
     read_matches,
 )
 from drake_navbench.analysis.folder_analysis import FolderAnalysis, analyse_folder, find_logs
+from drake_navbench.analysis.junit import FAILURE, SKIPPED, Case, case_of, junit_text
 from drake_navbench.analysis.metrics.definition import Better
 from drake_navbench.analysis.metrics.registry import all_metrics
 from drake_navbench.analysis.pair_verdict import PairVerdict, pair_verdicts
@@ -33,7 +33,7 @@ from drake_navbench.analysis.paired_tests import (
     Family,
     Finding,
     Judged,
-    Verdict,
+    PairedVerdict,
     judge_pairs,
 )
 from drake_navbench.analysis.paired_text import (
@@ -41,7 +41,6 @@ from drake_navbench.analysis.paired_text import (
     cells_text,
     equal_text,
     lost_lines,
-    sentence,
     table,
     undecided_sentence,
 )
@@ -99,7 +98,7 @@ class FolderComparison:
     @property
     def regressions(self) -> list[Finding]:
         """The listed metrics that became worse, touches first."""
-        return [f for f in self.judged.of(Verdict.WORSE) if f.quantity.name in self.listed]
+        return [f for f in self.judged.of(PairedVerdict.WORSE) if f.quantity.name in self.listed]
 
     @property
     def errors(self) -> list[LostTrial]:
@@ -133,7 +132,7 @@ class FolderComparison:
         """The whole comparison in one line."""
         cells = {(f.label, f.scenario, f.controller) for f in self.judged.findings}
         count = Counter(finding.verdict for finding in self.listed_findings)
-        told = ", ".join(f"{count[verdict]} {verdict}" for verdict in Verdict)
+        told = ", ".join(f"{count[verdict]} {verdict}" for verdict in PairedVerdict)
         return (
             f"compared {len(cells)} pairs of scenario and controller in {len(self.listed)} listed "
             f"metrics: {told}; not compared: {len(self.not_compared)}"
@@ -262,12 +261,14 @@ def to_markdown(comparison: FolderComparison) -> str:
     ):
         if told:
             lines += [f"## {title}", "", *(f"- {line}" for line in told), ""]
-    undecided = [f for f in judged.of(Verdict.UNDECIDED) if f.quantity.family is Family.LISTED]
+    undecided = [
+        f for f in judged.of(PairedVerdict.UNDECIDED) if f.quantity.family is Family.LISTED
+    ]
     for title, chosen in (
         ("Regressions", regressions),
-        ("Worse", judged.of(Verdict.WORSE)),
-        ("Better", judged.of(Verdict.BETTER)),
-        ("Changed, neither better nor worse", judged.of(Verdict.CHANGED)),
+        ("Worse", judged.of(PairedVerdict.WORSE)),
+        ("Better", judged.of(PairedVerdict.BETTER)),
+        ("Changed, neither better nor worse", judged.of(PairedVerdict.CHANGED)),
         ("Listed metrics that so few trials do not decide", undecided),
     ):
         if chosen:
@@ -296,46 +297,17 @@ def to_junit(comparison: FolderComparison) -> str:
     A trial that ended as an error is a failed test case; a trial that could not be compared is a
     skipped one.
     """
-    cases = comparison.listed_findings
-    skipped = [f for f in cases if f.verdict is Verdict.NO_VALUE]
-    left = len(comparison.unmatched) + len(comparison.left_out)
-    suite = ElementTree.Element(
-        "testsuite",
-        name="drake_navbench.commands.compare",
-        tests=str(len(cases) + len(comparison.errors) + left),
-        failures=str(len(comparison.regressions) + len(comparison.errors)),
-        errors="0",
-        skipped=str(len(skipped) + left),
-    )
-    for finding in cases:
-        case = _add_case(suite, _classname(*finding[:3]), finding.quantity.name)
-        if finding.verdict is Verdict.WORSE:
-            ElementTree.SubElement(case, "failure", message=sentence(finding))
-        elif finding.verdict is Verdict.NO_VALUE:
-            ElementTree.SubElement(case, "skipped", message="no pair of trials with a value")
-        elif finding in comparison.judged.undecided_losses:
-            ElementTree.SubElement(case, "system-out").text = undecided_sentence(finding)
+    undecided = comparison.judged.undecided_losses
+    cases = [case_of(f, undecided, f.label) for f in comparison.listed_findings]
     for trial in comparison.errors:
-        case = _add_case(suite, _classname(*trial[:3]), f"seed {trial.seed}")
-        ElementTree.SubElement(case, "failure", message=f"ended as an error: {trial.reason}")
+        place = ".".join(trial[:3])
+        text = f"ended as an error: {trial.reason}"
+        cases.append(Case(place, f"seed {trial.seed}", FAILURE, text))
     for entry in comparison.unmatched:
-        case = _add_case(suite, _classname(*entry[:3]), "trials")
-        ElementTree.SubElement(case, "skipped", message=entry.reason)
+        cases.append(Case(".".join(entry[:3]), "trials", SKIPPED, entry.reason))
     for file in comparison.left_out:
-        case = _add_case(suite, "files", file.path)
-        ElementTree.SubElement(case, "skipped", message=file.reason)
-    suites = ElementTree.Element("testsuites")
-    suites.append(suite)
-    ElementTree.indent(suites)
-    return ElementTree.tostring(suites, encoding="unicode", xml_declaration=True) + "\n"
-
-
-def _classname(folder: str, scenario: str, controller: str) -> str:
-    return f"{folder}.{scenario}.{controller}"
-
-
-def _add_case(suite: ElementTree.Element, classname: str, name: str) -> ElementTree.Element:
-    return ElementTree.SubElement(suite, "testcase", classname=classname, name=name)
+        cases.append(Case("files", file.path, SKIPPED, file.reason))
+    return junit_text("drake_navbench.commands.compare", cases)
 
 
 def _unmatched(baseline: pd.DataFrame, other: pd.DataFrame, name: str) -> list[Unmatched]:

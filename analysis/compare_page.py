@@ -17,13 +17,14 @@ from drake_navbench.analysis.html import page_environment
 from drake_navbench.analysis.metrics.definition import Better
 from drake_navbench.analysis.numbers import number, short_number, typeset
 from drake_navbench.analysis.pair_verdict import WORDS, finding_words
-from drake_navbench.analysis.paired_tests import Family, Finding, Verdict
+from drake_navbench.analysis.paired_tests import Family, Finding, PairedVerdict
 from drake_navbench.analysis.paired_text import PROMISE
 from drake_navbench.analysis.paired_trials import Contest
 from drake_navbench.logs.log import FROM_WORST, Outcome
-from drake_navbench.logs.results import ResultsFolder, file_name, write_text
-from drake_navbench.plugins.names import SEPARATOR, flattened
+from drake_navbench.logs.results import ResultsFolder, file_name
+from drake_navbench.typed_files.dotted_names import SEPARATOR, flattened
 from drake_navbench.typed_files.input_file import read_input
+from drake_navbench.typed_files.output_file import write_text
 from drake_navbench.typed_files.typed_yaml import MAX_FILE_BYTES
 
 MOST_LOSSES = 6
@@ -259,7 +260,7 @@ def _strips(
     """Yields a strip for each listed metric and scenario that has pairs with a value."""
     for finding in findings:
         quantity = finding.quantity
-        if quantity.family is not Family.LISTED or finding.verdict is Verdict.NO_VALUE:
+        if quantity.family is not Family.LISTED or finding.verdict is PairedVerdict.NO_VALUE:
             continue
         own = [
             (f"{_scenario_of(old)}: ", float(new[quantity.name]) - float(old[quantity.name]))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -14,6 +14,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup, escape
 
 from drake_navbench.analysis.colors import controller_color
+from drake_navbench.typed_files.output_file import write_text
 
 PERCENT = 100.0
 NAME_JOINT = re.compile(r"([:_=/-])(?=.)")
@@ -69,3 +70,10 @@ def script_json(value: Any) -> Markup:
     """Returns a value as JSON that is safe within a script element."""
     text = json.dumps(value, separators=(",", ":"), allow_nan=False)
     return Markup(text.replace("<", "\\u003c").replace("&", "\\u0026"))
+
+
+def write_show_page(path: Path, titles: Sequence[str], figures: Sequence[Path]) -> None:
+    """Writes a page with these figures, SVG files, under their titles."""
+    template = page_environment().get_template("show.html")
+    shown = [(title, inline_svg(file)) for title, file in zip(titles, figures, strict=True)]
+    write_text(path, template.render(figures=shown))

@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drake_navbench.analysis.metrics.body import gyration_squared_m2, outline_of
+from drake_navbench.analysis.metrics.movers import movers_of
 from drake_navbench.analysis.metrics.signals import is_carried
-from drake_navbench.analysis.movers import movers_of
 from drake_navbench.logs.log import TrialLog
 
 Array = NDArray[np.float64]

@@ -21,7 +21,8 @@ from drake_navbench.analysis.journey import Deed, Leg
 from drake_navbench.analysis.metrics.registry import all_metrics
 from drake_navbench.analysis.scenario_analysis import KnownValues, TrialEntry
 from drake_navbench.analysis.trial_rows import IDENTITY, VIOLATIONS
-from drake_navbench.logs.results import ResultsFolder, write_whole
+from drake_navbench.logs.results import ResultsFolder
+from drake_navbench.typed_files.output_file import write_whole
 
 METADATA_KEY = b"drake_navbench_stamps"
 PATH, STAMP, TOLD = "log", "log_sha256", "told"

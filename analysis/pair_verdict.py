@@ -19,7 +19,7 @@ from drake_navbench.analysis.paired_tests import (
     Family,
     Finding,
     Judged,
-    Verdict,
+    PairedVerdict,
     in_order,
     judge_pairs,
 )
@@ -70,13 +70,13 @@ def verdicts_within(
 
 def _verdict(label: str, name: str, findings: Sequence[Finding]) -> PairVerdict:
     told = [f for f in findings if f.quantity.family is not Family.OTHERS]
-    better = in_order(f for f in told if f.verdict is Verdict.BETTER)
-    worse = in_order(f for f in told if f.verdict is Verdict.WORSE)
+    better = in_order(f for f in told if f.verdict is PairedVerdict.BETTER)
+    worse = in_order(f for f in told if f.verdict is PairedVerdict.WORSE)
     old, arrow, new = name.partition(ARROW)
     if not arrow:
         old, new = "before", label or "after"
     subject = f"{name}: {new}" if not arrow else new
-    if all(f.verdict in (Verdict.EQUAL, Verdict.NO_VALUE) for f in findings):
+    if all(f.verdict in (PairedVerdict.EQUAL, PairedVerdict.NO_VALUE) for f in findings):
         text = f"{subject} drives exactly like {old} in every trial"
     elif better and worse:
         text = f"{subject} is better than {old} in {_named(better)}, and worse in {_named(worse)}"
@@ -122,7 +122,7 @@ def _named(findings: Sequence[Finding]) -> str:
 
 def _needed(findings: Sequence[Finding]) -> str:
     """Returns the largest undecided difference, and the number of pairs that would decide it."""
-    open_ones = in_order(f for f in findings if f.verdict is Verdict.UNDECIDED)
+    open_ones = in_order(f for f in findings if f.verdict is PairedVerdict.UNDECIDED)
     if not open_ones:
         return ": what differs is too small to matter"
     finding = open_ones[0]

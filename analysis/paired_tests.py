@@ -70,7 +70,7 @@ ALARM_RATES: Mapping[Family, float] = {
 ALARM_RATE = sum(ALARM_RATES.values())
 
 
-class Verdict(StrEnum):
+class PairedVerdict(StrEnum):
     """The verdict of the pairs on a quantity."""
 
     WORSE = "worse"
@@ -119,7 +119,7 @@ class Finding(NamedTuple):
     level: float
     differing: int
     is_one_trial: bool
-    verdict: Verdict
+    verdict: PairedVerdict
 
     @property
     def is_loss(self) -> bool:
@@ -166,7 +166,7 @@ class Judged(NamedTuple):
     equal_cells: tuple[tuple[str, str, str], ...]
     one_trial_cells: tuple[tuple[str, str, str], ...]
 
-    def of(self, verdict: Verdict) -> list[Finding]:
+    def of(self, verdict: PairedVerdict) -> list[Finding]:
         """Returns the findings with a verdict: touches first, then success, then by p-value."""
         return in_order(finding for finding in self.findings if finding.verdict is verdict)
 
@@ -180,7 +180,7 @@ class Judged(NamedTuple):
         """The findings of more touches or fewer arrivals with too few trials to decide."""
         return [
             finding
-            for finding in self.of(Verdict.UNDECIDED)
+            for finding in self.of(PairedVerdict.UNDECIDED)
             if finding.quantity.family is Family.OUTCOMES and finding.is_loss
         ]
 
@@ -331,22 +331,26 @@ def _findings(tests: Sequence[_Test], tolerance: float) -> list[Finding]:
     ]
 
 
-def _verdict(test: _Test, p_value: float, tolerance: float) -> Verdict:
+def _verdict(test: _Test, p_value: float, tolerance: float) -> PairedVerdict:
     quantity, found = test.quantity, test.comparison
     if not found.pairs:
-        return Verdict.NO_VALUE
+        return PairedVerdict.NO_VALUE
     if not test.differing:
-        return Verdict.EQUAL
+        return PairedVerdict.EQUAL
     # The test uses ranks: if the mean has the opposite sign, a few trials make that mean.
     contradicts = found.effect * found.difference < 0.0
     is_decided = test.is_one_trial or p_value <= ALARM_RATES[quantity.family]
     if contradicts or not is_decided:
-        return Verdict.UNDECIDED
+        return PairedVerdict.UNDECIDED
     size = abs(found.difference)
     is_outcome = quantity.family is Family.OUTCOMES
     if not is_outcome and size <= max(tolerance * abs(test.base_mean), quantity.relevant):
-        return Verdict.SMALL
+        return PairedVerdict.SMALL
     if quantity.better is Better.NEITHER:
-        return Verdict.CHANGED
+        return PairedVerdict.CHANGED
     is_lower = found.difference < 0.0
-    return Verdict.BETTER if is_lower == (quantity.better is Better.LOWER) else Verdict.WORSE
+    return (
+        PairedVerdict.BETTER
+        if is_lower == (quantity.better is Better.LOWER)
+        else PairedVerdict.WORSE
+    )

@@ -12,7 +12,7 @@ from drake_navbench.analysis.paired_tests import (
     Family,
     Finding,
     Judged,
-    Verdict,
+    PairedVerdict,
 )
 from drake_navbench.analysis.paired_trials import LostTrial
 from drake_navbench.logs.text_tables import markdown_table
@@ -122,7 +122,7 @@ def _pairs(finding: Finding) -> str:
         net = round(found.difference / PERCENT * found.pairs)
         more, less = (finding.differing + net) // 2, (finding.differing - net) // 2
         text += f", {more} more and {less} fewer"
-    if finding.verdict is Verdict.UNDECIDED or math.isfinite(finding.p_value):
+    if finding.verdict is PairedVerdict.UNDECIDED or math.isfinite(finding.p_value):
         text += f", p {finding.p_value:.2g}"
     return text
 

@@ -16,8 +16,6 @@ from drake_navbench.analysis.figures.choice import FIGURES_FOLDER, FigureChoice
 from drake_navbench.analysis.folder_analysis import FolderAnalysis, analyse_folder
 from drake_navbench.analysis.html import inline_svg, page_environment, script_json
 from drake_navbench.analysis.invariants import warnings_of
-from drake_navbench.analysis.leg_tables import legs_table
-from drake_navbench.analysis.machine_note import compute_note
 from drake_navbench.analysis.many_trials import MOST_LOGS_OPENED
 from drake_navbench.analysis.metrics.definition import Better
 from drake_navbench.analysis.metrics.registry import all_metrics, installed_metrics
@@ -25,6 +23,8 @@ from drake_navbench.analysis.numbers import EMPTY, short_number, typeset
 from drake_navbench.analysis.overview import overview_of
 from drake_navbench.analysis.rank_changes import rank_changes, sentence
 from drake_navbench.analysis.report_sections import (
+    compute_note,
+    legs_table,
     link_to,
     listed_trials,
     metric_rows,
@@ -50,8 +50,9 @@ from drake_navbench.analysis.tables import (
 )
 from drake_navbench.analysis.totals import differences, totals, totals_csv
 from drake_navbench.logs.log import Outcome
-from drake_navbench.logs.results import ResultsFolder, file_name, require_own_folders, write_text
+from drake_navbench.logs.results import ResultsFolder, file_name, require_own_folders
 from drake_navbench.logs.text_tables import csv_text
+from drake_navbench.typed_files.output_file import write_text
 from drake_navbench.typed_files.typed_yaml import read_yaml
 
 REPORT_NAME = "report.html"

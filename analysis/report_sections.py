@@ -8,6 +8,8 @@ from pathlib import Path
 from shlex import quote
 from typing import Any, NamedTuple
 
+import pandas as pd
+
 from drake_navbench.analysis.folder_analysis import FolderAnalysis
 from drake_navbench.analysis.html import relative_change
 from drake_navbench.analysis.many_trials import MOST_LOGS_OPENED
@@ -210,3 +212,58 @@ def _replay_of(root: Path, entry: TrialEntry) -> str:
 def link_to(root: Path, path: Path) -> str:
     """Returns a link from the report to a file, '' if the file does not exist."""
     return path.relative_to(root).as_posix() if path.is_file() else ""
+
+
+def legs_table(trials: Sequence[TrialEntry]) -> pd.DataFrame:
+    """Returns a row for each finished leg of a mission: controller, trial, leg counted from 1.
+
+    Then come the fields of `journey.Leg` except the goal; `lift_s` is the time at the lift.
+    """
+    rows = [
+        {"controller": entry.row["controller"], "trial": entry.row["trial"], "leg": number}
+        | {name: value for name, value in leg._asdict().items() if name != "goal"}
+        for entry in trials
+        for number, leg in enumerate(entry.legs, start=1)
+        if leg.floor
+    ]
+    return pd.DataFrame(rows)
+
+
+def compute_note(manifest: Mapping[str, Any]) -> str:
+    """Returns processor, workers and load from a manifest in words; '' if it names no machine."""
+    machines = [entry for entry in manifest.get("machines", []) if isinstance(entry, Mapping)]
+    if not machines:
+        return ""
+    told = "; then ".join(dict.fromkeys(map(_machine, machines)))
+    if cluster := _cluster(manifest):
+        told = f"{cluster}; trials that no cluster drove on {told}"
+    text = f"Compute times were measured on {told}."
+    if any(_is_shared(machine) for machine in machines):
+        text += (
+            " Trials shared the machine, with one another or with other programs, which makes "
+            "wall-clock times longer. Processor times leave out waiting; --jobs 1 on a quiet "
+            "machine measures best."
+        )
+    return text
+
+
+def _cluster(manifest: Mapping[str, Any]) -> str:
+    """Returns a cluster's processors with the number of trials that each kind drove."""
+    driven: dict[str, int] = {}
+    for entry in manifest.get("cluster", []):
+        name = str(entry.get("processor", "an unknown processor"))
+        driven[name] = driven.get(name, 0) + int(entry.get("trials", 0))
+    return ", ".join(f"a cluster of {name} ({count} trials)" for name, count in driven.items())
+
+
+def _machine(entry: Mapping[str, Any]) -> str:
+    jobs, cores = entry.get("jobs", 1), entry.get("cores", 1)
+    text = f"{entry.get('processor', 'an unknown processor')}, {cores} core{'s' * (cores != 1)}, "
+    text += f"{jobs} trial{'s' * (jobs != 1)} at a time"
+    load = entry.get("load_before")
+    return text if load is None else f"{text}, load {load:g} before the run"
+
+
+def _is_shared(entry: Mapping[str, Any]) -> bool:
+    """Whether another process may have run on the same processor, with its caches and clock."""
+    return entry.get("jobs", 1) > 1 or (entry.get("load_before") or 0.0) >= 0.5

@@ -29,7 +29,7 @@ from drake_navbench.analysis.task_summary import (
     weak_points,
 )
 from drake_navbench.analysis.totals import ALL_DENSITIES, Total
-from drake_navbench.analysis.verdicts import Standing, Verdict, verdict
+from drake_navbench.analysis.verdicts import FirstPlace, MetricVerdict, verdict
 from drake_navbench.analysis.weak_points import weak_point, worst_of
 
 CHEAPEST = "cheapest to compute"
@@ -76,7 +76,9 @@ def summary_of(
     )
 
 
-def compute_verdict(scenarios: Sequence[ScenarioAnalysis]) -> tuple[Verdict, pd.DataFrame] | None:
+def compute_verdict(
+    scenarios: Sequence[ScenarioAnalysis],
+) -> tuple[MetricVerdict, pd.DataFrame] | None:
     """Returns the verdict on processor time over all scenarios, and each controller's mean, ms.
 
     Trials of equal scenario and seed make a pair. Returns None where there is nothing to compare.
@@ -176,7 +178,7 @@ def _touches(scenarios: Sequence[ScenarioAnalysis], descriptions: Mapping[str, s
 
 
 def _first_places(
-    scenarios: Sequence[ScenarioAnalysis], compute: tuple[Verdict, pd.DataFrame] | None
+    scenarios: Sequence[ScenarioAnalysis], compute: tuple[MetricVerdict, pd.DataFrame] | None
 ) -> list[str]:
     """Returns a sentence on each controller that is best in a metric, and one on the certainty.
 
@@ -229,7 +231,7 @@ def _weak_side(
     name: str,
     own: Mapping[str, Sequence[str]],
     contested: Sequence[ScenarioAnalysis],
-    compute: tuple[Verdict, pd.DataFrame] | None,
+    compute: tuple[MetricVerdict, pd.DataFrame] | None,
 ) -> str:
     """Returns the weak points of a controller over all scenarios in words."""
     found = [point for scenario in contested for point in weak_points(name, scenario)]
@@ -263,18 +265,18 @@ def _how_sure(scenarios: Sequence[ScenarioAnalysis], count: int, *, is_timed: bo
 
 
 def _undecided(
-    scenarios: Sequence[ScenarioAnalysis], compute: tuple[Verdict, pd.DataFrame] | None
+    scenarios: Sequence[ScenarioAnalysis], compute: tuple[MetricVerdict, pd.DataFrame] | None
 ) -> list[str]:
     open_questions = {
         found.metric: None
         for scenario in scenarios
         for found in scenario.verdicts
-        if found.standing is Standing.UNDECIDED
+        if found.standing is FirstPlace.UNDECIDED
     }
     words = [word for metric, word in SUPERLATIVES.items() if metric in open_questions]
     is_compute_open = (
         compute is not None
-        and compute[0].standing is Standing.UNDECIDED
+        and compute[0].standing is FirstPlace.UNDECIDED
         and any(scenario.anyone_arrived for scenario in scenarios)
     )
     if all(success.trials == 1 for scenario in scenarios for success in scenario.successes):

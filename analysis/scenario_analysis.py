@@ -24,7 +24,7 @@ from drake_navbench.analysis.statistics import (
 )
 from drake_navbench.analysis.trial_rows import measured_log
 from drake_navbench.analysis.verdicts import (
-    Verdict,
+    MetricVerdict,
     comparable_trials,
     scenario_verdicts,
     touch_counts,
@@ -124,7 +124,7 @@ class ScenarioAnalysis:
     successes: list[Success] = field(default_factory=list)
     cells: list[Cell] = field(default_factory=list)
     pairs: list[Pair] = field(default_factory=list)
-    verdicts: list[Verdict] = field(default_factory=list)
+    verdicts: list[MetricVerdict] = field(default_factory=list)
     description: str = ""
     is_impossible: bool = False
     clean_scenario: str = ""

@@ -9,10 +9,8 @@ from typing import Any, NamedTuple
 
 import pandas as pd
 from markupsafe import Markup
-from matplotlib.figure import Figure
 
-from drake_navbench.analysis.figures.choice import SVG
-from drake_navbench.analysis.figures.style import Look, figure_style, write_figure
+from drake_navbench.analysis.figures.style import Look, figure_style, written_svg
 from drake_navbench.analysis.figures.sweeps import (
     ResponsePanel,
     heat_map_figure,
@@ -35,8 +33,9 @@ from drake_navbench.analysis.sweeps import (
     slopes,
     swept_fields,
 )
-from drake_navbench.logs.results import ResultsFolder, file_name, write_text
+from drake_navbench.logs.results import ResultsFolder, file_name
 from drake_navbench.logs.text_tables import csv_text
+from drake_navbench.typed_files.output_file import write_text
 
 TABLE_NAME = "sweep"
 FIGURES = Path("figures") / "sweep"
@@ -124,7 +123,7 @@ def _axis_section(stem: Path, rows: pd.DataFrame, field: str, look: Look) -> Axi
         for name, unit in _metrics()
         if rows[name].notna().any()
     ]
-    figure = _written(response_figure(panels, field, look), stem / file_name(field))
+    figure = written_svg(response_figure(panels, field, look), stem / file_name(field))
     steepness = []
     is_compared = False
     if is_numeric(rows, field):
@@ -150,12 +149,4 @@ def _maps(stem: Path, rows: pd.DataFrame, fields: list[str]) -> Iterator[Markup]
             if both[name].notna().any() and (maps := heat_maps(both, pair, name)):
                 label = f"{name} [{units[name]}]"
                 figure = heat_map_figure(maps, pair, label)
-                yield _written(figure, stem / file_name(f"{'-'.join(pair)}-{name}"))
-
-
-def _written(figure: Figure, stem: Path) -> Markup:
-    """Writes a figure as SVG, and returns its text for a page."""
-    (path,) = write_figure(figure, stem, (SVG,))
-    text = path.read_text(encoding="utf-8")
-    # Safe: we made this SVG, and matplotlib has escaped the names in it.
-    return Markup(text[text.index("<svg") :])
+                yield written_svg(figure, stem / file_name(f"{'-'.join(pair)}-{name}"))

@@ -7,15 +7,14 @@ from pathlib import Path
 from typing import Any
 
 from markupsafe import Markup
-from matplotlib.figure import Figure
 
-from drake_navbench.analysis.figures.choice import SVG
-from drake_navbench.analysis.figures.style import figure_style, write_figure
+from drake_navbench.analysis.figures.style import figure_style, written_svg
 from drake_navbench.analysis.figures.tuning import front_figure, slices_figure
 from drake_navbench.analysis.html import page_environment
 from drake_navbench.analysis.numbers import number
-from drake_navbench.logs.results import file_name, write_text
-from drake_navbench.plugins.names import flattened
+from drake_navbench.logs.results import file_name
+from drake_navbench.typed_files.dotted_names import flattened
+from drake_navbench.typed_files.output_file import write_text
 
 RESULT_NAME = "tuning.json"
 PAGE_NAME = "tuning.html"
@@ -36,12 +35,12 @@ def write_tuning_page(folder: Path) -> Path:
     searched = list(configurations[0]["parameters"]) if configurations else []
     with figure_style():
         shown = (
-            _written(front_figure(configurations, front, objectives), folder / FIGURES / "front")
+            written_svg(front_figure(configurations, front, objectives), folder / FIGURES / "front")
             if configurations
             else Markup()
         )
         slices = {
-            name: _written(
+            name: written_svg(
                 slices_figure(configurations, name, objectives),
                 folder / FIGURES / file_name(f"slice-{name}"),
             )
@@ -83,11 +82,3 @@ def _percent(share: float) -> str:
     """Returns a signed share in percent with one decimal."""
     text = f"{PERCENT * share:+.1f}"
     return f"{text if float(text) else '0.0'}%"
-
-
-def _written(figure: Figure, stem: Path) -> Markup:
-    """Writes a figure as SVG, and returns its text for a page."""
-    (path,) = write_figure(figure, stem, (SVG,))
-    text = path.read_text(encoding="utf-8")
-    # Safe: we made this SVG, and matplotlib has escaped the names in it.
-    return Markup(text[text.index("<svg") :])

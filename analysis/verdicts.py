@@ -33,7 +33,7 @@ NOBODY_TOUCHED: Mapping[str, int] = {}
 EXTREMES = {Better.LOWER: "lowest", Better.HIGHER: "highest"}
 
 
-class Standing(StrEnum):
+class FirstPlace(StrEnum):
     """The state of the contest for the first place in a metric."""
 
     BEST = "best"
@@ -43,7 +43,7 @@ class Standing(StrEnum):
     NO_CONTEST = "no contest"
 
 
-class Verdict(NamedTuple):
+class MetricVerdict(NamedTuple):
     """The verdict on one metric in one scenario.
 
     standing: BEST: every other controller is shown to be behind the leader by more than matters,
@@ -56,7 +56,7 @@ class Verdict(NamedTuple):
 
     scenario: str
     metric: str
-    standing: Standing
+    standing: FirstPlace
     order: tuple[str, ...]
     leaders: tuple[str, ...]
     text: str
@@ -64,7 +64,7 @@ class Verdict(NamedTuple):
     @property
     def best(self) -> str | None:
         """The controller that is shown to be best; None where the trials do not show one."""
-        return self.leaders[0] if self.standing is Standing.BEST else None
+        return self.leaders[0] if self.standing is FirstPlace.BEST else None
 
 
 def is_failed(trials: pd.DataFrame) -> pd.Series:
@@ -94,7 +94,9 @@ def comparable_trials(trials: pd.DataFrame, metrics: Iterable[str]) -> pd.DataFr
     return kept
 
 
-def scenario_verdicts(trials: pd.DataFrame, scenario: str, names: Sequence[str]) -> list[Verdict]:
+def scenario_verdicts(
+    trials: pd.DataFrame, scenario: str, names: Sequence[str]
+) -> list[MetricVerdict]:
     """Returns the verdicts on these metrics in a scenario, in the order of the catalogue.
 
     trials: all trials of the scenario. A metric with nothing to compare has no verdict.
@@ -126,7 +128,7 @@ def verdict(
     anyone_arrived: bool = True,
     repeated: frozenset[str] = frozenset(),
     touches: Mapping[str, int] = NOBODY_TOUCHED,
-) -> Verdict | None:
+) -> MetricVerdict | None:
     """Returns the verdict on a metric; None where there is nothing to compare.
 
     The metric needs a good direction and a value for at least two controllers. anyone_arrived:
@@ -161,30 +163,30 @@ def verdict(
     level = [other for other in others if gaps[other].is_level]
     leaders = [leader, *(other for other in others if other not in behind)]
     if len(leaders) == 1:
-        standing = Standing.BEST
+        standing = FirstPlace.BEST
         place = "best" if anyone_arrived else EXTREMES[entry.better]
         text = f"{leader} is {place}: {_number(means[leader], entry.unit)}; "
         text += f"next {others[0]}, {_gap(gaps[others[0]].comparison, entry.unit)}"
         if once >= {leader, others[0]}:
             text += f" ({NOTHING_RANDOM})"
         if leader in touches and anyone_arrived:
-            standing = Standing.TOUCHED
+            standing = FirstPlace.TOUCHED
             text = text.replace("best", "first", 1)
             text += f"; but {leader} touched something in {_trial_count(touches[leader])}, so that"
             text += " nobody is best"
     elif leaders == [leader, *level]:
-        standing = Standing.LEVEL
+        standing = FirstPlace.LEVEL
         text = f"level: {', '.join(leaders)} {_how_close(gaps, means, level, entry)}"
     else:
-        standing = Standing.UNDECIDED
+        standing = FirstPlace.UNDECIDED
         text = _undecided(means, leaders, gaps, entry=entry, confidence=confidence)
         if level:
             close = _how_close(gaps, means, level, entry)
             text += f"; {', '.join([leader, *level])} {close}"
     if not anyone_arrived:
-        standing = Standing.NO_CONTEST
+        standing = FirstPlace.NO_CONTEST
     text += _note_on_missing(values, list(means.index), anyone_arrived=anyone_arrived)
-    return Verdict(scenario, entry.name, standing, tuple(means.index), tuple(leaders), text)
+    return MetricVerdict(scenario, entry.name, standing, tuple(means.index), tuple(leaders), text)
 
 
 def _how_close(

@@ -10,7 +10,7 @@ import pandas as pd
 
 from drake_navbench.analysis.metrics.definition import Better, Metric
 from drake_navbench.analysis.numbers import number, typeset
-from drake_navbench.analysis.verdicts import Standing, Verdict
+from drake_navbench.analysis.verdicts import FirstPlace, MetricVerdict
 
 DIGITS = 3
 # A controller that is less than 10% behind has no weak point.
@@ -47,7 +47,7 @@ class WeakPoint(NamedTuple):
 
 
 def weak_point(
-    name: str, verdict: Verdict, means: pd.DataFrame, entry: Metric, what: str
+    name: str, verdict: MetricVerdict, means: pd.DataFrame, entry: Metric, what: str
 ) -> WeakPoint | None:
     """Returns the weak point of a controller in one metric of one scenario, or None.
 
@@ -55,7 +55,7 @@ def weak_point(
     worse. means: a row a controller, a column a metric.
     """
     is_behind = name in verdict.order and name not in verdict.leaders
-    if not is_behind or verdict.standing is Standing.NO_CONTEST:
+    if not is_behind or verdict.standing is FirstPlace.NO_CONTEST:
         return None
     best = verdict.order[0]
     own, first = (float(means.loc[who, entry.name]) for who in (name, best))

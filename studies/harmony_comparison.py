@@ -20,8 +20,8 @@ from harmony_worlds import FAMILIES, write_world
 from question_trials import require_no_errors
 
 from drake_navbench.campaign.campaign import plan_campaign
+from drake_navbench.campaign.rows_of_trials import drive_each
 from drake_navbench.campaign.trial_tasks import table_row
-from drake_navbench.studies.tuning.pairs import drive_each
 from drake_navbench.trial.spec import TrialSpec
 
 OF_ROBOT = "ax_max=2.5:ax_min=-2.5:az_max=3.0"

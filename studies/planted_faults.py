@@ -35,11 +35,11 @@ import yaml
 
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.presets import load_preset
-from drake_navbench.plugins.names import flattened
 from drake_navbench.studies.doctor.causes import Direction
 from drake_navbench.studies.doctor.facts import Facts
 from drake_navbench.studies.doctor.files import Patient
 from drake_navbench.studies.doctor.reading import findings_of
+from drake_navbench.typed_files.dotted_names import flattened
 
 HERE = Path(__file__).parent
 DRAWN = HERE / "planted_faults.yaml"

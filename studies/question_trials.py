@@ -21,16 +21,16 @@ from matplotlib.figure import Figure
 from drake_navbench.analysis.figures.style import SVG, figure_style, write_figure
 from drake_navbench.analysis.metrics.definition import Better, Metric
 from drake_navbench.analysis.metrics.registry import all_metrics
-from drake_navbench.analysis.paired_tests import Family, Finding, Judged, Verdict, judge_pairs
+from drake_navbench.analysis.paired_tests import Family, Finding, Judged, PairedVerdict, judge_pairs
 from drake_navbench.analysis.paired_trials import Contest
 from drake_navbench.analysis.pairs import confidence_of_each
 from drake_navbench.analysis.statistics import exact_share_interval
+from drake_navbench.campaign.rows_of_trials import drive_each
 from drake_navbench.inputs.presets import load_preset
 from drake_navbench.inputs.robot import Robot, overridden
 from drake_navbench.inputs.scenario import Scenario
 from drake_navbench.logs.log import Outcome, TrialLog
 from drake_navbench.logs.text_tables import markdown_table
-from drake_navbench.studies.tuning.pairs import drive_each
 from drake_navbench.trial.spec import TrialSpec
 
 PAGES = Path(__file__).parents[1] / "docs" / "questions"
@@ -41,7 +41,7 @@ AFFORDABLE_UNITS = 64
 # Numbers in the rows have so many digits.
 ROUNDED = "%.6g"
 # Verdicts that decide nothing.
-OPEN = (Verdict.UNDECIDED, Verdict.EQUAL, Verdict.NO_VALUE)
+OPEN = (PairedVerdict.UNDECIDED, PairedVerdict.EQUAL, PairedVerdict.NO_VALUE)
 
 Row = dict[str, Any]
 
@@ -217,7 +217,7 @@ def more_trials_table(findings: Iterable[Finding], titles: Mapping[str, str]) ->
     undecided = [
         (units_needed(found), found)
         for found in findings
-        if found.quantity.name in titles and found.verdict is Verdict.UNDECIDED
+        if found.quantity.name in titles and found.verdict is PairedVerdict.UNDECIDED
     ]
     outcomes, others = (
         [pair for pair in undecided if (pair[1].quantity.family is Family.OUTCOMES) is is_outcome]

@@ -29,7 +29,7 @@ from drake_navbench.analysis.paired_tests import (
     TOUCH,
     Family,
     Finding,
-    Verdict,
+    PairedVerdict,
     judge_pairs,
 )
 from drake_navbench.analysis.paired_trials import IDENTITY, Contest
@@ -99,7 +99,7 @@ failed counts. Who does not arrive in the clean world cannot get worse there. A 
 
 ![differences](images/stress_slopes.svg)
 """
-DECIDED = (Verdict.WORSE, Verdict.BETTER, Verdict.CHANGED)
+DECIDED = (PairedVerdict.WORSE, PairedVerdict.BETTER, PairedVerdict.CHANGED)
 
 # By quantity, field and controller.
 Findings = Mapping[tuple[str, str, str], Finding]

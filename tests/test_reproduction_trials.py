@@ -12,7 +12,7 @@ from drake_navbench import run_benchmark, run_trial
 from drake_navbench.analysis.repeats import repeated_cells
 from drake_navbench.analysis.reproduction import published
 from drake_navbench.analysis.reproduction.concordance import concordance, published_orderings
-from drake_navbench.analysis.reproduction.judgement import Verdict, judge_all
+from drake_navbench.analysis.reproduction.judgement import FindingVerdict, judge_all
 from drake_navbench.analysis.reproduction.lineups import PUBLISHED_SETTINGS
 from drake_navbench.analysis.reproduction.published_cells import compare_numbers, relative_error
 
@@ -51,7 +51,7 @@ def test_half_of_the_numbers_are_met_within_nine_per_cent(trials):
 @pytest.mark.long
 def test_every_finding_that_does_not_hold_is_on_the_page(trials):
     judged = judge_all(trials)
-    contradicted = {j.finding.number for j in judged if j.verdict is Verdict.CONTRADICTED}
+    contradicted = {j.finding.number for j in judged if j.verdict is FindingVerdict.CONTRADICTED}
     # In the noise-free scenarios two trials decide as much as any number of them.
     assert {62, 63} <= contradicted
     assert contradicted <= listed_findings()

@@ -16,8 +16,8 @@ from drake_navbench.logs.results import (
     only_run_in,
     remove_unfinished,
     require_writable,
-    write_text,
 )
+from drake_navbench.typed_files.output_file import write_text
 
 TOO_LONG = "n" * 300
 

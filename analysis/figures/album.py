@@ -32,7 +32,7 @@ from drake_navbench.analysis.figures.style import (
     write_figure,
 )
 from drake_navbench.analysis.scenario_analysis import headline_metrics
-from drake_navbench.analysis.verdicts import Verdict, is_failed
+from drake_navbench.analysis.verdicts import MetricVerdict, is_failed
 from drake_navbench.logs.log import TrialLog
 from drake_navbench.logs.results import file_name
 
@@ -53,7 +53,7 @@ def write_scenario_figures(
     trials: pd.DataFrame,
     choice: FigureChoice = FigureChoice.ALL,
     *,
-    verdicts: Sequence[Verdict] = (),
+    verdicts: Sequence[MetricVerdict] = (),
     columns: Sequence[str] = (),
 ) -> list[FigureEntry]:
     """Writes the chosen figures of a scenario below `folder`; returns what was written.
@@ -86,7 +86,7 @@ def _comparisons(
     scenario: str,
     logs: Mapping[str, Sequence[TrialLog]],
     trials: pd.DataFrame,
-    verdicts: Sequence[Verdict],
+    verdicts: Sequence[MetricVerdict],
     look: Look,
 ) -> Iterator[tuple[str, str, Figure]]:
     """Yields kind, title and figure of each figure that compares controllers, one at a time."""

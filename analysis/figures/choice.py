@@ -7,6 +7,13 @@ from typing import NamedTuple
 
 FIGURES_FOLDER = "figures"
 SVG, PNG = ".svg", ".png"
+# The labels of both axes by kind of figure, for paper and for the page's charts alike.
+AXES = {
+    "paths": ("x [m]", "y [m]"),
+    "clearance": ("driven length [m]", "clearance of the footprint [m]"),
+    "pareto": ("time to goal [s]  (← better)", "smallest clearance [m]  (↑ better)"),
+    "compute": ("compute time of a control cycle [ms]", "share of cycles at least as long"),
+}
 
 
 class FigureChoice(StrEnum):

@@ -20,6 +20,7 @@ from drake_navbench.analysis.figures.style import (
     Look,
     Margins,
     legend_below,
+    name_axes,
     new_figure,
 )
 from drake_navbench.analysis.metrics.compute import MS_PER_S, cycle_times_ms
@@ -116,8 +117,7 @@ def clearance_figure(curves: Sequence[ClearanceCurve], look: Look) -> Figure | N
         axes.plot(driven_m, clearance_m, **look.line(controller), lw=1.2, alpha=0.85)
     axes.axhspan(0.0, DANGER_DISTANCE_M, color="#f6d9d5", zorder=0, lw=0)
     axes.set_ylim(bottom=0.0)
-    axes.set_xlabel("driven length [m]")
-    axes.set_ylabel("clearance of the footprint [m]")
+    name_axes(axes, "clearance")
     axes.set_title(f"Clearance along the path (shaded: below {DANGER_DISTANCE_M} m)")
     legend_below(figure, look.line_keys(dict.fromkeys(curve.controller for curve in curves)))
     return figure
@@ -210,8 +210,7 @@ def compute_figure(times: ComputeTimes | None, look: Look) -> Figure | None:
     for axis in (axes.xaxis, axes.yaxis):
         axis.set_major_formatter("{x:g}")
         axis.set_minor_locator(NullLocator())
-    axes.set_xlabel("compute time of a control cycle [ms]")
-    axes.set_ylabel("share of cycles at least as long")
+    name_axes(axes, "compute")
     axes.set_title("Compute time, all cycles")
     legend_below(figure, [*look.line_keys(times.curves), period])
     return figure

@@ -16,6 +16,7 @@ from drake_navbench.analysis.figures.style import (
     OBSTACLE_EDGE,
     OBSTACLE_FACE,
     PLAN_COLOR,
+    name_axes,
 )
 
 Array = NDArray[np.float64]
@@ -76,8 +77,7 @@ def draw_course(axes: Axes, course: Course) -> None:
             name, tuple(corner), xytext=(0, 3), textcoords="offset points", fontsize="small"
         )
     axes.set_aspect("equal")
-    axes.set_xlabel("x [m]")
-    axes.set_ylabel("y [m]")
+    name_axes(axes, "paths")
 
 
 def draw_outlines(axes: Axes, outlines: Sequence[Array], color: Any) -> None:

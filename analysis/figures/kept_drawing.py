@@ -14,7 +14,8 @@ from typing import Any, NamedTuple
 
 from drake_navbench.analysis.content_stamps import code_stamp, file_stamp, stamp_of
 from drake_navbench.analysis.figures.choice import FIGURES_FOLDER, FigureChoice, FigureEntry
-from drake_navbench.logs.results import ResultsFolder, file_name, write_text
+from drake_navbench.logs.results import ResultsFolder, file_name
+from drake_navbench.typed_files.output_file import write_text
 
 # The stem of a figure's files, without folders.
 STEM = re.compile(r"\w[\w.-]*")

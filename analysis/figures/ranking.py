@@ -16,11 +16,12 @@ from drake_navbench.analysis.figures.style import (
     Look,
     Margins,
     legend_below,
+    name_axes,
     new_figure,
 )
 from drake_navbench.analysis.metrics.definition import Metric
 from drake_navbench.analysis.statistics import pareto_front
-from drake_navbench.analysis.verdicts import Verdict
+from drake_navbench.analysis.verdicts import MetricVerdict
 from drake_navbench.logs.log import Outcome
 
 RANK_ROW_IN = 0.36
@@ -51,7 +52,7 @@ class RankRow(NamedTuple):
     in_front: tuple[str, ...]
 
 
-def rank_rows(verdicts: Sequence[Verdict], metrics: Sequence[Metric]) -> list[RankRow]:
+def rank_rows(verdicts: Sequence[MetricVerdict], metrics: Sequence[Metric]) -> list[RankRow]:
     """Returns the places in every metric that has a verdict, in the order of `metrics`.
 
     The words of the report rest on the same verdicts, so that the two cannot contradict each other.
@@ -153,7 +154,6 @@ def pareto_figure(points: ParetoPoints, look: Look) -> Figure | None:
             va="center",
         )
     axes.margins(0.25)
-    axes.set_xlabel("time to goal [s]  (← better)")
-    axes.set_ylabel("smallest clearance [m]  (↑ better)")
+    name_axes(axes, "pareto")
     axes.set_title("Time, clearance, jerk (size); ringed: no other is better in all three")
     return figure

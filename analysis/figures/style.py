@@ -12,6 +12,7 @@ import matplotlib as mpl
 
 mpl.use("Agg")
 
+from markupsafe import Markup
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -19,8 +20,8 @@ from matplotlib.lines import Line2D
 from matplotlib.transforms import ScaledTranslation
 
 from drake_navbench.analysis.colors import controller_color
-from drake_navbench.analysis.figures.choice import PNG, SVG
-from drake_navbench.logs.results import write_whole
+from drake_navbench.analysis.figures.choice import AXES, PNG, SVG
+from drake_navbench.typed_files.output_file import write_whole
 
 SUFFIXES = (SVG, PNG)
 POINTS_PER_INCH = 72
@@ -189,6 +190,13 @@ def place_labels(axes: Axes, *, is_right: bool = False) -> None:
     axes.yaxis.set_label_coords(1.0 if is_right else 0.0, 0.5, transform=beside)
 
 
+def name_axes(axes: Axes, kind: str) -> None:
+    """Labels the axes of a kind of figure."""
+    across, down = AXES[kind]
+    axes.set_xlabel(across)
+    axes.set_ylabel(down)
+
+
 def clear_data(axes: Axes) -> None:
     """Removes all that was drawn, with the legend; axes, ticks, labels and titles stay."""
     for artist in [*axes.lines, *axes.collections, *axes.patches, *axes.texts]:
@@ -256,3 +264,11 @@ def write_figure(figure: Figure, stem: Path, suffixes: Sequence[str] = SUFFIXES)
     for path in paths:
         write_whole(path, partial(figure.savefig, **SAVE_OPTIONS[path.suffix]))
     return paths
+
+
+def written_svg(figure: Figure, stem: Path) -> Markup:
+    """Writes a figure as SVG, and returns its text for a page."""
+    (path,) = write_figure(figure, stem, (SVG,))
+    text = path.read_text(encoding="utf-8")
+    # Safe: we made this SVG, and matplotlib has escaped the names in it.
+    return Markup(text[text.index("<svg") :])

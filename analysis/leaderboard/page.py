@@ -16,8 +16,9 @@ from drake_navbench.analysis.leaderboard.suite import Suite
 from drake_navbench.analysis.numbers import EMPTY, number
 from drake_navbench.analysis.statistics import Interval
 from drake_navbench.analysis.verdicts import is_failed
-from drake_navbench.logs.results import file_name, require_writable, write_text
-from drake_navbench.plugins.names import flattened
+from drake_navbench.logs.results import file_name, require_writable
+from drake_navbench.typed_files.dotted_names import flattened
+from drake_navbench.typed_files.output_file import write_text
 
 PAGE_NAME = "leaderboard.html"
 REPLAYS = Path("replays")

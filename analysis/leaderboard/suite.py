@@ -18,7 +18,7 @@ import yaml
 from pydantic import Field, model_validator
 
 from drake_navbench.errors import CannotBeWritten, InputError
-from drake_navbench.logs.results import write_text, write_whole
+from drake_navbench.typed_files.output_file import write_text, write_whole
 from drake_navbench.typed_files.typed_yaml import (
     FrozenModel,
     parse_yaml,

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from drake_navbench.analysis.metrics.body import outline_of
 from drake_navbench.analysis.metrics.definition import Undefined
+from drake_navbench.analysis.metrics.movers import is_there, movers_of
 from drake_navbench.analysis.metrics.moving import (
     LOOK_PERIOD_S,
     clearances_m,
@@ -18,7 +19,6 @@ from drake_navbench.analysis.metrics.moving import (
     robot_poses,
 )
 from drake_navbench.analysis.metrics.signals import Array
-from drake_navbench.analysis.movers import is_there, movers_of
 from drake_navbench.inputs.moving_obstacles import Bodies
 from drake_navbench.kernels.moving_bodies import clearances_of_bodies
 from drake_navbench.kernels.poses import place_outline

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from drake_navbench.analysis.metrics.body import outline_of
 from drake_navbench.analysis.metrics.definition import Undefined, metric
+from drake_navbench.analysis.metrics.movers import movers_of
 from drake_navbench.analysis.metrics.moving import collision_times_s, robot_poses
 from drake_navbench.analysis.metrics.people import (
     PeopleLooks,
@@ -26,7 +27,6 @@ from drake_navbench.analysis.metrics.signals import (
     lateral_velocity,
     times,
 )
-from drake_navbench.analysis.movers import movers_of
 from drake_navbench.kernels.poses import place_outline
 from drake_navbench.kernels.social_force import social_force
 from drake_navbench.logs.log import Outcome, TrialLog

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from pydrake.geometry import Rgba
 from pydrake.math import RigidTransform, RotationMatrix
 
-from drake_navbench.analysis.movers import Movers
+from drake_navbench.analysis.metrics.movers import Movers
 from drake_navbench.analysis.replay.paths import MOVING_PATH
 from drake_navbench.analysis.replay.stage import Stage, frames_until
 from drake_navbench.inputs.moving_obstacles import MovingObstacles

@@ -14,8 +14,8 @@ from pydrake.geometry import Rgba
 from drake_navbench.analysis.colors import controller_color
 from drake_navbench.analysis.metrics.body import outline_of
 from drake_navbench.analysis.metrics.mission import goals
+from drake_navbench.analysis.metrics.movers import movers_of
 from drake_navbench.analysis.metrics.signals import stretches
-from drake_navbench.analysis.movers import movers_of
 from drake_navbench.analysis.replay import intentions
 from drake_navbench.analysis.replay.actors import (
     Pace,

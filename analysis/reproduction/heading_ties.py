@@ -14,7 +14,7 @@ import pandas as pd
 
 from drake_navbench.analysis.repeats import repeated_cells
 from drake_navbench.analysis.reproduction.findings import findings, published_values
-from drake_navbench.analysis.reproduction.judgement import Judgement, Verdict, judge
+from drake_navbench.analysis.reproduction.judgement import FindingVerdict, Judgement, judge
 from drake_navbench.analysis.reproduction.lineups import ALL_SCENARIOS, Lineup, trial_values
 from drake_navbench.analysis.reproduction.publication import PUBLISHED_CONTROLLERS, published_table
 from drake_navbench.analysis.reproduction.relations import relative_difference
@@ -39,8 +39,8 @@ class TiedFinding(NamedTuple):
 
     number: int
     text: str
-    first: Verdict
-    last: Verdict
+    first: FindingVerdict
+    last: FindingVerdict
 
 
 class HeadingTies(NamedTuple):

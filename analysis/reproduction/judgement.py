@@ -43,7 +43,7 @@ INCLUDES_TIE = "the interval of the deciding difference includes the tie"
 INCLUDES_TIE_OF_MANY = "its interval includes the tie, as one of {count} differences looked at"
 
 
-class Verdict(StrEnum):
+class FindingVerdict(StrEnum):
     """The verdict of the trials on a finding."""
 
     HOLDS = "holds"
@@ -53,7 +53,12 @@ class Verdict(StrEnum):
 
 
 # The verdict on a finding is the first of these that one of its parts has.
-SEVERITY = (Verdict.CONTRADICTED, Verdict.UNDECIDED, Verdict.LEVEL, Verdict.HOLDS)
+SEVERITY = (
+    FindingVerdict.CONTRADICTED,
+    FindingVerdict.UNDECIDED,
+    FindingVerdict.LEVEL,
+    FindingVerdict.HOLDS,
+)
 
 
 @dataclass(frozen=True)
@@ -75,7 +80,7 @@ class Part:
     """
 
     text: str
-    verdict: Verdict
+    verdict: FindingVerdict
     difference: Estimate = field(default_factory=Estimate)
     size: float = math.nan
     published_size: float = math.nan
@@ -98,7 +103,7 @@ class Judgement:
     """
 
     finding: Finding
-    verdict: Verdict
+    verdict: FindingVerdict
     ours: Mapping[str, Estimate]
     parts: tuple[Part, ...] = ()
     note: str = ""
@@ -168,7 +173,9 @@ def judge(
             )
             for part in judged
         ]
-    verdict = next((v for v in SEVERITY if any(p.verdict is v for p in parts)), Verdict.LEVEL)
+    verdict = next(
+        (v for v in SEVERITY if any(p.verdict is v for p in parts)), FindingVerdict.LEVEL
+    )
     judgement = Judgement(finding, verdict, ours, tuple(parts))
     notes = [judgement.deciding.note] if judgement.deciding is not None else []
     if finding.ties:
@@ -199,14 +206,14 @@ def _judge_value(relation: Equals, controller: str, values: Array, *, is_repeate
     text = f"{controller} = {relation.value:g}"
     known = values[~np.isnan(values)]
     if len(known) == 0:
-        return Part(text, Verdict.UNDECIDED, note=f"no value for {controller}")
+        return Part(text, FindingVerdict.UNDECIDED, note=f"no value for {controller}")
     holds = relation.holds(known)
     failing = len(known) - int(holds.sum())
-    verdict = Verdict.CONTRADICTED if failing else Verdict.HOLDS
+    verdict = FindingVerdict.CONTRADICTED if failing else FindingVerdict.HOLDS
     if is_repeated:
         return Part(text, verdict, Estimate(count=1), note=NOTHING_RANDOM)
     if len(known) == 1 and not failing:
-        return Part(text, Verdict.UNDECIDED, Estimate(count=1), note="one trial alone")
+        return Part(text, FindingVerdict.UNDECIDED, Estimate(count=1), note="one trial alone")
     note = f"{failing} of {len(known)} trials have another value" if failing else ""
     return Part(text, verdict, Estimate(count=len(known)), note=note)
 
@@ -228,7 +235,7 @@ def _judge_inequality(
         lack = (
             f"no value for {', '.join(missing)}" if missing else "no trial in which both have one"
         )
-        return judged(verdict=Verdict.UNDECIDED, note=lack)
+        return judged(verdict=FindingVerdict.UNDECIDED, note=lack)
     left_out = int(np.count_nonzero(~is_pair))
     is_one_trial = repeated >= {part.lower, part.higher}
     lower, higher = lower[is_pair], higher[is_pair]
@@ -250,33 +257,35 @@ def _judge_inequality(
     return judged(verdict=verdict, difference=difference, size=part.size(*means), note=note)
 
 
-def _by_sign(difference: float, bar: float) -> Verdict:
+def _by_sign(difference: float, bar: float) -> FindingVerdict:
     if abs(difference) < bar or difference == 0.0:
-        return Verdict.LEVEL
-    return Verdict.HOLDS if difference > 0.0 else Verdict.CONTRADICTED
+        return FindingVerdict.LEVEL
+    return FindingVerdict.HOLDS if difference > 0.0 else FindingVerdict.CONTRADICTED
 
 
 def _by_intervals(
     difference: Estimate, widened: Interval, *, bar: float, part_count: int
-) -> tuple[Verdict, str]:
+) -> tuple[FindingVerdict, str]:
     low, high = difference.interval
     if math.isnan(low):
-        return Verdict.UNDECIDED, ALONE
+        return FindingVerdict.UNDECIDED, ALONE
     if low == high:
         return _by_sign(difference.mean, bar), NO_SPREAD
     excludes_tie = low > 0.0 or high < 0.0
     if abs(difference.mean) < bar:
         is_small = -bar < low and high < bar
         return (
-            (Verdict.LEVEL, "") if excludes_tie or is_small else (Verdict.UNDECIDED, INCLUDES_TIE)
+            (FindingVerdict.LEVEL, "")
+            if excludes_tie or is_small
+            else (FindingVerdict.UNDECIDED, INCLUDES_TIE)
         )
     if low > 0.0:
-        return Verdict.HOLDS, ""
+        return FindingVerdict.HOLDS, ""
     if widened.high < 0.0:
-        return Verdict.CONTRADICTED, ""
+        return FindingVerdict.CONTRADICTED, ""
     if high < 0.0:
-        return Verdict.UNDECIDED, INCLUDES_TIE_OF_MANY.format(count=part_count)
-    return Verdict.UNDECIDED, INCLUDES_TIE
+        return FindingVerdict.UNDECIDED, INCLUDES_TIE_OF_MANY.format(count=part_count)
+    return FindingVerdict.UNDECIDED, INCLUDES_TIE
 
 
 def _room(part: Part) -> float:

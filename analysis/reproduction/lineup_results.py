@@ -22,7 +22,7 @@ from drake_navbench.analysis.reproduction.concordance import (
     published_orderings,
 )
 from drake_navbench.analysis.reproduction.findings import findings
-from drake_navbench.analysis.reproduction.judgement import Judgement, Verdict, judge_all
+from drake_navbench.analysis.reproduction.judgement import FindingVerdict, Judgement, judge_all
 from drake_navbench.analysis.reproduction.lineups import PUBLISHED_SETTINGS, Lineup
 from drake_navbench.analysis.reproduction.publication import PUBLISHED_CONTROLLERS, published_table
 from drake_navbench.analysis.reproduction.published_cells import (
@@ -172,8 +172,8 @@ def lineup_agreements(own: LineupResult) -> list[Agreement]:
 def _share(name: str, judgements: Sequence[Judgement]) -> Share:
     verdicts = [judgement.verdict for judgement in judgements]
     once = sum(judgement.is_one_trial for judgement in judgements)
-    counts = {verdict.name.lower(): verdicts.count(verdict) for verdict in Verdict}
-    held = sum(j.is_one_trial and j.verdict is Verdict.HOLDS for j in judgements)
+    counts = {verdict.name.lower(): verdicts.count(verdict) for verdict in FindingVerdict}
+    held = sum(j.is_one_trial and j.verdict is FindingVerdict.HOLDS for j in judgements)
     return Share(name, **counts, from_one_trial=once, holds_from_one_trial=held)
 
 

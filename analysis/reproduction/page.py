@@ -14,7 +14,7 @@ from drake_navbench.analysis.html import page_environment, relative_change
 from drake_navbench.analysis.pairs import RELEVANT_RATIO
 from drake_navbench.analysis.reproduction.concordance import EXCLUDED_METRICS, PUBLISHED_TRIALS
 from drake_navbench.analysis.reproduction.heading_ties import heading_ties
-from drake_navbench.analysis.reproduction.judgement import Estimate, Judgement, Part, Verdict
+from drake_navbench.analysis.reproduction.judgement import Estimate, FindingVerdict, Judgement, Part
 from drake_navbench.analysis.reproduction.lineup_results import (
     TOGETHER,
     LineupResult,
@@ -37,7 +37,7 @@ from drake_navbench.analysis.reproduction.published_cells import Comparison
 from drake_navbench.analysis.reproduction.relations import PERCENT
 from drake_navbench.errors import InputError
 from drake_navbench.logs.results import file_name
-from drake_navbench.plugins.names import flattened
+from drake_navbench.typed_files.dotted_names import flattened
 from drake_navbench.typed_files.typed_yaml import read_yaml
 
 COMMAND = "drake-navbench run"
@@ -185,7 +185,7 @@ def _is_small(judgement: Judgement) -> bool:
     """Whether an ordering holds, or is level, below SMALL_SHARE of the published difference."""
     part = judgement.deciding
     return (
-        judgement.verdict in (Verdict.HOLDS, Verdict.LEVEL)
+        judgement.verdict in (FindingVerdict.HOLDS, FindingVerdict.LEVEL)
         and part is not None
         and part.is_ordering
         and abs(part.share_of_published) < SMALL_SHARE

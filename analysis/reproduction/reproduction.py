@@ -18,8 +18,9 @@ from drake_navbench.analysis.reproduction.lineup_results import LineupResult, li
 from drake_navbench.analysis.reproduction.lineups import present_lineups
 from drake_navbench.analysis.reproduction.page import ParametersOf, nothing_known, render
 from drake_navbench.analysis.reproduction.publication import PUBLISHED_CONTROLLERS, published_table
-from drake_navbench.logs.results import ResultsFolder, write_text
+from drake_navbench.logs.results import ResultsFolder
 from drake_navbench.logs.text_tables import csv_text
+from drake_navbench.typed_files.output_file import write_text
 
 PAGE_NAME = "reproduction.html"
 FINDINGS_NAME = "findings.csv"

@@ -29,6 +29,10 @@
     for (const range of [figure.x_range, figure.y_range]) if (range instanceof Bokeh.DataRange1d) range.only_visible = true;
     return figure;
   }
+  function labels(data, kind) {
+    const [x_axis_label, y_axis_label] = data.axes[kind];
+    return { x_axis_label, y_axis_label };
+  }
   function hover(figure, renderers, tooltips, options) {
     figure.add_tools(new Bokeh.HoverTool({ renderers, tooltips, ...options }));
   }
@@ -56,7 +60,7 @@
 
   const charts = {
     paths(data, state) {
-      const figure = figureOf({ match_aspect: true, x_axis_label: "x [m]", y_axis_label: "y [m]" });
+      const figure = figureOf({ match_aspect: true, ...labels(data, "paths") });
       const [x0, x1, y0, y1] = data.bounds;
       figure.scatter([x0, x1], [y0, y1], { alpha: 0, size: 1 });
       if (data.walls.length) {
@@ -85,7 +89,7 @@
       return [figure];
     },
     clearance(data, state) {
-      const figure = figureOf({ x_axis_label: "driven length [m]", y_axis_label: "clearance of the footprint [m]" });
+      const figure = figureOf(labels(data, "clearance"));
       figure.add_layout(new Bokeh.BoxAnnotation({ top: data.danger, fill_color: "#d9534f", fill_alpha: 0.15, line_color: null }));
       const lines = data.trials.filter((trial) => trial.clearance && trial.clearance.some((value) => value !== null)).map((trial) =>
         own(state, figure.line({ field: "driven" }, { field: "clearance" }, { source: columns(trial, data), line_color: data.colors[trial.controller], line_width: 1.5 }), trial.controller));
@@ -120,7 +124,7 @@
       });
     },
     pareto(data, state) {
-      const figure = figureOf({ x_axis_label: "time to goal [s] (← better)", y_axis_label: "smallest clearance [m] (↑ better)" });
+      const figure = figureOf(labels(data, "pareto"));
       const jerks = data.pareto.map((point) => point[3]);
       const low = Math.min(...jerks), span = Math.max(...jerks) - low || 1;
       const dots = data.pareto.map(([controller, time, clearance, jerk, best]) => {
@@ -135,7 +139,7 @@
       return [figure];
     },
     compute(data, state) {
-      const figure = figureOf({ x_axis_type: "log", y_axis_type: "log", x_axis_label: "compute time of a control cycle [ms]", y_axis_label: "share of cycles at least as long" });
+      const figure = figureOf({ x_axis_type: "log", y_axis_type: "log", ...labels(data, "compute") });
       figure.add_layout(new Bokeh.Span({ location: data.compute.period, dimension: "height", line_color: css("--ink"), line_dash: "dashed" }));
       const lines = data.compute.curves.map(([controller, x, y]) => {
         const source = new Bokeh.ColumnDataSource({ data: { x, y, who: x.map(() => data.controllers[controller]) } });

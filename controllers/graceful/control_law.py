@@ -48,12 +48,15 @@ def curvature_to(law, distance, target_angle, robot_angle):
 
 
 @njit(cache=True, error_model="numpy")
-def velocity_to(law, max_v, target_x, target_y, target_yaw, x, y, yaw, backward):
+def velocity_to(law, max_v, target, pose, backward):
     """Returns (v, w) at a pose for a target pose; not a number where both are in one place.
 
-    max_v: largest speed. backward: arrive driving backwards, the headings turned round.
+    target, pose: (x m, y m, yaw rad) in one frame. max_v: largest speed. backward: arrive driving
+    backwards, the headings turned round.
     The comparisons are ordered as std::min and std::clamp order them.
     """
+    target_x, target_y, target_yaw = target
+    x, y, yaw = pose
     delta_x, delta_y = np.float32(target_x - x), np.float32(target_y - y)
     sight = np.float64(math.atan2(-delta_y, delta_x))
     if backward:

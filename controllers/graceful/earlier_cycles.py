@@ -97,7 +97,7 @@ def run_humble_cycle(settings_record, scene, plan, near_goal, goal_tolerance):
         branch = ROTATE_TO_TARGET
         w = turn_rate_to(settings, scene, bearing)
     else:
-        v, w = velocity_to(scene.law, scene.max_v, x, y, yaw, 0.0, 0.0, 0.0, backward)
+        v, w = velocity_to(scene.law, scene.max_v, (x, y, yaw), (0.0, 0.0, 0.0), backward)
     # The drive to the target is checked before a turn in place, too.
     is_free, trajectory = _humble_drive(settings, scene, x, y, yaw, backward)
     if not is_free:
@@ -117,12 +117,11 @@ def _humble_drive(settings, scene, target_x, target_y, target_yaw, backward):
     trajectory = np.zeros((max(2, most), 3))
     if touches(settings, scene, scene.footprint, 0.0, 0.0, 0.0):
         return False, trajectory[:1]
+    target = target_x, target_y, target_yaw
     x = y = yaw = 0.0
     count = 1
     while True:
-        v, w = velocity_to(
-            scene.law, scene.max_v, target_x, target_y, target_yaw, x, y, yaw, backward
-        )
+        v, w = velocity_to(scene.law, scene.max_v, target, (x, y, yaw), backward)
         x, y = x + v * dt * math.cos(yaw), y + v * dt * math.sin(yaw)
         yaw = wrap(yaw + w * dt)
         trajectory[count] = x, y, yaw

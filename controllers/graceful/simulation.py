@@ -140,9 +140,8 @@ def simulate(settings, scene, target_x, target_y, target_yaw, max_v, backward, m
             # The rate of the first cycle is kept, as in Nav2.
             yaw = wrap(yaw + first_w * dt)
         else:
-            v, w = velocity_to(
-                scene.law, max_v, target_x, target_y, target_yaw, x, y, yaw, backward
-            )
+            target = target_x, target_y, target_yaw
+            v, w = velocity_to(scene.law, max_v, target, (x, y, yaw), backward)
             if count == 0:
                 first_v, first_w = v, w
             x, y = x + v * dt * math.cos(yaw), y + v * dt * math.sin(yaw)
@@ -199,18 +198,10 @@ def arrival_time(scene, drive, target_x, target_y, backward):
     """Returns the duration of a drive, s, with each step driven at the speed at its beginning."""
     time = 0.0
     poses = drive.trajectory
+    target = target_x, target_y, drive.target_yaw
     for i in range(1, poses.shape[0]):
-        v, _ = velocity_to(
-            scene.law,
-            drive.max_v,
-            target_x,
-            target_y,
-            drive.target_yaw,
-            poses[i - 1, 0],
-            poses[i - 1, 1],
-            poses[i - 1, 2],
-            backward,
-        )
+        pose = poses[i - 1, 0], poses[i - 1, 1], poses[i - 1, 2]
+        v, _ = velocity_to(scene.law, drive.max_v, target, pose, backward)
         step = math.hypot(poses[i - 1, 0] - poses[i, 0], poses[i - 1, 1] - poses[i, 1])
         time += step / max(abs(v), LEAST_SPEED_MPS)
     return time

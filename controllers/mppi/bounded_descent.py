@@ -13,8 +13,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from drake_navbench.controllers.mppi.objective import objective
-from drake_navbench.controllers.mppi.objective_curvature import add_pose_curvature
+from drake_navbench.controllers.mppi.objective import add_pose_curvature, objective
 from drake_navbench.kernels.barrier import barrier_terms, next_multiplier, share_to_bounds
 
 Array = NDArray[np.float64]

@@ -50,8 +50,7 @@ class OwnPlan:
             whole,
             state.begin,
             state.end,
-            x,
-            y,
+            (x, y),
             searched_m,
             p.prune_distance,
             costmap.grid,
@@ -73,13 +72,14 @@ class OwnPlan:
 
 
 @njit(cache=True)
-def own_plan_range(plan, begin, end, x, y, searched, ahead, grid, takes_first):
+def own_plan_range(plan, begin, end, position, searched, ahead, grid, takes_first):
     """Returns (first, stop): the poses plan[first:stop] that make the local plan.
 
-    The first is the closest to the robot (x, y), m, within the arc length `searched` m from `begin`
-    on; takes_first: of equals the first. It ends at the arc length `ahead` m, at `end`, or before
-    the first pose off the `Grid`.
+    The first is the closest to the robot's position (x, y), m, within the arc length `searched` m
+    from `begin` on; takes_first: of equals the first. It ends at the arc length `ahead` m, at
+    `end`, or before the first pose off the `Grid`.
     """
+    x, y = position
     searched_end = first_pose_beyond(plan, begin, end, searched)
     if takes_first:
         first = first_closest_pose(plan, begin, searched_end, x, y)

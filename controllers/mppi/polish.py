@@ -29,7 +29,7 @@ from pydrake.solvers import Binding, IpoptSolver, MathematicalProgram, SolverOpt
 from drake_navbench.controllers.mppi.bounded_descent import ControlSpline, DescentSettings, descend
 from drake_navbench.controllers.mppi.lanes import frozen
 from drake_navbench.controllers.mppi.motion_models import MotionLimits
-from drake_navbench.controllers.mppi.objective import Array, Situation, Weights, objective
+from drake_navbench.controllers.mppi.objective import Array, PolishSituation, Weights, objective
 from drake_navbench.kernels.grid import Grid
 from drake_navbench.program_function import cost_function, solver_warnings_off
 
@@ -124,7 +124,7 @@ class Polish:
         self._situation = straight
         self._evaluation_count = 0
 
-    def _curvature_units(self, situation: Situation) -> Array:
+    def _curvature_units(self, situation: PolishSituation) -> Array:
         """Returns the units of the variables: 1 / sqrt of the objective's second derivatives."""
         points = np.tile(situation.speed, self._by_variables.shape[1] // _AXES)
         _, gradient = self.value_and_gradient(situation, points)
@@ -138,7 +138,7 @@ class Polish:
                 units[k] = 1.0 / math.sqrt(curvature)
         return units
 
-    def _curvature_of_controls(self, situation: Situation) -> Array:
+    def _curvature_of_controls(self, situation: PolishSituation) -> Array:
         """Returns the (constant) second derivatives of the objective's terms of controls."""
         weights = self.weights._replace(path=0.0, heading=0.0, obstacle=0.0, progress=0.0)
         gradients = []
@@ -156,7 +156,7 @@ class Polish:
             rows[:, _AXES:] * self._units, fall, rise, self._variables
         )
 
-    def solve(self, situation: Situation, limits: MotionLimits) -> PolishOutcome:
+    def solve(self, situation: PolishSituation, limits: MotionLimits) -> PolishOutcome:
         """Refines `situation.sampled` within the velocity limits, from its speed on."""
         self._situation = situation
         self._evaluation_count = 0
@@ -186,7 +186,7 @@ class Polish:
         )
 
     def _lead(
-        self, situation: Situation, start: Array, lowest: Array, highest: Array
+        self, situation: PolishSituation, start: Array, lowest: Array, highest: Array
     ) -> tuple[Array, bool]:
         """Returns the solution of IPOPT's first barrier problem, and whether it converged."""
         spline = ControlSpline(
@@ -197,16 +197,18 @@ class Polish:
         settings = DescentSettings(_BARRIER_START)
         return descend(situation, self.weights, spline, start, lowest, highest, settings)
 
-    def fit(self, situation: Situation) -> Array:
+    def fit(self, situation: PolishSituation) -> Array:
         """Returns the variables (2 K - 2,) whose sequence is closest to the sampled one."""
         return self._fit @ (situation.sampled.ravel() - self._by_speed @ situation.speed)
 
-    def sequence(self, situation: Situation, variables: Array) -> Array:
+    def sequence(self, situation: PolishSituation, variables: Array) -> Array:
         """Returns the sequence (N, 2) of variables (2 K - 2,), from the speed now on."""
         flat = self._by_speed @ situation.speed + self._by_variables @ variables
         return flat.reshape(-1, _AXES)
 
-    def value_and_gradient(self, situation: Situation, variables: Array) -> tuple[float, Array]:
+    def value_and_gradient(
+        self, situation: PolishSituation, variables: Array
+    ) -> tuple[float, Array]:
         """Returns the objective and its gradient (2 K - 2,) at variables (2 K - 2,)."""
         sequence = self.sequence(situation, variables)
         value, by_sequence = objective(situation, self.weights, sequence)
@@ -251,11 +253,11 @@ def _acceleration_rows(knots: Array, limits: MotionLimits) -> tuple[Array, Array
     return rows[binds], fall[binds], rise[binds]
 
 
-def _straight_drive(steps: int, dt_s: float, speed_mps: float) -> Situation:
+def _straight_drive(steps: int, dt_s: float, speed_mps: float) -> PolishSituation:
     """Returns a drive along a straight path in the open, its carrot one horizon beyond its end."""
     speed = np.array([speed_mps, 0.0])
     x = speed_mps * dt_s * np.arange(1, steps + 1)
-    return Situation(
+    return PolishSituation(
         # Read-only as in a cycle, so that `objective` is compiled once.
         pose=frozen(np.zeros(3)),
         speed=speed,

@@ -19,7 +19,7 @@ from drake_navbench.controllers.mppi.motion_models import (
 )
 from drake_navbench.controllers.mppi.objective import (
     Array,
-    Situation,
+    PolishSituation,
     Weights,
     cost_field,
     objective,
@@ -115,13 +115,15 @@ class Refiner:
     ) -> Refinement:
         return Refinement(sampled.solved, sampled.trajectory, status, outcome)
 
-    def _situation(self, scene: Scene, sampled: CycleResult, earlier_speed: Array) -> Situation:
+    def _situation(
+        self, scene: Scene, sampled: CycleResult, earlier_speed: Array
+    ) -> PolishSituation:
         p = self._parameters
         costmap = scene.costmap
         path = scene.path.astype(np.float64)
         references, last_index = path_references(path, sampled.trajectory.astype(np.float64))
         carrot = min(last_index + p.polish.carrot_offset, len(path) - 1)
-        return Situation(
+        return PolishSituation(
             pose=read_only(scene.pose),
             speed=sampled.speed[[VX, WZ]].astype(np.float64),
             earlier_speed=earlier_speed,

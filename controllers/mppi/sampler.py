@@ -39,8 +39,13 @@ from drake_navbench.controllers.mppi.roll_out import (
     softmax_weights,
 )
 from drake_navbench.controllers.mppi.scoring import BatchScorer, Cycle
-from drake_navbench.controllers.mppi.sequence_rules import SequenceRules
-from drake_navbench.controllers.mppi.smoothing import HISTORY, filters, smooth, smooth_in_place
+from drake_navbench.controllers.mppi.sequence_rules import (
+    HISTORY,
+    SequenceRules,
+    filters,
+    smooth,
+    smooth_in_place,
+)
 from drake_navbench.controllers.mppi.validator import is_trajectory_clear
 
 _MODELS = {

@@ -171,14 +171,11 @@ class RotationShim:
 
     def _turn(self, observation: Observation, angle: float, last_w: float) -> float | None:
         """Returns the rate of a turn, rad/s, None where it would collide."""
-        x, y, yaw = observation.pose.tolist()
         turn = turn_by(
             self._settings_record,
             angle,
             float(observation.twist[1]) if self._is_closed_loop else last_w,
-            x,
-            y,
-            yaw,
+            tuple(observation.pose.tolist()),
             observation.costmap.grid,
             observation.costmap.tracks_unknown,
             self._footprint,

@@ -71,12 +71,13 @@ def turn_rate(settings, angle, current_w):
 
 
 @njit(cache=True)
-def turns_into_obstacle(settings, angle, w, x, y, yaw, grid, tracks_unknown, footprint):
+def turns_into_obstacle(settings, angle, w, pose, grid, tracks_unknown, footprint):
     """Tells whether turning at w for `simulate_ahead_time` meets a cost that is too high.
 
     As in Nav2, the check ends where the primary controller would take over, but the turn so far is
     measured with a sign: only the check of a turn to the right ends there.
     """
+    x, y, yaw = pose
     until_handover = abs(angle) - settings.angular_dist_threshold
     time = 0.0
     while time < settings.simulate_ahead_time:
@@ -93,13 +94,11 @@ def turns_into_obstacle(settings, angle, w, x, y, yaw, grid, tracks_unknown, foo
 
 
 @njit(cache=True)
-def turn_by(settings_record, angle, current_w, x, y, yaw, grid, tracks_unknown, footprint):
+def turn_by(settings_record, angle, current_w, pose, grid, tracks_unknown, footprint):
     """Returns the Turn by an angle, rad, with `parameters.as_record` (1,) as settings.
 
-    grid, tracks_unknown: of the costmap. footprint: (K, 2) m.
+    pose: (x m, y m, yaw rad). grid, tracks_unknown: of the costmap. footprint: (K, 2) m.
     """
     settings = settings_record[0]
     w = turn_rate(settings, angle, current_w)
-    return Turn(
-        w, turns_into_obstacle(settings, angle, w, x, y, yaw, grid, tracks_unknown, footprint)
-    )
+    return Turn(w, turns_into_obstacle(settings, angle, w, pose, grid, tracks_unknown, footprint))

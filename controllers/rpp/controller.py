@@ -28,7 +28,7 @@ from drake_navbench.controllers.rpp.cycle import (
     run_cycle,
 )
 from drake_navbench.controllers.rpp.parameters import RegulatedPurePursuitParameters
-from drake_navbench.controllers.rpp.reasons import Situation, explained
+from drake_navbench.controllers.rpp.reasons import CycleFacts, explained
 from drake_navbench.controllers.rpp.releases import RULES
 from drake_navbench.explanation import Explanation
 from drake_navbench.kernels.command_arc import project_arc
@@ -134,7 +134,7 @@ class RegulatedPurePursuit:
             return Explanation(None, "RPP stops: nothing is left of the plan.", (), ())
         is_cancelling = self._is_cancelling(observation, memory)
         x, y = observation.pose[:2]
-        situation = Situation(
+        situation = CycleFacts(
             self._parameters,
             limited_speed(self._parameters.max_linear_vel, observation.speed_limit),
             int(cost_at(observation.costmap.grid, x, y)),

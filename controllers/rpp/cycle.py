@@ -12,21 +12,20 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from drake_navbench.controllers.rpp.dynamic_window import (
-    axis_window,
-    command_in_window,
-    cut_to_speed,
-)
 from drake_navbench.controllers.rpp.kernels import (
     arc_limits,
+    axis_window,
+    command_in_window,
     curvature_towards,
+    cut_to_speed,
+    distance_to_cusp,
     lookahead_distance,
     point_along,
+    point_at,
     point_beyond,
     regulated_speed,
     turn_rate_in_place,
 )
-from drake_navbench.controllers.rpp.straight_lookahead import distance_to_cusp, point_at
 from drake_navbench.kernels.angles import wrap
 from drake_navbench.kernels.command_arc import arc_period, first_collision, project_arc
 from drake_navbench.kernels.grid import OFF_MAP, cost_at

@@ -16,6 +16,12 @@ from drake_navbench.kernels.grid import FREE, MAX_NON_OBSTACLE, NO_INFORMATION
 
 # A carrot nearer than this has no curvature: squared distance, m^2.
 LEAST_SQUARED_CARROT_DISTANCE = 0.001
+# Slower than this, an axis may accelerate either way.
+STANDSTILL_SPEED = 1e-3
+# Below this curvature the path counts as straight, 1/m.
+STRAIGHT_CURVATURE = 1e-3
+# Corners whose distances to the line w = curvature v differ by less count as equally far.
+DISTANCE_TIE = 1e-3
 
 
 @njit(cache=True)
@@ -144,3 +150,147 @@ def arc_limits(settings, v, carrot_distance, plan_length):
     if not settings.allow_obstacle_checking_beyond_goal:
         clearance = min(clearance, plan_length)
     return time_limit, min(max(carrot_distance, clearance), settings.max_lookahead_dist)
+
+
+# The dynamic window option: the speeds that the acceleration limits let pass. Source: Nav2's
+# dynamic_window_pure_pursuit_functions. A window is a range of v and one of w; the command is the
+# point in it that follows the curvature best. Speeds in m/s and rad/s.
+@njit(cache=True)
+def axis_window(current, lowest, highest, acceleration, deceleration, period):
+    """Returns (low, high): the speeds of one axis that can be reached within a period.
+
+    acceleration > 0 bounds the change away from zero, deceleration < 0 the change towards it.
+    lowest, highest: bounds on the speed itself.
+    """
+    low = current - acceleration * period
+    high = current + acceleration * period
+    if current > STANDSTILL_SPEED:
+        low = current + deceleration * period
+    elif current < -STANDSTILL_SPEED:
+        high = current - deceleration * period
+    return max(low, lowest), min(high, highest)
+
+
+@njit(cache=True)
+def cut_to_speed(low, high, speed):
+    """Returns the window (low, high) of v cut to the range between zero and a regulated speed.
+
+    An empty cut collapses to the edge of the window nearest to that range.
+    """
+    cut_low = max(low, min(0.0, speed))
+    cut_high = min(high, max(0.0, speed))
+    if cut_low > cut_high:
+        if cut_low > max(0.0, speed):
+            cut_high = cut_low
+        else:
+            cut_low = cut_high
+    return cut_low, cut_high
+
+
+@njit(cache=True)
+def _straight_command(low, high, turn_low, turn_high, sign):
+    """Returns (v, w) for a straight path: the fastest v, the w nearest to zero."""
+    v = high if sign >= 0.0 else low
+    if turn_low <= 0.0 <= turn_high:
+        return v, 0.0
+    return v, (turn_low if abs(turn_low) <= abs(turn_high) else turn_high)
+
+
+@njit(cache=True)
+def _nearest_corner(low, high, turn_low, turn_high, curvature, sign):
+    """Returns the corner (v, w) of the window nearest to the line w = curvature v."""
+    corners = ((low, turn_low), (low, turn_high), (high, turn_low), (high, turn_high))
+    scale = math.sqrt(curvature * curvature + 1.0)
+    least = math.inf
+    best_v, best_w = low, turn_low
+    for v, w in corners:
+        distance = abs(curvature * v - w) / scale
+        is_tie = abs(distance - least) <= DISTANCE_TIE
+        if distance < least or (is_tie and v * sign > best_v * sign):
+            least, best_v, best_w = distance, v, w
+    return best_v, best_w
+
+
+@njit(cache=True)
+def command_in_window(low, high, turn_low, turn_high, curvature, sign):
+    """Returns (v, w) in the window [low, high] x [turn_low, turn_high] for a curvature 1/m.
+
+    Where the line w = curvature v crosses the window: its fastest point in the direction `sign`.
+    Elsewhere the corner nearest to the line.
+    """
+    if abs(curvature) < STRAIGHT_CURVATURE:
+        return _straight_command(low, high, turn_low, turn_high, sign)
+    crossings = (
+        (low, curvature * low),
+        (high, curvature * high),
+        (turn_low / curvature, turn_low),
+        (turn_high / curvature, turn_high),
+    )
+    fastest = -math.inf
+    best_v, best_w = 0.0, 0.0
+    for v, w in crossings:
+        is_inside = low <= v <= high and turn_low <= w <= turn_high
+        if is_inside and v * sign > fastest:
+            fastest, best_v, best_w = v * sign, v, w
+    if fastest > -math.inf:
+        return best_v, best_w
+    return _nearest_corner(low, high, turn_low, turn_high, curvature, sign)
+
+
+# The carrot up to Kilted: at a straight distance, on the circle about the robot. `poses_B` (M, 3)
+# is the local plan in the robot's base frame: x m, y m, yaw rad.
+@njit(cache=True)
+def point_on_circle(x1, y1, x2, y2, radius):
+    """Returns (x, y), m, where the line from inside to outside crosses the circle about (0, 0).
+
+    (x1, y1) lies within `radius` m, (x2, y2) does not. Weisstein: Circle-Line Intersection.
+    """
+    dx, dy = x2 - x1, y2 - y1
+    squared = dx * dx + dy * dy
+    cross = x1 * y2 - x2 * y1
+    farther = (x2 * x2 + y2 * y2) - (x1 * x1 + y1 * y1)
+    root = math.copysign(1.0, farther) * math.sqrt(radius * radius * squared - cross * cross)
+    return (cross * dy + dx * root) / squared, (-cross * dx + dy * root) / squared
+
+
+@njit(cache=True)
+def point_at(poses_B, distance, interpolates, goes_beyond):
+    """Returns (x, y), m, of the first place of a plan that is `distance` m from the robot.
+
+    interpolates: the place may lie between two poses; otherwise it is the farther of them.
+    goes_beyond: a plan that ends nearer than `distance` goes on along its last segment; otherwise,
+    and for a plan of one pose, the place is the last pose.
+    """
+    last = poses_B.shape[0] - 1
+    for i in range(last + 1):
+        x, y = poses_B[i, 0], poses_B[i, 1]
+        if math.hypot(x, y) >= distance:
+            if i == 0 or not interpolates:
+                return x, y
+            return point_on_circle(poses_B[i - 1, 0], poses_B[i - 1, 1], x, y, distance)
+    x, y = poses_B[last, 0], poses_B[last, 1]
+    if not goes_beyond or last == 0:
+        return x, y
+    direction = math.atan2(y - poses_B[last - 1, 1], x - poses_B[last - 1, 0])
+    beyond_x = x + math.cos(direction) * distance
+    beyond_y = y + math.sin(direction) * distance
+    return point_on_circle(x, y, beyond_x, beyond_y, distance)
+
+
+@njit(cache=True)
+def distance_to_cusp(poses_B, heeds_turns):
+    """Returns the straight distance from the robot to the plan's first cusp, m; inf without a cusp.
+
+    A cusp is a pose at which the plan turns by more than a right angle; with heeds_turns also a
+    pose whose neighbour has the same place, but another heading.
+    """
+    for i in range(1, poses_B.shape[0] - 1):
+        to_x, to_y = poses_B[i, 0] - poses_B[i - 1, 0], poses_B[i, 1] - poses_B[i - 1, 1]
+        on_x, on_y = poses_B[i + 1, 0] - poses_B[i, 0], poses_B[i + 1, 1] - poses_B[i, 1]
+        is_cusp = to_x * on_x + to_y * on_y < 0.0
+        if heeds_turns:
+            is_cusp |= to_x == 0.0 and to_y == 0.0 and poses_B[i - 1, 2] != poses_B[i, 2]
+            is_cusp |= on_x == 0.0 and on_y == 0.0 and poses_B[i, 2] != poses_B[i + 1, 2]
+        if is_cusp:
+            return math.hypot(poses_B[i, 0], poses_B[i, 1])
+    return math.inf

@@ -25,7 +25,7 @@ from drake_navbench.explanation import (
 )
 
 
-class Situation(NamedTuple):
+class CycleFacts(NamedTuple):
     """The facts of a cycle that its outcome does not tell.
 
     max_v: desired speed under the speed limit, m/s. centre_cost: of the cell below the robot.
@@ -38,7 +38,7 @@ class Situation(NamedTuple):
     is_cancelling: bool
 
 
-def explained(cycle: Cycle, situation: Situation) -> Explanation:
+def explained(cycle: Cycle, situation: CycleFacts) -> Explanation:
     """Returns the reasons of a cycle's command, or of the stop before a collision."""
     command = cycle.command
     chosen = np.array([command.v, command.w])
@@ -78,7 +78,7 @@ def _turning(cycle: Cycle, parameters: RegulatedPurePursuitParameters) -> SpeedR
     return None
 
 
-def _rules(cycle: Cycle, situation: Situation) -> list[SpeedRule]:
+def _rules(cycle: Cycle, situation: CycleFacts) -> list[SpeedRule]:
     """Returns the rules of a cycle that tracks the plan, in the order in which they act."""
     parameters, max_v, aim, command = (
         situation.parameters,

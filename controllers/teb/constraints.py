@@ -122,11 +122,13 @@ def _fill_accelerations(first_row, rates, start, end, slopes, time_steps, values
 
 
 @njit(cache=True)
-def _fill_pose_clearances(first_row, i, poses, discs, field, shift, share, slack, values, jacobian):
+def _fill_pose_clearances(first_row, i, poses, discs, obstacles, share, slack, rows):
     """Fills one row for each disc at pose i: its distance to obstacles plus its slack.
 
-    shift: (x, y) m, by which the obstacles lie farther than their field says.
+    obstacles: their distance field, and (x, y) m by which they lie farther than it says. rows: all
+    values and the Jacobian.
     """
+    (field, shift), (values, jacobian) = obstacles, rows
     slack_column = jacobian.shape[1] - 1
     x_column, y_column, yaw_column = pose_columns(i, poses.shape[0] - 1)
     cos_yaw, sin_yaw = math.cos(poses[i, 2]), math.sin(poses[i, 2])
@@ -144,33 +146,31 @@ def _fill_pose_clearances(first_row, i, poses, discs, field, shift, share, slack
 
 
 @njit(cache=True)
-def _fill_clearances(first_row, poses, scene, slack, values, jacobian):
+def _fill_clearances(first_row, poses, scene, slack, rows):
     """Fills the rows of all inner poses and discs, then those for moving obstacles."""
     m, disc_count = poses.shape[0] - 1, scene.discs.shape[0]
     for i in range(1, m):
         row = first_row + (i - 1) * disc_count
         share = scene.clearance_shares[i - 1]
         _fill_pose_clearances(
-            row, i, poses, scene.discs, scene.field, (0.0, 0.0), share, slack, values, jacobian
+            row, i, poses, scene.discs, (scene.field, (0.0, 0.0)), share, slack, rows
         )
     encounters = scene.encounters
     for i in range(1, encounters.things.shape[0] + 1):
         row = first_row + (m - 1 + i - 1) * disc_count
         field = field_of(encounters.fields, encounters.things[i - 1])
         shift = (encounters.shifts[i - 1, 0], encounters.shifts[i - 1, 1])
-        _fill_pose_clearances(
-            row, i, poses, scene.discs, field, shift, 1.0, slack, values, jacobian
-        )
+        _fill_pose_clearances(row, i, poses, scene.discs, (field, shift), 1.0, slack, rows)
 
 
 @njit(cache=True)
-def _fill_turnings(
-    first_row, speeds, turn_rates, slopes, turn_slopes, time_steps, scene, values, jacobian
-):
+def _fill_turnings(first_row, speeds, turn_rates, slopes, turn_slopes, time_steps, scene, rows):
     """Fills two rows for each interval: speed along its direction, less radius times turn rate.
 
     Once for either way of turning; none may be negative. slopes, turn_slopes (m, 6): of the paths.
+    rows: all values and the Jacobian.
     """
+    values, jacobian = rows
     m = time_steps.shape[0]
     for k in range(m):
         for way in range(2):
@@ -223,7 +223,7 @@ def band_constraints(z, interval_count, scene):
         values,
         jacobian,
     )
-    _fill_clearances(5 * m + 2, poses, scene, z[-1], values, jacobian)
+    _fill_clearances(5 * m + 2, poses, scene, z[-1], (values, jacobian))
     if is_car:
         _fill_turnings(
             values.shape[0] - 2 * m,
@@ -233,8 +233,7 @@ def band_constraints(z, interval_count, scene):
             turn_slopes,
             time_steps,
             scene,
-            values,
-            jacobian,
+            (values, jacobian),
         )
     return values, jacobian
 

@@ -41,15 +41,16 @@ def band_positions(interval_count: int) -> NDArray[np.int64]:
 
 
 @njit(cache=True)
-def _rate_curvature(path, rates, steps, start, end, multipliers, pulls, weight, own, coupled):
+def _rate_curvature(path, rates, steps, ends, multipliers, pulls, weight, blocks):
     """Adds the second derivatives by path and time of all terms in one kind of rate.
 
-    path: LENGTH or TURN. rates: (m,). start, end: the rates before and after the band. multipliers:
+    path: LENGTH or TURN. rates: (m,). ends: the rates before and after the band. multipliers:
     (m + 1,) of the accelerations. pulls: (m,) slopes of the Lagrangian by each rate from all other
     terms; those of the accelerations and of the smoothness are added to it. weight: of the
-    smoothness. own (m, 3, 3), coupled (m, 3, 3): of each interval, and of the interval before
-    (first index) with it.
+    smoothness. blocks: own (m, 3, 3) and coupled (m, 3, 3), of each interval, and of the interval
+    before (first index) with it.
     """
+    (start, end), (own, coupled) = ends, blocks
     m = rates.shape[0]
     for k in range(m + 1):
         has_before, has_after = k > 0, k < m
@@ -184,11 +185,12 @@ def _add_pose_terms(poses, scene, weights, positions, matrix):
 
 
 @njit(cache=True)
-def _add_distance_bends(field, x, y, arm_x, arm_y, pull, slope_x, slope_y, places, matrix):
-    """Adds pull times the curvature of the distance at (x, y), by x, y and yaw of the pose.
+def _add_distance_bends(field, point, arm, pull, slope, places, matrix):
+    """Adds pull times the curvature of the distance at a point, by x, y and yaw of the pose.
 
-    arm_x, arm_y: from the pose to (x, y), m.
+    arm: from the pose to the point, m. slope: of the distance by x and y of the point.
     """
+    (x, y), (arm_x, arm_y), (slope_x, slope_y) = point, arm, slope
     by_xx, by_xy, by_yy = sample_curvature(field, x, y)
     x_yaw = -by_xx * arm_y + by_xy * arm_x
     y_yaw = -by_xy * arm_y + by_yy * arm_x
@@ -226,9 +228,8 @@ def _add_clearance_terms(poses, scene, weights, multipliers, positions, matrix):
                 slopes[2] = slope_y * arm_x - slope_x * arm_y
                 add_outer(matrix, places, slopes, 3, 2.0 * weights.inflation)
             if abs(pull) >= LEAST_PULL:
-                _add_distance_bends(
-                    scene.field, x, y, arm_x, arm_y, pull, slope_x, slope_y, places, matrix
-                )
+                arm, slope = (arm_x, arm_y), (slope_x, slope_y)
+                _add_distance_bends(scene.field, (x, y), arm, pull, slope, places, matrix)
 
 
 @njit(cache=True)
@@ -252,7 +253,8 @@ def _add_moving_clearance_terms(poses, scene, multipliers, positions, matrix):
             x = poses[i, 0] - encounters.shifts[i - 1, 0] + arm_x
             y = poses[i, 1] - encounters.shifts[i - 1, 1] + arm_y
             _, slope_x, slope_y = sample_distance(field, x, y)
-            _add_distance_bends(field, x, y, arm_x, arm_y, pull, slope_x, slope_y, places, matrix)
+            arm, slope = (arm_x, arm_y), (slope_x, slope_y)
+            _add_distance_bends(field, (x, y), arm, pull, slope, places, matrix)
 
 
 @njit(cache=True)
@@ -276,16 +278,17 @@ def _add_interval_terms(
     speed_pulls,
     offset_multipliers,
     time_weight,
-    own,
-    coupled,
+    blocks,
     positions,
     matrix,
 ):
     """Adds the second derivatives of the intervals' terms to the matrix, by the unknowns.
 
-    own, coupled: the derivatives by length, turn and time. speed_pulls, offset_multipliers: (m,)
-    the slopes of the Lagrangian by arc length and by offset, which are themselves curved.
+    blocks: own and coupled derivatives by length, turn and time, see `_rate_curvature`.
+    speed_pulls, offset_multipliers: (m,) the slopes of the Lagrangian by arc length and by offset,
+    which are themselves curved.
     """
+    own, coupled = blocks
     m = own.shape[0]
     bends, inner = np.empty((6, 6)), np.empty((3, 7))
     slopes, before = np.zeros((3, 7)), np.zeros((3, 7))
@@ -339,32 +342,28 @@ def add_lagrangian_curvature(z, interval_count, scene, weights, multipliers, pos
     poses = unpack_poses(z, scene.start, scene.goal, m)
     lengths, _, turns, length_slopes, _ = band_geometry(poses)
     speeds, turn_rates, _ = band_rates(lengths, turns, steps)
-    own, coupled = np.zeros((m, 3, 3)), np.zeros((m, 3, 3))
+    blocks = np.zeros((m, 3, 3)), np.zeros((m, 3, 3))
     speed_pulls, turn_pulls = _rate_pulls(multipliers, scene, m)
     _rate_curvature(
         # Plain constants would have numba compile it for each.
         np.int64(LENGTH),
         speeds,
         steps,
-        scene.start_twist[0],
-        scene.goal_twist[0],
+        (scene.start_twist[0], scene.goal_twist[0]),
         multipliers[3 * m : 4 * m + 1],
         speed_pulls,
         weights.smoothness,
-        own,
-        coupled,
+        blocks,
     )
     _rate_curvature(
         np.int64(TURN),
         turn_rates,
         steps,
-        scene.start_twist[1],
-        scene.goal_twist[1],
+        (scene.start_twist[1], scene.goal_twist[1]),
         multipliers[4 * m + 1 : 5 * m + 2],
         turn_pulls,
         weights.smoothness,
-        own,
-        coupled,
+        blocks,
     )
     _add_pose_terms(poses, scene, weights, positions, matrix)
     first, count = 5 * m + 2, scene.discs.shape[0] * (m - 1)
@@ -378,8 +377,7 @@ def add_lagrangian_curvature(z, interval_count, scene, weights, multipliers, pos
         speed_pulls,
         multipliers[:m],
         weights.time,
-        own,
-        coupled,
+        blocks,
         positions,
         matrix,
     )

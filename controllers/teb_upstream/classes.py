@@ -8,19 +8,21 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from typing import NamedTuple
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
-from drake_navbench.controllers.teb_upstream.band import band_from_plan, normalize
+from drake_navbench.controllers.teb_upstream.band import band_from_plan, band_from_points, normalize
 from drake_navbench.controllers.teb_upstream.exploration import (
     Graph,
     keypoint_graph,
     roadmap,
     walk_of,
+    walk_on,
 )
 from drake_navbench.controllers.teb_upstream.memory import PlannerState, Trajectory
-from drake_navbench.controllers.teb_upstream.new_classes import PathBand, next_wanted_band
 from drake_navbench.controllers.teb_upstream.parameters import TebUpstreamParameters
 from drake_navbench.controllers.teb_upstream.signatures import (
     ClassRules,
@@ -181,8 +183,7 @@ class ClassSearch:
         walk, length = walk_of(graph), 0
         while not self._is_full():
             length, poses, time_steps, values = next_wanted_band(
-                graph.points,
-                graph.edges,
+                graph,
                 walk,
                 length,
                 band,
@@ -254,3 +255,45 @@ def _start_direction(poses: Array, length_m: float) -> float | None:
     if far.size == 0:
         return None
     return math.atan2(offsets[far[0], 1], offsets[far[0], 0])
+
+
+class PathBand(NamedTuple):
+    """The arguments by which `band_from_points` makes a band of a path's points."""
+
+    start_yaw: float
+    goal_yaw: float
+    backwards: bool
+    fewest: int
+    max_speed: float
+    max_acceleration: float
+
+
+@njit(cache=True, error_model="numpy")
+def next_wanted_band(graph, walk, length, band, obstacles, known, best, rules):
+    """Walks on through a graph until the points (K, 2) m of a path make a band that is wanted.
+
+    length: of the walk's path so far. known, best, rules: see `is_wanted`. Returns the path's new
+    length, poses, time steps and signature; the length is 0 where the walk has ended.
+    """
+    points, edges = graph
+    goal = points.shape[0] - 1
+    while True:
+        length = walk_on(edges, walk, length)
+        if length == 0:
+            return 0, np.empty((0, 3)), np.empty(0), np.empty(0)
+        if not edges[walk.path[length - 1], goal]:
+            continue
+        # Behind the walk's points there is room for the goal, which they never contain.
+        walk.path[length] = goal
+        poses, steps = band_from_points(
+            points[walk.path[: length + 1]],
+            band.start_yaw,
+            band.goal_yaw,
+            band.backwards,
+            band.fewest,
+            band.max_speed,
+            band.max_acceleration,
+        )
+        values = signature(poses, steps, obstacles, rules)
+        if is_wanted(values, known, best, rules):
+            return length, poses, steps, values

@@ -59,11 +59,12 @@ def _interval(first, second, cos_yaw, sin_yaw, exact_arc_length, slopes):
 
 
 @njit(cache=True, error_model="numpy")
-def add_intervals(poses, steps, count, terms, around, system, with_slopes, costs, motion):
+def add_intervals(poses, steps, count, terms, around, system):
     """Edges of single intervals: speeds, the arc condition, time, length, direction of turning.
 
-    motion: (n, 8) filled with speed, turn rate and the six slopes of the signed length.
+    Fills the motion of the system.
     """
+    with_slopes, costs, motion = system.with_slopes, system.costs, system.motion
     # In one piece: limits of the speed in a function of their own make all edges a tenth slower.
     row = np.zeros(7)
     margin = terms.penalty_epsilon
@@ -106,9 +107,7 @@ def add_intervals(poses, steps, count, terms, around, system, with_slopes, costs
             else:
                 add_edge(system, column, row, 7, arc, terms.weight_kinematics_nh)
         if terms.is_carlike:
-            _add_turning_radius(
-                column, dx, dy, distance, turn, terms, system, with_slopes, costs, row
-            )
+            _add_turning_radius(column, dx, dy, distance, turn, terms, system, row)
         else:
             along = dx * cos_0 + dy * sin_0
             if along < 0.0:
@@ -150,7 +149,7 @@ def fill_speed_row(row, slopes, side, step, speed):
 
 
 @njit(cache=True, error_model="numpy")
-def _add_turning_radius(column, dx, dy, distance, turn, terms, system, with_slopes, costs, row):
+def _add_turning_radius(column, dx, dy, distance, turn, terms, system, row):
     """The edge of a car: a turning radius of at least min_turning_radius."""
     if turn == 0.0:
         return
@@ -159,8 +158,8 @@ def _add_turning_radius(column, dx, dy, distance, turn, terms, system, with_slop
     missing = terms.min_turning_radius - distance / arc
     if missing < -KINK_REACH:
         return
-    costs[OTHER_COST] += terms.weight_kinematics_turning_radius * max(missing, 0.0) ** 2
-    if with_slopes:
+    system.costs[OTHER_COST] += terms.weight_kinematics_turning_radius * max(missing, 0.0) ** 2
+    if system.with_slopes:
         by_turn = math.copysign(distance, turn) / (arc * arc)
         if terms.exact_arc_length:
             by_turn *= math.cos(0.5 * turn)
@@ -173,11 +172,12 @@ def _add_turning_radius(column, dx, dy, distance, turn, terms, system, with_slop
 
 
 @njit(cache=True, error_model="numpy")
-def add_accelerations(steps, count, terms, around, system, with_slopes, costs, motion):
+def add_accelerations(steps, count, terms, around, system):
     """Edges of accelerations: at the start, between intervals, at the goal.
 
     The first and last one divide by the whole step, those between by half of two: the original's.
     """
+    with_slopes, costs, motion = system.with_slopes, system.costs, system.motion
     row = np.zeros(11)
     margin = terms.penalty_epsilon
     for axis in range(2):

@@ -26,10 +26,17 @@ COST_KINDS = 4
 
 
 class System(NamedTuple):
-    """The normal equations. matrix: (4 n - 1, 11), row r and column r - c. right: (4 n - 1,)."""
+    """The sums over all edges: costs, and, with slopes, the normal equations.
+
+    matrix: (4 n - 1, 11), row r and column r - c. right: (4 n - 1,). costs: (COST_KINDS,). motion:
+    (n, 8) speed, turn rate and the six slopes of the signed length of each interval.
+    """
 
     matrix: Array
     right: Array
+    with_slopes: bool
+    costs: Array
+    motion: Array
 
 
 @njit(cache=True, error_model="numpy")
@@ -47,7 +54,7 @@ def excess_outside(value, lower, upper, margin):
 @njit(cache=True, error_model="numpy")
 def add_edge(system, first_column, slopes, count, residual, weight):
     """Adds one edge, whose slopes (count,) fill the columns from the first one on."""
-    matrix, right = system
+    matrix, right = system.matrix, system.right
     for i in range(count):
         slope = weight * slopes[i]
         if slope == 0.0:

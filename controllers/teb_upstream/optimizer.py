@@ -25,7 +25,7 @@ from drake_navbench.controllers.teb_upstream.normal_equations import (
     VIA_POINT_COST,
     System,
 )
-from drake_navbench.controllers.teb_upstream.penalties import Surroundings, Terms, add_edges
+from drake_navbench.controllers.teb_upstream.penalties import BandSurroundings, Terms, add_edges
 from drake_navbench.kernels.band_cholesky import BANDWIDTH, factorise, substitute
 
 Array = NDArray[np.float64]
@@ -114,38 +114,27 @@ def _move(poses, steps, count, solution):
 
 
 @njit(cache=True, error_model="numpy")
-def descend(poses, steps, count, terms, around, attached, multiplier, iterations, costs):
-    """Runs Levenberg and Marquardt's method in place; returns the number of its steps.
+def descend(poses, steps, count, terms, around, attached, multiplier, iterations):
+    """Runs Levenberg and Marquardt's method in place; returns (number of its steps, costs).
 
-    costs: (COST_KINDS,) left as of the last trial, which need not be the one that was taken: the
-    original compares bands by that.
+    costs: (COST_KINDS,) of the last trial, which need not be the one that was taken: the original
+    compares bands by that.
     """
     columns = STRIDE * count
     size = STRIDE * (count - 2) + 1
-    system = System(np.zeros((columns, BANDWIDTH + 1)), np.zeros(columns))
+    matrix, right = np.zeros((columns, BANDWIDTH + 1)), np.zeros(columns)
+    costs, motion = np.zeros(COST_KINDS), np.zeros((count, 8))
+    # Plain True and False would have numba compile all edges for each.
+    system = System(matrix, right, np.bool_(True), costs, motion)
+    trial_system = System(matrix, right, np.bool_(False), costs, motion)
     factor = np.zeros((columns, BANDWIDTH + 1))
     solution = np.zeros(columns)
-    motion = np.zeros((count, 8))
     old_poses, old_steps = np.empty((count, 3)), np.empty(count)
     damping, growth = 0.0, 2.0
     first, end = STRIDE - 1, STRIDE - 1 + size
-    # Plain True and False would have numba compile all edges for each.
-    with_slopes, without_slopes = np.bool_(True), np.bool_(False)
     done = 0
     for iteration in range(iterations):
-        add_edges(
-            poses,
-            steps,
-            count,
-            terms,
-            around,
-            attached,
-            multiplier,
-            system,
-            with_slopes,
-            costs,
-            motion,
-        )
+        add_edges(poses, steps, count, terms, around, attached, multiplier, system)
         current = costs.sum()
         if iteration == 0:
             damping = FIRST_DAMPING * max(0.0, system.matrix[first:end, 0].max())
@@ -156,19 +145,7 @@ def descend(poses, steps, count, terms, around, attached, multiplier, iterations
             copy_band(poses, steps, count, old_poses, old_steps)
             solved = solve_banded(system.matrix, damping, system.right, size, factor, solution)
             _move(poses, steps, count, solution)
-            add_edges(
-                poses,
-                steps,
-                count,
-                terms,
-                around,
-                attached,
-                multiplier,
-                system,
-                without_slopes,
-                costs,
-                motion,
-            )
+            add_edges(poses, steps, count, terms, around, attached, multiplier, trial_system)
             trial = costs.sum() if solved else np.finfo(np.float64).max
             predicted = LEAST_GAIN
             for k in range(first, end):
@@ -190,7 +167,7 @@ def descend(poses, steps, count, terms, around, attached, multiplier, iterations
                 break
         if trials == MOST_TRIALS or gain_ratio == 0.0 or not math.isfinite(damping):
             break
-    return done
+    return done, costs
 
 
 @njit(cache=True, error_model="numpy")
@@ -224,26 +201,14 @@ def optimize(poses, steps, terms, around, association, rounds):
             succeeded = False
             break
         attached = attach(band_poses, count, around, association)
-        taken = descend(
-            band_poses, band_steps, count, terms, around, attached, multiplier, rounds.inner, costs
+        taken, costs = descend(
+            band_poses, band_steps, count, terms, around, attached, multiplier, rounds.inner
         )
         total += taken
         if rounds.detects_divergence:
-            unused = System(np.zeros((1, 1)), np.zeros(1))
-            motion = np.zeros((count, 8))
-            add_edges(
-                band_poses,
-                band_steps,
-                count,
-                terms,
-                around,
-                attached,
-                multiplier,
-                unused,
-                np.bool_(False),
-                costs,
-                motion,
-            )
+            unused = np.zeros((1, 1)), np.zeros(1)
+            system = System(*unused, np.bool_(False), costs, np.zeros((count, 8)))
+            add_edges(band_poses, band_steps, count, terms, around, attached, multiplier, system)
             chi_squared = costs.sum() if taken == rounds.inner else 0.0
         multiplier *= rounds.adapt_factor
     duration = band_steps[: count - 1].sum()
@@ -267,7 +232,7 @@ def optimize_band(
     poses: Array,
     time_steps: Array,
     terms: Terms,
-    around: Surroundings,
+    around: BandSurroundings,
     association: Association,
     rounds: Rounds,
 ) -> Optimized:

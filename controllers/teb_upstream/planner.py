@@ -21,7 +21,7 @@ from drake_navbench.controllers.teb_upstream.memory import PlannerState, Traject
 from drake_navbench.controllers.teb_upstream.normal_equations import COST_KINDS, System
 from drake_navbench.controllers.teb_upstream.optimizer import Rounds, optimize_band
 from drake_navbench.controllers.teb_upstream.parameters import TebUpstreamParameters
-from drake_navbench.controllers.teb_upstream.penalties import Surroundings, Terms, add_edges
+from drake_navbench.controllers.teb_upstream.penalties import BandSurroundings, Terms, add_edges
 from drake_navbench.controllers.teb_upstream.robot_models import RobotModel
 from drake_navbench.kernels.read_only import read_only
 from drake_navbench.kernels.speed_limit import speed_limit_ratio
@@ -259,8 +259,8 @@ class TebPlanner:
 
     def _around(
         self, band: Trajectory, scene: Scene, terms: Terms, via_points: Array
-    ) -> Surroundings:
-        return Surroundings(
+    ) -> BandSurroundings:
+        return BandSurroundings(
             start_twist=read_only(scene.twist),
             stops_at_goal=not self._parameters.free_goal_vel,
             preferred_turn=band.preferred_turn,
@@ -281,7 +281,7 @@ class TebPlanner:
         poses, steps = band.poses.copy(), band.time_steps.copy()
         count = len(poses)
         attached = attach(poses, count, around, self._association)
-        unused = System(np.zeros((1, 1)), np.zeros(1))
+        system = System(np.zeros((1, 1)), np.zeros(1), False, costs, np.zeros((count, 8)))
         found: dict[str, float] = {}
         for kind, name in PENALTY_WEIGHTS.items():
             others: dict[str, Any] = {
@@ -295,10 +295,7 @@ class TebPlanner:
                 around,
                 attached,
                 multiplier,
-                unused,
-                False,
-                costs,
-                np.zeros((count, 8)),
+                system,
             )
             found[kind] = float(costs.sum())
         return found

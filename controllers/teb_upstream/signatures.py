@@ -99,18 +99,18 @@ def same_sides(first, second, threshold):
 
 
 @njit(cache=True, error_model="numpy")
-def add_interval(x0, y0, x1, y1, start_time, end_time, xs, ys, totals, fields):
+def add_interval(start, end, xs, ys, totals, fields):
     """Adds one straight interval's contribution to fields (N,); not yet divided by 4 pi.
 
-    xs, ys: (N,) of the obstacles, each side by side so that several are computed at once.
-    totals: (N,) for its own use.
+    start, end: (x m, y m, time s). xs, ys: (N,) of the obstacles, each side by side so that several
+    are computed at once. totals: (N,) for its own use.
     """
-    dx, dy, dt = x1 - x0, y1 - y0, end_time - start_time
+    x, y, t = start
+    dx, dy, dt = end[0] - x, end[1] - y, end[2] - t
     if math.sqrt(dx * dx + dy * dy + dt * dt) < COINCIDENT_M:
         return
     share = 1.0 / FIELD_SAMPLES
     step_x, step_y, step_t = share * dx, share * dy, share * dt
-    x, y, t = x0, y0, start_time
     totals[:] = 0.0
     for _ in range(FIELD_SAMPLES):
         left = CONDUCTOR_END_S - t
@@ -137,18 +137,8 @@ def signature_in_time(poses, steps, obstacles):
     time = 0.0
     for i in range(poses.shape[0] - 1):
         later = time + steps[i]
-        add_interval(
-            poses[i, 0],
-            poses[i, 1],
-            poses[i + 1, 0],
-            poses[i + 1, 1],
-            time,
-            later,
-            xs,
-            ys,
-            totals,
-            fields,
-        )
+        start, end = (poses[i, 0], poses[i, 1], time), (poses[i + 1, 0], poses[i + 1, 1], later)
+        add_interval(start, end, xs, ys, totals, fields)
         time = later
     return fields / (4.0 * math.pi)
 

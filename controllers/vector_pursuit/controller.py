@@ -28,7 +28,7 @@ from drake_navbench.controllers.vector_pursuit.cycle import (
     run_cycle,
 )
 from drake_navbench.controllers.vector_pursuit.parameters import VectorPursuitParameters
-from drake_navbench.controllers.vector_pursuit.reasons import Situation, explained
+from drake_navbench.controllers.vector_pursuit.reasons import CycleFacts, explained
 from drake_navbench.controllers.vector_pursuit.releases import RULES
 from drake_navbench.explanation import Explanation
 from drake_navbench.kernels.command_arc import project_arc
@@ -150,7 +150,7 @@ class VectorPursuit:
         except InvalidPath as error:
             return Explanation(None, f"Vector Pursuit stops: {error}.", (), ())
         x, y, _ = observation.pose.tolist()
-        situation = Situation(
+        situation = CycleFacts(
             self._parameters,
             self._settings_record,
             limited_speed(self._parameters.desired_linear_vel, observation.speed_limit),
@@ -162,20 +162,15 @@ class VectorPursuit:
         return explained(self._run(observation, plan, memory), situation)
 
     def _run(self, observation: Observation, plan: Array, memory: VectorPursuitMemory) -> Cycle:
-        x, y, yaw = observation.pose.tolist()
         costmap = observation.costmap
         return run_cycle(
             self._settings_record,
             read_only(plan),
-            x,
-            y,
-            yaw,
+            tuple(observation.pose.tolist()),
             limited_speed(self._parameters.desired_linear_vel, observation.speed_limit),
-            memory.last_v,
-            memory.last_w,
+            (memory.last_v, memory.last_w),
             observation.goal_xy_tolerance_m,
-            costmap.grid,
-            costmap.tracks_unknown,
+            (costmap.grid, costmap.tracks_unknown),
             self._footprint,
         )
 

@@ -164,27 +164,15 @@ def choose_command(settings, poses, max_v, last_v, last_w, centre_cost, goal_tol
 
 
 @njit(cache=True)
-def run_cycle(
-    settings_record,
-    plan,
-    x,
-    y,
-    yaw,
-    max_v,
-    last_v,
-    last_w,
-    goal_tolerance,
-    grid,
-    tracks_unknown,
-    footprint,
-):
+def run_cycle(settings_record, plan, pose, max_v, last, goal_tolerance, costmap, footprint):
     """Returns the Cycle for one observation.
 
-    settings_record: (1,) `parameters.as_record`. plan: (M, 3) local plan; x, y, yaw: robot, both in
-    the odometry frame, m and rad. max_v: desired speed under the speed limit. last_v, last_w: the
-    last command. goal_tolerance: of the goal checker, m. grid, tracks_unknown: of the costmap.
-    footprint: (K, 2) m.
+    settings_record: (1,) `parameters.as_record`. plan: (M, 3) local plan; pose: (x, y, yaw) of the
+    robot, both in the odometry frame, m and rad. max_v: desired speed under the speed limit. last:
+    (v, w) of the last command. goal_tolerance: of the goal checker, m. costmap: (grid,
+    tracks_unknown). footprint: (K, 2) m.
     """
+    (x, y, yaw), (last_v, last_w), (grid, tracks_unknown) = pose, last, costmap
     settings = settings_record[0]
     poses = to_robot_frame(plan, x, y, yaw)
     command = choose_command(

@@ -28,7 +28,7 @@ from drake_navbench.explanation import (
 )
 
 
-class Situation(NamedTuple):
+class CycleFacts(NamedTuple):
     """The facts of a cycle that its outcome does not tell.
 
     settings: (1,) the kernels' record. max_v: desired speed under the speed limit, last_v: of the
@@ -45,7 +45,7 @@ class Situation(NamedTuple):
     end_distance: float
 
 
-def explained(cycle: Cycle, situation: Situation) -> Explanation:
+def explained(cycle: Cycle, situation: CycleFacts) -> Explanation:
     """Returns the reasons of a cycle's command, or of the stop before a collision."""
     command = cycle.command
     chosen = np.array([command.v, command.w])
@@ -88,7 +88,7 @@ def _turning(cycle: Cycle, parameters: VectorPursuitParameters) -> SpeedRule | N
     return None
 
 
-def _rules(cycle: Cycle, situation: Situation) -> list[SpeedRule]:
+def _rules(cycle: Cycle, situation: CycleFacts) -> list[SpeedRule]:
     """Returns the bounds of the speed in the order of the kernel: see `constrained_speed`."""
     parameters, max_v, command = situation.parameters, situation.max_v, cycle.command
     told = "desired_linear_vel, speed limit"

@@ -31,13 +31,14 @@ from drake_navbench.campaign.cluster_connection import (
     cluster_place,
     require_cluster,
 )
-from drake_navbench.campaign.compile_progress import CompileProgress
 from drake_navbench.campaign.console import (
     BEST_MARK,
     CampaignProgress,
+    CompileProgress,
     print_first_column,
     print_scenario,
     terminal,
+    unsuccessful_lines,
 )
 from drake_navbench.campaign.driving import Undriven, run_campaign
 from drake_navbench.campaign.manifest import (
@@ -59,7 +60,6 @@ from drake_navbench.campaign.request_arguments import (
 )
 from drake_navbench.campaign.run_results import Results
 from drake_navbench.campaign.suite_console import print_rank_changes, print_totals
-from drake_navbench.campaign.unsuccessful import unsuccessful_lines
 from drake_navbench.campaign.warm_up import (
     Compiling,
     cold_parts,

@@ -19,10 +19,11 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from drake_navbench.campaign.trial_tasks import TRIALS_PER_WORKER, trial_task
 from drake_navbench.campaign.warm_up import start_worker_server
 from drake_navbench.errors import InputError, NavbenchError, one_line
-from drake_navbench.logs.results import ResultsFolder, write_whole
+from drake_navbench.logs.results import ResultsFolder
 from drake_navbench.processes.fingerprint import Fingerprint, fingerprint
 from drake_navbench.processes.workers import Died, Ending, run_tasks
 from drake_navbench.trial.spec import TrialSpec
+from drake_navbench.typed_files.output_file import write_whole
 
 if TYPE_CHECKING:
     from distributed import Client, Future

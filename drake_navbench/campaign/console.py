@@ -1,11 +1,12 @@
-"""Prints to the terminal: the console, the progress of the trials, the tables after them."""
+"""Prints to the terminal: the progress of compiling and of trials, tables, failed trials."""
 
 from __future__ import annotations
 
 import os
 import re
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from itertools import pairwise
+from pathlib import Path
 
 import pandas as pd
 from rich.box import SIMPLE_HEAD
@@ -14,7 +15,10 @@ from rich.measure import Measurement
 from rich.progress import (
     BarColumn,
     MofNCompleteColumn,
+    ProgressColumn,
+    Task,
     TextColumn,
+    TimeElapsedColumn,
     TimeRemainingColumn,
 )
 from rich.progress import Progress as RichProgress
@@ -24,6 +28,7 @@ from rich.text import Text
 from drake_navbench.analysis.numbers import number
 from drake_navbench.analysis.tables import COUNT_UNIT, PRINTED, metrics_table
 from drake_navbench.campaign.driving import Progress
+from drake_navbench.logs.log import Outcome
 
 BEST_MARK = "★"
 NOBODY_IS_BEST: Mapping[str, str] = {}
@@ -35,6 +40,12 @@ NAME_WIDTH = 12
 NAME_WORD = re.compile(r"[^:_=/-]*[:_=/-]|[^:_=/-]+")
 # No table is wider than this.
 MAX_WIDTH = 100_000
+# The pattern of the files of numba's compiled kernels in their folder.
+KERNEL_FILES = "*/*.nbc"
+# The most lines on unsuccessful trials, and the most scenarios in a line.
+MAX_LINES = 6
+MAX_SCENARIOS = 3
+NUMBER = re.compile(r"-?\d+(\.\d+)?")
 
 
 def terminal(*, quiet: bool = False, stderr: bool = False) -> Console:
@@ -184,3 +195,81 @@ def _print_as_list(console: Console, table: pd.DataFrame) -> None:
         for (metric, unit), value in values.items():
             shown = f"{value:.0f}" if unit == COUNT_UNIT else f"{number(value)} {unit}"
             console.print(f"  {metric}: {shown}", soft_wrap=True)
+
+
+class CompileProgress:
+    """A progress bar over the steps of compiling; one step may take a minute.
+
+    So it also shows the number of compiled kernels, counted as files in their folder, and the time.
+    """
+
+    def __init__(self, console: Console, kernel_folder: Path) -> None:
+        self._bar = RichProgress(
+            TextColumn("kernels"),
+            BarColumn(),
+            _KernelCount(kernel_folder),
+            TimeElapsedColumn(),
+            console=console,
+            disable=console.quiet,
+        )
+        self._task = self._bar.add_task("kernels", total=None)
+
+    def __enter__(self) -> CompileProgress:
+        self._bar.start()
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self._bar.stop()
+
+    def update(self, done: int, total: int) -> None:
+        """Shows how many steps are done; the first one leaves the bar pulsing."""
+        self._bar.update(self._task, total=total if done else None, completed=done)
+
+
+class _KernelCount(ProgressColumn):
+    """The column of a progress bar with the number of kernels compiled since the bar began."""
+
+    # Files are not counted more often than this, s.
+    max_refresh = 0.5
+
+    def __init__(self, kernel_folder: Path) -> None:
+        super().__init__()
+        self._folder = kernel_folder
+        self._before = self._count()
+
+    def render(self, task: Task) -> Text:
+        """Returns the count as the bar shows it."""
+        return Text(f"{self._count() - self._before} compiled,")
+
+    def _count(self) -> int:
+        return sum(1 for _ in self._folder.glob(KERNEL_FILES))
+
+
+def unsuccessful_lines(trials: pd.DataFrame, impossible: Collection[str]) -> list[str]:
+    """Returns a line for each controller, outcome and kind of reason; the most frequent first.
+
+    Reasons that differ in their numbers alone are of one kind, shown by the first of them. trials:
+    rows as from `trial_row`. impossible: scenarios in which giving up is right; their trials are
+    left out, as are trials that ended in an error.
+    """
+    left_out = [Outcome.SUCCEEDED, Outcome.ERROR]
+    rows = trials[~trials["outcome"].isin(left_out) & ~trials["scenario"].isin(impossible)]
+    kinds = rows["reason"].astype(str).map(lambda reason: NUMBER.sub("#", reason))
+    groups = [group for _, group in rows.groupby(["controller", "outcome", kinds], sort=False)]
+    groups.sort(key=len, reverse=True)
+    lines = [_line_of(group) for group in groups[:MAX_LINES]]
+    if len(groups) > MAX_LINES:
+        lines.append(f"{len(groups) - MAX_LINES} more reasons are in the report")
+    return lines
+
+
+def _line_of(group: pd.DataFrame) -> str:
+    first = group.iloc[0]
+    scenarios = list(dict.fromkeys(group["scenario"]))
+    where = ", ".join(scenarios[:MAX_SCENARIOS])
+    if len(scenarios) > MAX_SCENARIOS:
+        where += f" and {len(scenarios) - MAX_SCENARIOS} more"
+    count = f"{len(group)} trial{'s' if len(group) > 1 else ''}"
+    return (
+        f"{first.controller}, {count} {first.outcome.replace('_', ' ')} in {where}: {first.reason}"
+    )

@@ -25,10 +25,11 @@ from drake_navbench.campaign.manifest import begin
 from drake_navbench.campaign.request import Request
 from drake_navbench.errors import printable
 from drake_navbench.logs.log import LIVE_CHANGES, Outcome, TrialLog
-from drake_navbench.logs.results import ResultsFolder, only_run_in, require_writable, write_whole
+from drake_navbench.logs.results import ResultsFolder, only_run_in, require_writable
 from drake_navbench.trial.diagram import Looks
 from drake_navbench.trial.spec import TrialSpec
 from drake_navbench.trial.trial import simulate
+from drake_navbench.typed_files.output_file import write_whole
 
 REAL_TIME = 1.0
 DEFAULT_WAIT_S = 120.0

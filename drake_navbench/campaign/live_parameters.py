@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 from drake_navbench.controller import ControllerParameters
 from drake_navbench.inputs.presets import Preset
 from drake_navbench.inputs.robot import merged
-from drake_navbench.plugins.names import SEPARATOR, flattened, nested
+from drake_navbench.typed_files.dotted_names import SEPARATOR, flattened, nested
 
 # The end of a field's description with a unit: 'Cruise speed [m/s].'
 UNIT = re.compile(r"\[([^\[\]]+)\][.;]?")

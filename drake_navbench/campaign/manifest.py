@@ -17,11 +17,12 @@ from drake_navbench.campaign.campaign import Campaign
 from drake_navbench.campaign.request import Request
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.presets import as_yaml
-from drake_navbench.logs.results import ResultsFolder, file_name, remove_unfinished, write_text
+from drake_navbench.logs.results import ResultsFolder, file_name, remove_unfinished
 from drake_navbench.nav2.differences import difference_lines, differences
 from drake_navbench.processes.fingerprint import Fingerprint
 from drake_navbench.processes.machine import machine_facts
 from drake_navbench.trial.spec import TrialSpec
+from drake_navbench.typed_files.output_file import write_text
 from drake_navbench.typed_files.typed_yaml import FrozenModel
 
 PACKAGES_IN_MANIFEST = ("drake", "numba", "numpy", "pandas", "pyarrow", "scipy")

@@ -19,8 +19,8 @@ from drake_navbench.inputs.originals_beside import with_originals
 from drake_navbench.inputs.presets import Preset, default_presets, load_preset
 from drake_navbench.inputs.robot import Robot, body_top_m, is_model, load_robot
 from drake_navbench.inputs.scenario import Scenario, load_scenario, scenario_on_map
+from drake_navbench.nav2.controllers import load_parameter_file
 from drake_navbench.nav2.differences import differences, require_different
-from drake_navbench.nav2.parameter_files import load_parameter_file
 from drake_navbench.nav2.robot import known_base_of
 from drake_navbench.nav2.whole_files import (
     FileColumns,
@@ -28,8 +28,8 @@ from drake_navbench.nav2.whole_files import (
     columns_of_files,
     names_of,
 )
-from drake_navbench.plugins.names import flattened
 from drake_navbench.releases import Release
+from drake_navbench.typed_files.dotted_names import flattened
 from drake_navbench.typed_files.typed_yaml import FrozenModel
 
 if TYPE_CHECKING:

@@ -15,7 +15,8 @@ from drake_navbench.analysis.metrics.registry import all_metrics
 from drake_navbench.analysis.verdicts import comparable_trials, touch_counts, verdict
 from drake_navbench.errors import InputError, nearest_name_hint
 from drake_navbench.logs.log import TrialLog
-from drake_navbench.logs.results import ResultsFolder, write_whole
+from drake_navbench.logs.results import ResultsFolder
+from drake_navbench.typed_files.output_file import write_whole
 
 if TYPE_CHECKING:
     from drake_navbench.analysis.notebook import Picture, ReplayPage

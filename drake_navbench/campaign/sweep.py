@@ -16,7 +16,7 @@ from drake_navbench.errors import InputError
 from drake_navbench.inputs.presets import Preset
 from drake_navbench.inputs.robot import Robot, merged, overridden
 from drake_navbench.inputs.scenario import Scenario
-from drake_navbench.plugins.names import flattened, nested
+from drake_navbench.typed_files.dotted_names import flattened, nested
 from drake_navbench.typed_files.typed_yaml import parse_yaml, validate
 
 # The most points of a sweep; every controller drives each point in every scenario.

@@ -9,7 +9,6 @@ import argparse
 import shutil
 import sys
 import textwrap
-from collections.abc import Sequence
 from pathlib import Path
 
 from drake_navbench.commands.command_line import (
@@ -17,12 +16,11 @@ from drake_navbench.commands.command_line import (
     EXIT_WRONG_INPUT,
     CommandParser,
     Options,
-    exit_status_of,
+    command,
     listed_names,
     percentage,
     positive_number,
 )
-from drake_navbench.errors import writing
 
 EXIT_REGRESSION = 1
 # The most lines that are printed about regressions, undecided losses and columns not compared,
@@ -85,14 +83,6 @@ def build_parser() -> argparse.ArgumentParser:
     )
     option("--jobs JOBS", "parallel processes (2)", positive_number, 2)
     return parser
-
-
-def main(argv: Sequence[str] | None = None) -> int:
-    """Runs the command; returns the exit status."""
-    arguments = build_parser().parse_args(argv)
-    # The status for faults also holds where a worker was ended from outside: status 1 means
-    # regressions.
-    return exit_status_of(lambda: _compare(arguments), failed=EXIT_WRONG_INPUT)
 
 
 def _compare(arguments: argparse.Namespace) -> int:
@@ -164,5 +154,10 @@ def _write(path: Path | None, text: str) -> None:
         width = shutil.get_terminal_size().columns
         sys.stdout.write(wrapped_lines(text, width) if is_terminal else text)
         return
-    with writing(path):
-        path.write_text(text, encoding="utf-8")
+    from drake_navbench.typed_files.output_file import write_text
+
+    write_text(path, text)
+
+
+# The status for faults also holds where a worker was ended from outside: 1 means regressions.
+main = command(build_parser, _compare, failed=EXIT_WRONG_INPUT)

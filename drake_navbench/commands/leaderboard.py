@@ -6,13 +6,12 @@ Only the standard library is imported before the arguments are read, so that --h
 from __future__ import annotations
 
 import argparse
-from collections.abc import Sequence
 from pathlib import Path
 
 from drake_navbench.commands.command_line import (
     CommandParser,
     Options,
-    exit_status_of,
+    command,
     positive_number,
 )
 
@@ -68,16 +67,6 @@ def build_parser() -> argparse.ArgumentParser:
     return parser
 
 
-def main(argv: Sequence[str] | None = None) -> int:
-    """Runs the command; returns the exit status."""
-    arguments = build_parser().parse_args(argv)
-    steps = {"seal": _seal, "reveal": _reveal, "enter": _enter, "build": _build}
-    return exit_status_of(
-        lambda: steps[arguments.step](arguments),
-        interrupted="interrupted; the same command goes on",
-    )
-
-
 def _seal(arguments: argparse.Namespace) -> None:
     from drake_navbench.analysis.leaderboard.suite import seal
 
@@ -118,3 +107,11 @@ def _build(arguments: argparse.Namespace) -> None:
         entries, suite, arguments.out, render=lambda log, path: render(log, path, None)
     )
     print(page)
+
+
+STEPS = {"seal": _seal, "reveal": _reveal, "enter": _enter, "build": _build}
+main = command(
+    build_parser,
+    lambda arguments: STEPS[arguments.step](arguments),
+    interrupted="interrupted; the same command goes on",
+)

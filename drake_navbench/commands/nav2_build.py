@@ -6,14 +6,12 @@ Only the standard library is imported before the arguments are read, so that --h
 from __future__ import annotations
 
 import argparse
-from collections.abc import Sequence
-from functools import partial
 from pathlib import Path
 
 from drake_navbench.commands.command_line import (
     CommandParser,
     Options,
-    exit_status_of,
+    command,
     listed_names,
     positive_number,
 )
@@ -71,14 +69,6 @@ def build_parser() -> argparse.ArgumentParser:
     return parser
 
 
-def main(argv: Sequence[str] | None = None) -> int:
-    """Runs the command; returns the exit status."""
-    arguments = build_parser().parse_args(argv)
-    return exit_status_of(
-        partial(_build, arguments), interrupted="interrupted; the same command goes on"
-    )
-
-
 def _build(arguments: argparse.Namespace) -> None:
     from drake_navbench.native.build import build_checkout
     from drake_navbench.native.builds import FlagSet, NoiseSource
@@ -99,3 +89,6 @@ def _build(arguments: argparse.Namespace) -> None:
         print(f"  {plugin}")
     for reason in dict.fromkeys(build.left_out.values()):
         print(printable(f"  without {reason}"))
+
+
+main = command(build_parser, _build, interrupted="interrupted; the same command goes on")

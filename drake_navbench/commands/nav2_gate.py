@@ -8,7 +8,7 @@ from __future__ import annotations
 import argparse
 import sys
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -19,7 +19,7 @@ from drake_navbench.commands.command_line import (
     EXIT_WRONG_INPUT,
     CommandParser,
     Options,
-    exit_status_of,
+    command,
     listed_names,
     percentage,
     positive_number,
@@ -102,17 +102,10 @@ def build_parser() -> argparse.ArgumentParser:
     return parser
 
 
-def main(argv: Sequence[str] | None = None) -> int:
-    """Runs the command; returns the exit status."""
-    arguments = build_parser().parse_args(argv)
-    # Status 1 is for regressions alone.
-    return exit_status_of(partial(_gate, arguments), failed=EXIT_WRONG_INPUT)
-
-
 def _gate(arguments: argparse.Namespace) -> int:
     from drake_navbench.analysis.paired_text import lost_lines, sentence, undecided_sentence
-    from drake_navbench.logs.results import write_text
     from drake_navbench.studies.side_by_side import gate, gate_report
+    from drake_navbench.typed_files.output_file import write_text
 
     say = partial(print, file=sys.stderr, flush=True)
 
@@ -201,3 +194,7 @@ def _show_worst(result: GateResult, folder: Path | None, say: partial[None]) -> 
         else:
             render(log, folder / f"worst_{side}.html", None)
             say(f"worst seed, {side}: {folder / f'worst_{side}.html'}")
+
+
+# Status 1 is for regressions alone.
+main = command(build_parser, _gate, failed=EXIT_WRONG_INPUT)

@@ -83,7 +83,8 @@ def render(
 
     from drake_navbench.analysis.replay import write_race_replay, write_trial_replay
     from drake_navbench.logs.log import TrialLog
-    from drake_navbench.logs.results import ResultsFolder, write_whole
+    from drake_navbench.logs.results import ResultsFolder
+    from drake_navbench.typed_files.output_file import write_whole
 
     paths = [log_path] if beside is None else [log_path, beside]
     logs = [TrialLog.read(entry) for entry in paths]

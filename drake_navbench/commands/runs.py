@@ -111,8 +111,8 @@ def _delete(folder: Path, name: str) -> None:
 
 
 def _set_tag(path: Path, tag: str, *, is_there: bool) -> None:
-    from drake_navbench.logs.results import write_text
     from drake_navbench.logs.run_list import tags_of, tags_path
+    from drake_navbench.typed_files.output_file import write_text
 
     if not tag.strip() or not tag.isprintable() or "," in tag:
         raise InputError(f"{path.name}: got the tag {tag!r}, expected a word without a comma")

@@ -156,7 +156,7 @@ def _written(views: Sequence[Any], out: Path | None) -> list[Path]:
                 write_figure(figure, out.with_name(name), (out.suffix,))[0]
                 for figure, name in zip(figures, names, strict=True)
             ]
-        from drake_navbench.analysis.show_page import write_show_page
+        from drake_navbench.analysis.html import write_show_page
 
         if out is None:
             folder = Path(tempfile.mkdtemp(prefix="drake-navbench-show-"))

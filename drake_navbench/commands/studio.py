@@ -58,8 +58,8 @@ def _studio(arguments: argparse.Namespace) -> None:
 
     # On another core, while this process loads Bokeh.
     load_workers()
-    from drake_navbench.studio.app import serve
     from drake_navbench.studio.open_folder import OpenFolder
+    from drake_navbench.studio.server import serve
 
     def told(address: str) -> None:
         print_text(f"Open {address}\nCtrl-C ends it.\n")

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from drake_navbench.commands.command_line import CommandParser, Options, exit_status_of, print_text
+from drake_navbench.commands.command_line import CommandParser, Options, command, print_text
 from drake_navbench.errors import InputError, printable
 
 if TYPE_CHECKING:
@@ -34,12 +34,6 @@ def build_parser() -> argparse.ArgumentParser:
     option("log", "log of a trial, trials/*/*/trial_*.parquet", Path, metavar="LOG")
     option("--at SECONDS", "time of the trial [s]", float, required=True)
     return parser
-
-
-def main(argv: Sequence[str] | None = None) -> int:
-    """Runs the command; returns the exit status."""
-    arguments = build_parser().parse_args(argv)
-    return exit_status_of(lambda: _why(arguments.log, arguments.at))
 
 
 def _why(path: Path, time_s: float) -> int:
@@ -103,3 +97,6 @@ def table_lines(columns: Sequence[str], rows: Sequence[Sequence[Cell]]) -> list[
 
 def _wrapped(text: str) -> list[str]:
     return textwrap.wrap(text, WIDTH)
+
+
+main = command(build_parser, lambda arguments: _why(arguments.log, arguments.at))

@@ -12,6 +12,7 @@ from drake_navbench.descriptions.body import rolls, to_base_of
 from drake_navbench.descriptions.model import Array, Joint, Link, Model, Shape
 from drake_navbench.descriptions.poses import inverse
 from drake_navbench.processes.cache_folder import user_cache_folder
+from drake_navbench.typed_files.output_file import write_text
 
 BASE = "base_link"
 # Shapes with this prefix take the controller's colour in a replay.
@@ -28,17 +29,13 @@ def write_drawing(model: Model, base: str, floor_m: float) -> Path:
     """Writes the drawing into the user's cache, named by its content; returns the file.
 
     base: the link of the base frame; the drawing's base_link is that frame, moved to the floor.
-    floor_m: height of the floor in the base frame. Raises OSError where the cache cannot be
-    written.
+    floor_m: height of the floor in the base frame. Raises CannotBeWritten where the cache cannot
+    be written.
     """
     text = drawing_of(model, base, floor_m)
-    folder = user_cache_folder() / FOLDER
-    folder.mkdir(parents=True, exist_ok=True)
-    file = folder / f"{sha256(text.encode()).hexdigest()[:24]}.sdf"
+    file = user_cache_folder() / FOLDER / f"{sha256(text.encode()).hexdigest()[:24]}.sdf"
     if not file.is_file():
-        part = file.with_suffix(".part")
-        part.write_text(text, encoding="utf-8")
-        part.replace(file)
+        write_text(file, text)
     return file
 
 

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import json
-import os
 import tempfile
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from hashlib import sha256
 from pathlib import Path
 from typing import Any
@@ -14,10 +14,11 @@ import numpy as np
 
 from drake_navbench.descriptions.model import Array, Shape
 from drake_navbench.descriptions.robots_extra import HOW_TO_INSTALL
-from drake_navbench.errors import InputError
+from drake_navbench.errors import CannotBeWritten, InputError
 from drake_navbench.processes.cache_folder import user_cache_folder
 from drake_navbench.processes.limited_call import call_limited
 from drake_navbench.typed_files.input_file import MEGABYTE, file_digest
+from drake_navbench.typed_files.output_file import write_text
 
 MAX_MESH_BYTES = 500 * MEGABYTE
 # A replay with a larger mesh loads slowly.
@@ -145,11 +146,5 @@ def _cached(file: Path) -> dict[str, Any] | None:
 
 def _keep(file: Path, answer: dict[str, Any]) -> None:
     """Writes an answer into the cache, whole or not at all; ignores errors of writing."""
-    try:
-        file.parent.mkdir(parents=True, exist_ok=True)
-        handle, name = tempfile.mkstemp(dir=file.parent)
-        with os.fdopen(handle, "w", encoding="utf-8") as out:
-            json.dump(answer, out)
-        os.replace(name, file)
-    except OSError:
-        return
+    with suppress(CannotBeWritten):
+        write_text(file, json.dumps(answer))

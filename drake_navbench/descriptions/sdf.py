@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 
 from drake_navbench.descriptions.model import Link, Model, Plugin, Sensor, Shape
 from drake_navbench.descriptions.poses import inverse, number, numbers
-from drake_navbench.descriptions.sdf_frames import Frames
-from drake_navbench.descriptions.sdf_joints import inertia_of, joint_of
+from drake_navbench.descriptions.sdf_frames import Frames, inertia_of, joint_of
 from drake_navbench.descriptions.xml_file import read_xml, text_of
 from drake_navbench.errors import InputError
 from drake_navbench.typed_files.input_file import MEGABYTE, read_input

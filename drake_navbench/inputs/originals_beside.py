@@ -10,7 +10,7 @@ from drake_navbench.errors import InputError, InputWarning
 from drake_navbench.inputs.originals import Original, names_original
 from drake_navbench.inputs.presets import Preset, load_preset
 from drake_navbench.native.builds import Build, find_build
-from drake_navbench.plugins.names import nested
+from drake_navbench.typed_files.dotted_names import nested
 
 
 def with_originals(columns: Sequence[str | Preset], build_name: str) -> list[str | Preset]:

@@ -23,7 +23,7 @@ from drake_navbench.inputs.file_kinds import PRESET, require_kind
 from drake_navbench.inputs.named_files import YAML_SUFFIXES
 from drake_navbench.inputs.originals import is_plugin_type, names_original, original_of
 from drake_navbench.inputs.robot import Robot, merged
-from drake_navbench.plugins.names import flattened, nested
+from drake_navbench.typed_files.dotted_names import flattened, nested
 from drake_navbench.typed_files.input_file import file_digest
 from drake_navbench.typed_files.typed_yaml import FrozenModel, parse_yaml, read_yaml, validate
 

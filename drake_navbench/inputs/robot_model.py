@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from drake_navbench.descriptions.body import base_of
 from drake_navbench.descriptions.drawing import write_drawing
-from drake_navbench.errors import InputWarning
+from drake_navbench.errors import CannotBeWritten, InputWarning
 from drake_navbench.inputs.described_robot import DescribedRobot, describe_robot
 
 Array = NDArray[np.float64]
@@ -68,5 +68,5 @@ def described_fields(found: DescribedRobot) -> dict[str, Any]:
             **found.fields,
             "model": str(write_drawing(source.model, found.base, found.floor_m)),
         }
-    except OSError:
+    except CannotBeWritten:
         return dict(found.fields)

@@ -92,7 +92,7 @@ def inflate(
     _measure_columns(distances, sources, reach)
     _raise_costs(
         inflated,
-        *changed,
+        changed,
         distances,
         seen_rows.start,
         seen_columns.start - reach,
@@ -152,10 +152,7 @@ def _lower_to_neighbours(distances, neighbours, sources):
 @njit(cache=True)
 def _raise_costs(
     costs,
-    first_row,
-    last_row,
-    first_column,
-    last_column,
+    window,
     distances,
     distances_row,
     distances_column,
@@ -169,6 +166,7 @@ def _raise_costs(
     distances_column) of `costs`. The squared distance to the nearest source is the least, over all
     columns within reach, of the squares along the row plus along that column.
     """
+    first_row, last_row, first_column, last_column = window
     squares = np.empty(distances.shape[1], dtype=np.int32)
     nearest = np.empty(last_column - first_column, dtype=np.int32)
     for row in range(first_row, last_row):

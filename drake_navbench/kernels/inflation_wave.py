@@ -51,7 +51,7 @@ def inflate_by_wave(
         cost_scaling_factor=cost_scaling_factor,
     )
     changed = window or CellWindow.whole(costs.shape)
-    _spread(inflated, *changed, reach, table, inflate_unknown, inflate_around_unknown)
+    _spread(inflated, changed, reach, table, inflate_unknown, inflate_around_unknown)
     return inflated
 
 
@@ -72,22 +72,13 @@ def wave_costs(
 
 
 @njit(cache=True)
-def _spread(
-    costs,
-    first_row,
-    last_row,
-    first_column,
-    last_column,
-    reach,
-    table,
-    inflate_unknown,
-    inflate_around_unknown,
-):
+def _spread(costs, window, reach, table, inflate_unknown, inflate_around_unknown):
     """Raises `costs`, in place within a window, from the obstacles in it and up to `reach` beside.
 
     The queue is one list of entries for each squared distance, first in, first out; an entry that
     comes into a list that is done with is lost, as in Nav2.
     """
+    first_row, last_row, first_column, last_column = window
     rows, columns = costs.shape
     low_row, high_row = max(0, first_row - reach), min(rows, last_row + reach)
     low_column, high_column = max(0, first_column - reach), min(columns, last_column + reach)
@@ -98,6 +89,7 @@ def _spread(
     following = np.empty(capacity, dtype=np.int32)
     heads = np.full(table.shape[0], END, dtype=np.int32)
     tails = np.full(table.shape[0], END, dtype=np.int32)
+    queue = cells, sources, following, heads, tails
     seen = np.zeros(rows * columns, dtype=np.bool_)
     count = 0
     for row in range(low_row, high_row):
@@ -105,7 +97,7 @@ def _spread(
             cost = costs[row, column]
             if cost == LETHAL or (inflate_around_unknown and cost == NO_INFORMATION):
                 cell = row * columns + column
-                count = _append(cells, sources, following, heads, tails, count, 0, cell, cell)
+                count = _append(queue, count, 0, cell, cell)
     for squared in range(table.shape[0]):
         entry = heads[squared]
         while entry != END:
@@ -127,15 +119,14 @@ def _spread(
                     away_row, away_column = next_row - source_row, next_column - source_column
                     away = away_row * away_row + away_column * away_column
                     if not seen[beside] and away <= reach * reach:
-                        count = _append(
-                            cells, sources, following, heads, tails, count, away, beside, source
-                        )
+                        count = _append(queue, count, away, beside, source)
             entry = following[entry]
 
 
 @njit(cache=True)
-def _append(cells, sources, following, heads, tails, count, squared, cell, source):
+def _append(queue, count, squared, cell, source):
     """Puts an entry at the end of the list of a squared distance; returns how many there are."""
+    cells, sources, following, heads, tails = queue
     cells[count], sources[count], following[count] = cell, source, END
     if heads[squared] == END:
         heads[squared] = count

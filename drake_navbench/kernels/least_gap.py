@@ -24,7 +24,7 @@ TOLERANCE_M = 1e-4
 MOST_HALVINGS = 20
 
 
-class Surroundings(NamedTuple):
+class NearObstacles(NamedTuple):
     """The obstacles around an outline; arrays as in `swept_contact` and `moving_bodies`.
 
     edges (N, 4), circles (M, 3): standing obstacles. body_edges (E, 5), body_discs (D, 4): the
@@ -48,7 +48,7 @@ def least_gap(footprint, times, states, is_step, around, least):
 
     footprint: (K, 2) base frame, m. times: (T,) s, rising. states: (T, 6). is_step: (T - 1,)
     whether the robot moved from one state to the next; between other states no gap is measured.
-    around: Surroundings.
+    around: NearObstacles.
     """
     if times.shape[0] == 0:
         return least

@@ -171,13 +171,15 @@ def _place_of(bins, key):
 
 
 @njit(cache=True)
-def resample(particles, weights, draws, random_share, strangers, error, quantile, least, most):
+def resample(particles, weights, draws, random_share, strangers, limits):
     """Returns (M, 3) particles drawn by weight (N,), as many as the bins they fill require.
 
     draws: (most, 2) uniform in [0, 1). Where the first number is below random_share, the next pose
     of strangers (most, 3) is taken; otherwise the second number chooses a particle by weight. One
-    particle more than the limit is drawn, as in nav2_amcl.
+    particle more than the limit is drawn, as in nav2_amcl. limits: error, quantile, least and most,
+    see `particle_limit`.
     """
+    most = limits[3]
     sums = np.cumsum(weights)
     drawn = np.empty((most, 3))
     size = 16
@@ -197,7 +199,7 @@ def resample(particles, weights, draws, random_share, strangers, error, quantile
             bins[place] = key
             bin_count += 1
         count += 1
-        if count > particle_limit(bin_count, error, quantile, least, most):
+        if count > particle_limit(bin_count, *limits):
             break
     return drawn[:count].copy()
 

@@ -145,8 +145,12 @@ def line_of_sight(costs, column_0, row_0, column_1, row_1, may_enter, may_cross,
 
 
 @njit(cache=True, error_model="numpy")
-def _reset_parent(costs, cell, tables, w_euc_cost, goal_column, goal_row, h_weight, g, f, parents):
-    """Gives a cell its parent's parent, where it sees it and comes cheaper from there."""
+def _reset_parent(costs, cell, tables, w_euc_cost, h_weight, goal, reached):
+    """Gives a cell its parent's parent, where it sees it and comes cheaper from there.
+
+    goal: (column, row). reached: g, f and parents of all cells, which change.
+    """
+    (goal_column, goal_row), (g, f, parents) = goal, reached
     may_enter, _, may_cross, crossing = tables
     columns = costs.shape[1]
     grandparent = parents[parents[cell]]
@@ -189,7 +193,7 @@ def _search(costs, start, goal, tables, w_euc_cost, neighbour_count):
             return True, parents
         is_waiting[cell] = False
         _reset_parent(
-            costs, cell, tables, w_euc_cost, goal_column, goal_row, h_weight, g, f, parents
+            costs, cell, tables, w_euc_cost, h_weight, (goal_column, goal_row), (g, f, parents)
         )
         row = cell // columns
         column = cell - row * columns

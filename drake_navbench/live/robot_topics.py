@@ -20,7 +20,7 @@ from drake_navbench.logs.scans import Scan
 from drake_navbench.recordings import topics
 from drake_navbench.recordings.messages import MessageMaker
 from drake_navbench.recordings.robot_description import urdf_of
-from drake_navbench.systems.running_stack import Sensed
+from drake_navbench.systems.running_stack import RobotReadings
 
 TYPES: Mapping[str, tuple[str, Quality]] = {
     "clock": (topics.CLOCK.type, PLAIN),
@@ -112,7 +112,7 @@ class RobotTopics:
         """Sends /clock."""
         self._send("clock", self._make.make(topics.CLOCK.type, clock=self._make.time(stamp_ns)))
 
-    def send_motion(self, stamp_ns: int, sensed: Sensed, *, with_map: bool) -> None:
+    def send_motion(self, stamp_ns: int, sensed: RobotReadings, *, with_map: bool) -> None:
         """Sends /odom and /tf; with_map: with the transform from map to odometry."""
         make, frames, robot = self._make, self._parameters, self._robot
         pose, twist = sensed.odometry[:3], sensed.odometry[3:]
@@ -133,7 +133,7 @@ class RobotTopics:
         )
         self._send("odom", odometry)
 
-    def send_new_readings(self, offset_ns: int, sensed: Sensed) -> None:
+    def send_new_readings(self, offset_ns: int, sensed: RobotReadings) -> None:
         """Sends the scans and clouds that have not been sent yet, with their own times."""
         if sensed.scan is not None and sensed.scan is not self.sent_scan:
             self.sent_scan = sensed.scan
@@ -143,7 +143,7 @@ class RobotTopics:
                 self._sent_clouds[name] = cloud
                 self._send_cloud(offset_ns + nanoseconds(cloud.time_s), name, cloud)
 
-    def send_readings_again(self, stamp_ns: int, sensed: Sensed) -> None:
+    def send_readings_again(self, stamp_ns: int, sensed: RobotReadings) -> None:
         """Sends the newest scan and clouds with a new stamp: the world stands still."""
         self.sent_scan = sensed.scan
         self._sent_clouds = dict(sensed.clouds)

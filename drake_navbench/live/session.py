@@ -19,7 +19,7 @@ from drake_navbench.live.parameters import LiveParameters
 from drake_navbench.live.robot_topics import RobotTopics, nanoseconds
 from drake_navbench.live.stack_topics import StackTopics
 from drake_navbench.navigation.task import GlobalPlan, Leg, TaskState, TaskStatus
-from drake_navbench.systems.running_stack import STANDSTILL, Sensed, StackAnswer, StackTask
+from drake_navbench.systems.running_stack import STANDSTILL, RobotReadings, StackAnswer, StackTask
 
 # The time between two tries of a goal that no stack takes, s.
 RESEND_S = 2.0
@@ -75,7 +75,7 @@ class LiveSession:
         self._goal_sent_at = self._pose_told_at = -np.inf
         self._began_at = time.monotonic()
 
-    def begin(self, sensed: Sensed) -> StackAnswer:
+    def begin(self, sensed: RobotReadings) -> StackAnswer:
         """Opens the topics; shows the stack a standing robot until it takes the first goal."""
         parameters = self._parameters
         self._robot.open(self._task.known_map, self._lookout.listen(), self._stamp_ns)
@@ -108,7 +108,7 @@ class LiveSession:
         self._command_s = sensed.time_s
         return self._answer
 
-    def advance(self, sensed: Sensed) -> StackAnswer:
+    def advance(self, sensed: RobotReadings) -> StackAnswer:
         """Advances by one step of the clock."""
         self._pace.hold(sensed.time_s)
         self._stamp_ns = self._offset_ns + nanoseconds(sensed.time_s)
@@ -153,7 +153,7 @@ class LiveSession:
         self._domain.close()
         self._clock_file.close(self._stamp_ns)
 
-    def _stand_still(self, sensed: Sensed) -> list[Endpoint] | None:
+    def _stand_still(self, sensed: RobotReadings) -> list[Endpoint] | None:
         """Advances by one period of the clock in which the world stands still.
 
         Returns the endpoints of others, where it was time to look.
@@ -172,7 +172,7 @@ class LiveSession:
         self._stack.read(sensed.time_s, self._leg)
         return self._lookout.look()
 
-    def _tell_pose(self, endpoints: Sequence[Endpoint], sensed: Sensed) -> None:
+    def _tell_pose(self, endpoints: Sequence[Endpoint], sensed: RobotReadings) -> None:
         """Tells a stack that localizes the robot its pose, until the stack has localized it.
 
         AMCL forgets a pose that comes before it is active, so once may not be enough.
@@ -187,7 +187,7 @@ class LiveSession:
             self._robot.send_pose("initialpose", self._stamp_ns, sensed.state[:3])
             self._pose_told_at = now
 
-    def _end_old_goal(self, sensed: Sensed) -> None:
+    def _end_old_goal(self, sensed: RobotReadings) -> None:
         """Makes the stack end the goal of the last trial, by a goal at the robot's place."""
         self._stack.goals.expect()
         self._robot.send_pose("goal_pose", self._stamp_ns, self._task.start_pose)
@@ -203,7 +203,7 @@ class LiveSession:
             self._stack.goals.expect()
             self._robot.send_pose("goal_pose", self._stamp_ns, self._task.goals[self._leg])
 
-    def _tell(self, sensed: Sensed) -> None:
+    def _tell(self, sensed: RobotReadings) -> None:
         """Sends the readings, and the clock last: whoever waits for the clock has the rest."""
         scan_before = self._robot.sent_scan
         self._robot.send_new_readings(self._offset_ns, sensed)
@@ -234,7 +234,7 @@ class LiveSession:
             plan = GlobalPlan(plan_id=len(plans), poses=plans[-1].poses)
             self._answer = self._answer._replace(plan=plan, plans=tuple(plans))
 
-    def _look_around(self, sensed: Sensed) -> None:
+    def _look_around(self, sensed: RobotReadings) -> None:
         """Notices whether the stack is gone or was started anew."""
         endpoints = self._lookout.look()
         if endpoints is None:

@@ -17,7 +17,7 @@ from drake_navbench.live.parameters import LiveParameters
 
 if TYPE_CHECKING:
     from drake_navbench.live.session import LiveSession
-    from drake_navbench.systems.running_stack import Sensed, StackAnswer, StackTask
+    from drake_navbench.systems.running_stack import RobotReadings, StackAnswer, StackTask
 
 
 class LiveStack:
@@ -46,7 +46,7 @@ class LiveStack:
         """Raises InputError: a stack drives whole trials and gives no single commands."""
         raise InputError("live: a running stack drives whole trials; expected a controller here")
 
-    def begin(self, task: StackTask, sensed: Sensed) -> StackAnswer:
+    def begin(self, task: StackTask, sensed: RobotReadings) -> StackAnswer:
         """Opens the domain and waits until the stack has taken the first goal."""
         from drake_navbench.live.session import LiveSession
 
@@ -55,7 +55,7 @@ class LiveStack:
             self._interrupted = signal.signal(signal.SIGINT, self._on_interrupt)
         return self._session.begin(sensed)
 
-    def advance(self, sensed: Sensed) -> StackAnswer:
+    def advance(self, sensed: RobotReadings) -> StackAnswer:
         """Advances by one step of the clock."""
         if self._session is None:
             raise InputError("live: a trial that has not begun cannot go on")

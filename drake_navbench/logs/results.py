@@ -11,7 +11,7 @@ import hashlib
 import json
 import os
 import re
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -19,8 +19,9 @@ from typing import TYPE_CHECKING, Any
 
 from pydantic import ConfigDict, Field
 
-from drake_navbench.errors import CannotBeWritten, InputError, writing
+from drake_navbench.errors import CannotBeWritten, InputError
 from drake_navbench.typed_files.input_file import read_input
+from drake_navbench.typed_files.output_file import UNFINISHED, write_text, write_whole
 from drake_navbench.typed_files.typed_yaml import MAX_FILE_BYTES, FrozenModel, validate
 
 if TYPE_CHECKING:
@@ -32,30 +33,6 @@ MANIFEST_VERSION = 1
 # The longest name: a file system takes 255 bytes, and a replay's name has two such names and a
 # suffix.
 MAX_NAME_LENGTH = 100
-UNFINISHED = ".unfinished"
-
-
-def write_whole(path: Path, write: Callable[[Path], object]) -> None:
-    """Makes a file appear whole or not at all: written under another name, synced, renamed.
-
-    A killed process leaves a file with the suffix `UNFINISHED`. Raises CannotBeWritten, as on a
-    full disk.
-    """
-    unfinished = path.with_name(f".{path.name}.{os.getpid()}{UNFINISHED}")
-    with writing(path):
-        path.parent.mkdir(parents=True, exist_ok=True)
-        try:
-            write(unfinished)
-            with unfinished.open("rb") as file:
-                os.fsync(file.fileno())
-            unfinished.replace(path)
-        finally:
-            unfinished.unlink(missing_ok=True)
-
-
-def write_text(path: Path, text: str) -> None:
-    """Writes a text file, whole or not at all."""
-    write_whole(path, lambda unfinished: unfinished.write_text(text, encoding="utf-8"))
 
 
 def file_name(name: str) -> str:

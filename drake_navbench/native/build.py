@@ -19,7 +19,6 @@ from drake_navbench.native.builds import (
     builds_folder,
     require_name,
     save_build,
-    write_whole,
 )
 from drake_navbench.native.checkout import Checkout, checkout_around, read_checkout
 from drake_navbench.native.choice import HOST_NEEDS, choose
@@ -35,6 +34,7 @@ from drake_navbench.native.headers import (
 )
 from drake_navbench.native.objects import Objects, Unit
 from drake_navbench.native.package import Package
+from drake_navbench.typed_files.output_file import write_text, write_whole
 
 MAKER = NATIVE / "headers.py"
 BENCHMARK_NOISE = NATIVE / "benchmark_noise"
@@ -226,11 +226,9 @@ class _Plan:
         digest = _digest_of_texts(content | {"": " ".join(libraries)})
         host = builds_folder() / "hosts" / digest / "nav2_host"
         if not host.is_file():
-            host.parent.mkdir(parents=True, exist_ok=True)
-            part = host.with_name(f"{host.name}.{os.getpid()}")
             inputs = [str(unit.object) for unit in self.units]
-            self.compiler.run([*inputs, "-pthread", *libraries, "-o", str(part)], log)
-            os.replace(part, host)
+            link = [*inputs, "-pthread", *libraries, "-o"]
+            write_whole(host, lambda part: self.compiler.run([*link, str(part)], log))
         return host
 
     def _sources(self, package: Package) -> tuple[list[Path], list[Path]]:
@@ -295,5 +293,5 @@ def _written(headers: Mapping[str, str]) -> Path:
     for name, text in headers.items():
         path = folder / name
         if not path.is_file():
-            write_whole(path, text.encode())
+            write_text(path, text)
     return folder

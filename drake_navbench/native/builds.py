@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 import re
 from enum import StrEnum
 from pathlib import Path
@@ -11,9 +10,10 @@ from typing import Any
 
 from pydantic import Field
 
-from drake_navbench.errors import InputError, nearest_name_hint, writing
+from drake_navbench.errors import InputError, nearest_name_hint
 from drake_navbench.processes.cache_folder import user_cache_folder
 from drake_navbench.typed_files.input_file import read_input
+from drake_navbench.typed_files.output_file import write_text
 from drake_navbench.typed_files.typed_yaml import FrozenModel, validate
 
 MAX_MANIFEST_BYTES = 2**20
@@ -78,7 +78,7 @@ def require_name(name: str) -> str:
 def save_build(build: Build) -> None:
     """Keeps a build under its name, replacing an earlier one; raises CannotBeWritten."""
     path = _manifest(build.name)
-    write_whole(path, build.model_dump_json(indent=2).encode())
+    write_text(path, build.model_dump_json(indent=2))
 
 
 def find_build(name: str) -> Build:
@@ -103,15 +103,6 @@ def find_build(name: str) -> Build:
 def build_names() -> list[str]:
     """Returns the names of all builds, sorted."""
     return sorted(path.stem for path in (builds_folder() / "names").glob("*.json"))
-
-
-def write_whole(path: Path, content: bytes) -> None:
-    """Writes a file so that another process finds either the old file or the whole new one."""
-    part = path.with_name(f"{path.name}.{os.getpid()}")
-    with writing(path):
-        path.parent.mkdir(parents=True, exist_ok=True)
-        part.write_bytes(content)
-        os.replace(part, path)
 
 
 def _manifest(name: str) -> Path:

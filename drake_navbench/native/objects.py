@@ -15,8 +15,9 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from drake_navbench.native.builds import builds_folder, write_whole
+from drake_navbench.native.builds import builds_folder
 from drake_navbench.native.compiler import Compiler, include_arguments
+from drake_navbench.typed_files.output_file import write_text, write_whole
 
 # The separator of names in a rule of make, in which a name's own blanks follow a backslash.
 _BETWEEN = re.compile(r"(?<!\\)\s+")
@@ -62,18 +63,15 @@ class Objects:
 
     def compile(self, unit: Unit, compiler: Compiler, log: Path) -> None:
         """Compiles a unit; raises InputError where it cannot be compiled."""
-        target = unit.object
-        target.parent.mkdir(parents=True, exist_ok=True)
-        part = target.with_name(f"{target.name}.{os.getpid()}")
-        rule = part.with_name(f"{part.name}.d")
+        rule = unit.object.with_name(f"{unit.object.name}.{os.getpid()}.d")
         arguments = [*unit.flags, *include_arguments(unit.folders), "-c", str(unit.source)]
-        compiler.run([*arguments, "-o", str(part), "-MD", "-MF", str(rule)], log)
+        arguments += ["-MD", "-MF", str(rule), "-o"]
+        write_whole(unit.object, lambda part: compiler.run([*arguments, str(part)], log))
         ours = (*unit.folders, unit.source.parent)
         headers = system_headers(rule.read_text(encoding="utf-8", errors="surrogateescape"), ours)
         rule.unlink()
         kept = {"digest": self._digest(headers), "headers": headers}
-        os.replace(part, target)
-        write_whole(_record(unit), json.dumps(kept).encode())
+        write_text(_record(unit), json.dumps(kept))
 
     def _digest(self, paths: Iterable[str]) -> str:
         digest = hashlib.sha256()

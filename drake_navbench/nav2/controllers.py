@@ -6,20 +6,32 @@ parameters that no plugin declares. Every other parameter reaches the controller
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from drake_navbench.controller import CONTROLLERS, ControllerParameters
-from drake_navbench.errors import InputError
-from drake_navbench.inputs.presets import Nav2Plugin, Preset, installed_controllers
+from drake_navbench.errors import InputError, InputWarning
+from drake_navbench.inputs.presets import (
+    Nav2Plugin,
+    Preset,
+    installed_controllers,
+    load_preset_file,
+)
 from drake_navbench.nav2.node_reader import similar_plugin_hint
-from drake_navbench.nav2.parameters import Node, Section, nodes_called
+from drake_navbench.nav2.parameters import (
+    PARAMETERS_KEY,
+    Node,
+    Section,
+    nodes_called,
+    read_parameter_file,
+)
 from drake_navbench.nav2.release import release_of
-from drake_navbench.plugins.names import SEPARATOR, flattened, nested
 from drake_navbench.releases import RELEASE_FIELD
-from drake_navbench.typed_files.typed_yaml import unknown_fields
+from drake_navbench.typed_files.dotted_names import SEPARATOR, flattened, nested
+from drake_navbench.typed_files.typed_yaml import read_yaml, unknown_fields
 
 SERVER = "controller_server"
 PLUGINS = "controller_plugins"
@@ -195,3 +207,21 @@ def _remove(values: Any, place: tuple[int | str, ...]) -> bool:
         if not isinstance(values, dict):
             return False
     return values.pop(last, values) is not values
+
+
+def load_parameter_file(path: Path, release: str | None = None) -> list[Preset]:
+    """Returns the columns that a parameter file makes.
+
+    The file is a preset file of ours or a Nav2 parameter file. In a Nav2 file every controller
+    plugin of `controller_server` makes a column. It follows the given release of Nav2, else the one
+    that the file's own marks tell. Warns of entries that Nav2 accepts although they are probably
+    mistakes. Raises InputError.
+    """
+    file = read_parameter_file(path)
+    if not file.sections:
+        if SERVER in read_yaml(path):
+            raise InputError(f"{path}: {SERVER}: expected a mapping with {PARAMETERS_KEY}")
+        return [load_preset_file(path)]
+    for remark in file.remarks:
+        warnings.warn(remark, InputWarning, stacklevel=2)
+    return controller_presets(file.sections, path, release)

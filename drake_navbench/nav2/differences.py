@@ -15,8 +15,8 @@ from drake_navbench.errors import InputError, printable
 from drake_navbench.inputs.check import WIDTH, CheckRow, Status
 from drake_navbench.nav2.controllers import SERVER
 from drake_navbench.nav2.whole_files import FileColumns
-from drake_navbench.plugins.names import flattened
 from drake_navbench.plugins.parameters import normalized
+from drake_navbench.typed_files.dotted_names import flattened
 
 NOT_GIVEN = "not given"
 WITHOUT_EFFECT = (Status.NO_MEANING, Status.UNREAD, Status.STAND_IN)

@@ -21,13 +21,12 @@ from drake_navbench.inputs.check import Check, CheckRow, Status
 from drake_navbench.inputs.known_base import KnownBase
 from drake_navbench.inputs.presets import Preset
 from drake_navbench.inputs.robot import Robot, merged
-from drake_navbench.nav2.body import costmap_body, note_body, with_body
+from drake_navbench.nav2.body import costmap_body, drive_for, note_body, with_body
 from drake_navbench.nav2.collision_monitor import read_collision_monitor
 from drake_navbench.nav2.columns import read_columns
 from drake_navbench.nav2.controller_server import read_controller_server
 from drake_navbench.nav2.controllers import SERVER, has_controllers
 from drake_navbench.nav2.costmaps import read_global_costmap, read_local_costmap
-from drake_navbench.nav2.drive import drive_for
 from drake_navbench.nav2.node_reader import NodeReader, Offer, Rows
 from drake_navbench.nav2.outline import (
     Outline,
@@ -64,7 +63,7 @@ from drake_navbench.nav2.servers import (
     straight_drive_of,
 )
 from drake_navbench.nav2.substitutions import Substitutions
-from drake_navbench.plugins.names import flattened
+from drake_navbench.typed_files.dotted_names import flattened
 from drake_navbench.typed_files.typed_yaml import validate
 
 LOCAL_COSTMAP = "local_costmap/local_costmap"

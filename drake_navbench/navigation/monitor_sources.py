@@ -59,7 +59,7 @@ class MonitorSource(FrozenModel):
 THE_SCAN: Mapping[str, MonitorSource] = {"scan": MonitorSource()}
 
 
-class Sensed(NamedTuple):
+class MonitorReadings(NamedTuple):
     """The sensor readings of a cycle.
 
     time_s: of the cycle, s. base_pose: (3,) of the base now, in the frame of the readings; None
@@ -81,7 +81,10 @@ class Mountings(NamedTuple):
 
 
 def points_of(
-    sources: Mapping[str, MonitorSource], timeout_s: float, mountings: Mountings, sensed: Sensed
+    sources: Mapping[str, MonitorSource],
+    timeout_s: float,
+    mountings: Mountings,
+    sensed: MonitorReadings,
 ) -> Array | None:
     """Returns the points (N, 2) m of all sources in the base frame; None where one stops the robot.
 
@@ -138,7 +141,7 @@ def arc_points(reading: RangeReading, obstacles_angle: float) -> Array | None:
     return np.asarray(turned + np.array([x, y]))
 
 
-def _scan_points(sensed: Sensed, timeout_s: float, mounting: Mounting) -> Array | None:
+def _scan_points(sensed: MonitorReadings, timeout_s: float, mounting: Mounting) -> Array | None:
     """Returns (N, 2) all scanners' hits, base frame, m; None where the scan is missing or old."""
     scan = sensed.scan
     if scan is None or 0.0 < timeout_s < sensed.time_s - scan.time_s:
@@ -150,7 +153,11 @@ def _scan_points(sensed: Sensed, timeout_s: float, mounting: Mounting) -> Array 
 
 
 def _arc(
-    sensed: Sensed, sensor: str, timeout_s: float, obstacles_angle: float, mounting: Mounting
+    sensed: MonitorReadings,
+    sensor: str,
+    timeout_s: float,
+    obstacles_angle: float,
+    mounting: Mounting,
 ) -> Array | None:
     """Returns (N, 2) the points of the newest reading of a sensor, base frame, m; None for none."""
     readings = sensed.ranges.get(sensor, ())

@@ -9,9 +9,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from drake_navbench.errors import InputError, writing
-from drake_navbench.logs.results import UNFINISHED
 from drake_navbench.recordings.rosbags_extra import require_rosbags, ros2_types
 from drake_navbench.recordings.topics import Topic
+from drake_navbench.typed_files.output_file import UNFINISHED
 
 if TYPE_CHECKING:
     from rosbags.interfaces import Qos

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from drake_navbench.errors import InputError, NavbenchError
 from drake_navbench.logs.log import TrialLog
-from drake_navbench.logs.results import ResultsFolder, write_text
+from drake_navbench.logs.results import ResultsFolder
 from drake_navbench.logs.text_tables import csv_text
 from drake_navbench.processes.worker_process import Raised, Returned
 from drake_navbench.processes.workers import Task, run_tasks, start_server
@@ -19,6 +19,7 @@ from drake_navbench.recordings.bag_file import write_bag
 from drake_navbench.recordings.messages import MessageMaker
 from drake_navbench.recordings.rosbags_extra import require_rosbags
 from drake_navbench.recordings.trial_messages import TrialMessages
+from drake_navbench.typed_files.output_file import write_text
 
 EXPORT_FOLDER = "export"
 # Prepared layouts for the topics, which one opens by hand in a viewer.

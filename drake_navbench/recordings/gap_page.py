@@ -16,8 +16,9 @@ from drake_navbench.analysis.html import page_environment
 from drake_navbench.analysis.numbers import number
 from drake_navbench.analysis.report import SIMULATION_GAP_PAGE
 from drake_navbench.logs.log import METADATA_KEY
-from drake_navbench.logs.results import ResultsFolder, write_text
+from drake_navbench.logs.results import ResultsFolder
 from drake_navbench.recordings.simulation_gap import SimulationGap
+from drake_navbench.typed_files.output_file import write_text
 
 FIGURE_SIZE_IN = (9.0, 3.6)
 RECORDED_COLOR, SIMULATED_COLOR = "#0072b2", "#d55e00"

@@ -16,7 +16,7 @@ from drake_navbench.costmaps.map_file import OccupancyMap, load_map
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.robot import Robot, load_robot
 from drake_navbench.logs.log import TrialLog
-from drake_navbench.logs.results import ResultsFolder, file_name, only_run_in, write_text
+from drake_navbench.logs.results import ResultsFolder, file_name, only_run_in
 from drake_navbench.recordings.decoded_messages import Cells
 from drake_navbench.recordings.drive_data import DriveData, drive_data
 from drake_navbench.recordings.drive_fit import DriveFit, as_yaml, fit_drive
@@ -27,6 +27,7 @@ from drake_navbench.recordings.recorded_motion import RecordedMotion, recorded_m
 from drake_navbench.recordings.recorded_tasks import RecordedTask, task_by_hand, tasks_by_status
 from drake_navbench.recordings.recorded_trial import Subject, recorded_trial
 from drake_navbench.recordings.simulation_gap import SimulationGap, simulation_gap
+from drake_navbench.typed_files.output_file import write_text
 
 NANOSECONDS = 1e9
 # The end of a column's name, after the controller that an exported bag names.

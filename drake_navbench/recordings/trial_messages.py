@@ -19,8 +19,8 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import TypeAdapter
 
+from drake_navbench.analysis.metrics.movers import is_there, movers_of
 from drake_navbench.analysis.metrics.moving import look_times
-from drake_navbench.analysis.movers import is_there, movers_of
 from drake_navbench.inputs.robot import Robot
 from drake_navbench.inputs.world import Obstacle, World
 from drake_navbench.kernels.poses import carrier_pose, place_outline

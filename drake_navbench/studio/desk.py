@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import signal
+import subprocess
+import sys
+import tempfile
 from concurrent.futures import Future
+from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import IO, TYPE_CHECKING, Any
 
-from drake_navbench.errors import InputError
+from drake_navbench.errors import InputError, printable
 from drake_navbench.logs.results import ResultsFolder
 from drake_navbench.studio.engine import Engine
-from drake_navbench.studio.jobs import Jobs
 from drake_navbench.studio.open_folder import OpenFolder
 from drake_navbench.studio.run_states import RESULTS, run_states
 from drake_navbench.typed_files.typed_yaml import parse_yaml
@@ -113,3 +117,53 @@ class Desk:
     def close(self) -> None:
         """Ends the workers."""
         self.engine.close()
+
+
+@dataclass
+class _Job:
+    process: subprocess.Popen[bytes]
+    output: IO[bytes]
+
+
+class Jobs:
+    """The runs that were continued on the page; they go on when the studio is closed."""
+
+    def __init__(self) -> None:
+        self._jobs: dict[Path, _Job] = {}
+        self.told: dict[Path, str] = {}
+
+    def resume(self, path: Path) -> None:
+        """Starts driving the trials that a results folder lacks."""
+        # Closed when the run has ended and its last line has been read.
+        output = tempfile.TemporaryFile()  # noqa: SIM115
+        command = [sys.executable, "-m", "drake_navbench", "run", "--resume", str(path), "--quiet"]
+        process = subprocess.Popen(
+            command,
+            stdin=subprocess.DEVNULL,
+            stdout=output,
+            stderr=subprocess.STDOUT,
+            start_new_session=True,
+        )
+        self.told.pop(path, None)
+        self._jobs[path] = _Job(process, output)
+
+    def is_running(self, path: Path) -> bool:
+        """Returns whether a run that was started here is still driving; notes how it ended."""
+        job = self._jobs.get(path)
+        if job is None:
+            return False
+        if job.process.poll() is None:
+            return True
+        job.output.seek(0)
+        lines = job.output.read().decode(errors="replace").strip().splitlines()
+        if job.process.returncode:
+            self.told[path] = printable(lines[-1] if lines else "ended without a word")
+        job.output.close()
+        del self._jobs[path]
+        return False
+
+    def stop(self, path: Path) -> None:
+        """Ends a run that was started here, as Ctrl-C does: finished logs are kept."""
+        job = self._jobs.get(path)
+        if job is not None and job.process.poll() is None:
+            job.process.send_signal(signal.SIGINT)

@@ -13,8 +13,8 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from drake_navbench.errors import CannotBeWritten, InputError, printable
-from drake_navbench.logs.results import write_text
 from drake_navbench.typed_files.input_file import read_input_text
+from drake_navbench.typed_files.output_file import write_text
 from drake_navbench.typed_files.typed_yaml import MAX_FILE_BYTES
 
 LOCK_NAME = ".studio.lock"

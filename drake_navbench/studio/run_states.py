@@ -11,8 +11,8 @@ from typing import Any, NamedTuple
 from drake_navbench.errors import InputError
 from drake_navbench.logs.results import ResultsFolder
 from drake_navbench.logs.run_list import Run, run_folders, run_of
-from drake_navbench.plugins.names import flattened
 from drake_navbench.studio.open_folder import OpenFolder
+from drake_navbench.typed_files.dotted_names import flattened
 from drake_navbench.typed_files.typed_yaml import read_yaml
 
 RESULTS = "results"

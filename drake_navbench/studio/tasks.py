@@ -27,7 +27,6 @@ from drake_navbench.inputs.scenario import Scenario
 from drake_navbench.inputs.task_check import check_task
 from drake_navbench.kernels.poses import place_outline
 from drake_navbench.logs.log import TrialLog
-from drake_navbench.logs.results import write_whole
 from drake_navbench.nav2.whole_files import FileColumns, WholeFile, columns_of_files
 from drake_navbench.studio.messages import (
     SERVER,
@@ -44,6 +43,7 @@ from drake_navbench.trial.planning import make_plan
 from drake_navbench.trial.spec import TrialSpec
 from drake_navbench.trial.trial import simulate
 from drake_navbench.trial.why import require_explainable, whole_why
+from drake_navbench.typed_files.output_file import write_whole
 
 Array = NDArray[np.float64]
 WARM_SCENARIO = "doorway"

@@ -265,7 +265,7 @@ class Amcl(FloorAware):
             strangers = self._anywhere(generator, known)
         limits = (amcl.pf_err, amcl.pf_z, amcl.min_particles, amcl.max_particles)
         particles = resample(
-            belief.particles, belief.weights, draws, random_share, strangers, *limits
+            belief.particles, belief.weights, draws, random_share, strangers, limits
         )
         weights = np.full(len(particles), 1.0 / len(particles))
         belief = replace(belief, particles=particles, weights=weights)

@@ -13,7 +13,7 @@ from drake_navbench.navigation.collision_monitor import (
     CollisionMonitorParameters,
     MonitorState,
 )
-from drake_navbench.navigation.monitor_sources import Mountings, Sensed, points_of
+from drake_navbench.navigation.monitor_sources import MonitorReadings, Mountings, points_of
 from drake_navbench.systems.lifetime import weakly_bound
 from drake_navbench.systems.ports import (
     COMMAND_SIZE,
@@ -74,7 +74,7 @@ class CollisionMonitorSystem(LeafSystem):
         scan: Scan | None = read_object(self._scan_port, context)
         ranges = value_or_none(self._ranges_port, context) or {}
         now = self._state_port.Eval(context)[:3] if parameters.base_shift_correction else None
-        sensed = Sensed(
+        sensed = MonitorReadings(
             context.get_time(),
             now,
             None if scan is None else scan.placed_by_odometry(),

@@ -18,9 +18,8 @@ from drake_navbench.inputs.world import World
 from drake_navbench.kernels.depth_casting import are_within
 from drake_navbench.kernels.noise import NoiseKey, NoiseStream
 from drake_navbench.kernels.poses import compose
-from drake_navbench.kernels.ray_casting import cast_rays
+from drake_navbench.kernels.ray_casting import burst_dropouts, cast_rays, stuck_ranges
 from drake_navbench.kernels.read_only import read_only
-from drake_navbench.kernels.scan_faults import burst_dropouts, stuck_ranges
 from drake_navbench.logs.scans import Scan
 from drake_navbench.navigation.mission import FloorSwitch
 from drake_navbench.systems.floor_aware import FloorAware, FloorClock

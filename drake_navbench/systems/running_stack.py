@@ -55,7 +55,7 @@ class StackTask(NamedTuple):
     known_map: OccupancyMap
 
 
-class Sensed(NamedTuple):
+class RobotReadings(NamedTuple):
     """The readings of the robot's own parts at one time.
 
     odometry: (6,) x m, y m, yaw rad in the odometry frame, v m/s, w rad/s, vy m/s.
@@ -99,14 +99,14 @@ class RunningStack(Protocol):
 
     step_s: float
 
-    def begin(self, task: StackTask, sensed: Sensed) -> StackAnswer:
+    def begin(self, task: StackTask, sensed: RobotReadings) -> StackAnswer:
         """Waits until the stack has taken the first goal; the robot stands still meanwhile.
 
         Raises NavbenchError where it does not.
         """
         ...
 
-    def advance(self, sensed: Sensed) -> StackAnswer:
+    def advance(self, sensed: RobotReadings) -> StackAnswer:
         """Tells the stack the readings, waits for it as agreed, and returns its state."""
         ...
 
@@ -180,7 +180,7 @@ class RunningStackSystem(LeafSystem):
             after = after._replace(command=STANDSTILL, status=status)
         state.get_mutable_abstract_state(self._answer).set_value(after)
 
-    def _sensed(self, context: Context) -> Sensed:
+    def _sensed(self, context: Context) -> RobotReadings:
         state = self._state_port.Eval(context)
         odometry = value_or_none(self._odometry_port, context)
         if odometry is None:
@@ -190,7 +190,7 @@ class RunningStackSystem(LeafSystem):
             frame = NO_FRAME if is_exact else carrier_pose(estimate[:3], state[:3])
         else:
             frame = self._frame_port.Eval(context)
-        return Sensed(
+        return RobotReadings(
             context.get_time(),
             odometry,
             frame,

@@ -41,7 +41,7 @@ from drake_navbench.systems.recorder import Recorder
 from drake_navbench.systems.running_stack import RunningStack, RunningStackSystem, StackTask
 from drake_navbench.systems.speed_filter import SpeedFilter
 from drake_navbench.systems.tree_navigator import TreeNavigator
-from drake_navbench.trial.base_wiring import add_base
+from drake_navbench.trial.base_wiring import add_base, add_way_to_wheels
 from drake_navbench.trial.filter_wiring import add_filters
 from drake_navbench.trial.floors import TrialFloors, connect_floors
 from drake_navbench.trial.localization_wiring import LocalizationSystem, add_localization
@@ -49,16 +49,15 @@ from drake_navbench.trial.navigation_wiring import (
     Signals,
     add_command_chain,
     add_navigation,
+    add_running_stack,
     connect_frame,
     connect_inputs,
     connect_senses,
 )
 from drake_navbench.trial.recording_wiring import add_clearance, add_recorder, add_viewer
-from drake_navbench.trial.running_stack_wiring import add_running_stack
 from drake_navbench.trial.sensor_wiring import add_moving_world, add_sensors
 from drake_navbench.trial.spec import FollowPlan, NavigateToPoses
 from drake_navbench.trial.timing import CONTROLLER_OFFSET_S, COSTMAP_OFFSET_S
-from drake_navbench.trial.wheel_wiring import add_way_to_wheels
 
 if TYPE_CHECKING:
     from drake_navbench.trial.base_wiring import Base

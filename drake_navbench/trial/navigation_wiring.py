@@ -7,9 +7,10 @@ from functools import partial
 
 from pydrake.systems.framework import DiagramBuilder, LeafSystem, OutputPort
 
+from drake_navbench.controller import Controller
 from drake_navbench.inputs.robot import Robot
 from drake_navbench.navigation.monitor_sources import Mountings
-from drake_navbench.navigation.path_validity import is_path_valid
+from drake_navbench.navigation.planner import is_path_valid
 from drake_navbench.navigation.waypoint_follower import WaypointFollower
 from drake_navbench.systems.behavior_server import BehaviorServer
 from drake_navbench.systems.collision_monitor import CollisionMonitorSystem
@@ -18,6 +19,7 @@ from drake_navbench.systems.costmap_system import CostmapSystem
 from drake_navbench.systems.global_costmap import GlobalCostmap
 from drake_navbench.systems.local_costmap import LocalCostmap
 from drake_navbench.systems.navigator import Navigator
+from drake_navbench.systems.running_stack import RunningStack, RunningStackSystem, StackTask
 from drake_navbench.systems.tree_navigator import TreeNavigator
 from drake_navbench.systems.velocity_smoother import VelocitySmootherSystem
 from drake_navbench.trial.floors import mission_follower, tick_period_s
@@ -255,3 +257,28 @@ def command_clock(robot: Robot) -> tuple[float, float]:
     if navigation.collision_monitor is not None:
         offset_s = MONITOR_OFFSET_S
     return period_s, offset_s
+
+
+def add_running_stack(
+    builder: DiagramBuilder,
+    stack: Controller | RunningStack,
+    task: FollowPlan | NavigateToPoses | StackTask,
+    signals: Signals,
+) -> RunningStackSystem:
+    """Adds the system that tells a running stack what the robot senses and obeys its commands."""
+    if not (isinstance(stack, RunningStack) and isinstance(task, StackTask)):
+        raise TypeError("a running stack and its task belong together")
+    system = builder.AddNamedSystem("running_stack", RunningStackSystem(stack, task))
+    connect_inputs(
+        builder, system, state=signals.state, estimate=signals.estimate, scan=signals.scan
+    )
+    if signals.map_from_odometry is not None:
+        connect_inputs(
+            builder,
+            system,
+            odometry_estimate=signals.odometry_estimate,
+            map_from_odometry=signals.map_from_odometry,
+        )
+    if signals.clouds is not None:
+        connect_inputs(builder, system, clouds=signals.clouds)
+    return system

@@ -3,21 +3,31 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 import pandas as pd
+from numpy.typing import NDArray
 from pydrake.systems.framework import Context
 
 from drake_navbench.errors import as_line
 from drake_navbench.inputs.presets import Preset
 from drake_navbench.inputs.recorded_people import RecordedPeople
 from drake_navbench.inputs.robot import Robot
+from drake_navbench.inputs.scenario import Scenario
 from drake_navbench.kernels.moving_bodies import FAR_AWAY_M
-from drake_navbench.logs.log import COLUMNS, LATERAL_COLUMNS, ODOMETRY_COLUMNS, Outcome, TrialLog
+from drake_navbench.logs.log import (
+    COLUMNS,
+    LATERAL_COLUMNS,
+    MISSION_COLUMNS,
+    ODOMETRY_COLUMNS,
+    Outcome,
+    TrialLog,
+)
 from drake_navbench.logs.people import DECIMALS, LoggedPeople
 from drake_navbench.logs.plans import Plan, as_logged
-from drake_navbench.navigation.mission import MissionProgress
+from drake_navbench.navigation.mission import FloorLeg, MissionProgress
 from drake_navbench.navigation.task import TaskState, TaskStatus
 from drake_navbench.systems.ports import read_object
 from drake_navbench.systems.recorder import Recording
@@ -25,7 +35,6 @@ from drake_navbench.systems.running_stack import RunningStackSystem
 from drake_navbench.systems.tree_navigator import TreeNavigator
 from drake_navbench.trial.contact_watch import ContactWatch
 from drake_navbench.trial.diagram import TrialDiagram
-from drake_navbench.trial.mission_log import mission_account, mission_columns, mission_events
 from drake_navbench.trial.spec import TrialSpec
 from drake_navbench.trial.timing import CONTROLLER_OFFSET_S
 
@@ -35,6 +44,7 @@ OUTCOME_OF_TASK = {
     TaskState.ERROR: Outcome.ERROR,
 }
 MAX_TRACEBACK_LENGTH = 20_000
+Event = tuple[float, Any]
 
 
 def make_log(
@@ -188,3 +198,59 @@ def _samples(
     if mission is not None:
         columns |= mission_columns(mission, columns["time_s"])
     return pd.DataFrame(columns)
+
+
+def mission_account(scenario: Scenario) -> dict[str, Any]:
+    """Returns the header's `floors` and `mission`, and its `scenario` with goals in the world.
+
+    A point (x, y) on a floor's map is (x, y) + `offset_m` in the world, the frame of all poses of a
+    log.
+    """
+    *waypoints, goal = (list(pose) for pose in scenario.goals)
+    described = scenario.model_dump(mode="json") | {"waypoints": waypoints, "goal": goal}
+    floors = [
+        {"name": floor.name, "offset_m": list(floor.offset), "bounds_m": list(floor.bounds)}
+        for floor in scenario.placed_floors
+    ]
+    legs = [
+        {"floor": leg.floor.name, "goal": list(leg.goal)}
+        | (
+            {}
+            if leg.lift is None or leg.to is None or leg.arrival is None
+            else {"lift": leg.lift.name, "to": leg.to.name, "arrival": list(leg.arrival)}
+        )
+        for leg in scenario.legs
+    ]
+    return {"scenario": described, "floors": floors, "mission": legs}
+
+
+def mission_columns(
+    mission: MissionProgress, time_s: NDArray[np.float64]
+) -> dict[str, NDArray[np.int64]]:
+    """Returns the columns of `MISSION_COLUMNS` for samples (N,) taken at these times."""
+    floors = np.array([0, *(switch.floor for switch in mission.switches)])
+    changes = [switch.time_s for switch in mission.switches]
+    starts = [*(leg.start_time_s for leg in mission.legs), mission.leg_start_s]
+    last_begun = max(len(mission.legs), mission.index + 1)
+    # A sample at the instant of a change was taken before it.
+    values = (
+        floors[np.searchsorted(changes, time_s, side="left")],
+        np.searchsorted(starts[1:last_begun], time_s, side="left"),
+    )
+    return {
+        name: value.astype(np.int64) for name, value in zip(MISSION_COLUMNS, values, strict=True)
+    }
+
+
+def mission_events(
+    mission: MissionProgress, events: Sequence[Event], end_s: float
+) -> tuple[Event, ...]:
+    """Returns the navigator's events with those of the lifts, in order, up to the trial's end."""
+    of_lifts = [
+        (time_s, {"lift": leg.lift, "event": name})
+        for leg in mission.legs
+        if isinstance(leg, FloorLeg)
+        for time_s, name in leg.lift_events
+        if time_s <= end_s
+    ]
+    return tuple(sorted([*events, *of_lifts], key=lambda event: event[0]))

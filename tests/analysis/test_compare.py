@@ -9,7 +9,7 @@ from results_folders import write_folder
 
 from drake_navbench.analysis import compare
 from drake_navbench.analysis.compare import compare_folders
-from drake_navbench.analysis.paired_tests import DEFAULT_LISTED, Verdict
+from drake_navbench.analysis.paired_tests import DEFAULT_LISTED, PairedVerdict
 from drake_navbench.commands import compare as command
 from drake_navbench.errors import InputError
 
@@ -43,7 +43,7 @@ def verdicts(comparison, metric):
 def test_the_same_results_are_equal_in_every_trial(folders):
     comparison = compared(folders["wandering"], folders["wandering"])
     found = {finding.verdict for finding in comparison.judged.findings}
-    assert found == {Verdict.EQUAL, Verdict.NO_VALUE}
+    assert found == {PairedVerdict.EQUAL, PairedVerdict.NO_VALUE}
     # 2 scenarios, 2 controllers, 3 trials.
     assert (comparison.judged.equal, comparison.judged.pairs) == (12, 12)
     text = compare.to_markdown(comparison)
@@ -52,7 +52,7 @@ def test_the_same_results_are_equal_in_every_trial(folders):
 
 def test_slower_is_worse_in_the_one_trial_that_there_is(folders):
     comparison = compared(folders["main"], folders["slow"])
-    assert verdicts(comparison, "time_to_goal_s") == {Verdict.WORSE}
+    assert verdicts(comparison, "time_to_goal_s") == {PairedVerdict.WORSE}
     finding = next(f for f in comparison.regressions if f.controller == "rpp")
     # 3 m at 0.5 and at 0.4545 m/s: 6.0 and 6.6 s. Three equal trials are one.
     assert finding.comparison.difference == pytest.approx(0.6, abs=0.02)
@@ -64,25 +64,25 @@ def test_slower_is_worse_in_the_one_trial_that_there_is(folders):
 def test_three_random_trials_decide_nothing(folders, tmp_path):
     slow = write_folder(tmp_path / "slow", slower=1.1)
     comparison = compared(folders["wandering"], slow)
-    assert verdicts(comparison, "time_to_goal_s") == {Verdict.UNDECIDED}
+    assert verdicts(comparison, "time_to_goal_s") == {PairedVerdict.UNDECIDED}
     assert comparison.regressions == []
 
 
 def test_the_other_way_round_it_is_better_and_no_regression(folders):
     comparison = compared(folders["slow"], folders["main"])
-    assert verdicts(comparison, "time_to_goal_s") == {Verdict.BETTER}
+    assert verdicts(comparison, "time_to_goal_s") == {PairedVerdict.BETTER}
     assert comparison.regressions == []
 
 
 def test_only_listed_metrics_are_regressions(folders):
     listed = compared(folders["main"], folders["slow"], listed=["min_clearance_m"])
     assert listed.regressions == []
-    assert Verdict.WORSE in verdicts(listed, "time_to_goal_s")
+    assert PairedVerdict.WORSE in verdicts(listed, "time_to_goal_s")
 
 
 def test_a_tolerance_lets_small_changes_pass(folders):
     comparison = compared(folders["main"], folders["slow"], tolerance=0.2)
-    assert verdicts(comparison, "time_to_goal_s") == {Verdict.SMALL}
+    assert verdicts(comparison, "time_to_goal_s") == {PairedVerdict.SMALL}
 
 
 @pytest.mark.parametrize(

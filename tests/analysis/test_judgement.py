@@ -19,7 +19,7 @@ from drake_navbench.analysis.reproduction.judgement import (
     ALONE,
     INCLUDES_TIE,
     NO_SPREAD,
-    Verdict,
+    FindingVerdict,
     estimate,
     judge,
     judge_all,
@@ -50,7 +50,7 @@ def claim(relation, controllers):
 
 def test_the_published_numbers_satisfy_every_finding():
     judged = judge_all(published_trials())
-    assert [j.finding.number for j in judged if j.verdict is not Verdict.HOLDS] == []
+    assert [j.finding.number for j in judged if j.verdict is not FindingVerdict.HOLDS] == []
     assert len(judged) == len(findings()) == 65
     assert all(j.is_one_trial for j in judged)
 
@@ -64,7 +64,7 @@ def test_a_clear_difference_holds_with_its_size_beside_the_published_one():
         mppi=[1, 1],
     )
     found = judge(finding(RPP_IS_FASTEST), table)
-    assert found.verdict is Verdict.HOLDS
+    assert found.verdict is FindingVerdict.HOLDS
     deciding = found.deciding
     assert deciding.text == "rpp < teb"
     assert deciding.difference.mean == pytest.approx(0.55)
@@ -101,7 +101,7 @@ def test_an_interval_over_the_tie_is_undecided():
     )
     found = judge(finding(RPP_IS_FASTEST), table)
     assert found.deciding.difference.mean > 0.0
-    assert (found.verdict, found.note) == (Verdict.UNDECIDED, INCLUDES_TIE)
+    assert (found.verdict, found.note) == (FindingVerdict.UNDECIDED, INCLUDES_TIE)
 
 
 def test_a_clear_difference_the_other_way_does_not_hold():
@@ -112,7 +112,7 @@ def test_a_clear_difference_the_other_way_does_not_hold():
         mppi_nav2=[41, 42, 43],
     )
     found = judge(finding(RPP_IS_FASTEST), table)
-    assert found.verdict is Verdict.CONTRADICTED
+    assert found.verdict is FindingVerdict.CONTRADICTED
     assert found.deciding.text == "rpp < dwb"
     assert found.deciding.size == pytest.approx(-(20.0 + 20.5 + 20.2 - 30.3) / (20.0 + 20.5 + 20.2))
 
@@ -125,10 +125,10 @@ def test_of_many_inequalities_one_that_fails_must_fail_by_more():
         far = {"teb_upstream": 2.0 * rpp, "mppi_nav2": 3.0 * rpp}
         return judge(finding(RPP_IS_FASTEST), times(rpp=rpp, dwb=rpp + differences, **far))
 
-    assert verdict_of(-2.0, -2.5, -3.0).verdict is Verdict.CONTRADICTED
+    assert verdict_of(-2.0, -2.5, -3.0).verdict is FindingVerdict.CONTRADICTED
     undecided = verdict_of(-1.6, -2.5, -3.0)
     assert undecided.deciding.difference.interval.high < 0.0
-    assert undecided.verdict is Verdict.UNDECIDED
+    assert undecided.verdict is FindingVerdict.UNDECIDED
     assert undecided.note == "its interval includes the tie, as one of 3 differences looked at"
 
 
@@ -139,7 +139,7 @@ def test_less_than_one_per_cent_is_level_whichever_way():
     near = np.array([0.05, 0.051, 0.049, 0.05])
     for sign in (1.0, -1.0):
         found = judge(finding(RPP_IS_FASTEST), times(rpp=base, dwb=base + sign * near, **far))
-        assert found.verdict is Verdict.LEVEL
+        assert found.verdict is FindingVerdict.LEVEL
         assert found.deciding.text == "rpp < dwb"
         assert abs(found.deciding.size) == pytest.approx(0.005, abs=1e-4)
 
@@ -150,13 +150,13 @@ def test_a_small_difference_that_is_not_known_to_be_small_is_undecided():
     wild = np.array([1.0, -1.0, 0.9, -0.7])
     found = judge(finding(RPP_IS_FASTEST), times(rpp=base, dwb=base + wild, **far))
     assert abs(found.deciding.size) < 0.01
-    assert found.verdict is Verdict.UNDECIDED
+    assert found.verdict is FindingVerdict.UNDECIDED
 
 
 def test_trials_that_are_all_the_same_are_one_trial_without_an_interval():
     table = times(rpp=[1.0] * 4, dwb=[2.0] * 4, teb_upstream=[3.0] * 4, mppi_nav2=[4.0] * 4)
     found = judge(finding(RPP_IS_FASTEST), table)
-    assert (found.verdict, found.note) == (Verdict.HOLDS, NOTHING_RANDOM)
+    assert (found.verdict, found.note) == (FindingVerdict.HOLDS, NOTHING_RANDOM)
     assert found.is_one_trial
     assert found.deciding.difference.count == found.ours["rpp"].count == 1
     assert math.isnan(found.deciding.difference.interval.low)
@@ -184,26 +184,26 @@ def test_a_metric_without_spread_in_different_trials_is_decided_by_its_means_and
         **other
     )
     found = judge(finding(RPP_IS_FASTEST), table)
-    assert (found.verdict, found.note) == (Verdict.HOLDS, NO_SPREAD)
+    assert (found.verdict, found.note) == (FindingVerdict.HOLDS, NO_SPREAD)
     assert not found.is_one_trial
 
 
 def test_an_exact_tie_is_level():
     table = times(rpp=[0.0] * 2, dwb=[0.0] * 2, teb_upstream=[3.0] * 2, mppi_nav2=[4.0] * 2)
     found = judge(finding(RPP_IS_FASTEST), table)
-    assert (found.verdict, found.deciding.size) == (Verdict.LEVEL, 0.0)
+    assert (found.verdict, found.deciding.size) == (FindingVerdict.LEVEL, 0.0)
 
 
 def test_one_random_trial_decides_nothing():
     found = judge(
         finding(RPP_IS_FASTEST), times(rpp=[1.0], dwb=[2.0], teb_upstream=[3.0], mppi_nav2=[4.0])
     )
-    assert (found.verdict, found.note) == (Verdict.UNDECIDED, ALONE)
+    assert (found.verdict, found.note) == (FindingVerdict.UNDECIDED, ALONE)
 
 
 def test_a_controller_that_was_not_driven_leaves_the_finding_undecided():
     found = judge(finding(RPP_IS_FASTEST), times(rpp=[1.0, 1.1], dwb=[2.0, 2.0]))
-    assert found.verdict is Verdict.UNDECIDED
+    assert found.verdict is FindingVerdict.UNDECIDED
     notes = {part.text: part.note for part in found.parts}
     assert notes["rpp < teb"] == "no value for teb"
     assert notes["rpp < dwb"] == ""
@@ -220,7 +220,7 @@ def test_each_inequality_uses_the_trials_that_have_both_values():
     assert parts["rpp < dwb"].difference.count == 2
     assert "1 trial lacks a value" in parts["rpp < dwb"].note
     assert parts["rpp < mppi"].difference.count == 3
-    assert found.verdict is Verdict.UNDECIDED
+    assert found.verdict is FindingVerdict.UNDECIDED
 
 
 def test_no_common_trial_is_undecided():
@@ -228,7 +228,7 @@ def test_no_common_trial_is_undecided():
     table = times(rpp=[1.0, nan], dwb=[nan, 2.0], teb_upstream=[3.0, 3.1], mppi_nav2=[4.0, 4.1])
     found = judge(claim("lower than", "rpp < dwb"), table)
     assert (found.verdict, found.note) == (
-        Verdict.UNDECIDED,
+        FindingVerdict.UNDECIDED,
         "no trial in which both have one",
     )
 
@@ -243,7 +243,7 @@ def test_within_is_judged_by_the_two_that_are_farthest_apart():
         **{name: value + (1 + i) * spread for i, (name, value) in enumerate(values.items())},
     )
     found = judge(finding(TIMES_ARE_SIMILAR), table)
-    assert found.verdict is Verdict.CONTRADICTED
+    assert found.verdict is FindingVerdict.CONTRADICTED
     assert found.deciding.text == "dwb < 1.03 teb"
     assert found.deciding.size == pytest.approx(30.2 / 29.0, abs=1e-3)
     # Printed: 30.704 and 30.637.
@@ -257,10 +257,10 @@ def test_a_printed_rate_is_about_every_trial():
         mppi_nav2=[100.0, 100.0, 0.0, 100.0],
     ).assign(energy=np.arange(16.0))  # fmt: skip
     found = judge(finding(ALL_ARRIVE), table)
-    assert found.verdict is Verdict.CONTRADICTED
+    assert found.verdict is FindingVerdict.CONTRADICTED
     assert found.note == "1 of 4 trials have another value"
     assert judge(claim("equals 100", "dwb"), table.rename(columns={"success_rate": "time_taken"}))\
-        .verdict is Verdict.HOLDS  # fmt: skip
+        .verdict is FindingVerdict.HOLDS  # fmt: skip
     # Wilson's interval of 4 of 4 begins at 51%.
     assert found.ours["rpp"].interval == pytest.approx((51.0, 100.0), abs=0.1)
 
@@ -275,7 +275,7 @@ def test_what_the_printed_numbers_do_not_support_is_not_judged():
         rpp=[14.9, 14.91], dwb=[16.0, 16.02], teb_upstream=[14.5, 14.52], mppi_nav2=[14.0, 14.03],
     )  # fmt: skip
     found = judge(ordered, table)
-    assert found.verdict is Verdict.HOLDS
+    assert found.verdict is FindingVerdict.HOLDS
     assert {part.text for part in found.parts}.isdisjoint(p.text for p in ordered.ties)
     assert "not judged, a tie in the publication: teb < dwb, dwb < rpp" in found.note
 
@@ -308,7 +308,7 @@ def test_a_claim_of_the_text_alone_has_no_published_size():
     }
     table = pd.concat(trials(name, "max_yaw_rate", **rates) for name in GOAL_SCENARIOS)
     found = judge(finding(TURN_RATE), table)
-    assert found.verdict is Verdict.HOLDS
+    assert found.verdict is FindingVerdict.HOLDS
     assert math.isnan(found.deciding.published_size)
     assert math.isnan(found.deciding.share_of_published)
 
@@ -330,7 +330,7 @@ def test_findings_of_all_scenarios_are_about_the_mean_over_the_goal_scenarios():
     # Trial 0: (0 + 0.01 + 0.02)/3; trial 1: (0 + 0.012 + 0.024)/3.
     values = trial_values(table, "all", "avg_path_error")
     np.testing.assert_allclose(values["rpp"], [0.01, 0.012])
-    assert judge(finding(RPP_FOLLOWS_BEST), table).verdict is Verdict.HOLDS
+    assert judge(finding(RPP_FOLLOWS_BEST), table).verdict is FindingVerdict.HOLDS
     assert math.isnan(trial_values(parts[0], "all", "avg_path_error")["rpp"][0])
     assert published_values("all", "avg_path_error")["rpp"] == pytest.approx(
         (0.017 + 0.026 + 0.019) / 3
@@ -343,9 +343,9 @@ def test_a_lineup_may_put_another_scenario_in_the_place_of_a_published_one():
     noisy = trials("restricted_small_noisy", "time_taken", rpp=[0.5, 0.6], dwb=[9.0, 9.2],
                    teb_upstream=[2.0, 2.2], mppi_nav2=[12.0, 12.1])  # fmt: skip
     table = pd.concat([still, noisy])
-    assert judge(finding(RPP_AT_THE_WALL), table).verdict is Verdict.CONTRADICTED
+    assert judge(finding(RPP_AT_THE_WALL), table).verdict is FindingVerdict.CONTRADICTED
     found = judge(finding(RPP_AT_THE_WALL), table, NOISY)
-    assert found.verdict is Verdict.HOLDS
+    assert found.verdict is FindingVerdict.HOLDS
     assert found.ours["rpp"].mean == pytest.approx(0.55)
 
 

@@ -13,7 +13,7 @@ import pandas as pd
 import pytest
 
 from drake_navbench.analysis.metrics import metric
-from drake_navbench.analysis.verdicts import Standing, verdict
+from drake_navbench.analysis.verdicts import FirstPlace, verdict
 
 REPORTS = 1000
 RIVALS = 6
@@ -56,7 +56,7 @@ def rates(means, *, trials, noise, reports=REPORTS, seed=0):
             counts["first"] += 1
         elif found.best:
             counts["other"] += 1
-        elif found.standing is Standing.LEVEL:
+        elif found.standing is FirstPlace.LEVEL:
             counts["level"] += 1
     return Rates(*(counts[key] / reports for key in ("first", "other", "level")))
 

@@ -11,7 +11,7 @@ from stub_controller import StubPreset
 from synthetic_logs import log_times, make_log
 
 from drake_navbench.analysis.metrics import safety
-from drake_navbench.analysis.movers import movers_of
+from drake_navbench.analysis.metrics.movers import movers_of
 from drake_navbench.campaign.campaign import plan_campaign
 from drake_navbench.controller import Decision
 from drake_navbench.inputs.presets import DEFAULT_PRESETS

@@ -10,7 +10,6 @@ from drake_navbench import run_trial
 from drake_navbench.analysis.figures.maps import drawn_path
 from drake_navbench.analysis.invariants import violations_of
 from drake_navbench.analysis.journey import deeds_of, legs_of
-from drake_navbench.analysis.leg_tables import legs_table
 from drake_navbench.analysis.metrics.efficiency import (
     driven_length_m,
     goal_traversal_ratio,
@@ -24,6 +23,7 @@ from drake_navbench.analysis.metrics.tracking import (
     goal_position_error_m,
     plan_progress_ratio,
 )
+from drake_navbench.analysis.report_sections import legs_table
 from drake_navbench.analysis.reproduction.published import energy, path_length
 from drake_navbench.analysis.scenario_analysis import read_trials
 from drake_navbench.logs.log import TrialLog

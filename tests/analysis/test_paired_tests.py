@@ -14,7 +14,7 @@ from drake_navbench.analysis.paired_shares import paired_share_interval
 from drake_navbench.analysis.paired_tests import (
     ALARM_RATES,
     Family,
-    Verdict,
+    PairedVerdict,
     fewest_differing,
     judge_pairs,
 )
@@ -50,12 +50,12 @@ def outcomes(count, ending, of=12):
 @pytest.mark.parametrize(
     ("metric", "change", "verdict"),
     [
-        ("time_to_goal_s", 1.0, Verdict.WORSE),
-        ("time_to_goal_s", -1.0, Verdict.BETTER),
-        ("time_to_goal_s", 0.05, Verdict.SMALL),
-        ("min_clearance_m", -0.5, Verdict.WORSE),
-        ("driven_length_m", 1.0, Verdict.CHANGED),
-        ("driven_length_m", 0.0, Verdict.EQUAL),
+        ("time_to_goal_s", 1.0, PairedVerdict.WORSE),
+        ("time_to_goal_s", -1.0, PairedVerdict.BETTER),
+        ("time_to_goal_s", 0.05, PairedVerdict.SMALL),
+        ("min_clearance_m", -0.5, PairedVerdict.WORSE),
+        ("driven_length_m", 1.0, PairedVerdict.CHANGED),
+        ("driven_length_m", 0.0, PairedVerdict.EQUAL),
     ],
 )
 def test_a_change_of_every_pair_is_judged_by_its_direction_and_size(metric, change, verdict):
@@ -69,17 +69,17 @@ def test_no_verdict_comes_from_less_than_can_decide(count):
     # 7 pairs of one sign have p 2^-6, above the 1% of the listed metrics; 8 have 2^-7.
     slow = trials(count=count, time_to_goal_s=20.0)
     finding = found(judged(trials(count=count), slow), "time_to_goal_s")
-    assert finding.verdict is Verdict.UNDECIDED
+    assert finding.verdict is PairedVerdict.UNDECIDED
     assert finding.p_value == 2.0 ** (1 - count)
     decided = judged(trials(count=8), trials(count=8, time_to_goal_s=20.0))
-    assert found(decided, "time_to_goal_s").verdict is Verdict.WORSE
+    assert found(decided, "time_to_goal_s").verdict is PairedVerdict.WORSE
 
 
 def test_cells_in_which_nothing_differs_take_no_power_from_the_others():
     before = pd.concat([trials(scenario=f"s{i}", count=8) for i in range(50)])
     after = before.copy()
     after.loc[after["scenario"] == "s7", "time_to_goal_s"] = 20.0
-    (worse,) = judged(before, after).of(Verdict.WORSE)
+    (worse,) = judged(before, after).of(PairedVerdict.WORSE)
     assert (worse.scenario, worse.p_value) == ("s7", 2.0**-7)
 
 
@@ -88,13 +88,13 @@ def test_each_family_is_corrected_over_all_contests_together():
     once = judge_pairs([Contest(trials(), slow, "a")], metrics=[TIME])
     both = judge_pairs([Contest(trials(), slow, "a"), Contest(trials(), slow, "b")], metrics=[TIME])
     assert found(once, "time_to_goal_s").p_value == 2.0**-11
-    assert [f.p_value for f in both.of(Verdict.WORSE)] == [2.0**-10] * 2
+    assert [f.p_value for f in both.of(PairedVerdict.WORSE)] == [2.0**-10] * 2
     assert sum(ALARM_RATES.values()) == pytest.approx(0.05)
 
 
 def test_a_trial_that_touches_is_worse_and_comes_before_all_else():
     after = trials(outcomes(10, "collided"), time_to_goal_s=20.0)
-    worse = judged(trials(), after, listed=["min_clearance_m"]).of(Verdict.WORSE)
+    worse = judged(trials(), after, listed=["min_clearance_m"]).of(PairedVerdict.WORSE)
     assert [f.quantity.name for f in worse] == ["touch_rate", "success_rate"]
     assert worse[0].p_value == pytest.approx(2 * 2.0**-9)
 
@@ -103,14 +103,14 @@ def test_who_gives_up_is_neither_quick_nor_safe():
     # Eight of twelve stop at once, far from everything; the four others drive as before.
     clearance = np.where(np.arange(12) < 8, 5.0, trials()["min_clearance_m"])
     result = judged(trials(), trials(outcomes(8, "aborted"), min_clearance_m=clearance))
-    assert found(result, "min_clearance_m").verdict is Verdict.EQUAL
+    assert found(result, "min_clearance_m").verdict is PairedVerdict.EQUAL
     assert found(result, "min_clearance_m").comparison.pairs == 4
-    assert found(result, "success_rate").verdict is Verdict.WORSE
+    assert found(result, "success_rate").verdict is PairedVerdict.WORSE
 
 
 def test_where_nobody_arrives_it_is_compared_how_they_gave_up():
     before, after = trials("aborted"), trials("aborted", min_clearance_m=0.2)
-    assert found(judged(before, after), "min_clearance_m").verdict is Verdict.WORSE
+    assert found(judged(before, after), "min_clearance_m").verdict is PairedVerdict.WORSE
 
 
 def test_trials_that_are_one_trial_count_once_and_are_certain():
@@ -118,7 +118,7 @@ def test_trials_that_are_one_trial_count_once_and_are_certain():
     result = judged(before, after)
     finding = found(result, "min_clearance_m")
     assert (finding.comparison.pairs, finding.is_one_trial) == (1, True)
-    assert finding.verdict is Verdict.WORSE
+    assert finding.verdict is PairedVerdict.WORSE
     assert np.isnan(finding.p_value)
     assert result.one_trial_cells == (("", "doorway", "rpp"),)
     assert result.tests(Family.LISTED) == 0
@@ -126,7 +126,7 @@ def test_trials_that_are_one_trial_count_once_and_are_certain():
 
 def test_a_single_trial_decides_nothing():
     result = judged(trials(count=1), trials(["collided"], count=1))
-    assert found(result, "touch_rate").verdict is Verdict.UNDECIDED
+    assert found(result, "touch_rate").verdict is PairedVerdict.UNDECIDED
     assert [f.quantity.name for f in result.undecided_losses] == ["touch_rate", "success_rate"]
 
 
@@ -166,7 +166,7 @@ def test_a_few_trials_do_not_speak_against_the_many():
     after = trials(count=24, time_to_goal_s=[9.0] * 23 + [100.0])
     finding = found(judged(trials(count=24), after), "time_to_goal_s")
     assert finding.p_value < 0.01
-    assert finding.verdict is Verdict.UNDECIDED
+    assert finding.verdict is PairedVerdict.UNDECIDED
 
 
 def test_the_correction_counts_tests_that_could_have_been_as_sure():

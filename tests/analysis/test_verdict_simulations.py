@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from paired_tables import METRICS, Law, draw
 
-from drake_navbench.analysis.paired_tests import ALARM_RATE, Judged, Verdict, judge_pairs
+from drake_navbench.analysis.paired_tests import ALARM_RATE, Judged, PairedVerdict, judge_pairs
 from drake_navbench.analysis.paired_trials import Contest
 from drake_navbench.studies.side_by_side.gate import GateResult, Light, Side
 
@@ -20,7 +20,7 @@ pytestmark = pytest.mark.long
 USUAL = Law(aborts=0.02, touches=0.01)
 # As of a real campaign: most arrive, some seldom.
 MIXED = [USUAL, Law(aborts=0.3, touches=0.1), Law(), Law(), Law(), Law(aborts=0.03)] * 2
-TOLD = (Verdict.WORSE, Verdict.BETTER, Verdict.CHANGED, Verdict.SMALL)
+TOLD = (PairedVerdict.WORSE, PairedVerdict.BETTER, PairedVerdict.CHANGED, PairedVerdict.SMALL)
 
 
 def simulated(
@@ -58,7 +58,7 @@ def has_any_verdict(judged: Judged) -> bool:
 
 
 def is_worse(judged: Judged) -> bool:
-    return bool(judged.of(Verdict.WORSE))
+    return bool(judged.of(PairedVerdict.WORSE))
 
 
 @pytest.mark.parametrize(("name", "runs", "pairs"), [("compare", 100, 16), ("gate", 40, 64)])

@@ -10,7 +10,7 @@ import pandas as pd
 from drake_navbench.analysis.metrics import metric
 from drake_navbench.analysis.paired_comparison import trials_needed
 from drake_navbench.analysis.pairs import values_by_seed
-from drake_navbench.analysis.verdicts import Standing, comparable_trials, verdict
+from drake_navbench.analysis.verdicts import FirstPlace, comparable_trials, verdict
 
 
 @metric(unit="s", better="lower")
@@ -49,21 +49,21 @@ def test_a_lead_over_some_names_those_that_are_level():
         time_s,
     )
     assert found.best is None
-    assert (found.standing, found.leaders) == (Standing.UNDECIDED, ("rpp", "dwb"))
+    assert (found.standing, found.leaders) == (FirstPlace.UNDECIDED, ("rpp", "dwb"))
     assert "teb" not in found.text
 
 
 def test_a_certain_but_tiny_difference_is_no_lead():
     found = verdict(trials(rpp=[10.0] * 4, dwb=[10.01] * 4), "empty", time_s)
     assert found.best is None
-    assert found.standing is Standing.LEVEL
+    assert found.standing is FirstPlace.LEVEL
     assert found.text == "level: rpp, dwb differ by less than 1%"
 
 
 def test_only_those_in_front_are_level():
     rows = trials(dwb=[12.0, 12.1, 12.2], teb=[10.05, 10.15, 10.25], rpp=[10.0, 10.1, 10.2])
     found = verdict(rows, "empty", time_s)
-    assert (found.standing, found.leaders) == (Standing.LEVEL, ("rpp", "teb"))
+    assert (found.standing, found.leaders) == (FirstPlace.LEVEL, ("rpp", "teb"))
 
 
 def test_rounding_is_no_difference():
@@ -99,7 +99,7 @@ def test_who_was_lucky_with_the_seeds_is_not_best():
     # rpp never arrived with seeds 0 and 1, which take long; with the others dwb is quicker.
     rows = trials(rpp=[math.nan, math.nan, 11.0, 11.1], dwb=[20.0, 20.0, 10.0, 10.1])
     found = verdict(rows, "empty", time_s)
-    assert (found.standing, found.leaders) == (Standing.UNDECIDED, ("rpp", "dwb"))
+    assert (found.standing, found.leaders) == (FirstPlace.UNDECIDED, ("rpp", "dwb"))
     assert "dwb -1 s" in found.text
     assert "needs" not in found.text
 
@@ -108,7 +108,7 @@ def test_without_a_common_trial_nothing_is_level():
     rows = trials(rpp=[1.0, math.nan, 1.0], dwb=[1.001, math.nan, 1.001], teb=[math.nan, 5.0, 5.0])
     rows.loc[(rows["controller"] == "teb") & (rows["seed"] == 2), "time_s"] = math.nan
     found = verdict(rows, "empty", time_s)
-    assert found.standing is Standing.UNDECIDED
+    assert found.standing is FirstPlace.UNDECIDED
     assert found.text.startswith(
         "not decided between rpp, dwb, teb: no trial in which both have a value; "
         "rpp, dwb differ by less than 1%"
@@ -131,7 +131,7 @@ def test_trials_that_are_one_trial_are_told_as_one_and_need_no_more():
     # Beside a random one they are a constant.
     rows = trials(rpp=[10.0] * 4, dwb=[11.0, 12.0, 9.0, 11.0])
     found = verdict(rows, "empty", time_s, repeated=frozenset({"rpp"}))
-    assert found.standing is Standing.UNDECIDED
+    assert found.standing is FirstPlace.UNDECIDED
     assert "in 4 trials" in found.text
 
 
@@ -180,7 +180,7 @@ def test_where_nobody_succeeds_all_trials_are_compared_but_nobody_is_best():
     rows = trials(rpp=[1.0, 1.0], dwb=[2.0, 2.0])
     rows["outcome"] = "aborted"
     found = verdict(comparable_trials(rows, ["time_s"]), "empty", time_s, anyone_arrived=False)
-    assert (found.standing, found.best) == (Standing.NO_CONTEST, None)
+    assert (found.standing, found.best) == (FirstPlace.NO_CONTEST, None)
     assert found.text.startswith("rpp is lowest: 1 s; next dwb, +1 s")
 
 
@@ -193,7 +193,7 @@ def coarse_s(log):
 def test_a_certain_difference_below_what_matters_is_no_lead():
     rows = trials(rpp=[10.0] * 4, dwb=[10.4] * 4).rename(columns={"time_s": "coarse_s"})
     found = verdict(rows, "empty", coarse_s)
-    assert found.standing is Standing.LEVEL
+    assert found.standing is FirstPlace.LEVEL
     assert found.text == "level: rpp, dwb differ by no more than 0.5 s"
     rows = trials(rpp=[10.0] * 4, dwb=[10.6] * 4).rename(columns={"time_s": "coarse_s"})
     assert verdict(rows, "empty", coarse_s).best == "rpp"

@@ -2,7 +2,7 @@
 
 import pandas as pd
 
-from drake_navbench.campaign.unsuccessful import MAX_LINES, unsuccessful_lines
+from drake_navbench.campaign.console import MAX_LINES, unsuccessful_lines
 
 
 def trials(*rows):

@@ -23,7 +23,7 @@ from drake_navbench.inputs.scenario import load_scenario
 from drake_navbench.inputs.task_check import check_task
 from drake_navbench.logs.log import TrialLog
 from drake_navbench.logs.results import ResultsFolder
-from drake_navbench.nav2.parameter_files import load_parameter_file
+from drake_navbench.nav2.controllers import load_parameter_file
 from drake_navbench.trial.task_cost import check_cost
 from drake_navbench.typed_files.typed_yaml import read_yaml
 

@@ -15,7 +15,7 @@ from drake_navbench.errors import InputError
 from drake_navbench.inputs.foreign_code import runs_foreign_code
 from drake_navbench.inputs.presets import load_preset
 from drake_navbench.logs.log import Outcome, TrialLog
-from drake_navbench.nav2.parameter_files import load_parameter_file
+from drake_navbench.nav2.controllers import load_parameter_file
 
 CODE = """
 import numpy as np

@@ -11,7 +11,7 @@ from drake_navbench.inputs.floor_scenario import SCENARIO_FILES
 from drake_navbench.inputs.presets import preset_files
 from drake_navbench.inputs.robot import ROBOT_FILES, load_robot
 from drake_navbench.inputs.scenario import load_scenario
-from drake_navbench.nav2.parameter_files import load_parameter_file
+from drake_navbench.nav2.controllers import load_parameter_file
 
 SCENARIO_PATH = SCENARIO_FILES.find("one_obstacle")
 ROBOT_PATH = ROBOT_FILES.find("wheelchair")

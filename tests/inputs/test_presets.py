@@ -14,7 +14,7 @@ from drake_navbench.inputs.presets import (
     preset_files,
 )
 from drake_navbench.inputs.robot import load_robot
-from drake_navbench.nav2.parameter_files import load_parameter_file
+from drake_navbench.nav2.controllers import load_parameter_file
 from drake_navbench.typed_files.typed_yaml import parse_yaml
 
 

@@ -130,7 +130,7 @@ def test_particles_are_drawn_by_their_weights():
     particles = np.array([[0.0, 0.0, 0.0], [10.0, 0.0, 0.0], [20.0, 0.0, 0.0]])
     weights = np.array([0.5, 0.0, 0.5])
     drawn = resample(
-        particles, weights, generator.random((4000, 2)), 0.0, particles, 0.05, 0.99, 4000, 4000
+        particles, weights, generator.random((4000, 2)), 0.0, particles, (0.05, 0.99, 4000, 4000)
     )
     assert len(drawn) == 4000
     assert set(drawn[:, 0]) == {0.0, 20.0}
@@ -140,7 +140,7 @@ def test_particles_are_drawn_by_their_weights():
 def test_it_ends_one_above_what_the_bins_need():
     particles = np.array([[0.1, 0.1, 0.0], [5.1, 0.1, 0.0]])
     draws = np.tile([[0.9, 0.25], [0.9, 0.75]], (50, 1))
-    drawn = resample(particles, np.array([0.5, 0.5]), draws, 0.0, particles, *LIMITS)
+    drawn = resample(particles, np.array([0.5, 0.5]), draws, 0.0, particles, LIMITS)
     assert len(drawn) == particle_limit(2, *LIMITS) + 1 == 21
 
 
@@ -148,7 +148,7 @@ def test_strangers_come_in_by_their_share():
     particles, strangers = np.zeros((1, 3)), np.full((100, 3), 7.0)
     draws = np.zeros((100, 2))
     draws[::4, 0] = 0.9
-    drawn = resample(particles, np.ones(1), draws, 0.5, strangers, 0.05, 0.99, 100, 100)
+    drawn = resample(particles, np.ones(1), draws, 0.5, strangers, (0.05, 0.99, 100, 100))
     assert np.mean(drawn[:, 0] == 7.0) == pytest.approx(0.75)
 
 

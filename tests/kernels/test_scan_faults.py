@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from drake_navbench.kernels.scan_faults import burst_dropouts, stuck_ranges
+from drake_navbench.kernels.ray_casting import burst_dropouts, stuck_ranges
 
 
 @pytest.mark.parametrize("burst_beams", [2, 10, 40])

@@ -7,7 +7,7 @@ import pytest
 import yaml
 
 from drake_navbench.inputs.robot import load_robot
-from drake_navbench.nav2.parameter_files import load_parameter_file
+from drake_navbench.nav2.controllers import load_parameter_file
 from drake_navbench.nav2.robot import read_nav2_files
 
 

@@ -8,8 +8,8 @@ from drake_navbench.controllers.rotation_shim import RotationShimParameters
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.presets import installed_controllers
 from drake_navbench.inputs.robot import load_robot
-from drake_navbench.plugins.names import flattened
 from drake_navbench.trial.column_controller import make_controller
+from drake_navbench.typed_files.dotted_names import flattened
 
 # Other values than the defaults, where one step away from them is not possible.
 OTHER_VALUES = {

@@ -6,7 +6,7 @@ from nav2_texts import DWB, GRACEFUL, MPPI, RPP, SHIM, VECTOR_PURSUIT, as_nested
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.presets import as_yaml
 from drake_navbench.inputs.robot import load_robot
-from drake_navbench.nav2.parameter_files import load_parameter_file
+from drake_navbench.nav2.controllers import load_parameter_file
 
 
 def test_before_lyrical_the_cruise_speed_had_one_name(preset_of):

@@ -9,7 +9,7 @@ import pytest
 from drake_navbench.commands.run import main
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.robot import load_robot
-from drake_navbench.nav2.parameter_files import load_parameter_file
+from drake_navbench.nav2.controllers import load_parameter_file
 from drake_navbench.nav2.parameters import read_parameter_file
 from drake_navbench.nav2.release import Found, release_of, release_row
 from drake_navbench.nav2.robot import read_nav2_files

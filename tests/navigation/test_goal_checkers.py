@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from drake_navbench.navigation.adaptive_goal_checker import AdaptiveToleranceGoalChecker
-from drake_navbench.navigation.axis_goal_checker import AxisGoalChecker
 from drake_navbench.navigation.goal_checkers import (
     GOAL_CHECKERS,
+    AxisGoalChecker,
     PositionGoalChecker,
     SimpleGoalChecker,
     StoppedGoalChecker,

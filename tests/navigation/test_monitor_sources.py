@@ -8,9 +8,9 @@ import pytest
 from drake_navbench.costmaps.range_reading import RangeReading
 from drake_navbench.logs.scans import Scan
 from drake_navbench.navigation.monitor_sources import (
+    MonitorReadings,
     MonitorSource,
     Mountings,
-    Sensed,
     arc_points,
     points_of,
 )
@@ -27,7 +27,7 @@ def looked_at(*, time_s=0.0, base_pose=(0.0, 0.0, 0.0), one=None, scan=SCAN, **s
     sources = {name: MonitorSource(**fields) for name, fields in sources.items()}
     base = None if base_pose is None else np.array(base_pose)
     ranges = {} if one is None else {"sonar": [one]}
-    return points_of(sources, 1.0, MOUNTINGS, Sensed(time_s, base, scan, ranges))
+    return points_of(sources, 1.0, MOUNTINGS, MonitorReadings(time_s, base, scan, ranges))
 
 
 def test_a_reading_is_an_arc_of_points_at_its_range():

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from drake_navbench.kernels.grid import INSCRIBED, LETHAL, NO_INFORMATION, Costmap
-from drake_navbench.navigation.path_validity import is_path_valid
+from drake_navbench.navigation.planner import is_path_valid
 
 FOOTPRINT = np.array([[0.5, 0.2], [0.5, -0.2], [-0.5, -0.2], [-0.5, 0.2]])
 PATH = np.column_stack([np.linspace(0.0, 2.0, 41), np.zeros(41), np.zeros(41)])

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from drake_navbench.analysis.machine_note import compute_note
+from drake_navbench.analysis.report_sections import compute_note
 from drake_navbench.processes.machine import machine_facts, processor_name
 
 

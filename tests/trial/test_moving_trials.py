@@ -7,7 +7,7 @@ from stub_controller import StubPreset
 from drake_navbench.analysis.invariants import violations_of
 from drake_navbench.analysis.metrics import moving as metrics
 from drake_navbench.analysis.metrics.definition import Undefined
-from drake_navbench.analysis.movers import movers_of
+from drake_navbench.analysis.metrics.movers import movers_of
 from drake_navbench.controller import Decision
 from drake_navbench.inputs.scenario import Scenario
 from drake_navbench.logs.log import Outcome, TrialLog

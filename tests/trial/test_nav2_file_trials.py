@@ -8,7 +8,7 @@ import yaml
 from drake_navbench import run_trial
 from drake_navbench.inputs.presets import load_preset
 from drake_navbench.logs.log import Outcome
-from drake_navbench.nav2.parameter_files import load_parameter_file
+from drake_navbench.nav2.controllers import load_parameter_file
 
 # The true motion, and what was commanded; compute times differ from run to run.
 MOTION = ["time_s", "x_m", "y_m", "yaw_rad", "v_mps", "w_radps", "command_v_mps", "command_w_radps"]

@@ -9,7 +9,7 @@ from drake_navbench.analysis.figures.style import Look
 from drake_navbench.analysis.invariants import violations_of
 from drake_navbench.analysis.metrics import social
 from drake_navbench.analysis.metrics.definition import Undefined
-from drake_navbench.analysis.movers import movers_of
+from drake_navbench.analysis.metrics.movers import movers_of
 from drake_navbench.analysis.replay import write_trial_replay
 from drake_navbench.controller import Decision
 from drake_navbench.inputs.scenario import Scenario, load_scenario

@@ -119,7 +119,7 @@ class CostCritic(PointwiseCritic):
         step = self.parameters.trajectory_point_step
         count = self.last_column + 1
         in_float32 = self.context.release.finds_cells_in_float32
-        x, y, yaw = chunk.x[:, :count], chunk.y[:, :count], chunk.yaw[:, :count]
+        poses = x, y, _ = chunk.x[:, :count], chunk.y[:, :count], chunk.yaw[:, :count]
         if self.parameters.consider_footprint:
             add_outline_collisions(
                 cycle.view,
@@ -128,9 +128,7 @@ class CostCritic(PointwiseCritic):
                 cycle.outline_collides,
                 step,
                 in_float32,
-                x,
-                y,
-                yaw,
+                poses,
                 sums,
             )
         add_cell_scores(cycle.view, cycle.score, step, in_float32, x, y, sums)
@@ -163,12 +161,14 @@ def _add_score_row(values, score, cells, sums):
 
 @njit(cache=True)
 def add_outline_collisions(
-    view, remembered, footprint_from, outline_collides, step, in_float32, x, y, yaw, sums
+    view, remembered, footprint_from, outline_collides, step, in_float32, poses, sums
 ):
     """Makes the sum infinite where the outline of a step-th column collides.
 
-    The outline is checked where the centre's value is at least `footprint_from` and not 0.
+    poses: x, y, yaw, (blocks, N, LANES) each. The outline is checked where the centre's value is at
+    least `footprint_from` and not 0.
     """
+    x, y, yaw = poses
     values = view.values
     cells, costs = np.empty(LANES, np.int32), np.empty(LANES, np.int64)
     wanted = np.empty(LANES, np.int64)
@@ -309,9 +309,7 @@ class ObstaclesCritic(PointwiseCritic):
             self.footprint_from,
             cycle.margin_shortfall,
             cycle.repulsion,
-            chunk.x,
-            chunk.y,
-            chunk.yaw,
+            (chunk.x, chunk.y, chunk.yaw),
             sums,
             cycle.repulsion_sums[first_block : first_block + len(sums)],
         )
@@ -332,14 +330,15 @@ class ObstaclesCritic(PointwiseCritic):
 
 @njit(cache=True)
 def add_distance_shortfalls(
-    view, remembered, footprint_from, margin_shortfall, repulsion, x, y, yaw, sums, repulsion_sums
+    view, remembered, footprint_from, margin_shortfall, repulsion, poses, sums, repulsion_sums
 ):
     """Adds to each sample the shortfalls of its columns' distances, up to the sample's collision.
 
     A shortfall depends on the costmap's value in the column's cell, which is found in float64.
     Where the centre's value is at least `footprint_from`, free cells included, the value under the
-    outline takes its place; but not off the map.
+    outline takes its place; but not off the map. poses: x, y, yaw, (blocks, N, LANES) each.
     """
+    x, y, yaw = poses
     values, outside = view.values, view.outside
     at_centre, at_outline = margin_shortfall
     repulsion_at_centre, repulsion_at_outline = repulsion

@@ -85,9 +85,7 @@ class PathAlignCritic(PathCritic):
             return None
         costs = np.empty_like(reach.end_x)
         path_align_costs(
-            scene.path_x,
-            scene.path_y,
-            scene.path_yaw,
+            (scene.path_x, scene.path_y, scene.path_yaw),
             scene.arc_lengths,
             scene.path_valid,
             furthest,
@@ -121,15 +119,15 @@ def is_path_blocked(valid: NDArray[np.bool_], furthest: int, max_occupancy_ratio
 
 
 @njit(cache=True)
-def path_align_costs(
-    path_x, path_y, path_yaw, lengths, valid, furthest, use_yaw, onward, reach, costs
-):
+def path_align_costs(path, lengths, valid, furthest, use_yaw, onward, reach, costs):
     """PathAlignCritic: mean distance between a sample's columns and the path, by arc length.
 
     Path points 0 .. furthest - 1 count. A column is compared with the point whose arc length is
     nearest to the distance driven since column 0; invalid points are left out. onward: the rule of
-    searching that point, see `Rules.aligns_onward`. costs: (blocks, LANES), written.
+    searching that point, see `Rules.aligns_onward`. path: x, y, yaw of its points. costs: (blocks,
+    LANES), written.
     """
+    path_x, path_y, path_yaw = path
     arcs = np.full(LANES, ZERO)
     for block in range(costs.shape[0]):
         x, y, yaw = reach.column_x[block], reach.column_y[block], reach.column_yaw[block]

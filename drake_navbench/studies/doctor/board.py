@@ -14,12 +14,12 @@ import yaml
 from pydantic import Field
 
 from drake_navbench.campaign.campaign import plan_campaign
+from drake_navbench.campaign.rows_of_trials import drive_each
 from drake_navbench.errors import InputError, writing
 from drake_navbench.logs.log import TrialLog
 from drake_navbench.studies.doctor.driving import Row
 from drake_navbench.studies.doctor.files import Patient, speed_asked
 from drake_navbench.studies.doctor.probes import probes_for
-from drake_navbench.studies.tuning.pairs import drive_each
 from drake_navbench.typed_files.typed_yaml import FrozenModel, read_yaml, validate
 
 # Probes in which cycles are timed: free, and with walls to look at.

@@ -16,8 +16,8 @@ from drake_navbench.inputs.presets import Preset
 from drake_navbench.inputs.robot import Robot
 from drake_navbench.nav2.controllers import SERVER
 from drake_navbench.nav2.robot import GLOBAL_COSTMAP, LOCAL_COSTMAP, Nav2Setup
-from drake_navbench.plugins.names import flattened
 from drake_navbench.releases import NEWEST_RELEASE, Release
+from drake_navbench.typed_files.dotted_names import flattened
 
 CONTROLLER = "controller"
 # The controllers' parameters for the largest speed ahead.

@@ -8,7 +8,6 @@ from typing import Any
 
 from drake_navbench.inputs.navigation_settings import NavigationSettings
 from drake_navbench.inputs.presets import load_preset
-from drake_navbench.plugins.names import flattened
 from drake_navbench.releases import NEWEST_RELEASE, Release
 from drake_navbench.studies.doctor.facts import (
     ALIASES,
@@ -21,6 +20,7 @@ from drake_navbench.studies.doctor.facts import (
 )
 from drake_navbench.studies.doctor.suspects import ELSEWHERE
 from drake_navbench.studies.doctor.usual import OF_BRINGUP, PRESETS
+from drake_navbench.typed_files.dotted_names import flattened
 
 # Words for controllers that drive, without a shim before them -> the kind.
 DRIVING = (

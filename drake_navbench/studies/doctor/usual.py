@@ -9,9 +9,9 @@ from typing import Any, NamedTuple
 
 from drake_navbench.inputs.navigation_settings import NavigationSettings
 from drake_navbench.inputs.presets import load_preset
-from drake_navbench.plugins.names import flattened
 from drake_navbench.studies.doctor.causes import Direction
 from drake_navbench.studies.doctor.facts import Facts, controller_values, defaults_of, shortened
+from drake_navbench.typed_files.dotted_names import flattened
 
 # By kind of controller, the preset with the values of nav2_bringup's or the controller's own file.
 PRESETS = {

@@ -19,7 +19,7 @@ from drake_navbench.analysis.paired_tests import (
     DEFAULT_TOLERANCE,
     Finding,
     Judged,
-    Verdict,
+    PairedVerdict,
     judge_pairs,
 )
 from drake_navbench.analysis.paired_trials import IDENTITY, Contest
@@ -71,7 +71,7 @@ class GateResult(NamedTuple):
     @property
     def regressions(self) -> list[Finding]:
         """The findings that became worse: touches first, then success, then the most certain."""
-        return self.judged.of(Verdict.WORSE) if self.judged else []
+        return self.judged.of(PairedVerdict.WORSE) if self.judged else []
 
     @property
     def light(self) -> Light:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from xml.etree import ElementTree
 
+from drake_navbench.analysis.junit import ERROR, FAILURE, Case, case_of, junit_text
 from drake_navbench.analysis.metrics.definition import Better
 from drake_navbench.analysis.paired_comparison import detectable_difference
 from drake_navbench.analysis.paired_tests import (
@@ -14,14 +14,13 @@ from drake_navbench.analysis.paired_tests import (
     Family,
     Finding,
     Judged,
-    Verdict,
+    PairedVerdict,
 )
 from drake_navbench.analysis.paired_text import (
     PROMISE,
     cells_text,
     equal_text,
     lost_lines,
-    sentence,
     table,
     undecided_sentence,
 )
@@ -65,9 +64,9 @@ def to_markdown(result: GateResult) -> str:
         if entries := [f"- {line}" for line in told]:
             lines += [f"## {title}", "", *entries, ""]
     for title, verdict in (
-        ("Became worse", Verdict.WORSE),
-        ("Became better", Verdict.BETTER),
-        ("Changed, by too little to matter", Verdict.SMALL),
+        ("Became worse", PairedVerdict.WORSE),
+        ("Became better", PairedVerdict.BETTER),
+        ("Changed, by too little to matter", PairedVerdict.SMALL),
     ):
         if found := judged.of(verdict):
             lines += [f"## {title}", "", *table(found), ""]
@@ -82,35 +81,20 @@ def to_junit(result: GateResult) -> str:
     A trial without an end is a failure if the base has no such trial, else an error.
     """
     judged = result.judged
-    findings = judged.findings if judged else ()
-    lost = judged.lost if judged else ()
-    cases = [f for f in findings if _is_listed(f) or f.verdict is Verdict.WORSE]
-    worse = [f for f in cases if f.verdict is Verdict.WORSE]
-    errors = sum(trial.base_fails for trial in lost)
-    suite = ElementTree.Element(
-        "testsuite",
-        name="drake_navbench.nav2-gate",
-        tests=str(len(cases) + len(lost)),
-        failures=str(len(worse) + len(lost) - errors),
-        errors=str(errors),
-        skipped=str(sum(f.verdict is Verdict.NO_VALUE for f in cases)),
-    )
-    for finding in cases:
-        case = _add_case(suite, finding.scenario, finding.controller, finding.quantity.name)
-        if finding.verdict is Verdict.WORSE:
-            ElementTree.SubElement(case, "failure", message=sentence(finding))
-        elif finding.verdict is Verdict.NO_VALUE:
-            ElementTree.SubElement(case, "skipped", message="no pair of trials with a value")
-        elif judged is not None and finding in judged.undecided_losses:
-            ElementTree.SubElement(case, "system-out").text = undecided_sentence(finding)
-    for trial in lost:
-        case = _add_case(suite, trial.scenario, trial.controller, f"seed {trial.seed}")
+    if judged is None:
+        return junit_text("drake_navbench.nav2-gate", [])
+    undecided = judged.undecided_losses
+    cases = [
+        case_of(finding, undecided)
+        for finding in judged.findings
+        if finding.quantity.family is not Family.OTHERS or finding.verdict is PairedVerdict.WORSE
+    ]
+    for trial in judged.lost:
         ending = "missing" if trial.is_missing else f"ended as an error: {trial.reason}"
-        ElementTree.SubElement(case, "error" if trial.base_fails else "failure", message=ending)
-    suites = ElementTree.Element("testsuites")
-    suites.append(suite)
-    ElementTree.indent(suites)
-    return ElementTree.tostring(suites, encoding="unicode", xml_declaration=True) + "\n"
+        outcome = ERROR if trial.base_fails else FAILURE
+        place = f"{trial.scenario}.{trial.controller}"
+        cases.append(Case(place, f"seed {trial.seed}", outcome, ending))
+    return junit_text("drake_navbench.nav2-gate", cases)
 
 
 def worst_logs(result: GateResult) -> tuple[Path, Path] | None:
@@ -141,17 +125,6 @@ def _compiled(base: Side, head: Side) -> list[str]:
     if first != second:
         return [f"**The two were compiled with different flags**: {first}; {second}.", ""]
     return [f"Flags of packages: {first}.", ""] if base.flags else []
-
-
-def _is_listed(finding: Finding) -> bool:
-    return finding.quantity.family is not Family.OTHERS
-
-
-def _add_case(
-    suite: ElementTree.Element, scenario: str, controller: str, name: str
-) -> ElementTree.Element:
-    classname = f"{scenario}.{controller}"
-    return ElementTree.SubElement(suite, "testcase", classname=classname, name=name)
 
 
 def _outcomes_seen(judged: Judged, trials: int) -> list[str]:

@@ -30,7 +30,6 @@ from drake_navbench.inputs.robot import Robot, load_robot
 from drake_navbench.inputs.scenario import Scenario, load_scenario
 from drake_navbench.logs.log import TrialLog
 from drake_navbench.native.builds import Build
-from drake_navbench.plugins.names import flattened
 from drake_navbench.releases import RELEASE_FIELD
 from drake_navbench.studies.side_by_side.gate import column_of, split_column
 from drake_navbench.studies.side_by_side.likeness import CLOSE, Likeness, likeness_of
@@ -38,6 +37,7 @@ from drake_navbench.studies.side_by_side.shadowing import Decided, decided, shad
 from drake_navbench.trial.column_controller import built_controller, controller_setup
 from drake_navbench.trial.random_scenes import random_scenes
 from drake_navbench.trial.trial import run_trial
+from drake_navbench.typed_files.dotted_names import flattened
 
 # The presets that are held against their originals, in this order.
 PORTS = ("rpp", "dwb", "mppi_nav2", "graceful", "rotation_shim", "teb_upstream")

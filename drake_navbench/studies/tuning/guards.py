@@ -11,14 +11,16 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from drake_navbench.analysis.statistics import CONFIDENCE
 from drake_navbench.campaign.campaign import plan_campaign
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.presets import Preset
 from drake_navbench.inputs.scenario import Scenario, load_scenario
 from drake_navbench.logs.log import Outcome
-from drake_navbench.studies.tuning.random_worlds import random_world
 from drake_navbench.trial.spec import TrialSpec
+from drake_navbench.typed_files.typed_yaml import validate
 
 # The closed ways; the first one in which the robot has room to start is used. They have noise, so
 # that every seed differs.
@@ -27,6 +29,15 @@ CLOSED_WAYS = ("restricted_small_noisy", "restricted_large_noisy")
 WORLDS_IN_SEARCH = 4
 # More worlds than anybody drives with one seed, so that no world is driven with two seeds.
 WORLDS_OF_A_SEED = 10**6
+SUITE = "random worlds"
+BOXES = 6
+# The corners of the boxes' area: between the walls, past the start and in front of the goal, m.
+LOWEST_CORNER, HIGHEST_CORNER = (1.3, -2.4), (6.4, 1.9)
+SMALLEST_SIDE_M, LARGEST_SIDE_M = 0.15, 0.6
+WALLS_AT_M, HALF_WALL_M = 2.6, 0.1
+WALLS_FROM_M, WALLS_TO_M = -1.5, 9.5
+GOAL_X_M, GOAL_Y_M = 8.0, 1.2
+TIMEOUT_S = 60.0
 
 
 class Guards(NamedTuple):
@@ -112,3 +123,32 @@ def _with_room(
     if reasons and not found:
         left_out[kind] = reasons[0]
     return tuple(found)
+
+
+def random_world(number: int) -> Scenario:
+    """Returns the world of a number; in some of them the robot may find no way."""
+    random = np.random.default_rng(number)
+    obstacles = [
+        {
+            "type": "box",
+            "min": [WALLS_FROM_M, side - HALF_WALL_M],
+            "max": [WALLS_TO_M, side + HALF_WALL_M],
+        }
+        for side in (-WALLS_AT_M, WALLS_AT_M)
+    ]
+    for _ in range(BOXES):
+        low = random.uniform(LOWEST_CORNER, HIGHEST_CORNER)
+        high = low + random.uniform(SMALLEST_SIDE_M, LARGEST_SIDE_M, 2)
+        obstacles.append(
+            {"type": "box", "min": low.round(3).tolist(), "max": high.round(3).tolist()}
+        )
+    name = f"random_world_{number}"
+    data = {
+        "description": f"Random world {number}: {BOXES} boxes between two walls",
+        "world": {"obstacles": obstacles},
+        "goal": [GOAL_X_M, round(float(random.uniform(-GOAL_Y_M, GOAL_Y_M)), 3), 0.0],
+        "timeout_s": TIMEOUT_S,
+        "suite": {"name": SUITE},
+        "name": name,
+    }
+    return validate(Scenario, data, name)

@@ -18,7 +18,7 @@ from drake_navbench.analysis.paired_tests import (
     ALARM_RATES,
     Family,
     Finding,
-    Verdict,
+    PairedVerdict,
     fewest_differing,
     judge_pairs,
 )
@@ -64,7 +64,7 @@ class Judged(NamedTuple):
     def beats_baseline(self) -> bool:
         """Whether the column is shown better in something, worse in nothing, and never touches."""
         verdicts = {finding.verdict for finding in self.findings if not finding.is_one_trial}
-        is_better = Verdict.BETTER in verdicts and Verdict.WORSE not in verdicts
+        is_better = PairedVerdict.BETTER in verdicts and PairedVerdict.WORSE not in verdicts
         return is_better and self.excess <= 0.0 and not self.touches
 
     def as_data(self) -> dict[str, Any]:

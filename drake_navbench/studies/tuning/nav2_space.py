@@ -14,7 +14,6 @@ from typing import Any
 
 from drake_navbench.errors import InputError, nearest_name_hint
 from drake_navbench.inputs.presets import Preset
-from drake_navbench.logs.results import write_text
 from drake_navbench.nav2.controllers import SERVER
 from drake_navbench.nav2.differences import resolved_settings, why_without_effect
 from drake_navbench.nav2.patch import SHORT_NODES, Place, patched, place_of
@@ -25,6 +24,7 @@ from drake_navbench.studies.tuning.search_space import (
     own_texts,
     parse_dimension,
 )
+from drake_navbench.typed_files.output_file import write_text
 from drake_navbench.typed_files.typed_yaml import read_text
 
 

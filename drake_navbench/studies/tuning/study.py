@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drake_navbench.analysis.statistics import pareto_front
+from drake_navbench.campaign.rows_of_trials import Row, measure, with_column
 from drake_navbench.errors import InputError, one_line
 from drake_navbench.studies.tuning.guards import touches_of
 from drake_navbench.studies.tuning.journal import BROKEN, JOURNAL, appending, import_optuna
@@ -29,7 +30,6 @@ from drake_navbench.studies.tuning.objectives import (
     require_comparable,
     scales_of,
 )
-from drake_navbench.studies.tuning.pairs import Row, measure, with_column
 from drake_navbench.studies.tuning.race import is_dropped, looks_until
 from drake_navbench.studies.tuning.search_space import SearchSpace, plain_values
 from drake_navbench.trial.spec import TrialSpec

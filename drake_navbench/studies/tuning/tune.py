@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import json
+import math
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from hashlib import sha256
-from typing import Any
+from typing import Any, NamedTuple
 
 from drake_navbench.analysis.tuning_page import RESULT_NAME, write_tuning_page
+from drake_navbench.campaign.rows_of_trials import measure, planned_pairs
 from drake_navbench.inputs.presets import Preset, load_preset
-from drake_navbench.logs.results import write_text
-from drake_navbench.studies.tuning.forecast import forecast_of
 from drake_navbench.studies.tuning.front import SEED_OF_HELD_OUT, judge_front
 from drake_navbench.studies.tuning.guards import (
     WORLDS_IN_SEARCH,
@@ -25,7 +25,6 @@ from drake_navbench.studies.tuning.guards import (
 from drake_navbench.studies.tuning.journal import JOURNAL, open_study
 from drake_navbench.studies.tuning.nav2_space import FileSpace, current_values, file_space
 from drake_navbench.studies.tuning.objectives import Objective, chosen_objectives, require_random
-from drake_navbench.studies.tuning.pairs import measure, planned_pairs
 from drake_navbench.studies.tuning.request import (
     TuningRequest,
     names_of,
@@ -44,8 +43,10 @@ from drake_navbench.studies.tuning.study import (
     importance_of,
 )
 from drake_navbench.studies.tuning.task import TuningTask, tuning_task
+from drake_navbench.typed_files.output_file import write_text
 
 TRIALS_THAT_TELL_CHANCE = 2
+MINUTE_S, HOUR_S = 60.0, 3600.0
 
 
 def tune(request: TuningRequest, tell: Callable[[str], None]) -> None:
@@ -228,3 +229,64 @@ def _result(
         "touching": [],
         "winner": None,
     }
+
+
+class Forecast(NamedTuple):
+    """The largest number of trials that a search can drive.
+
+    each: trials of the baseline and of each configuration. judgement: trials of the front and the
+    baseline, on fresh seeds. A configuration that is dropped drives fewer.
+    """
+
+    configurations: int
+    each: int
+    judgement: int
+
+    @property
+    def trials(self) -> int:
+        """The number of all trials, those of the baseline included."""
+        return (self.configurations + 1) * self.each + self.judgement
+
+    @property
+    def text(self) -> str:
+        """The number of trials in a sentence."""
+        search = self.trials - self.judgement
+        judged = f" and {self.judgement} to judge the front" if self.judgement else ""
+        return (
+            f"At most {self.trials} trials: {search} for the baseline and "
+            f"{self.configurations} configurations{judged}. Ctrl-C stops; the same command goes on."
+        )
+
+    def time_text(self, baseline_s: float, known: int) -> str:
+        """Returns a sentence with an upper bound of the remaining time.
+
+        baseline_s: duration of the baseline's trials, which load the kernels as well. known:
+        configurations of the study that were driven before.
+        """
+        left = max(self.configurations - known, 0) * self.each + self.judgement
+        return (
+            f"The baseline's {self.each} trials took {baseline_s:.0f} s: the rest takes at most "
+            f"about {duration_text(left * baseline_s / self.each)}."
+        )
+
+
+def forecast_of(request: TuningRequest, guards: Guards) -> Forecast:
+    """Returns the forecast of a search; request: with the tasks on its map drawn."""
+    has_worlds = bool(guards.worlds)
+    each = request.most_pairs + len(guards.closed) + WORLDS_IN_SEARCH * has_worlds
+    if request.search_only:
+        return Forecast(request.configurations, each, 0)
+    columns = min(request.most_front_points, request.configurations) + 1
+    seen, held_out = (
+        len(scenarios) * request.trials_in(scenarios)
+        for scenarios in (request.scenarios, request.held_out)
+    )
+    touches = request.fresh * (len(guards.closed) + has_worlds)
+    return Forecast(request.configurations, each, columns * (seen + held_out + touches))
+
+
+def duration_text(seconds: float) -> str:
+    """Returns a time as minutes, from an hour and a half on as hours: '1 min', '2.5 h'."""
+    if seconds < 1.5 * HOUR_S:
+        return f"{max(math.ceil(seconds / MINUTE_S), 1)} min"
+    return f"{seconds / HOUR_S:.1f} h"

@@ -9,8 +9,11 @@ from dwb_cases import SETUP, map_of, parameters, scene_of, situate
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from drake_navbench.controllers.dwb.critics.obstacles import BaseObstacle, ObstacleFootprint
-from drake_navbench.controllers.dwb.outlines import clearances_of
+from drake_navbench.controllers.dwb.critics.obstacles import (
+    BaseObstacle,
+    ObstacleFootprint,
+    clearances_of,
+)
 
 # Cells of 1 m; row 0 is the lowest.
 COSTS = np.array(

@@ -18,7 +18,7 @@ SINGLE = 1e-6
 
 
 def velocity(*target, law=LAW, max_v=0.5, pose=(0.0, 0.0, 0.0), backward=False):
-    return velocity_to(law, max_v, *target, *pose, backward)
+    return velocity_to(law, max_v, target, pose, backward)
 
 
 @pytest.mark.parametrize(

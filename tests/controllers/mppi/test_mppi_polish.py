@@ -9,13 +9,13 @@ from mppi_scenes import BRINGUP, observe, round_robot
 from drake_navbench.controllers.mppi import ModelPredictivePathIntegral, MppiParameters
 from drake_navbench.controllers.mppi import polish as polish_module
 from drake_navbench.controllers.mppi.objective import (
-    Situation,
+    PolishSituation,
     Weights,
+    add_pose_curvature,
     cost_field,
     interpolate,
     objective,
 )
-from drake_navbench.controllers.mppi.objective_curvature import add_pose_curvature
 from drake_navbench.controllers.mppi.polish import Polish
 from drake_navbench.controllers.mppi.refinement import path_references
 from drake_navbench.controllers.mppi.sequence_rules import limits_of
@@ -38,7 +38,7 @@ LIMITS = limits_of(MppiParameters())
 FREE = LIMITS._replace(ax_max=np.float32(1e3), ax_min=np.float32(-1e3), az_max=np.float32(1e3))
 
 
-def situation_of(seed=0, *, starts_now=True) -> Situation:
+def situation_of(seed=0, *, starts_now=True) -> PolishSituation:
     """A bend beside a smooth hump of cost, with a rough sampled sequence."""
     random = np.random.default_rng(seed)
     t = np.arange(STEPS) * DT
@@ -46,7 +46,7 @@ def situation_of(seed=0, *, starts_now=True) -> Situation:
     references = np.column_stack([0.4 * t, 0.05 * t**2, 0.1 * t])
     y, x = np.mgrid[0:60, 0:60] * 0.05 - 1.475
     costs = (200 * np.exp(-4 * ((x - 0.6) ** 2 + (y + 0.2) ** 2))).astype(np.uint8)
-    return Situation(
+    return PolishSituation(
         pose=read_only([0.013, 0.021, 0.05]),
         speed=np.array([0.35, 0.02]),
         earlier_speed=read_only([0.33, 0.05]),

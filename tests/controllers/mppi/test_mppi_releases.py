@@ -27,8 +27,7 @@ from drake_navbench.controllers.mppi.motion_models import (
 )
 from drake_navbench.controllers.mppi.own_plan import OwnPlan, first_cusp_end
 from drake_navbench.controllers.mppi.releases import Furthest
-from drake_navbench.controllers.mppi.sequence_rules import SequenceRules, limits_of
-from drake_navbench.controllers.mppi.smoothing import smooth_in_place
+from drake_navbench.controllers.mppi.sequence_rules import SequenceRules, limits_of, smooth_in_place
 
 OLDER = ("humble", "iron", "jazzy", "kilted")
 F32 = np.float32

@@ -22,8 +22,7 @@ from drake_navbench.controllers.mppi.motion_models import (
 from drake_navbench.controllers.mppi.noise import Noise, fill_normal
 from drake_navbench.controllers.mppi.roll_out import softmax_weights
 from drake_navbench.controllers.mppi.sampler import Sampler
-from drake_navbench.controllers.mppi.sequence_rules import limits_of
-from drake_navbench.controllers.mppi.smoothing import smooth
+from drake_navbench.controllers.mppi.sequence_rules import limits_of, smooth
 from drake_navbench.errors import InputError
 
 F32 = np.float32

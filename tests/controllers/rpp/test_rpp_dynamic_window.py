@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from drake_navbench.controllers.rpp.controller import RppMemory
-from drake_navbench.controllers.rpp.dynamic_window import (
+from drake_navbench.controllers.rpp.kernels import (
     axis_window,
     command_in_window,
     cut_to_speed,

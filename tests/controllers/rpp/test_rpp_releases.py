@@ -11,7 +11,7 @@ import pytest
 from drake_navbench.controller import ControllerError, InvalidPath, NoValidControl
 from drake_navbench.controllers.rpp import RegulatedPurePursuitParameters
 from drake_navbench.controllers.rpp.controller import plan_cut
-from drake_navbench.controllers.rpp.straight_lookahead import distance_to_cusp, point_at
+from drake_navbench.controllers.rpp.kernels import distance_to_cusp, point_at
 
 OLDER = ("humble", "iron", "jazzy", "kilted")
 DIGITS = 1e-6

@@ -5,7 +5,7 @@ import numpy as np
 from drake_navbench.controllers.teb_upstream.normal_equations import COST_KINDS, STRIDE, System
 from drake_navbench.controllers.teb_upstream.optimizer import Rounds
 from drake_navbench.controllers.teb_upstream.parameters import TebUpstreamParameters
-from drake_navbench.controllers.teb_upstream.penalties import Surroundings, add_edges
+from drake_navbench.controllers.teb_upstream.penalties import BandSurroundings, add_edges
 from drake_navbench.controllers.teb_upstream.planner import association, penalty_terms, rounds
 from drake_navbench.controllers.teb_upstream.robot_models import RobotModel, circles
 from drake_navbench.kernels.band_cholesky import BANDWIDTH
@@ -30,9 +30,9 @@ def around(
     robot: RobotModel = POINT,
     stops_at_goal: bool = True,
     preferred_turn: float = 0.0,
-) -> Surroundings:
+) -> BandSurroundings:
     """Returns surroundings; nothing is there unless said."""
-    return Surroundings(
+    return BandSurroundings(
         read_only(twist), stops_at_goal, preferred_turn, obstacles, via_points, robot
     )
 
@@ -47,11 +47,9 @@ def settings(**values) -> tuple:
 def evaluate(poses, steps, terms, scene, attached, multiplier=1.0):
     """Returns the costs by kind and the right side of the normal equations."""
     count = len(poses)
-    system = System(np.zeros((STRIDE * count, BANDWIDTH + 1)), np.zeros(STRIDE * count))
+    matrix, right = np.zeros((STRIDE * count, BANDWIDTH + 1)), np.zeros(STRIDE * count)
     costs = np.zeros(COST_KINDS)
+    system = System(matrix, right, True, costs, np.zeros((count, 8)))
     padded = np.append(steps, 0.0)
-    add_edges(
-        poses, padded, count, terms, scene, attached, multiplier, system, True, costs,
-        np.zeros((count, 8)),
-    )  # fmt: skip
+    add_edges(poses, padded, count, terms, scene, attached, multiplier, system)
     return costs, system

@@ -11,7 +11,7 @@ import pytest
 from drake_navbench.__main__ import main
 from drake_navbench.analysis.metrics.registry import all_metrics
 from drake_navbench.analysis.paired_comparison import detectable_difference
-from drake_navbench.analysis.paired_tests import Verdict
+from drake_navbench.analysis.paired_tests import PairedVerdict
 from drake_navbench.studies.side_by_side.gate import (
     GateResult,
     Light,
@@ -54,7 +54,7 @@ def _ending(count: int, outcome: str) -> list[str]:
 def test_equal_trials_are_equal_in_everything_and_green():
     result = _gate(_trials(), _trials())
     assert result.light is Light.GREEN
-    assert {finding.verdict for finding in result.judged.findings} == {Verdict.EQUAL}
+    assert {finding.verdict for finding in result.judged.findings} == {PairedVerdict.EQUAL}
     assert "64 of 64 pairs of trials are equal" in to_markdown(result)
 
 

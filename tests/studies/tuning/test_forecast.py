@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from drake_navbench.commands.tune import QUICK, WHOLE, _size_of, build_parser
-from drake_navbench.studies.tuning.forecast import Forecast, duration_text
+from drake_navbench.studies.tuning.tune import Forecast, duration_text
 
 
 def test_the_forecast_counts_baseline_configurations_and_judgement():

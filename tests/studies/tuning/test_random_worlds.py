@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from drake_navbench.studies.tuning.random_worlds import BOXES, random_world
+from drake_navbench.studies.tuning.guards import BOXES, random_world
 
 
 def test_a_number_gives_the_same_world_again_and_another_number_another():

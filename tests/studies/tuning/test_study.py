@@ -11,13 +11,13 @@ import pytest
 import yaml
 
 from drake_navbench import models
+from drake_navbench.campaign.rows_of_trials import planned_pairs
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.presets import load_preset
 from drake_navbench.studies.tuning import study as study_module
 from drake_navbench.studies.tuning.guards import guard_specs, guards_for
 from drake_navbench.studies.tuning.journal import JOURNAL, open_study
 from drake_navbench.studies.tuning.objectives import chosen_objectives
-from drake_navbench.studies.tuning.pairs import planned_pairs
 from drake_navbench.studies.tuning.search_space import search_space
 from drake_navbench.studies.tuning.study import (
     Ending,

@@ -13,7 +13,7 @@ from test_study import planted
 from drake_navbench.commands import tune as command
 from drake_navbench.inputs.presets import load_preset, load_preset_file
 from drake_navbench.logs.results import ResultsFolder
-from drake_navbench.nav2.parameter_files import load_parameter_file
+from drake_navbench.nav2.controllers import load_parameter_file
 from drake_navbench.studies.tuning import judgement, study, tune
 
 ARGUMENTS = [

@@ -5,9 +5,8 @@ from __future__ import annotations
 import pytest
 
 from drake_navbench.campaign.campaign import plan_campaign
-from drake_navbench.studies.tuning.guards import touches_of
-from drake_navbench.studies.tuning.pairs import measure
-from drake_navbench.studies.tuning.random_worlds import random_world
+from drake_navbench.campaign.rows_of_trials import measure
+from drake_navbench.studies.tuning.guards import random_world, touches_of
 from drake_navbench.trial.trial import run_trial
 
 TUNED = ("dwb_tuned", "mppi_tuned")

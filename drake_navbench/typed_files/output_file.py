@@ -1,0 +1,34 @@
+"""Writes files that appear whole or not at all."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from pathlib import Path
+
+from drake_navbench.errors import writing
+
+UNFINISHED = ".unfinished"
+
+
+def write_whole(path: Path, write: Callable[[Path], object]) -> None:
+    """Makes a file appear whole or not at all: written under another name, synced, renamed.
+
+    A killed process leaves a file with the suffix `UNFINISHED`. Raises CannotBeWritten, as on a
+    full disk.
+    """
+    unfinished = path.with_name(f".{path.name}.{os.getpid()}{UNFINISHED}")
+    with writing(path):
+        path.parent.mkdir(parents=True, exist_ok=True)
+        try:
+            write(unfinished)
+            with unfinished.open("rb") as file:
+                os.fsync(file.fileno())
+            unfinished.replace(path)
+        finally:
+            unfinished.unlink(missing_ok=True)
+
+
+def write_text(path: Path, text: str) -> None:
+    """Writes a text file, whole or not at all."""
+    write_whole(path, lambda unfinished: unfinished.write_text(text, encoding="utf-8"))
