@@ -26,9 +26,10 @@ from drake_navbench.analysis.figures.ranking import pareto_points
 from drake_navbench.analysis.metrics.definition import Metric, Undefined
 from drake_navbench.analysis.metrics.mission import goals
 from drake_navbench.analysis.metrics.safety import DANGER_DISTANCE_M, obstacle_outlines
-from drake_navbench.analysis.metrics.signals import Array, positions, times
+from drake_navbench.analysis.metrics.signals import positions, times
 from drake_navbench.analysis.metrics.tracking import projection_on_plans
 from drake_navbench.analysis.numbers import typeset
+from drake_navbench.arrays import Array
 from drake_navbench.logs.log import Outcome, TrialLog
 
 # The most points of all trials of a scenario together; the fewest and the most of one trial.

@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 from drake_navbench.analysis.metrics.body import gyration_squared_m2, outline_of
 from drake_navbench.analysis.metrics.movers import movers_of
 from drake_navbench.analysis.metrics.signals import is_carried
+from drake_navbench.arrays import Array
 from drake_navbench.logs.log import TrialLog
 
-Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 
 # The end of a task takes effect with the next step and the next sample.

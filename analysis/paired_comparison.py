@@ -12,7 +12,6 @@ from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 from scipy import special
 
 from drake_navbench.analysis.statistics import (
@@ -22,8 +21,7 @@ from drake_navbench.analysis.statistics import (
     student_interval,
     student_quantile,
 )
-
-Array = NDArray[np.float64]
+from drake_navbench.arrays import Array
 
 POWER = 0.8
 MAX_TRIALS_NEEDED = 1_000_000

@@ -25,7 +25,6 @@ from drake_navbench.analysis.paired_comparison import (
 )
 from drake_navbench.analysis.paired_shares import paired_share_interval
 from drake_navbench.analysis.paired_trials import (
-    Array,
     Contest,
     LostTrial,
     PairedCell,
@@ -34,6 +33,7 @@ from drake_navbench.analysis.paired_trials import (
 )
 from drake_navbench.analysis.pairs import holm, smallest_p_value
 from drake_navbench.analysis.statistics import ROUNDING, Interval
+from drake_navbench.arrays import Array
 
 SUCCESS = "success_rate"
 TOUCH = "touch_rate"

@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from drake_navbench.analysis.metrics.definition import Metric
 from drake_navbench.analysis.repeats import repeated_cells
 from drake_navbench.analysis.statistics import ROUNDING
+from drake_navbench.arrays import Array
 from drake_navbench.logs.log import Outcome
 
-Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 # The columns in which a trial equals its partner in the other table.

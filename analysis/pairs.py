@@ -20,7 +20,7 @@ from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from drake_navbench.analysis.paired_comparison import (
     PairedComparison,
@@ -35,8 +35,7 @@ from drake_navbench.analysis.statistics import (
     share_interval,
     student_interval,
 )
-
-Array = NDArray[np.float64]
+from drake_navbench.arrays import Array
 
 # A difference below this share of the larger mean does not matter, however certain it is; nor does
 # one up to `Metric.relevant`.

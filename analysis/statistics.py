@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import special
 
-Array = NDArray[np.float64]
+from drake_navbench.arrays import Array
 
 CONFIDENCE = 0.95
 # Smaller differences are rounding errors, for all quantities measured here in SI units.

@@ -9,14 +9,10 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-import numpy as np
-from numpy.typing import NDArray
-
+from drake_navbench.arrays import Array
 from drake_navbench.controller import Observation
 from drake_navbench.kernels.path_pruning import range_in_circle
 from drake_navbench.kernels.read_only import read_only
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

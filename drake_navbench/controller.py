@@ -25,6 +25,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict
 
+from drake_navbench.arrays import Array
 from drake_navbench.errors import NavbenchError
 from drake_navbench.kernels.grid import Costmap
 from drake_navbench.kernels.noise import NO_NOISE, NoiseKey
@@ -46,7 +47,6 @@ CONTROLLERS = PluginKind(
     members=("Parameters", "nav2_plugin", "initial_memory", "step"),
 )
 
-Array = NDArray[np.float64]
 # In the parameters of an original: the robot's outline, as Nav2 writes it in one text.
 ROBOT_OUTLINE: Final = "<the robot's outline>"
 NO_PLAN = read_only(np.empty((0, 3)))

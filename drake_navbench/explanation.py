@@ -10,11 +10,10 @@ from collections.abc import Sequence
 from typing import Any, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
-from numpy.typing import NDArray
 
+from drake_navbench.arrays import Array
 from drake_navbench.controller import Observation
 
-Array = NDArray[np.float64]
 Cell = float | int | str | None
 Row = tuple[Cell, ...]
 

@@ -15,7 +15,8 @@ from drake_navbench import TrialLog, run_trial
 from drake_navbench.analysis.colors import controller_color
 from drake_navbench.analysis.figures.maps import bounds, course_of
 from drake_navbench.analysis.metrics.body import outline_of
-from drake_navbench.analysis.metrics.signals import Array, positions
+from drake_navbench.analysis.metrics.signals import positions
+from drake_navbench.arrays import Array
 
 PICTURE = Path(__file__).parents[1] / "docs" / "images" / "race.svg"
 SCENARIO, SEED = "static_obstacles", 0

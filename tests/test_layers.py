@@ -13,6 +13,7 @@ PACKAGE = "drake_navbench"
 
 # Modules and folders at the root of the package that any folder may use: they use kernels at most.
 CONTRACTS = {
+    "arrays",
     "controller",
     "errors",
     "explanation",

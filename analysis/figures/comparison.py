@@ -26,10 +26,11 @@ from drake_navbench.analysis.figures.style import (
 from drake_navbench.analysis.metrics.compute import MS_PER_S, cycle_times_ms
 from drake_navbench.analysis.metrics.definition import Metric, Undefined
 from drake_navbench.analysis.metrics.safety import DANGER_DISTANCE_M
-from drake_navbench.analysis.metrics.signals import Array, column, is_carried, positions
+from drake_navbench.analysis.metrics.signals import column, is_carried, positions
 from drake_navbench.analysis.numbers import typeset
 from drake_navbench.analysis.pairs import values_by_seed
 from drake_navbench.analysis.verdicts import is_failed
+from drake_navbench.arrays import Array
 from drake_navbench.logs.log import TrialLog
 
 Logs = Mapping[str, Sequence[TrialLog]]

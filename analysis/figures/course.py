@@ -5,10 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
-import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
-from numpy.typing import NDArray
 
 from drake_navbench.analysis.figures.style import (
     MOVING_COLOR,
@@ -18,8 +16,8 @@ from drake_navbench.analysis.figures.style import (
     PLAN_COLOR,
     name_axes,
 )
+from drake_navbench.arrays import Array
 
-Array = NDArray[np.float64]
 MARGIN_M = 0.6
 MAX_HEIGHT_IN, MIN_HEIGHT_IN, WIDTH_IN = 6.0, 1.8, 7.2
 

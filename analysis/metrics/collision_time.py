@@ -11,9 +11,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from drake_navbench.arrays import Array
 
 # Turning more slowly than this bends a path of 10 m by less than 1e-5 m.
 STRAIGHT_BELOW_RADPS = 1e-6

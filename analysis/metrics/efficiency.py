@@ -18,7 +18,6 @@ from drake_navbench.analysis.metrics.mission import (
     straight_ways_to_goals,
 )
 from drake_navbench.analysis.metrics.signals import (
-    Array,
     Motion,
     column,
     driven_length,
@@ -30,6 +29,7 @@ from drake_navbench.analysis.metrics.signals import (
     time_mean,
     times,
 )
+from drake_navbench.arrays import Array
 from drake_navbench.kernels.path_geometry import path_length
 from drake_navbench.logs.log import Outcome, TrialLog
 

@@ -9,13 +9,13 @@ import numpy as np
 
 from drake_navbench.analysis.metrics.definition import Undefined
 from drake_navbench.analysis.metrics.signals import (
-    Array,
     is_carried,
     poses_at,
     positions,
     stretches,
     times,
 )
+from drake_navbench.arrays import Array
 from drake_navbench.kernels.path_geometry import path_length
 from drake_navbench.logs.log import Outcome, TrialLog
 

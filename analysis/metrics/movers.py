@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import TypeAdapter
 
+from drake_navbench.arrays import Array
 from drake_navbench.inputs.moving_obstacles import (
     Bodies,
     MovingObstacle,
@@ -21,8 +22,6 @@ from drake_navbench.inputs.recorded_people import RecordedPeople
 from drake_navbench.kernels.moving_bodies import FAR_AWAY_M, Tracks
 from drake_navbench.logs.log import TrialLog
 from drake_navbench.logs.people import LoggedPeople
-
-Array = NDArray[np.float64]
 
 # Much shorter than the time between two samples of people.
 MOMENT_S = 1e-3

@@ -14,7 +14,6 @@ from drake_navbench.analysis.metrics.collision_time import times_to_collision
 from drake_navbench.analysis.metrics.definition import Undefined, metric
 from drake_navbench.analysis.metrics.movers import movers_of
 from drake_navbench.analysis.metrics.signals import (
-    Array,
     column,
     hold_durations,
     is_carried,
@@ -22,6 +21,7 @@ from drake_navbench.analysis.metrics.signals import (
     require,
     times,
 )
+from drake_navbench.arrays import Array
 from drake_navbench.inputs.world import Obstacle, World
 from drake_navbench.kernels.least_gap import NearObstacles, least_gap
 from drake_navbench.kernels.outline_distance import outline_to_circles

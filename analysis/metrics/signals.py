@@ -9,10 +9,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from drake_navbench.analysis.metrics.definition import Undefined
+from drake_navbench.arrays import Array
 from drake_navbench.kernels.path_geometry import path_length
 from drake_navbench.logs.log import TrialLog
-
-Array = NDArray[np.float64]
 
 # Derivatives come from a parabola fitted over this time, not from neighbouring samples, so that
 # they do not depend on the sampling period. It is six control periods at 20 Hz.

@@ -20,13 +20,8 @@ from drake_navbench.analysis.metrics.people import (
     gaps_to_groups_m,
     people_of,
 )
-from drake_navbench.analysis.metrics.signals import (
-    Array,
-    column,
-    hold_durations,
-    lateral_velocity,
-    times,
-)
+from drake_navbench.analysis.metrics.signals import column, hold_durations, lateral_velocity, times
+from drake_navbench.arrays import Array
 from drake_navbench.kernels.poses import place_outline
 from drake_navbench.kernels.social_force import social_force
 from drake_navbench.logs.log import Outcome, TrialLog

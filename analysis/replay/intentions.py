@@ -15,8 +15,8 @@ from pydrake.math import RigidTransform
 
 from drake_navbench.analysis.replay.flat_meshes import ribbon
 from drake_navbench.analysis.replay.stage import Stage, frame_of, spaced_in_time
+from drake_navbench.arrays import Array
 
-Array = NDArray[np.float64]
 Cycles = Sequence[tuple[float, Mapping[str, Any]]]
 
 PREDICTED_COLOR = Rgba(0.80, 0.10, 0.10, 1.0)

@@ -12,10 +12,9 @@ from pydrake.math import RigidTransform, RotationMatrix
 from drake_navbench.analysis.metrics.movers import Movers
 from drake_navbench.analysis.replay.paths import MOVING_PATH
 from drake_navbench.analysis.replay.stage import Stage, frames_until
+from drake_navbench.arrays import Array
 from drake_navbench.inputs.moving_obstacles import MovingObstacles
 from drake_navbench.inputs.world_geometry import MOVING_COLOR, moving_shape
-
-Array = NDArray[np.float64]
 
 
 def draw_moving(stage: Stage, moving: MovingObstacles) -> list[str]:

@@ -10,12 +10,11 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from drake_navbench.arrays import Array
 from drake_navbench.kernels.poses import carrier_pose, place_outline
 from drake_navbench.logs.log import ODOMETRY_COLUMNS, TrialLog
 
-Array = NDArray[np.float64]
 Cycle = tuple[float, Mapping[str, Any]]
 
 TRUE_COLUMNS = ("x_m", "y_m", "yaw_rad")

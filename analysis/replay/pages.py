@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import TypeAdapter
 from pydrake.geometry import Rgba
 
@@ -63,7 +62,6 @@ from drake_navbench.inputs.world_geometry import MOVING_COLOR
 from drake_navbench.logs.log import Outcome, TrialLog
 from drake_navbench.logs.plans import Plan
 
-Array = NDArray[np.float64]
 Reasons = Mapping[str, Sequence[Decision]]
 
 RACE_TURN_PERIOD_S, RACE_MAX_TURNS = 0.5, 400

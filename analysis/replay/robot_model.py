@@ -7,19 +7,17 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 from pydrake.geometry import Rgba, Shape
 from pydrake.math import RigidTransform
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import JointIndex, RevoluteJoint
 
 from drake_navbench.analysis.replay.rolling import BaseMotion, rolled_angle, trailing_heading
+from drake_navbench.arrays import Array
 from drake_navbench.descriptions.body import base_of
 from drake_navbench.descriptions.drake_plant import DrawnShape, add_bodies, drawn_shapes
 from drake_navbench.descriptions.model_source import read_source
 from drake_navbench.inputs.world_geometry import prism
-
-Array = NDArray[np.float64]
 
 BASE_LINK = "base_link"
 # Visuals whose names have this prefix take the controller's colour.

@@ -14,8 +14,8 @@ from pydrake.math import RigidTransform
 from pydrake.perception import PointCloud
 
 from drake_navbench.analysis.replay.flat_meshes import FlatMesh
+from drake_navbench.arrays import Array
 
-Array = NDArray[np.float64]
 Event = TypeVar("Event")
 
 FRAMES_PER_SECOND = 20

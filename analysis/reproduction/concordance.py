@@ -14,7 +14,6 @@ from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
 from drake_navbench.analysis.pairs import RELEVANT_RATIO
 from drake_navbench.analysis.repeats import repeated_cells
@@ -34,8 +33,7 @@ from drake_navbench.analysis.reproduction.publication import (
 )
 from drake_navbench.analysis.reproduction.relations import Inequalities, relative_difference
 from drake_navbench.analysis.tables import STD_HEADING_ERROR
-
-Array = NDArray[np.float64]
+from drake_navbench.arrays import Array
 
 # Metrics of whole per cent that hardly differ, a metric near zero, and a spread that four trials
 # cannot show.

@@ -14,7 +14,6 @@ from functools import partial
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
 from drake_navbench.analysis.pairs import RELEVANT_RATIO, confidence_of_each
 from drake_navbench.analysis.repeats import repeated_cells
@@ -33,8 +32,7 @@ from drake_navbench.analysis.statistics import (
     success_interval,
 )
 from drake_navbench.analysis.verdicts import NOTHING_RANDOM
-
-Array = NDArray[np.float64]
+from drake_navbench.arrays import Array
 
 SUCCESS_RATE = "success_rate"
 ALONE = "one trial alone has no interval"

@@ -8,7 +8,6 @@ from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
 from drake_navbench.analysis.repeats import repeated_cells
 from drake_navbench.analysis.reproduction.judgement import SUCCESS_RATE, Estimate, estimate
@@ -20,8 +19,7 @@ from drake_navbench.analysis.reproduction.lineups import (
 )
 from drake_navbench.analysis.reproduction.publication import PUBLISHED_CONTROLLERS, published_table
 from drake_navbench.analysis.tables import STD_HEADING_ERROR
-
-Array = NDArray[np.float64]
+from drake_navbench.arrays import Array
 
 
 class Comparison(NamedTuple):

@@ -14,7 +14,7 @@ from itertools import combinations, permutations
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from drake_navbench.arrays import Array
 
 PERCENT = 100.0
 # Half of the printed unit: success rates and top speeds are printed in whole per cent.

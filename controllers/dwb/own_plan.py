@@ -11,10 +11,9 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from drake_navbench.arrays import Array
 from drake_navbench.controller import InvalidPath
 from drake_navbench.kernels.grid import Costmap
 from drake_navbench.kernels.path_pruning import first_pose_beyond
@@ -22,8 +21,6 @@ from drake_navbench.releases import Release
 
 if TYPE_CHECKING:
     from drake_navbench.controllers.dwb.parameters import DynamicWindowApproachParameters
-
-Array = NDArray[np.float64]
 
 
 class OwnPlan:

@@ -8,6 +8,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from drake_navbench.arrays import Array
 from drake_navbench.controllers.dwb.map_grids import (
     cell_distances,
     densify_plan,
@@ -16,8 +17,6 @@ from drake_navbench.controllers.dwb.map_grids import (
 )
 from drake_navbench.controllers.dwb.trajectories import Trajectories
 from drake_navbench.kernels.grid import Costmap
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,6 +9,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from drake_navbench.arrays import Array
 from drake_navbench.controllers.dwb.velocity_samples import (
     combine_axes,
     project_velocity,
@@ -19,8 +20,6 @@ from drake_navbench.kernels.angles import wrap
 if TYPE_CHECKING:
     from drake_navbench.controllers.dwb.kinematics import Kinematics
     from drake_navbench.controllers.dwb.parameters import DynamicWindowApproachParameters
-
-Array = NDArray[np.float64]
 
 
 class Trajectories(NamedTuple):

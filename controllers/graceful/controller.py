@@ -8,6 +8,7 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from drake_navbench.arrays import Array
 from drake_navbench.controller import (
     ControllerError,
     ControllerSetup,
@@ -36,8 +37,6 @@ from drake_navbench.kernels.grid import MAX_NON_OBSTACLE
 from drake_navbench.kernels.poses import compose
 from drake_navbench.kernels.read_only import read_only
 from drake_navbench.kernels.speed_limit import NO_SPEED_LIMIT, limited_speed, speed_limit_ratio
-
-Array = NDArray[np.float64]
 
 BRANCH_NAMES = {
     FOLLOW: "follow",

@@ -10,11 +10,9 @@ import math
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from drake_navbench.arrays import Array
 from drake_navbench.kernels.poses import see_point
-
-Array = NDArray[np.float64]
 
 SECTOR_COUNT = 24
 # Gaps enter as exp(-gap / scale): near ones count, and those at the end of a costmap hardly.

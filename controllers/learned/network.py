@@ -6,14 +6,12 @@ from dataclasses import dataclass, fields
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from drake_navbench.arrays import Array
 from drake_navbench.controllers.learned.features import FEATURE_COUNT
 from drake_navbench.errors import InputError
 from drake_navbench.typed_files.array_file import NoArray, arrays_of
 from drake_navbench.typed_files.input_file import read_input
-
-Array = NDArray[np.float64]
 
 ACTION_COUNT = 2
 MAX_FILE_BYTES = 2**24

@@ -11,12 +11,10 @@ from typing import NamedTuple
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from drake_navbench.arrays import Array
 from drake_navbench.controllers.mppi.objective import add_pose_curvature, objective
 from drake_navbench.kernels.barrier import barrier_terms, next_multiplier, share_to_bounds
-
-Array = NDArray[np.float64]
 
 # The distance of starts from either bound, as a share of the room between the bounds.
 _BOUND_PUSH_RATIO = 0.01

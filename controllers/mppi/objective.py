@@ -21,14 +21,12 @@ from typing import NamedTuple
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from drake_navbench.arrays import Array
 from drake_navbench.kernels.grid import INSCRIBED, LETHAL, NO_INFORMATION, Grid
 
 # Below about this distance from the carrot the pull fades instead of changing sign abruptly, m.
 CARROT_SMOOTHING_M = 0.1
-
-Array = NDArray[np.float64]
 
 
 class PolishSituation(NamedTuple):

@@ -7,8 +7,8 @@ from __future__ import annotations
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from drake_navbench.arrays import Array
 from drake_navbench.controller import InvalidPath, Observation
 from drake_navbench.controllers.mppi.memory import PlanState
 from drake_navbench.controllers.mppi.parameters import MppiParameters
@@ -21,7 +21,6 @@ from drake_navbench.kernels.path_pruning import (
     is_within_tolerances,
 )
 
-Array = NDArray[np.float64]
 # With fewer poses a plan has no cusp.
 LEAST_POSES_WITH_CUSP = 3
 

@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
+from drake_navbench.arrays import Array
 from drake_navbench.controllers.mppi.critics.batch import Float32Array, Scene
 from drake_navbench.controllers.mppi.lanes import frozen
 from drake_navbench.controllers.mppi.memory import SamplerState
@@ -18,7 +19,6 @@ from drake_navbench.controllers.mppi.motion_models import (
     integrate_controls,
 )
 from drake_navbench.controllers.mppi.objective import (
-    Array,
     PolishSituation,
     Weights,
     cost_field,

@@ -6,8 +6,8 @@ import math
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from drake_navbench.arrays import Array
 from drake_navbench.controller import (
     CollisionAhead,
     ControllerError,
@@ -36,8 +36,6 @@ from drake_navbench.kernels.grid import cost_at
 from drake_navbench.kernels.read_only import read_only
 from drake_navbench.kernels.speed_limit import limited_speed
 from drake_navbench.releases import Release
-
-Array = NDArray[np.float64]
 
 BRANCH_NAMES = {
     TRACK: "track",

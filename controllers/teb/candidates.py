@@ -7,8 +7,8 @@ from functools import partial
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from drake_navbench.arrays import Array
 from drake_navbench.controllers.teb.band import Band, Pace, initialise, warm_start
 from drake_navbench.controllers.teb.homotopy import (
     LEFT,
@@ -24,8 +24,6 @@ from drake_navbench.controllers.teb.parameters import TebParameters
 from drake_navbench.kernels.angles import wrap
 from drake_navbench.kernels.distance_field import DistanceField
 from drake_navbench.kernels.path_geometry import path_length
-
-Array = NDArray[np.float64]
 
 SIDES = (LEFT, RIGHT)
 

@@ -16,6 +16,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from drake_navbench.arrays import Array
 from drake_navbench.controllers.teb.arcs import band_geometry, band_rates
 from drake_navbench.controllers.teb.layout import (
     pose_columns,
@@ -25,8 +26,6 @@ from drake_navbench.controllers.teb.layout import (
 )
 from drake_navbench.controllers.teb.predicted import NO_ENCOUNTERS, Encounters, field_of
 from drake_navbench.kernels.distance_field import DistanceField, sample_distance
-
-Array = NDArray[np.float64]
 
 NO_DIRECTIONS: Array = np.empty(0)
 

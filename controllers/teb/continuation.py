@@ -10,9 +10,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
+from drake_navbench.arrays import Array
 from drake_navbench.controllers.teb.constraints import BandScene
 from drake_navbench.controllers.teb.interior_point import (
     Bounds,
@@ -22,8 +20,6 @@ from drake_navbench.controllers.teb.interior_point import (
     descend,
 )
 from drake_navbench.controllers.teb.objective import Weights
-
-Array = NDArray[np.float64]
 
 # The first barriers, with loose tolerances, as they are only to start from.
 STAGES = (

@@ -6,8 +6,8 @@ from functools import partial
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from drake_navbench.arrays import Array
 from drake_navbench.controller import ControllerSetup, Decision, NoValidControl, Observation
 from drake_navbench.controllers.teb.candidates import (
     Ends,
@@ -43,8 +43,6 @@ from drake_navbench.controllers.teb.surroundings import (
 from drake_navbench.errors import InputError
 from drake_navbench.explanation import Explanation
 from drake_navbench.kernels.distance_field import DistanceField
-
-Array = NDArray[np.float64]
 
 # A band ignores moving obstacles that are this much farther than its required clearance, m.
 PREDICTED_ROOM_M = 0.3

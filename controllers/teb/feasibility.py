@@ -9,12 +9,10 @@ import math
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from drake_navbench.arrays import Array
 from drake_navbench.kernels.footprint import footprint_cost, pad_footprint
 from drake_navbench.kernels.grid import LETHAL, Costmap
-
-Array = NDArray[np.float64]
 
 # The margin of the outline check: the error of a pose estimate within a cycle, m.
 OUTLINE_MARGIN_M = 0.02

@@ -7,14 +7,13 @@ from collections.abc import Mapping
 from typing import Annotated, Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import BeforeValidator, Field, model_validator
 
+from drake_navbench.arrays import Array
 from drake_navbench.controller import ROBOT_OUTLINE, ControllerParameters
 from drake_navbench.typed_files.quantities import Length
 from drake_navbench.typed_files.typed_yaml import parse_yaml, tuples_for_lists
 
-Array = NDArray[np.float64]
 Point = Annotated[tuple[Length, Length], BeforeValidator(tuples_for_lists)]
 FootprintType = Literal["from_footprint", "point", "circular", "two_circles", "line", "polygon"]
 

@@ -16,10 +16,9 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from drake_navbench.arrays import Array
 from drake_navbench.kernels.distance_field import DistanceField
 from drake_navbench.kernels.pair_heap import pop_pair, push_pair
-
-Array = NDArray[np.float64]
 
 # The grid search looks at every second cell: 0.1 m is enough for a first guess.
 SEARCH_STRIDE_CELLS = 2

@@ -14,14 +14,13 @@ from pydrake.solvers import (
     SolverOptions,
 )
 
+from drake_navbench.arrays import Array
 from drake_navbench.controllers.teb.interior_point import Bounds
 from drake_navbench.program_function import (
     constraint_function,
     cost_function,
     solver_warnings_off,
 )
-
-Array = NDArray[np.float64]
 
 # An interior-point method pushes its guess away from the bounds; a warm start must stay there.
 BOUND_PUSH = 1e-6

@@ -7,15 +7,13 @@ from typing import NamedTuple
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from drake_navbench.arrays import Array
 from drake_navbench.controller import InvalidPath, Observation
 from drake_navbench.controllers.teb.feasibility import OUTLINE_MARGIN_M
 from drake_navbench.controllers.teb.parameters import TebParameters
 from drake_navbench.kernels.distance_field import DistanceField, path_clearance
 from drake_navbench.kernels.path_geometry import path_length
-
-Array = NDArray[np.float64]
 
 # The share of its wanted clearance that a band always keeps; it gives up the rest at a price.
 LEAST_CLEARANCE_RATIO = 0.5

@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from drake_navbench.arrays import Array
 from drake_navbench.controller import SpeedLimit
 from drake_navbench.controllers.teb.arcs import band_geometry
 from drake_navbench.controllers.teb.band import Band, Pace, freeze, resampled, unwrapped_goal
@@ -28,8 +29,6 @@ from drake_navbench.controllers.teb.program import (
 from drake_navbench.controllers.teb.surroundings import Surroundings
 from drake_navbench.kernels.distance_field import path_clearance
 from drake_navbench.kernels.speed_limit import speed_limit_ratio
-
-Array = NDArray[np.float64]
 
 SHORTEST_STEP_RATIO = 0.2
 LONGEST_STEP_RATIO = 4.0

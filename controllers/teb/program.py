@@ -11,9 +11,9 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from pydrake.solvers import SolutionResult
 
+from drake_navbench.arrays import Array
 from drake_navbench.controllers.teb.constraints import BandScene, band_constraints, sparsity_pattern
 from drake_navbench.controllers.teb.continuation import Problem, descend_in_stages
 from drake_navbench.controllers.teb.interior_point import (
@@ -30,8 +30,6 @@ from drake_navbench.controllers.teb.layout import (
     variable_count,
 )
 from drake_navbench.controllers.teb.objective import Weights, band_objective
-
-Array = NDArray[np.float64]
 
 # The tolerance of Newton's method, as a share of IPOPT's.
 NEWTON_TOLERANCE_RATIO = 0.1

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from drake_navbench.arrays import Array
 from drake_navbench.controller import ControllerSetup, Decision
 from drake_navbench.controllers.teb.band import Band
 from drake_navbench.controllers.teb.choice import Attempt, BandChooser, Tried
@@ -16,8 +16,6 @@ from drake_navbench.controllers.teb.memory import TebMemory
 from drake_navbench.controllers.teb.parameters import TebParameters
 from drake_navbench.controllers.teb.planner import BandPlanner, PlannedBand
 from drake_navbench.explanation import Cell, Explanation, told_command
-
-Array = NDArray[np.float64]
 
 COLUMNS = ("constraint", "bound", "active", "of", "first at [s]", "nearest [unit]")
 # A row counts as active within this share of its bound, or within this distance, in its unit.

@@ -11,9 +11,8 @@ from typing import NamedTuple
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from drake_navbench.arrays import Array
 
 # Warm starts drop at most this many passed poses.
 MOST_PASSED_POSES = 10

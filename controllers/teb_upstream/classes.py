@@ -12,8 +12,8 @@ from typing import NamedTuple
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from drake_navbench.arrays import Array
 from drake_navbench.controllers.teb_upstream.band import band_from_plan, band_from_points, normalize
 from drake_navbench.controllers.teb_upstream.exploration import (
     Graph,
@@ -30,8 +30,6 @@ from drake_navbench.controllers.teb_upstream.signatures import (
     same_class,
     signature,
 )
-
-Array = NDArray[np.float64]
 
 # Other bands are compared with the best one's duration, which counts as no less than this, s.
 SHORTEST_DURATION_S = 1.0

@@ -6,8 +6,8 @@ import math
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from drake_navbench.arrays import Array
 from drake_navbench.controller import (
     ControllerSetup,
     Decision,
@@ -41,8 +41,6 @@ from drake_navbench.controllers.teb_upstream.recovery import update_preference
 from drake_navbench.controllers.teb_upstream.robot_models import RobotModel, circles, outline
 from drake_navbench.explanation import Explanation
 from drake_navbench.kernels.read_only import read_only
-
-Array = NDArray[np.float64]
 
 # The driver of a car limits the steering at this share of min_turning_radius.
 TURNING_RADIUS_RATIO = 0.95

@@ -13,7 +13,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from drake_navbench.arrays import Array
 
 # Obstacles get no keypoints where the cosine of their angle off the goal's direction is below this.
 LEAST_KEYPOINT_COSINE = 0.1

@@ -6,13 +6,11 @@ import math
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from drake_navbench.arrays import Array
 from drake_navbench.controllers.teb_upstream.band import normalize
 from drake_navbench.kernels.footprint import footprint_cost
 from drake_navbench.kernels.grid import LETHAL, Costmap
-
-Array = NDArray[np.float64]
 
 
 def is_feasible(

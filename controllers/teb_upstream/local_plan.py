@@ -7,14 +7,12 @@ from typing import NamedTuple
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from drake_navbench.arrays import Array
 from drake_navbench.controller import Observation
 from drake_navbench.controllers.teb_upstream.parameters import TebUpstreamParameters
 from drake_navbench.kernels.grid import LETHAL
 from drake_navbench.kernels.read_only import read_only
-
-Array = NDArray[np.float64]
 
 # The radius of the region as a share of half the costmap's side, so that the map shows the
 # obstacles at its edge.

@@ -8,11 +8,9 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from drake_navbench.arrays import Array
 
 # Columns of a pose and its time step.
 STRIDE = 4

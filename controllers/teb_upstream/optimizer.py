@@ -12,8 +12,8 @@ from typing import NamedTuple
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from drake_navbench.arrays import Array
 from drake_navbench.controllers.teb_upstream.association import Association, attach
 from drake_navbench.controllers.teb_upstream.band import copy_band, resize
 from drake_navbench.controllers.teb_upstream.normal_equations import (
@@ -27,8 +27,6 @@ from drake_navbench.controllers.teb_upstream.normal_equations import (
 )
 from drake_navbench.controllers.teb_upstream.penalties import BandSurroundings, Terms, add_edges
 from drake_navbench.kernels.band_cholesky import BANDWIDTH, factorise, substitute
-
-Array = NDArray[np.float64]
 
 # g2o's settings of the damping.
 FIRST_DAMPING = 1e-5

@@ -13,6 +13,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from drake_navbench.arrays import Array
 from drake_navbench.controllers.teb_upstream.motion_edges import (
     add_accelerations,
     add_intervals,
@@ -30,8 +31,6 @@ from drake_navbench.controllers.teb_upstream.normal_equations import (
     excess_outside,
 )
 from drake_navbench.controllers.teb_upstream.robot_models import RobotModel, model_distance
-
-Array = NDArray[np.float64]
 
 
 class Terms(NamedTuple):

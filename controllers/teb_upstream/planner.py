@@ -10,8 +10,8 @@ import math
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from drake_navbench.arrays import Array
 from drake_navbench.controller import NoValidControl, SpeedLimit
 from drake_navbench.controllers.teb.band_parameters import FEWEST_SAMPLES
 from drake_navbench.controllers.teb_upstream.association import Association, attach
@@ -25,8 +25,6 @@ from drake_navbench.controllers.teb_upstream.penalties import BandSurroundings, 
 from drake_navbench.controllers.teb_upstream.robot_models import RobotModel
 from drake_navbench.kernels.read_only import read_only
 from drake_navbench.kernels.speed_limit import speed_limit_ratio
-
-Array = NDArray[np.float64]
 
 NO_POINTS = np.empty((0, 2))
 # Kind of penalty -> its weight in Terms.

@@ -8,13 +8,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-import numpy as np
-from numpy.typing import NDArray
-
+from drake_navbench.arrays import Array
 from drake_navbench.controllers.teb_upstream.memory import Trajectory
 from drake_navbench.explanation import Explanation, Row, told_command
-
-Array = NDArray[np.float64]
 
 MOST_NAMED = 3
 # Every band has these, whatever it meets.

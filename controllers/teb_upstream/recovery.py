@@ -7,12 +7,10 @@ after failures is left out, because a comparison of two kinds of index never let
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from drake_navbench.arrays import Array
 from drake_navbench.controllers.teb_upstream.memory import TebUpstreamMemory
 from drake_navbench.controllers.teb_upstream.parameters import TebUpstreamParameters
-
-Array = NDArray[np.float64]
 
 
 def remember_command(

@@ -11,11 +11,9 @@ from typing import NamedTuple
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from drake_navbench.arrays import Array
 from drake_navbench.controllers.teb_upstream.normal_equations import DIFFERENCE
-
-Array = NDArray[np.float64]
 
 CIRCLES, SEGMENTS = 0, 1
 # Features whose distances differ by less can change places within a step of DIFFERENCE.

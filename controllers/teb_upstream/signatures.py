@@ -13,9 +13,6 @@ from typing import NamedTuple
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
-
-Array = NDArray[np.float64]
 
 # The time at which an obstacle's conductor ends, s.
 CONDUCTOR_END_S = 120.0

@@ -6,8 +6,8 @@ import math
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from drake_navbench.arrays import Array
 from drake_navbench.controller import (
     CollisionAhead,
     ControllerError,
@@ -37,8 +37,6 @@ from drake_navbench.kernels.path_pruning import arc_length
 from drake_navbench.kernels.poses import compose
 from drake_navbench.kernels.read_only import read_only
 from drake_navbench.kernels.speed_limit import limited_speed
-
-Array = NDArray[np.float64]
 
 BRANCH_NAMES = {
     TRACK: "track",

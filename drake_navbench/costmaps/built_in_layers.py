@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
+from drake_navbench.arrays import Array
 from drake_navbench.costmaps.filter_masks import FilterMask
 from drake_navbench.costmaps.layer_plugin import LayerParameters, LayerSetup, Observed, Seen
 from drake_navbench.kernels.denoise import denoise
@@ -29,7 +30,6 @@ from drake_navbench.typed_files.immutable import Immutable
 from drake_navbench.typed_files.quantities import Count, Length, Number
 
 Costs = NDArray[np.uint8]
-Array = NDArray[np.float64]
 
 NO_OVERRIDE = -1
 

@@ -16,6 +16,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from drake_navbench.arrays import Array
 from drake_navbench.costmaps.built_in_layers import (
     KeepoutFilterParameters,
     StaticLayerParameters,
@@ -41,7 +42,6 @@ from drake_navbench.logs.scans import Scan
 from drake_navbench.typed_files.immutable import Immutable
 
 Costs = NDArray[np.uint8]
-Array = NDArray[np.float64]
 
 # Where a rolling costmap lies before its first update; it fixes the lattice of its cells.
 FIRST_ORIGIN = (0.0, 0.0)

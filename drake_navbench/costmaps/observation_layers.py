@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
+from drake_navbench.arrays import Array
 from drake_navbench.costmaps.layer_plugin import LayerParameters, LayerSetup, Observed, Seen
 from drake_navbench.costmaps.observation_source import ObservationSourceSettings
 from drake_navbench.costmaps.observations import Buffer, observed_by
@@ -29,7 +30,6 @@ from drake_navbench.typed_files.immutable import Immutable
 
 Costs = NDArray[np.uint8]
 Voxels = NDArray[np.uint32]
-Array = NDArray[np.float64]
 
 
 def _one_scan() -> dict[str, ObservationSourceSettings]:

@@ -5,12 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from drake_navbench.arrays import Array
 from drake_navbench.kernels.poses import compose, place_outline
 from drake_navbench.typed_files.immutable import Immutable
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
+from drake_navbench.arrays import Array
 from drake_navbench.costmaps.layer_plugin import LayerParameters, LayerSetup, Observed, Seen
 from drake_navbench.costmaps.observation_source import SourceSettings
 from drake_navbench.costmaps.observations import Buffer, buffered, clouds_of
@@ -33,8 +34,6 @@ from drake_navbench.kernels.spatio_temporal_voxels import (
 )
 from drake_navbench.typed_files.immutable import Immutable
 from drake_navbench.typed_files.quantities import Duration
-
-Array = NDArray[np.float64]
 
 
 class SpatioTemporalSourceSettings(SourceSettings):

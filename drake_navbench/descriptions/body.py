@@ -9,8 +9,9 @@ from typing import Any, NamedTuple
 import numpy as np
 import shapely
 
+from drake_navbench.arrays import Array
 from drake_navbench.descriptions.meshes import mesh_outlines
-from drake_navbench.descriptions.model import Array, Joint, Link, Model, Shape
+from drake_navbench.descriptions.model import Joint, Link, Model, Shape
 from drake_navbench.descriptions.poses import inverse
 
 BASE_LINKS = ("base_link", "base_footprint")

@@ -20,9 +20,10 @@ from pydrake.multibody.tree import (
     WeldJoint,
 )
 
+from drake_navbench.arrays import Array
 from drake_navbench.descriptions.body import TURNING, rolls
 from drake_navbench.descriptions.meshes import mesh_files
-from drake_navbench.descriptions.model import Array, Joint, Link, Model
+from drake_navbench.descriptions.model import Joint, Link, Model
 from drake_navbench.descriptions.model import Shape as ModelShape
 from drake_navbench.descriptions.poses import inverse
 from drake_navbench.errors import InputError

@@ -8,8 +8,9 @@ from hashlib import sha256
 from pathlib import Path
 from xml.etree import ElementTree
 
+from drake_navbench.arrays import Array
 from drake_navbench.descriptions.body import rolls, to_base_of
-from drake_navbench.descriptions.model import Array, Joint, Link, Model, Shape
+from drake_navbench.descriptions.model import Joint, Link, Model, Shape
 from drake_navbench.descriptions.poses import inverse
 from drake_navbench.processes.cache_folder import user_cache_folder
 from drake_navbench.typed_files.output_file import write_text

@@ -8,7 +8,8 @@ from collections.abc import Sequence
 from typing import Any, NamedTuple
 from xml.etree import ElementTree
 
-from drake_navbench.descriptions.model import Array, Model, Sensor
+from drake_navbench.arrays import Array
+from drake_navbench.descriptions.model import Model, Sensor
 from drake_navbench.descriptions.poses import inverse, number, yaw_of
 from drake_navbench.descriptions.xml_file import text_of
 

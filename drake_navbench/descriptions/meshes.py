@@ -12,7 +12,8 @@ from typing import Any
 
 import numpy as np
 
-from drake_navbench.descriptions.model import Array, Shape
+from drake_navbench.arrays import Array
+from drake_navbench.descriptions.model import Shape
 from drake_navbench.descriptions.robots_extra import HOW_TO_INSTALL
 from drake_navbench.errors import CannotBeWritten, InputError
 from drake_navbench.processes.cache_folder import user_cache_folder

@@ -7,10 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from xml.etree import ElementTree
 
-import numpy as np
-from numpy.typing import NDArray
-
-Array = NDArray[np.float64]
+from drake_navbench.arrays import Array
 
 
 @dataclass(frozen=True)

@@ -5,9 +5,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from drake_navbench.arrays import Array
 
 # Positions beyond this are mistakes; a world of this size is reported as too large, m.
 FARTHEST_M = 1e6

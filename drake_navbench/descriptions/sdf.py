@@ -8,8 +8,8 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 import numpy as np
-from numpy.typing import NDArray
 
+from drake_navbench.arrays import Array
 from drake_navbench.descriptions.model import Link, Model, Plugin, Sensor, Shape
 from drake_navbench.descriptions.poses import inverse, number, numbers
 from drake_navbench.descriptions.sdf_frames import Frames, inertia_of, joint_of
@@ -17,8 +17,6 @@ from drake_navbench.descriptions.xml_file import read_xml, text_of
 from drake_navbench.errors import InputError
 from drake_navbench.typed_files.input_file import MEGABYTE, read_input
 from drake_navbench.typed_files.ros_packages import MODEL_FILE, Packages
-
-Array = NDArray[np.float64]
 
 MAX_FILE_BYTES = 64 * MEGABYTE
 # The depth of models in models; a deeper file includes itself.

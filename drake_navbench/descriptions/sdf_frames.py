@@ -7,7 +7,8 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from drake_navbench.descriptions.model import Array, Joint
+from drake_navbench.arrays import Array
+from drake_navbench.descriptions.model import Joint
 from drake_navbench.descriptions.poses import moved_inertia, number, numbers, pose_of
 from drake_navbench.descriptions.xml_file import text_of
 

@@ -8,14 +8,12 @@ from dataclasses import replace
 from xml.etree import ElementTree
 
 import numpy as np
-from numpy.typing import NDArray
 
+from drake_navbench.arrays import Array
 from drake_navbench.descriptions.model import Joint, Link, Model, Plugin, Sensor, Shape
 from drake_navbench.descriptions.poses import moved_inertia, number, numbers, pose_of
 from drake_navbench.descriptions.xml_file import text_of
 from drake_navbench.typed_files.ros_packages import Packages
-
-Array = NDArray[np.float64]
 
 FIXED = "fixed"
 # The kinds of joints without limits of their angle.

@@ -8,8 +8,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from xml.etree import ElementTree
 
+from drake_navbench.arrays import Array
 from drake_navbench.descriptions.gazebo_drive import has_drive
-from drake_navbench.descriptions.model import Array, Model
+from drake_navbench.descriptions.model import Model
 from drake_navbench.descriptions.poses import number, numbers
 from drake_navbench.descriptions.sdf import SdfReader, placement
 from drake_navbench.descriptions.sdf_frames import Frames, pose_element

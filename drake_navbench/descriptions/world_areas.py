@@ -14,9 +14,10 @@ import shapely
 from scipy.spatial import ConvexHull, QhullError
 from shapely.geometry.base import BaseGeometry
 
+from drake_navbench.arrays import Array
 from drake_navbench.descriptions.body import shape_points
 from drake_navbench.descriptions.meshes import mesh_sections
-from drake_navbench.descriptions.model import Array, Model, Shape
+from drake_navbench.descriptions.model import Model, Shape
 from drake_navbench.descriptions.world import WorldSource
 from drake_navbench.typed_files.mesh_slices import area_of, cut_area
 

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import shapely
 
+from drake_navbench.arrays import Array
 from drake_navbench.costmaps.observation_layers import ObstacleLayerParameters
 from drake_navbench.descriptions.body import (
     Body,
@@ -34,7 +35,7 @@ from drake_navbench.descriptions.gazebo_sensors import (
     lidar_link,
     sensors_of,
 )
-from drake_navbench.descriptions.model import Array, Shape
+from drake_navbench.descriptions.model import Shape
 from drake_navbench.descriptions.model_source import Source, read_source
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.check import Check, CheckRow, Status

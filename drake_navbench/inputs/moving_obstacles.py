@@ -15,12 +15,11 @@ from numpy.typing import NDArray
 from pydantic import Field, model_validator
 from shapely.geometry.base import BaseGeometry
 
+from drake_navbench.arrays import Array
 from drake_navbench.kernels.moving_bodies import Tracks, place_discs, place_edges
 from drake_navbench.kernels.poses import place_outline
 from drake_navbench.typed_files.quantities import Angle, Duration, Length, Size
 from drake_navbench.typed_files.typed_yaml import FrozenModel, QuietModel
-
-Array = NDArray[np.float64]
 
 # Nothing on a floor moves faster; a larger number is a wrong unit.
 MAX_SPEED_MPS, MAX_TURN_RATE_RADPS = 20.0, 20.0

@@ -9,15 +9,13 @@ from itertools import pairwise
 from typing import Any, ClassVar, Literal, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field, field_validator, model_validator
 
+from drake_navbench.arrays import Array
 from drake_navbench.kernels import walking
 from drake_navbench.kernels.noise import NoiseKey, NoiseStream
 from drake_navbench.typed_files.quantities import Angle, Duration, Length, Size
 from drake_navbench.typed_files.typed_yaml import FrozenModel, QuietModel, tuples_for_lists
-
-Array = NDArray[np.float64]
 
 MAX_PEOPLE = 200
 # Heights of the body as a scan sees it: shins below the hip, the trunk above, m.

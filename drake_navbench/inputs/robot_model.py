@@ -7,14 +7,13 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from drake_navbench.arrays import Array
 from drake_navbench.descriptions.body import base_of
 from drake_navbench.descriptions.drawing import write_drawing
 from drake_navbench.errors import CannotBeWritten, InputWarning
 from drake_navbench.inputs.described_robot import DescribedRobot, describe_robot
 
-Array = NDArray[np.float64]
 # A base frame nearer to the floor than this is on it, m.
 FLAT_M = 1e-3
 

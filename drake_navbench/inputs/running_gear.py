@@ -10,7 +10,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import shapely
-from numpy.typing import NDArray
 from pydrake.math import RigidTransform
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import (
@@ -21,6 +20,7 @@ from pydrake.multibody.tree import (
     UnitInertia,
 )
 
+from drake_navbench.arrays import Array
 from drake_navbench.descriptions.drake_plant import add_bodies
 from drake_navbench.descriptions.model_source import read_source
 from drake_navbench.errors import InputError
@@ -28,8 +28,6 @@ from drake_navbench.inputs.actuators import GRAVITY_MPS2
 from drake_navbench.inputs.drive import DifferentialDrive
 from drake_navbench.inputs.wheels import MIN_TRAIL_M
 from drake_navbench.typed_files.immutable import Immutable
-
-Array = NDArray[np.float64]
 
 BASE_LINK = "base_link"
 # An axis steeper than 45 degrees is a caster's swivel, any other one a wheel's axle.

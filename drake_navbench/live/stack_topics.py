@@ -9,8 +9,8 @@ from contextlib import suppress
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from drake_navbench.arrays import Array
 from drake_navbench.live.domain import LATCHED, LiveDomain, Subscription
 from drake_navbench.live.endpoints import (
     BEST_EFFORT,
@@ -26,7 +26,6 @@ from drake_navbench.live.wire_types import WireMessage, type_hash
 from drake_navbench.logs.plans import Plan
 from drake_navbench.recordings import topics
 
-Array = NDArray[np.float64]
 TWIST, TWIST_STAMPED = "geometry_msgs/msg/Twist", "geometry_msgs/msg/TwistStamped"
 STATUS_TYPE = topics.NAVIGATE_STATUS.type
 

@@ -5,10 +5,9 @@ from __future__ import annotations
 import math
 from typing import Literal, NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field
 
+from drake_navbench.arrays import Array
 from drake_navbench.kernels.path_pruning import arc_length
 from drake_navbench.navigation.goal_check import (
     GoalCheck,
@@ -18,8 +17,6 @@ from drake_navbench.navigation.goal_check import (
 )
 from drake_navbench.typed_files.quantities import Angle, AngularSpeed, Count, Length, Speed
 from drake_navbench.typed_files.typed_yaml import FrozenModel
-
-Array = NDArray[np.float64]
 
 
 class AdaptiveToleranceGoalCheckerParameters(FrozenModel):

@@ -12,10 +12,9 @@ import math
 from collections.abc import Callable, Mapping
 from typing import Any, ClassVar, NamedTuple, Protocol
 
-import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field
 
+from drake_navbench.arrays import Array
 from drake_navbench.kernels.angles import wrap
 from drake_navbench.kernels.footprint import footprint_cost
 from drake_navbench.kernels.grid import LETHAL, OFF_MAP, Costmap, cost_at
@@ -31,8 +30,6 @@ from drake_navbench.typed_files.quantities import (
     Speed,
 )
 from drake_navbench.typed_files.typed_yaml import FrozenModel
-
-Array = NDArray[np.float64]
 
 # A spin is over when less than this is left of it, rad.
 NEGLIGIBLE_ANGLE_RAD = 1e-6

@@ -11,9 +11,9 @@ from collections.abc import Mapping
 from typing import Annotated, ClassVar, Literal, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
+from drake_navbench.arrays import Array
 from drake_navbench.kernels.points_inside import NO_COLLISION, count_inside, time_to_collision
 from drake_navbench.navigation.monitor_sources import THE_SCAN, MonitorSource
 from drake_navbench.releases import ReadBy, Release, since
@@ -29,7 +29,6 @@ from drake_navbench.typed_files.quantities import (
 )
 from drake_navbench.typed_files.typed_yaml import FrozenModel, QuietModel
 
-Array = NDArray[np.float64]
 Point = tuple[Length, Length]
 # v m/s, w rad/s, vy m/s.
 Command = tuple[float, float, float]

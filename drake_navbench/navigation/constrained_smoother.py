@@ -18,6 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 from pydrake.solvers import IpoptSolver, MathematicalProgram, SolverOptions
 from scipy.linalg import cholesky, solve_triangular
 
+from drake_navbench.arrays import Array
 from drake_navbench.errors import InputError, NavbenchError
 from drake_navbench.kernels.constrained_smoothing import (
     KnotProblem,
@@ -36,8 +37,6 @@ from drake_navbench.navigation.smoother_parameters import (
     OptimizerParameters,
 )
 from drake_navbench.program_function import cost_function
-
-Array = NDArray[np.float64]
 
 # IPOPT's iterations between two whitenings.
 ROUND_ITERATIONS = 10

@@ -8,12 +8,8 @@ from __future__ import annotations
 import math
 from typing import Any, NamedTuple, Protocol
 
-import numpy as np
-from numpy.typing import NDArray
-
+from drake_navbench.arrays import Array
 from drake_navbench.kernels.angles import wrap
-
-Array = NDArray[np.float64]
 
 
 class GoalCheck(NamedTuple):

@@ -11,10 +11,9 @@ import math
 from collections.abc import Mapping
 from typing import ClassVar, Literal, NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field
 
+from drake_navbench.arrays import Array
 from drake_navbench.kernels.path_pruning import arc_length
 from drake_navbench.navigation.adaptive_goal_checker import AdaptiveToleranceGoalChecker
 from drake_navbench.navigation.goal_check import (
@@ -29,7 +28,6 @@ from drake_navbench.releases import ReadBy, Release, before, since
 from drake_navbench.typed_files.quantities import Angle, AngularSpeed, Length, Speed
 from drake_navbench.typed_files.typed_yaml import FrozenModel
 
-Array = NDArray[np.float64]
 # Closer to the goal than this, the direction towards it counts as undefined (AxisGoalChecker).
 NEGLIGIBLE_DISTANCE_M = 1e-6
 

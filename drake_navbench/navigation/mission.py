@@ -7,9 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
+from drake_navbench.arrays import Array
 from drake_navbench.kernels.poses import compose, inverse
 from drake_navbench.navigation.lift_ride import Ride
 from drake_navbench.navigation.task import Leg, TaskState, TaskStatus
@@ -22,8 +20,6 @@ from drake_navbench.navigation.waypoint_follower import (
     WaypointFollowerParameters,
 )
 from drake_navbench.typed_files.immutable import Immutable
-
-Array = NDArray[np.float64]
 
 # In the range of the waypoint follower's error codes, beyond those that Nav2 uses.
 LIFT_FAILED = 690

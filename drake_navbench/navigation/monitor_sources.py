@@ -10,16 +10,15 @@ from collections.abc import Mapping, Sequence
 from typing import Literal, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
+from drake_navbench.arrays import Array
 from drake_navbench.costmaps.range_reading import RangeReading
 from drake_navbench.kernels.poses import carrier_pose
 from drake_navbench.logs.scans import Scan
 from drake_navbench.typed_files.quantities import Duration
 from drake_navbench.typed_files.typed_yaml import FrozenModel
 
-Array = NDArray[np.float64]
 # A pose: x m, y m, yaw rad in the base frame.
 Mounting = tuple[float, float, float]
 

@@ -23,6 +23,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from pydantic import Field
 
+from drake_navbench.arrays import Array
 from drake_navbench.kernels import navfn
 from drake_navbench.kernels.grid import LETHAL, Costmap
 from drake_navbench.navigation.planner import (
@@ -35,8 +36,6 @@ from drake_navbench.navigation.planner import (
 )
 from drake_navbench.releases import ReadBy, Release, since
 from drake_navbench.typed_files.typed_yaml import FrozenModel
-
-Array = NDArray[np.float64]
 
 # Within this of the goal, the path's last position becomes the goal's, m^2.
 SAME_POSITION_M2 = 1e-6

@@ -6,9 +6,10 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from pydantic import Field
 
+from drake_navbench.arrays import Array
 from drake_navbench.controller import InvalidPath
 from drake_navbench.kernels.grid import Costmap
 from drake_navbench.kernels.path_pruning import (
@@ -18,8 +19,6 @@ from drake_navbench.kernels.path_pruning import (
 )
 from drake_navbench.typed_files.quantities import Angle, Length
 from drake_navbench.typed_files.typed_yaml import FrozenModel
-
-Array = NDArray[np.float64]
 
 
 class PathHandlerParameters(FrozenModel):

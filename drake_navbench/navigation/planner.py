@@ -12,6 +12,7 @@ from typing import ClassVar, Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from drake_navbench.arrays import Array
 from drake_navbench.errors import InputError, NavbenchError
 from drake_navbench.kernels.footprint import footprint_cost
 from drake_navbench.kernels.grid import (
@@ -23,8 +24,6 @@ from drake_navbench.kernels.grid import (
     cell_at,
     cost_at,
 )
-
-Array = NDArray[np.float64]
 
 
 class PlanningError(NavbenchError):

@@ -8,17 +8,14 @@ from __future__ import annotations
 import math
 from typing import Any, Literal, NamedTuple, Protocol
 
-import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field
 
+from drake_navbench.arrays import Array
 from drake_navbench.kernels.angles import wrap
 from drake_navbench.plugins.kinds import PluginKind
 from drake_navbench.plugins.parameters import PluginParameters
 from drake_navbench.typed_files.quantities import Angle, Duration, Length
 from drake_navbench.typed_files.typed_yaml import FrozenModel
-
-Array = NDArray[np.float64]
 
 # Times are compared in whole nanoseconds, as Nav2 does, so that 10.05 s - 0.05 s is 10 s.
 NANOSECONDS_PER_SECOND = 1e9

@@ -13,6 +13,7 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from drake_navbench.arrays import Array
 from drake_navbench.kernels import astar
 from drake_navbench.kernels.footprint import footprint_cost
 from drake_navbench.kernels.grid import INSCRIBED, LETHAL, NO_INFORMATION, Costmap, cost_at
@@ -29,8 +30,6 @@ from drake_navbench.navigation.planner import (
     outside_map,
 )
 from drake_navbench.navigation.smac_planner_2d_parameters import SmacPlanner2DParameters
-
-Array = NDArray[np.float64]
 
 
 class SmacPlanner2D:

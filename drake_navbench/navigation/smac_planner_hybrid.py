@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from drake_navbench.arrays import Array
 from drake_navbench.costmaps.built_in_layers import InflationLayerParameters
 from drake_navbench.errors import InputError
 from drake_navbench.kernels import hybrid_astar
@@ -38,8 +39,6 @@ from drake_navbench.navigation.planner import (
 )
 from drake_navbench.navigation.smac_planner_2d import downsample
 from drake_navbench.navigation.smac_planner_hybrid_parameters import SmacPlannerHybridParameters
-
-Array = NDArray[np.float64]
 
 F32 = np.float32
 # Each state has a number: 2 GB of addresses. The search touches only those of states it visits.

@@ -6,15 +6,12 @@ from collections.abc import Mapping
 from typing import ClassVar, Literal, Self
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
+from drake_navbench.arrays import Array
 from drake_navbench.releases import ReadBy, Release, before, since
 from drake_navbench.typed_files.quantities import Count, Length, Number
 from drake_navbench.typed_files.typed_yaml import FrozenModel
-
-Array = NDArray[np.float64]
-
 
 # The number of refinements before they were a parameter.
 REFINEMENTS_OF_HUMBLE = 4

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
+from drake_navbench.arrays import Array
 from drake_navbench.kernels.grid import Costmap
 from drake_navbench.navigation.smoother import Smoother, SmoothingError
 from drake_navbench.navigation.smoother_parameters import ConstrainedSmootherParameters
@@ -14,8 +12,6 @@ from drake_navbench.navigation.smoothers import SavitzkyGolaySmoother, SimpleSmo
 from drake_navbench.plugins.choice import plugin_choice
 from drake_navbench.plugins.kinds import PluginKind
 from drake_navbench.plugins.parameters import PluginParameters
-
-Array = NDArray[np.float64]
 
 
 class ConstrainedSmoother:

@@ -10,8 +10,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from drake_navbench.arrays import Array
 from drake_navbench.errors import InputError
 from drake_navbench.kernels.grid import Costmap
 from drake_navbench.kernels.path_smoothing import (
@@ -25,7 +25,6 @@ from drake_navbench.navigation.smoother_parameters import (
     SimpleSmootherParameters,
 )
 
-Array = NDArray[np.float64]
 # The Savitzky-Golay smoother leaves shorter parts as they are: index span from the first pose to
 # the last, less the window.
 LEAST_BEYOND_WINDOW = 2

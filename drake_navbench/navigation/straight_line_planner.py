@@ -8,15 +8,14 @@ from __future__ import annotations
 from typing import Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from pydantic import Field
 
+from drake_navbench.arrays import Array
 from drake_navbench.kernels.grid import Costmap
 from drake_navbench.navigation.planner import as_pose
 from drake_navbench.typed_files.quantities import Length
 from drake_navbench.typed_files.typed_yaml import FrozenModel
-
-Array = NDArray[np.float64]
 
 
 class StraightLineParameters(FrozenModel):

@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from pydantic import Field
 
+from drake_navbench.arrays import Array
 from drake_navbench.kernels import theta_star
 from drake_navbench.kernels.grid import FREE, LETHAL, Costmap
 from drake_navbench.navigation.planner import (
@@ -29,8 +30,6 @@ from drake_navbench.navigation.planner import (
 )
 from drake_navbench.releases import ReadBy, Release, since
 from drake_navbench.typed_files.typed_yaml import FrozenModel
-
-Array = NDArray[np.float64]
 
 
 class ThetaStarPlannerParameters(FrozenModel):

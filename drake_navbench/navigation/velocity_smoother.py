@@ -8,13 +8,12 @@ from __future__ import annotations
 from typing import Literal, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
+from drake_navbench.arrays import Array
 from drake_navbench.typed_files.quantities import Duration, Frequency, Number
 from drake_navbench.typed_files.typed_yaml import FrozenModel
 
-Array = NDArray[np.float64]
 PerAxis = tuple[Number, Number, Number]
 
 # The indices in Nav2's (x, y, yaw) of a command's v, w, vy.

@@ -10,10 +10,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from drake_navbench.arrays import Array
 from drake_navbench.recordings.planar_transforms import yaw_of
 from drake_navbench.recordings.topics import SCALAR_COLUMNS
-
-Array = NDArray[np.float64]
 
 
 class Transform(NamedTuple):

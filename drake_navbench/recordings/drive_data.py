@@ -6,12 +6,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from drake_navbench.arrays import Array
 from drake_navbench.recordings.recorded_columns import Column
 from drake_navbench.recordings.recorded_motion import RecordedMotion
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

@@ -22,11 +22,10 @@ from numpy.typing import NDArray
 from scipy.optimize import differential_evolution, minimize
 
 import drake_navbench.kernels  # noqa: F401, before numba looks for what is compiled
+from drake_navbench.arrays import Array
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.drive import LEAST_LAG_S
 from drake_navbench.recordings.drive_data import DriveData
-
-Array = NDArray[np.float64]
 
 STEP_S = 0.005
 # The longest drive that is fitted, from the beginning of the recording, s.

@@ -13,9 +13,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from drake_navbench.arrays import Array
 from drake_navbench.recordings.rosbags_extra import ros2_types
 
-Array = NDArray[np.float64]
 Rgba = tuple[float, float, float, float]
 Pose = Sequence[float] | Array
 

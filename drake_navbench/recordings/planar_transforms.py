@@ -11,9 +11,8 @@ from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from drake_navbench.arrays import Array
 
 # More frames above each other must be a loop.
 MAX_DEPTH = 64

@@ -17,8 +17,6 @@ from drake_navbench.errors import InputError, nearest_name_hint
 from drake_navbench.recordings.bag_source import BagSource
 from drake_navbench.recordings.decoded_messages import DECODERS, is_usable
 
-Array = NDArray[np.float64]
-
 TF_TYPES = ("tf2_msgs/msg/TFMessage", "tf/msg/tfMessage")
 STATUS_TYPES = ("action_msgs/msg/GoalStatusArray", "actionlib_msgs/msg/GoalStatusArray")
 # Messages of these roles hold until the next one, so that earlier ones count, too.

@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from drake_navbench.arrays import Array
 from drake_navbench.errors import InputError
 from drake_navbench.recordings.decoded_messages import Motion, Transform
 from drake_navbench.recordings.planar_transforms import (
@@ -24,7 +25,6 @@ from drake_navbench.recordings.planar_transforms import (
 )
 from drake_navbench.recordings.recorded_columns import Column
 
-Array = NDArray[np.float64]
 Stamps = NDArray[np.int64]
 
 NANOSECONDS = 1e9

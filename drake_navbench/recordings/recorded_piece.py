@@ -13,6 +13,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from drake_navbench.arrays import Array
 from drake_navbench.kernels.grid import LETHAL, Costmap
 from drake_navbench.logs.log import COLUMNS, LATERAL_COLUMNS, UNREPEATABLE_COLUMNS
 from drake_navbench.logs.plans import Plan
@@ -24,8 +25,6 @@ from drake_navbench.recordings.recorded_columns import Column
 from drake_navbench.recordings.recorded_motion import RecordedMotion
 from drake_navbench.recordings.recorded_tasks import RecordedTask
 from drake_navbench.recordings.topics import SCALAR_COLUMNS
-
-Array = NDArray[np.float64]
 
 POSE_COLUMNS = ("x_m", "y_m", "yaw_rad")
 TWIST_COLUMNS = ("v_mps", "w_radps", "vy_mps")

@@ -5,14 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 from typing import NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
+from drake_navbench.arrays import Array
 from drake_navbench.errors import InputError
 from drake_navbench.logs.log import Outcome
 from drake_navbench.recordings.recorded_columns import Column
-
-Array = NDArray[np.float64]
 
 # The states of a goal in action_msgs/GoalStatus.
 ACCEPTED, EXECUTING, CANCELING, SUCCEEDED, CANCELED, ABORTED = 1, 2, 3, 4, 5, 6

@@ -15,8 +15,8 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
+from drake_navbench.arrays import Array
 from drake_navbench.costmaps.map_file import OCCUPIED, OccupancyMap
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.map_world import occupied_boxes
@@ -30,8 +30,6 @@ from drake_navbench.recordings.recorded_motion import RecordedMotion
 from drake_navbench.recordings.recorded_piece import POSE_COLUMNS, RecordedPiece
 from drake_navbench.recordings.recorded_tasks import RecordedTask
 from drake_navbench.typed_files.quantities import MAX_LENGTH_M
-
-Array = NDArray[np.float64]
 
 # Walls farther from the robot's way than this are left out of the log, m.
 MAP_REACH_M = 6.0

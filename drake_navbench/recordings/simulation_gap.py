@@ -11,14 +11,12 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from drake_navbench.arrays import Array
 from drake_navbench.inputs.robot import Robot
 from drake_navbench.kernels.angles import wrap
 from drake_navbench.recordings.drive_data import DriveData
 from drake_navbench.trial.open_loop import drive_open_loop
-
-Array = NDArray[np.float64]
 
 # The times after a start at which poses are compared, s.
 HORIZONS_S = (1.0, 2.0, 5.0, 10.0)

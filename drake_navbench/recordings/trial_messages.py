@@ -16,11 +16,11 @@ from hashlib import sha256
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import TypeAdapter
 
 from drake_navbench.analysis.metrics.movers import is_there, movers_of
 from drake_navbench.analysis.metrics.moving import look_times
+from drake_navbench.arrays import Array
 from drake_navbench.inputs.robot import Robot
 from drake_navbench.inputs.world import Obstacle, World
 from drake_navbench.kernels.poses import carrier_pose, place_outline
@@ -37,7 +37,6 @@ from drake_navbench.recordings.occupancy import map_of_world, occupancy_from_cos
 from drake_navbench.recordings.robot_description import urdf_of
 from drake_navbench.recordings.topics import BASE_FRAME, MAP_FRAME, ODOM_FRAME, Topic
 
-Array = NDArray[np.float64]
 Message = tuple[Topic, int, Any]
 
 # Trials begin on 2024-01-01, as tools take a time of 0 for "not set". All begin alike, so that

@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from drake_navbench.arrays import Array
 from drake_navbench.nav2.patch import Place, patched
 
 if TYPE_CHECKING:
     from drake_navbench.inputs.scenario import Scenario
 
-Array = NDArray[np.float64]
 SERVER = "controller_server"
 
 

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drake_navbench.analysis.cost_colors import palette, palette_rows
+from drake_navbench.arrays import Array
 
-Array = NDArray[np.float64]
 # At most this many samples of a cycle are drawn: more would be a blot.
 MAX_SAMPLES = 60
 TRAJECTORIES = frozenset({"sampled_trajectories", "predicted_trajectory"})

@@ -9,15 +9,14 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import shapely
-from numpy.typing import NDArray
 from pydantic import TypeAdapter
 
+from drake_navbench.arrays import Array
 from drake_navbench.inputs.moving_obstacles import MovingObstacle
 from drake_navbench.inputs.world import Obstacle
 from drake_navbench.kernels.poses import place_outline
 from drake_navbench.studio.drawing import Place, entry_at
 
-Array = NDArray[np.float64]
 OBSTACLE, MOVING = TypeAdapter[Any](Obstacle), TypeAdapter[Any](MovingObstacle)
 # A click picks a thing within this distance, m; of several the smallest.
 REACH_M = 0.15

@@ -9,12 +9,12 @@ from typing import Any
 
 import numpy as np
 import shapely
-from numpy.typing import NDArray
 
 from drake_navbench.analysis.metrics.registry import all_metrics
 from drake_navbench.analysis.replay.reasons import shown_reasons
 from drake_navbench.analysis.tables import PRINTED, SUCCESS_RATE
 from drake_navbench.analysis.trial_rows import trial_row
+from drake_navbench.arrays import Array
 from drake_navbench.campaign.campaign import plan_campaign
 from drake_navbench.campaign.logged_trial import logged_trial, trial_of_log
 from drake_navbench.costmaps.map_file import OCCUPIED, UNKNOWN
@@ -45,7 +45,6 @@ from drake_navbench.trial.trial import simulate
 from drake_navbench.trial.why import require_explainable, whole_why
 from drake_navbench.typed_files.output_file import write_whole
 
-Array = NDArray[np.float64]
 WARM_SCENARIO = "doorway"
 # The metrics beside those of the tables that the terminal prints.
 MORE_METRICS = ("duration_s", "driven_length_m", "mean_speed_mps", "min_clearance_m")

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import BasicVector, Context, State
 
+from drake_navbench.arrays import Array
 from drake_navbench.costmaps.map_file import OCCUPIED, OccupancyMap
 from drake_navbench.inputs.amcl import OMNIDIRECTIONAL, AmclSettings
 from drake_navbench.inputs.lidar import LidarSettings
@@ -35,8 +36,6 @@ from drake_navbench.systems.lifetime import weakly_bound
 from drake_navbench.systems.ports import POSE_SIZE, STATE_SIZE, declare_object_input, value_or_none
 from drake_navbench.systems.scripted_localization import NO_NOISE, SAME_FRAME, jump_of
 from drake_navbench.typed_files.immutable import Immutable
-
-Array = NDArray[np.float64]
 
 PERIOD_S = 0.05
 # The value of a free cell of an occupancy grid.

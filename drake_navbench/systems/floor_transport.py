@@ -3,19 +3,18 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 from pydrake.common.value import AbstractValue
 from pydrake.geometry import FramePoseVector
 from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.systems.framework import BasicVector, Context, State
 
+from drake_navbench.arrays import Array
 from drake_navbench.kernels.poses import carrier_pose, placed_state
 from drake_navbench.navigation.mission import FloorSwitch
 from drake_navbench.systems.floor_aware import FloorAware, FloorClock
 from drake_navbench.systems.lifetime import weakly_bound
 from drake_navbench.systems.ports import POSE_SIZE, STATE_SIZE
 
-Array = NDArray[np.float64]
 SAME_FRAME = np.zeros(POSE_SIZE)
 NO_NOISE = np.zeros(STATE_SIZE)
 

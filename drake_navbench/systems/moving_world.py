@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 from pydrake.common.value import AbstractValue
 from pydrake.geometry import (
     FrameId,
@@ -22,6 +21,7 @@ from pydrake.systems.framework import (
     OutputPort,
 )
 
+from drake_navbench.arrays import Array
 from drake_navbench.inputs.people import NOBODY, TRUNK_RADIUS_M, Crowd, scanned_discs
 from drake_navbench.inputs.recorded_people import RecordedPeople
 from drake_navbench.inputs.world import World
@@ -42,8 +42,6 @@ from drake_navbench.kernels.walking import VX, VY, WALKED, YAW, people_after
 from drake_navbench.systems.lifetime import weakly_bound
 from drake_navbench.systems.ports import POSE_SIZE, STATE_SIZE, declare_object_output
 from drake_navbench.systems.walking_people import PEOPLE_PERIOD_S, walk_of
-
-Array = NDArray[np.float64]
 
 
 class MovingWorld(LeafSystem):

@@ -11,10 +11,10 @@ from dataclasses import replace
 from typing import Any, NamedTuple, Protocol, Self, runtime_checkable
 
 import numpy as np
-from numpy.typing import NDArray
 from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import BasicVector, Context, LeafSystem, State
 
+from drake_navbench.arrays import Array
 from drake_navbench.costmaps.map_file import OccupancyMap
 from drake_navbench.costmaps.point_cloud import PointCloud
 from drake_navbench.errors import NavbenchError, as_line
@@ -36,7 +36,6 @@ from drake_navbench.systems.ports import (
     value_or_none,
 )
 
-Array = NDArray[np.float64]
 STANDSTILL = read_only(np.zeros(COMMAND_SIZE))
 NOT_BEGUN = TaskStatus()
 NO_FRAME = read_only(np.zeros(POSE_SIZE))

@@ -6,10 +6,10 @@ import math
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import BasicVector, Context, InputPort, State
 
+from drake_navbench.arrays import Array
 from drake_navbench.inputs.localization import DRIFTS, LocalizationSettings
 from drake_navbench.inputs.timeline import SLACK_S, Timeline
 from drake_navbench.kernels.angles import wrap
@@ -23,7 +23,6 @@ from drake_navbench.systems.lifetime import weakly_bound
 from drake_navbench.systems.ports import POSE_SIZE, STATE_SIZE, value_or_none
 from drake_navbench.typed_files.immutable import Immutable
 
-Array = NDArray[np.float64]
 SAME_FRAME = np.zeros(POSE_SIZE)
 NO_NOISE = np.zeros(STATE_SIZE)
 # The odometry's error stays between two of its steps, so that the odometry follows the base

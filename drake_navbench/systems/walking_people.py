@@ -5,16 +5,14 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from drake_navbench.arrays import Array
 from drake_navbench.inputs.moving_obstacles import MovingBox
 from drake_navbench.inputs.people import Crowd, OrcaSettings, WalkingPeople
 from drake_navbench.inputs.world import World
 from drake_navbench.kernels.orca import linked_edges, step_orca
 from drake_navbench.kernels.poses import place_outline
 from drake_navbench.kernels.social_force import step_people
-
-Array = NDArray[np.float64]
 
 # The time between two choices of people's velocities, s.
 PEOPLE_PERIOD_S = 0.05

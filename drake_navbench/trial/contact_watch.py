@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 import shapely
-from numpy.typing import NDArray
 
+from drake_navbench.arrays import Array
 from drake_navbench.inputs.drive import Drive
 from drake_navbench.inputs.moving_obstacles import circle, with_people
 from drake_navbench.inputs.recorded_people import RecordedPeople
@@ -28,8 +28,6 @@ from drake_navbench.kernels.swept_contact import (
     share_until_contact,
     soonest_contact_s,
 )
-
-Array = NDArray[np.float64]
 
 # The search for the instant of contact ends at this gap, m.
 TOUCHING_M = 1e-5

@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 from pydrake.geometry import SceneGraph
 from pydrake.systems.analysis import ApplySimulatorConfig, Simulator
 
+from drake_navbench.arrays import Array
 from drake_navbench.inputs.robot import Robot
 from drake_navbench.systems.ports import COMMAND_SIZE, STATE_SIZE
 from drake_navbench.trial.base_wiring import make_base
 from drake_navbench.trial.trial import INTEGRATION
-
-Array = NDArray[np.float64]
 
 
 def drive_open_loop(

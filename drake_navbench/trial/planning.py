@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from drake_navbench.arrays import Array
 from drake_navbench.costmaps.grid_size import require_grid_size
 from drake_navbench.costmaps.layered_costmap import FIRST_ORIGIN, GridGeometry, LayeredCostmap
 from drake_navbench.costmaps.map_file import OCCUPIED, OccupancyMap
@@ -21,8 +21,6 @@ from drake_navbench.navigation.behavior_tree.board import SmoothPath
 from drake_navbench.navigation.planner import Planner
 from drake_navbench.navigation.planner_settings import make_planner
 from drake_navbench.navigation.smoother_settings import make_smoother
-
-Array = NDArray[np.float64]
 
 
 def make_plan(

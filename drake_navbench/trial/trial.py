@@ -9,7 +9,6 @@ from dataclasses import replace
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 from pydrake.systems.analysis import (
     ApplySimulatorConfig,
     Simulator,
@@ -18,6 +17,7 @@ from pydrake.systems.analysis import (
 )
 from pydrake.systems.framework import Context, EventStatus
 
+from drake_navbench.arrays import Array
 from drake_navbench.controller import Controller
 from drake_navbench.costmaps.map_file import OccupancyMap
 from drake_navbench.errors import InputError, NavbenchError, is_machine_fault, one_line
@@ -43,8 +43,6 @@ from drake_navbench.trial.spec import FollowPlan, NavigateToPoses, TrialSpec
 from drake_navbench.trial.task_cost import check_cost, wall_clock_limit_s
 from drake_navbench.trial.timing import MAX_STEP_S
 from drake_navbench.trial.trial_log import failed_log, make_log
-
-Array = NDArray[np.float64]
 
 # A fixed step without error control: drawing or logging more often must not move the numbers.
 INTEGRATION = SimulatorConfig(

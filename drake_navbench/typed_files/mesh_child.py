@@ -9,12 +9,10 @@ from typing import Any
 import numpy as np
 import shapely
 import trimesh
-from numpy.typing import NDArray
 
+from drake_navbench.arrays import Array
 from drake_navbench.errors import one_line
 from drake_navbench.typed_files.mesh_slices import cut
-
-Array = NDArray[np.float64]
 
 MAX_TRIANGLES = 1_000_000
 # A replay with more triangles loads slowly.

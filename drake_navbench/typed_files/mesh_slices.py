@@ -6,10 +6,9 @@ from typing import Any
 
 import numpy as np
 import shapely
-from numpy.typing import NDArray
 from shapely.geometry.base import BaseGeometry
 
-Array = NDArray[np.float64]
+from drake_navbench.arrays import Array
 
 # A surface without volume still stops a beam: it counts as this thick, m.
 HALF_THICKNESS_M = 0.005

@@ -23,14 +23,13 @@ from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from drake_navbench.arrays import Array
 from drake_navbench.controller import ControllerSetup
 from drake_navbench.controllers.dwb.critics.parameters import CriticParameters
 
 if TYPE_CHECKING:
     from drake_navbench.controllers.dwb.parameters import DynamicWindowApproachParameters
     from drake_navbench.controllers.dwb.scene import Scene, Situation
-
-Array = NDArray[np.float64]
 
 
 class Verdict(NamedTuple):

@@ -10,7 +10,8 @@ from numba import njit
 from numpy.typing import NDArray
 from pydantic import Field
 
-from drake_navbench.controllers.dwb.critics.base import Array, Critic, Verdict
+from drake_navbench.arrays import Array
+from drake_navbench.controllers.dwb.critics.base import Critic, Verdict
 from drake_navbench.controllers.dwb.critics.parameters import CriticParameters
 from drake_navbench.controllers.dwb.map_grids import cell_distances
 from drake_navbench.controllers.dwb.scene import Scene, Situation

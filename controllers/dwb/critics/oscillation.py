@@ -10,7 +10,8 @@ from typing import ClassVar, NamedTuple
 import numpy as np
 from pydantic import Field
 
-from drake_navbench.controllers.dwb.critics.base import Array, Critic, Verdict
+from drake_navbench.arrays import Array
+from drake_navbench.controllers.dwb.critics.base import Critic, Verdict
 from drake_navbench.controllers.dwb.critics.parameters import CriticParameters
 from drake_navbench.controllers.dwb.scene import Scene, Situation
 from drake_navbench.kernels.angles import wrap

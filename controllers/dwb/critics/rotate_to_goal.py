@@ -9,7 +9,8 @@ import numpy as np
 from numba import njit
 from pydantic import Field
 
-from drake_navbench.controllers.dwb.critics.base import Array, Critic, Verdict
+from drake_navbench.arrays import Array
+from drake_navbench.controllers.dwb.critics.base import Critic, Verdict
 from drake_navbench.controllers.dwb.critics.parameters import CriticParameters
 from drake_navbench.controllers.dwb.scene import Scene, Situation
 from drake_navbench.kernels.angles import TWO_PI, wrap

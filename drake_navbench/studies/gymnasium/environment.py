@@ -33,7 +33,6 @@ from drake_navbench.trial.trial import DEFAULT_ROBOT
 from drake_navbench.typed_files.quantities import MAX_LENGTH_M
 from drake_navbench.typed_files.typed_yaml import validate
 
-Array = NDArray[np.float64]
 Seen = dict[str, NDArray[np.float32]]
 
 VELOCITIES = ("v", "w", "vy")

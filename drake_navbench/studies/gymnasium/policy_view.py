@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from drake_navbench.arrays import Array
 from drake_navbench.controllers.learned.features import (
     SECTOR_COUNT,
     features,
@@ -12,8 +13,6 @@ from drake_navbench.controllers.learned.features import (
     sector_closeness,
 )
 from drake_navbench.studies.gymnasium.environment import NavigationEnvironment, Seen
-
-Array = NDArray[np.float64]
 
 
 class PolicyView:

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 from pydrake.geometry import SceneGraph
 from pydrake.systems.analysis import ApplySimulatorConfig, Simulator
 from pydrake.systems.framework import Context, DiagramBuilder, EventStatus
 
+from drake_navbench.arrays import Array
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.faults import conditions_of
 from drake_navbench.inputs.robot import Robot
@@ -25,8 +25,6 @@ from drake_navbench.trial.contact_watch import ContactWatch
 from drake_navbench.trial.navigation_wiring import connect_inputs
 from drake_navbench.trial.timing import CONTROLLER_OFFSET_S, MAX_STEP_S
 from drake_navbench.trial.trial import INTEGRATION
-
-Array = NDArray[np.float64]
 
 
 class RobotSimulation:

@@ -7,9 +7,9 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 import shapely
-from numpy.typing import NDArray
 from pydantic import Field
 
+from drake_navbench.arrays import Array
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.robot import Robot
 from drake_navbench.inputs.scenario import Scenario
@@ -17,8 +17,6 @@ from drake_navbench.inputs.world import Cylinder, Polygon, World
 from drake_navbench.kernels.poses import place_outline
 from drake_navbench.typed_files.quantities import Length, Size, Within
 from drake_navbench.typed_files.typed_yaml import FrozenModel
-
-Array = NDArray[np.float64]
 
 # After this many failed draws, there is no room.
 MAX_DRAWS = 1000

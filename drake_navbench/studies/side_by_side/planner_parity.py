@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from drake_navbench.arrays import Array
 from drake_navbench.controllers.external.client_process import ClientProcess
 from drake_navbench.controllers.external.messages import configure_message
 from drake_navbench.errors import InputError
@@ -38,8 +39,6 @@ PATIENCE_S = 60.0
 RESOLUTION_M = 0.05
 SIDE_CELLS = (50, 140)
 MAX_OBSTACLES = 14
-
-Array = NDArray[np.float64]
 
 
 class PlanRequest(NamedTuple):

@@ -9,7 +9,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
 from drake_navbench.analysis.contests import Match, contest_of
 from drake_navbench.analysis.metrics.registry import all_metrics
@@ -34,8 +33,6 @@ from drake_navbench.studies.tuning.objectives import (
     pair_difference,
     scales_of,
 )
-
-Array = NDArray[np.float64]
 
 
 class Judged(NamedTuple):

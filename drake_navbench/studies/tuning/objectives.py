@@ -12,12 +12,11 @@ from collections.abc import Collection, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from drake_navbench.arrays import Array
 from drake_navbench.errors import InputError, nearest_name_hint
 from drake_navbench.logs.log import Outcome
 
-Array = NDArray[np.float64]
 Row = Mapping[str, Any]
 
 CENSORED = 1.0

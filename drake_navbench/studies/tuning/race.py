@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import special
 
-Array = NDArray[np.float64]
+from drake_navbench.arrays import Array
 
 # The probability that a race drops a configuration that no rival beats.
 ERROR = 0.05

@@ -15,9 +15,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from drake_navbench.analysis.statistics import pareto_front
+from drake_navbench.arrays import Array
 from drake_navbench.campaign.rows_of_trials import Row, measure, with_column
 from drake_navbench.errors import InputError, one_line
 from drake_navbench.studies.tuning.guards import touches_of
@@ -39,7 +39,6 @@ if TYPE_CHECKING:
     from optuna.study import Study
     from optuna.trial import FrozenTrial, Trial
 
-Array = NDArray[np.float64]
 Sampler = Literal["tpe", "nsga2", "random"]
 
 DIFFERENCES, EXCESS, ENDING, REFUSED = "differences", "excess", "ending", "refused"
