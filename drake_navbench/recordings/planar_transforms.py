@@ -2,6 +2,7 @@
 
 Poses are (..., 3) x m, y m, yaw rad. What moves is interpolated between its stamps and held beyond
 them; heights, roll and pitch of a moving frame are left out.
+`kernels.poses` has the same for one pose, which the trial composes by the rounding of its kernels.
 """
 
 from __future__ import annotations
