@@ -190,6 +190,7 @@ def test_a_folder_that_is_no_result_is_status_2(folders, tmp_path, capsys):
 
 def test_a_report_that_cannot_be_written_is_status_2(folders, tmp_path, capsys):
     arguments = [str(folders["main"]), str(folders["main"]), "--jobs", "1"]
+    (tmp_path / "no").write_text("a file, in which there can be no other")
     assert command.main([*arguments, "--junit", str(tmp_path / "no" / "x.xml")]) == 2
     assert "cannot be written" in capsys.readouterr().err
 
