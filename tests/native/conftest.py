@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import shutil
 from pathlib import Path
 
@@ -15,8 +16,18 @@ CHECKOUT = Path(__file__).parent / "checkout"
 
 @pytest.fixture(scope="session")
 def build_cache(tmp_path_factory) -> Path:
-    """Where builds are kept while tests run."""
-    return tmp_path_factory.mktemp("cache")
+    """Where builds are kept while tests run.
+
+    Tests that run side by side share the compiled objects, each of which is named by its content.
+    """
+    cache = tmp_path_factory.mktemp("cache")
+    if "PYTEST_XDIST_WORKER" in os.environ:
+        objects = tmp_path_factory.getbasetemp().parent / "objects"
+        objects.mkdir(exist_ok=True)
+        native = cache / "drake_navbench" / "native"
+        native.mkdir(parents=True)
+        (native / "objects").symlink_to(objects)
+    return cache
 
 
 @pytest.fixture
