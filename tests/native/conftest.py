@@ -53,3 +53,10 @@ def tiny(builds) -> Build:
 def copied(builds, tmp_path) -> Path:
     """A copy of the tiny checkout, to be changed."""
     return Path(shutil.copytree(CHECKOUT, tmp_path / "navigation2"))
+
+
+@pytest.fixture
+def sampling(tiny, copied) -> Path:
+    """A checkout whose MPPI commands a sample of its noise."""
+    shutil.copytree(CHECKOUT.parent / "sampling_package", copied / "nav2_mppi_controller")
+    return copied

@@ -135,17 +135,10 @@ class _Compiler(Compiler):
         return "#define __K8__ 1\n" + "".join(self.ADDED[option] for option in options)
 
 
-class _Linker(_Compiler):
-    """Optimizes a whole program, in one process alone."""
-
-    def links(self, options):
-        return tuple(options) == ("-flto",)
-
-
 def test_the_whole_program_is_optimized_as_far_as_the_compiler_can(monkeypatch):
     monkeypatch.delenv("CXXFLAGS", raising=False)
-    flags = flags_of(FlagSet.PORTABLE, (), _Linker(("c++",), "1"))
-    assert flags.of_link == ("-O3", "-flto")
+    monkeypatch.setattr(_Compiler, "links", lambda self, words: words == ("-flto",))
+    assert flags_of(FlagSet.PORTABLE, (), _Compiler(("c++",), "1")).of_link == ("-O3", "-flto")
 
 
 def test_an_option_serves_where_the_processor_has_its_instructions():

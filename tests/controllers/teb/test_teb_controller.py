@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from teb_closed_loop import drive, plan_from_elements, wheelchair_setup, window
 
-from drake_navbench.controller import CONTROLLERS, NoValidControl, Observation, SpeedLimit
+from drake_navbench.controller import NoValidControl, Observation, SpeedLimit
 from drake_navbench.controllers.teb import TimedElasticBand
 from drake_navbench.controllers.teb import choice as choice_module
 from drake_navbench.controllers.teb import program as program_module
@@ -41,10 +41,6 @@ def observe(pose, boxes=(), *, plan=STRAIGHT, twist=(0.0, 0.0), time_s=0.0):
         costmap=window(boxes, pose[0], pose[1]),
         goal=plan[-1],
     )
-
-
-def test_it_is_registered():
-    assert CONTROLLERS.load("teb") is TimedElasticBand
 
 
 def test_free_run_reaches_the_goal_at_the_speed_and_acceleration_limits():
