@@ -339,9 +339,7 @@ def test_a_command_is_never_returned_for_a_band_whose_outline_collides():
 def test_the_last_feasible_band_drives_on_when_the_solver_stops_too_early(monkeypatch):
     controller = make()
     first = controller.step(observe((0, 0, 0), twist=(0.4, 0)), TebMemory())
-    for name in ("unconfirmed", "confirm"):
-        method = getattr(program_module.BandProgram, name)
-        monkeypatch.setattr(program_module.BandProgram, name, _without_a_feasible_iterate(method))
+    without_bands(monkeypatch)
     second = controller.step(observe((0.02, 0, 0), twist=(0.4, 0), time_s=0.05), first.memory)
     assert second.diagnostics["is_fallback"]
     assert second.diagnostics["solver_status"] == "kIterationLimit"
