@@ -7,6 +7,7 @@ import re
 import subprocess
 import sys
 import tomllib
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -85,10 +86,10 @@ def parameter_count(function: ast.FunctionDef | ast.AsyncFunctionDef) -> int:
     return len([name for name in given if name not in ("self", "cls")]) + len(own.kwonlyargs)
 
 
-def many_parameters(code: str, name: str) -> dict[str, int]:
+def many_parameters(tree: ast.Module, name: str) -> dict[str, int]:
     """Returns the functions of a file with more than MANY_PARAMETERS, by `file:function`."""
     counts: dict[str, int] = {}
-    for node in ast.walk(ast.parse(code)):
+    for node in ast.walk(tree):
         if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
             count = parameter_count(node)
             if count > MANY_PARAMETERS:
@@ -96,12 +97,16 @@ def many_parameters(code: str, name: str) -> dict[str, int]:
     return counts
 
 
+@cache
+def syntax_of(file: Path) -> tuple[dict[str, int], set[str]]:
+    """Returns a file's functions with many parameters, and the libraries that it imports."""
+    tree = ast.parse((REPOSITORY / file).read_text(encoding="utf-8"))
+    return many_parameters(tree, str(file)), imported_by(tree)
+
+
 @pytest.fixture(scope="module")
 def functions_with_many() -> dict[str, int]:
-    counts: dict[str, int] = {}
-    for file in product_files():
-        counts |= many_parameters((REPOSITORY / file).read_text(encoding="utf-8"), str(file))
-    return counts
+    return {name: n for file in product_files() for name, n in syntax_of(file)[0].items()}
 
 
 def test_every_folder_with_code_is_packaged_and_no_other():
@@ -136,7 +141,8 @@ def test_parameters_are_counted_without_self():
     (function,) = (n for n in ast.walk(ast.parse(code)) if isinstance(n, ast.FunctionDef))
     assert parameter_count(function) == 3
     names = ", ".join(f"a{k}" for k in range(9))
-    assert many_parameters(f"def g({names}): ...", "x.py") == {"x.py:g": 9}
+    tree = ast.parse(f"def g({names}): ...")
+    assert many_parameters(tree, "x.py") == {"x.py:g": 9}
 
 
 def test_whoever_compiles_imports_the_package_that_knows_where_kernels_are_kept():
@@ -155,10 +161,10 @@ def test_whoever_compiles_imports_the_package_that_knows_where_kernels_are_kept(
     assert not lost
 
 
-def imported_by(code: str) -> set[str]:
+def imported_by(tree: ast.Module) -> set[str]:
     """Returns the names of the libraries that a file imports anywhere, without the standard one."""
     names: set[str] = set()
-    for node in ast.walk(ast.parse(code)):
+    for node in ast.walk(tree):
         if isinstance(node, ast.Import):
             names |= {alias.name.partition(".")[0] for alias in node.names}
         elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
@@ -173,17 +179,15 @@ def test_every_library_that_is_imported_is_declared():
     declared.add(DISTRIBUTIONS["drake_navbench"])
     missing: dict[str, str] = {}
     for file in product_files():
-        for name in imported_by((REPOSITORY / file).read_text(encoding="utf-8")):
+        for name in syntax_of(file)[1]:
             if DISTRIBUTIONS.get(name, name).lower() not in declared:
                 missing[name] = str(file)
     assert not missing
 
 
 def test_an_import_within_a_function_is_found():
-    assert imported_by("def f():\n    from planted.part import g\nimport os, numpy.linalg") == {
-        "planted",
-        "numpy",
-    }
+    code = "def f():\n    from planted.part import g\nimport os, numpy.linalg"
+    assert imported_by(ast.parse(code)) == {"planted", "numpy"}
 
 
 # First words that name nothing: a docstring's first line names the thing that it describes.
@@ -197,6 +201,8 @@ HOUSES = ("drake_navbench", "controllers", "analysis", "studies", "examples", ".
 
 def wordless_docstrings(source):
     """Returns the first lines of docstrings that begin with a word of WORDLESS."""
+    if not re.search(rf'"""\s*(?i:{WORDLESS.pattern})', source):
+        return []
     kinds = (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)
     found = (
         ast.get_docstring(node) for node in ast.walk(ast.parse(source)) if isinstance(node, kinds)

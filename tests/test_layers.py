@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -116,8 +117,13 @@ def modules() -> Iterator[tuple[str, Path]]:
 MODULES = {module for module, _ in modules()}
 
 
-def imports(path: Path) -> Iterator[tuple[int, str]]:
-    """Yields the line and the name of everything of the package that a file imports."""
+@cache
+def imports(path: Path) -> tuple[tuple[int, str], ...]:
+    """Returns the line and the name of everything of the package that a file imports."""
+    return tuple(_imports(path))
+
+
+def _imports(path: Path) -> Iterator[tuple[int, str]]:
     for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
         if isinstance(node, ast.ImportFrom) and node.level:
             yield node.lineno, "a relative import"

@@ -76,7 +76,7 @@ def any_plans(draw) -> list[Plan]:
     return [Plan(0.3 * i, p, leg) for i, (p, leg) in enumerate(zip(poses, legs, strict=True))]
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=20, deadline=None)
 @given(given_plans=any_plans())
 def test_plans_read_back_are_to_the_last_bit_those_that_were_written(given_plans, tmp_path_factory):
     log = make_log([0.0, 1.0, 2.0], plans=as_logged(given_plans))

@@ -185,7 +185,9 @@ def next_twist(band: Band, twist: Array, period_s: float, look_ahead_poses: int 
     limits of the accelerations assume. look_ahead_poses: number of the first interval that counts.
     """
     first = min(max(look_ahead_poses, 1), len(band.time_steps)) - 1
-    return _twist_after(band.poses, band.time_steps, twist[0], twist[1], period_s, first)
+    # A copy: for read-only poses the kernels that it calls would be compiled once more.
+    poses = band.poses.copy()
+    return _twist_after(poses, band.time_steps, twist[0], twist[1], period_s, first)
 
 
 @njit(cache=True)

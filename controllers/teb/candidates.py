@@ -136,7 +136,8 @@ def gather_candidates(
     found: list[Candidate] = []
 
     def add(guess: Band, *, is_driven: bool = False, known: Alternative | None = None) -> None:
-        angles = swept_angles(guess.poses, clusters.anchors)
+        # A copy: for read-only poses the kernel would be compiled once more.
+        angles = swept_angles(guess.poses.copy(), clusters.anchors)
         if len(found) < parameters.max_number_classes and not any(
             same_class(angles, other.angles) for other in found
         ):

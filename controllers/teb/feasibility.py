@@ -75,5 +75,6 @@ def checked_pose_count(poses: Array, last_index: int, distance_m: float) -> int:
 def first_collision(costmap: Costmap, footprint: Array, poses: Array) -> int | None:
     """Returns the interval in which the outline first meets a lethal cell or leaves the map."""
     reach = float(np.hypot(footprint[:, 0], footprint[:, 1]).max())
-    index = _first_collision(costmap.grid, footprint, reach, poses)
+    # A copy: for read-only poses the kernel would be compiled once more.
+    index = _first_collision(costmap.grid, footprint, reach, poses.copy())
     return None if index < 0 else int(index)

@@ -95,7 +95,7 @@ def cut_local_plan(
         lengths = np.cumsum(np.hypot(*np.diff(poses[:, :2], axis=0).T))
         beyond = np.searchsorted(lengths, parameters.max_global_plan_lookahead_dist)
         poses = poses[: int(beyond) + 2]
-    clearances = path_clearance(field, discs, np.ascontiguousarray(poses))
+    clearances = path_clearance(field, discs, poses.copy())
     # The plan is blocked at the first pose where the outline check would fail.
     passable = clearances >= min(
         OUTLINE_MARGIN_M, LEAST_CLEARANCE_RATIO * parameters.min_obstacle_dist
@@ -120,7 +120,9 @@ def via_points(plan: LocalPlan, separation_m: float) -> Array:
     """Returns (V, 2) m: plan points at least `separation_m` apart; none if it is not positive."""
     if separation_m <= 0.0:
         return np.empty((0, 2))
-    return plan.poses[_spaced_indices(plan.poses[: plan.goal_index], separation_m), :2]
+    # A copy: for read-only poses the kernel would be compiled once more.
+    ahead = plan.poses[: plan.goal_index].copy()
+    return plan.poses[_spaced_indices(ahead, separation_m), :2]
 
 
 @njit(cache=True)

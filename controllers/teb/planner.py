@@ -145,7 +145,7 @@ class BandPlanner:
         scene = self._scene(guess, task)
         longest = max(task.limits.longest_step, 2.0 * float(guess.time_steps.max()))
         clearance = min(
-            float(path_clearance(task.around.field, self._discs, guess.poses[:1])[0]),
+            float(path_clearance(task.around.field, self._discs, guess.poses[:1].copy())[0]),
             clearance_now(task.around.moving, self._discs, *guess.poses[0]),
         )
         limits = task.limits._replace(
@@ -221,7 +221,7 @@ class BandPlanner:
             via_points=task.via_points,
             via_poses=_nearest_inner_poses(guess.poses, task.via_points),
             turning_radius=self._turning_radius,
-            directions=np.where(band_geometry(guess.poses)[0] < 0.0, -1.0, 1.0),
+            directions=np.where(band_geometry(guess.poses.copy())[0] < 0.0, -1.0, 1.0),
             encounters=encounters_of(
                 task.around.moving, self._discs, guess.poses, guess.time_steps
             ),

@@ -148,8 +148,9 @@ def fill_outline(grid, outline, cost):
             cells[k, 1] - bottom,
             cells[end, 0] - left,
             cells[end, 1] - bottom,
-            WHOLE_LINE,
-            1,
+            # For constants it would be compiled once more.
+            np.int64(WHOLE_LINE),
+            np.int64(1),
         )
     for column in range(edges.shape[1]):
         lowest, highest = edges.shape[0], -1

@@ -72,12 +72,9 @@ def _least_in_step(footprint, start, end, start_time, end_time, around, least):
     # Spans that are still to be looked at: shares where they begin and end, and the gaps there.
     spans = np.empty((MOST_HALVINGS + 2, 4))
     reach = least + speed * duration
-    spans[0] = (
-        0.0,
-        1.0,
-        min(reach, _gap(footprint, start[:3], start_time, around, reach)),
-        min(reach, _gap(footprint, end[:3], end_time, around, reach)),
-    )
+    first_gap = min(reach, _gap(footprint, start[:3], start_time, around, reach))
+    last_gap = min(reach, _gap(footprint, end[:3], end_time, around, reach))
+    _put(spans, np.int64(0), 0.0, 1.0, first_gap, last_gap)
     count = 1
     while count > 0:
         count -= 1
@@ -91,10 +88,17 @@ def _least_in_step(footprint, start, end, start_time, end_time, around, least):
         reach = least + speed * duration
         gap = min(reach, _gap(footprint, pose, start_time + middle * duration, around, reach))
         least = min(least, gap)
-        spans[count] = first, middle, first_gap, gap
-        spans[count + 1] = middle, last, gap, last_gap
+        _put(spans, count, first, middle, first_gap, gap)
+        _put(spans, count + 1, middle, last, gap, last_gap)
         count += 2
     return least
+
+
+@njit(cache=True)
+def _put(spans, row, first, last, first_gap, last_gap):
+    """Writes a span; a row assigned as a whole would have numba compile its strings, 3 s."""
+    spans[row, 0], spans[row, 1] = first, last
+    spans[row, 2], spans[row, 3] = first_gap, last_gap
 
 
 @njit(cache=True)

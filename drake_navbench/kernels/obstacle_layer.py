@@ -215,4 +215,4 @@ def _free_ray(costs, column_0, row_0, column_1, row_1, min_cells, max_cells):
         row_0 = int(row_0 + row_delta / length * min_cells)
         part = min(1.0, max_cells / length)
     extent = max(abs(column_1 - column_0), abs(row_1 - row_0))
-    draw_line(costs, column_0, row_0, column_1, row_1, int(part * extent), FREE)
+    draw_line(costs, column_0, row_0, column_1, row_1, int(part * extent), np.int64(FREE))

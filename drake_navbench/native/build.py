@@ -157,7 +157,7 @@ class _Plan:
         # builds with other packages can share its objects.
         ours = _digest_of_files([MAKER], NATIVE) + _digest_of_headers(STAND_INS, REPLACEMENTS)
         hosts = ours + _digest_of_headers(HOST)
-        mains = hosts + _digest_of_texts({"": made[PLUGIN_NAMES]})
+        names = hosts + _digest_of_texts({"": made[PLUGIN_NAMES]})
         headers = {name: _header_digest(package) for name, package in seen.items()}
         units = []
         for package in self.packages.values():
@@ -169,10 +169,12 @@ class _Plan:
             units += self._units(ours_instead, own, headers, root, hosts, flags)
         core = self.checkout.seen_from(HOST_NEEDS)
         flags = self.flags.of_host
-        units += self._units([HOST / "controller_host.cpp"], core, headers, root, hosts, flags)
+        shared = ["main", "controller_host"]
         if any(package.planners for package in self.packages.values()):
-            units += self._units([HOST / "planner_host.cpp"], core, headers, root, hosts, flags)
-        return units + self._units([HOST / "main.cpp"], core, headers, root, mains, flags)
+            shared.append("planner_host")
+        sources = [HOST / f"{name}.cpp" for name in shared]
+        units += self._units(sources, core, headers, root, hosts, flags)
+        return units + self._units([HOST / "plugin_names.cpp"], {}, {}, root, names, flags)
 
     @property
     def file_count(self) -> int:

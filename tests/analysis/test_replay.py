@@ -145,33 +145,23 @@ def test_race_names_no_file_of_this_machine(race_page):
     assert not any(str(MODEL.parent).encode() in command for command in commands(race_page))
 
 
-def test_same_logs_give_the_same_page(tmp_path):
-    logs = [replay_log("dwb"), replay_log("rpp", speed_mps=0.4)]
-    assert race(tmp_path, logs) == race(tmp_path, logs)
-
-
 def test_another_process_with_other_hashes_gives_the_same_page(tmp_path):
     code = (
         "import sys; from pathlib import Path\n"
         "sys.path[:0] = [sys.argv[1], str(Path(sys.argv[1]).parent)]\n"
         "from test_replay import MODEL, replay_log, write_race_replay\n"
-        "write_race_replay([replay_log('dwb')], Path(sys.argv[2]), model=MODEL)"
+        "logs = [replay_log('dwb'), replay_log('rpp', speed_mps=0.4)]\n"
+        "write_race_replay(logs, Path(sys.argv[2]), model=MODEL)"
     )
-    pages = []
-    for hash_seed in ("1", "2"):
-        page = tmp_path / f"{hash_seed}.html"
-        subprocess.run(
-            [sys.executable, "-c", code, Path(__file__).parent, page],
-            check=True,
-            env=os.environ | {"PYTHONHASHSEED": hash_seed},
-        )
-        pages.append(page.read_bytes())
-    assert pages[0] == pages[1]
-
-
-def test_five_controllers_for_half_a_minute_take_at_most_the_size_of_a_page(tmp_path):
-    logs = [replay_log(name, end_time_s=30.0) for name in RACERS]
-    assert len(race(tmp_path, logs)) <= MAX_PAGE_BYTES
+    page = tmp_path / "there.html"
+    subprocess.run(
+        [sys.executable, "-c", code, Path(__file__).parent, page],
+        check=True,
+        env=os.environ | {"PYTHONHASHSEED": "1"},
+    )
+    assert page.read_text(encoding="utf-8") == race(
+        tmp_path, [replay_log("dwb"), replay_log("rpp", speed_mps=0.4)]
+    )
 
 
 def test_five_controllers_until_the_timeout_take_at_most_the_size_of_a_page(tmp_path):

@@ -78,11 +78,17 @@ def test_nothing_comes_from_the_network(text):
     assert not re.search(r"""(?:src|href)\s*=\s*["']?https?:|url\(\s*["']?https?:|@import""", own)
 
 
-def test_the_page_holds_all_that_it_shows(tmp_path):
+@pytest.fixture(scope="module")
+def usual(tmp_path_factory):
+    """A folder with the report that is made unless something else is asked for."""
+    path = write_folder(tmp_path_factory.mktemp("usual") / "results")
+    assert command.main([str(path), "--jobs", "1"]) == 0
+    return path
+
+
+def test_the_page_holds_all_that_it_shows(usual):
     """Sent alone, it has its pictures; only what is another page stays behind."""
-    path = write_folder(tmp_path / "results")
-    build_report(path, jobs=1)
-    page = Page((path / "report.html").read_text(encoding="utf-8"))
+    page = Page((usual / "report.html").read_text(encoding="utf-8"))
     assert page.sources
     assert all(source.startswith("data:image/svg+xml,") for source in page.sources)
     assert not re.search(r'<(?:link|object|embed|iframe)\b(?![^>]*href="data:)', page.text)
@@ -231,18 +237,12 @@ def test_tables_and_figures_are_written(reported):
     assert not (folder.path / "figures" / "empty" / "clearance.svg").exists()
 
 
-def written_figures(path, *arguments):
-    assert command.main([str(path), "--jobs", "1", *arguments]) == 0
-    return {file.relative_to(path / "figures").as_posix() for file in path.glob("figures/*/*")}
-
-
-def test_unless_asked_for_only_figures_that_compare_are_drawn(tmp_path):
-    path = write_folder(tmp_path / "results")
-    written = written_figures(path)
+def test_unless_asked_for_only_figures_that_compare_are_drawn(usual):
+    written = {file.relative_to(usual / "figures").as_posix() for file in usual.glob("figures/*/*")}
     assert {name for name in written if name.startswith("empty/")} == {
         f"empty/{kind}.svg" for kind in ("paths", "metrics", "ranks", "compute")
     }
-    text = (path / "report.html").read_text(encoding="utf-8")
+    text = (usual / "report.html").read_text(encoding="utf-8")
     assert text.count("<img") == len(written)
     assert "drake-navbench report results --figures all" in text
 
@@ -258,7 +258,8 @@ def test_all_figures_are_those_and_the_motion_of_each_controller_as_png_too(repo
 
 def test_without_figures_the_page_has_none(tmp_path):
     path = write_folder(tmp_path / "results")
-    assert written_figures(path, "--figures", "none") == set()
+    assert command.main([str(path), "--jobs", "1", "--figures", "none"]) == 0
+    assert list(path.glob("figures/*/*")) == []
     text = (path / "report.html").read_text(encoding="utf-8")
     assert "<img" not in text
     assert 'class="figures"' not in text

@@ -225,18 +225,33 @@ def controller(preset):
 
 
 @pytest.fixture(params=SITUATIONS)
-def observation(request):
-    return SITUATIONS[request.param]()
+def situation(request):
+    return request.param
+
+
+@pytest.fixture
+def observation(situation):
+    return SITUATIONS[situation]()
+
+
+@pytest.fixture(scope="module")
+def usual(preset, controller):
+    """The outcomes of a preset's controller, by situation; driven once, in this order."""
+    return {situation: drive(controller, make()) for situation, make in SITUATIONS.items()}
+
+
+def all_contents(results):
+    return [outcome_contents(result) for result in results]
 
 
 def test_a_controller_has_what_the_interface_asks_for(controller):
     assert isinstance(controller, Controller)
 
 
-def test_commands_are_finite_and_within_the_limits_of_the_base(preset, controller, observation):
+def test_commands_are_finite_and_within_the_limits_of_the_base(preset, usual, situation):
     lateral_mps = load_preset(preset).parameters.asked_speeds().max_lateral_mps or 0.0
     setup = make_setup()
-    results = drive(controller, observation)
+    results = usual[situation]
     assert isinstance(results[0], Decision), results[0]
     for result in results:
         if isinstance(result, Decision):
@@ -259,29 +274,25 @@ def test_inputs_stay_as_they_are(controller, observation):
     assert contents(memory) == before
 
 
-def test_the_same_inputs_give_the_same_decision_whatever_came_between(controller, observation):
-    first = [outcome_contents(result) for result in drive(controller, observation)]
-    for other in SITUATIONS.values():
-        drive(controller, other())
-    assert [outcome_contents(result) for result in drive(controller, observation)] == first
+def test_the_same_inputs_give_the_same_decision_whatever_came_between(controller, usual):
+    # In the opposite order, so that others come before each; from the first memory again.
+    for situation, results in reversed(usual.items()):
+        assert all_contents(drive(controller, SITUATIONS[situation]())) == all_contents(results)
 
 
-def test_a_fresh_controller_decides_alike(preset, controller, observation):
-    used = [outcome_contents(result) for result in drive(controller, observation)]
-    fresh = [outcome_contents(result) for result in drive(make_controller(preset), observation)]
-    assert fresh == used
+def test_a_fresh_controller_decides_alike(preset, usual, situation, observation):
+    fresh = drive(make_controller(preset), observation)
+    assert all_contents(fresh) == all_contents(usual[situation])
 
 
-def test_a_memory_can_be_gone_back_to(controller, observation):
-    """Decisions depend on the memory given, not on the one of the last call."""
-    results = drive(controller, observation)
-    again = outcome(controller, observation, controller.initial_memory())
-    assert outcome_contents(again) == outcome_contents(results[0])
+@pytest.fixture(scope="module")
+def drawing(preset):
+    return make_controller(preset, wants_diagnostics=True)
 
 
-def test_arrays_for_drawing_have_their_shapes(preset):
-    drawing = make_controller(preset, wants_diagnostics=True)
-    diagnostics = drive(drawing, SITUATIONS["beside an obstacle"]())[0].diagnostics
+def test_arrays_for_drawing_have_their_shapes(drawing):
+    observation = SITUATIONS["beside an obstacle"]()
+    diagnostics = outcome(drawing, observation, drawing.initial_memory()).diagnostics
     if "carrot" in diagnostics:
         assert diagnostics["carrot"].shape == (2,)
     if "predicted_trajectory" in diagnostics:
@@ -294,26 +305,19 @@ def test_arrays_for_drawing_have_their_shapes(preset):
         assert diagnostics["sampled_costs"].shape == sampled.shape[:1]
 
 
-def test_drawing_does_not_change_the_command(preset, controller, observation):
-    drawing = make_controller(preset, wants_diagnostics=True)
-    plain, drawn = drive(controller, observation), drive(drawing, observation)
+def test_drawing_does_not_change_the_command(drawing, usual, situation, observation):
+    plain, drawn = usual[situation], drive(drawing, observation)
     assert [contents(r.command) for r in plain] == [contents(r.command) for r in drawn]
 
 
-@pytest.fixture(scope="module")
-def explaining(preset):
-    return make_controller(preset, wants_diagnostics=True)
-
-
-def test_what_is_explained_is_the_command(preset, controller, explaining, observation):
-    if not isinstance(explaining, ExplainingController):
+def test_what_is_explained_is_the_command(preset, controller, drawing, usual, situation):
+    if not isinstance(drawing, ExplainingController):
         pytest.skip(f"{preset} cannot tell why")
-    memory = controller.initial_memory()
-    for _ in range(CYCLES):
-        result = outcome(controller, observation, memory)
+    memory, observation = controller.initial_memory(), SITUATIONS[situation]()
+    for result in usual[situation]:
         command = result.command if isinstance(result, Decision) else None
         before = contents(observation), contents(memory)
-        explanation = explaining.explain(observation, memory)
+        explanation = drawing.explain(observation, memory)
         assert explanation.gives(command), explanation.sentence
         assert explanation.sentence.endswith(".")
         assert {len(row) for row in explanation.rows} <= {len(explanation.columns)}
@@ -338,12 +342,14 @@ def mirrored(observation: Observation) -> Observation:
     )
 
 
-def test_a_mirrored_world_gives_the_mirrored_command(preset, controller, observation):
+def test_a_mirrored_world_gives_the_mirrored_command(
+    preset, controller, usual, situation, observation
+):
     name = load_preset(preset).controller
     reason = NOT_MIRRORED.get(name) or NOT_MIRRORED_PRESETS.get(preset)
     if reason:
         pytest.skip(f"{preset}: {reason}")
-    here, there = drive(controller, observation), drive(controller, mirrored(observation))
+    here, there = usual[situation], drive(controller, mirrored(observation))
     assert len(here) == len(there)
     for one, other in zip(here, there, strict=True):
         assert type(one) is type(other)

@@ -35,7 +35,7 @@ def test_a_stack_drives_to_the_goal_and_the_log_is_a_trials(domain, tmp_path):
         # However busy the machine is.
         preset = live(domain, patience_s=5.0)
         log = run_trial(way(), preset, robot=ROBOT)
-        again = run_trial(way(), preset, robot=ROBOT, seed=1)
+        again = run_trial(way(0.4), preset, robot=ROBOT, seed=1)
     assert (log.outcome, again.outcome) == (Outcome.SUCCEEDED, Outcome.SUCCEEDED)
     last = log.samples.iloc[-1]
     # The stand-in is content with 0.12 m; the waffle drives 0.26 m/s.
@@ -57,7 +57,7 @@ def test_a_stack_drives_to_the_goal_and_the_log_is_a_trials(domain, tmp_path):
 
 def test_a_stack_that_listens_for_the_pose_localizes_the_robot_itself(domain):
     with stand_in(CYCLONE, domain, "--localizes"):
-        log = run_trial(way(), live(domain), robot=ROBOT)
+        log = run_trial(way(0.4), live(domain), robot=ROBOT)
     assert log.outcome is Outcome.SUCCEEDED, log.info["reason"]
     assert log.info["running_stack"]["localization"] == "stack"
 

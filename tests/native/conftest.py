@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import shutil
 from pathlib import Path
 
@@ -15,16 +16,30 @@ CHECKOUT = Path(__file__).parent / "checkout"
 
 @pytest.fixture(scope="session")
 def build_cache(tmp_path_factory) -> Path:
-    """Where builds are kept while tests run."""
-    return tmp_path_factory.mktemp("cache")
+    """Where builds are kept while tests run.
+
+    Tests that run side by side share the compiled objects, each of which is named by its content.
+    """
+    cache = tmp_path_factory.mktemp("cache")
+    if "PYTEST_XDIST_WORKER" in os.environ:
+        objects = tmp_path_factory.getbasetemp().parent / "objects"
+        objects.mkdir(exist_ok=True)
+        native = cache / "drake_navbench" / "native"
+        native.mkdir(parents=True)
+        (native / "objects").symlink_to(objects)
+    return cache
 
 
 @pytest.fixture
 def builds(build_cache, monkeypatch) -> Path:
-    """Lets this test's builds be kept there; without a compiler the test is skipped."""
+    """Lets this test's builds be kept there; without a compiler the test is skipped.
+
+    Nothing is optimized when it is linked, which takes 5 s of processor time for each host.
+    """
     if not any(map(shutil.which, ("c++", "g++", "clang++"))):
         pytest.skip("no C++ compiler")
     monkeypatch.setenv("XDG_CACHE_HOME", str(build_cache))
+    monkeypatch.setattr("drake_navbench.native.flags.WHOLE_PROGRAM", ())
     return build_cache
 
 
@@ -38,3 +53,10 @@ def tiny(builds) -> Build:
 def copied(builds, tmp_path) -> Path:
     """A copy of the tiny checkout, to be changed."""
     return Path(shutil.copytree(CHECKOUT, tmp_path / "navigation2"))
+
+
+@pytest.fixture
+def sampling(tiny, copied) -> Path:
+    """A checkout whose MPPI commands a sample of its noise."""
+    shutil.copytree(CHECKOUT.parent / "sampling_package", copied / "nav2_mppi_controller")
+    return copied

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -34,13 +31,6 @@ OBSERVATION = Observation(
     global_plan=PLAN,
     noise_key=KEY,
 )
-
-
-@pytest.fixture
-def sampling(tiny, copied):
-    """A checkout with a controller that commands a sample of its noise."""
-    shutil.copytree(Path(__file__).parent / "sampling_package", copied / "nav2_mppi_controller")
-    return copied
 
 
 @pytest.fixture

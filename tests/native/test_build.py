@@ -191,7 +191,7 @@ def test_a_changed_source_is_compiled_alone(tiny, copied):
     told = []
     changed = build_checkout(copied, name="changed", tell=told.append)
     assert changed.host != tiny.host
-    assert told == ["[1/1] tiny_controller.cpp", "1 files compiled, 2 taken from the cache"]
+    assert told == ["[1/1] tiny_controller.cpp", "1 files compiled, 3 taken from the cache"]
 
 
 def test_packages_beside_it_compile_nothing_of_a_package_again(tiny, copied):

@@ -135,6 +135,12 @@ class _Compiler(Compiler):
         return "#define __K8__ 1\n" + "".join(self.ADDED[option] for option in options)
 
 
+def test_the_whole_program_is_optimized_as_far_as_the_compiler_can(monkeypatch):
+    monkeypatch.delenv("CXXFLAGS", raising=False)
+    monkeypatch.setattr(_Compiler, "links", lambda self, words: words == ("-flto",))
+    assert flags_of(FlagSet.PORTABLE, (), _Compiler(("c++",), "1")).of_link == ("-O3", "-flto")
+
+
 def test_an_option_serves_where_the_processor_has_its_instructions():
     compiler = _Compiler(("c++",), "1")
     options = ("-O3", "-mfma", "-mavx9", "-mtune=k9", "-msse9")

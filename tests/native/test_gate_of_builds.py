@@ -15,13 +15,6 @@ from drake_navbench.studies.side_by_side.gate_builds import build_of, left_out_c
 SAMPLING = ["sampling::Controller"]
 
 
-@pytest.fixture
-def sampling(tiny, copied) -> Path:
-    """A checkout whose MPPI commands a sample of its noise."""
-    shutil.copytree(Path(__file__).parent / "sampling_package", copied / "nav2_mppi_controller")
-    return copied
-
-
 def test_a_change_is_driven_and_told(tiny, copied, tmp_path, capsys):
     source = copied / "tiny_controller" / "src" / "tiny_controller.cpp"
     source.write_text(source.read_text().replace('declare("speed", 0.3)', 'declare("speed", 0.4)'))

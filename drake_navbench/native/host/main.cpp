@@ -6,7 +6,7 @@
 #include "host/controller_host.hpp"
 #include "host/more_calls.hpp"
 #include "host/pipes.hpp"
-#include "made/plugin_names.hpp"
+#include "host/plugin_names.hpp"
 
 #if __has_include(<malloc.h>)
 #include <malloc.h>
@@ -56,7 +56,7 @@ void Serve() {
 }  // namespace drake_navbench
 
 int main(int count, char ** arguments) {
-  for (const auto & [name, type] : drake_navbench::kPluginNames) {
+  for (const auto & [name, type] : drake_navbench::PluginNames()) {
     pluginlib::described_names()[name] = type;
   }
   if (count > 1 && std::string(arguments[1]) == "--list") {

@@ -1,0 +1,13 @@
+// The only source of the host that differs from one set of packages to another.
+
+#include "host/plugin_names.hpp"
+
+#include "made/plugin_names.hpp"
+
+namespace drake_navbench {
+
+std::vector<std::pair<const char *, const char *>> PluginNames() {
+  return {kPluginNames.begin(), kPluginNames.end()};
+}
+
+}  // namespace drake_navbench
