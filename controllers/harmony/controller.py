@@ -1,4 +1,4 @@
-"""harmony: a sampler finds ways, a program smooths them, a gatekeeper lets the safe ones by."""
+"""harmony: a program makes plans of guesses, a gatekeeper lets the safe ones by."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ from drake_navbench.controllers.harmony.learning import (
 from drake_navbench.controllers.harmony.memory import HarmonyMemory
 from drake_navbench.controllers.harmony.motion import ALPHA, A, V, W, stage_at
 from drake_navbench.controllers.harmony.parameters import HarmonyParameters
-from drake_navbench.controllers.harmony.planner import Candidate, Planner, Samples
+from drake_navbench.controllers.harmony.planner import Candidate, Planner
 from drake_navbench.controllers.harmony.prediction import (
     LATENCIES_S,
     observed,
@@ -68,8 +68,8 @@ MOVING_NEAR_M = 3.0
 # A cycle is late after LATE_RATIO periods. The next one is then expected to be as late, up to
 # LONGEST_INTERVAL_S.
 LATE_RATIO, LONGEST_INTERVAL_S = 1.5, 0.5
-# The log keeps at most SHOWN_SAMPLES samples, and every SHOWN_STOP_STRIDE-th pose of the stop.
-SHOWN_SAMPLES, SHOWN_STOP_STRIDE = 60, 10
+# The log keeps every SHOWN_STOP_STRIDE-th pose of the stop.
+SHOWN_STOP_STRIDE = 10
 
 
 class Check(NamedTuple):
@@ -93,7 +93,7 @@ class Check(NamedTuple):
 
 
 class Harmony:
-    """A seeded sampler, a constrained program and a verified stop plan; see docs/harmony.md.
+    """A constrained program and a verified stop plan; see docs/harmony.md.
 
     Raises InputError for a base that cannot turn in place or takes too long to stop, and ValueError
     for an outline without an area.
@@ -153,14 +153,13 @@ class Harmony:
         reach_m = limits.forward_speed * parameters.horizon
         found = self._way_finder.find(observation, memory, start, field, reach_m)
         way, memory = found.way, memory._replace(detour=found.detour)
-        candidate, samples = self._planner.candidate(
+        candidate, guesses = self._planner.candidate(
             self._planner.scene(start, way, field, limits),
             start,
             way,
             driven=memory.plan,
             elapsed_s=observation.time_s - memory.time_s,
             is_trapped=memory.is_trapped or np.isfinite(way.blocked_m),
-            noise_key=observation.noise_key,
         )
         notes = self._notes(candidate, found, len(check.moving))
         gives_up = not found.is_open and found.blocked_m <= parameters.give_up_distance
@@ -176,7 +175,7 @@ class Harmony:
         if candidate is not None and cycles > 0:
             notes.update(accepted="plan", follow_s=cycles * check.interval_s)
             if self._setup.wants_diagnostics:
-                notes.update(self._arrays(check, candidate, cycles, samples))
+                notes.update(guesses, **self._arrays(check, candidate.plan, cycles))
             decision = self._commit(observation, memory, check, candidate.plan, notes)
             tolerance_m = observation.goal_xy_tolerance_m
             trapped = is_trapped(way, candidate.plan, start, tolerance_m)
@@ -428,24 +427,11 @@ class Harmony:
             "detour_m": None if found.detour is None else path_length(found.detour),
         }
 
-    def _arrays(
-        self,
-        check: Check,
-        chosen: Candidate,
-        cycles: int,
-        samples: Samples,
-    ) -> dict[str, Any]:
-        """Returns the accepted plan, the stop and samples, for the replay."""
+    def _arrays(self, check: Check, plan: Array, cycles: int) -> dict[str, Any]:
+        """Returns the accepted plan and its stop, for the replay."""
         dt = self._parameters.time_step
-        stop = follow_then_brake(
-            check.response, check.state, chosen.plan, dt, check.interval_s, cycles
-        )
-        every = max(len(samples.costs) // SHOWN_SAMPLES, 1)
-        costs = samples.costs[::every].copy()
-        costs[~np.isfinite(costs)] = np.nan
+        stop = follow_then_brake(check.response, check.state, plan, dt, check.interval_s, cycles)
         return {
-            "predicted_trajectory": chosen.plan[:, :3].copy(),
+            "predicted_trajectory": plan[:, :3].copy(),
             "stop_trajectory": np.vstack([stop[::SHOWN_STOP_STRIDE], stop[-1:]]),
-            "sampled_trajectories": samples.motions[::every].copy(),
-            "sampled_costs": costs,
         }

@@ -133,22 +133,8 @@ class HarmonyParameters(ControllerParameters):
         description="Distance to the goal below which plans turn to the goal's heading [m].",
     )
 
-    # Sampler
-    use_sampler: bool = Field(
-        True, description="Draw random plans; when off, only the seed plans compete."
-    )
-    sample_count: Count = Field(
-        600, ge=2, le=100_000, description="Number of plans drawn per control cycle."
-    )
-    sample_v_std: Speed = Field(
-        0.12, gt=0.0, description="Standard deviation of the drawn speeds [m/s]."
-    )
-    sample_w_std: AngularSpeed = Field(
-        0.35, gt=0.0, description="Standard deviation of the drawn turn rates [rad/s]."
-    )
-
     # Program
-    use_program: bool = Field(True, description="Optimise the best plans by the nonlinear program.")
+    use_program: bool = Field(True, description="Optimise the best guess by the nonlinear program.")
     warm_iterations: Count = Field(
         12, ge=1, le=1000, description="Iteration limit for the plan driven so far."
     )

@@ -1,4 +1,4 @@
-"""From one cycle's situation to a plan: seeds, samples, and the program for the best of them."""
+"""From one cycle's situation to a plan: guesses, and the program for the best of them."""
 
 from __future__ import annotations
 
@@ -8,10 +8,18 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from drake_navbench.controllers.harmony.detour import distances_at
+from drake_navbench.controllers.harmony.guesses import (
+    GUESS_SHARE,
+    LEFT,
+    RIGHT,
+    along_wall,
+    pursuit,
+    stop,
+)
 from drake_navbench.controllers.harmony.interior_point import SolverSettings, solve
-from drake_navbench.controllers.harmony.motion import V, W, plan_of_velocities, shifted
+from drake_navbench.controllers.harmony.motion import YAW, V, X, Y, plan_of_velocities, shifted
 from drake_navbench.controllers.harmony.parameters import HarmonyParameters
-from drake_navbench.controllers.harmony.sampler import draw_samples
 from drake_navbench.controllers.harmony.scene import (
     Limits,
     Scene,
@@ -22,23 +30,15 @@ from drake_navbench.controllers.harmony.scene import (
     wanted_speeds,
     with_references,
 )
-from drake_navbench.controllers.harmony.seeds import (
-    LEFT,
-    RIGHT,
-    SEED_SHARE,
-    along_wall,
-    pursuit,
-    stop,
-)
 from drake_navbench.controllers.harmony.terms import (
     FORWARD_PREFERENCE,
+    LINEAR_JERK,
     PATH_ALIGNMENT,
     plan_cost,
 )
 from drake_navbench.controllers.harmony.way import Way
 from drake_navbench.kernels.angles import wrap
 from drake_navbench.kernels.distance_field import DistanceField
-from drake_navbench.kernels.noise import NoiseKey
 from drake_navbench.kernels.read_only import read_only
 
 Array = NDArray[np.float64]
@@ -49,7 +49,7 @@ ROOM_TO_SPARE_M = 0.02
 # The allowed violation of the program's rows, in parts of their limits.
 TOLERANCE = 1e-2
 WARM_BARRIER, COLD_BARRIER, LAST_BARRIER = 1e-3, 1e-2, 1e-5
-# A sample becomes the program's guess if its cost is below this share of the driven plan's.
+# Another guess than the driven plan is taken if its cost is below this share of that plan's.
 BETTER_GUESS_RATIO = 0.8
 # Segments of the path looked at from stage to stage, as the robot's reach a stage by their length.
 MOST_SEGMENTS_AHEAD = 12
@@ -57,8 +57,6 @@ MOST_SEGMENTS_AHEAD = 12
 WALL_ROOM_M = 0.15
 # The share of the weight `path_alignment` that holds on a detour, which nobody asked to follow.
 DETOUR_ALIGNMENT_SHARE = 0.1
-_MASK = 2**64 - 1
-_STEP_MULTIPLIER, _STREAM_MULTIPLIER = 0x9E3779B97F4A7C15, 0xD1B54A32D192ED03
 
 
 class Candidate(NamedTuple):
@@ -75,17 +73,21 @@ class Candidate(NamedTuple):
     violation: float
 
 
-class Samples(NamedTuple):
-    """Poses (K, N + 1, 3) of sampled motions, and their costs (K,), inf where blocked."""
+def has_room(scene: Scene, plan: Array) -> bool:
+    """Returns whether the discs have their clearance along a plan (N + 1, 9), within the map.
 
-    motions: Array
-    costs: Array
-
-
-def noise_word(key: NoiseKey) -> np.uint64:
-    """Returns the 64 bits that name a cycle's samples."""
-    word = key.seed ^ (key.step * _STEP_MULTIPLIER) ^ (key.stream * _STREAM_MULTIPLIER)
-    return np.uint64(word & _MASK)
+    The distance of a disc is that of its centre's cell. Half a cell less will do: a gap that is
+    wide enough for the program must not look closed.
+    """
+    along, radii = scene.discs.T
+    yaw = plan[1:, YAW, None]
+    centres = np.stack(
+        [plan[1:, X, None] + along * np.cos(yaw), plan[1:, Y, None] + along * np.sin(yaw)], axis=-1
+    )
+    distances = distances_at(scene.field, centres.reshape(-1, 2)).reshape(len(yaw), -1)
+    least = scene.required[1:, None] - 0.5 * scene.field.resolution
+    # Off the map the distance is NaN, which is not enough.
+    return bool((distances - radii >= least).all())
 
 
 class Planner:
@@ -136,7 +138,7 @@ class Planner:
             dt,
             max(float(start[V]), 0.0),
             limits.forward_speed,
-            SEED_SHARE * limits.acceleration,
+            GUESS_SHARE * limits.acceleration,
             way.stop_m,
         )
         references = np.zeros((count, 4))
@@ -175,39 +177,40 @@ class Planner:
         driven: Array | None,
         elapsed_s: float,
         is_trapped: bool,
-        noise_key: NoiseKey,
-    ) -> tuple[Candidate | None, Samples]:
-        """Returns the plan made of the cheapest sample, None if all are blocked, and the samples.
+    ) -> tuple[Candidate | None, dict[str, Array]]:
+        """Returns the plan made of the cheapest guess, None if all are blocked; and the guesses.
 
-        start: (9,) first stage. driven: the plan driven so far, committed `elapsed_s` ago.
+        The guesses are as the replay takes them: poses (S, N + 1, 3) and costs (S,), NaN of a
+        blocked one. start: (9,) first stage. driven: the plan driven so far, committed `elapsed_s`
+        ago; given one, it is the first guess.
         """
-        parameters, dt = self._parameters, scene.dt
         window = self._window(way)
-        rest = None if driven is None else shifted(driven, dt, elapsed_s, start)
-        seeds = self._seeds(scene, start, way, rest, window=window, is_trapped=is_trapped)
-        velocities, motions, costs = draw_samples(
-            scene,
-            way.path,
-            seeds,
-            start,
-            noise_word(noise_key),
-            parameters.sample_count if parameters.use_sampler else 0,
-            parameters.sample_v_std,
-            parameters.sample_w_std,
-            window,
-        )
-        samples = Samples(motions, costs)
-        best = int(np.argmin(costs))
+        guesses = self._guesses(scene, start, way, is_trapped=is_trapped, window=window)
+        if driven is not None:
+            guesses = [shifted(driven, scene.dt, elapsed_s, start), *guesses]
+        costs = np.array([self._cost_of_guess(scene, way, one, window) for one in guesses])
+        best, kept = int(np.argmin(costs)), 0 if driven is not None else None
         if not np.isfinite(costs[best]):
-            return None, samples
-        if rest is not None and costs[best] > BETTER_GUESS_RATIO * costs[0]:
-            return self._improved(scene, way, rest, True, window), samples
-        guess = plan_of_velocities(velocities[best], dt, start)
-        found = self._improved(scene, way, guess, False, window)
-        if rest is not None and np.isfinite(costs[0]) and not found.solved:
-            # A sample ignores the limits of jerk, so the driven plan is the safer guess.
-            found = self._improved(scene, way, rest, True, window)
-        return found, samples
+            found = None
+        elif kept is not None and costs[best] > BETTER_GUESS_RATIO * costs[kept]:
+            found = self._improved(scene, way, guesses[kept], True, window)
+        else:
+            found = self._improved(scene, way, guesses[best], False, window)
+            if not found.solved and kept is not None:
+                # A guess ignores the limits of jerk, so the driven plan is the safer one.
+                found = self._improved(scene, way, guesses[kept], True, window)
+        costs[np.isinf(costs)] = np.nan
+        poses = np.stack([guess[:, : YAW + 1] for guess in guesses])
+        return found, {"sampled_trajectories": poses, "sampled_costs": costs}
+
+    def _cost_of_guess(self, scene: Scene, way: Way, guess: Array, window: int) -> float:
+        """Returns the cost of the terms, inf without room; jerk is left to the program."""
+        if not has_room(scene, guess):
+            return np.inf
+        weights = scene.weights.copy()
+        weights[LINEAR_JERK] = 0.0
+        references = references_along(scene, way.path, guess, window)
+        return float(plan_cost(scene._replace(weights=weights, references=references), guess))
 
     def ways_to_stop(
         self, start: Array, limits: Limits, driven: Array | None, elapsed_s: float
@@ -229,30 +232,22 @@ class Planner:
         needed = int(np.ceil(2.0 * reach / spacing)) if spacing > 0.0 else 1
         return max(MOST_SEGMENTS_AHEAD, needed)
 
-    def _seeds(
-        self,
-        scene: Scene,
-        start: Array,
-        way: Way,
-        rest: Array | None,
-        *,
-        window: int,
-        is_trapped: bool,
-    ) -> Array:
+    def _guesses(
+        self, scene: Scene, start: Array, way: Way, *, is_trapped: bool, window: int
+    ) -> list[Array]:
         limits, dt, count = scene.limits, scene.dt, self.stage_count
-        seeds = [] if rest is None else [np.ascontiguousarray(rest[:, V : W + 1])]
-        seeds.append(
-            pursuit(way.path, start, scene.target, scene.nears_goal, limits, dt, count, window)
-        )
-        seeds.append(stop(start, limits, dt, count))
+        velocities = [
+            pursuit(way.path, start, scene.target, scene.nears_goal, limits, dt, count, window),
+            stop(start, limits, dt, count),
+        ]
         if is_trapped:
             keep = float(self._discs[:, 1].max()) + limits.clearance + WALL_ROOM_M
             ahead = float(self._discs[-1, 0])
-            seeds += [
+            velocities += [
                 along_wall(scene.field, side, keep, start, scene.target, limits, dt, count, ahead)
                 for side in (LEFT, RIGHT)
             ]
-        return np.stack(seeds)
+        return [plan_of_velocities(one, dt, start) for one in velocities]
 
     def _improved(
         self,

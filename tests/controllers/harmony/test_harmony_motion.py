@@ -4,6 +4,8 @@ from harmony_scenes import problem, straight
 
 from drake_navbench.controllers.harmony.motion import (
     JERK,
+    X,
+    Y,
     advance,
     plan_of_velocities,
     roll_out,
@@ -11,6 +13,7 @@ from drake_navbench.controllers.harmony.motion import (
     slopes_of_advance,
     stage_at,
 )
+from drake_navbench.controllers.harmony.planner import has_room
 from drake_navbench.controllers.harmony.riccati import feedback_gains
 from drake_navbench.controllers.harmony.scene import heading_wanted, make_start, velocity_bounds
 
@@ -124,6 +127,18 @@ def test_a_plan_turns_to_the_goals_heading_on_the_way():
     assert heading_wanted(scene, 1.2, 0.0, 0.1) == pytest.approx(0.6)
     beyond, _ = problem(goal=(9.0, 0.0, 0.6))
     assert heading_wanted(beyond, 1.4, 0.0, 0.1) == pytest.approx(0.1)
+
+
+def test_a_guess_needs_the_room_of_plans_but_half_a_cell():
+    scene, guess = problem(boxes=[(-3.0, 0.45, 3.0, 0.6)])
+    assert scene.required[0] == pytest.approx(0.05)
+    # At y = 0.05 m the cell's centre is at 0.075 m: 0.45 - 0.075 - 0.341 = 0.034 m, where 0.05 m
+    # less half a cell, 0.025 m, will do. At y = 0.1 m it is 0.05 m less. The map ends at x = 3 m.
+    for (x, y), expected in {(0.0, 0.05): True, (0.0, 0.1): False, (2.5, 0.0): False}.items():
+        moved = guess.copy()
+        moved[:, X] += x
+        moved[:, Y] += y
+        assert has_room(scene, moved) is expected
 
 
 def test_bounds_let_a_start_beyond_them_brake(limits):
