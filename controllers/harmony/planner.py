@@ -8,7 +8,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from drake_navbench.controllers.harmony.detour import distances_at
 from drake_navbench.controllers.harmony.guesses import (
     GUESS_SHARE,
     LEFT,
@@ -18,8 +17,9 @@ from drake_navbench.controllers.harmony.guesses import (
     stop,
 )
 from drake_navbench.controllers.harmony.interior_point import SolverSettings, solve
-from drake_navbench.controllers.harmony.motion import YAW, V, X, Y, plan_of_velocities, shifted
+from drake_navbench.controllers.harmony.motion import V, W, plan_of_velocities, shifted
 from drake_navbench.controllers.harmony.parameters import HarmonyParameters
+from drake_navbench.controllers.harmony.rating import cost_of_motion
 from drake_navbench.controllers.harmony.scene import (
     Limits,
     Scene,
@@ -31,8 +31,8 @@ from drake_navbench.controllers.harmony.scene import (
     with_references,
 )
 from drake_navbench.controllers.harmony.terms import (
+    COSTMAP_COST,
     FORWARD_PREFERENCE,
-    LINEAR_JERK,
     PATH_ALIGNMENT,
     plan_cost,
 )
@@ -71,23 +71,6 @@ class Candidate(NamedTuple):
     solved: bool
     iterations: int
     violation: float
-
-
-def has_room(scene: Scene, plan: Array) -> bool:
-    """Returns whether the discs have their clearance along a plan (N + 1, 9), within the map.
-
-    The distance of a disc is that of its centre's cell. Half a cell less will do: a gap that is
-    wide enough for the program must not look closed.
-    """
-    along, radii = scene.discs.T
-    yaw = plan[1:, YAW, None]
-    centres = np.stack(
-        [plan[1:, X, None] + along * np.cos(yaw), plan[1:, Y, None] + along * np.sin(yaw)], axis=-1
-    )
-    distances = distances_at(scene.field, centres.reshape(-1, 2)).reshape(len(yaw), -1)
-    least = scene.required[1:, None] - 0.5 * scene.field.resolution
-    # Off the map the distance is NaN, which is not enough.
-    return bool((distances - radii >= least).all())
 
 
 class Planner:
@@ -185,32 +168,36 @@ class Planner:
         ago; given one, it is the first guess.
         """
         window = self._window(way)
-        guesses = self._guesses(scene, start, way, is_trapped=is_trapped, window=window)
-        if driven is not None:
-            guesses = [shifted(driven, scene.dt, elapsed_s, start), *guesses]
-        costs = np.array([self._cost_of_guess(scene, way, one, window) for one in guesses])
-        best, kept = int(np.argmin(costs)), 0 if driven is not None else None
+        rest = None if driven is None else shifted(driven, scene.dt, elapsed_s, start)
+        guesses = self._guesses(scene, start, way, rest, is_trapped=is_trapped, window=window)
+        motions, costs = self._rated(scene, start, way, guesses, window)
+        best = int(np.argmin(costs))
         if not np.isfinite(costs[best]):
             found = None
-        elif kept is not None and costs[best] > BETTER_GUESS_RATIO * costs[kept]:
-            found = self._improved(scene, way, guesses[kept], True, window)
+        elif rest is not None and costs[best] > BETTER_GUESS_RATIO * costs[0]:
+            found = self._improved(scene, way, rest, True, window)
         else:
-            found = self._improved(scene, way, guesses[best], False, window)
-            if not found.solved and kept is not None:
+            guess = plan_of_velocities(guesses[best], scene.dt, start)
+            found = self._improved(scene, way, guess, False, window)
+            if rest is not None and np.isfinite(costs[0]) and not found.solved:
                 # A guess ignores the limits of jerk, so the driven plan is the safer one.
-                found = self._improved(scene, way, guesses[kept], True, window)
+                found = self._improved(scene, way, rest, True, window)
         costs[np.isinf(costs)] = np.nan
-        poses = np.stack([guess[:, : YAW + 1] for guess in guesses])
-        return found, {"sampled_trajectories": poses, "sampled_costs": costs}
+        return found, {"sampled_trajectories": motions, "sampled_costs": costs}
 
-    def _cost_of_guess(self, scene: Scene, way: Way, guess: Array, window: int) -> float:
-        """Returns the cost of the terms, inf without room; jerk is left to the program."""
-        if not has_room(scene, guess):
-            return np.inf
+    def _rated(
+        self, scene: Scene, start: Array, way: Way, guesses: list[Array], window: int
+    ) -> tuple[Array, Array]:
+        """Returns the motions (S, N + 1, 3) of guessed velocities, and their costs (S,)."""
         weights = scene.weights.copy()
-        weights[LINEAR_JERK] = 0.0
-        references = references_along(scene, way.path, guess, window)
-        return float(plan_cost(scene._replace(weights=weights, references=references), guess))
+        weights[COSTMAP_COST] = 0.0
+        without = scene._replace(weights=read_only(weights))
+        motions = np.empty((len(guesses), self.stage_count, 3))
+        costs = [
+            cost_of_motion(scene, without, way.path, guess, start, window, motion)
+            for guess, motion in zip(guesses, motions, strict=True)
+        ]
+        return motions, np.array(costs)
 
     def ways_to_stop(
         self, start: Array, limits: Limits, driven: Array | None, elapsed_s: float
@@ -233,21 +220,30 @@ class Planner:
         return max(MOST_SEGMENTS_AHEAD, needed)
 
     def _guesses(
-        self, scene: Scene, start: Array, way: Way, *, is_trapped: bool, window: int
+        self,
+        scene: Scene,
+        start: Array,
+        way: Way,
+        rest: Array | None,
+        *,
+        is_trapped: bool,
+        window: int,
     ) -> list[Array]:
+        """Returns the guessed velocities (N + 1, 2), those of the plan driven so far first."""
         limits, dt, count = scene.limits, scene.dt, self.stage_count
-        velocities = [
+        guesses = [] if rest is None else [np.ascontiguousarray(rest[:, V : W + 1])]
+        guesses += [
             pursuit(way.path, start, scene.target, scene.nears_goal, limits, dt, count, window),
             stop(start, limits, dt, count),
         ]
         if is_trapped:
             keep = float(self._discs[:, 1].max()) + limits.clearance + WALL_ROOM_M
             ahead = float(self._discs[-1, 0])
-            velocities += [
+            guesses += [
                 along_wall(scene.field, side, keep, start, scene.target, limits, dt, count, ahead)
                 for side in (LEFT, RIGHT)
             ]
-        return [plan_of_velocities(one, dt, start) for one in velocities]
+        return guesses
 
     def _improved(
         self,
