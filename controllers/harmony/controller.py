@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 
 from drake_navbench.controller import (
     CollisionAhead,
-    ControllerError,
     ControllerSetup,
     Decision,
     InvalidPath,
@@ -26,7 +25,6 @@ from drake_navbench.controllers.harmony.base_response import (
 from drake_navbench.controllers.harmony.discs import covering_discs
 from drake_navbench.controllers.harmony.gatekeeper import (
     accepted_cycles,
-    command_is_safe,
     is_on_free_cell,
     lethal_edges,
 )
@@ -51,7 +49,6 @@ from drake_navbench.controllers.harmony.scene import Limits, make_start
 from drake_navbench.controllers.harmony.tracking import followed, moving_things
 from drake_navbench.controllers.harmony.way import is_trapped
 from drake_navbench.controllers.harmony.way_finder import FoundWay, WayFinder
-from drake_navbench.controllers.rpp import RegulatedPurePursuit
 from drake_navbench.errors import InputError
 from drake_navbench.kernels.distance_field import distance_field
 from drake_navbench.kernels.path_geometry import path_length
@@ -114,7 +111,6 @@ class Harmony:
         self._discs = read_only(covering_discs(setup, parameters.disc_count))
         self._planner = Planner(parameters, self._discs)
         self._way_finder = WayFinder(parameters, setup, self._discs, self._planner.clearance)
-        self._pursuit = RegulatedPurePursuit(parameters.rpp, setup)
         self._response = parameters.response_of(setup)
         self._candidates = candidates_of(self._response, parameters.response_error)
         braking_s = braking_time(self._response, parameters.top_speed, parameters.max_vel_theta)
@@ -159,7 +155,6 @@ class Harmony:
             way,
             driven=memory.plan,
             elapsed_s=observation.time_s - memory.time_s,
-            is_trapped=memory.is_trapped or np.isfinite(way.blocked_m),
         )
         notes = self._notes(candidate, found, len(check.moving))
         gives_up = not found.is_open and found.blocked_m <= parameters.give_up_distance
@@ -338,24 +333,9 @@ class Harmony:
     ) -> Decision:
         """Returns the command of the first resort that passes the check.
 
-        The resorts are Regulated Pure Pursuit's command, the plan driven so far, a gentle stop,
-        and the stop plan: command 0, which was verified in the last cycle.
+        The resorts are the plan driven so far, a gentle stop, and the stop plan: command 0, which
+        was verified in the last cycle.
         """
-        refusal = f"no command keeps {check.bound:.3f} m away from obstacles"
-        try:
-            v, w = self._pursuit.step(observation, self._pursuit.initial_memory()).command[:2]
-        except ControllerError as error:
-            refusal = f"no plan is free of collisions, and Regulated Pure Pursuit says: {error}"
-        else:
-            # A speed limit slows the command down on the same arc.
-            share = min(limits.forward_speed / abs(v), 1.0) if v else 1.0
-            v, w = share * v, share * w
-            if self._command_is_safe(check, v, w):
-                notes.update(accepted="rpp", follow_s=check.interval_s)
-                command = self._command(v, w)
-                sent = with_command(memory.sent, observation.twist, observation.time_s, command)
-                kept = memory._replace(plan=None, sent=sent, refused_since_s=None)
-                return Decision(command, kept, notes)
         since_s = memory.refused_since_s
         if since_s is None or len(check.moving) > 0:
             # Patience begins when nothing moves nearby any more.
@@ -363,7 +343,9 @@ class Harmony:
         if observation.time_s - since_s >= self._parameters.patience:
             stopped = self._stopped(observation, memory)
             raise CollisionAhead(
-                refusal, details=notes, memory=stopped._replace(refused_since_s=since_s)
+                f"no command keeps {check.bound:.3f} m away from obstacles",
+                details=notes,
+                memory=stopped._replace(refused_since_s=since_s),
             )
         elapsed_s = observation.time_s - memory.time_s
         for name, plan in self._planner.ways_to_stop(start, limits, memory.plan, elapsed_s):
@@ -382,24 +364,6 @@ class Harmony:
         command = self._command(0.0, 0.0)
         sent = with_command(memory.sent, observation.twist, observation.time_s, command)
         return memory._replace(plan=None, sent=sent)
-
-    def _command_is_safe(self, check: Check, v: float, w: float) -> bool:
-        if not self._parameters.use_gatekeeper:
-            return True
-        return check.is_on_map and bool(
-            command_is_safe(
-                check.edges,
-                check.moving,
-                self._outline,
-                self._setup.circumscribed_radius_m,
-                self._bound(check, np.array([[v, w]])),
-                check.response,
-                check.state,
-                v,
-                w,
-                check.interval_s,
-            )
-        )
 
     def _command(self, v: float, w: float) -> Array:
         """Returns the command (2,), clamped to the base's limits."""

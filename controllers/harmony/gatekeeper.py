@@ -178,17 +178,3 @@ def accepted_cycles(
             return cycles
         cycles //= 2
     return 1
-
-
-@njit(cache=True)
-def command_is_safe(edges, moving, outline, reach, bound, response, state, v, w, period_s):
-    """Returns whether a command, held for one cycle and then braked, passes the same check."""
-    plan = np.zeros((2, 9))
-    plan[0, 3], plan[0, 4] = v, w
-    plan[1, 3], plan[1, 4] = v, w
-    # A step of two cycles without acceleration: one cycle of it is the command.
-    poses = follow_then_brake(response, state, plan, 2.0 * period_s, period_s, np.int64(1))
-    step_s = period_s / steps_in(period_s)
-    return is_clear(edges, outline, reach, poses, bound) and is_clear_of_moving(
-        moving, outline, poses, step_s, bound
-    )

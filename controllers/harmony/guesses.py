@@ -1,4 +1,4 @@
-"""Guesses of the plan besides the last one: a pursuit, a stop, and ways along a wall.
+"""Guesses of the plan besides the last one: a pursuit and a stop.
 
 A guess is (N + 1, 2) velocities v m/s, w rad/s, one row a stage, and at rest at its end. Speeds and
 accelerations are within the limits of the plan. Wheel speeds and the sideways acceleration may
@@ -15,7 +15,6 @@ from numba import njit
 from drake_navbench.controllers.harmony.motion import YAW, V, W, X, Y
 from drake_navbench.controllers.harmony.scene import nearest_on_path
 from drake_navbench.kernels.angles import wrap
-from drake_navbench.kernels.distance_field import sample_distance
 
 # As in Regulated Pure Pursuit: the carrot's distance, m, and the angle, rad, beyond which the robot
 # turns in place.
@@ -27,7 +26,6 @@ AT_GOAL_M = 0.1
 HEADING_GAIN = 1.5
 # The share of the limits that guesses use; the rest is for the jerk.
 GUESS_SHARE = 0.8
-LEFT, RIGHT = 1.0, -1.0
 
 
 @njit(cache=True)
@@ -116,32 +114,4 @@ def stop(start, limits, dt, count):
     for k in range(count):
         velocities[k, 0], velocities[k, 1] = v, w
         v, w = _within_limits(limits, dt, (count - 2 - k) * dt, v, w, 0.0, 0.0)
-    return velocities
-
-
-@njit(cache=True)
-def along_wall(field, side, keep, start, target, limits, dt, count, ahead):
-    """Returns the velocities of a motion that keeps the nearest obstacle on one side.
-
-    side: LEFT passes on the obstacle's left. keep: the distance from obstacles at which the point
-    `ahead` m before the base settles, m. If nothing is near, the motion turns to the target.
-    """
-    velocities = np.empty((count, 2))
-    pose = np.array([start[X], start[Y], start[YAW]])
-    v, w = start[V], start[W]
-    for k in range(count):
-        velocities[k, 0], velocities[k, 1] = v, w
-        _move(pose, v, w, dt)
-        nose_x, nose_y = pose[0] + ahead * math.cos(pose[2]), pose[1] + ahead * math.sin(pose[2])
-        distance, by_x, by_y = sample_distance(field, nose_x, nose_y)
-        heading = math.atan2(target[1] - pose[1], target[0] - pose[0])
-        if distance < 2.0 * keep and (by_x != 0.0 or by_y != 0.0):
-            # Along the wall, and away from it by the missing distance.
-            off = min(max((keep - distance) / keep, -0.5), 1.0)
-            heading = math.atan2(by_y, by_x) - side * 0.5 * math.pi * (1.0 - off)
-        error = wrap(heading - pose[2])
-        wanted_v = limits.forward_speed * max(math.cos(error), 0.0)
-        v, w = _within_limits(
-            limits, dt, (count - 2 - k) * dt, v, w, wanted_v, HEADING_GAIN * error
-        )
     return velocities

@@ -13,7 +13,6 @@ from drake_navbench.controller import AskedSpeeds, ControllerParameters, Control
 from drake_navbench.controllers.harmony.base_response import Response
 from drake_navbench.controllers.harmony.gatekeeper import LONGEST_GAP_M
 from drake_navbench.controllers.harmony.terms import TERMS
-from drake_navbench.controllers.rpp import RegulatedPurePursuitParameters
 from drake_navbench.typed_files.quantities import (
     Acceleration,
     AngularAcceleration,
@@ -68,12 +67,6 @@ class Weights(ControllerParameters):
     def as_array(self) -> NDArray[np.float64]:
         """Returns (12,) the weights in the order of TERMS."""
         return np.array([getattr(self, name) for name in TERMS])
-
-
-def _published_pursuit() -> RegulatedPurePursuitParameters:
-    return RegulatedPurePursuitParameters(
-        use_cost_regulated_linear_velocity_scaling=False, approach_velocity_scaling_dist=0.3
-    )
 
 
 class HarmonyParameters(ControllerParameters):
@@ -210,11 +203,6 @@ class HarmonyParameters(ControllerParameters):
         0.5,
         ge=0.0,
         description="Time without an accepted command after which the controller gives up [s].",
-    )
-    rpp: RegulatedPurePursuitParameters = Field(
-        default_factory=_published_pursuit,
-        description="Parameters of Regulated Pure Pursuit, the last fallback before standing "
-        "still.",
     )
 
     @property

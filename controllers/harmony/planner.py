@@ -10,9 +10,6 @@ from numpy.typing import NDArray
 
 from drake_navbench.controllers.harmony.guesses import (
     GUESS_SHARE,
-    LEFT,
-    RIGHT,
-    along_wall,
     pursuit,
     stop,
 )
@@ -53,8 +50,6 @@ WARM_BARRIER, COLD_BARRIER, LAST_BARRIER = 1e-3, 1e-2, 1e-5
 BETTER_GUESS_RATIO = 0.8
 # Segments of the path looked at from stage to stage, as the robot's reach a stage by their length.
 MOST_SEGMENTS_AHEAD = 12
-# The room between a wall that is followed and the widest disc, m.
-WALL_ROOM_M = 0.15
 # The share of the weight `path_alignment` that holds on a detour, which nobody asked to follow.
 DETOUR_ALIGNMENT_SHARE = 0.1
 
@@ -159,7 +154,6 @@ class Planner:
         *,
         driven: Array | None,
         elapsed_s: float,
-        is_trapped: bool,
     ) -> tuple[Candidate | None, dict[str, Array]]:
         """Returns the plan made of the cheapest guess, None if all are blocked; and the guesses.
 
@@ -169,7 +163,7 @@ class Planner:
         """
         window = self._window(way)
         rest = None if driven is None else shifted(driven, scene.dt, elapsed_s, start)
-        guesses = self._guesses(scene, start, way, rest, is_trapped=is_trapped, window=window)
+        guesses = self._guesses(scene, start, way, rest, window)
         motions, costs = self._rated(scene, start, way, guesses, window)
         best = int(np.argmin(costs))
         if not np.isfinite(costs[best]):
@@ -225,8 +219,6 @@ class Planner:
         start: Array,
         way: Way,
         rest: Array | None,
-        *,
-        is_trapped: bool,
         window: int,
     ) -> list[Array]:
         """Returns the guessed velocities (N + 1, 2), those of the plan driven so far first."""
@@ -236,13 +228,6 @@ class Planner:
             pursuit(way.path, start, scene.target, scene.nears_goal, limits, dt, count, window),
             stop(start, limits, dt, count),
         ]
-        if is_trapped:
-            keep = float(self._discs[:, 1].max()) + limits.clearance + WALL_ROOM_M
-            ahead = float(self._discs[-1, 0])
-            guesses += [
-                along_wall(scene.field, side, keep, start, scene.target, limits, dt, count, ahead)
-                for side in (LEFT, RIGHT)
-            ]
         return guesses
 
     def _improved(

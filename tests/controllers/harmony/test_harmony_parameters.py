@@ -154,17 +154,6 @@ def test_it_gives_up_as_far_off_as_asked():
     assert decide(closed, parameters=HarmonyParameters(give_up_distance=0.1)).command[0] > 0.0
 
 
-def test_the_last_resort_drives_as_its_own_parameters_say():
-    for speed in (0.5, 0.3):
-        parameters = HarmonyParameters(rpp={"max_linear_vel": speed})
-        controller = Harmony(parameters, setup_for())
-        # As where no plan passes.
-        controller._planner.candidate = lambda *given, **named: (None, None)
-        decision = controller.step(seen(), controller.initial_memory())
-        assert decision.diagnostics["accepted"] == "rpp"
-        assert decision.command[0] == pytest.approx(speed)
-
-
 @pytest.mark.parametrize("speed", [0.2, 0.0])
 def test_it_backs_out_of_where_it_cannot_turn_only_if_it_may_drive_backwards(speed):
     controller = Harmony(HarmonyParameters(max_vel_x_backwards=speed), setup_for())
