@@ -60,6 +60,8 @@ Array = NDArray[np.float64]
 # The base counts as following a plan while its velocities differ from the plan's by no more than
 # noise (m/s, rad/s) plus the change within FOLLOWING_S, its time constant and a cycle.
 FOLLOWING_S, FOLLOWING_MPS, FOLLOWING_RADPS = 0.05, 0.03, 0.05
+# The command of the stop plan.
+REST = read_only(np.zeros(2))
 # Moving things farther from the outline than this do not matter to a stop, m.
 MOVING_NEAR_M = 3.0
 # A cycle is late after LATE_RATIO periods. The next one is then expected to be as late, up to
@@ -312,8 +314,8 @@ class Harmony:
         plan: Array,
         notes: dict[str, Any],
     ) -> Decision:
-        v, w = command_of(check.response, plan, self._parameters.time_step, check.interval_s, 0)
-        command = self._command(v, w)
+        dt = self._parameters.time_step
+        command = read_only(np.array(command_of(check.response, plan, dt, check.interval_s, 0)))
         kept = memory._replace(
             plan=read_only(plan),
             time_s=observation.time_s,
@@ -357,25 +359,12 @@ class Harmony:
                 return decision._replace(memory=kept)
         notes.update(accepted="stop", follow_s=0.0)
         kept = self._stopped(observation, memory)._replace(refused_since_s=since_s)
-        return Decision(self._command(0.0, 0.0), kept, notes)
+        return Decision(REST, kept, notes)
 
     def _stopped(self, observation: Observation, memory: HarmonyMemory) -> HarmonyMemory:
         """Returns the memory after a command of 0, without a plan."""
-        command = self._command(0.0, 0.0)
-        sent = with_command(memory.sent, observation.twist, observation.time_s, command)
+        sent = with_command(memory.sent, observation.twist, observation.time_s, REST)
         return memory._replace(plan=None, sent=sent)
-
-    def _command(self, v: float, w: float) -> Array:
-        """Returns the command (2,), clamped to the base's limits."""
-        setup = self._setup
-        command = np.array(
-            [
-                min(max(v, -setup.max_linear_velocity_mps), setup.max_linear_velocity_mps),
-                min(max(w, -setup.max_angular_velocity_radps), setup.max_angular_velocity_radps),
-            ]
-        )
-        command.flags.writeable = False
-        return command
 
     def _notes(
         self, candidate: Candidate | None, found: FoundWay, moving_count: int

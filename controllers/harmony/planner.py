@@ -25,7 +25,6 @@ from drake_navbench.controllers.harmony.scene import (
     required_clearances,
     velocity_bounds,
     wanted_speeds,
-    with_references,
 )
 from drake_navbench.controllers.harmony.terms import (
     COSTMAP_COST,
@@ -243,10 +242,9 @@ class Planner:
         It is unchanged if the program finds no solution or `use_program` is off.
         """
         parameters = self._parameters
-        scene = with_references(scene, references_along(scene, way.path, guess, window))
+        scene = scene._replace(references=references_along(scene, way.path, guess, window))
         if not parameters.use_program:
-            cost = plan_cost(scene, guess)
-            return Candidate(guess, cost, True, 0, 0.0)
+            return Candidate(guess, plan_cost(scene, guess), True, 0, 0.0)
         settings = SolverSettings(
             parameters.warm_iterations if is_warm else parameters.cold_iterations,
             WARM_BARRIER if is_warm else COLD_BARRIER,
