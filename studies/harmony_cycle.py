@@ -61,7 +61,7 @@ def main() -> None:
     seen = observation()
     shown = controller.step(seen, controller.initial_memory()).diagnostics
     with figure_style():
-        figure, (axes,) = new_figure(1, 1, axes_size_in=(6.5, 3.9))
+        figure, (axes,) = new_figure(1, 1, axes_size_in=(6.5, 4.6))
         for x0, y0, x1, y1 in BOXES:
             corners = ([x0, x1, x1, x0], [y0, y0, y1, y1])
             axes.fill(*corners, facecolor=OBSTACLE_FACE, edgecolor=OBSTACLE_EDGE)
@@ -71,14 +71,14 @@ def main() -> None:
             label = "guesses" if index == 0 else None
             axes.plot(*motion[:, :2].T, color=GUESS_COLOR, lw=1.2, label=label)
         chosen, stop = shown["predicted_trajectory"], shown["stop_trajectory"]
-        axes.plot(*chosen[:, :2].T, color=CHOSEN_COLOR, lw=2.2, label="accepted")
-        axes.plot(*stop[:, :2].T, color=STOP_COLOR, lw=1.4, ls=":", label="stop plan")
+        axes.plot(*chosen[:, :2].T, color=CHOSEN_COLOR, lw=1.6, label="accepted")
+        axes.plot(*stop[:, :2].T, color=STOP_COLOR, lw=3.0, ls=":", label="stop plan")
         for pose in (seen.pose, stop[-1]):
             outline = place_outline(setup.footprint, pose)
             axes.plot(*np.vstack([outline, outline[:1]]).T, color=STOP_COLOR, lw=0.8)
         axes.set_aspect("equal")
         axes.set_xlim(-0.5, 2.9)
-        axes.set_ylim(-1.0, 1.4)
+        axes.set_ylim(-1.3, 1.4)
         legend_above(axes)
         write_figure(figure, STEM, [SVG])
 
