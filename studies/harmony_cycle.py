@@ -16,7 +16,7 @@ from drake_navbench.analysis.figures.style import (
     new_figure,
     write_figure,
 )
-from drake_navbench.controller import NoiseKey, Observation
+from drake_navbench.controller import Observation
 from drake_navbench.inputs.presets import load_preset
 from drake_navbench.inputs.robot import load_robot
 from drake_navbench.kernels.grid import LETHAL, Costmap
@@ -29,7 +29,7 @@ CELLS, RESOLUTION_M = 120, 0.05
 # x0, y0, x1, y1 m: one on the path, one beside it.
 BOXES = ((1.65, -0.1, 1.8, 0.05), (2.2, 0.85, 2.6, 1.3))
 SPEED_MPS = 0.45
-SAMPLE_COLOR, CHOSEN_COLOR, STOP_COLOR = "#c2d1df", "#cc1a1a", "#731a8c"
+GUESS_COLOR, CHOSEN_COLOR, STOP_COLOR = "#7d93a8", "#cc1a1a", "#731a8c"
 
 
 def observation() -> Observation:
@@ -50,7 +50,6 @@ def observation() -> Observation:
         plan_id=1,
         costmap=Costmap(costs, -half_m, -half_m, RESOLUTION_M),
         goal=np.array([8.0, 0.0, 0.0]),
-        noise_key=NoiseKey(1, 4, 1),
     )
 
 
@@ -62,24 +61,24 @@ def main() -> None:
     seen = observation()
     shown = controller.step(seen, controller.initial_memory()).diagnostics
     with figure_style():
-        figure, (axes,) = new_figure(1, 1, axes_size_in=(6.5, 3.9))
+        figure, (axes,) = new_figure(1, 1, axes_size_in=(6.5, 4.6))
         for x0, y0, x1, y1 in BOXES:
             corners = ([x0, x1, x1, x0], [y0, y0, y1, y1])
             axes.fill(*corners, facecolor=OBSTACLE_FACE, edgecolor=OBSTACLE_EDGE)
         axes.plot(*seen.plan[:, :2].T, color=PLAN_COLOR, lw=1.0, ls="--", label="path")
         free = np.isfinite(shown["sampled_costs"])
         for index, motion in enumerate(shown["sampled_trajectories"][free]):
-            label = "samples" if index == 0 else None
-            axes.plot(*motion[:, :2].T, color=SAMPLE_COLOR, lw=0.7, label=label)
+            label = "guesses" if index == 0 else None
+            axes.plot(*motion[:, :2].T, color=GUESS_COLOR, lw=1.2, label=label)
         chosen, stop = shown["predicted_trajectory"], shown["stop_trajectory"]
-        axes.plot(*chosen[:, :2].T, color=CHOSEN_COLOR, lw=2.2, label="accepted")
-        axes.plot(*stop[:, :2].T, color=STOP_COLOR, lw=1.4, ls=":", label="stop plan")
+        axes.plot(*chosen[:, :2].T, color=CHOSEN_COLOR, lw=1.6, label="accepted")
+        axes.plot(*stop[:, :2].T, color=STOP_COLOR, lw=3.0, ls=":", label="stop plan")
         for pose in (seen.pose, stop[-1]):
             outline = place_outline(setup.footprint, pose)
             axes.plot(*np.vstack([outline, outline[:1]]).T, color=STOP_COLOR, lw=0.8)
         axes.set_aspect("equal")
         axes.set_xlim(-0.5, 2.9)
-        axes.set_ylim(-1.0, 1.4)
+        axes.set_ylim(-1.3, 1.4)
         legend_above(axes)
         write_figure(figure, STEM, [SVG])
 

@@ -32,12 +32,9 @@ MANY_PARAMETERS = 8
 # it is taken off, and none is added.
 WITH_MANY_PARAMETERS = {
     "controllers/harmony/gatekeeper.py:accepted_cycles",
-    "controllers/harmony/gatekeeper.py:command_is_safe",
     "controllers/harmony/prediction.py:_updated_errors",
     "controllers/harmony/rows.py:_bound",
     "controllers/harmony/rows.py:_bound_of_two",
-    "controllers/harmony/sampler.py:draw_samples",
-    "controllers/harmony/seeds.py:along_wall",
     "controllers/mppi/motion_models.py:_step_row",
     "controllers/mppi/motion_models.py:pose_lanes",
     "controllers/rpp/cycle.py:run_cycle",

@@ -1,4 +1,4 @@
-"""harmony: seeded samples, a constrained program and a verified stop plan."""
+"""harmony: a constrained program and a verified stop plan."""
 
 from drake_navbench.controllers.harmony.controller import Harmony
 from drake_navbench.controllers.harmony.parameters import HarmonyParameters

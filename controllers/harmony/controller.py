@@ -1,4 +1,4 @@
-"""harmony: a sampler finds ways, a program smooths them, a gatekeeper lets the safe ones by."""
+"""harmony: a program makes plans of guesses, a gatekeeper lets the safe ones by."""
 
 from __future__ import annotations
 
@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 
 from drake_navbench.controller import (
     CollisionAhead,
-    ControllerError,
     ControllerSetup,
     Decision,
     InvalidPath,
@@ -26,7 +25,6 @@ from drake_navbench.controllers.harmony.base_response import (
 from drake_navbench.controllers.harmony.discs import covering_discs
 from drake_navbench.controllers.harmony.gatekeeper import (
     accepted_cycles,
-    command_is_safe,
     is_on_free_cell,
     lethal_edges,
 )
@@ -40,7 +38,7 @@ from drake_navbench.controllers.harmony.learning import (
 from drake_navbench.controllers.harmony.memory import HarmonyMemory
 from drake_navbench.controllers.harmony.motion import ALPHA, A, V, W, stage_at
 from drake_navbench.controllers.harmony.parameters import HarmonyParameters
-from drake_navbench.controllers.harmony.planner import Candidate, Planner, Samples
+from drake_navbench.controllers.harmony.planner import Candidate, Planner
 from drake_navbench.controllers.harmony.prediction import (
     LATENCIES_S,
     observed,
@@ -51,7 +49,6 @@ from drake_navbench.controllers.harmony.scene import Limits, make_start
 from drake_navbench.controllers.harmony.tracking import followed, moving_things
 from drake_navbench.controllers.harmony.way import is_trapped
 from drake_navbench.controllers.harmony.way_finder import FoundWay, WayFinder
-from drake_navbench.controllers.rpp import RegulatedPurePursuit
 from drake_navbench.errors import InputError
 from drake_navbench.kernels.distance_field import distance_field
 from drake_navbench.kernels.path_geometry import path_length
@@ -63,13 +60,15 @@ Array = NDArray[np.float64]
 # The base counts as following a plan while its velocities differ from the plan's by no more than
 # noise (m/s, rad/s) plus the change within FOLLOWING_S, its time constant and a cycle.
 FOLLOWING_S, FOLLOWING_MPS, FOLLOWING_RADPS = 0.05, 0.03, 0.05
+# The command of the stop plan.
+REST = read_only(np.zeros(2))
 # Moving things farther from the outline than this do not matter to a stop, m.
 MOVING_NEAR_M = 3.0
 # A cycle is late after LATE_RATIO periods. The next one is then expected to be as late, up to
 # LONGEST_INTERVAL_S.
 LATE_RATIO, LONGEST_INTERVAL_S = 1.5, 0.5
-# The log keeps at most SHOWN_SAMPLES samples, and every SHOWN_STOP_STRIDE-th pose of the stop.
-SHOWN_SAMPLES, SHOWN_STOP_STRIDE = 60, 10
+# The log keeps every SHOWN_STOP_STRIDE-th pose of the stop.
+SHOWN_STOP_STRIDE = 10
 
 
 class Check(NamedTuple):
@@ -93,7 +92,7 @@ class Check(NamedTuple):
 
 
 class Harmony:
-    """A seeded sampler, a constrained program and a verified stop plan; see docs/harmony.md.
+    """A constrained program and a verified stop plan; see docs/harmony.md.
 
     Raises InputError for a base that cannot turn in place or takes too long to stop, and ValueError
     for an outline without an area.
@@ -114,7 +113,6 @@ class Harmony:
         self._discs = read_only(covering_discs(setup, parameters.disc_count))
         self._planner = Planner(parameters, self._discs)
         self._way_finder = WayFinder(parameters, setup, self._discs, self._planner.clearance)
-        self._pursuit = RegulatedPurePursuit(parameters.rpp, setup)
         self._response = parameters.response_of(setup)
         self._candidates = candidates_of(self._response, parameters.response_error)
         braking_s = braking_time(self._response, parameters.top_speed, parameters.max_vel_theta)
@@ -153,14 +151,12 @@ class Harmony:
         reach_m = limits.forward_speed * parameters.horizon
         found = self._way_finder.find(observation, memory, start, field, reach_m)
         way, memory = found.way, memory._replace(detour=found.detour)
-        candidate, samples = self._planner.candidate(
+        candidate, guesses = self._planner.candidate(
             self._planner.scene(start, way, field, limits),
             start,
             way,
             driven=memory.plan,
             elapsed_s=observation.time_s - memory.time_s,
-            is_trapped=memory.is_trapped or np.isfinite(way.blocked_m),
-            noise_key=observation.noise_key,
         )
         notes = self._notes(candidate, found, len(check.moving))
         gives_up = not found.is_open and found.blocked_m <= parameters.give_up_distance
@@ -176,7 +172,7 @@ class Harmony:
         if candidate is not None and cycles > 0:
             notes.update(accepted="plan", follow_s=cycles * check.interval_s)
             if self._setup.wants_diagnostics:
-                notes.update(self._arrays(check, candidate, cycles, samples))
+                notes.update(guesses, **self._arrays(check, candidate.plan, cycles))
             decision = self._commit(observation, memory, check, candidate.plan, notes)
             tolerance_m = observation.goal_xy_tolerance_m
             trapped = is_trapped(way, candidate.plan, start, tolerance_m)
@@ -318,8 +314,8 @@ class Harmony:
         plan: Array,
         notes: dict[str, Any],
     ) -> Decision:
-        v, w = command_of(check.response, plan, self._parameters.time_step, check.interval_s, 0)
-        command = self._command(v, w)
+        dt = self._parameters.time_step
+        command = read_only(np.array(command_of(check.response, plan, dt, check.interval_s, 0)))
         kept = memory._replace(
             plan=read_only(plan),
             time_s=observation.time_s,
@@ -339,24 +335,9 @@ class Harmony:
     ) -> Decision:
         """Returns the command of the first resort that passes the check.
 
-        The resorts are Regulated Pure Pursuit's command, the plan driven so far, a gentle stop,
-        and the stop plan: command 0, which was verified in the last cycle.
+        The resorts are the plan driven so far, a gentle stop, and the stop plan: command 0, which
+        was verified in the last cycle.
         """
-        refusal = f"no command keeps {check.bound:.3f} m away from obstacles"
-        try:
-            v, w = self._pursuit.step(observation, self._pursuit.initial_memory()).command[:2]
-        except ControllerError as error:
-            refusal = f"no plan is free of collisions, and Regulated Pure Pursuit says: {error}"
-        else:
-            # A speed limit slows the command down on the same arc.
-            share = min(limits.forward_speed / abs(v), 1.0) if v else 1.0
-            v, w = share * v, share * w
-            if self._command_is_safe(check, v, w):
-                notes.update(accepted="rpp", follow_s=check.interval_s)
-                command = self._command(v, w)
-                sent = with_command(memory.sent, observation.twist, observation.time_s, command)
-                kept = memory._replace(plan=None, sent=sent, refused_since_s=None)
-                return Decision(command, kept, notes)
         since_s = memory.refused_since_s
         if since_s is None or len(check.moving) > 0:
             # Patience begins when nothing moves nearby any more.
@@ -364,7 +345,9 @@ class Harmony:
         if observation.time_s - since_s >= self._parameters.patience:
             stopped = self._stopped(observation, memory)
             raise CollisionAhead(
-                refusal, details=notes, memory=stopped._replace(refused_since_s=since_s)
+                f"no command keeps {check.bound:.3f} m away from obstacles",
+                details=notes,
+                memory=stopped._replace(refused_since_s=since_s),
             )
         elapsed_s = observation.time_s - memory.time_s
         for name, plan in self._planner.ways_to_stop(start, limits, memory.plan, elapsed_s):
@@ -376,43 +359,12 @@ class Harmony:
                 return decision._replace(memory=kept)
         notes.update(accepted="stop", follow_s=0.0)
         kept = self._stopped(observation, memory)._replace(refused_since_s=since_s)
-        return Decision(self._command(0.0, 0.0), kept, notes)
+        return Decision(REST, kept, notes)
 
     def _stopped(self, observation: Observation, memory: HarmonyMemory) -> HarmonyMemory:
         """Returns the memory after a command of 0, without a plan."""
-        command = self._command(0.0, 0.0)
-        sent = with_command(memory.sent, observation.twist, observation.time_s, command)
+        sent = with_command(memory.sent, observation.twist, observation.time_s, REST)
         return memory._replace(plan=None, sent=sent)
-
-    def _command_is_safe(self, check: Check, v: float, w: float) -> bool:
-        if not self._parameters.use_gatekeeper:
-            return True
-        return check.is_on_map and bool(
-            command_is_safe(
-                check.edges,
-                check.moving,
-                self._outline,
-                self._setup.circumscribed_radius_m,
-                self._bound(check, np.array([[v, w]])),
-                check.response,
-                check.state,
-                v,
-                w,
-                check.interval_s,
-            )
-        )
-
-    def _command(self, v: float, w: float) -> Array:
-        """Returns the command (2,), clamped to the base's limits."""
-        setup = self._setup
-        command = np.array(
-            [
-                min(max(v, -setup.max_linear_velocity_mps), setup.max_linear_velocity_mps),
-                min(max(w, -setup.max_angular_velocity_radps), setup.max_angular_velocity_radps),
-            ]
-        )
-        command.flags.writeable = False
-        return command
 
     def _notes(
         self, candidate: Candidate | None, found: FoundWay, moving_count: int
@@ -428,24 +380,11 @@ class Harmony:
             "detour_m": None if found.detour is None else path_length(found.detour),
         }
 
-    def _arrays(
-        self,
-        check: Check,
-        chosen: Candidate,
-        cycles: int,
-        samples: Samples,
-    ) -> dict[str, Any]:
-        """Returns the accepted plan, the stop and samples, for the replay."""
+    def _arrays(self, check: Check, plan: Array, cycles: int) -> dict[str, Any]:
+        """Returns the accepted plan and its stop, for the replay."""
         dt = self._parameters.time_step
-        stop = follow_then_brake(
-            check.response, check.state, chosen.plan, dt, check.interval_s, cycles
-        )
-        every = max(len(samples.costs) // SHOWN_SAMPLES, 1)
-        costs = samples.costs[::every].copy()
-        costs[~np.isfinite(costs)] = np.nan
+        stop = follow_then_brake(check.response, check.state, plan, dt, check.interval_s, cycles)
         return {
-            "predicted_trajectory": chosen.plan[:, :3].copy(),
+            "predicted_trajectory": plan[:, :3].copy(),
             "stop_trajectory": np.vstack([stop[::SHOWN_STOP_STRIDE], stop[-1:]]),
-            "sampled_trajectories": samples.motions[::every].copy(),
-            "sampled_costs": costs,
         }

@@ -45,22 +45,17 @@ def lethal_edges(grid, x, y, reach):
                 continue
             west, south = grid.origin_x + column * resolution, grid.origin_y + row * resolution
             east, north = west + resolution, south + resolution
-            if column == 0 or costs[row, column - 1] != LETHAL:
-                edges[count, 0], edges[count, 1] = west, south
-                edges[count, 2], edges[count, 3] = west, north
-                count += 1
-            if column == columns - 1 or costs[row, column + 1] != LETHAL:
-                edges[count, 0], edges[count, 1] = east, south
-                edges[count, 2], edges[count, 3] = east, north
-                count += 1
-            if row == 0 or costs[row - 1, column] != LETHAL:
-                edges[count, 0], edges[count, 1] = west, south
-                edges[count, 2], edges[count, 3] = east, south
-                count += 1
-            if row == rows - 1 or costs[row + 1, column] != LETHAL:
-                edges[count, 0], edges[count, 1] = west, north
-                edges[count, 2], edges[count, 3] = east, north
-                count += 1
+            for beside_row, beside_column, x0, y0, x1, y1 in (
+                (row, column - 1, west, south, west, north),
+                (row, column + 1, east, south, east, north),
+                (row - 1, column, west, south, east, south),
+                (row + 1, column, west, north, east, north),
+            ):
+                is_inside = 0 <= beside_row < rows and 0 <= beside_column < columns
+                if not is_inside or costs[beside_row, beside_column] != LETHAL:
+                    edges[count, 0], edges[count, 1] = x0, y0
+                    edges[count, 2], edges[count, 3] = x1, y1
+                    count += 1
     west, south = grid.origin_x, grid.origin_y
     east, north = west + columns * resolution, south + rows * resolution
     for x0, y0, x1, y1 in (
@@ -163,32 +158,16 @@ def accepted_cycles(
     whole plan.
     """
     step_s = period_s / steps_in(period_s)
-    poses = follow_then_brake(response, state, plan, dt, period_s, np.int64(1))
-    if not (
-        is_clear(edges, outline, reach, poses, bound)
-        and is_clear_of_moving(moving, outline, poses, step_s, bound)
-    ):
-        return 0
-    cycles = longest
-    while cycles > 1:
+    cycles, accepted = np.int64(1), 0
+    while accepted < cycles:
         poses = follow_then_brake(response, state, plan, dt, period_s, cycles)
-        if is_clear(edges, outline, reach, poses, bound) and is_clear_of_moving(
-            moving, outline, poses, step_s, bound
-        ):
-            return cycles
-        cycles //= 2
-    return 1
-
-
-@njit(cache=True)
-def command_is_safe(edges, moving, outline, reach, bound, response, state, v, w, period_s):
-    """Returns whether a command, held for one cycle and then braked, passes the same check."""
-    plan = np.zeros((2, 9))
-    plan[0, 3], plan[0, 4] = v, w
-    plan[1, 3], plan[1, 4] = v, w
-    # A step of two cycles without acceleration: one cycle of it is the command.
-    poses = follow_then_brake(response, state, plan, 2.0 * period_s, period_s, np.int64(1))
-    step_s = period_s / steps_in(period_s)
-    return is_clear(edges, outline, reach, poses, bound) and is_clear_of_moving(
-        moving, outline, poses, step_s, bound
-    )
+        is_free = is_clear(edges, outline, reach, poses, bound)
+        if is_free and is_clear_of_moving(moving, outline, poses, step_s, bound):
+            if accepted == 1:
+                return cycles
+            accepted, cycles = 1, longest
+        elif accepted == 0:
+            return 0
+        else:
+            cycles //= 2
+    return accepted

@@ -119,9 +119,7 @@ def _evaluate(scene, plan, at):
     cost = 0.0
     for k in range(last + 1):
         reference = scene.references[k]
-        cost += stage_cost(
-            scene, k, last, plan[k], reference, at.gradients[k], at.hessians[k], np.bool_(True)
-        )
+        cost += stage_cost(scene, k, last, plan[k], reference, at.gradients[k], at.hessians[k])
         stage_rows(scene, k, plan[k], at.values[k], at.columns[k], at.slopes[k])
     return cost
 

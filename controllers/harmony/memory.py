@@ -18,8 +18,8 @@ class HarmonyMemory(NamedTuple):
     """The memory of harmony after a cycle; arrays are read-only.
 
     plan: (N + 1, 9) the committed plan, or None where the last command was not a plan's.
-    time_s: when it was committed. sent: the last commands. refused_since_s: since when neither a
-    new plan nor RPP's command has been accepted; None if the last one was. is_trapped: the last
+    time_s: when it was committed. sent: the last commands. refused_since_s: since when no new
+    plan has been accepted; None if the last one was. is_trapped: the last
     plan got nowhere. detour: (M, 3) the way out of a trap, or None. tracks: the clusters of the
     costmap, followed to see which move. learnt: the errors of the base's candidates.
     """

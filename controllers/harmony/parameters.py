@@ -13,7 +13,6 @@ from drake_navbench.controller import AskedSpeeds, ControllerParameters, Control
 from drake_navbench.controllers.harmony.base_response import Response
 from drake_navbench.controllers.harmony.gatekeeper import LONGEST_GAP_M
 from drake_navbench.controllers.harmony.terms import TERMS
-from drake_navbench.controllers.rpp import RegulatedPurePursuitParameters
 from drake_navbench.typed_files.quantities import (
     Acceleration,
     AngularAcceleration,
@@ -68,12 +67,6 @@ class Weights(ControllerParameters):
     def as_array(self) -> NDArray[np.float64]:
         """Returns (12,) the weights in the order of TERMS."""
         return np.array([getattr(self, name) for name in TERMS])
-
-
-def _published_pursuit() -> RegulatedPurePursuitParameters:
-    return RegulatedPurePursuitParameters(
-        use_cost_regulated_linear_velocity_scaling=False, approach_velocity_scaling_dist=0.3
-    )
 
 
 class HarmonyParameters(ControllerParameters):
@@ -133,22 +126,8 @@ class HarmonyParameters(ControllerParameters):
         description="Distance to the goal below which plans turn to the goal's heading [m].",
     )
 
-    # Sampler
-    use_sampler: bool = Field(
-        True, description="Draw random plans; when off, only the seed plans compete."
-    )
-    sample_count: Count = Field(
-        600, ge=2, le=100_000, description="Number of plans drawn per control cycle."
-    )
-    sample_v_std: Speed = Field(
-        0.12, gt=0.0, description="Standard deviation of the drawn speeds [m/s]."
-    )
-    sample_w_std: AngularSpeed = Field(
-        0.35, gt=0.0, description="Standard deviation of the drawn turn rates [rad/s]."
-    )
-
     # Program
-    use_program: bool = Field(True, description="Optimise the best plans by the nonlinear program.")
+    use_program: bool = Field(True, description="Optimise the best guess by the nonlinear program.")
     warm_iterations: Count = Field(
         12, ge=1, le=1000, description="Iteration limit for the plan driven so far."
     )
@@ -224,11 +203,6 @@ class HarmonyParameters(ControllerParameters):
         0.5,
         ge=0.0,
         description="Time without an accepted command after which the controller gives up [s].",
-    )
-    rpp: RegulatedPurePursuitParameters = Field(
-        default_factory=_published_pursuit,
-        description="Parameters of Regulated Pure Pursuit, the last fallback before standing "
-        "still.",
     )
 
     @property

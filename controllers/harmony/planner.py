@@ -1,4 +1,4 @@
-"""From one cycle's situation to a plan: seeds, samples, and the program for the best of them."""
+"""From one cycle's situation to a plan: guesses, and the program for the best of them."""
 
 from __future__ import annotations
 
@@ -8,10 +8,15 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from drake_navbench.controllers.harmony.guesses import (
+    GUESS_SHARE,
+    pursuit,
+    stop,
+)
 from drake_navbench.controllers.harmony.interior_point import SolverSettings, solve
 from drake_navbench.controllers.harmony.motion import V, W, plan_of_velocities, shifted
 from drake_navbench.controllers.harmony.parameters import HarmonyParameters
-from drake_navbench.controllers.harmony.sampler import draw_samples
+from drake_navbench.controllers.harmony.rating import cost_of_motion
 from drake_navbench.controllers.harmony.scene import (
     Limits,
     Scene,
@@ -20,17 +25,9 @@ from drake_navbench.controllers.harmony.scene import (
     required_clearances,
     velocity_bounds,
     wanted_speeds,
-    with_references,
-)
-from drake_navbench.controllers.harmony.seeds import (
-    LEFT,
-    RIGHT,
-    SEED_SHARE,
-    along_wall,
-    pursuit,
-    stop,
 )
 from drake_navbench.controllers.harmony.terms import (
+    COSTMAP_COST,
     FORWARD_PREFERENCE,
     PATH_ALIGNMENT,
     plan_cost,
@@ -38,7 +35,6 @@ from drake_navbench.controllers.harmony.terms import (
 from drake_navbench.controllers.harmony.way import Way
 from drake_navbench.kernels.angles import wrap
 from drake_navbench.kernels.distance_field import DistanceField
-from drake_navbench.kernels.noise import NoiseKey
 from drake_navbench.kernels.read_only import read_only
 
 Array = NDArray[np.float64]
@@ -49,16 +45,12 @@ ROOM_TO_SPARE_M = 0.02
 # The allowed violation of the program's rows, in parts of their limits.
 TOLERANCE = 1e-2
 WARM_BARRIER, COLD_BARRIER, LAST_BARRIER = 1e-3, 1e-2, 1e-5
-# A sample becomes the program's guess if its cost is below this share of the driven plan's.
+# Another guess than the driven plan is taken if its cost is below this share of that plan's.
 BETTER_GUESS_RATIO = 0.8
 # Segments of the path looked at from stage to stage, as the robot's reach a stage by their length.
 MOST_SEGMENTS_AHEAD = 12
-# The room between a wall that is followed and the widest disc, m.
-WALL_ROOM_M = 0.15
 # The share of the weight `path_alignment` that holds on a detour, which nobody asked to follow.
 DETOUR_ALIGNMENT_SHARE = 0.1
-_MASK = 2**64 - 1
-_STEP_MULTIPLIER, _STREAM_MULTIPLIER = 0x9E3779B97F4A7C15, 0xD1B54A32D192ED03
 
 
 class Candidate(NamedTuple):
@@ -73,19 +65,6 @@ class Candidate(NamedTuple):
     solved: bool
     iterations: int
     violation: float
-
-
-class Samples(NamedTuple):
-    """Poses (K, N + 1, 3) of sampled motions, and their costs (K,), inf where blocked."""
-
-    motions: Array
-    costs: Array
-
-
-def noise_word(key: NoiseKey) -> np.uint64:
-    """Returns the 64 bits that name a cycle's samples."""
-    word = key.seed ^ (key.step * _STEP_MULTIPLIER) ^ (key.stream * _STREAM_MULTIPLIER)
-    return np.uint64(word & _MASK)
 
 
 class Planner:
@@ -136,7 +115,7 @@ class Planner:
             dt,
             max(float(start[V]), 0.0),
             limits.forward_speed,
-            SEED_SHARE * limits.acceleration,
+            GUESS_SHARE * limits.acceleration,
             way.stop_m,
         )
         references = np.zeros((count, 4))
@@ -174,40 +153,44 @@ class Planner:
         *,
         driven: Array | None,
         elapsed_s: float,
-        is_trapped: bool,
-        noise_key: NoiseKey,
-    ) -> tuple[Candidate | None, Samples]:
-        """Returns the plan made of the cheapest sample, None if all are blocked, and the samples.
+    ) -> tuple[Candidate | None, dict[str, Array]]:
+        """Returns the plan made of the cheapest guess, None if all are blocked; and the guesses.
 
-        start: (9,) first stage. driven: the plan driven so far, committed `elapsed_s` ago.
+        The guesses are as the replay takes them: poses (S, N + 1, 3) and costs (S,), NaN of a
+        blocked one. start: (9,) first stage. driven: the plan driven so far, committed `elapsed_s`
+        ago; given one, it is the first guess.
         """
-        parameters, dt = self._parameters, scene.dt
         window = self._window(way)
-        rest = None if driven is None else shifted(driven, dt, elapsed_s, start)
-        seeds = self._seeds(scene, start, way, rest, window=window, is_trapped=is_trapped)
-        velocities, motions, costs = draw_samples(
-            scene,
-            way.path,
-            seeds,
-            start,
-            noise_word(noise_key),
-            parameters.sample_count if parameters.use_sampler else 0,
-            parameters.sample_v_std,
-            parameters.sample_w_std,
-            window,
-        )
-        samples = Samples(motions, costs)
+        rest = None if driven is None else shifted(driven, scene.dt, elapsed_s, start)
+        guesses = self._guesses(scene, start, way, rest, window)
+        motions, costs = self._rated(scene, start, way, guesses, window)
         best = int(np.argmin(costs))
         if not np.isfinite(costs[best]):
-            return None, samples
-        if rest is not None and costs[best] > BETTER_GUESS_RATIO * costs[0]:
-            return self._improved(scene, way, rest, True, window), samples
-        guess = plan_of_velocities(velocities[best], dt, start)
-        found = self._improved(scene, way, guess, False, window)
-        if rest is not None and np.isfinite(costs[0]) and not found.solved:
-            # A sample ignores the limits of jerk, so the driven plan is the safer guess.
+            found = None
+        elif rest is not None and costs[best] > BETTER_GUESS_RATIO * costs[0]:
             found = self._improved(scene, way, rest, True, window)
-        return found, samples
+        else:
+            guess = plan_of_velocities(guesses[best], scene.dt, start)
+            found = self._improved(scene, way, guess, False, window)
+            if rest is not None and np.isfinite(costs[0]) and not found.solved:
+                # A guess ignores the limits of jerk, so the driven plan is the safer one.
+                found = self._improved(scene, way, rest, True, window)
+        costs[np.isinf(costs)] = np.nan
+        return found, {"sampled_trajectories": motions, "sampled_costs": costs}
+
+    def _rated(
+        self, scene: Scene, start: Array, way: Way, guesses: list[Array], window: int
+    ) -> tuple[Array, Array]:
+        """Returns the motions (S, N + 1, 3) of guessed velocities, and their costs (S,)."""
+        weights = scene.weights.copy()
+        weights[COSTMAP_COST] = 0.0
+        without = scene._replace(weights=read_only(weights))
+        motions = np.empty((len(guesses), self.stage_count, 3))
+        costs = [
+            cost_of_motion(scene, without, way.path, guess, start, window, motion)
+            for guess, motion in zip(guesses, motions, strict=True)
+        ]
+        return motions, np.array(costs)
 
     def ways_to_stop(
         self, start: Array, limits: Limits, driven: Array | None, elapsed_s: float
@@ -229,30 +212,22 @@ class Planner:
         needed = int(np.ceil(2.0 * reach / spacing)) if spacing > 0.0 else 1
         return max(MOST_SEGMENTS_AHEAD, needed)
 
-    def _seeds(
+    def _guesses(
         self,
         scene: Scene,
         start: Array,
         way: Way,
         rest: Array | None,
-        *,
         window: int,
-        is_trapped: bool,
-    ) -> Array:
+    ) -> list[Array]:
+        """Returns the guessed velocities (N + 1, 2), those of the plan driven so far first."""
         limits, dt, count = scene.limits, scene.dt, self.stage_count
-        seeds = [] if rest is None else [np.ascontiguousarray(rest[:, V : W + 1])]
-        seeds.append(
-            pursuit(way.path, start, scene.target, scene.nears_goal, limits, dt, count, window)
-        )
-        seeds.append(stop(start, limits, dt, count))
-        if is_trapped:
-            keep = float(self._discs[:, 1].max()) + limits.clearance + WALL_ROOM_M
-            ahead = float(self._discs[-1, 0])
-            seeds += [
-                along_wall(scene.field, side, keep, start, scene.target, limits, dt, count, ahead)
-                for side in (LEFT, RIGHT)
-            ]
-        return np.stack(seeds)
+        guesses = [] if rest is None else [np.ascontiguousarray(rest[:, V : W + 1])]
+        guesses += [
+            pursuit(way.path, start, scene.target, scene.nears_goal, limits, dt, count, window),
+            stop(start, limits, dt, count),
+        ]
+        return guesses
 
     def _improved(
         self,
@@ -267,10 +242,9 @@ class Planner:
         It is unchanged if the program finds no solution or `use_program` is off.
         """
         parameters = self._parameters
-        scene = with_references(scene, references_along(scene, way.path, guess, window))
+        scene = scene._replace(references=references_along(scene, way.path, guess, window))
         if not parameters.use_program:
-            cost = plan_cost(scene, guess)
-            return Candidate(guess, cost, True, 0, 0.0)
+            return Candidate(guess, plan_cost(scene, guess), True, 0, 0.0)
         settings = SolverSettings(
             parameters.warm_iterations if is_warm else parameters.cold_iterations,
             WARM_BARRIER if is_warm else COLD_BARRIER,

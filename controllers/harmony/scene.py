@@ -204,8 +204,3 @@ def make_start(pose: Array, v: float, w: float, a: float = 0.0, alpha: float = 0
     start[:3] = pose
     start[V], start[W], start[A], start[ALPHA] = v, w, a, alpha
     return start
-
-
-def with_references(scene: Scene, references: Array) -> Scene:
-    """Returns the scene for another guess of the plan."""
-    return scene._replace(references=references)

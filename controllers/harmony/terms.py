@@ -199,11 +199,10 @@ def maximum_velocity(scene, reference, stage, weight, gradient, hessian):
 
 
 @njit(cache=True)
-def stage_cost(scene, k, last, stage, reference, gradient, hessian, with_costmap):
+def stage_cost(scene, k, last, stage, reference, gradient, hessian):
     """Returns the cost of stage k of 0..last, and adds its derivatives.
 
-    reference: (4,) of this stage. Stage 0 is given: only its inputs cost something. with_costmap:
-    whether the term of the costmap counts; of a constant numba would compile all of this for it.
+    reference: (4,) of this stage. Stage 0 is given: only its inputs cost something.
     """
     weights, dt = scene.weights, scene.dt
     cost = 0.0
@@ -213,7 +212,7 @@ def stage_cost(scene, k, last, stage, reference, gradient, hessian, with_costmap
         return cost
     if weights[CONSTRAINTS] > 0.0:
         cost += constraints(scene, stage, dt * weights[CONSTRAINTS], gradient, hessian)
-    if with_costmap and weights[COSTMAP_COST] > 0.0:
+    if weights[COSTMAP_COST] > 0.0:
         cost += costmap_cost(scene, stage, dt * weights[COSTMAP_COST], gradient, hessian)
     if weights[PATH_ALIGNMENT] > 0.0:
         weight = dt * weights[PATH_ALIGNMENT]
@@ -247,7 +246,5 @@ def plan_cost(scene, plan):
     last = plan.shape[0] - 1
     cost = 0.0
     for k in range(last + 1):
-        cost += stage_cost(
-            scene, k, last, plan[k], scene.references[k], gradient, hessian, np.bool_(True)
-        )
+        cost += stage_cost(scene, k, last, plan[k], scene.references[k], gradient, hessian)
     return cost

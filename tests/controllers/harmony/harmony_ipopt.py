@@ -62,7 +62,7 @@ def cost_and_gradient(scene, plan):
     cost = 0.0
     for k in range(last + 1):
         reference = scene.references[k]
-        cost += stage_cost(scene, k, last, plan[k], reference, gradients[k], hessian, True)
+        cost += stage_cost(scene, k, last, plan[k], reference, gradients[k], hessian)
     by_jerks = np.empty(2 * last)
     adjoint = gradients[last, :STATE_SIZE].copy()
     for k in range(last - 1, -1, -1):

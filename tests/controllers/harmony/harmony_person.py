@@ -23,7 +23,6 @@ from harmony_worlds import (
 from drake_navbench.controller import ControllerError, Observation
 from drake_navbench.controllers.harmony import HarmonyParameters
 from drake_navbench.controllers.harmony.base_response import follow
-from drake_navbench.kernels.noise import NoiseKey
 
 SPEED_MPS, FROM_M, WIDTH_M, LONGEST_S = 0.5, 3.0, 0.4, 12.0
 # Nav2's local costmap is updated five times a second.
@@ -63,7 +62,6 @@ def speed_at_contact(
             plan_id=1,
             costmap=seen_map,
             goal=plan[-1],
-            noise_key=NoiseKey(1, 4, cycle),
         )
         try:
             command, memory, _ = controller.step(seen, memory)

@@ -11,7 +11,6 @@ from drake_navbench.controllers.harmony.scene import (
     Scene,
     make_start,
     references_along,
-    with_references,
 )
 from drake_navbench.controllers.harmony.way import way_along
 from drake_navbench.kernels.distance_field import distance_field
@@ -72,4 +71,4 @@ def problem(
     velocities[:, 0] = np.clip(speed * np.linspace(1.5, 0.0, planner.stage_count), 0.0, speed)
     guess = plan_of_velocities(velocities, scene.dt, first)
     assert guess[0, V] == speed
-    return with_references(scene, references_along(scene, way.path, guess, WINDOW)), guess
+    return scene._replace(references=references_along(scene, way.path, guess, WINDOW)), guess

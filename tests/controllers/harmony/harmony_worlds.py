@@ -27,7 +27,6 @@ from drake_navbench.controllers.harmony import Harmony, HarmonyParameters
 from drake_navbench.controllers.harmony.base_response import Response, follow
 from drake_navbench.kernels.footprint import footprint_radii
 from drake_navbench.kernels.grid import LETHAL, Costmap
-from drake_navbench.kernels.noise import NoiseKey
 from drake_navbench.kernels.outline_distance import outline_to_edges
 from drake_navbench.kernels.poses import place_point
 
@@ -178,7 +177,7 @@ def drive(
     slowness, strength: the base's time constant and its accelerations, in parts of those that the
     controller is told.
     """
-    settings = HarmonyParameters(sample_count=100, **BOLD, **parameters)
+    settings = HarmonyParameters(**BOLD, **parameters)
     base = BASE._replace(
         time_constant_s=slowness * BASE.time_constant_s,
         acceleration=strength * BASE.acceleration,
@@ -222,7 +221,6 @@ def drive_among(
             costmap=costmap_around(boxes, pose[0], pose[1]),
             goal=plan[-1],
             global_plan=plan,
-            noise_key=NoiseKey(seed, 4, cycle),
         )
         if end != "aborted":
             try:

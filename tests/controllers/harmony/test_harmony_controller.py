@@ -193,11 +193,13 @@ def test_the_latency_of_a_base_is_found_from_what_it_does():
     assert LATENCIES_S[memory.sent.latency] == pytest.approx(0.2)
 
 
-def test_the_replay_is_told_of_samples_plan_and_stop():
-    shown = decide((1.2, 0.2, 1.4, 0.6)).diagnostics
+def test_the_replay_is_told_of_guesses_plan_and_stop():
+    # The pursuit leads around the box. The stop ends 0.104 m ahead, where the foremost disc, which
+    # ends 1.078 m before the axle, is 0.03 m from it: nearer than plans may come.
+    shown = decide((1.21, -0.2, 1.31, 0.2), twist=(0.5, 0.0)).diagnostics
     assert shown["predicted_trajectory"].shape == (31, 3)
-    assert shown["sampled_trajectories"].shape[1:] == (31, 3)
-    assert shown["sampled_costs"].shape == shown["sampled_trajectories"].shape[:1]
+    assert shown["sampled_trajectories"].shape == (2, 31, 3)
+    np.testing.assert_array_equal(np.isfinite(shown["sampled_costs"]), [True, False])
     assert shown["stop_trajectory"].shape[1] == 3
 
 

@@ -11,6 +11,7 @@ from drake_navbench.controllers.harmony.motion import (
     slopes_of_advance,
     stage_at,
 )
+from drake_navbench.controllers.harmony.rating import cost_of_motion
 from drake_navbench.controllers.harmony.riccati import feedback_gains
 from drake_navbench.controllers.harmony.scene import heading_wanted, make_start, velocity_bounds
 
@@ -124,6 +125,19 @@ def test_a_plan_turns_to_the_goals_heading_on_the_way():
     assert heading_wanted(scene, 1.2, 0.0, 0.1) == pytest.approx(0.6)
     beyond, _ = problem(goal=(9.0, 0.0, 0.6))
     assert heading_wanted(beyond, 1.4, 0.0, 0.1) == pytest.approx(0.1)
+
+
+def test_a_guess_needs_the_room_of_plans_but_half_a_cell():
+    scene, _ = problem(boxes=[(-3.0, 0.45, 3.0, 0.6)])
+    assert scene.required[0] == pytest.approx(0.05)
+    at_rest, motion = np.zeros((31, 2)), np.empty((31, 3))
+    # At y = 0.05 m the cell's centre is at 0.075 m: 0.45 - 0.075 - 0.341 = 0.034 m, where 0.05 m
+    # less half a cell, 0.025 m, will do. At y = 0.1 m it is 0.05 m less. The map ends at x = 3 m.
+    for (x, y), has_room in {(0.0, 0.05): True, (0.0, 0.1): False, (2.5, 0.0): False}.items():
+        start = make_start(np.array([x, y, 0.0]), 0.0, 0.0)
+        cost = cost_of_motion(scene, scene, straight(), at_rest, start, 20, motion)
+        assert np.isfinite(cost) == has_room
+        np.testing.assert_array_equal(motion[-1], [x, y, 0.0])
 
 
 def test_bounds_let_a_start_beyond_them_brake(limits):

@@ -116,33 +116,10 @@ def test_a_horizon_and_a_step_are_those_of_plans():
     assert planned(horizon=2.0, time_step=0.05).diagnostics["predicted_trajectory"].shape == (41, 3)
 
 
-def test_samples_are_as_many_and_as_far_spread_as_asked():
-    quiet, quick, turning = (
-        planned(sample_v_std=v, sample_w_std=w, sample_count=80).diagnostics
-        for v, w in ((0.01, 0.01), (0.12, 0.01), (0.01, 0.35))
-    )
-    # The two seeds and 80 around them; here those around the pursuit, to one side.
-    assert len(quiet["sampled_costs"]) == 82
-    motions = [shown["sampled_trajectories"][2::4, :, :2] for shown in (quiet, quick, turning)]
-    lengths, sides = (
-        [np.std(measure(one)) for one in motions]
-        for measure in (
-            lambda m: np.hypot(*np.diff(m, axis=1).T).sum(axis=0),
-            lambda m: m[:, -1, 1],
-        )
-    )
-    assert lengths[1] > 4.0 * lengths[0]
-    assert sides[2] > 4.0 * sides[0]
-
-
-def test_without_the_sampler_the_seeds_compete():
-    assert len(planned(use_sampler=False).diagnostics["sampled_costs"]) == 2
-
-
-def test_without_the_program_a_sample_is_driven():
+def test_without_the_program_a_guess_is_driven():
     decision = before_a_box(use_program=False)
     assert decision.diagnostics["iterations"] == 0
-    # A sample knows no limit of jerk.
+    # A guess knows no limit of jerk.
     limit = HarmonyParameters().jerk_lim_x
     assert np.abs(decision.memory.plan[:, JERK]).max() > limit
     assert np.abs(before_a_box().memory.plan[:, JERK]).max() < 1.02 * limit
@@ -150,7 +127,7 @@ def test_without_the_program_a_sample_is_driven():
 
 def test_the_program_takes_as_many_steps_as_it_may():
     assert planned(cold_iterations=2).diagnostics["iterations"] == 2
-    controller = Harmony(HarmonyParameters(warm_iterations=1, use_sampler=False), setup_for())
+    controller = Harmony(HarmonyParameters(warm_iterations=1), setup_for())
     # Past a box the plan so far is the best guess there is.
     now = seen((1.6, 0.35, 1.8, 0.7), twist=(0.4, 0.0))
     first = controller.step(now, controller.initial_memory())
@@ -175,17 +152,6 @@ def test_it_gives_up_as_far_off_as_asked():
     with pytest.raises(CollisionAhead):
         decide(closed)
     assert decide(closed, parameters=HarmonyParameters(give_up_distance=0.1)).command[0] > 0.0
-
-
-def test_the_last_resort_drives_as_its_own_parameters_say():
-    for speed in (0.5, 0.3):
-        parameters = HarmonyParameters(rpp={"max_linear_vel": speed})
-        controller = Harmony(parameters, setup_for())
-        # As where no plan passes.
-        controller._planner.candidate = lambda *given, **named: (None, None)
-        decision = controller.step(seen(), controller.initial_memory())
-        assert decision.diagnostics["accepted"] == "rpp"
-        assert decision.command[0] == pytest.approx(speed)
 
 
 @pytest.mark.parametrize("speed", [0.2, 0.0])

@@ -205,17 +205,6 @@ def test_nothing_is_accepted_where_the_robot_is_not_on_the_map(costs, position):
     np.testing.assert_array_equal(command, [0.0, 0.0])
 
 
-def test_the_last_resort_is_no_faster_than_plans():
-    for top_speed in (0.5, 0.1):
-        controller = Harmony(HarmonyParameters(max_vel_x=top_speed), setup_for())
-        # As where no plan passes.
-        planner = controller._planner
-        planner.candidate = lambda *given, **named: (None, None)
-        decision = controller.step(seen(twist=(0.1, 0.0)), controller.initial_memory())
-        assert decision.diagnostics["accepted"] == "rpp"
-        assert decision.command[0] == pytest.approx(top_speed)
-
-
 def test_the_faster_direction_counts():
     parameters = HarmonyParameters(max_vel_x=0.1, max_vel_x_backwards=0.4, latency_error=0.1)
     assert parameters.top_speed == 0.4

@@ -119,7 +119,7 @@ def test_the_gradient_of_a_term_is_its_derivative(term):
 
     def cost(at):
         gradient, hessian = np.zeros(9), np.zeros((9, 9))
-        value = stage_cost(scene, k, last, at, scene.references[k], gradient, hessian, True)
+        value = stage_cost(scene, k, last, at, scene.references[k], gradient, hessian)
         return value, gradient, hessian
 
     value, gradient, hessian = cost(stage)
@@ -134,6 +134,6 @@ def test_the_gradient_of_a_term_is_its_derivative(term):
 def test_a_weight_of_zero_leaves_a_term_out():
     scene, guess = problem(weights=dict.fromkeys(TERMS, 0.0), boxes=[BOX])
     gradient, hessian = np.zeros(9), np.zeros((9, 9))
-    assert stage_cost(scene, 5, 30, guess[5], scene.references[5], gradient, hessian, True) == 0.0
+    assert stage_cost(scene, 5, 30, guess[5], scene.references[5], gradient, hessian) == 0.0
     assert not gradient.any()
     assert not hessian.any()

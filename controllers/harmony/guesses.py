@@ -1,6 +1,6 @@
-"""The sampler's seeds besides the last plan: a pursuit, a stop, and ways along a wall.
+"""Guesses of the plan besides the last one: a pursuit and a stop.
 
-A seed is (N + 1, 2) velocities v m/s, w rad/s, one row a stage, and at rest at its end. Speeds and
+A guess is (N + 1, 2) velocities v m/s, w rad/s, one row a stage, and at rest at its end. Speeds and
 accelerations are within the limits of the plan. Wheel speeds and the sideways acceleration may
 exceed theirs for as long as a turn takes to slow down.
 """
@@ -15,7 +15,6 @@ from numba import njit
 from drake_navbench.controllers.harmony.motion import YAW, V, W, X, Y
 from drake_navbench.controllers.harmony.scene import nearest_on_path
 from drake_navbench.kernels.angles import wrap
-from drake_navbench.kernels.distance_field import sample_distance
 
 # As in Regulated Pure Pursuit: the carrot's distance, m, and the angle, rad, beyond which the robot
 # turns in place.
@@ -25,18 +24,20 @@ TURN_IN_PLACE_RAD = 0.785
 AT_GOAL_M = 0.1
 # The turn rate for each radian of error in heading, 1/s.
 HEADING_GAIN = 1.5
-# The share of the limits that seeds use; the rest is for the jerk.
-SEED_SHARE = 0.8
-LEFT, RIGHT = 1.0, -1.0
+# The share of the limits that guesses use; the rest is for the jerk.
+GUESS_SHARE = 0.8
 
 
 @njit(cache=True)
-def within_limits(limits, dt, left_s, v, w, wanted_v, wanted_w):
+def _within_limits(limits, dt, left_s, v, w, wanted_v, wanted_w):
     """Returns (v, w) one step closer to those wanted, within the limits and able to stop.
 
     left_s: time until the end of the plan, at which the base must be at rest.
     """
-    rate, angular_rate = SEED_SHARE * limits.acceleration, SEED_SHARE * limits.angular_acceleration
+    rate, angular_rate = (
+        GUESS_SHARE * limits.acceleration,
+        GUESS_SHARE * limits.angular_acceleration,
+    )
     top = min(limits.forward_speed, rate * left_s)
     bottom = -min(limits.backward_speed, rate * left_s)
     most = min(limits.turn_rate, angular_rate * left_s)
@@ -93,7 +94,7 @@ def pursuit(path, start, target, nears_goal, limits, dt, count, window):
         carrot_x, carrot_y = _carrot(path, x, y, index)
         distance = math.hypot(target[0] - pose[0], target[1] - pose[1])
         error = wrap(math.atan2(carrot_y - pose[1], carrot_x - pose[0]) - pose[2])
-        stoppable = math.sqrt(2.0 * SEED_SHARE * limits.acceleration * distance)
+        stoppable = math.sqrt(2.0 * GUESS_SHARE * limits.acceleration * distance)
         wanted_v = min(limits.forward_speed, stoppable)
         reach = max(math.hypot(carrot_x - pose[0], carrot_y - pose[1]), AT_GOAL_M)
         wanted_w = 2.0 * wanted_v * math.sin(error) / reach
@@ -101,7 +102,7 @@ def pursuit(path, start, target, nears_goal, limits, dt, count, window):
             wanted_v, wanted_w = 0.0, HEADING_GAIN * wrap(target[2] - pose[2])
         elif abs(error) > TURN_IN_PLACE_RAD:
             wanted_v, wanted_w = 0.0, HEADING_GAIN * error
-        v, w = within_limits(limits, dt, (count - 2 - k) * dt, v, w, wanted_v, wanted_w)
+        v, w = _within_limits(limits, dt, (count - 2 - k) * dt, v, w, wanted_v, wanted_w)
     return velocities
 
 
@@ -112,31 +113,5 @@ def stop(start, limits, dt, count):
     v, w = start[V], start[W]
     for k in range(count):
         velocities[k, 0], velocities[k, 1] = v, w
-        v, w = within_limits(limits, dt, (count - 2 - k) * dt, v, w, 0.0, 0.0)
-    return velocities
-
-
-@njit(cache=True)
-def along_wall(field, side, keep, start, target, limits, dt, count, ahead):
-    """Returns the velocities of a motion that keeps the nearest obstacle on one side.
-
-    side: LEFT passes on the obstacle's left. keep: the distance from obstacles at which the point
-    `ahead` m before the base settles, m. If nothing is near, the motion turns to the target.
-    """
-    velocities = np.empty((count, 2))
-    pose = np.array([start[X], start[Y], start[YAW]])
-    v, w = start[V], start[W]
-    for k in range(count):
-        velocities[k, 0], velocities[k, 1] = v, w
-        _move(pose, v, w, dt)
-        nose_x, nose_y = pose[0] + ahead * math.cos(pose[2]), pose[1] + ahead * math.sin(pose[2])
-        distance, by_x, by_y = sample_distance(field, nose_x, nose_y)
-        heading = math.atan2(target[1] - pose[1], target[0] - pose[0])
-        if distance < 2.0 * keep and (by_x != 0.0 or by_y != 0.0):
-            # Along the wall, and away from it by the missing distance.
-            off = min(max((keep - distance) / keep, -0.5), 1.0)
-            heading = math.atan2(by_y, by_x) - side * 0.5 * math.pi * (1.0 - off)
-        error = wrap(heading - pose[2])
-        wanted_v = limits.forward_speed * max(math.cos(error), 0.0)
-        v, w = within_limits(limits, dt, (count - 2 - k) * dt, v, w, wanted_v, HEADING_GAIN * error)
+        v, w = _within_limits(limits, dt, (count - 2 - k) * dt, v, w, 0.0, 0.0)
     return velocities
