@@ -3,7 +3,7 @@
     python studies/harmful_faults.py census DIR    which faults do harm, and how strong they must be
     python studies/harmful_faults.py visit DIR     whole visits of the harmful ones
     python studies/harmful_faults.py both DIR 2032 in turn: some of the census, then the visits
-    python studies/planted_faults.py page          docs/doctor_planted_faults.md
+    python studies/planted_faults_page.py          docs/doctor_planted_faults.md
 
 Both go on where they were stopped. `planted_faults_driven.py` drew faults of which 13 of 14 do no
 harm in any probe, so that its goals were judged on one fault. Here a fault is made stronger until

@@ -2,7 +2,7 @@
 
     python studies/planted_faults.py draw     planted_faults.yaml: 60 faults, drawn by a seed
     python studies/planted_faults.py read     the first look at each, nothing driven
-    python studies/planted_faults.py page     docs/doctor_planted_faults.md
+    python studies/planted_faults_page.py     docs/doctor_planted_faults.md
 
 The files: RPP, DWB, MPPI, TEB and Graceful with the built-in presets' parameters, the same servers
 and costmaps, for the TurtleBot 4. The draw knows nothing of the doctor's rules: twelve times a
@@ -26,7 +26,7 @@ import copy
 import math
 import sys
 import tempfile
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -43,7 +43,6 @@ from drake_navbench.typed_files.dotted_names import flattened
 
 HERE = Path(__file__).parent
 DRAWN = HERE / "planted_faults.yaml"
-PAGE = HERE.parent / "docs" / "doctor_planted_faults.md"
 ROBOT, RELEASE, PLUGIN = "turtlebot4", "lyrical", "FollowPath"
 SEED, FAULTS_EACH = 2026, 12
 FACTORS = (0.25, 0.4, 2.5, 4.0)
@@ -332,58 +331,9 @@ def main(argv: list[str]) -> None:
     elif step == "read":
         for row in read_score(drawn()):
             print(row)
-    elif step == "page":
-        PAGE.write_text("\n".join(page_lines()), encoding="utf-8")
     else:
-        sys.exit("expected draw, read or page")
+        sys.exit("expected draw or read")
 
-
-def page_lines() -> Iterator[str]:
-    """Yields the page."""
-    from harmful_faults import harmful_lines
-    from planted_faults_driven import driven_lines
-
-    faults, rows = drawn(), read_score(drawn())
-    yield from HEAD.splitlines()
-    yield ""
-    count = len(faults)
-    yield f"| of {count} faults | number | share |"
-    yield "|---|---|---|"
-    for name, told in (
-        ("first", "the rules' first cure names the spoilt parameter and the right direction"),
-        ("named", "some cure of the rules does"),
-    ):
-        number = sum(row[name] for row in rows)
-        yield f"| {told} | {number} | {number / count:.0%} |"
-    silent = sum(row["findings"] == 0 for row in rows)
-    yield f"| the rules find no more than in the sound file | {silent} | {silent / count:.0%} |"
-    farthest = sum(row["farthest"] for row in rows)
-    told = "no skill: the value farthest from its default in Nav2"
-    yield f"| {told} | {farthest} | {farthest / count:.0%} |"
-    chance = sum(row["chance"] for row in rows)
-    told = "no skill: any parameter and direction at random"
-    yield f"| {told} | {chance:.1f} | {chance / count:.0%} |"
-    yield from driven_lines(faults)
-    yield from harmful_lines()
-    yield ""
-
-
-HEAD = f"""\
-# Planted faults
-
-Made by `python studies/planted_faults.py page`. Each fault is one spoilt parameter in a sound Nav2
-file for the TurtleBot 4. Five controllers (Regulated Pure Pursuit, DWB, MPPI, TEB, Graceful) have
-{FAULTS_EACH} faults each. A seed draws the parameter from all numbers and switches of the file with
-equal chances. A number is multiplied by 1/4, 2/5, 5/2 or 4, a switch is flipped. The draw and the
-score's rules (at the top of the study) were written before any file was read or driven. A fault
-that no rule and no probe can see, such as in a patience or a search's effort, counts like all
-others. Two slips of the study itself were mended after a first score of 8 of 60: a fault in one
-costmap's layer spoilt both costmaps, and the way back of a negative number was turned round. With
-that, the same doctor had 9. The doctor was then given findings about values far from Nav2's and
-nav2_bringup's, and about costmaps that disagree, with these faults known.
-
-## Read
-"""
 
 if __name__ == "__main__":
     main(sys.argv[1:])

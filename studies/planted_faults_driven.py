@@ -2,7 +2,7 @@
 
     python studies/planted_faults_driven.py census DIR    which faults the probes show at all
     python studies/planted_faults_driven.py visit DIR     whole visits of the harmful ones
-    python studies/planted_faults.py page                 docs/doctor_planted_faults.md
+    python studies/planted_faults_page.py                 docs/doctor_planted_faults.md
 
 Both go on where they were stopped. Written before anything was driven:
 
