@@ -38,14 +38,8 @@ def with_package(
         taken[WORLD] = None
     if has_place or (taken[WORLD] is not None and MAP not in picks):
         taken[MAP] = None
-    values = dict(vars(arguments))
+    values = vars(arguments) | found.options(taken, nav2="nav2")
     values["packages"] = [*arguments.packages, *arguments.package]
-    if taken[ROBOT] is not None:
-        values["robot"] = str(taken[ROBOT])
-    if taken[NAV2] is not None:
-        values["nav2"] = [taken[NAV2]]
-    if taken[MAP] is not None:
-        values["map"] = taken[MAP]
     if taken[WORLD] is not None:
         values["scenarios"] = [str(taken[WORLD])]
     found.require_robot(values["robot"], default_robot)

@@ -83,6 +83,13 @@ class PackageFiles:
             files[NAV2] = self.fitting(NAV2, files[ROBOT])
         return files
 
+    def options(self, picked: Mapping[str, Path | None], nav2: str) -> dict[str, object]:
+        """Returns the values of --robot, --map and the option `nav2` that the files give."""
+        robot, map_file, nav2_file = picked[ROBOT], picked[MAP], picked[NAV2]
+        values: dict[str, object] = {} if robot is None else {"robot": str(robot)}
+        values |= {} if map_file is None else {"map": map_file}
+        return values | ({} if nav2_file is None else {nav2: [nav2_file]})
+
     def require_robot(self, robot: str, default: str) -> None:
         """Raises InputError if `robot` is the command line's default: no robot was found."""
         if robot == default:

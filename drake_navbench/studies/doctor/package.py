@@ -35,13 +35,7 @@ def with_package(
         taken[NAV2] = None
     if arguments.map is not None or not arguments.goals:
         taken[MAP] = None
-    values = dict(vars(arguments))
-    if taken[ROBOT] is not None:
-        values["robot"] = str(taken[ROBOT])
-    if taken[NAV2] is not None:
-        values["files"] = [taken[NAV2]]
-    if taken[MAP] is not None:
-        values["map"] = taken[MAP]
+    values = vars(arguments) | found.options(taken, nav2="files")
     found.require_robot(values["robot"], default_robot)
     if not values["files"]:
         raise InputError(f"--package {root}: no Nav2 file; expected one, or FILE")

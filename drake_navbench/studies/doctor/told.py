@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 
 from drake_navbench.errors import printable
 from drake_navbench.studies.doctor.cures import told_with_step
-from drake_navbench.studies.doctor.facts import Facts
+from drake_navbench.studies.doctor.facts import NO_PLUGIN, Facts
 from drake_navbench.studies.doctor.reading import Suspicion
 from drake_navbench.studies.doctor.rules.rule import Finding
 from drake_navbench.studies.doctor.symptoms import LOOKS_LIKE, Symptom
@@ -49,7 +49,10 @@ def told_of_reading(
     )
     others = ", ".join(facts.others)
     more = f" Not read: {others} (--controller NAME reads one)." if others else ""
-    what = f"{facts.plugin or 'controller'} ({kinds}), Nav2 {facts.release}{told_by}"
+    controller = f"{facts.plugin or 'controller'} ({kinds})"
+    if facts.plugin == NO_PLUGIN:
+        controller = "all but the controllers, none of which is known here"
+    what = f"{controller}, Nav2 {facts.release}{told_by}"
     lines = wrapped(f"Read: {what}.{lacks}{more}", rest="  ")
     lines += [part for line in facts.left_out for part in wrapped(f"Left out: {line}", rest="  ")]
     lines += ["", f"Findings ({len(findings)})" if findings else "No rule fires."]
