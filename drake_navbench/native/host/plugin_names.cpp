@@ -1,4 +1,4 @@
-// The only source of the host that differs from one set of packages to another.
+// The only source of the host that is compiled anew for another set of packages.
 
 #include "host/plugin_names.hpp"
 

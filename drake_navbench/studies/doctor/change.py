@@ -1,8 +1,8 @@
 """The change: the smallest set that takes the symptom away and makes no other one worse.
 
-It is judged once on all probes: on fresh seeds on those that the search has driven, on the seeds of
-the first look on the others. There the changed file is new, and the unchanged one was driven before
-any change was chosen.
+It is judged once on all probes. Probes that the search has driven get fresh seeds. The other probes
+keep the first look's seeds: the unchanged file was driven there before any change was chosen, and
+the changed file has not been driven there.
 """
 
 from __future__ import annotations
@@ -112,7 +112,7 @@ def judge(
     fresh = seed + FRESH_SEED
     for entry in enough[:MOST_JUDGED]:
         assert entry.trial is not None
-        # Of the other probes the unchanged file was driven at the first look.
+        # The first look has driven the unchanged file on the other probes.
         count = (2 * len(own) + len(rest)) * FRESH_SEEDS
         driver.tell(
             f"judging {entry.trial.told} on fresh seeds: up to {count} trials, "

@@ -1,4 +1,4 @@
-"""Reads what can be read of a Nav2 file: what is refused is left out and told, the rest counts.
+"""Reads a Nav2 file without the parameters, critics and controllers that are refused.
 
 A drive needs the whole file. A finding about a costmap does not need the robot's own controller.
 """
@@ -42,7 +42,7 @@ def readable_setup(
     values: Mapping[str, str] | None = None,
     release: str | None = None,
 ) -> Readable:
-    """Returns the setup of Nav2 files without what is refused.
+    """Returns the setup of Nav2 files without the parameters that are refused.
 
     Raises InputError where a file is no Nav2 file, or where no parameter is to blame.
     """
@@ -63,7 +63,7 @@ def readable_setup(
 
 
 def _without(read: ReadFiles, lines: Sequence[str], is_controller: bool) -> ReadFiles | None:
-    """Returns the files without what the lines of an error name; None if they name nothing."""
+    """Returns the files without the parameters that an error names; None if it names none."""
     sections = list(read.sections)
     for line in lines:
         found = REFUSED.search(line)

@@ -114,7 +114,7 @@ class Race:
         return -(-pairs // len(self._probes))
 
     def _leave(self, batch: Sequence[Candidate], seeds: int, least: float) -> None:
-        """Drops the changes by which the severity falls by no larger share, or that had no time."""
+        """Drops changes that lower the severity by at most the share `least`, or had no time."""
         for candidate in batch:
             if not candidate.is_alive:
                 continue
@@ -176,7 +176,7 @@ class Race:
     def _unsure_of(self, batch: Sequence[Candidate]) -> list[Candidate]:
         """Returns the changes that help, but not surely enough for one of many that were tried.
 
-        If another takes the symptom away for sure, only those that take it away, too.
+        If one change surely takes the symptom away, only unsure ones that take it away as well.
         """
         entries = {id(c): self._entry(c) for c in batch if c.is_alive}
         sure = {key for key, entry in entries.items() if entry.p_value <= ERROR / MOST_CANDIDATES}
