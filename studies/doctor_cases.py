@@ -6,12 +6,13 @@
     drake-navbench doctor --score studies/doctor_cases/test.yaml --files FOLDER
 
 No file of others is kept with the project: a case names the repository, the commit that cured the
-complaint and the paths, and `files` reads the state before that commit. CLONES is a folder of
-clones, OWNER+NAME each; what is missing there is cloned from GitHub.
+complaint and the paths (and the repository of the file, where it is not the link's), and `files`
+reads the state before that commit. CLONES is a folder of clones, OWNER+NAME each; what is missing
+there is cloned from GitHub.
 
 The halves are drawn by a seed. All cases of one owner stay together, because the files of one owner
 resemble each other: in random order each owner goes to the half that has fewer cases so far. The
-list of fresh cases, of other owners, is not drawn.
+lists of fresh cases, of other owners, are not drawn.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ import yaml
 
 HERE = Path(__file__).parent / "doctor_cases"
 HALVES = (HERE / "development.yaml", HERE / "test.yaml")
-FRESH = HERE / "fresh.yaml"
+FRESH = (HERE / "fresh.yaml", HERE / "fresh_two.yaml")
 SEED = 43
 
 
@@ -50,14 +51,15 @@ def draw(source: Path) -> None:
 def fill(folder: Path, clones: Path) -> None:
     """Writes each case's files into a folder: ID.yaml, or ID_1.yaml, ID_2.yaml."""
     folder.mkdir(parents=True, exist_ok=True)
-    for path in (*HALVES, FRESH):
+    for path in (*HALVES, *FRESH):
         for case in yaml.safe_load(path.read_text(encoding="utf-8"))["known"]:
             if "file" in case:
                 _write_files(case, folder, clones)
 
 
 def _write_files(case: dict[str, Any], folder: Path, clones: Path) -> None:
-    repository = case["link"].partition("@")[0].partition("#")[0]
+    linked = case["link"].partition("@")[0].partition("#")[0]
+    repository = case["file"].get("repository", linked)
     clone = _clone_of(repository, clones)
     paths = case["file"]["paths"]
     for number, path in enumerate(paths, 1):
