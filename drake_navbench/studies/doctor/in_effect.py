@@ -55,12 +55,15 @@ PLANNERS: Mapping[str, tuple[str, ...]] = {
     "ThetaStar": ("w_traversal_cost", "use_final_approach_orientation"),
 }  # fmt: skip
 OF_SOME_PLANNERS = frozenset(name for names in PLANNERS.values() for name in names)
-# The parameters of a costmap itself; all others are those of its layers.
+# The parameters of a costmap itself and of its static layer, which nearly every file has; all others
+# are those of layers that must be there.
 OF_THE_COSTMAP = frozenset(
     {
         "always_send_full_costmap",
         "footprint",
         "footprint_padding",
+        "map_subscribe_transient_local",
+        "map_topic",
         "publish_frequency",
         "robot_radius",
         "transform_tolerance",
