@@ -63,7 +63,7 @@ LINES_OF_BRINGUP = {
 }
 # The factors of a suspect whose value lies beyond the usual range on the side of the fault, within
 # it, and on the other side, once slightly and once far; and of one that the controller lacks.
-BEYOND, WITHIN, OPPOSITE, FAR_OPPOSITE, ABSENT = 2.2, 1.0, 0.85, 0.35, 0.45
+BEYOND, WITHIN, OPPOSITE, FAR_OPPOSITE, ABSENT = 2.2, 1.0, 0.75, 0.35, 0.45
 FAR_TIMES = 2.0
 # The factor of a parameter that somebody changed from its default towards the fault.
 CHANGED = 1.25

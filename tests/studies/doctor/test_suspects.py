@@ -67,10 +67,10 @@ def test_a_planner_has_only_its_own_parameters(scores):
 
 
 def test_default_values_are_less_suspicious_than_given_ones(scores):
-    # The usual values are 0.2 to 0.5 s, Nav2's default is 0.1 s.
-    up = ("controller_server.transform_tolerance", Direction.UP)
-    given = {"controller_server": {"transform_tolerance": 0.1}}
-    weights = [scores(Symptom.FALSE_ABORT, **nodes)[up] for nodes in ({}, given)]
+    # The usual values are 0.03 to 0.06 m, Nav2's default is 0.1 m.
+    down = ("local_costmap.resolution", Direction.DOWN)
+    given = {"local_costmap": {"resolution": 0.1}}
+    weights = [scores(Symptom.DOOR_STOP, **nodes)[down] for nodes in ({}, given)]
     assert weights[1] > 1.5 * weights[0]
 
 

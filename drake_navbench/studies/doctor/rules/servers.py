@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from drake_navbench.studies.doctor.facts import Facts
-from drake_navbench.studies.doctor.rules.rule import Rule, down, outside, up
+from drake_navbench.studies.doctor.rules.rule import Rule, down, outside, put, up
 from drake_navbench.studies.doctor.symptoms import Symptom
 
 S = Symptom
@@ -180,7 +180,7 @@ RULES = (
             "receive each other's commands"
         ),
         {S.NO_START: 1.0, S.NO_RECOVERY: 0.6},
-        (outside("enable_stamped_cmd_vel"),),
+        (put("controller_server.enable_stamped_cmd_vel"),),
         "docs.nav2.org, migration to jazzy",
     ),
 )
