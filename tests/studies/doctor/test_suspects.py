@@ -92,6 +92,27 @@ def test_words_about_fast_turns_speak_for_slower_ones(scores):
     assert told > 2.0 * plain
 
 
+@pytest.mark.parametrize(
+    ("symptom", "words", "first"),
+    [
+        ("false_abort", "Transform data too old", "controller.transform_tolerance"),
+        ("false_abort", "Controller patience exceeded", "controller_server.failure_tolerance"),
+        ("false_abort", "a turn counts as being stuck", "progress_checker.plugin"),
+        (
+            "false_abort",
+            "Timed out while waiting for action server to acknowledge goal request",
+            "bt_navigator.default_server_timeout",
+        ),
+        ("planner_fails", "no map received", "global_costmap.map_topic"),
+    ],
+)
+def test_a_message_of_nav2_speaks_for_its_few_causes(scores, symptom, words, first):
+    found = scores(Symptom(symptom), words)
+    assert max(found, key=lambda key: found[key])[0] == first
+    silent = scores(Symptom(symptom))
+    assert max(silent, key=lambda key: silent[key])[0] != first
+
+
 def test_every_clue_speaks_for_a_cause_that_is_known():
     causes = [suspect.cause for suspect in all_suspects()]
     causes += [cause for rule in RULES for cause in rule.cures]
