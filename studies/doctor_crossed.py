@@ -28,7 +28,7 @@ from drake_navbench.studies.doctor.known_cases import (
 from drake_navbench.studies.doctor.symptoms import Symptom, symptom_called
 
 HERE = Path(__file__).parent / "doctor_cases"
-LISTS = ("development", "test", "thirty_eight")
+LISTS = ("development", "test", "thirty_eight", "fresh")
 # Threads of these repositories are by users of their own.
 OF_MANY = ("ros-navigation", "rst-tu-dortmund")
 # The variants: a constant of the reading, and its other values.
@@ -37,7 +37,7 @@ CONSTANTS: Mapping[str, tuple[float, ...]] = {
     "NEXT_CURE": (0.7, 1.0),
     "ON_BRINGUP": (0.3, 0.75),
     "BEYOND": (1.6, 3.0),
-    "OPPOSITE": (0.4, 0.85),
+    "OPPOSITE": (0.5, 0.9),
     "CHANGED": (1.0, 1.5),
     "NAMED": (1.5, 2.0),
 }
