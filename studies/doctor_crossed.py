@@ -15,7 +15,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-from drake_navbench.studies.doctor import reading
+from drake_navbench.studies.doctor import reading, value_factors
 from drake_navbench.studies.doctor.facts import Facts
 from drake_navbench.studies.doctor.known_cases import (
     TOP,
@@ -95,11 +95,12 @@ def variants(cases: Sequence[Read]) -> Iterator[tuple[str, Ranks]]:
     """Yields the ranks of each variant, the doctor as it is first."""
     yield "as it is", ranks(cases)
     for name, values in CONSTANTS.items():
-        own = getattr(reading, name)
+        module = value_factors if hasattr(value_factors, name) else reading
+        own = getattr(module, name)
         for value in values:
-            setattr(reading, name, value)
+            setattr(module, name, value)
             yield f"{name} {value}", ranks(cases)
-        setattr(reading, name, own)
+        setattr(module, name, own)
     for key, factors in (("server", SERVER), ("twin", TWIN)):
         for factor in factors:
             yield f"a further cause of the same {key}: {factor}", ranks(cases, True, key, factor)

@@ -83,6 +83,16 @@ def test_a_smoother_above_the_controllers_speed_does_not_slow_the_robot(scores):
     assert weights[0] > 2.0 * weights[1]
 
 
+def test_of_a_velocity_smoother_the_axis_farthest_from_nav2s_counts(scores):
+    # nav2_bringup has -2.5 m/s^2 and -3.2 rad/s^2: a sixth of its turn is too weak a brake.
+    down = ("velocity_smoother.max_decel", Direction.DOWN)
+    weak, usual = (
+        scores(Symptom.GOAL_OVERSHOOT, velocity_smoother={"max_decel": [-2.5, 0.0, turn]})[down]
+        for turn in (-0.5, -3.2)
+    )
+    assert weak == pytest.approx(2.2 * usual)
+
+
 def test_words_about_fast_turns_speak_for_slower_ones(scores):
     down = ("controller.max_vel_theta", Direction.DOWN)
     plain, told = (
