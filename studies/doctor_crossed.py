@@ -127,7 +127,7 @@ def frequent(cases: Sequence[Read]) -> Ranks:
         counts: Counter[tuple[str, str]] = Counter()
         for other in cases:
             if other.owner != entry.owner and other.symptom is entry.symptom:
-                counts.update(set(plain_culprits(other.case)))
+                counts.update(sorted(set(plain_culprits(other.case))))
         own = set(plain_culprits(entry.case))
         listed = enumerate((culprit for culprit, _ in counts.most_common()), 1)
         result.append(next((rank for rank, culprit in listed if culprit in own), None))
