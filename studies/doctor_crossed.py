@@ -15,7 +15,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-from drake_navbench.studies.doctor import reading
+from drake_navbench.studies.doctor import reading, value_factors
 from drake_navbench.studies.doctor.facts import Facts
 from drake_navbench.studies.doctor.known_cases import (
     TOP,
@@ -28,7 +28,7 @@ from drake_navbench.studies.doctor.known_cases import (
 from drake_navbench.studies.doctor.symptoms import Symptom, symptom_called
 
 HERE = Path(__file__).parent / "doctor_cases"
-LISTS = ("development", "test", "thirty_eight")
+LISTS = ("development", "test", "thirty_eight", "fresh")
 # Threads of these repositories are by users of their own.
 OF_MANY = ("ros-navigation", "rst-tu-dortmund")
 # The variants: a constant of the reading, and its other values.
@@ -37,7 +37,7 @@ CONSTANTS: Mapping[str, tuple[float, ...]] = {
     "NEXT_CURE": (0.7, 1.0),
     "ON_BRINGUP": (0.3, 0.75),
     "BEYOND": (1.6, 3.0),
-    "OPPOSITE": (0.4, 0.85),
+    "OPPOSITE": (0.5, 0.9),
     "CHANGED": (1.0, 1.5),
     "NAMED": (1.5, 2.0),
 }
@@ -95,11 +95,12 @@ def variants(cases: Sequence[Read]) -> Iterator[tuple[str, Ranks]]:
     """Yields the ranks of each variant, the doctor as it is first."""
     yield "as it is", ranks(cases)
     for name, values in CONSTANTS.items():
-        own = getattr(reading, name)
+        module = value_factors if hasattr(value_factors, name) else reading
+        own = getattr(module, name)
         for value in values:
-            setattr(reading, name, value)
+            setattr(module, name, value)
             yield f"{name} {value}", ranks(cases)
-        setattr(reading, name, own)
+        setattr(module, name, own)
     for key, factors in (("server", SERVER), ("twin", TWIN)):
         for factor in factors:
             yield f"a further cause of the same {key}: {factor}", ranks(cases, True, key, factor)
@@ -126,7 +127,7 @@ def frequent(cases: Sequence[Read]) -> Ranks:
         counts: Counter[tuple[str, str]] = Counter()
         for other in cases:
             if other.owner != entry.owner and other.symptom is entry.symptom:
-                counts.update(set(plain_culprits(other.case)))
+                counts.update(sorted(set(plain_culprits(other.case))))
         own = set(plain_culprits(entry.case))
         listed = enumerate((culprit for culprit, _ in counts.most_common()), 1)
         result.append(next((rank for rank, culprit in listed if culprit in own), None))

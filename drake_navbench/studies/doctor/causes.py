@@ -13,8 +13,6 @@ OUTSIDE_TOLD = {
     "clock": "check the clocks: use_sim_time on all nodes, time synchronisation",
     "compute": "check the computer: a release build, its load, its processor",
     "deadband": "check the motors: the smallest command that moves the robot",
-    "enable_stamped_cmd_vel": "check enable_stamped_cmd_vel: the base must expect the message type "
-    "that Nav2 sends",
     "frames": "check the tree of frames (TF)",
     "imu_frame": "check the IMU's frame in the robot's description",
     "lag": "check the base: how late it answers commands",

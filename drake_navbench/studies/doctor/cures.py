@@ -18,6 +18,12 @@ from drake_navbench.studies.doctor.usual import unusual_value
 FACTORS = {Direction.UP: (1.6, 2.6), Direction.DOWN: (0.6, 0.35)}
 DIGITS = 3
 MILD, STRONG, NAV2S = 0, 1, 2
+# A velocity smoother that lets nothing back gets these shares of its speed ahead.
+FORWARD, BACKWARD, BACK = (
+    "velocity_smoother.max_velocity",
+    "velocity_smoother.min_velocity",
+    (0.5, 1.0),
+)
 # From this ratio on, a value counts as different from Nav2's.
 OTHER = 1.3
 LAYERS = {
@@ -185,15 +191,23 @@ def _value(cause: Cause, place: str, value: Any, facts: Facts, step: int) -> Any
     if cause.direction is Direction.SET:
         return None if step else _set_value(cause, value, facts)
     if isinstance(value, list | tuple) and value and all(_is_number(v) for v in value):
-        factor = FACTORS[cause.direction][step]
-        new = [0.0 if cause.to == 0.0 else _rounded(float(v) * factor) for v in value]
-        return None if step and cause.to == 0.0 else new
+        ahead = facts.axis(FORWARD, 0) or 0.0
+        if cause.place == BACKWARD and not value[0]:
+            return [_rounded(-ahead * BACK[step]), *value[1:]]
+        new = [0.0 if cause.to == 0.0 else _axis(float(v), cause.direction, step) for v in value]
+        return None if new == value or (step and cause.to == 0.0) else new
     if value is None and _is_number(cause.to):
         return None if step else cause.to
     if not _is_number(value):
         return None
     stepped = _stepped(cause, place, float(value), step)
     return None if stepped is None else _like(stepped, value)
+
+
+def _axis(value: float, direction: Direction, step: int) -> float:
+    """Returns a step of one axis: a negative value is raised nearer to zero."""
+    is_up = (direction is Direction.UP) == (value >= 0.0)
+    return _rounded(value * FACTORS[Direction.UP if is_up else Direction.DOWN][step])
 
 
 def _nav2s(cause: Cause, place: str, value: Any, facts: Facts) -> Any:
@@ -228,7 +242,7 @@ def _stepped(cause: Cause, place: str, value: float, step: int) -> float | None:
         steps = [v for v in steps if v != 0.0] or [0.1 if is_up else -0.1]
     if value < 0.0 and cause.to is None:
         # For a negative value, such as a deceleration, raising means nearer to zero.
-        steps = [value * factor for factor in FACTORS[Direction.DOWN if is_up else Direction.UP]]
+        steps = [_axis(value, cause.direction, number) for number in (MILD, STRONG)]
     steps = [v for v in dict.fromkeys(map(_rounded, steps)) if v != value]
     return steps[step] if step < len(steps) else None
 

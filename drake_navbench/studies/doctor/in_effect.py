@@ -10,7 +10,10 @@ from drake_navbench.studies.doctor.facts import CONTROLLER, COSTMAPS, Facts
 
 
 class Switch(NamedTuple):
-    """A switch of a controller: the parameters that count while it is on, and while it is off."""
+    """A switch of a controller: the parameters that count while it is on, and while it is off.
+
+    A number is a switch, too: 0 is off.
+    """
 
     on: tuple[str, ...] = ()
     off: tuple[str, ...] = ()
@@ -25,6 +28,7 @@ SWITCHES: Mapping[str, Switch] = {
     "use_cost_regulated_linear_velocity_scaling": Switch(
         ("cost_scaling_dist", "cost_scaling_gain", "inflation_cost_scaling_factor")
     ),
+    "approach_velocity_scaling_dist": Switch(("min_approach_linear_velocity",)),
     "use_collision_detection": Switch(
         ("max_allowed_time_to_collision_up_to_carrot", "min_distance_to_obstacle")
     ),
@@ -55,12 +59,15 @@ PLANNERS: Mapping[str, tuple[str, ...]] = {
     "ThetaStar": ("w_traversal_cost", "use_final_approach_orientation"),
 }  # fmt: skip
 OF_SOME_PLANNERS = frozenset(name for names in PLANNERS.values() for name in names)
-# The parameters of a costmap itself; all others are those of its layers.
+# The parameters of a costmap itself and of its static layer, which need no line; all others are
+# those of layers that must be there.
 OF_THE_COSTMAP = frozenset(
     {
         "always_send_full_costmap",
         "footprint",
         "footprint_padding",
+        "map_subscribe_transient_local",
+        "map_topic",
         "publish_frequency",
         "robot_radius",
         "transform_tolerance",
@@ -79,7 +86,7 @@ def is_in_effect(facts: Facts, place: str) -> bool:
     for switch, (on, off) in SWITCHES.items():
         own = f"{CONTROLLER}.{switch}"
         value = facts[own] if facts.is_whole or own in facts.given else None
-        idle = off if value is True else on if value is False else ()
+        idle = off if value is True else on if value in (False, 0.0) else ()
         if any(fnmatchcase(name, pattern) for pattern in idle):
             return False
     return True

@@ -43,7 +43,7 @@ SERVERS = (
 # Their parameters that no model of this program has as a default, and those of other nodes.
 BARE = {
     "odom_topic": "controller_server",
-    "transform_tolerance": "controller_server",
+    "transform_tolerance": CONTROLLER,
     "robot_radius": "local_costmap",
     "footprint": "local_costmap",
     "observation_persistence": "local_costmap",

@@ -36,9 +36,9 @@ from drake_navbench.studies.doctor.rules import (
     smoother,
 )
 from drake_navbench.studies.doctor.rules.rule import Finding, Rule
-from drake_navbench.studies.doctor.suspects import Suspect, ranges, suspects_of
+from drake_navbench.studies.doctor.suspects import suspects_of
 from drake_navbench.studies.doctor.symptoms import Symptom
-from drake_navbench.studies.doctor.usual import unusual_value
+from drake_navbench.studies.doctor.value_factors import BEYOND, WITHIN, value_factor
 
 MODULES = (mppi, mppi_critics, dwb, dwb_arrival, pursuit, rpp_turns, shim, bands)
 MODULES_OF_SERVERS = (
@@ -54,12 +54,13 @@ NEXT_CURE = 0.85
 OF_DEFAULTS = 0.5
 # The factor of a rule that fires on nav2_bringup's own values, too: nearly every file has them.
 ON_BRINGUP = 0.5
-# The factors of a suspect whose value lies beyond the usual range on the side of the fault, within
-# it, and on the other side, once slightly and once far; and of one that the controller lacks.
-BEYOND, WITHIN, OPPOSITE, FAR_OPPOSITE, ABSENT = 2.2, 1.0, 0.65, 0.35, 0.45
-FAR_TIMES = 2.0
-# The factor of a parameter that somebody changed from its default towards the fault.
-CHANGED = 1.25
+# Lines of nav2_bringup's file that differ from the defaults and from its controllers' presets.
+LINES_OF_BRINGUP = {
+    "debug_trajectory_details": True,
+    "local_costmap.z_resolution": 0.05,
+    "local_costmap.z_voxels": 16,
+    "visualize": True,
+}
 # The factor of a parameter that a user names, in words or as one of a few values.
 NAMED = 3.0
 # The weight of a named value that is no suspect of the symptom: towards the usual value if it is
@@ -69,18 +70,17 @@ NAMED_FAR, NAMED_NEAR = 0.6, 0.3
 OTHER_WAY = 0.5
 # The factor of a change that a user has tried without success.
 TRIED = 0.3
+# The factor of a suspect outside of the file if the whole file is known: most cures are in it.
+OF_OUTSIDE = 0.6
 # Plugins that Foxy and Galactic lack (Humble has this one from 1.1.7 on).
 SINCE_HUMBLE = ("nav2_controller::PoseProgressChecker",)
-# Parameters of the shim that its model has for all releases, and the first release that reads them.
-NEWER = {"controller.rotate_to_goal_heading": Release.JAZZY}
+# Parameters that are looked for in files of all releases, and the first release that reads them.
+NEWER = {
+    "controller.rotate_to_goal_heading": Release.JAZZY,
+    "controller_server.enable_stamped_cmd_vel": Release.JAZZY,
+}
 # Parameters that may be negative, so that 0 can still be lowered.
 BELOW_ZERO = ("min_vel*", "*_min", "min_velocity", "*obstacle_height", "origin_z", "*decel*")
-# A limit by place, and the place of what it limits: where it exceeds that, raising it does nothing.
-LIMITS = {
-    "local_costmap.raytrace_max_range": "local_costmap.obstacle_max_range",
-    "global_costmap.raytrace_max_range": "global_costmap.obstacle_max_range",
-    "controller.max_speed_xy": "controller.max_vel_x",
-}
 # The factor of a parameter that a user reports as missing.
 MISSING = 6.0
 # The factor of lowering a limit of speed for a robot that is too slow.
@@ -161,7 +161,8 @@ def suspicions_of(facts: Facts, symptom: Symptom, words: str = "") -> list[Suspi
                 weight *= NEXT_CURE
     for suspect in suspects_of(symptom, facts.kinds):
         if _is_there(facts, suspect.cause):
-            factor = value_factor(facts, suspect) * _named_factor(facts, suspect.cause, told)
+            factor = value_factor(facts, suspect.cause) * _named_factor(facts, suspect.cause, told)
+            factor *= OF_OUTSIDE if facts.is_whole and _is_elsewhere(suspect.cause) else 1.0
             add(suspect.weight * factor, suspect.cause, suspect.cause.why)
     places = {place for place, _ in evidence}
     for weight, cause in _named_causes(facts, told):
@@ -169,6 +170,11 @@ def suspicions_of(facts: Facts, symptom: Symptom, words: str = "") -> list[Suspi
             add(weight * (OTHER_WAY if cause.place in places else 1.0), cause, cause.why)
     found = [_merged(pieces) for pieces in evidence.values()]
     return sorted(found, key=lambda s: (-s.score, s.cause.place))
+
+
+def _is_elsewhere(cause: Cause) -> bool:
+    """Tells whether no change of the file is the cure."""
+    return cause.is_outside or cause.place == RELEASE
 
 
 def _fit(symptom: Symptom, cause: Cause) -> float:
@@ -190,8 +196,7 @@ def _named_causes(facts: Facts, told: Words) -> Iterator[tuple[float, Cause]]:
         if size == "missing" or (size is None and not is_number):
             continue
         for direction in (Direction.UP, Direction.DOWN):
-            suspect = Suspect(facts.kinds, Symptom.COLLISION, Cause(place, direction), 1.0)
-            factor = value_factor(facts, suspect)
+            factor = value_factor(facts, Cause(place, direction))
             weight = NAMED_FAR if factor >= BEYOND else NAMED_NEAR if factor >= WITHIN else 0.0
             yield weight, Cause(place, direction, None, "You named its value.")
 
@@ -199,7 +204,7 @@ def _named_causes(facts: Facts, told: Words) -> Iterator[tuple[float, Cause]]:
 @cache
 def _firing_on_bringup(kinds: tuple[str, ...], release: Release) -> frozenset[str]:
     """Returns the names of the rules that fire on nav2_bringup's own values."""
-    facts = facts_of_values(" ".join(reversed(kinds)), release, {})
+    facts = facts_of_values(" ".join(reversed(kinds)), release, LINES_OF_BRINGUP)
     return frozenset(rule.name for rule in RULES if rule.fires(facts))
 
 
@@ -266,65 +271,9 @@ def _has(facts: Facts, cause: Cause) -> bool:
     )
 
 
-def value_factor(facts: Facts, suspect: Suspect) -> float:
-    """Returns the factor by which a parameter's value raises or lowers a suspect's weight."""
-    cause = suspect.cause
-    if cause.is_outside or cause.direction in (Direction.ADD, Direction.SET):
-        return 1.0
-    told = facts.told.get(cause.place)
-    if told in ("low", "high"):
-        is_suspicious = (told == "low") == (cause.direction is Direction.UP)
-        return BEYOND if is_suspicious else OPPOSITE
-    values = [facts[place] for place in facts.matching(cause.place)]
-    value = next((v for v in values if v is not None), None)
-    if value is None:
-        return ABSENT
-    if cause.key == ("velocity_smoother.max_velocity", Direction.UP) and facts.is_whole:
-        lets_by = facts.axis(cause.place, 0) or 0.0
-        return 1.0 if lets_by < facts.speed_mps else OPPOSITE
-    if isinstance(value, bool) or not isinstance(value, int | float):
-        return 1.0
-    is_raised = facts.is_whole and cause.direction is Direction.UP
-    limited = facts[LIMITS.get(cause.place, "")] if is_raised else None
-    if isinstance(limited, int | float) and value >= limited:
-        return FAR_OPPOSITE
-    return _side(facts, cause, float(value))
-
-
-def _side(facts: Facts, cause: Cause, value: float) -> float:
-    low, high = ranges().get(cause.place) or _range_of_the_other_costmap(cause.place)
-    is_up = cause.direction is Direction.UP
-    below = low is not None and value < low - 1e-9
-    above = high is not None and value > high + 1e-9
-    if below or above:
-        if below == is_up:
-            # Nav2's own default is nothing that somebody got wrong.
-            return CHANGED if facts.is_whole and cause.place not in facts.given else BEYOND
-        bound = low if below else high
-        return FAR_OPPOSITE if _are_far(value, bound or 0.0) else OPPOSITE
-    far = unusual_value(facts, cause.place) if low is None and high is None else None
-    if far is not None:
-        return BEYOND if far.back is cause.direction else OPPOSITE
-    default = facts.defaults.get(cause.place)
-    if isinstance(default, int | float) and not isinstance(default, bool) and value != default:
-        return CHANGED if (value < default) == is_up else 1.0 / CHANGED
-    return WITHIN
-
-
-def _are_far(value: float, bound: float) -> bool:
-    """Tells whether one of two numbers is more than twice the other."""
-    small, large = sorted((abs(value), abs(bound)))
-    return large > FAR_TIMES * small
-
-
-def _range_of_the_other_costmap(place: str) -> tuple[float | None, float | None]:
-    """Returns the range of the local costmap's parameter for the global one's."""
-    return ranges().get(place.replace("global_costmap.", "local_costmap."), (None, None))
-
-
 def _named_factor(facts: Facts, cause: Cause, told: Words) -> float:
     """Returns the factor of a cause that a user names, in words or as one of a few values."""
-    if cause.place == RELEASE or cause.is_outside:
+    if _is_elsewhere(cause):
         return 1.0
     is_named = is_among(cause, told.named) or (
         facts.is_told and any(p in facts.given for p in facts.matching(cause.place))

@@ -41,6 +41,7 @@ OF_BRINGUP: Mapping[str, tuple[float, ...]] = {
     "planner.max_planning_time": (5.0,),
     "velocity_smoother.smoothing_frequency": (20.0,),
     "velocity_smoother.velocity_timeout": (1.0,),
+    "controller.transform_tolerance": (0.2,),
 }
 # Further defaults of the code. Hardly any robot's file keeps those of the costmap.
 OF_CODE: Mapping[str, tuple[float, ...]] = {
@@ -52,8 +53,8 @@ OF_CODE: Mapping[str, tuple[float, ...]] = {
 }
 # From this ratio on a value is far from the usual ones.
 FAR = 2.5
-# The robot for which the defaults are made: 0.5 m/s and a TurtleBot's radius.
-USUAL_SPEED_MPS, USUAL_RADIUS_M = 0.5, 0.22
+# What the defaults are made for: 0.5 m/s, a TurtleBot's radius, 20 control cycles a second.
+USUAL_SPEED_MPS, USUAL_RADIUS_M, USUAL_PERIOD_S = 0.5, 0.22, 0.05
 # Parameters whose right value grows with the robot's speed, or with its size.
 _GROWTH = {
     "speed": "lookahead_dist min_lookahead_dist max_lookahead_dist min_lookahead max_lookahead "
@@ -106,11 +107,15 @@ def unusual_value(facts: Facts, place: str, *, least: float = FAR) -> Unusual | 
 
 
 def _scales(facts: Facts, place: str) -> Iterator[float]:
-    """Yields the factors by which the robot's speed and size may change a right value."""
+    """Yields the factors by which the robot's speed, size and period may change a right value."""
     name = place.rpartition(".")[2]
     yield 1.0
     if name in WITH_SPEED and facts.speed_mps > 0.0:
         yield facts.speed_mps / USUAL_SPEED_MPS
+    if place == "controller.model_dt":
+        yield facts.period_s / USUAL_PERIOD_S
+    if place == "controller.time_steps":
+        yield USUAL_PERIOD_S / max(facts.number("controller.model_dt"), 1e-3)
     if name in WITH_SIZE and facts.circumscribed_radius_m > 0.0:
         yield facts.circumscribed_radius_m / USUAL_RADIUS_M
 

@@ -99,6 +99,14 @@ def test_the_speed_has_the_name_that_the_file_has(patient):
     assert {place.name for change in found for place in change} == {"FollowPath.desired_linear_vel"}
 
 
+def test_a_smoother_that_lets_nothing_back_gets_half_and_then_all_of_its_speed_ahead(patient):
+    smoother = {"max_velocity": [0.4, 0.0, 1.2], "min_velocity": [0.0, 0.0, -1.2]}
+    back = Cause("velocity_smoother.min_velocity", Direction.DOWN)
+    place = Place("velocity_smoother", "min_velocity")
+    found = changes(patient(nav2_text(RPP_BLOCK, plugin=RPP, velocity_smoother=smoother)), back)
+    assert found == [{place: [-0.2, 0.0, -1.2]}, {place: [-0.4, 0.0, -1.2]}]
+
+
 @pytest.mark.parametrize(
     "cause",
     [

@@ -51,6 +51,22 @@ def test_a_length_that_the_speed_explains_is_not_far(found):
     assert "lookahead_dist" in told
 
 
+def test_a_time_step_that_the_period_explains_is_not_far(found):
+    # Four times bringup's 0.05 s, at a control period of 0.2 s; 14 such steps are its 2.8 s.
+    text = nav2_text(MPPI_BLOCK | {"model_dt": 0.2, "time_steps": 14}, plugin=MPPI)
+    slow = text.replace("controller_frequency: 20.0", "controller_frequency: 5.0")
+    assert slow != text
+    assert far(found(slow)) == []
+
+
+def test_the_last_speed_of_an_approach_that_is_switched_off_is_not_far(found):
+    last = RPP_BLOCK | {"min_approach_linear_velocity": 0.5}
+    told = [f.rule.name for f in far(found(nav2_text(last, plugin=RPP)))]
+    assert told == ["far-min_approach_linear_velocity"]
+    off = last | {"approach_velocity_scaling_dist": 0.0}
+    assert far(found(nav2_text(off, plugin=RPP))) == []
+
+
 def test_what_is_the_robots_own_matter_is_never_far(found):
     # Speeds, low accelerations, sensors, and a heading that nobody asks for.
     block = DWB_BLOCK | {"max_vel_theta": 0.3, "acc_lim_theta": 0.8, "vy_samples": 1}

@@ -165,7 +165,7 @@ def test_a_costmaps_parameter_needs_no_costmap_before_its_name():
 
 def test_a_value_that_the_user_names_is_a_cause_without_a_suspect_of_it():
     # No suspect of near_miss is about k_phi; 9.0 is 4.5 times Nav2's 2.0.
-    named = {"controller": "Graceful", "symptom_class": "near_miss", "symptom": "skims by"}
+    named = {"controller": "Graceful", "symptom_class": "near_miss", "symptom": "is too bold"}
     places = [c.key for c in ranked(**named, parameters={"k_phi": 9.0}, culprits={})]
     assert ("controller.k_phi", Direction.DOWN) in places
     places = [c.key for c in ranked(**named, parameters={}, culprits={})]

@@ -67,10 +67,10 @@ def test_a_planner_has_only_its_own_parameters(scores):
 
 
 def test_default_values_are_less_suspicious_than_given_ones(scores):
-    # The usual values are 0.2 to 0.5 s, Nav2's default is 0.1 s.
-    up = ("controller_server.transform_tolerance", Direction.UP)
-    given = {"controller_server": {"transform_tolerance": 0.1}}
-    weights = [scores(Symptom.FALSE_ABORT, **nodes)[up] for nodes in ({}, given)]
+    # The usual values are 0.03 to 0.06 m, Nav2's default is 0.1 m.
+    down = ("local_costmap.resolution", Direction.DOWN)
+    given = {"local_costmap": {"resolution": 0.1}}
+    weights = [scores(Symptom.DOOR_STOP, **nodes)[down] for nodes in ({}, given)]
     assert weights[1] > 1.5 * weights[0]
 
 
@@ -83,6 +83,16 @@ def test_a_smoother_above_the_controllers_speed_does_not_slow_the_robot(scores):
     assert weights[0] > 2.0 * weights[1]
 
 
+def test_of_a_velocity_smoother_the_axis_farthest_from_nav2s_counts(scores):
+    # nav2_bringup has -2.5 m/s^2 and -3.2 rad/s^2: a sixth of its turn is too weak a brake.
+    down = ("velocity_smoother.max_decel", Direction.DOWN)
+    weak, usual = (
+        scores(Symptom.GOAL_OVERSHOOT, velocity_smoother={"max_decel": [-2.5, 0.0, turn]})[down]
+        for turn in (-0.5, -3.2)
+    )
+    assert weak == pytest.approx(2.2 * usual)
+
+
 def test_words_about_fast_turns_speak_for_slower_ones(scores):
     down = ("controller.max_vel_theta", Direction.DOWN)
     plain, told = (
@@ -90,6 +100,27 @@ def test_words_about_fast_turns_speak_for_slower_ones(scores):
         for words in ("loses its pose", "loses its pose when it turns too fast")
     )
     assert told > 2.0 * plain
+
+
+@pytest.mark.parametrize(
+    ("symptom", "words", "first"),
+    [
+        ("false_abort", "Transform data too old", "controller.transform_tolerance"),
+        ("false_abort", "Controller patience exceeded", "controller_server.failure_tolerance"),
+        ("false_abort", "a turn counts as being stuck", "progress_checker.plugin"),
+        (
+            "false_abort",
+            "Timed out while waiting for action server to acknowledge goal request",
+            "bt_navigator.default_server_timeout",
+        ),
+        ("planner_fails", "no map received", "global_costmap.map_topic"),
+    ],
+)
+def test_a_message_of_nav2_speaks_for_its_few_causes(scores, symptom, words, first):
+    found = scores(Symptom(symptom), words)
+    assert max(found, key=lambda key: found[key])[0] == first
+    silent = scores(Symptom(symptom))
+    assert max(silent, key=lambda key: silent[key])[0] != first
 
 
 def test_every_clue_speaks_for_a_cause_that_is_known():

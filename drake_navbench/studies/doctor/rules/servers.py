@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from drake_navbench.studies.doctor.facts import Facts
-from drake_navbench.studies.doctor.rules.rule import Rule, down, outside, up
+from drake_navbench.studies.doctor.rules.rule import Rule, down, outside, put, up
 from drake_navbench.studies.doctor.symptoms import Symptom
 
 S = Symptom
@@ -86,7 +86,6 @@ RULES = (
         lambda f: (
             0.0
             < min(
-                f.number("controller_server.transform_tolerance", 1.0),
                 f.number("local_costmap.transform_tolerance", 1.0),
                 f.number("controller.transform_tolerance", 1.0),
             )
@@ -96,7 +95,7 @@ RULES = (
             "a transform_tolerance is below 0.15 s: one late transform makes the control cycle fail"
         ),
         {S.FALSE_ABORT: 0.6, S.LATE_CYCLES: 0.6, S.NO_START: 0.5, S.STOP_START_JERK: 0.4},
-        (up("controller_server.transform_tolerance", 0.3),),
+        (up("transform_tolerance", 0.3),),
         f"{SERVER}; nav2_util",
         is_certain=False,
     ),
@@ -181,7 +180,7 @@ RULES = (
             "receive each other's commands"
         ),
         {S.NO_START: 1.0, S.NO_RECOVERY: 0.6},
-        (outside("enable_stamped_cmd_vel"),),
+        (put("controller_server.enable_stamped_cmd_vel"),),
         "docs.nav2.org, migration to jazzy",
     ),
 )
