@@ -11,6 +11,7 @@ from drake_navbench.releases import Release
 from drake_navbench.studies.doctor.attempts import is_among, named_in, tried_in_vain
 from drake_navbench.studies.doctor.causes import RELEASE, Cause, Direction
 from drake_navbench.studies.doctor.clues import factor_for, favours_of
+from drake_navbench.studies.doctor.complaints import causes_by_words
 from drake_navbench.studies.doctor.facts import CONTROLLER, Facts
 from drake_navbench.studies.doctor.far_values import far_values
 from drake_navbench.studies.doctor.in_effect import is_in_effect
@@ -61,6 +62,8 @@ LINES_OF_BRINGUP = {
     "local_costmap.z_voxels": 16,
     "visualize": True,
 }
+# The weight of a cure of a known complaint that reads like the user's words.
+BY_WORDS = 3.0
 # The factor of a parameter that a user names, in words or as one of a few values.
 NAMED = 3.0
 # The weight of a named value that is no suspect of the symptom: towards the usual value if it is
@@ -164,6 +167,9 @@ def suspicions_of(facts: Facts, symptom: Symptom, words: str = "") -> list[Suspi
             factor = value_factor(facts, suspect.cause) * _named_factor(facts, suspect.cause, told)
             factor *= OF_OUTSIDE if facts.is_whole and _is_elsewhere(suspect.cause) else 1.0
             add(suspect.weight * factor, suspect.cause, suspect.cause.why)
+    for alike, cause, why in causes_by_words(facts, symptom, words):
+        if _is_there(facts, cause):
+            add(BY_WORDS * alike * value_factor(facts, cause), cause, why)
     places = {place for place, _ in evidence}
     for weight, cause in _named_causes(facts, told):
         if cause.key not in evidence:

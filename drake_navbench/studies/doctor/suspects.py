@@ -36,11 +36,14 @@ ELSEWHERE = frozenset(
         "progress_checker",
         "smoother",
         "velocity_smoother",
+        "waypoint_follower",
+        "map_server",
         OUTSIDE,
         RELEASE,
     }
 )
-ENTRY = re.compile(r"(?P<place>[\w.*]+) (?P<cure>up|down|set|add|upgrade|=\S+) (?P<weight>[\d.]+)")
+CURE = re.compile(r"(?P<place>[\w.*]+) (?P<cure>up|down|set|add|upgrade|=\S+)")
+WEIGHT = re.compile(r"[\d.]+")
 
 
 class Suspect(NamedTuple):
@@ -79,8 +82,11 @@ def all_suspects() -> tuple[Suspect, ...]:
         content = validate(_SuspectFile, read_yaml(path), str(path))
         for name, entries in content.suspects.items():
             for text, why in entries.items():
-                cause, weight = _parsed(text, why, content.source, path)
-                found.append(Suspect(content.controllers, Symptom(name), cause, weight))
+                named, _, weight = text.rpartition(" ")
+                if not WEIGHT.fullmatch(weight):
+                    raise InputError(f"{path}: got {text!r}, expected `place direction weight`")
+                cause = parsed_cause(named, why, content.source, path)
+                found.append(Suspect(content.controllers, Symptom(name), cause, float(weight)))
     return tuple(found)
 
 
@@ -96,17 +102,20 @@ def suspects_of(symptom: Symptom, kinds: tuple[str, ...]) -> list[Suspect]:
     return [s for s in all_suspects() if s.symptom is symptom and wanted & {*s.kinds}]
 
 
-def _parsed(text: str, why: str, source: str, path: Path) -> tuple[Cause, float]:
-    found = ENTRY.fullmatch(text)
+def parsed_cause(text: str, why: str, source: str, path: Path) -> Cause:
+    """Returns the cause that a text `place direction` names; raises InputError.
+
+    path: the file of the text.
+    """
+    found = CURE.fullmatch(text)
     if found is None:
-        raise InputError(f"{path}: got {text!r}, expected `place direction weight`")
+        raise InputError(f"{path}: got {text!r}, expected `place direction`")
     place, cure = found["place"], found["cure"]
     if place.partition(".")[0] not in ELSEWHERE:
         place = f"{CONTROLLER}.{place}"
     is_value = cure.startswith("=")
     direction = Direction.SET if is_value else Direction(cure)
-    to = _value(cure[1:]) if is_value else None
-    return Cause(place, direction, to, why, source), float(found["weight"])
+    return Cause(place, direction, _value(cure[1:]) if is_value else None, why, source)
 
 
 def _value(text: str) -> Any:
