@@ -33,7 +33,7 @@ from drake_navbench.analysis.paired_trials import (
 )
 from drake_navbench.analysis.pairs import holm, smallest_p_value
 from drake_navbench.analysis.statistics import ROUNDING, Interval
-from drake_navbench.arrays import Array
+from drake_navbench.kernels.arrays import Array
 
 SUCCESS = "success_rate"
 TOUCH = "touch_rate"

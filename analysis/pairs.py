@@ -35,7 +35,7 @@ from drake_navbench.analysis.statistics import (
     share_interval,
     student_interval,
 )
-from drake_navbench.arrays import Array
+from drake_navbench.kernels.arrays import Array
 
 # A difference below this share of the larger mean does not matter, however certain it is; nor does
 # one up to `Metric.relevant`.

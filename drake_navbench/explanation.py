@@ -11,8 +11,8 @@ from typing import Any, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 
-from drake_navbench.arrays import Array
 from drake_navbench.controller import Observation
+from drake_navbench.kernels.arrays import Array
 
 Cell = float | int | str | None
 Row = tuple[Cell, ...]

@@ -20,7 +20,7 @@ from drake_navbench.kernels import walking
 from drake_navbench.kernels.orca import linked_edges, step_orca
 from drake_navbench.kernels.social_force import step_people
 from drake_navbench.kernels.walking import VX, YAW, X, Y
-from drake_navbench.systems.walking_people import PEOPLE_PERIOD_S
+from drake_navbench.trial.systems.walking_people import PEOPLE_PERIOD_S
 
 Array = NDArray[np.float64]
 

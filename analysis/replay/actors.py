@@ -22,7 +22,7 @@ from drake_navbench.analysis.replay.stage import (
     frames_until,
     spaced_in_time,
 )
-from drake_navbench.arrays import Array
+from drake_navbench.kernels.arrays import Array
 from drake_navbench.logs.log import TrialLog
 from drake_navbench.logs.scans import Scan
 

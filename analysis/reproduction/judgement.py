@@ -32,7 +32,7 @@ from drake_navbench.analysis.statistics import (
     success_interval,
 )
 from drake_navbench.analysis.verdicts import NOTHING_RANDOM
-from drake_navbench.arrays import Array
+from drake_navbench.kernels.arrays import Array
 
 SUCCESS_RATE = "success_rate"
 ALONE = "one trial alone has no interval"

@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 
 from drake_navbench.analysis.metrics.definition import Metric, Undefined, metric
 from drake_navbench.analysis.metrics.signals import poses_at, require
-from drake_navbench.arrays import Array
 from drake_navbench.kernels.angles import wrap
+from drake_navbench.kernels.arrays import Array
 from drake_navbench.logs.log import Outcome, TrialLog
 
 FIRST_SAMPLE_AFTER_START_S = 0.06

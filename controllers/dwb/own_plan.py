@@ -13,11 +13,11 @@ from typing import TYPE_CHECKING
 
 from numba import njit
 
-from drake_navbench.arrays import Array
 from drake_navbench.controller import InvalidPath
+from drake_navbench.kernels.arrays import Array
 from drake_navbench.kernels.grid import Costmap
 from drake_navbench.kernels.path_pruning import first_pose_beyond
-from drake_navbench.releases import Release
+from drake_navbench.plugins.releases import Release
 
 if TYPE_CHECKING:
     from drake_navbench.controllers.dwb.parameters import DynamicWindowApproachParameters

@@ -8,9 +8,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from drake_navbench.arrays import Array
 from drake_navbench.controllers.dwb.local_planner import NONE_CHOSEN, Evaluation
 from drake_navbench.explanation import Cell, Explanation, told_command
+from drake_navbench.kernels.arrays import Array
 
 # Turn rates that differ by less are one way to turn, rad/s.
 SAME_TURN_RADPS = 0.05

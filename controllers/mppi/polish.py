@@ -26,13 +26,13 @@ from typing import NamedTuple
 import numpy as np
 from pydrake.solvers import Binding, IpoptSolver, MathematicalProgram, SolverOptions
 
-from drake_navbench.arrays import Array
 from drake_navbench.controllers.mppi.bounded_descent import ControlSpline, DescentSettings, descend
 from drake_navbench.controllers.mppi.lanes import frozen
 from drake_navbench.controllers.mppi.motion_models import MotionLimits
 from drake_navbench.controllers.mppi.objective import PolishSituation, Weights, objective
+from drake_navbench.kernels.arrays import Array
 from drake_navbench.kernels.grid import Grid
-from drake_navbench.program_function import cost_function, solver_warnings_off
+from drake_navbench.kernels.program_function import cost_function, solver_warnings_off
 
 _DEGREE = 3
 # v and w.

@@ -12,10 +12,10 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from drake_navbench.arrays import Array
 from drake_navbench.controllers.mppi.motion_models import VX, WZ
 from drake_navbench.controllers.mppi.sampler import CycleResult
 from drake_navbench.explanation import Cell, Explanation, told_command
+from drake_navbench.kernels.arrays import Array
 
 # Mean turn rates that differ by less from the chosen one lead the same way, rad/s.
 SAME_TURN_RADPS = 0.1

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from drake_navbench.arrays import Array
 from drake_navbench.controllers.teb.constraints import BandScene
 from drake_navbench.controllers.teb.interior_point import (
     Bounds,
@@ -20,6 +19,7 @@ from drake_navbench.controllers.teb.interior_point import (
     descend,
 )
 from drake_navbench.controllers.teb.objective import Weights
+from drake_navbench.kernels.arrays import Array
 
 # The first barriers, with loose tolerances, as they are only to start from.
 STAGES = (

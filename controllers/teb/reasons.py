@@ -6,7 +6,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from drake_navbench.arrays import Array
 from drake_navbench.controller import ControllerSetup, Decision
 from drake_navbench.controllers.teb.band import Band
 from drake_navbench.controllers.teb.choice import Attempt, BandChooser, Tried
@@ -16,6 +15,7 @@ from drake_navbench.controllers.teb.memory import TebMemory
 from drake_navbench.controllers.teb.parameters import TebParameters
 from drake_navbench.controllers.teb.planner import BandPlanner, PlannedBand
 from drake_navbench.explanation import Cell, Explanation, told_command
+from drake_navbench.kernels.arrays import Array
 
 COLUMNS = ("constraint", "bound", "active", "of", "first at [s]", "nearest [unit]")
 # A row counts as active within this share of its bound, or within this distance, in its unit.

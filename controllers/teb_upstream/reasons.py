@@ -8,9 +8,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from drake_navbench.arrays import Array
 from drake_navbench.controllers.teb_upstream.memory import Trajectory
 from drake_navbench.explanation import Explanation, Row, told_command
+from drake_navbench.kernels.arrays import Array
 
 MOST_NAMED = 3
 # Every band has these, whatever it meets.

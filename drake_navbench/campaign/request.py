@@ -28,7 +28,7 @@ from drake_navbench.nav2.whole_files import (
     columns_of_files,
     names_of,
 )
-from drake_navbench.releases import Release
+from drake_navbench.plugins.releases import Release
 from drake_navbench.typed_files.dotted_names import flattened
 from drake_navbench.typed_files.typed_yaml import FrozenModel
 
@@ -148,8 +148,8 @@ class Request(FrozenModel):
         """Returns the robot read from its model; None for a robot file; raises InputError."""
         if not is_model(self.robot):
             return None
-        from drake_navbench.descriptions.xacro_file import require_declared
         from drake_navbench.inputs.described_robot import describe_robot
+        from drake_navbench.inputs.descriptions.xacro_file import require_declared
 
         found = describe_robot(
             Path(self.robot), self.substitutions, self._folders, self._known_base

@@ -8,10 +8,10 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from drake_navbench.campaign.request import Request
-from drake_navbench.descriptions.world import is_world
 from drake_navbench.errors import InputError, printable
 from drake_navbench.inputs.check import WIDTH, Check
 from drake_navbench.inputs.controller_file import names_file
+from drake_navbench.inputs.descriptions.world import is_world
 from drake_navbench.inputs.floor_scenario import SCENARIO_FILES
 from drake_navbench.inputs.presets import preset_files
 from drake_navbench.inputs.robot import is_model

@@ -14,8 +14,6 @@ from typing import Any, TypeVar
 import numpy as np
 from pydantic import BaseModel
 
-from drake_navbench.costmaps.filter_masks import FilterMask
-from drake_navbench.costmaps.map_file import OccupancyMap
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.floor_scenario import FloorScenario
 from drake_navbench.inputs.mission import Lift, MissionStep
@@ -23,6 +21,8 @@ from drake_navbench.inputs.moving_obstacles import NOTHING_MOVES, MovingObstacle
 from drake_navbench.inputs.people import NOBODY, People, WalkingPeople
 from drake_navbench.inputs.scenario_world import Floor
 from drake_navbench.inputs.world import World
+from drake_navbench.navigation.costmaps.filter_masks import FilterMask
+from drake_navbench.navigation.costmaps.map_file import OccupancyMap
 
 Bounds = tuple[float, float, float, float]
 Offset = tuple[float, float]

@@ -6,9 +6,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from drake_navbench.costmaps.map_file import OCCUPIED, OccupancyMap
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.world import Box
+from drake_navbench.navigation.costmaps.map_file import OCCUPIED, OccupancyMap
 
 # A rectangle of cells: first row, row past the last, first column, column past the last.
 CellBox = tuple[int, int, int, int]

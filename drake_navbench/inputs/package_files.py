@@ -7,16 +7,16 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from drake_navbench.descriptions.body import base_of, wheel_joints
-from drake_navbench.descriptions.clearpath_robot import is_clearpath, platform_of
-from drake_navbench.descriptions.gazebo_drive import has_drive
-from drake_navbench.descriptions.gazebo_sensors import LIDARS
-from drake_navbench.descriptions.model_source import read_source
-from drake_navbench.descriptions.world import is_world
-from drake_navbench.descriptions.xacro_macro import lacking, robot_macro
 from drake_navbench.errors import InputError
+from drake_navbench.inputs.descriptions.body import base_of, wheel_joints
+from drake_navbench.inputs.descriptions.clearpath_robot import is_clearpath, platform_of
+from drake_navbench.inputs.descriptions.gazebo_drive import has_drive
+from drake_navbench.inputs.descriptions.gazebo_sensors import LIDARS
+from drake_navbench.inputs.descriptions.model_source import read_source
+from drake_navbench.inputs.descriptions.ros_packages import files_below
+from drake_navbench.inputs.descriptions.world import is_world
+from drake_navbench.inputs.descriptions.xacro_macro import lacking, robot_macro
 from drake_navbench.typed_files.input_file import MEGABYTE
-from drake_navbench.typed_files.ros_packages import files_below
 
 # The names of the kinds on the command line.
 ROBOT, NAV2, MAP, WORLD = "robot", "nav2", "map", "world"

@@ -13,7 +13,6 @@ from pydantic import (
     model_validator,
 )
 
-from drake_navbench.costmaps.map_file import OccupancyMap
 from drake_navbench.errors import InputError, nearest_name_hint
 from drake_navbench.inputs.faults import Conditions, Fault, conditions_of
 from drake_navbench.inputs.file_kinds import SCENARIO, require_kind
@@ -31,6 +30,7 @@ from drake_navbench.inputs.robot import Robot, load_robot, overridden
 from drake_navbench.inputs.scenario_world import Floor
 from drake_navbench.inputs.world import World
 from drake_navbench.kernels.noise import NoiseKey, NoiseStream
+from drake_navbench.navigation.costmaps.map_file import OccupancyMap
 from drake_navbench.typed_files.quantities import Angle, Length
 from drake_navbench.typed_files.typed_yaml import FrozenModel, read_yaml, validate
 

@@ -8,7 +8,6 @@ import warnings
 import numpy as np
 import shapely
 
-from drake_navbench.costmaps.map_file import OCCUPIED, UNKNOWN
 from drake_navbench.errors import InputError, InputWarning
 from drake_navbench.inputs.drive import DifferentialDrive
 from drake_navbench.inputs.faults import PARTS, Conditions
@@ -20,6 +19,7 @@ from drake_navbench.inputs.robot import Robot
 from drake_navbench.inputs.scenario import Scenario
 from drake_navbench.kernels.poses import place_outline
 from drake_navbench.kernels.rasterize import MASK_FULL
+from drake_navbench.navigation.costmaps.map_file import OCCUPIED, UNKNOWN
 
 
 def check_task(scenario: Scenario, robot: Robot) -> None:

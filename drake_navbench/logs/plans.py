@@ -16,7 +16,7 @@ import numpy as np
 import pyarrow as pa
 from numpy.typing import NDArray
 
-from drake_navbench.arrays import Array
+from drake_navbench.kernels.arrays import Array
 from drake_navbench.typed_files.immutable import Immutable
 
 POSITIONS_PER_METRE = 1e6

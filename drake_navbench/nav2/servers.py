@@ -35,7 +35,7 @@ from drake_navbench.navigation.waypoint_follower import (
     WaitAtWaypointParameters,
     WaypointFollowerParameters,
 )
-from drake_navbench.releases import NEWEST_RELEASE, Release, defaults_in
+from drake_navbench.plugins.releases import NEWEST_RELEASE, Release, defaults_in
 
 Fields = dict[str, Any]
 

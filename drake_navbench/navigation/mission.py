@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-from drake_navbench.arrays import Array
+from drake_navbench.kernels.arrays import Array
 from drake_navbench.kernels.poses import compose, inverse
 from drake_navbench.navigation.lift_ride import Ride
 from drake_navbench.navigation.task import Leg, TaskState, TaskStatus

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from drake_navbench.arrays import Array
+from drake_navbench.kernels.arrays import Array
 from drake_navbench.nav2.patch import Place, patched
 
 if TYPE_CHECKING:

@@ -14,10 +14,8 @@ from drake_navbench.analysis.metrics.registry import all_metrics
 from drake_navbench.analysis.replay.reasons import shown_reasons
 from drake_navbench.analysis.tables import PRINTED, SUCCESS_RATE
 from drake_navbench.analysis.trial_rows import trial_row
-from drake_navbench.arrays import Array
 from drake_navbench.campaign.campaign import plan_campaign
 from drake_navbench.campaign.logged_trial import logged_trial, trial_of_log
-from drake_navbench.costmaps.map_file import OCCUPIED, UNKNOWN
 from drake_navbench.errors import InputError, NavbenchError
 from drake_navbench.inputs.controller_file import names_file
 from drake_navbench.inputs.gazebo_world import load_gazebo_world, scenario_in_world
@@ -25,9 +23,11 @@ from drake_navbench.inputs.presets import Preset
 from drake_navbench.inputs.robot import Robot, body_top_m, load_robot
 from drake_navbench.inputs.scenario import Scenario
 from drake_navbench.inputs.task_check import check_task
+from drake_navbench.kernels.arrays import Array
 from drake_navbench.kernels.poses import place_outline
 from drake_navbench.logs.log import TrialLog
 from drake_navbench.nav2.whole_files import FileColumns, WholeFile, columns_of_files
+from drake_navbench.navigation.costmaps.map_file import OCCUPIED, UNKNOWN
 from drake_navbench.studio.messages import (
     SERVER,
     Asked,

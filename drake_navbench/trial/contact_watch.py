@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 import shapely
 
-from drake_navbench.arrays import Array
 from drake_navbench.inputs.drive import Drive
 from drake_navbench.inputs.moving_obstacles import circle, with_people
 from drake_navbench.inputs.recorded_people import RecordedPeople
 from drake_navbench.inputs.world import World
+from drake_navbench.kernels.arrays import Array
 from drake_navbench.kernels.moving_bodies import (
     FAR_AWAY_M,
     Tracks,

@@ -9,16 +9,16 @@ import numpy as np
 from numpy.typing import NDArray
 from pydrake.systems.framework import Context, Diagram, DiagramBuilder, LeafSystem, OutputPort
 
-from drake_navbench.costmaps.map_file import OccupancyMap
 from drake_navbench.inputs.faults import Conditions
 from drake_navbench.inputs.robot import Robot
-from drake_navbench.systems.amcl import Amcl
-from drake_navbench.systems.delays import LateOdometry
-from drake_navbench.systems.floor_aware import FloorClock
-from drake_navbench.systems.localization import HeldNoise, Localization
-from drake_navbench.systems.scripted_localization import ScriptedLocalization
+from drake_navbench.navigation.costmaps.map_file import OccupancyMap
 from drake_navbench.trial.floors import TrialFloors
 from drake_navbench.trial.navigation_wiring import Signals, connect_inputs
+from drake_navbench.trial.systems.amcl import Amcl
+from drake_navbench.trial.systems.delays import LateOdometry
+from drake_navbench.trial.systems.floor_aware import FloorClock
+from drake_navbench.trial.systems.localization import HeldNoise, Localization
+from drake_navbench.trial.systems.scripted_localization import ScriptedLocalization
 from drake_navbench.trial.timing import CONTROLLER_OFFSET_S, COSTMAP_OFFSET_S
 
 FRAMES = ("odometry_from_world", "map_from_odometry")

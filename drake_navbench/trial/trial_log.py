@@ -29,13 +29,13 @@ from drake_navbench.logs.people import DECIMALS, LoggedPeople
 from drake_navbench.logs.plans import Plan, as_logged
 from drake_navbench.navigation.mission import FloorLeg, MissionProgress
 from drake_navbench.navigation.task import TaskState, TaskStatus
-from drake_navbench.systems.ports import read_object
-from drake_navbench.systems.recorder import Recording
-from drake_navbench.systems.running_stack import RunningStackSystem
-from drake_navbench.systems.tree_navigator import TreeNavigator
 from drake_navbench.trial.contact_watch import ContactWatch
 from drake_navbench.trial.diagram import TrialDiagram
 from drake_navbench.trial.spec import TrialSpec
+from drake_navbench.trial.systems.ports import read_object
+from drake_navbench.trial.systems.recorder import Recording
+from drake_navbench.trial.systems.running_stack import RunningStackSystem
+from drake_navbench.trial.systems.tree_navigator import TreeNavigator
 from drake_navbench.trial.timing import CONTROLLER_OFFSET_S
 
 OUTCOME_OF_TASK = {

@@ -26,11 +26,11 @@ from drake_navbench.explanation import (
 from drake_navbench.logs.log import LIVE_CHANGES, UNREPEATABLE_COLUMNS, Outcome, TrialLog
 from drake_navbench.processes.worker_process import Returned
 from drake_navbench.processes.workers import Task, run_tasks, start_server
-from drake_navbench.systems.compute_clock import ComputeClock
 from drake_navbench.trial.column_controller import built_controller
 from drake_navbench.trial.diagram import Looks
 from drake_navbench.trial.recording_wiring import RECORDER_PERIOD_S
 from drake_navbench.trial.spec import TrialSpec
+from drake_navbench.trial.systems.compute_clock import ComputeClock
 from drake_navbench.trial.task_cost import wall_clock_limit_s
 from drake_navbench.trial.trial import compute_times, simulate_with
 

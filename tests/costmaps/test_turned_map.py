@@ -11,9 +11,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from PIL import Image
 
-from drake_navbench.costmaps.map_file import OCCUPIED, UNKNOWN, load_map
-from drake_navbench.costmaps.turned_map import turned_along_axes
 from drake_navbench.errors import InputError, InputWarning
+from drake_navbench.navigation.costmaps.map_file import OCCUPIED, UNKNOWN, load_map
+from drake_navbench.navigation.costmaps.turned_map import turned_along_axes
 
 # Two columns and three rows, the lowest first.
 CELLS = np.array([[0, 100], [0, 0], [100, 0]], dtype=np.int8)
@@ -76,6 +76,6 @@ def test_a_map_file_with_a_yaw_is_turned_and_nav2s_way_with_it_told(tmp_path):
 
 
 def test_a_turned_map_may_become_too_large(monkeypatch):
-    monkeypatch.setattr("drake_navbench.costmaps.grid_size.MAX_GRID_CELLS", 150)
+    monkeypatch.setattr("drake_navbench.navigation.costmaps.grid_size.MAX_GRID_CELLS", 150)
     with pytest.raises(InputError, match="map: 16 x 15 cells are too many"):
         turned(math.pi / 4, np.zeros((10, 11), dtype=np.int8))

@@ -14,7 +14,7 @@ from drake_navbench.inputs.robot import load_robot
 from drake_navbench.nav2.release import SINCE, UNTIL
 from drake_navbench.nav2.robot import Nav2Setup, read_nav2_files
 from drake_navbench.navigation.smoother_parameters import SimpleSmootherParameters
-from drake_navbench.releases import Release, read_by
+from drake_navbench.plugins.releases import Release, read_by
 
 WHEELCHAIR = load_robot("wheelchair")
 ALL = ("humble", "iron", "jazzy", "kilted", "lyrical")

@@ -8,11 +8,11 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from drake_navbench.arrays import Array
 from drake_navbench.controllers.external.client_process import ClientProcess
 from drake_navbench.controllers.external.messages import configure_message
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.robot import Robot, load_robot
+from drake_navbench.kernels.arrays import Array
 from drake_navbench.kernels.grid import INSCRIBED, LETHAL, NO_INFORMATION, Costmap
 from drake_navbench.kernels.inflation import inflate
 from drake_navbench.native.builds import Build
