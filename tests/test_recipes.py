@@ -84,7 +84,7 @@ def test_a_command_is_one_file_and_a_line(copy):
         '"""A command."""\n\n\ndef main(argv=None):\n    print("planted", *argv)\n    return 0\n',
     )
     copy.put_before(
-        "drake_navbench/__main__.py",
+        "drake_navbench/commands/main.py",
         '    "completion": (',
         '    "planted": ("drake_navbench.commands.planted", "say so"),\n',
     )

@@ -20,7 +20,7 @@ from drake_navbench.nav2.controllers import SERVER
 from drake_navbench.nav2.differences import difference_lines, differences
 from drake_navbench.nav2.parameters import read_parameter_file
 from drake_navbench.nav2.robot import READ
-from drake_navbench.nav2.substitutions import read_assignments
+from drake_navbench.nav2.substitutions import NAME
 from drake_navbench.nav2.whole_files import FileColumns
 from drake_navbench.trial.column_controller import check_controller
 from drake_navbench.typed_files.typed_yaml import validate
@@ -69,6 +69,19 @@ def request_from_arguments(arguments: argparse.Namespace) -> Request:
         "columns": arguments.columns,
     }
     return validate(Request, asked, "command line")
+
+
+def read_assignments(texts: Sequence[str]) -> dict[str, str]:
+    """Returns the values of --set name=value; raises InputError for other forms or repetition."""
+    values: dict[str, str] = {}
+    for text in texts:
+        name, equals, value = text.partition("=")
+        if not equals or not re.fullmatch(NAME, name):
+            raise InputError(f"--set {text!r}: expected name=value")
+        if name in values:
+            raise InputError(f"--set {text!r}: {name} is given twice")
+        values[name] = value
+    return values
 
 
 def _absolute(reference: str) -> str:

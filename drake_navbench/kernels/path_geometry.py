@@ -10,12 +10,11 @@ import math
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from drake_navbench.errors import InputError
 from drake_navbench.kernels.angles import wrap
-
-Array = NDArray[np.float64]
+from drake_navbench.kernels.arrays import Array
 
 # A last interval shorter than this part of the spacing is rounding: it gets no pose of its own.
 NEGLIGIBLE_INTERVAL_RATIO = 1e-9

@@ -14,8 +14,8 @@ from drake_navbench.kernels.obstacle_layer import scan_points, update_obstacle_l
 from drake_navbench.kernels.poses import place_outline
 from drake_navbench.kernels.rasterize import mark_polygon
 from drake_navbench.kernels.ray_casting import cast_rays
+from drake_navbench.kernels.scan import Scan
 from drake_navbench.kernels.voxel_layer import UNKNOWN_COLUMN, update_voxel_layer, voxel_grid
-from drake_navbench.logs.scans import Scan
 from drake_navbench.navigation.costmaps.costmap_settings import (
     GlobalCostmapSettings,
     LocalCostmapSettings,

@@ -9,12 +9,12 @@ import pandas as pd
 import pytest
 from rich.console import Console
 
-from drake_navbench.__main__ import main
 from drake_navbench.analysis.scenario_analysis import read_trials
 from drake_navbench.campaign import live, live_controls
 from drake_navbench.campaign.campaign import plan_campaign
 from drake_navbench.campaign.live_controls import PACE, PAUSE, RESET, RESTART
 from drake_navbench.campaign.live_parameters import sliders_of, with_values
+from drake_navbench.commands.main import main
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.presets import load_preset
 from drake_navbench.inputs.scenario import load_scenario

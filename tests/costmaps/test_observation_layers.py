@@ -7,7 +7,7 @@ from drake_navbench.errors import InputError
 from drake_navbench.inputs.lidar import LidarSettings
 from drake_navbench.inputs.robot import Robot
 from drake_navbench.kernels.grid import FREE, LETHAL
-from drake_navbench.logs.scans import Scan
+from drake_navbench.kernels.scan import Scan
 from drake_navbench.navigation.costmaps.costmap_settings import LocalCostmapSettings
 from drake_navbench.navigation.costmaps.layered_costmap import local_layers
 from drake_navbench.navigation.costmaps.point_cloud import PointCloud

@@ -7,8 +7,8 @@ from drake_navbench.errors import InputError
 from drake_navbench.inputs.lidar import LidarSettings
 from drake_navbench.inputs.robot import Robot
 from drake_navbench.kernels.grid import FREE, INSCRIBED, LETHAL, NO_INFORMATION
+from drake_navbench.kernels.scan import Scan
 from drake_navbench.kernels.voxel_layer import UNKNOWN_COLUMN
-from drake_navbench.logs.scans import Scan
 from drake_navbench.navigation.costmaps.costmap_settings import (
     GlobalCostmapSettings,
     LocalCostmapSettings,

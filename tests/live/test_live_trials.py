@@ -10,9 +10,9 @@ from stand_ins import CYCLONE, ROBOT, live, stand_in, way
 
 pytest.importorskip("cyclonedds")
 
-from drake_navbench.__main__ import main
 from drake_navbench.analysis.metrics.compute import cycle_times_ms
 from drake_navbench.analysis.metrics.definition import Undefined
+from drake_navbench.commands.main import main
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.scenario_plan import GridPlan
 from drake_navbench.logs.log import Outcome, TrialLog

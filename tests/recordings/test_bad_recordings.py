@@ -20,7 +20,7 @@ from robot_bags import (
 )
 from rosbags.rosbag2.storage_mcap import zstd
 
-from drake_navbench.__main__ import main
+from drake_navbench.commands.main import main
 from drake_navbench.logs.log import TrialLog
 from drake_navbench.logs.results import ResultsFolder
 from drake_navbench.ros2.recordings.bag_files import MCAP_MAGIC

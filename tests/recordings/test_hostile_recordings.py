@@ -10,7 +10,7 @@ import pytest
 from robot_bags import turtlebot, write_ros2
 from rosbags.rosbag2.storage_mcap import zstd
 
-from drake_navbench.__main__ import main
+from drake_navbench.commands.main import main
 from drake_navbench.errors import InputError
 from drake_navbench.ros2.recordings import reading
 from drake_navbench.ros2.recordings.bag_files import MCAP_END, MCAP_MAGIC, BagFiles

@@ -26,8 +26,8 @@ from robot_bags import (
     write_ros2,
 )
 
-from drake_navbench.__main__ import main
 from drake_navbench.analysis.metrics.registry import all_metrics, measure_all
+from drake_navbench.commands.main import main
 from drake_navbench.logs.log import Outcome, TrialLog
 from drake_navbench.logs.results import ResultsFolder
 from drake_navbench.ros2.recordings.import_bags import ImportRequest, read_recording

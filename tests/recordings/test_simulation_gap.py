@@ -10,7 +10,7 @@ import yaml
 from robot_bags import drive as turtlebot_drive
 from robot_bags import reached, turtlebot, without, write_ros2
 
-from drake_navbench.__main__ import main
+from drake_navbench.commands.main import main
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.drive import DifferentialDrive
 from drake_navbench.inputs.robot import Robot

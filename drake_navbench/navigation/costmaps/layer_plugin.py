@@ -18,7 +18,7 @@ from pydantic import Field
 
 from drake_navbench.kernels.grid import Grid
 from drake_navbench.kernels.inflation import CellWindow
-from drake_navbench.logs.scans import Scan
+from drake_navbench.kernels.scan import Scan
 from drake_navbench.navigation.costmaps.costmap_rules import CostmapRules
 from drake_navbench.navigation.costmaps.filter_masks import FilterMask
 from drake_navbench.navigation.costmaps.map_file import OccupancyMap

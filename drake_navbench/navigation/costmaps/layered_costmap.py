@@ -20,7 +20,7 @@ from drake_navbench.kernels.arrays import Array
 from drake_navbench.kernels.grid import FREE, NO_INFORMATION, Costmap, Grid
 from drake_navbench.kernels.inflation import CellWindow
 from drake_navbench.kernels.layer_grid import rolled_origin
-from drake_navbench.logs.scans import Scan
+from drake_navbench.kernels.scan import Scan
 from drake_navbench.navigation.costmaps.built_in_layers import (
     KeepoutFilterParameters,
     StaticLayerParameters,

@@ -13,7 +13,7 @@ import numpy as np
 
 from drake_navbench.kernels.observation import Observation
 from drake_navbench.kernels.obstacle_layer import scan_points
-from drake_navbench.logs.scans import Scan
+from drake_navbench.kernels.scan import Scan
 from drake_navbench.navigation.costmaps.observation_source import (
     ObservationSourceSettings,
     SourceSettings,

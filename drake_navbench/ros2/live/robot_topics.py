@@ -10,7 +10,7 @@ import numpy as np
 
 from drake_navbench.errors import InputError, nearest_name_hint
 from drake_navbench.inputs.robot import Robot
-from drake_navbench.logs.scans import Scan
+from drake_navbench.kernels.scan import Scan
 from drake_navbench.navigation.costmaps.map_file import OccupancyMap
 from drake_navbench.navigation.costmaps.point_cloud import PointCloud
 from drake_navbench.ros2.live.domain import LATCHED, PLAIN, LiveDomain, Publisher

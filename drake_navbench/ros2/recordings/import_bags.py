@@ -11,12 +11,12 @@ from typing import Any
 
 import numpy as np
 
-from drake_navbench import __version__
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.robot import Robot, load_robot
 from drake_navbench.logs.log import TrialLog
 from drake_navbench.logs.results import ResultsFolder, file_name, only_run_in
 from drake_navbench.navigation.costmaps.map_file import OccupancyMap, load_map
+from drake_navbench.processes.version import __version__
 from drake_navbench.ros2.recordings.decoded_messages import Cells
 from drake_navbench.ros2.recordings.drive_data import DriveData, drive_data
 from drake_navbench.ros2.recordings.drive_fit import DriveFit, as_yaml, fit_drive

@@ -14,8 +14,8 @@ from drake_navbench.inputs.timeline import Timeline
 from drake_navbench.inputs.world import World
 from drake_navbench.inputs.world_geometry import register_obstacles
 from drake_navbench.kernels.arrays import Array
+from drake_navbench.kernels.scan import Scan
 from drake_navbench.kernels.swept_contact import clearance_at
-from drake_navbench.logs.scans import Scan
 from drake_navbench.trial.base_wiring import add_base
 from drake_navbench.trial.contact_watch import ContactWatch
 from drake_navbench.trial.navigation_wiring import connect_inputs

@@ -28,7 +28,7 @@ from drake_navbench.kernels.particle_filter import (
     weigh,
 )
 from drake_navbench.kernels.poses import carrier_pose, compose, placed_state
-from drake_navbench.logs.scans import Scan
+from drake_navbench.kernels.scan import Scan
 from drake_navbench.navigation.costmaps.map_file import OCCUPIED, OccupancyMap
 from drake_navbench.navigation.mission import FloorSwitch
 from drake_navbench.trial.systems.floor_aware import FloorAware, FloorClock

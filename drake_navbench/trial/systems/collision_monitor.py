@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import Context, LeafSystem, State
 
-from drake_navbench.logs.scans import Scan
+from drake_navbench.kernels.scan import Scan
 from drake_navbench.navigation.collision_monitor import (
     CollisionMonitor,
     CollisionMonitorParameters,

@@ -20,7 +20,7 @@ from drake_navbench.kernels.noise import NoiseKey, NoiseStream
 from drake_navbench.kernels.poses import compose
 from drake_navbench.kernels.ray_casting import burst_dropouts, cast_rays, stuck_ranges
 from drake_navbench.kernels.read_only import read_only
-from drake_navbench.logs.scans import Scan
+from drake_navbench.kernels.scan import Scan
 from drake_navbench.navigation.mission import FloorSwitch
 from drake_navbench.trial.systems.floor_aware import FloorAware, FloorClock
 from drake_navbench.trial.systems.lifetime import weakly_bound

@@ -19,8 +19,8 @@ from drake_navbench.inputs.robot import Robot
 from drake_navbench.kernels.arrays import Array
 from drake_navbench.kernels.poses import carrier_pose
 from drake_navbench.kernels.read_only import read_only
+from drake_navbench.kernels.scan import Scan
 from drake_navbench.logs.plans import Plan
-from drake_navbench.logs.scans import Scan
 from drake_navbench.navigation.costmaps.map_file import OccupancyMap
 from drake_navbench.navigation.costmaps.point_cloud import PointCloud
 from drake_navbench.navigation.task import GlobalPlan, Leg, TaskState, TaskStatus
