@@ -14,7 +14,7 @@ from drake_navbench.controllers.teb.layout import pack_band, row_slices
 from drake_navbench.controllers.teb.memory import TebMemory
 from drake_navbench.controllers.teb.parameters import TebParameters
 from drake_navbench.controllers.teb.planner import BandPlanner, PlannedBand
-from drake_navbench.explanation import Cell, Explanation, told_command
+from drake_navbench.explanation import Cell, Explanation, command_text
 from drake_navbench.kernels.arrays import Array
 
 COLUMNS = ("constraint", "bound", "active", "of", "first at [s]", "nearest [unit]")
@@ -80,7 +80,7 @@ class _Kind(NamedTuple):
 
 def explained(choice: Choice, command: Array) -> Explanation:
     """Returns the reasons of a command: the constraints that its band meets with equality."""
-    told = told_command(command)
+    told = command_text(command)
     if choice.is_fallback:
         sentence = (
             f"TEB drives {told}: none of {len(choice.tried)} bands obeys all limits, so it drives "

@@ -212,7 +212,7 @@ def _print_table(check: Check) -> None:
     print("\n".join(map(printable, check.as_text(WIDTH).split("\n"))))
 
 
-def told_of_files(request: Request, nav2: Sequence[FileColumns]) -> list[str]:
+def file_lines(request: Request, nav2: Sequence[FileColumns]) -> list[str]:
     """Returns the lines that a run prints about its Nav2 files, their differences first."""
     told = []
     if len(nav2) > 1:

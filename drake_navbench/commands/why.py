@@ -71,9 +71,9 @@ def lines_of(found: Why, column: str) -> list[str]:
 
 def table_lines(columns: Sequence[str], rows: Sequence[Sequence[Cell]]) -> list[str]:
     """Returns a table as lines; numbers stand right, and the last column is wrapped at 80."""
-    from drake_navbench.explanation import told_cell
+    from drake_navbench.explanation import cell_text
 
-    texts = [list(columns), *([told_cell(value) for value in row] for row in rows)]
+    texts = [list(columns), *([cell_text(value) for value in row] for row in rows)]
     widths = [max(len(row[k]) for row in texts) for k in range(len(columns))]
     right = [
         k > 0 and all(not isinstance(row[k], str) or row[k] == "" for row in rows)

@@ -7,7 +7,7 @@ offset, so that no two storeys are within sight of each other and a position tel
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, TypeVar
 
@@ -35,6 +35,11 @@ STOREY_GAP_M = 10.0
 POINTS = ("min", "max", "start", "end", "centre", "position")
 POINT_LISTS = ("vertices", "goals")
 PARTS = ("waypoints", "persons")
+
+
+def rounded(numbers: Iterable[float]) -> list[float]:
+    """Returns lengths, m, and angles, rad, as messages show them: to a thousandth."""
+    return [round(float(number), 3) for number in numbers]
 
 
 @dataclass(frozen=True)

@@ -24,6 +24,7 @@ from drake_navbench.inputs.floors import (
     joined_world,
     mission_legs,
     placed_floors,
+    rounded,
 )
 from drake_navbench.inputs.mission import Lift, MissionStep, check_mission, end_of
 from drake_navbench.inputs.robot import Robot, load_robot, overridden
@@ -235,7 +236,7 @@ def scenario_on_map(
     name: by default that of the file. grid: the map, if it was read already.
     """
     data = {
-        "description": f"{map_file.name}: from {_rounded(start)} to {_rounded(goal)}",
+        "description": f"{map_file.name}: from {rounded(start)} to {rounded(goal)}",
         "world": {"map": map_file.name},
         "start": start,
         "goal": goal,
@@ -250,10 +251,6 @@ def scenario_on_map(
         scenario = scenario.with_maps(grid)
     _ = scenario.map
     return scenario
-
-
-def _rounded(pose: Pose) -> list[float]:
-    return [round(value, 3) for value in pose]
 
 
 def load_scenario(name_or_path: str) -> Scenario:

@@ -13,6 +13,7 @@ from drake_navbench.inputs.drive import DifferentialDrive
 from drake_navbench.inputs.faults import PARTS, Conditions
 from drake_navbench.inputs.floor_check import Place, check_floors, places_of
 from drake_navbench.inputs.floor_scenario import FloorScenario
+from drake_navbench.inputs.floors import rounded
 from drake_navbench.inputs.presets import Preset
 from drake_navbench.inputs.recorded_people import RecordedPeople
 from drake_navbench.inputs.robot import Robot
@@ -185,13 +186,9 @@ def _check_recorded_people(scenario: FloorScenario, body: shapely.Polygon) -> No
         if world.intersects(shapely.LineString(ends)):
             raise InputError(
                 f"{path}, line {line}: person {people.names[person]} walks through an obstacle of "
-                f"scenario {scenario.name}, from {_rounded(ends[0])} to {_rounded(ends[1])}; "
+                f"scenario {scenario.name}, from {rounded(ends[0])} to {rounded(ends[1])}; "
                 "expected free space"
             )
-
-
-def _rounded(place: np.ndarray) -> list[float]:
-    return [round(float(value), 3) for value in place]
 
 
 def warn_of_rotation(preset: Preset, robot: Robot) -> None:

@@ -258,7 +258,7 @@ class MovingContact:
         """Returns whether the robot's reference point lies inside a body."""
         return covers(*self._bodies.placed(self._tracks.poses_at(time_s)), *state[:2])
 
-    def account(self, body: int, time_s: float, state: Array) -> dict[str, Any]:
+    def facts(self, body: int, time_s: float, state: Array) -> dict[str, Any]:
         """Returns the body that was met, and the closing speeds of robot and body, as plain data.
 
         `robot_closing_mps` is the velocity of the robot's point of contact towards the body,

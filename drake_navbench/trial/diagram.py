@@ -117,14 +117,14 @@ class Looks(NamedTuple):
     """The outputs of a trial besides its log.
 
     watch: is called with the present moment whenever the recorder samples. keeps_costmaps: whether
-    the recorder keeps the local costmaps. hear: is called with every control cycle. takes_over: is
-    called before every cycle; a controller that it returns drives from then on, and so changes the
-    motion. It returns None otherwise.
+    the recorder keeps the local costmaps. on_cycle: is called with every control cycle. takes_over:
+    is called before every cycle; a controller that it returns drives from then on, and so changes
+    the motion. It returns None otherwise.
     """
 
     watch: Callable[[Moment], None] | None = None
     keeps_costmaps: bool = True
-    hear: Callable[[ControlCycle], None] | None = None
+    on_cycle: Callable[[ControlCycle], None] | None = None
     takes_over: Callable[[float], Controller | None] | None = None
 
 
@@ -346,7 +346,7 @@ def _add_controller_server(
             clock=clock,
         ),
     )
-    server.listen(looks.hear, looks.takes_over)
+    server.listen(looks.on_cycle, looks.takes_over)
     connect_inputs(builder, server, odometry_estimate=signals.odometry_estimate, costmap=costmap)
     connect_frame(builder, signals, server)
     return server

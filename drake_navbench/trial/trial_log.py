@@ -67,7 +67,7 @@ def make_log(
     if isinstance(trial.navigator, RunningStackSystem):
         answer = trial.navigator.GetOutputPort("answer").Eval(navigator_context)
         info["legs"] = [leg.as_plain() for leg in answer.legs]
-        info["running_stack"] = trial.navigator.account()
+        info["running_stack"] = trial.navigator.facts()
         plans = answer.plans
     elif isinstance(trial.navigator, TreeNavigator):
         navigator = trial.navigator.GetOutputPort("navigator_state").Eval(navigator_context)
@@ -128,7 +128,7 @@ def _contact_account(contact_watch: ContactWatch) -> dict[str, Any]:
         return {}
     if contact.body is None or moving is None:
         return {"name": "an obstacle", "kind": "obstacle"}
-    return moving.account(contact.body, contact.time_s, contact.state)
+    return moving.facts(contact.body, contact.time_s, contact.state)
 
 
 def _people(recording: Recording) -> LoggedPeople | None:

@@ -134,7 +134,7 @@ def test_a_moved_slider_acts_from_the_next_cycle_and_is_told(spec, unwatched):
     # Cycles begin at 0.02 s, every 0.05 s: the first one after 1.0 s is at 1.02 s.
     (change,) = log.info["live_changes"]
     assert change == {"time_s": pytest.approx(1.02), "name": "max_linear_vel", "value": 0.2}
-    assert live.told_changes(log) == ["max_linear_vel = 0.2 from 1.02 s on"]
+    assert live.change_lines(log) == ["max_linear_vel = 0.2 from 1.02 s on"]
     assert log.info["identity"] != unwatched.info["identity"]
     before = unwatched.samples["time_s"] <= 1.02
     columns = [name for name in unwatched.samples if name not in UNREPEATABLE_COLUMNS]

@@ -107,7 +107,7 @@ def test_at_rate_max_a_stack_that_sends_nothing_gets_the_pace_of_the_wall_clock(
     held.note_command(0.15, has_come=True)
     held.hold(0.16)
     assert wall.now_s == pytest.approx(100.10)
-    assert held.account()["missed_command_count"] == 1
+    assert held.facts()["missed_command_count"] == 1
 
 
 def entry(number, state, accepted_ns=0):

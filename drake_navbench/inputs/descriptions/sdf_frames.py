@@ -11,6 +11,7 @@ from drake_navbench.inputs.descriptions.model import Joint
 from drake_navbench.inputs.descriptions.poses import moved_inertia, number, numbers, pose_of
 from drake_navbench.inputs.descriptions.xml_file import text_of
 from drake_navbench.kernels.arrays import Array
+from drake_navbench.kernels.quaternions import rotation_of
 
 MODEL_FRAMES = ("", "__model__", "world")
 PLACED = ("link", "frame", "model", "joint")
@@ -81,17 +82,9 @@ def pose_element(element: ElementTree.Element) -> Array:
 
 
 def _pose_of_quaternion(values: list[float]) -> Array:
-    x, y, z, w = values[3:7]
-    norm = x * x + y * y + z * z + w * w
     pose = np.eye(4)
+    pose[:3, :3] = rotation_of(*values[3:7])
     pose[:3, 3] = values[:3]
-    if norm > 0.0:
-        s = 2.0 / norm
-        pose[:3, :3] = [
-            [1 - s * (y * y + z * z), s * (x * y - z * w), s * (x * z + y * w)],
-            [s * (x * y + z * w), 1 - s * (x * x + z * z), s * (y * z - x * w)],
-            [s * (x * z - y * w), s * (y * z + x * w), 1 - s * (x * x + y * y)],
-        ]
     return pose
 
 

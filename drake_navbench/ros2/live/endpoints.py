@@ -33,7 +33,7 @@ class Endpoint(NamedTuple):
     key: bytes = b""
 
     @property
-    def told_node(self) -> str:
+    def shown_node(self) -> str:
         """The endpoint's node, as a sentence names it."""
         return f"node {self.node}" if self.node else UNKNOWN_NODE
 
@@ -58,11 +58,11 @@ def listeners_of(endpoints: Iterable[Endpoint], topic: str) -> list[Endpoint]:
     return [one for one in endpoints if one.topic == topic and not one.is_publisher]
 
 
-def robots_there(endpoints: Sequence[Endpoint], told_by_a_robot: Iterable[str]) -> list[str]:
+def robots_there(endpoints: Sequence[Endpoint], topics_of_a_robot: Iterable[str]) -> list[str]:
     """Returns a sentence for each publisher of a topic that only a robot or a simulator has."""
     signs = [
-        f"{one.told_node} publishes {topic}"
-        for topic in told_by_a_robot
+        f"{one.shown_node} publishes {topic}"
+        for topic in topics_of_a_robot
         for one in publishers_of(endpoints, topic)
     ]
     return list(dict.fromkeys(signs))
@@ -71,7 +71,7 @@ def robots_there(endpoints: Sequence[Endpoint], told_by_a_robot: Iterable[str]) 
 def may_be_robots(endpoints: Sequence[Endpoint], command_topic: str) -> list[str]:
     """Returns a sentence for each listener to commands: a robot would drive by them."""
     signs = [
-        f"{one.told_node} listens to {command_topic} and may be a robot that would drive"
+        f"{one.shown_node} listens to {command_topic} and may be a robot that would drive"
         for one in listeners_of(endpoints, command_topic)
     ]
     return list(dict.fromkeys(signs))
@@ -93,10 +93,12 @@ def _mismatch(one: Endpoint, ours: OwnTopic) -> list[str]:
     if one.type not in ours.types:
         does = "publishes" if ours.is_published else "expects"
         expected = " or ".join(ours.types)
-        return [f"{one.topic}: {one.told_node} {verb} {one.type}, drake_navbench {does} {expected}"]
+        return [
+            f"{one.topic}: {one.shown_node} {verb} {one.type}, drake_navbench {does} {expected}"
+        ]
     if one.type_hash and ours.type_hashes and one.type_hash not in ours.type_hashes:
         return [
-            f"{one.topic}: {one.told_node} has another {one.type} than drake_navbench: "
+            f"{one.topic}: {one.shown_node} has another {one.type} than drake_navbench: "
             f"{one.type_hash} against {ours.type_hashes[0]}"
         ]
     requested, offered = one.quality, ours.quality
@@ -109,8 +111,8 @@ def _mismatch(one: Endpoint, ours: OwnTopic) -> list[str]:
     ):
         given = getattr(offered, name)
         if wanted == best and given != best:
-            asks = "drake_navbench" if one.is_publisher else one.told_node
-            offers = one.told_node if one.is_publisher else "drake_navbench"
+            asks = "drake_navbench" if one.is_publisher else one.shown_node
+            offers = one.shown_node if one.is_publisher else "drake_navbench"
             faults.append(
                 f"{one.topic}: {asks} asks for {name} {wanted}, {offers} offers {given}: "
                 "nothing arrives"

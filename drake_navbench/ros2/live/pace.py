@@ -93,7 +93,7 @@ class Pace:
             self.missed_count += 1
             self.rest(sim_s)
 
-    def account(self) -> dict[str, float]:
+    def facts(self) -> dict[str, float]:
         """Returns the figures of the pace for the log, such as the lateness of steps in ms."""
         late = percentiles_ms(self.lateness_s)
         told = {f"clock_late_p{share}_ms": late[share] for share in PERCENTILES if share in late}

@@ -135,7 +135,7 @@ class LiveSession:
             self._follow_goal(sensed.time_s)
         return self._answer
 
-    def account(self) -> dict[str, Any]:
+    def facts(self) -> dict[str, Any]:
         """Returns the facts of the conversation, for the log."""
         rate = self._parameters.rate
         answered = percentiles_ms(self._scan_to_command_s)
@@ -149,7 +149,7 @@ class LiveSession:
             "lost_message_count": self._robot.lost_count,
             "wall_s": round(time.monotonic() - self._began_at, 3),
             "faults": list(self._lookout.faults),
-            **self._pace.account(),
+            **self._pace.facts(),
             **{f"scan_to_command_p{share}_ms": value for share, value in answered.items()},
         }
 

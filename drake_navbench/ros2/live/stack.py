@@ -61,9 +61,9 @@ class LiveStack:
             raise InputError("live: a trial that has not begun cannot go on")
         return self._session.advance(sensed)
 
-    def account(self) -> dict[str, Any]:
+    def facts(self) -> dict[str, Any]:
         """Returns the facts of the conversation, for the log."""
-        return {} if self._session is None else self._session.account()
+        return {} if self._session is None else self._session.facts()
 
     def close(self) -> None:
         """Leaves the domain."""

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drake_navbench.kernels.arrays import Array
-from drake_navbench.ros2.recordings.planar_transforms import yaw_of
+from drake_navbench.kernels.quaternions import yaw_of
 from drake_navbench.ros2.recordings.topics import SCALAR_COLUMNS
 
 

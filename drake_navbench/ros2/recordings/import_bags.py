@@ -93,8 +93,8 @@ def read_recording(path: Path, request: ImportRequest, *, first_trial: int = 0) 
     piece = Piece(request.topics, request.namespace, request.start_s, request.end_s, needed)
     recording = read_bag(path, piece)
     columns = recording.columns
-    told = _told(columns)
-    robot = given_robot or _told_robot(path, told)
+    told = _exported_trial(columns)
+    robot = given_robot or _exported_robot(path, told)
     motion = recorded_motion(path, columns)
     tasks = _tasks(path, request, recording.start_ns, columns, motion)
     known_map = given_map or _recorded_map(columns, motion)
@@ -278,7 +278,7 @@ def _motion_hint(motion: RecordedMotion, start_ns: int) -> str:
     return f"; it moves from {start} to {end} s: --start {start} --end {end}"
 
 
-def _told(columns: Mapping[str, Column]) -> dict[str, Any] | None:
+def _exported_trial(columns: Mapping[str, Column]) -> dict[str, Any] | None:
     """Returns the header of the exported trial in a bag of ours; None for any other bag."""
     column = columns.get("trial")
     if column is None or not column.values:
@@ -290,7 +290,7 @@ def _told(columns: Mapping[str, Column]) -> dict[str, Any] | None:
     return None
 
 
-def _told_robot(path: Path, told: Mapping[str, Any] | None) -> Robot:
+def _exported_robot(path: Path, told: Mapping[str, Any] | None) -> Robot:
     if told is None:
         raise InputError(f"{path}: {NO_ROBOT}")
     return Robot.model_validate(told["info"]["robot"])

@@ -19,11 +19,6 @@ from drake_navbench.kernels.arrays import Array
 MAX_DEPTH = 64
 
 
-def yaw_of(x: float | Array, y: float | Array, z: float | Array, w: float | Array) -> Array:
-    """Returns the yaw, rad, of quaternions; it need not be normalised."""
-    return np.asarray(np.arctan2(2.0 * (w * z + x * y), w * w + x * x - y * y - z * z))
-
-
 def composed(first: Array, second: Array) -> Array:
     """Returns X_AC = X_AB X_BC; first: X_AB, second: X_BC, each (N, 3) or (3,): m, m, rad."""
     cos_yaw, sin_yaw = np.cos(first[..., 2]), np.sin(first[..., 2])
@@ -70,21 +65,6 @@ class Mounting(NamedTuple):
 
 
 IN_PLACE = Mounting(np.eye(3), np.zeros(3))
-
-
-def rotation_of(x: float, y: float, z: float, w: float) -> Array:
-    """Returns the rotation matrix (3, 3) of a quaternion, normalised before; of 0 the identity."""
-    length = float(np.sqrt(x * x + y * y + z * z + w * w))
-    if length == 0.0:
-        return np.eye(3)
-    x, y, z, w = x / length, y / length, z / length, w / length
-    return np.array(
-        [
-            [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
-            [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
-            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
-        ]
-    )
 
 
 @dataclass(frozen=True)

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from drake_navbench.errors import InputError
 from drake_navbench.kernels.arrays import Array
+from drake_navbench.kernels.quaternions import rotation_of, yaw_of
 from drake_navbench.ros2.recordings.decoded_messages import Motion, Transform
 from drake_navbench.ros2.recordings.planar_transforms import (
     Mounting,
@@ -20,8 +21,6 @@ from drake_navbench.ros2.recordings.planar_transforms import (
     TransformTree,
     composed,
     inverted,
-    rotation_of,
-    yaw_of,
 )
 from drake_navbench.ros2.recordings.recorded_columns import Column
 

@@ -137,7 +137,7 @@ class ControllerServer(LeafSystem):
         clock: ComputeClock | None = None,
     ) -> None:
         super().__init__()
-        self._hear: Callable[[ControlCycle], None] | None = None
+        self._on_cycle: Callable[[ControlCycle], None] | None = None
         self._takes_over: Callable[[float], Controller | None] | None = None
         self._clock = clock or ComputeClock(Timeline.constant(TimingSettings()), None)
         self._takes_time = self._clock.is_needed
@@ -174,16 +174,16 @@ class ControllerServer(LeafSystem):
 
     def listen(
         self,
-        hear: Callable[[ControlCycle], None] | None,
+        on_cycle: Callable[[ControlCycle], None] | None,
         takes_over: Callable[[float], Controller | None] | None,
     ) -> None:
         """Sets the listeners of control cycles.
 
-        hear: is called with every cycle; it changes nothing. takes_over: is called before every
+        on_cycle: is called with every cycle; it changes nothing. takes_over: is called before every
         cycle with its time, s. It returns a controller of the same kind with other parameters,
         which drives from then on with the memory of the last one, or None.
         """
-        self._hear, self._takes_over = hear, takes_over
+        self._on_cycle, self._takes_over = on_cycle, takes_over
 
     def _calc_command(self, context: Context, output: BasicVector) -> None:
         server: ServerState = context.get_abstract_state(self._state).get_value()
@@ -374,7 +374,7 @@ class ControllerServer(LeafSystem):
             try:
                 decision = self._controller.step(observation, server.memory)
             except ControllerError as error:
-                self._tell(observation, server.memory, None, as_line(str(error)))
+                self._report_cycle(observation, server.memory, None, as_line(str(error)))
                 require_loggable("details", error.details)
                 if isinstance(error, NoValidControl):
                     return self._wait(server, error, observation.time_s, watch)
@@ -382,7 +382,7 @@ class ControllerServer(LeafSystem):
             wall_ms, cpu_ms = watch.elapsed_ms()
             command = checked_command(decision, moves_sideways=self._moves_sideways)
             require_loggable("diagnostics", decision.diagnostics)
-        self._tell(observation, server.memory, command)
+        self._report_cycle(observation, server.memory, command)
         return server._replace(
             memory=decision.memory,
             command=command,
@@ -393,15 +393,15 @@ class ControllerServer(LeafSystem):
             diagnostics=decision.diagnostics,
         )
 
-    def _tell(
+    def _report_cycle(
         self,
         observation: Observation,
         memory: Any,
         command: NDArray[np.float64] | None,
         failure: str = "",
     ) -> None:
-        if self._hear is not None:
-            self._hear(ControlCycle(observation, memory, command, failure))
+        if self._on_cycle is not None:
+            self._on_cycle(ControlCycle(observation, memory, command, failure))
 
     def _wait(
         self, server: ServerState, error: NoValidControl, now_s: float, watch: Stopwatch

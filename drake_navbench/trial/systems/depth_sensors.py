@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from functools import partial
 
 import numpy as np
 from pydrake.common.value import AbstractValue
-from pydrake.systems.framework import Context, State
+from pydrake.systems.framework import Context
 
 from drake_navbench.inputs.depth_sensor import DepthSensorSettings
 from drake_navbench.inputs.floors import FloorSight
@@ -15,25 +14,19 @@ from drake_navbench.inputs.world import World
 from drake_navbench.kernels.depth_casting import cast_cone
 from drake_navbench.kernels.poses import carrier_pose, compose
 from drake_navbench.navigation.costmaps.point_cloud import PointCloud
-from drake_navbench.navigation.mission import FloorSwitch
-from drake_navbench.trial.systems.floor_aware import FloorAware, FloorClock
-from drake_navbench.trial.systems.lifetime import weakly_bound
-from drake_navbench.trial.systems.ports import STATE_SIZE, declare_object_input, value_or_none
-
-Clouds = Mapping[str, PointCloud]
+from drake_navbench.trial.systems.floor_aware import FloorClock
+from drake_navbench.trial.systems.ports import value_or_none
+from drake_navbench.trial.systems.shape_sensors import ShapeSensors
 
 
-class DepthSensors(FloorAware):
-    """Sees the true world by each sensor once in its period, the first time at t = 0.
+class DepthSensors(ShapeSensors):
+    """Depth cameras and flat lidars, which see the true world.
 
-    Input `state` [x m, y m, yaw rad, ...] of the base, world frame; `odometry`, the same by the
-    odometry (not connected: equal to `state`); `moving` (Solids of moving bodies; need not be
-    connected). Output `clouds`: the newest PointCloud of each sensor by its name, in the world
-    frame; empty before the first. Glass is not seen. Abstract parameter 0 holds the world as
-    Solids, so that a test can take a thing away.
+    Inputs as of ShapeSensors. Output `clouds`: the newest PointCloud of each sensor by its name, in
+    the world frame. Glass is not seen. Abstract parameter 0 holds the world as Solids, so that a
+    test can take a thing away.
 
-    floors: the surroundings seen on each floor of a mission; with them comes floor_clock. Clouds of
-    one floor are forgotten on the next.
+    floors: the surroundings seen on each floor of a mission; with them comes floor_clock.
     """
 
     def __init__(
@@ -44,47 +37,24 @@ class DepthSensors(FloorAware):
         floors: Sequence[FloorSight] = (),
         floor_clock: FloorClock | None = None,
     ) -> None:
-        super().__init__()
+        periods_s = ((name, settings.period_s) for name, settings in sensors.items())
+        super().__init__(periods_s, output="clouds", floor_clock=floor_clock)
         self._floors = [(sight.world.opaque.solids, sight.bounds) for sight in floors]
-        if floor_clock is not None:
-            self._declare_floors(floor_clock)
         self._sensors = sensors
         self._rays = {name: settings.rays() for name, settings in sensors.items()}
         self.world_parameter = self.DeclareAbstractParameter(
             AbstractValue.Make(world.opaque.solids)
         )
-        none: Clouds = {}
-        self._clouds = self.DeclareAbstractState(AbstractValue.Make(none))
-        self._state_port = self.DeclareVectorInputPort("state", STATE_SIZE)
-        self._odometry_port = self.DeclareVectorInputPort("odometry", STATE_SIZE)
-        self._moving_port = declare_object_input(self, "moving")
-        self.DeclareStateOutputPort("clouds", self._clouds)
-        see = weakly_bound(self._on_look)
-        for name, settings in sensors.items():
-            self.DeclarePeriodicUnrestrictedUpdateEvent(settings.period_s, 0.0, partial(see, name))
 
-    def _on_look(self, name: str, context: Context, state: State) -> None:
-        clouds = state.get_mutable_abstract_state(self._clouds)
-        clouds.set_value({**clouds.get_value(), name: self._cloud(name, context)})
-
-    def _on_floor(self, context: Context, state: State, switch: FloorSwitch) -> None:
-        none: Clouds = {}
-        state.get_mutable_abstract_state(self._clouds).set_value(none)
-
-    def _cloud(self, name: str, context: Context) -> PointCloud:
+    def _look(self, name: str, context: Context, before: PointCloud | None) -> PointCloud:
         settings = self._sensors[name]
         headings, slopes = self._rays[name]
         base_pose = self._state_port.Eval(context)[:3]
         odometry = value_or_none(self._odometry_port, context)
         x, y, yaw = compose(base_pose, settings.pose)
         origin = np.array([x, y, settings.height_m])
-        solids = context.get_abstract_parameter(self.world_parameter).get_value()
-        moving = value_or_none(self._moving_port, context)
-        if self._floors:
-            solids, bounds = self._floors[self._floor(context)]
-            moving = None if moving is None else moving.within(bounds)
-        if moving is not None:
-            solids = solids.joined(moving)
+        standing = context.get_abstract_parameter(self.world_parameter).get_value()
+        solids = self._in_sight(standing, self._floors, context)
         along = cast_cone(origin, yaw + headings, slopes, solids, sees_floor=settings.sees_floor)
         ranges = along * np.hypot(1.0, slopes)
         is_hit = (ranges >= settings.range_min_m) & (ranges <= settings.range_max_m)

@@ -3,42 +3,35 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from functools import partial
 
 import numpy as np
 from pydrake.common.value import AbstractValue
-from pydrake.systems.framework import Context, State
+from pydrake.systems.framework import Context
 
 from drake_navbench.inputs.floors import FloorSight
 from drake_navbench.inputs.range_sensor import RangeSensorSettings
 from drake_navbench.inputs.world import World
-from drake_navbench.kernels.depth_casting import Solids, cast_cone
+from drake_navbench.kernels.depth_casting import cast_cone
 from drake_navbench.kernels.noise import NoiseKey, NoiseStream
 from drake_navbench.kernels.poses import compose
 from drake_navbench.kernels.read_only import read_only
 from drake_navbench.navigation.costmaps.range_reading import RangeReading
-from drake_navbench.navigation.mission import FloorSwitch
-from drake_navbench.trial.systems.floor_aware import FloorAware, FloorClock
-from drake_navbench.trial.systems.lifetime import weakly_bound
-from drake_navbench.trial.systems.ports import STATE_SIZE, declare_object_input, value_or_none
-
-Readings = Mapping[str, tuple[RangeReading, ...]]
+from drake_navbench.trial.systems.floor_aware import FloorClock
+from drake_navbench.trial.systems.ports import value_or_none
+from drake_navbench.trial.systems.shape_sensors import ShapeSensors
 
 # The noise's key is the sensor's place among the sensors times this, plus the reading's number.
 READINGS_A_SENSOR = 1 << 24
 
 
-class RangeSensors(FloorAware):
-    """Measures one distance by each sensor once in its period, the first time at t = 0.
+class RangeSensors(ShapeSensors):
+    """Sonars and infrared sensors, which measure one distance each.
 
-    Input `state` [x m, y m, yaw rad, ...] of the base, world frame; `odometry`, the same by the
-    odometry (not connected: equal to `state`); `moving` (Solids of moving bodies; need not be
-    connected). Output `ranges`: by the sensor's name the readings of the last `keep_s`, the oldest
-    first; empty before the first reading. Abstract parameter 0 is the trial's seed.
+    Inputs as of ShapeSensors. Output `ranges`: by the sensor's name the readings of the last
+    `keep_s`, the oldest first. Abstract parameter 0 is the trial's seed.
 
     keep_s: the longest period of a system that reads every reading. floors: the surroundings seen
-    on each floor of a mission; with them comes floor_clock. Readings of one floor are forgotten on
-    the next.
+    on each floor of a mission; with them comes floor_clock.
     """
 
     def __init__(
@@ -50,42 +43,23 @@ class RangeSensors(FloorAware):
         floors: Sequence[FloorSight] = (),
         floor_clock: FloorClock | None = None,
     ) -> None:
-        super().__init__()
+        periods_s = ((name, settings.period_s) for name, settings in sensors.items())
+        super().__init__(periods_s, output="ranges", floor_clock=floor_clock)
         self._sensors = sensors
         self._keep_s = keep_s
         self._solids = {name: _met_by(settings, world).solids for name, settings in sensors.items()}
-        self._floors = [
-            (
-                {name: _met_by(settings, sight.world).solids for name, settings in sensors.items()},
-                sight.bounds,
-            )
-            for sight in floors
-        ]
-        if floor_clock is not None:
-            self._declare_floors(floor_clock)
+        self._floors = {
+            name: [(_met_by(settings, sight.world).solids, sight.bounds) for sight in floors]
+            for name, settings in sensors.items()
+        }
         self.seed_parameter = self.DeclareAbstractParameter(AbstractValue.Make(0))
-        none: Readings = {}
-        self._readings = self.DeclareAbstractState(AbstractValue.Make(none))
-        self._state_port = self.DeclareVectorInputPort("state", STATE_SIZE)
-        self._odometry_port = self.DeclareVectorInputPort("odometry", STATE_SIZE)
-        self._moving_port = declare_object_input(self, "moving")
-        self.DeclareStateOutputPort("ranges", self._readings)
-        measure = weakly_bound(self._on_measure)
-        for name, settings in sensors.items():
-            self.DeclarePeriodicUnrestrictedUpdateEvent(
-                settings.period_s, 0.0, partial(measure, name)
-            )
 
-    def _on_measure(self, name: str, context: Context, state: State) -> None:
-        readings = state.get_mutable_abstract_state(self._readings)
-        before: Readings = readings.get_value()
+    def _look(
+        self, name: str, context: Context, before: tuple[RangeReading, ...] | None
+    ) -> tuple[RangeReading, ...]:
         oldest_s = context.get_time() - self._keep_s
-        kept = (one for one in before.get(name, ()) if one.time_s >= oldest_s)
-        readings.set_value({**before, name: (*kept, self._reading(name, context))})
-
-    def _on_floor(self, context: Context, state: State, switch: FloorSwitch) -> None:
-        none: Readings = {}
-        state.get_mutable_abstract_state(self._readings).set_value(none)
+        kept = (one for one in before or () if one.time_s >= oldest_s)
+        return (*kept, self._reading(name, context))
 
     def _reading(self, name: str, context: Context) -> RangeReading:
         settings = self._sensors[name]
@@ -97,7 +71,7 @@ class RangeSensors(FloorAware):
                 np.array([pose[0], pose[1], settings.height_m]),
                 pose[2] + settings.ray_angles,
                 np.zeros((settings.ray_count, 1)),
-                self._in_sight(name, context),
+                self._in_sight(self._solids[name], self._floors[name], context),
             ).min()
         )
         if settings.range_std_m > 0.0:
@@ -105,7 +79,7 @@ class RangeSensors(FloorAware):
         # In the single precision of ROS's message.
         range_m, least_m, longest_m, field_of_view_rad = np.array(
             [
-                settings.told_of(distance_m),
+                settings.reported_range_m(distance_m),
                 settings.range_min_m,
                 settings.range_max_m,
                 settings.field_of_view_rad,
@@ -121,16 +95,6 @@ class RangeSensors(FloorAware):
             field_of_view_rad,
             None if odometry is None else compose(odometry[:3], settings.pose),
         )
-
-    def _in_sight(self, name: str, context: Context) -> Solids:
-        """Returns the solids that a sensor can meet, those of the robot's storey."""
-        solids = self._solids[name]
-        moving = value_or_none(self._moving_port, context)
-        if self._floors:
-            by_sensor, bounds = self._floors[self._floor(context)]
-            solids = by_sensor[name]
-            moving = None if moving is None else moving.within(bounds)
-        return solids if moving is None else solids.joined(moving)
 
     def _noise(self, name: str, context: Context) -> float:
         """Returns a standard normal number for this reading of a sensor."""

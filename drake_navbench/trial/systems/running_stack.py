@@ -109,7 +109,7 @@ class RunningStack(Protocol):
         """Tells the stack the readings, waits for it as agreed, and returns its state."""
         ...
 
-    def account(self) -> dict[str, Any]:
+    def facts(self) -> dict[str, Any]:
         """Returns facts about the stack for the trial's log, as JSON values."""
         ...
 
@@ -154,9 +154,9 @@ class RunningStackSystem(LeafSystem):
             stack.step_s, stack.step_s, weakly_bound(self._on_step)
         )
 
-    def account(self) -> dict[str, Any]:
+    def facts(self) -> dict[str, Any]:
         """Returns facts about the stack for the trial's log."""
-        return self._stack.account()
+        return self._stack.facts()
 
     def _calc_command(self, context: Context, output: BasicVector) -> None:
         output.SetFromVector(context.get_abstract_state(self._answer).get_value().command)

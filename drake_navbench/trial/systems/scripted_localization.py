@@ -224,10 +224,12 @@ class ScriptedLocalization(FloorAware):
         gains = value_or_none(self._gains_port, context)
         if gains is None:
             return np.zeros(POSE_SIZE)
-        told_ahead, told_turn = turned(ahead, turn, self._wheel_separation_m, gains[0], gains[1])
-        return np.array([told_ahead - ahead, 0.0, told_turn - turn])
+        measured_ahead, measured_turn = turned(
+            ahead, turn, self._wheel_separation_m, gains[0], gains[1]
+        )
+        return np.array([measured_ahead - ahead, 0.0, measured_turn - turn])
 
-    def _told_state(self, context: Context) -> Array:
+    def _measured_state(self, context: Context) -> Array:
         """Returns the state (6,) with the speeds that the odometry measures."""
         state = self._state_port.Eval(context)
         if not self._believes_wheels:
@@ -281,17 +283,17 @@ class ScriptedLocalization(FloorAware):
 
     def _calc_odometry(self, context: Context, output: BasicVector) -> None:
         frame = context.get_discrete_state(self._odometry_frame).value()
-        state = self._told_state(context)
+        state = self._measured_state(context)
         output.SetFromVector(placed_state(state, frame, NO_NOISE, SAME_FRAME))
 
     def _calc_odometry_estimate(self, context: Context, output: BasicVector) -> None:
         frame = context.get_discrete_state(self._odometry_frame).value()
-        state, noise = self._told_state(context), self._noise_port.Eval(context)
+        state, noise = self._measured_state(context), self._noise_port.Eval(context)
         output.SetFromVector(placed_state(state, frame, noise, SAME_FRAME))
 
     def _calc_estimate(self, context: Context, output: BasicVector) -> None:
         frame = context.get_discrete_state(self._odometry_frame).value()
-        state, noise = self._told_state(context), self._noise_port.Eval(context)
+        state, noise = self._measured_state(context), self._noise_port.Eval(context)
         map_frame = context.get_discrete_state(self._map_frame).value()
         output.SetFromVector(placed_state(state, frame, noise, map_frame))
 
