@@ -93,13 +93,6 @@ def collision_stop(
     )
 
 
-def cell_text(value: Cell) -> str:
-    """Returns a cell of a table as it is printed: numbers with three figures."""
-    if value is None:
-        return ""
-    return f"{value:.3g}" if isinstance(value, float) else str(value)
-
-
 def length_text(metres: float) -> str:
     """Returns a length in words: '0.48 m', or 'infinite'."""
     return "infinite" if math.isinf(metres) else f"{metres:.3g} m"

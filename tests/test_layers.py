@@ -91,12 +91,8 @@ SHAPES = {
     "drake_navbench.inputs.world",
     "drake_navbench.inputs.world_geometry",
 }
-# Contracts that a kernel may use; the others use kernels themselves.
-FOR_KERNELS = {
-    "drake_navbench.errors",
-    "drake_navbench.processes.kernel_cache",
-    "drake_navbench.typed_files.immutable",
-}
+# The contract that a kernel may use; the others use kernels themselves.
+FOR_KERNELS = {"drake_navbench.processes.kernel_cache"}
 
 
 def layer_of(module: str) -> str:

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any, Protocol
 
-from drake_navbench.explanation import Explanation, cell_text
+from drake_navbench.explanation import Explanation
+from drake_navbench.logs.text_tables import cell_text
 
 
 class Decision(Protocol):

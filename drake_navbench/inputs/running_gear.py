@@ -27,7 +27,7 @@ from drake_navbench.inputs.descriptions.model_source import read_source
 from drake_navbench.inputs.drive import DifferentialDrive
 from drake_navbench.inputs.wheels import MIN_TRAIL_M
 from drake_navbench.kernels.arrays import Array
-from drake_navbench.typed_files.immutable import Immutable
+from drake_navbench.kernels.immutable import Immutable
 
 BASE_LINK = "base_link"
 # An axis steeper than 45 degrees is a caster's swivel, any other one a wheel's axle.

@@ -20,7 +20,7 @@ from drake_navbench.inputs.robot import Robot
 from drake_navbench.inputs.scenario import Scenario
 from drake_navbench.kernels.poses import place_outline
 from drake_navbench.kernels.rasterize import MASK_FULL
-from drake_navbench.navigation.costmaps.map_file import OCCUPIED, UNKNOWN
+from drake_navbench.navigation.costmaps.map_file import UNKNOWN
 
 
 def check_task(scenario: Scenario, robot: Robot) -> None:
@@ -86,7 +86,7 @@ def _check_map_for_amcl(scenario: FloorScenario, robot: Robot) -> None:
     """Raises InputError where AMCL's map has no obstacle."""
     if robot.localization.amcl is None or scenario.known_world.obstacles:
         return
-    if scenario.map is None or not (scenario.map.occupancy == OCCUPIED).any():
+    if scenario.map is None or not scenario.map.is_occupied.any():
         raise InputError(
             f"scenario {scenario.name}: localization.amcl: expected a map, or obstacles that are "
             "known_to_planner, as there is nothing else to be localized by"

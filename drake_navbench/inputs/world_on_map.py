@@ -41,10 +41,10 @@ def warn_of_other_world(world: GazeboWorld, file: Path) -> None:
 
 def share_that_stands(floor: OccupancyMap, known: OccupancyMap) -> float:
     """Returns the share of a map's occupied cells that are near something in a world."""
-    occupied = np.array(np.nonzero(known.occupancy == OCCUPIED))
+    occupied = np.array(np.nonzero(known.is_occupied))
     if not occupied.size:
         return 1.0
-    stands = np.pad(floor.occupancy == OCCUPIED, 1)
+    stands = np.pad(floor.is_occupied, 1)
     distance = ndimage.distance_transform_edt(~stands)[1:-1, 1:-1] * floor.resolution
     near = replace(floor, occupancy=np.where(distance <= NEAR_M, OCCUPIED, 0).astype(np.int8))
     return float((_values(near, *_centres(known, occupied)) == OCCUPIED).mean())

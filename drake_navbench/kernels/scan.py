@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from drake_navbench.kernels.immutable import Immutable
 from drake_navbench.kernels.poses import compose
-from drake_navbench.typed_files.immutable import Immutable
 
 
 @dataclass(frozen=True, eq=False)

@@ -27,7 +27,6 @@ from drake_navbench.kernels.arrays import Array
 from drake_navbench.kernels.poses import place_outline
 from drake_navbench.logs.log import TrialLog
 from drake_navbench.nav2.whole_files import FileColumns, WholeFile, columns_of_files
-from drake_navbench.navigation.costmaps.map_file import OCCUPIED, UNKNOWN
 from drake_navbench.studio.messages import (
     SERVER,
     Checked,
@@ -244,13 +243,14 @@ def open_scenario(drawn: DrawnScenario) -> Ground | None:
     grid = drawn.scenario().places[0].map
     if grid is None:
         return None
-    cells = np.asarray(grid.occupancy)
-    skip = max(1, -(-max(cells.shape) // MAX_GROUND_CELLS))
-    shown = cells[::skip, ::skip]
-    image = np.zeros(shown.shape, dtype=np.uint32)
+    skip = max(1, -(-max(grid.occupancy.shape) // MAX_GROUND_CELLS))
+    is_occupied, is_unknown = (
+        cells[::skip, ::skip] for cells in (grid.is_occupied, grid.is_unknown)
+    )
+    image = np.zeros(is_occupied.shape, dtype=np.uint32)
     # Red, green, blue and alpha from the lowest byte on.
-    image[shown == OCCUPIED] = 0xFF7D7064
-    image[shown == UNKNOWN] = 0x2E7D7064
+    image[is_occupied] = 0xFF7D7064
+    image[is_unknown] = 0x2E7D7064
     return Ground(image, grid.bounds)
 
 

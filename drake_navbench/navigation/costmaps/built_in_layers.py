@@ -17,6 +17,7 @@ from drake_navbench.kernels.arrays import Array
 from drake_navbench.kernels.denoise import denoise
 from drake_navbench.kernels.footprint import footprint_radii
 from drake_navbench.kernels.grid import FREE, INSCRIBED, NO_INFORMATION, Grid
+from drake_navbench.kernels.immutable import Immutable
 from drake_navbench.kernels.inflation import inflate
 from drake_navbench.kernels.inflation_wave import inflate_by_wave
 from drake_navbench.kernels.layer_grid import MergeRule, fill_outline, merge_layer
@@ -31,7 +32,6 @@ from drake_navbench.navigation.costmaps.layer_plugin import (
     Seen,
 )
 from drake_navbench.plugins.releases import ReadBy, Release, before, since
-from drake_navbench.typed_files.immutable import Immutable
 from drake_navbench.typed_files.quantities import Count, Length, Number
 
 Costs = NDArray[np.uint8]

@@ -14,10 +14,10 @@ from pydantic import Field, field_validator, model_validator
 
 from drake_navbench.errors import InputError
 from drake_navbench.kernels.grid import FREE, LETHAL, Grid
+from drake_navbench.kernels.immutable import Immutable
 from drake_navbench.kernels.rasterize import MASK_FULL, mark_polygon
 from drake_navbench.navigation.costmaps.grid_size import require_grid_size
 from drake_navbench.navigation.costmaps.map_file import OccupancyMap, load_map
-from drake_navbench.typed_files.immutable import Immutable
 from drake_navbench.typed_files.quantities import Length, Number
 from drake_navbench.typed_files.typed_yaml import FrozenModel
 

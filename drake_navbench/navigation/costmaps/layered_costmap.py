@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from drake_navbench.kernels.arrays import Array
 from drake_navbench.kernels.grid import FREE, NO_INFORMATION, Costmap, Grid
+from drake_navbench.kernels.immutable import Immutable
 from drake_navbench.kernels.inflation import CellWindow
 from drake_navbench.kernels.layer_grid import rolled_origin
 from drake_navbench.kernels.scan import Scan
@@ -42,7 +43,6 @@ from drake_navbench.navigation.costmaps.map_file import OccupancyMap
 from drake_navbench.navigation.costmaps.point_cloud import PointCloud
 from drake_navbench.navigation.costmaps.range_reading import RangeReading
 from drake_navbench.navigation.costmaps.sensor import RangeSensor
-from drake_navbench.typed_files.immutable import Immutable
 
 Costs = NDArray[np.uint8]
 

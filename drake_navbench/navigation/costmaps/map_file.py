@@ -19,11 +19,11 @@ from pydantic import Field, field_validator
 
 from drake_navbench.errors import InputError, InputWarning, nearest_name_hint
 from drake_navbench.kernels.grid import Grid, cell_at
+from drake_navbench.kernels.immutable import Immutable
 from drake_navbench.navigation.costmaps.grid_size import MAX_GRID_CELLS, require_grid_size
 from drake_navbench.navigation.costmaps.movingai_map import SUFFIX as MOVINGAI_SUFFIX
 from drake_navbench.navigation.costmaps.movingai_map import read_movingai_map
 from drake_navbench.navigation.costmaps.turned_map import turned_along_axes
-from drake_navbench.typed_files.immutable import Immutable
 from drake_navbench.typed_files.quantities import MAX_LENGTH_M, Angle, CellSize, Length
 from drake_navbench.typed_files.typed_yaml import (
     FrozenModel,
@@ -114,6 +114,16 @@ class OccupancyMap(Immutable):
     def frame(self) -> tuple[float, float, float]:
         """The cells' geometry: origin_x m, origin_y m, resolution m, as a `Grid` takes them."""
         return float(self.origin_x), float(self.origin_y), float(self.resolution)
+
+    @property
+    def is_occupied(self) -> NDArray[np.bool_]:
+        """(rows, columns): the cells that an obstacle fills."""
+        return self.occupancy == OCCUPIED
+
+    @property
+    def is_unknown(self) -> NDArray[np.bool_]:
+        """(rows, columns): the cells of which nothing is known."""
+        return self.occupancy == UNKNOWN
 
     def value_at(self, position: NDArray[np.float64]) -> int | None:
         """Returns the occupancy of the cell that holds (2,) m; None off the map."""

@@ -17,6 +17,7 @@ from pydantic import Field
 
 from drake_navbench.kernels.arrays import Array
 from drake_navbench.kernels.grid import Grid
+from drake_navbench.kernels.immutable import Immutable
 from drake_navbench.kernels.layer_grid import MergeRule, merge_layer, moved_cells
 from drake_navbench.kernels.observation import Observation
 from drake_navbench.kernels.obstacle_layer import update_obstacle_layer
@@ -31,7 +32,6 @@ from drake_navbench.navigation.costmaps.layer_plugin import (
 from drake_navbench.navigation.costmaps.observation_source import ObservationSourceSettings
 from drake_navbench.navigation.costmaps.observations import Buffer, observed_by
 from drake_navbench.plugins.releases import ReadBy, Release, before, since
-from drake_navbench.typed_files.immutable import Immutable
 
 Costs = NDArray[np.uint8]
 Voxels = NDArray[np.uint32]

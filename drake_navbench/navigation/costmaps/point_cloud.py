@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from drake_navbench.kernels.arrays import Array
+from drake_navbench.kernels.immutable import Immutable
 from drake_navbench.kernels.poses import compose, place_outline
-from drake_navbench.typed_files.immutable import Immutable
 
 
 @dataclass(frozen=True, eq=False)

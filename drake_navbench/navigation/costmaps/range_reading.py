@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 from drake_navbench.kernels.arrays import Array
+from drake_navbench.kernels.immutable import Immutable
 from drake_navbench.kernels.poses import compose
-from drake_navbench.typed_files.immutable import Immutable
 
 
 @dataclass(frozen=True, eq=False)

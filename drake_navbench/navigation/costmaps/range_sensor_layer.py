@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from pydantic import Field, field_validator
 
 from drake_navbench.kernels.grid import FREE, LETHAL, NO_INFORMATION, Grid
+from drake_navbench.kernels.immutable import Immutable
 from drake_navbench.kernels.layer_grid import moved_cells
 from drake_navbench.kernels.range_cone import EVEN_ODDS, Cone, cost_of, update_by_cone
 from drake_navbench.navigation.costmaps.layer_plugin import (
@@ -24,7 +25,6 @@ from drake_navbench.navigation.costmaps.layer_plugin import (
     Seen,
 )
 from drake_navbench.navigation.costmaps.range_reading import RangeReading
-from drake_navbench.typed_files.immutable import Immutable
 from drake_navbench.typed_files.quantities import Duration, Length
 
 Costs = NDArray[np.uint8]

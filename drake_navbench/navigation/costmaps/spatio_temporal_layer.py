@@ -16,6 +16,7 @@ from pydantic import Field
 
 from drake_navbench.kernels.arrays import Array
 from drake_navbench.kernels.grid import FREE, LETHAL, NO_INFORMATION, Grid
+from drake_navbench.kernels.immutable import Immutable
 from drake_navbench.kernels.layer_grid import MergeRule, fill_outline, merge_layer
 from drake_navbench.kernels.poses import place_outline
 from drake_navbench.kernels.spatio_temporal_voxels import (
@@ -37,7 +38,6 @@ from drake_navbench.navigation.costmaps.layer_plugin import (
 from drake_navbench.navigation.costmaps.observation_source import SourceSettings
 from drake_navbench.navigation.costmaps.observations import Buffer, buffered, clouds_of
 from drake_navbench.navigation.costmaps.point_cloud import PointCloud
-from drake_navbench.typed_files.immutable import Immutable
 from drake_navbench.typed_files.quantities import Duration
 
 

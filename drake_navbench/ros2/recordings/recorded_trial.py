@@ -24,7 +24,7 @@ from drake_navbench.inputs.world import Obstacle
 from drake_navbench.kernels.arrays import Array
 from drake_navbench.logs.log import Outcome, TrialLog
 from drake_navbench.logs.plans import Plan, as_logged
-from drake_navbench.navigation.costmaps.map_file import OCCUPIED, OccupancyMap
+from drake_navbench.navigation.costmaps.map_file import OccupancyMap
 from drake_navbench.ros2.recordings.recorded_columns import Column
 from drake_navbench.ros2.recordings.recorded_motion import RecordedMotion
 from drake_navbench.ros2.recordings.recorded_piece import POSE_COLUMNS, RecordedPiece
@@ -197,7 +197,7 @@ def _walls_near(grid: OccupancyMap, path: Array) -> list[Obstacle]:
         grid.origin_y + first[1] * grid.resolution,
         files=grid.files,
     )
-    return list(occupied_boxes(part)) if (part.occupancy == OCCUPIED).any() else []
+    return list(occupied_boxes(part)) if part.is_occupied.any() else []
 
 
 def _identity(info: Mapping[str, Any], samples: pd.DataFrame) -> str:

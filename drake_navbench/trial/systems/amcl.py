@@ -18,6 +18,7 @@ from drake_navbench.inputs.localization import LocalizationSettings
 from drake_navbench.inputs.timeline import SLACK_S, Timeline
 from drake_navbench.kernels.angles import wrap
 from drake_navbench.kernels.arrays import Array
+from drake_navbench.kernels.immutable import Immutable
 from drake_navbench.kernels.noise import NoiseKey, NoiseStream
 from drake_navbench.kernels.particle_filter import (
     heaviest_cluster,
@@ -29,7 +30,7 @@ from drake_navbench.kernels.particle_filter import (
 )
 from drake_navbench.kernels.poses import carrier_pose, compose, placed_state
 from drake_navbench.kernels.scan import Scan
-from drake_navbench.navigation.costmaps.map_file import OCCUPIED, OccupancyMap
+from drake_navbench.navigation.costmaps.map_file import OccupancyMap
 from drake_navbench.navigation.mission import FloorSwitch
 from drake_navbench.trial.systems.floor_aware import FloorAware, FloorClock
 from drake_navbench.trial.systems.lifetime import weakly_bound
@@ -40,7 +41,6 @@ from drake_navbench.trial.systems.ports import (
     value_or_none,
 )
 from drake_navbench.trial.systems.scripted_localization import NO_NOISE, SAME_FRAME, jump_of
-from drake_navbench.typed_files.immutable import Immutable
 
 PERIOD_S = 0.05
 # The value of a free cell of an occupancy grid.
@@ -313,7 +313,7 @@ def likelihood_field(
     from scipy.ndimage import distance_transform_edt
 
     farthest = amcl.laser_likelihood_max_dist
-    is_free = grid.occupancy != OCCUPIED
+    is_free = ~grid.is_occupied
     distances = np.full(is_free.shape, farthest)
     if not is_free.all():
         distances = np.minimum(grid.resolution * distance_transform_edt(is_free), farthest)

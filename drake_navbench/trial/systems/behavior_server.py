@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import BasicVector, Context, LeafSystem, State
 
+from drake_navbench.kernels.immutable import Immutable
 from drake_navbench.navigation.behaviors import (
     BehaviorServerParameters,
     Step,
@@ -25,7 +26,6 @@ from drake_navbench.trial.systems.ports import (
     declare_state_part_output,
     read_object,
 )
-from drake_navbench.typed_files.immutable import Immutable
 
 
 @dataclass(frozen=True, eq=False)

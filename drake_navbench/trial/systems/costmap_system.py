@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import Context, State
 
+from drake_navbench.kernels.immutable import Immutable
 from drake_navbench.navigation.costmaps.layered_costmap import LayeredCostmap, LayersState
 from drake_navbench.navigation.mission import FloorSwitch
 from drake_navbench.navigation.task import ClearRequest
@@ -21,7 +22,6 @@ from drake_navbench.trial.systems.ports import (
     read_object,
     value_or_none,
 )
-from drake_navbench.typed_files.immutable import Immutable
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from drake_navbench.inputs.timeline import SLACK_S
-from drake_navbench.typed_files.immutable import Immutable
+from drake_navbench.kernels.immutable import Immutable
 
 
 @dataclass(frozen=True)

@@ -11,12 +11,12 @@ from numpy.typing import NDArray
 from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import Context, State
 
+from drake_navbench.kernels.immutable import Immutable
 from drake_navbench.navigation.costmaps.filter_masks import FilterMask
 from drake_navbench.navigation.mission import FloorSwitch
 from drake_navbench.trial.systems.floor_aware import FloorAware, FloorClock
 from drake_navbench.trial.systems.lifetime import weakly_bound
 from drake_navbench.trial.systems.ports import STATE_SIZE
-from drake_navbench.typed_files.immutable import Immutable
 
 
 @dataclass(frozen=True)

@@ -13,6 +13,7 @@ from drake_navbench.inputs.localization import DRIFTS, LocalizationSettings
 from drake_navbench.inputs.timeline import SLACK_S, Timeline
 from drake_navbench.kernels.angles import wrap
 from drake_navbench.kernels.arrays import Array
+from drake_navbench.kernels.immutable import Immutable
 from drake_navbench.kernels.noise import NoiseKey, NoiseStream
 from drake_navbench.kernels.poses import carrier_pose, compose, drifted_frame, placed_state
 from drake_navbench.kernels.wheels import turned
@@ -21,7 +22,6 @@ from drake_navbench.trial.systems.actuators import WHEELS
 from drake_navbench.trial.systems.floor_aware import FloorAware, FloorClock
 from drake_navbench.trial.systems.lifetime import weakly_bound
 from drake_navbench.trial.systems.ports import POSE_SIZE, STATE_SIZE, value_or_none
-from drake_navbench.typed_files.immutable import Immutable
 
 SAME_FRAME = np.zeros(POSE_SIZE)
 NO_NOISE = np.zeros(STATE_SIZE)

@@ -10,6 +10,7 @@ from py_trees.common import Status
 from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import Context, LeafSystem, State
 
+from drake_navbench.kernels.immutable import Immutable
 from drake_navbench.logs.plans import Plan
 from drake_navbench.navigation.behavior_tree.board import (
     Blackboard,
@@ -37,7 +38,6 @@ from drake_navbench.trial.systems.ports import (
     declare_state_part_output,
     read_object,
 )
-from drake_navbench.typed_files.immutable import Immutable
 
 UNKNOWN = 9000
 # The time for which events are kept: longer than any recorder's period, so that none misses one, s.
