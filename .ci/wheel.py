@@ -59,10 +59,10 @@ def main() -> None:
     parser.add_argument("--columns", default="", help="built-in columns, separated by commas")
     parser.add_argument("--scenarios", default="", help="built-in scenarios, separated by commas")
     parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1)
-    asked = parser.parse_args()
+    arguments = parser.parse_args()
     columns, scenarios = (
         [name.strip() for name in text.split(",") if name.strip()]
-        for text in (asked.columns, asked.scenarios)
+        for text in (arguments.columns, arguments.scenarios)
     )
     with tempfile.TemporaryDirectory() as name:
         source = Path(name, "source")
@@ -70,7 +70,7 @@ def main() -> None:
         # As in the package, where an installation looks for it.
         folder = source / "drake_navbench" / "compiled_kernels"
         folder.mkdir()
-        compile_into(folder, columns, scenarios, asked.jobs)
+        compile_into(folder, columns, scenarios, arguments.jobs)
         built = build(source, Path(name, "wheel"))
         OUT.mkdir(exist_ok=True)
         shutil.copyfile(built, OUT / built.name)

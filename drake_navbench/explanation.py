@@ -79,14 +79,14 @@ def speed_rows(rules: Sequence[SpeedRule], setting: SpeedRule | None) -> tuple[R
 
 
 def collision_stop(
-    name: str, asked: Array, ahead_s: float, rules: Sequence[SpeedRule]
+    name: str, command: Array, ahead_s: float, rules: Sequence[SpeedRule]
 ) -> Explanation:
     """Returns the reasons of a stop because the arc of a command meets an obstacle.
 
-    name: of the controller. asked: the command (2,) v m/s, w rad/s. ahead_s: time along its arc
+    name: of the controller. command: (2,) v m/s, w rad/s. ahead_s: time along its arc
     until the outline touches. rules: those that made the command.
     """
-    told = f"on the arc of {command_text(asked)} the outline hits an obstacle in {ahead_s:.2f} s"
+    told = f"on the arc of {command_text(command)} the outline hits an obstacle in {ahead_s:.2f} s"
     stop = SpeedRule("collision stop", 0.0, told, told)
     return Explanation(
         None, f"{name} stops: {told}.", SPEED_COLUMNS, speed_rows([*rules, stop], stop)

@@ -11,9 +11,9 @@ IPOPT with a limit on iterations, never on time.
 Where accelerations bind nothing, `bounded_descent` leads the way: Newton's method on the same
 barrier problem. IPOPT then starts at its solution, with the barrier's multipliers, and finds its
 conditions met. Where that does not converge, and with acceleration rows, IPOPT goes its own way. It
-is given no second derivatives; it learns them from one gradient after the other. So that it starts
-from a good guess, a variable is a control point in units in which the objective's second derivative
-by it is one in a straight drive at full speed. Five iterations then reach 99.9 % of the gain of
+gets no second derivatives but estimates them from successive gradients, first as the identity. So
+each control point is scaled such that the objective's second derivative by it is 1 in a straight
+drive at full speed. Five iterations then reach 99.9 % of the gain of
 converged solves, and at least 99 % in each (530 situations of six scenarios).
 """
 

@@ -1,8 +1,8 @@
-"""The critics' costs of MPPI's samples, by the way they lead, as a table and in words.
+"""The critics' costs of MPPI's samples, grouped by direction, as a table and in words.
 
-MPPI commands no sample: its command is the mean of all, weighted by exp(-cost / temperature). So
-the samples are told in groups: those that lead as the mean does, and those that turn or drive
-otherwise, each by the mean of its costs under these weights.
+MPPI drives no single sample but the mean of all, weighted by exp(-cost / temperature). So the
+samples are shown in groups: as the mean drives, further left or right, faster, slower. A group has
+the mean of its samples' costs under these weights.
 """
 
 from __future__ import annotations

@@ -34,7 +34,7 @@ class Attempt(NamedTuple):
 
     is_blocked: the local goal lies before a block. spare: makes a new guess of the driven band's
     class where that band fails, or None. is_tentative: another attempt follows where this one
-    finds no band. is_last: no other attempt follows, so that nothing is put off.
+    finds no band. is_last: no attempt follows, so every candidate is tried now.
     """
 
     observation: Observation

@@ -29,8 +29,8 @@ STAGES = (
 LAST_ITERATIONS = 25
 # Larger slopes of the Lagrangian after the stages mean that multipliers grow without bound.
 HOPELESS_ERROR = 1e3
-# The same half-way through a descent without stages: 99 of 100 descents that converge have smaller
-# slopes there, and a third of those that do not.
+# The bound on these slopes half-way through a descent without stages: 99 of 100 descents that
+# converge are below it there, and one of three that do not.
 UNPROMISING_ERROR = 20.0
 
 

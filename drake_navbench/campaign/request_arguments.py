@@ -44,7 +44,7 @@ def request_from_arguments(arguments: argparse.Namespace) -> Request:
             "--robot as well"
         )
     worlds = [name for name in arguments.scenarios if is_world(Path(name))]
-    asked = {
+    values = {
         "scenarios": [name for name in arguments.scenarios if name not in worlds],
         "controllers": controllers,
         "parameter_files": [str(path) for path in arguments.params],
@@ -68,7 +68,7 @@ def request_from_arguments(arguments: argparse.Namespace) -> Request:
         "metrics": [_absolute(reference) for reference in arguments.metric],
         "columns": arguments.columns,
     }
-    return validate(Request, asked, "command line")
+    return validate(Request, values, "command line")
 
 
 def read_assignments(texts: Sequence[str]) -> dict[str, str]:

@@ -238,7 +238,7 @@ def scenario_in_world(
 ) -> Scenario:
     """Returns the task to navigate from a start to a goal in a world; raises InputError.
 
-    map_file: the robot's map of the world; None: it knows all that its lidar sees.
+    map_file: the map that the robot has of the world; with None its planner knows every obstacle.
     """
     described: dict[str, Any] = {"obstacles": [dict(o) for o in world.obstacles]}
     if map_file is not None:

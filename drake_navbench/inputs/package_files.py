@@ -177,9 +177,9 @@ def _is_robot(file: Path) -> bool:
 
 
 def _robot_rank(file: Path, words: set[str]) -> tuple[bool, bool, int, int]:
-    """Returns a sorting key of a model file: the likelier it is the robot, the smaller.
+    """Returns a sorting key of a model file, smaller for a file that is more likely the robot.
 
-    Parts come last; first those called as the folder, and those that include many others.
+    Likely: a file named like its folder, or that includes many others. Unlikely: one of a part.
     """
     name = file.name.lower()
     stem = name.partition(".")[0]

@@ -41,10 +41,10 @@ VELOCITY_WINDOW_S = 1e-3
 
 @dataclass(frozen=True)
 class Contact:
-    """The first contact of a trial; state: (6,) x m, y m, yaw rad, v m/s, w rad/s, vy m/s at
-    time_s.
+    """The first contact of a trial.
 
-    body: which of those that move was touched; None for a standing obstacle.
+    time_s: its time. state: (6,) of the robot, x m, y m, yaw rad, v m/s, w rad/s, vy m/s. body: the
+    index of the moving body that was touched; None for a standing obstacle.
     """
 
     time_s: float

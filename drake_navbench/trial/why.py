@@ -160,11 +160,11 @@ def _driven_again(spec: TrialSpec, log: TrialLog, time_s: float | None) -> Whole
     with built_controller(spec.preset, spec.robot, wants_diagnostics=True) as controller:
         again = simulate_with(controller, spec, looks, until_s=until_s)
     difference = _first_difference(again, log, asked_s + RECORDER_PERIOD_S)
-    asked = range(len(cycles)) if time_s is None else range(len(cycles))[-1:]
+    numbers = range(len(cycles)) if time_s is None else range(len(cycles))[-1:]
     with built_controller(spec.preset, spec.robot, wants_diagnostics=True) as controller:
         decisions = tuple(
             _decision(controller, cycles[number], number + 1, log, difference, time_s)
-            for number in asked
+            for number in numbers
         )
     return WholeWhy(decisions, again.diagnostics)
 

@@ -67,7 +67,7 @@ def test_a_map_file_with_a_yaw_is_turned_and_nav2s_way_with_it_told(tmp_path):
     data = {"image": "map.png", "resolution": 0.5, "origin": [2.0, 1.0, math.pi / 2]}
     data |= {"negate": 0, "occupied_thresh": 0.65, "free_thresh": 0.196}
     (tmp_path / "map.yaml").write_text(yaml.safe_dump(data))
-    with pytest.warns(InputWarning, match="no notice of a map's yaw"):
+    with pytest.warns(InputWarning, match="costmaps ignore it"):
         grid = load_map(tmp_path / "map.yaml")
     assert grid.bounds == pytest.approx((0.5, 1.0, 2.0, 2.0))
     # The cell at the lower right has come to the upper right of the lower left corner.

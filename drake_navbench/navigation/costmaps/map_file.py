@@ -170,8 +170,7 @@ def load_map(path: str | Path) -> OccupancyMap:
     origin_x, origin_y, yaw = metadata.origin
     if yaw != 0.0:
         warning = (
-            f"{path}: origin: the map is turned by {yaw:g} rad, as it says; Nav2's costmaps take "
-            "no notice of a map's yaw"
+            f"{path}: origin: the map is turned by its yaw, {yaw:g} rad; Nav2's costmaps ignore it"
         )
         warnings.warn(warning, InputWarning, stacklevel=2)
         occupancy, origin_x, origin_y = turned_along_axes(

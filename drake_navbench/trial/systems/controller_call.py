@@ -23,8 +23,8 @@ LOGGABLE_KINDS = "biufU"
 REAL_KINDS = "iuf"
 # The most characters of one cycle's numbers, text and flags as JSON.
 MAX_NOTE_LENGTH = 100_000
-# The types of values in most cycles; their JSON has at most PLAIN_LENGTH characters a value and
-# LETTER_LENGTH a letter, so that it need not be written to know that it is short enough.
+# The types of most cycles' values. Their JSON has at most PLAIN_LENGTH characters a value and
+# LETTER_LENGTH a letter; where this bound is short enough, no JSON is written to measure it.
 PLAIN_TYPES = frozenset({float, bool, type(None), str})
 PLAIN_LENGTH, LETTER_LENGTH = 30, 12
 

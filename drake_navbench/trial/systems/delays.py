@@ -25,8 +25,9 @@ class LateOdometry(FloorAware):
     """The newest message of the odometry that has arrived; before any has, the first one sent.
 
     Input `estimate` and output `late_estimate` [x m, y m, yaw rad, v m/s, w rad/s, vy m/s]. A
-    message is sent every 0.025 s from `offset_s` on; its latency is drawn of the seed and its
-    number, so that two such systems delay alike. Parameter `seed_parameter` holds the trial's seed.
+    message is sent every 0.025 s from `offset_s` on; its latency follows from the seed and the
+    message's number, so two such systems delay alike. Parameter `seed_parameter` holds the trial's
+    seed.
 
     floor_clock: for several floors; messages of one floor are forgotten on the next.
     """
