@@ -13,7 +13,6 @@ from drake_navbench.campaign.sweep import MAX_POINTS
 from drake_navbench.errors import InputError, nearest_name_hint
 from drake_navbench.inputs.barn import barn_scenarios
 from drake_navbench.inputs.check import CheckRow, Status
-from drake_navbench.inputs.floor_scenario import Pose
 from drake_navbench.inputs.known_base import KnownBase
 from drake_navbench.inputs.originals_beside import with_originals
 from drake_navbench.inputs.presets import Preset, default_presets, load_preset
@@ -30,6 +29,7 @@ from drake_navbench.nav2.whole_files import (
 )
 from drake_navbench.plugins.releases import Release
 from drake_navbench.typed_files.dotted_names import flattened
+from drake_navbench.typed_files.quantities import Pose
 from drake_navbench.typed_files.typed_yaml import FrozenModel
 
 if TYPE_CHECKING:

@@ -27,15 +27,16 @@ from drake_navbench.navigation.costmaps.filter_masks import (
     load_filter_mask,
 )
 from drake_navbench.navigation.costmaps.map_file import OccupancyMap, load_map
-from drake_navbench.typed_files.quantities import Angle, Duration, Length
+from drake_navbench.typed_files.quantities import (
+    Duration,
+    Pose,
+)
 from drake_navbench.typed_files.typed_yaml import QuietModel
 
 SCENARIO_FILES = NamedFiles(kind="scenario", package="drake_navbench.scenarios")
 # The margin by which drawn masks reach beyond everything else, m.
 MASK_MARGIN_M = 2.0
 MASK_RESOLUTION_M = 0.05
-
-Pose = tuple[Length, Length, Angle]
 
 
 class GivenMaps(NamedTuple):

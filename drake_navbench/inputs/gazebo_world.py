@@ -18,11 +18,11 @@ from shapely.geometry.base import BaseGeometry
 from drake_navbench.errors import InputError, InputWarning
 from drake_navbench.inputs.descriptions.world import Actor, is_world, read_world
 from drake_navbench.inputs.descriptions.world_areas import Area, Levels, floor_under, world_areas
-from drake_navbench.inputs.floor_scenario import Pose
 from drake_navbench.inputs.scenario import TIMEOUT_ON_MAPS_S, Scenario, Suite
 from drake_navbench.kernels.grid import Grid
 from drake_navbench.kernels.rasterize import mark_polygon
 from drake_navbench.navigation.costmaps.map_file import OCCUPIED, UNKNOWN, OccupancyMap
+from drake_navbench.typed_files.quantities import Pose
 from drake_navbench.typed_files.typed_yaml import validate
 
 __all__ = ["GazeboWorld", "is_world", "load_gazebo_world", "scenario_in_world"]

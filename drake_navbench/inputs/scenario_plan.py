@@ -6,9 +6,13 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, field_validator
 
-from drake_navbench.inputs.world import Point
 from drake_navbench.navigation.smoother_settings import SmootherSettings
-from drake_navbench.typed_files.quantities import CellSize, Length, Size
+from drake_navbench.typed_files.quantities import (
+    CellSize,
+    Length,
+    Point,
+    Size,
+)
 from drake_navbench.typed_files.typed_yaml import FrozenModel
 
 # A smaller turn is none, deg.

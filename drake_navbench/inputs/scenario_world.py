@@ -14,8 +14,9 @@ from pydantic import (
 
 from drake_navbench.inputs.moving_obstacles import MAX_MOVING, MovingObstacle
 from drake_navbench.inputs.people import People
-from drake_navbench.inputs.world import Obstacle, Point
+from drake_navbench.inputs.world import Obstacle
 from drake_navbench.navigation.costmaps.filter_masks import FilterDescription
+from drake_navbench.typed_files.quantities import Point
 from drake_navbench.typed_files.typed_yaml import FrozenModel
 
 

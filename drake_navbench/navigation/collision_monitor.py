@@ -22,14 +22,13 @@ from drake_navbench.typed_files.quantities import (
     AngularSpeed,
     Count,
     Duration,
-    Length,
     Period,
+    Point,
     Size,
     Speed,
 )
 from drake_navbench.typed_files.typed_yaml import FrozenModel, QuietModel
 
-Point = tuple[Length, Length]
 # v m/s, w rad/s, vy m/s.
 Command = tuple[float, float, float]
 Corners = Annotated[tuple[Point, ...], Field(min_length=4)]

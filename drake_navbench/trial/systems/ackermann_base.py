@@ -11,9 +11,9 @@ from pydrake.geometry import SceneGraph
 from pydrake.systems.framework import Context
 
 from drake_navbench.inputs.drive import AckermannDrive
+from drake_navbench.kernels.arrays import Array
 from drake_navbench.trial.systems.mobile_base import (
     MobileBase,
-    Vector,
     clamped,
     command_variables,
     response,
@@ -34,9 +34,7 @@ class AckermannBase(MobileBase):
     to turn in place it stands still.
     """
 
-    def __init__(
-        self, drive: AckermannDrive, scene_graph: SceneGraph, *, footprint: Vector
-    ) -> None:
+    def __init__(self, drive: AckermannDrive, scene_graph: SceneGraph, *, footprint: Array) -> None:
         self._wheelbase_m = drive.wheelbase_m
         own_state = symbolic.MakeVectorVariable(OWN_STATE_SIZE, "state")
         command = command_variables()
@@ -51,7 +49,7 @@ class AckermannBase(MobileBase):
             state=[1.0 * x, 1.0 * y, 1.0 * yaw, 1.0 * v, w, symbolic.Expression(0.0)],
         )
 
-    def set_state(self, context: Context, state: Vector) -> None:
+    def set_state(self, context: Context, state: Array) -> None:
         """See `MobileBase.set_state`; at rest the wheels stay as they are in the context."""
         x, y, yaw, v, w, _ = state.tolist()
         steering = context.get_continuous_state_vector().CopyToVector()[4]

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 from pydrake.common.value import AbstractValue
 from pydrake.geometry import FramePoseVector, SceneGraph
 from pydrake.systems.framework import (
@@ -19,6 +18,7 @@ from pydrake.systems.framework import (
 
 from drake_navbench.inputs.drive import DifferentialDrive
 from drake_navbench.inputs.running_gear import RunningGear
+from drake_navbench.kernels.arrays import Array
 from drake_navbench.kernels.casters import (
     BEHIND,
     FIRST_ANGLE,
@@ -31,8 +31,6 @@ from drake_navbench.kernels.casters import (
 from drake_navbench.trial.systems.footprint import planar_pose, register_footprint
 from drake_navbench.trial.systems.lifetime import weakly_bound
 from drake_navbench.trial.systems.ports import COMMAND_SIZE, STATE_SIZE
-
-Vector = NDArray[np.float64]
 
 # The largest product of inner step and fastest rate: far below 2, where the midpoint rule
 # becomes unstable.
@@ -57,7 +55,7 @@ class CasterBase(LeafSystem):
         gear: RunningGear,
         scene_graph: SceneGraph,
         *,
-        footprint: Vector,
+        footprint: Array,
         rolling_resistance: float,
     ) -> None:
         super().__init__()
@@ -132,13 +130,13 @@ class CasterBase(LeafSystem):
         """Returns the port for SceneGraph's source pose port."""
         return self._geometry_pose_port
 
-    def set_pose(self, context: Context, pose: Vector) -> None:
+    def set_pose(self, context: Context, pose: Array) -> None:
         """Puts the robot at rest at pose (3,) x m, y m, yaw rad, casters as they start."""
         state = self._at_rest.copy()
         state[:3] = pose
         context.SetDiscreteState(state)
 
-    def set_state(self, context: Context, state: Vector) -> None:
+    def set_state(self, context: Context, state: Array) -> None:
         """Puts the robot into `state` (6,), that of the output; the casters stay as they are."""
         own = context.get_discrete_state_vector().CopyToVector()
         own[:5] = state[:5]
@@ -146,7 +144,7 @@ class CasterBase(LeafSystem):
         own[BEHIND:FIRST_ANGLE] = 0.0
         context.SetDiscreteState(own)
 
-    def caster_angles(self, context: Context) -> Vector:
+    def caster_angles(self, context: Context) -> Array:
         """Returns (C,) rad: the casters' angles in the base frame; 0: as in driving ahead."""
         return context.get_discrete_state_vector().CopyToVector()[FIRST_ANGLE:]
 

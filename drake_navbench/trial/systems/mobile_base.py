@@ -13,11 +13,10 @@ from pydrake.geometry import FramePoseVector, SceneGraph
 from pydrake.systems.framework import Context, InputPort, OutputPort
 from pydrake.systems.primitives import SymbolicVectorSystem
 
+from drake_navbench.kernels.arrays import Array
 from drake_navbench.trial.systems.footprint import planar_pose, register_footprint
 from drake_navbench.trial.systems.lifetime import weakly_bound
 from drake_navbench.trial.systems.ports import COMMAND_SIZE
-
-Vector = NDArray[np.float64]
 
 
 class MobileBase(SymbolicVectorSystem):
@@ -37,7 +36,7 @@ class MobileBase(SymbolicVectorSystem):
         self,
         scene_graph: SceneGraph,
         *,
-        footprint: Vector,
+        footprint: Array,
         own_state: NDArray[np.object_],
         command: NDArray[np.object_],
         dynamics: list[Any],
@@ -64,13 +63,13 @@ class MobileBase(SymbolicVectorSystem):
         """Returns the port for SceneGraph's source pose port."""
         return self._geometry_pose_port
 
-    def set_pose(self, context: Context, pose: Vector) -> None:
+    def set_pose(self, context: Context, pose: Array) -> None:
         """Puts the robot at rest at pose (3,) x m, y m, yaw rad."""
         state = np.zeros(context.num_continuous_states())
         state[:3] = pose
         context.SetContinuousState(state)
 
-    def set_state(self, context: Context, state: Vector) -> None:
+    def set_state(self, context: Context, state: Array) -> None:
         """Sets the robot's state such that the output `state` equals `state` (6,)."""
         raise NotImplementedError
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 from pydrake import symbolic
 from pydrake.common.value import AbstractValue
 from pydrake.geometry import FrameId, FramePoseVector, SceneGraph
@@ -23,14 +22,13 @@ from pydrake.systems.primitives import SymbolicVectorSystem
 
 from drake_navbench.inputs.drive import DifferentialDrive
 from drake_navbench.inputs.running_gear import RunningGear
+from drake_navbench.kernels.arrays import Array
 from drake_navbench.kernels.casters import caster_rates
 from drake_navbench.trial.systems.footprint import planar_pose, register_footprint
 from drake_navbench.trial.systems.lifetime import weakly_bound
 from drake_navbench.trial.systems.mobile_base import clamped, command_variables, response
 from drake_navbench.trial.systems.ports import COMMAND_SIZE, STATE_SIZE
 from drake_navbench.trial.systems.wheeled_plant import BASE_JOINT, add_wheeled_plant
-
-Vector = NDArray[np.float64]
 
 # The time until the tyres carry the robot, s.
 SETTLING_S = 0.5
@@ -58,7 +56,7 @@ class MultibodyBase(Diagram):
         gear: RunningGear,
         scene_graph: SceneGraph,
         *,
-        footprint: Vector,
+        footprint: Array,
         rolling_resistance: float,
     ) -> None:
         super().__init__()
@@ -105,13 +103,13 @@ class MultibodyBase(Diagram):
         """Returns the port for SceneGraph's source pose port."""
         return self.get_output_port(1)
 
-    def set_pose(self, context: Context, pose: Vector) -> None:
+    def set_pose(self, context: Context, pose: Array) -> None:
         """Puts the robot at rest at pose (3,) x m, y m, yaw rad, casters as they start."""
         own = self.GetMutableSubsystemContext(self._plant, context)
         self._plant.SetPositions(own, self._plant.GetDefaultPositions())
         self.set_state(context, np.concatenate([pose, np.zeros(STATE_SIZE - 3)]))
 
-    def set_state(self, context: Context, state: Vector) -> None:
+    def set_state(self, context: Context, state: Array) -> None:
         """Puts the robot into `state` (6,), that of the output; the casters stay as they are."""
         x, y, yaw, v, w, vy = state.tolist()
         own = self.GetMutableSubsystemContext(self._plant, context)
@@ -129,7 +127,7 @@ class MultibodyBase(Diagram):
         motors = self.GetMutableSubsystemContext(self._motors, context)
         motors.SetDiscreteState(np.array([v, w, *(axle.get_angle(own) for axle in self._axles)]))
 
-    def caster_angles(self, context: Context) -> Vector:
+    def caster_angles(self, context: Context) -> Array:
         """Returns (C,) rad: the casters' angles in the base frame; 0: as in driving ahead."""
         own = self.GetSubsystemContext(self._plant, context)
         return np.array(
@@ -156,7 +154,7 @@ class MultibodyBase(Diagram):
             swivel.set_angular_rate(context, caster.swivel_sign * swung)
             roller.set_angular_rate(context, caster.axle_sign * rolled / caster.radius_m)
 
-    def _settled(self, drive: DifferentialDrive) -> Vector:
+    def _settled(self, drive: DifferentialDrive) -> Array:
         """Returns the positions at rest at the origin, once the tyres carry the robot."""
         context = self.CreateDefaultContext()
         own = self.GetMutableSubsystemContext(self._plant, context)

@@ -9,9 +9,9 @@ from pydrake.geometry import SceneGraph
 from pydrake.systems.framework import Context
 
 from drake_navbench.inputs.drive import OmnidirectionalDrive
+from drake_navbench.kernels.arrays import Array
 from drake_navbench.trial.systems.mobile_base import (
     MobileBase,
-    Vector,
     clamped,
     command_variables,
     response,
@@ -27,7 +27,7 @@ class OmnidirectionalBase(MobileBase):
     """
 
     def __init__(
-        self, drive: OmnidirectionalDrive, scene_graph: SceneGraph, *, footprint: Vector
+        self, drive: OmnidirectionalDrive, scene_graph: SceneGraph, *, footprint: Array
     ) -> None:
         own_state = symbolic.MakeVectorVariable(STATE_SIZE, "state")
         command = command_variables()
@@ -40,7 +40,7 @@ class OmnidirectionalBase(MobileBase):
             state=[1.0 * variable for variable in own_state],
         )
 
-    def set_state(self, context: Context, state: Vector) -> None:
+    def set_state(self, context: Context, state: Array) -> None:
         """See `MobileBase.set_state`."""
         context.SetContinuousState(state)
 

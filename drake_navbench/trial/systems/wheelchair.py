@@ -9,9 +9,9 @@ from pydrake.geometry import SceneGraph
 from pydrake.systems.framework import Context
 
 from drake_navbench.inputs.drive import DifferentialDrive
+from drake_navbench.kernels.arrays import Array
 from drake_navbench.trial.systems.mobile_base import (
     MobileBase,
-    Vector,
     clamped,
     command_variables,
     response,
@@ -28,7 +28,7 @@ class Wheelchair(MobileBase):
     """
 
     def __init__(
-        self, drive: DifferentialDrive, scene_graph: SceneGraph, *, footprint: Vector
+        self, drive: DifferentialDrive, scene_graph: SceneGraph, *, footprint: Array
     ) -> None:
         own_state = symbolic.MakeVectorVariable(OWN_STATE_SIZE, "state")
         command = command_variables()
@@ -41,7 +41,7 @@ class Wheelchair(MobileBase):
             state=[*own_state, symbolic.Expression(0.0)],
         )
 
-    def set_state(self, context: Context, state: Vector) -> None:
+    def set_state(self, context: Context, state: Array) -> None:
         """See `MobileBase.set_state`."""
         context.SetContinuousState(state[:OWN_STATE_SIZE])
 

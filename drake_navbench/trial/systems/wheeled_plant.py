@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 from pydrake.geometry import (
     AddContactMaterial,
     Box,
@@ -37,14 +36,13 @@ from drake_navbench.inputs.running_gear import (
     load_inertia,
 )
 from drake_navbench.inputs.wheels import FloorSettings
+from drake_navbench.kernels.arrays import Array
 from drake_navbench.kernels.casters import (
     ROLLING_SLACK_MPS,
     SWIVEL_SLACK_RADPS,
     WHEEL_SLACK_RADPS,
 )
 from drake_navbench.typed_files.quantities import MAX_LENGTH_M
-
-Vector = NDArray[np.float64]
 
 # A convex solver of the SAP family: its step stays stable with stiff tyres and stiff motors.
 CONTACT_APPROXIMATION = "lagged"
@@ -108,7 +106,7 @@ def _place_casters(plant: MultibodyPlant, gear: RunningGear) -> None:
         _move(plant, axle, np.array([*behind, place[2]]))
 
 
-def _move(plant: MultibodyPlant, joint: RevoluteJoint, position: Vector) -> None:
+def _move(plant: MultibodyPlant, joint: RevoluteJoint, position: Array) -> None:
     """Puts a revolute joint at a position (3,) m in the frame of its parent's body."""
     on_parent = joint.frame_on_parent().GetFixedPoseInBodyFrame()
     if np.allclose(on_parent.translation(), position, rtol=0.0, atol=1e-9):
