@@ -52,8 +52,8 @@ def wrong_versions(repository: Path, version: str) -> list[str]:
     project = tomllib.loads((repository / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     told = {
         "pyproject.toml": project["version"],
-        "drake_navbench/__init__.py": _found(
-            repository / "drake_navbench" / "__init__.py", r'^__version__ = "(.*)"$'
+        "drake_navbench/processes/version.py": _found(
+            repository / "drake_navbench" / "processes" / "version.py", r'^__version__ = "(.*)"$'
         ),
         "CITATION.cff": _found(repository / "CITATION.cff", r"^version: (.*)$"),
         "CHANGELOG.md": _found(repository / "CHANGELOG.md", r"^## (.*)$").split(" ")[0],

@@ -19,8 +19,6 @@ from pathlib import Path
 
 REPOSITORY = Path(__file__).parents[1]
 OUT = REPOSITORY / "dist"
-# Drives in the scenarios that only differ by what is in them.
-WORLD_COLUMN = "rpp"
 
 
 def copy_tracked(repository: Path, target: Path) -> None:
@@ -34,30 +32,11 @@ def copy_tracked(repository: Path, target: Path) -> None:
 
 
 def compile_into(folder: Path, columns: list[str], scenarios: list[str], jobs: int) -> None:
-    """Compiles kernels into an empty folder, with the list of the parts that they serve.
-
-    Empty lists stand for all that are built in. This process must not have imported numba yet.
-    """
+    """Compiles kernels into an empty folder; this process must not have imported numba yet."""
     os.environ["NUMBA_CACHE_DIR"] = str(folder)
-    from drake_navbench.campaign.campaign import plan_campaign
-    from drake_navbench.campaign.warm_up import Compiling, cold_parts, warm_up, warm_ups
-    from drake_navbench.inputs.presets import preset_files
-    from drake_navbench.inputs.scenario import SCENARIO_FILES
-    from drake_navbench.processes.cache_folder import COMPILER_FILE
-    from drake_navbench.processes.kernel_sources import compiler
+    from drake_navbench.campaign import compiled_kernels
 
-    specs = [
-        *plan_campaign(["empty"], columns or list(preset_files()), trials=1).specs,
-        *plan_campaign(scenarios or SCENARIO_FILES.names, [WORLD_COLUMN], trials=1).specs,
-    ]
-    cold = cold_parts(specs)
-    print(f"compiling for {', '.join(cold.names)}", flush=True)
-    warm_up(
-        Compiling(warm_ups(cold)),
-        jobs=jobs,
-        on_progress=lambda done, total: print(f"{done} of {total} steps", flush=True),
-    )
-    (folder / COMPILER_FILE).write_text(f"{compiler()}\n", encoding="utf-8")
+    compiled_kernels.compile_into(folder, columns, scenarios, jobs=jobs)
 
 
 def build(source: Path, out: Path) -> Path:
@@ -80,10 +59,10 @@ def main() -> None:
     parser.add_argument("--columns", default="", help="built-in columns, separated by commas")
     parser.add_argument("--scenarios", default="", help="built-in scenarios, separated by commas")
     parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1)
-    asked = parser.parse_args()
+    arguments = parser.parse_args()
     columns, scenarios = (
         [name.strip() for name in text.split(",") if name.strip()]
-        for text in (asked.columns, asked.scenarios)
+        for text in (arguments.columns, arguments.scenarios)
     )
     with tempfile.TemporaryDirectory() as name:
         source = Path(name, "source")
@@ -91,7 +70,7 @@ def main() -> None:
         # As in the package, where an installation looks for it.
         folder = source / "drake_navbench" / "compiled_kernels"
         folder.mkdir()
-        compile_into(folder, columns, scenarios, asked.jobs)
+        compile_into(folder, columns, scenarios, arguments.jobs)
         built = build(source, Path(name, "wheel"))
         OUT.mkdir(exist_ok=True)
         shutil.copyfile(built, OUT / built.name)

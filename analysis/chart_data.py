@@ -29,7 +29,7 @@ from drake_navbench.analysis.metrics.safety import DANGER_DISTANCE_M, obstacle_o
 from drake_navbench.analysis.metrics.signals import positions, times
 from drake_navbench.analysis.metrics.tracking import projection_on_plans
 from drake_navbench.analysis.numbers import typeset
-from drake_navbench.arrays import Array
+from drake_navbench.kernels.arrays import Array
 from drake_navbench.logs.log import Outcome, TrialLog
 
 # The most points of all trials of a scenario together; the fewest and the most of one trial.

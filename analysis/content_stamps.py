@@ -16,9 +16,9 @@ from importlib import metadata
 from pathlib import Path
 from typing import Any
 
-import drake_navbench
 from drake_navbench import analysis
 from drake_navbench.analysis.metrics.definition import Metric
+from drake_navbench.processes.fingerprint import PACKAGE
 
 OWN_PACKAGE = "drake_navbench"
 # Another release of these packages may round, or draw, differently.
@@ -49,7 +49,7 @@ def file_stamps(paths: Iterable[Path]) -> dict[Path, str]:
 @cache
 def code_stamp() -> str:
     """Returns the stamp of this package's code and of the releases of the packages it uses."""
-    folders = [Path(str(module.__file__)).parent for module in (drake_navbench, analysis)]
+    folders = [PACKAGE, Path(str(analysis.__file__)).parent]
     return stamp_of([_source_stamp(folder) for folder in folders], _releases())
 
 

@@ -35,7 +35,7 @@ from drake_navbench.analysis.scenario_analysis import (
     headline_metrics,
     read_trials,
 )
-from drake_navbench.analysis.totals import told_by_totals
+from drake_navbench.analysis.totals import scenarios_in_totals
 from drake_navbench.errors import InputError
 from drake_navbench.logs.log import Outcome, TrialLog, read_info
 from drake_navbench.logs.results import ResultsFolder
@@ -146,7 +146,7 @@ def _tasks(
 ) -> list[_ScenarioTask]:
     """Returns one task for each scenario. files: logs by the folder of their scenario."""
     controllers = list(manifest.get("controllers", []))
-    told = told_by_totals(manifest.get("suites", {}))
+    told = scenarios_in_totals(manifest.get("suites", {}))
     # The longest scenarios first, so that the last worker does not start with the most work.
     order = sorted(files, key=lambda key: -sum(file.stat().st_size for file in files[key]))
     tasks = []
@@ -255,7 +255,7 @@ def _analyse_scenario(
     if not logs:
         return analysis, [], None
     _describe(analysis, logs[0].info, told)
-    if not _is_drawn(figures, analysis.is_told_by_totals):
+    if not _is_drawn(figures, analysis.is_in_totals):
         return analysis, [], None
     drawing = _drawn(root / FIGURES_FOLDER, analysis, logs, figures, controllers)
     if drawing.figures:
@@ -295,8 +295,8 @@ def _drawn(
     return Drawing(written, chart, len(logs))
 
 
-def _is_drawn(figures: FigureChoice, is_told_by_totals: bool) -> bool:
-    if is_told_by_totals:
+def _is_drawn(figures: FigureChoice, is_in_totals: bool) -> bool:
+    if is_in_totals:
         return figures is FigureChoice.ALL
     return figures is not FigureChoice.NONE
 
@@ -310,7 +310,7 @@ def _describe(analysis: ScenarioAnalysis, info: Mapping[str, Any], told: frozens
     analysis.description = str(task.get("description", ""))
     analysis.is_impossible = task.get("expected_outcome") == Outcome.ABORTED
     analysis.clean_scenario = str(task.get("clean_scenario") or "")
-    analysis.is_told_by_totals = analysis.scenario in told
+    analysis.is_in_totals = analysis.scenario in told
 
 
 def _in_order(entries: Sequence[TrialEntry], controllers: Sequence[str]) -> list[TrialEntry]:

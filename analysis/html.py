@@ -14,9 +14,9 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup, escape
 
 from drake_navbench.analysis.colors import controller_color
+from drake_navbench.kernels.percent import PERCENT
 from drake_navbench.typed_files.output_file import write_text
 
-PERCENT = 100.0
 NAME_JOINT = re.compile(r"([:_=/-])(?=.)")
 # A figure's text stands between tags; numbers in it stay unchanged.
 TAG = re.compile(r"<[^>]*>")

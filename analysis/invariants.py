@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from drake_navbench.analysis.metrics.body import gyration_squared_m2, outline_of
 from drake_navbench.analysis.metrics.movers import movers_of
 from drake_navbench.analysis.metrics.signals import is_carried
-from drake_navbench.arrays import Array
+from drake_navbench.kernels.arrays import Array
 from drake_navbench.logs.log import TrialLog
 
 Flags = NDArray[np.bool_]

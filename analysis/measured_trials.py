@@ -25,7 +25,7 @@ from drake_navbench.logs.results import ResultsFolder
 from drake_navbench.typed_files.output_file import write_whole
 
 METADATA_KEY = b"drake_navbench_stamps"
-PATH, STAMP, TOLD = "log", "log_sha256", "told"
+PATH, STAMP, DETAILS = "log", "log_sha256", "told"
 NUMBERS = ("trial", "seed", VIOLATIONS)
 WORDS = tuple(name for name in IDENTITY if name not in NUMBERS)
 
@@ -64,14 +64,14 @@ def _read(root: Path, stamps: Mapping[Path, str]) -> MeasuredTrials:
     wanted = metric_stamps(all_metrics())
     held = [name for name, stamp in wanted.items() if written["metrics"].get(name) == stamp]
     for names, is_right in (
-        ((*WORDS, PATH, STAMP, TOLD), pa.types.is_string),
+        ((*WORDS, PATH, STAMP, DETAILS), pa.types.is_string),
         (NUMBERS, pa.types.is_integer),
         (held, pa.types.is_float64),
     ):
         if not all(is_right(table.schema.field(name).type) for name in names):
             return NOTHING_MEASURED
     names = [*IDENTITY, *held, VIOLATIONS]
-    columns = [table[name].to_pylist() for name in (PATH, STAMP, TOLD, *names)]
+    columns = [table[name].to_pylist() for name in (PATH, STAMP, DETAILS, *names)]
     entries, values = {}, {}
     for place, stamp, told, *row in zip(*columns, strict=True):
         path = root / place
@@ -100,7 +100,7 @@ def write_measured(root: Path, entries: Sequence[TrialEntry], stamps: Mapping[Pa
     columns: dict[str, pa.Array] = {
         PATH: pa.array([entry.path for entry in entries], pa.string()),
         STAMP: pa.array([stamps.get(root / entry.path, "") for entry in entries], pa.string()),
-        TOLD: pa.array(map(_told, entries), pa.string()),
+        DETAILS: pa.array(map(_details, entries), pa.string()),
     }
     for kind, chosen in ((pa.string(), WORDS), (pa.int64(), NUMBERS), (pa.float64(), names)):
         for name in chosen:
@@ -110,7 +110,7 @@ def write_measured(root: Path, entries: Sequence[TrialEntry], stamps: Mapping[Pa
     write_whole(_path(root), lambda path: pq.write_table(table, path, compression="zstd"))
 
 
-def _told(entry: TrialEntry) -> str:
+def _details(entry: TrialEntry) -> str:
     told = {
         "reasons": entry.reasons,
         "legs": entry.legs,

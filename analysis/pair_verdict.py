@@ -13,7 +13,6 @@ import pandas as pd
 from drake_navbench.analysis.contests import ARROW, contest_of, matches_within
 from drake_navbench.analysis.numbers import typeset
 from drake_navbench.analysis.paired_tests import (
-    PERCENT,
     SUCCESS,
     TOUCH,
     Family,
@@ -23,6 +22,7 @@ from drake_navbench.analysis.paired_tests import (
     in_order,
     judge_pairs,
 )
+from drake_navbench.kernels.percent import PERCENT
 
 # The words for a quantity that became better or worse.
 WORDS = {

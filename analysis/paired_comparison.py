@@ -21,7 +21,7 @@ from drake_navbench.analysis.statistics import (
     student_interval,
     student_quantile,
 )
-from drake_navbench.arrays import Array
+from drake_navbench.kernels.arrays import Array
 
 POWER = 0.8
 MAX_TRIALS_NEEDED = 1_000_000

@@ -44,17 +44,17 @@ def _lower_end(wins: int, losses: int, pairs: int, tail: float) -> float:
     probabilities = (np.arange(STEPS) + 0.5) / STEPS
     # Clopper and Pearson's lower limit of a share is a quantile of this Beta distribution.
     won = special.betaincinv(wins, losses + 1, probabilities) if wins else np.zeros(STEPS)
-    lead = 2.0 * won - 1.0
+    advantage = 2.0 * won - 1.0
 
     def below(difference: float) -> float:
-        """Returns the chance that lead times share of differing pairs <= `difference`."""
+        """Returns the chance that advantage times share of differing pairs <= `difference`."""
         if difference >= 0.0:
-            share = np.clip(difference / np.where(lead > 0.0, lead, 1.0), 0.0, 1.0)
+            share = np.clip(difference / np.where(advantage > 0.0, advantage, 1.0), 0.0, 1.0)
             chance = _beta_cdf(differing, pairs - differing + 1, share)
-            return float(np.where(lead > 0.0, chance, 1.0).mean())
-        share = np.clip(difference / np.where(lead < 0.0, lead, -1.0), 0.0, 1.0)
+            return float(np.where(advantage > 0.0, chance, 1.0).mean())
+        share = np.clip(difference / np.where(advantage < 0.0, advantage, -1.0), 0.0, 1.0)
         chance = 1.0 - _beta_cdf(differing + 1, pairs - differing, share)
-        return float(np.where(lead < 0.0, chance, 0.0).mean())
+        return float(np.where(advantage < 0.0, chance, 0.0).mean())
 
     # Whether the interval excludes zero is decided by the sign test, to the last bit.
     is_above_zero = bool(wins) and special.betainc(wins, losses + 1, 0.5) < tail

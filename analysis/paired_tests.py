@@ -33,11 +33,11 @@ from drake_navbench.analysis.paired_trials import (
 )
 from drake_navbench.analysis.pairs import holm, smallest_p_value
 from drake_navbench.analysis.statistics import ROUNDING, Interval
-from drake_navbench.arrays import Array
+from drake_navbench.kernels.arrays import Array
+from drake_navbench.kernels.percent import PERCENT
 
 SUCCESS = "success_rate"
 TOUCH = "touch_rate"
-PERCENT = 100.0
 DEFAULT_LISTED = (
     TOUCH,
     SUCCESS,

@@ -8,13 +8,13 @@ from collections.abc import Iterable, Sequence
 from drake_navbench.analysis.paired_tests import (
     ALARM_RATE,
     ALARM_RATES,
-    PERCENT,
     Family,
     Finding,
     Judged,
     PairedVerdict,
 )
 from drake_navbench.analysis.paired_trials import LostTrial
+from drake_navbench.kernels.percent import PERCENT
 from drake_navbench.logs.text_tables import markdown_table
 
 # The most seeds that a line names; the results folder has all of them.

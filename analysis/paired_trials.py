@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from drake_navbench.analysis.metrics.definition import Metric
 from drake_navbench.analysis.repeats import repeated_cells
 from drake_navbench.analysis.statistics import ROUNDING
-from drake_navbench.arrays import Array
+from drake_navbench.kernels.arrays import Array
 from drake_navbench.logs.log import Outcome
 
 Mask = NDArray[np.bool_]

@@ -35,7 +35,7 @@ from drake_navbench.analysis.statistics import (
     share_interval,
     student_interval,
 )
-from drake_navbench.arrays import Array
+from drake_navbench.kernels.arrays import Array
 
 # A difference below this share of the larger mean does not matter, however certain it is; nor does
 # one up to `Metric.relevant`.
@@ -45,8 +45,9 @@ RELEVANT_RATIO = 0.01
 class Gap(NamedTuple):
     """The gap of a column behind another one.
 
-    is_shown: the gap is larger than both bars. is_level: it is smaller than one of them. is_ahead:
-    the interval of the gap leaves out 0, so that the other one is ahead by some amount.
+    Two bars say what matters: RELEVANT_RATIO of the larger mean, and `Metric.relevant`. is_shown:
+    the whole interval of the gap lies above both bars. is_level: it lies within one of them.
+    is_ahead: it lies above 0, so that the other column is ahead, by however little.
     """
 
     comparison: PairedComparison
@@ -178,8 +179,8 @@ def gap(
 ) -> Gap:
     """Returns the gap of a column behind the leader; both are columns of one table.
 
-    relevant: differences up to this one do not matter, whatever the means are. is_one_trial:
-    whether all trials of each are equal, so that there is one pair, which is certain.
+    relevant: differences up to this one do not matter, whatever the means are. is_one_trial: the
+    trials of each column are all equal; they count as one pair, whose difference is certain.
     """
     by_pair = paired_differences(leader, other, is_one_trial=is_one_trial)
     comparison = compare_differences(by_pair, confidence=confidence)

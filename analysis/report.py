@@ -100,7 +100,7 @@ def build_report(
     analysis = analyse_folder(folder, figures=figures, jobs=jobs, measured=measured, keeps=True)
     trials = analysis.trials
     for scenario in analysis.scenarios:
-        if scenario.trials and not scenario.is_told_by_totals:
+        if scenario.trials and not scenario.is_in_totals:
             table = scenario_table(trials, scenario.scenario)
             write_text(
                 results.table_path(scenario.scenario, ".csv"), csv_text(table, has_index=True)
@@ -190,7 +190,7 @@ def _suite_means(trials: pd.DataFrame) -> list[tuple[str, str, str, str, float]]
 
 def _page(analysis: FolderAnalysis, difference: float) -> dict[str, Any]:
     driven = [s for s in analysis.scenarios if s.trials]
-    scenarios = [s for s in driven if not s.is_told_by_totals]
+    scenarios = [s for s in driven if not s.is_in_totals]
     trials = analysis.trials
     outcomes = trials["outcome"].value_counts()
     missing = _missing(analysis)

@@ -114,7 +114,7 @@ class ScenarioAnalysis:
 
     description: from the scenario's file. is_impossible: whether giving up is the task's right end.
     clean_scenario: the scenario of which this one is a harsher variant, '' for none.
-    is_told_by_totals: whether its suite has so many worlds that the report shows only their totals.
+    is_in_totals: whether its suite has so many worlds that the report shows only their totals.
     drawn: the number of trials whose logs are drawn; the others are in the table alone.
     """
 
@@ -128,7 +128,7 @@ class ScenarioAnalysis:
     description: str = ""
     is_impossible: bool = False
     clean_scenario: str = ""
-    is_told_by_totals: bool = False
+    is_in_totals: bool = False
     drawn: int = 0
 
     @cached_property

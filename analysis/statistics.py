@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import special
 
-from drake_navbench.arrays import Array
+from drake_navbench.kernels.arrays import Array
 
 CONFIDENCE = 0.95
 # Smaller differences are rounding errors, for all quantities measured here in SI units.

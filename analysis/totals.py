@@ -65,7 +65,7 @@ class Difference(NamedTuple):
     compared: ComparedPair
 
 
-def told_by_totals(suites: Mapping[str, str]) -> frozenset[str]:
+def scenarios_in_totals(suites: Mapping[str, str]) -> frozenset[str]:
     """Returns the scenarios of suites that are too large for the report to show one by one.
 
     suites: the suite of each scenario, '' for none.

@@ -19,7 +19,6 @@ from drake_navbench.typed_files.output_file import write_text
 RESULT_NAME = "tuning.json"
 PAGE_NAME = "tuning.html"
 FIGURES = Path("figures") / "tuning"
-PERCENT = 100.0
 # The parts of a front point's judgement -> their names on the page.
 PARTS = {"fresh": "fresh seeds", "held_out": "held-out scenarios"}
 # The scenarios in which only touches count -> their names on the page.
@@ -80,5 +79,5 @@ def _places(touches: dict[str, int]) -> str:
 
 def _percent(share: float) -> str:
     """Returns a signed share in percent with one decimal."""
-    text = f"{PERCENT * share:+.1f}"
-    return f"{text if float(text) else '0.0'}%"
+    text = f"{share:+.1%}"
+    return text if float(text[:-1]) else "0.0%"

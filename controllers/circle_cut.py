@@ -9,8 +9,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from drake_navbench.arrays import Array
 from drake_navbench.controller import Observation
+from drake_navbench.kernels.arrays import Array
 from drake_navbench.kernels.path_pruning import range_in_circle
 from drake_navbench.kernels.read_only import read_only
 

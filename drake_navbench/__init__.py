@@ -8,13 +8,12 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from drake_navbench.processes.instruction_set import hold_to_baseline
+from drake_navbench.processes.version import __version__
 
 if TYPE_CHECKING:
     from drake_navbench.campaign.benchmark import run_benchmark
     from drake_navbench.logs.log import TrialLog
     from drake_navbench.trial.trial import run_trial
-
-__version__ = "0.1.0"
 
 # numpy and numba read the environment when they are imported, so it is set before either.
 hold_to_baseline()

@@ -25,14 +25,14 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict
 
-from drake_navbench.arrays import Array
 from drake_navbench.errors import NavbenchError
+from drake_navbench.kernels.arrays import Array
 from drake_navbench.kernels.grid import Costmap
 from drake_navbench.kernels.noise import NO_NOISE, NoiseKey
 from drake_navbench.kernels.read_only import read_only
 from drake_navbench.kernels.settings_record import settings_record
 from drake_navbench.plugins.kinds import PluginKind
-from drake_navbench.releases import (
+from drake_navbench.plugins.releases import (
     NEWEST_RELEASE,
     RELEASE_FIELD,
     ReadBy,

@@ -11,8 +11,8 @@ from typing import Any, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 
-from drake_navbench.arrays import Array
 from drake_navbench.controller import Observation
+from drake_navbench.kernels.arrays import Array
 
 Cell = float | int | str | None
 Row = tuple[Cell, ...]
@@ -79,28 +79,21 @@ def speed_rows(rules: Sequence[SpeedRule], setting: SpeedRule | None) -> tuple[R
 
 
 def collision_stop(
-    name: str, asked: Array, ahead_s: float, rules: Sequence[SpeedRule]
+    name: str, command: Array, ahead_s: float, rules: Sequence[SpeedRule]
 ) -> Explanation:
     """Returns the reasons of a stop because the arc of a command meets an obstacle.
 
-    name: of the controller. asked: the command (2,) v m/s, w rad/s. ahead_s: time along its arc
+    name: of the controller. command: (2,) v m/s, w rad/s. ahead_s: time along its arc
     until the outline touches. rules: those that made the command.
     """
-    told = f"on the arc of {told_command(asked)} the outline hits an obstacle in {ahead_s:.2f} s"
+    told = f"on the arc of {command_text(command)} the outline hits an obstacle in {ahead_s:.2f} s"
     stop = SpeedRule("collision stop", 0.0, told, told)
     return Explanation(
         None, f"{name} stops: {told}.", SPEED_COLUMNS, speed_rows([*rules, stop], stop)
     )
 
 
-def told_cell(value: Cell) -> str:
-    """Returns a cell of a table as it is printed: numbers with three figures."""
-    if value is None:
-        return ""
-    return f"{value:.3g}" if isinstance(value, float) else str(value)
-
-
-def told_length(metres: float) -> str:
+def length_text(metres: float) -> str:
     """Returns a length in words: '0.48 m', or 'infinite'."""
     return "infinite" if math.isinf(metres) else f"{metres:.3g} m"
 
@@ -123,7 +116,7 @@ class ExplainingController(Protocol):
         ...
 
 
-def told_command(command: Array) -> str:
+def command_text(command: Array) -> str:
     """Returns a command in words: '0.21 m/s, 0.44 rad/s'."""
     v, w, *vy = (float(value) + 0.0 for value in command)
     text = f"{v:.3g} m/s"

@@ -25,11 +25,11 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from drake_navbench import run_trial
-from drake_navbench.costmaps.layered_costmap import LayeredCostmap, LayersState
 from drake_navbench.inputs.robot import Robot, load_robot, overridden
 from drake_navbench.inputs.scenario import Scenario, load_scenario
 from drake_navbench.kernels.path_geometry import path_length
 from drake_navbench.logs.log import Outcome
+from drake_navbench.navigation.costmaps.layered_costmap import LayeredCostmap, LayersState
 from drake_navbench.navigation.planner import PlanningError
 from drake_navbench.trial.planning import global_layers, planner_of
 

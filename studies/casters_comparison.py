@@ -12,7 +12,6 @@ from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from drake_navbench.inputs.presets import load_preset
 from drake_navbench.inputs.robot import Robot, load_robot, overridden
@@ -21,8 +20,6 @@ from drake_navbench.logs.log import Outcome, TrialLog
 from drake_navbench.trial.open_loop import drive_open_loop
 from drake_navbench.trial.spec import TrialSpec
 from drake_navbench.trial.trial import simulate
-
-Array = NDArray[np.float64]
 
 IDEAL, PLANAR, MULTIBODY = "wheelchair", "wheelchair_casters", "wheelchair_multibody"
 CONTROLLERS = ("rpp", "dwb", "mppi_nav2")

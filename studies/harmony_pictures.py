@@ -28,7 +28,7 @@ from drake_navbench.analysis.metrics.efficiency import duration_s
 from drake_navbench.analysis.metrics.movers import movers_of
 from drake_navbench.analysis.metrics.signals import positions
 from drake_navbench.analysis.metrics.tracking import cross_track_error_mean_m, projection_on_plans
-from drake_navbench.arrays import Array
+from drake_navbench.kernels.arrays import Array
 from drake_navbench.kernels.poses import place_outline
 from drake_navbench.logs.log import Outcome
 

@@ -11,18 +11,16 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from drake_navbench.analysis.figures.choice import SVG
 from drake_navbench.analysis.figures.style import figure_style, new_figure, write_figure
 from drake_navbench.inputs.people import OrcaSettings
 from drake_navbench.kernels import walking
+from drake_navbench.kernels.arrays import Array
 from drake_navbench.kernels.orca import linked_edges, step_orca
 from drake_navbench.kernels.social_force import step_people
 from drake_navbench.kernels.walking import VX, YAW, X, Y
-from drake_navbench.systems.walking_people import PEOPLE_PERIOD_S
-
-Array = NDArray[np.float64]
+from drake_navbench.trial.systems.walking_people import PEOPLE_PERIOD_S
 
 PAGE = Path(__file__).parents[1] / "docs" / "people_models.md"
 FIGURE = PAGE.parent / "images" / "people_models.svg"

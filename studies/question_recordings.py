@@ -32,11 +32,11 @@ from drake_navbench.errors import InputError
 from drake_navbench.inputs.drive import LEAST_LAG_S
 from drake_navbench.inputs.robot import Robot, load_robot, overridden
 from drake_navbench.logs.log import Outcome
-from drake_navbench.recordings.drive_data import DriveData, drive_data
-from drake_navbench.recordings.drive_fit import DriveFit, fit_drive
-from drake_navbench.recordings.reading import Piece, read_bag
-from drake_navbench.recordings.recorded_motion import recorded_motion
-from drake_navbench.recordings.simulation_gap import simulation_gap
+from drake_navbench.ros2.recordings.drive_data import DriveData, drive_data
+from drake_navbench.ros2.recordings.drive_fit import DriveFit, fit_drive
+from drake_navbench.ros2.recordings.reading import Piece, read_bag
+from drake_navbench.ros2.recordings.recorded_motion import recorded_motion
+from drake_navbench.ros2.recordings.simulation_gap import simulation_gap
 from drake_navbench.typed_files.input_file import file_digest
 
 LIST = PAGES / "recordings_list.csv"

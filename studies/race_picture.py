@@ -16,7 +16,7 @@ from drake_navbench.analysis.colors import controller_color
 from drake_navbench.analysis.figures.maps import bounds, course_of
 from drake_navbench.analysis.metrics.body import outline_of
 from drake_navbench.analysis.metrics.signals import positions
-from drake_navbench.arrays import Array
+from drake_navbench.kernels.arrays import Array
 
 PICTURE = Path(__file__).parents[1] / "docs" / "images" / "race.svg"
 SCENARIO, SEED = "static_obstacles", 0

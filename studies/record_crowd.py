@@ -16,7 +16,7 @@ from drake_navbench.inputs.people import People, Person, WalkingPeople
 from drake_navbench.inputs.scenario import load_scenario
 from drake_navbench.kernels.social_force import step_people
 from drake_navbench.kernels.walking import X, Y
-from drake_navbench.systems.walking_people import PEOPLE_PERIOD_S
+from drake_navbench.trial.systems.walking_people import PEOPLE_PERIOD_S
 
 SCENARIO = "recorded_crowd"
 PAGE = Path(__file__).parents[1] / "scenarios" / "recordings" / "hall.csv"

@@ -24,7 +24,6 @@ from drake_navbench.analysis.figures.style import figure_style, write_figure
 from drake_navbench.analysis.metrics.registry import all_metrics
 from drake_navbench.analysis.paired_tests import (
     ALARM_RATES,
-    PERCENT,
     SUCCESS,
     TOUCH,
     Family,
@@ -33,6 +32,7 @@ from drake_navbench.analysis.paired_tests import (
     judge_pairs,
 )
 from drake_navbench.analysis.paired_trials import IDENTITY, Contest
+from drake_navbench.kernels.percent import PERCENT
 
 PAGE = Path(__file__).parents[1] / "docs" / "stress_slopes.md"
 PICTURE = PAGE.parent / "images" / "stress_slopes"

@@ -31,7 +31,7 @@ def main() -> None:
     (spec,) = plan_campaign([SCENARIO], [CONTROLLER], trials=1).specs
     cycles = []
     with built_controller(spec.preset, spec.robot, wants_diagnostics=True) as controller:
-        simulate_with(controller, spec, Looks(hear=cycles.append), until_s=AT_S)
+        simulate_with(controller, spec, Looks(on_cycle=cycles.append), until_s=AT_S)
         cycle = next(entry for entry in reversed(cycles) if entry.command is not None)
         shown = controller.step(cycle.observation, cycle.memory).diagnostics
     seen = cycle.observation

@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 from drake_navbench import __version__
-from drake_navbench.__main__ import COMMANDS, main
+from drake_navbench.commands.main import COMMANDS, main
 
 
 @pytest.mark.parametrize("command", COMMANDS)

@@ -227,8 +227,8 @@ def test_the_first_line_of_a_docstring_names_the_thing(house):
 # A comment names its thing, too: "Of a strip of dots, px" does not say what has pixels.
 NAMELESS_COMMENT = re.compile(r"^ *# Of ", re.MULTILINE)
 ROOMS = (
-    *("campaign", "costmaps", "inputs", "kernels", "logs", "native", "nav2", "navigation"),
-    *("plugins", "processes", "recordings", "systems", "trial", "typed_files"),
+    *("campaign", "inputs", "kernels", "logs", "native", "nav2", "navigation"),
+    *("plugins", "processes", "ros2", "trial", "typed_files"),
 )
 
 

@@ -11,8 +11,8 @@ import pandas as pd
 import pytest
 import yaml
 
-from drake_navbench.__main__ import main
 from drake_navbench.campaign.benchmark import run_benchmark
+from drake_navbench.commands.main import main
 from drake_navbench.commands.replay import _built_in_model
 
 SEEDS = (3, 8)

@@ -17,7 +17,7 @@ from types import SimpleNamespace
 import pytest
 import yaml
 
-from drake_navbench.__main__ import COMMANDS
+from drake_navbench.commands.main import COMMANDS
 
 REPOSITORY = Path(__file__).parents[1]
 DOCS = REPOSITORY / "docs"
@@ -115,8 +115,7 @@ def fault_of(command):
         return None
     if name not in COMMANDS:
         return f"no command {name}"
-    # `drake_navbench.run` is the door of `python -m`.
-    module = import_module(COMMANDS[name][0].replace("navbench.run", "navbench.commands.run"))
+    module = import_module(COMMANDS[name][0])
     if not hasattr(module, "build_parser"):
         return shlex.join(command) if arguments and name == "list" else None
     try:

@@ -9,7 +9,7 @@ import pytest
 from pydrake.autodiffutils import ExtractGradient, ExtractValue, InitializeAutoDiff
 from pydrake.solvers import IpoptSolver, MathematicalProgram
 
-from drake_navbench.program_function import (
+from drake_navbench.kernels.program_function import (
     constraint_function,
     cost_function,
     solver_warnings_off,

@@ -11,8 +11,8 @@ import pandas as pd
 import pytest
 
 from drake_navbench.analysis.statistics import exact_share_interval
-from drake_navbench.recordings.drive_data import DriveData
-from drake_navbench.recordings.drive_fit import AxisFit, DriveFit
+from drake_navbench.ros2.recordings.drive_data import DriveData
+from drake_navbench.ros2.recordings.drive_fit import AxisFit, DriveFit
 
 STUDIES = Path(__file__).parents[1] / "studies"
 PAGES = Path(__file__).parents[1] / "docs" / "questions"

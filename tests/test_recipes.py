@@ -84,7 +84,7 @@ def test_a_command_is_one_file_and_a_line(copy):
         '"""A command."""\n\n\ndef main(argv=None):\n    print("planted", *argv)\n    return 0\n',
     )
     copy.put_before(
-        "drake_navbench/__main__.py",
+        "drake_navbench/commands/main.py",
         '    "completion": (',
         '    "planted": ("drake_navbench.commands.planted", "say so"),\n',
     )
@@ -95,7 +95,7 @@ def test_a_command_is_one_file_and_a_line(copy):
 
 LAYER = '''"""A layer that makes the cell under the robot lethal."""
 
-from drake_navbench.costmaps.layer_plugin import LayerParameters, Observed
+from drake_navbench.navigation.costmaps.layer_plugin import LayerParameters, Observed
 from drake_navbench.kernels.planted import put
 
 
@@ -120,8 +120,8 @@ class Planted:
 '''
 USES_LAYER = """
 import numpy as np
-from drake_navbench.costmaps.costmap_settings import LocalCostmapSettings
-from drake_navbench.costmaps.layered_costmap import local_layers
+from drake_navbench.navigation.costmaps.costmap_settings import LocalCostmapSettings
+from drake_navbench.navigation.costmaps.layered_costmap import local_layers
 from drake_navbench.inputs.lidar import LidarSettings
 
 settings = LocalCostmapSettings(
@@ -138,9 +138,9 @@ def test_a_costmap_layer_is_three_files(copy):
         "drake_navbench/kernels/planted.py",
         "def put(grid, pose, cost):\n    grid.costs[0, 0] = cost\n    return grid.costs\n",
     )
-    copy.add("drake_navbench/costmaps/planted_layer.py", LAYER)
+    copy.add("drake_navbench/navigation/costmaps/planted_layer.py", LAYER)
     copy.put_before(
-        "drake_navbench/costmaps/layer_plugin.py",
+        "drake_navbench/navigation/costmaps/layer_plugin.py",
         '            ("nav2_costmap_2d::VoxelLayer"',
         '            ("lab::Planted", "planted_layer:Planted"),\n',
     )
@@ -199,7 +199,7 @@ from pydrake.systems.analysis import Simulator
 from drake_navbench.inputs.faults import Fault, conditions_of
 from drake_navbench.inputs.robot import Robot
 from drake_navbench.inputs.world import Box, World
-from drake_navbench.systems.lidar import Lidar
+from drake_navbench.trial.systems.lidar import Lidar
 
 robot = Robot(description="round", robot_radius=0.2, lidar={"beam_count": 4})
 faults = [Fault(at_s=0.15, lidar={"range_ratio": 0.5})]
@@ -221,7 +221,7 @@ def test_a_fault_of_a_scenario_is_a_field_and_its_effect(copy):
         "    range_ratio: float = Field(1.0)\n",
     )
     copy.put_before(
-        "drake_navbench/systems/lidar.py",
+        "drake_navbench/trial/systems/lidar.py",
         "        if settings.range_bias_m != 0.0:",
         "        ranges *= settings.range_ratio\n",
     )

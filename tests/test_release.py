@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 REPOSITORY = Path(__file__).parents[1]
-FILES = ("pyproject.toml", "drake_navbench/__init__.py", "CITATION.cff", "CHANGELOG.md")
+FILES = ("pyproject.toml", "drake_navbench/processes/version.py", "CITATION.cff", "CHANGELOG.md")
 
 
 @pytest.fixture(scope="module")
@@ -32,7 +32,7 @@ def git(folder, *words):
 def tree(tmp_path):
     """A repository with the four files that name the version, all 0.1.0."""
     for name in FILES:
-        (tmp_path / name).parent.mkdir(exist_ok=True)
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
         shutil.copy(REPOSITORY / name, tmp_path / name)
     (tmp_path / "CHANGELOG.md").write_text("# Changelog\n\n## 0.1.0 (2026-01-01)\n")
     git(tmp_path, "init", "-q")

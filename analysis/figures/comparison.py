@@ -30,7 +30,7 @@ from drake_navbench.analysis.metrics.signals import column, is_carried, position
 from drake_navbench.analysis.numbers import typeset
 from drake_navbench.analysis.pairs import values_by_seed
 from drake_navbench.analysis.verdicts import is_failed
-from drake_navbench.arrays import Array
+from drake_navbench.kernels.arrays import Array
 from drake_navbench.logs.log import TrialLog
 
 Logs = Mapping[str, Sequence[TrialLog]]

@@ -16,7 +16,7 @@ from drake_navbench.analysis.figures.style import (
     PLAN_COLOR,
     name_axes,
 )
-from drake_navbench.arrays import Array
+from drake_navbench.kernels.arrays import Array
 
 MARGIN_M = 0.6
 MAX_HEIGHT_IN, MIN_HEIGHT_IN, WIDTH_IN = 6.0, 1.8, 7.2

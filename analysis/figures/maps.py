@@ -24,7 +24,7 @@ from drake_navbench.analysis.metrics.movers import is_there, movers_of
 from drake_navbench.analysis.metrics.moving import look_times
 from drake_navbench.analysis.metrics.safety import obstacle_outlines
 from drake_navbench.analysis.metrics.signals import positions, stretches
-from drake_navbench.arrays import Array
+from drake_navbench.kernels.arrays import Array
 from drake_navbench.kernels.poses import place_outline
 from drake_navbench.logs.log import TrialLog
 

@@ -32,7 +32,7 @@ from drake_navbench.analysis.metrics.body import Body, body_of
 from drake_navbench.analysis.metrics.definition import Undefined
 from drake_navbench.analysis.metrics.efficiency import spent_power_w
 from drake_navbench.analysis.metrics.signals import Motion, column, motion, times
-from drake_navbench.arrays import Array
+from drake_navbench.kernels.arrays import Array
 from drake_navbench.logs.log import Outcome, TrialLog
 
 Line = dict[str, Any]

@@ -18,8 +18,8 @@ from drake_navbench.analysis.figures.style import (
     legend_below,
     new_figure,
 )
+from drake_navbench.kernels.percent import PERCENT
 
-PERCENT = 100.0
 PANELS_ABREAST = 3
 DROPPED: dict[str, Any] = {"marker": ".", "color": MUTED, "ms": 4, "alpha": 0.5, "ls": "none"}
 TOUCHED: dict[str, Any] = {"marker": "x", "color": "#b91c1c", "ms": 4, "ls": "none"}

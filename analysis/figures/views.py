@@ -30,10 +30,9 @@ from drake_navbench.analysis.figures.style import (
     legend_below,
     new_figure,
 )
+from drake_navbench.kernels.arrays import Array
 from drake_navbench.kernels.grid import INSCRIBED, LETHAL, Grid
 from drake_navbench.kernels.poses import place_outline
-
-Array = np.ndarray[Any, np.dtype[np.float64]]
 
 # Okabe and Ito's colours, which everybody can tell apart.
 START, GOAL = "#0072B2", "#D55E00"

@@ -221,7 +221,7 @@ def _checked(path: Path, suite: Suite, seed_of: SeedOf) -> Entry:
         if int(row.seed) != expected:
             name = TrialName(str(row.scenario), str(row.controller), int(row.trial))
             raise InputError(
-                f"{path}: seed of {_told(name)}: expected {expected} of the suite's {seed}, "
+                f"{path}: seed of {_trial_text(name)}: expected {expected} of the suite's {seed}, "
                 f"got {row.seed}"
             )
     rows = trials[is_failed(trials)].itertuples()
@@ -264,7 +264,7 @@ def _finished_trials(
     unfinished = "not finished; expected `run --resume` first"
     for name in wanted:
         if not folder.log_path(*name).is_file():
-            raise InputError(f"{folder.path}: no log of {_told(name)}: {unfinished}")
+            raise InputError(f"{folder.path}: no log of {_trial_text(name)}: {unfinished}")
     if not folder.trials_path.is_file():
         raise InputError(f"{folder.path}: no trials.parquet: {unfinished}")
     try:
@@ -320,5 +320,5 @@ def _require_every_seed(entries: Sequence[Entry], suite: Suite) -> None:
             )
 
 
-def _told(trial: TrialName) -> str:
+def _trial_text(trial: TrialName) -> str:
     return f"{trial.scenario}, {trial.controller}, trial {trial.trial}"

@@ -22,7 +22,6 @@ from drake_navbench.typed_files.output_file import write_text
 
 PAGE_NAME = "leaderboard.html"
 REPLAYS = Path("replays")
-PERCENT = 100.0
 DIGITS = 3
 
 
@@ -170,7 +169,7 @@ def _interval(bounds: Interval, scale: float = 1.0) -> str:
 
 
 def _percent(share: float) -> str:
-    return f"{PERCENT * share:.0f}%"
+    return f"{share:.0%}"
 
 
 def _ranks(bounds: Interval) -> str:

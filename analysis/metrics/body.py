@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from drake_navbench.analysis.metrics.definition import Undefined
-from drake_navbench.arrays import Array
+from drake_navbench.kernels.arrays import Array
 from drake_navbench.kernels.footprint import circle_footprint
 from drake_navbench.logs.log import TrialLog
 

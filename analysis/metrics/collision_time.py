@@ -12,7 +12,7 @@ import math
 
 import numpy as np
 
-from drake_navbench.arrays import Array
+from drake_navbench.kernels.arrays import Array
 
 # Turning more slowly than this bends a path of 10 m by less than 1e-5 m.
 STRAIGHT_BELOW_RADPS = 1e-6

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from drake_navbench.analysis.metrics.definition import Undefined, metric
 from drake_navbench.analysis.metrics.signals import column, lateral_velocity, motion, times
-from drake_navbench.arrays import Array
+from drake_navbench.kernels.arrays import Array
 from drake_navbench.logs.log import TrialLog
 
 # Shorter peaks come from the simulator's motor; nobody feels them as a push.

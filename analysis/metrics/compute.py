@@ -6,7 +6,7 @@ import numpy as np
 
 from drake_navbench.analysis.metrics.definition import Undefined, metric
 from drake_navbench.analysis.metrics.signals import column
-from drake_navbench.arrays import Array
+from drake_navbench.kernels.arrays import Array
 from drake_navbench.logs.log import TrialLog
 
 MS_PER_S = 1000.0

@@ -15,7 +15,7 @@ from drake_navbench.analysis.metrics.signals import (
     stretches,
     times,
 )
-from drake_navbench.arrays import Array
+from drake_navbench.kernels.arrays import Array
 from drake_navbench.kernels.path_geometry import path_length
 from drake_navbench.logs.log import Outcome, TrialLog
 

@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import TypeAdapter
 
-from drake_navbench.arrays import Array
 from drake_navbench.inputs.moving_obstacles import (
     Bodies,
     MovingObstacle,
@@ -19,6 +18,7 @@ from drake_navbench.inputs.moving_obstacles import (
 )
 from drake_navbench.inputs.people import NOBODY, People, WalkingPeople
 from drake_navbench.inputs.recorded_people import RecordedPeople
+from drake_navbench.kernels.arrays import Array
 from drake_navbench.kernels.moving_bodies import FAR_AWAY_M, Tracks
 from drake_navbench.logs.log import TrialLog
 from drake_navbench.logs.people import LoggedPeople

@@ -11,7 +11,7 @@ from drake_navbench.analysis.metrics.body import outline_of
 from drake_navbench.analysis.metrics.definition import Undefined, metric
 from drake_navbench.analysis.metrics.movers import Movers, movers_of
 from drake_navbench.analysis.metrics.signals import column, lateral_velocity, times
-from drake_navbench.arrays import Array
+from drake_navbench.kernels.arrays import Array
 from drake_navbench.kernels.moving_bodies import clearances_of_bodies
 from drake_navbench.kernels.moving_collision_time import time_to_moving_contact
 from drake_navbench.logs.log import Outcome, TrialLog

@@ -18,8 +18,8 @@ from drake_navbench.analysis.metrics.moving import (
     look_times,
     robot_poses,
 )
-from drake_navbench.arrays import Array
 from drake_navbench.inputs.moving_obstacles import Bodies
+from drake_navbench.kernels.arrays import Array
 from drake_navbench.kernels.moving_bodies import clearances_of_bodies
 from drake_navbench.kernels.poses import place_outline
 from drake_navbench.logs.log import TrialLog

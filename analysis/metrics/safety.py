@@ -21,8 +21,8 @@ from drake_navbench.analysis.metrics.signals import (
     require,
     times,
 )
-from drake_navbench.arrays import Array
 from drake_navbench.inputs.world import Obstacle, World
+from drake_navbench.kernels.arrays import Array
 from drake_navbench.kernels.least_gap import NearObstacles, least_gap
 from drake_navbench.kernels.outline_distance import outline_to_circles
 from drake_navbench.kernels.swept_contact import clearance_at, pose_within_step

@@ -8,7 +8,7 @@ import numpy as np
 
 from drake_navbench.analysis.metrics.definition import Undefined, metric
 from drake_navbench.analysis.metrics.signals import column, driven_length, motion, rms, sign_changes
-from drake_navbench.arrays import Array
+from drake_navbench.kernels.arrays import Array
 from drake_navbench.logs.log import TrialLog
 
 SPECTRUM_CUT_HZ = 10.0

@@ -21,7 +21,7 @@ from drake_navbench.analysis.metrics.people import (
     people_of,
 )
 from drake_navbench.analysis.metrics.signals import column, hold_durations, lateral_velocity, times
-from drake_navbench.arrays import Array
+from drake_navbench.kernels.arrays import Array
 from drake_navbench.kernels.poses import place_outline
 from drake_navbench.kernels.social_force import social_force
 from drake_navbench.logs.log import Outcome, TrialLog

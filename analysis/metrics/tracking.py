@@ -21,8 +21,8 @@ from drake_navbench.analysis.metrics.mission import (
     present_leg,
 )
 from drake_navbench.analysis.metrics.signals import column, positions, require, time_mean, times
-from drake_navbench.arrays import Array
 from drake_navbench.kernels.angles import wrap
+from drake_navbench.kernels.arrays import Array
 from drake_navbench.kernels.path_geometry import path_length
 from drake_navbench.logs.log import Outcome, TrialLog
 

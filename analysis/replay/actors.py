@@ -22,9 +22,9 @@ from drake_navbench.analysis.replay.stage import (
     frames_until,
     spaced_in_time,
 )
-from drake_navbench.arrays import Array
+from drake_navbench.kernels.arrays import Array
+from drake_navbench.kernels.scan import Scan
 from drake_navbench.logs.log import TrialLog
-from drake_navbench.logs.scans import Scan
 
 # A wheel's angle needs fewer keys than the pose: the browser interpolates between keys.
 FRAMES_PER_WHEEL_KEY = 4

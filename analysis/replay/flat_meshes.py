@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from drake_navbench.arrays import Array
+from drake_navbench.kernels.arrays import Array
 
 # Keeps the corners of a circle within 1% of its radius.
 CIRCLE_CORNER_COUNT = 48

@@ -15,7 +15,7 @@ from pydrake.math import RigidTransform
 
 from drake_navbench.analysis.replay.flat_meshes import ribbon
 from drake_navbench.analysis.replay.stage import Stage, frame_of, spaced_in_time
-from drake_navbench.arrays import Array
+from drake_navbench.kernels.arrays import Array
 
 Cycles = Sequence[tuple[float, Mapping[str, Any]]]
 

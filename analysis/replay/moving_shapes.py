@@ -12,9 +12,9 @@ from pydrake.math import RigidTransform, RotationMatrix
 from drake_navbench.analysis.metrics.movers import Movers
 from drake_navbench.analysis.replay.paths import MOVING_PATH
 from drake_navbench.analysis.replay.stage import Stage, frames_until
-from drake_navbench.arrays import Array
 from drake_navbench.inputs.moving_obstacles import MovingObstacles
 from drake_navbench.inputs.world_geometry import MOVING_COLOR, moving_shape
+from drake_navbench.kernels.arrays import Array
 
 
 def draw_moving(stage: Stage, moving: MovingObstacles) -> list[str]:

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from drake_navbench.arrays import Array
+from drake_navbench.kernels.arrays import Array
 from drake_navbench.kernels.poses import carrier_pose, place_outline
 from drake_navbench.logs.log import ODOMETRY_COLUMNS, TrialLog
 

@@ -8,8 +8,8 @@ from pydrake.math import RigidTransform, RotationMatrix
 
 from drake_navbench.analysis.replay.moving_shapes import on_floor
 from drake_navbench.analysis.replay.stage import Stage, frames_until
-from drake_navbench.arrays import Array
 from drake_navbench.inputs.people import HIP_HALF_WIDTH_M, HIP_HEIGHT_M, foot_offsets_m
+from drake_navbench.kernels.arrays import Array
 from drake_navbench.logs.log import TrialLog
 
 HEAD_COLOR, LEG_COLOR = Rgba(0.87, 0.70, 0.58, 1.0), Rgba(0.20, 0.22, 0.28, 1.0)

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any, Protocol
 
-from drake_navbench.explanation import Explanation, told_cell
+from drake_navbench.explanation import Explanation
+from drake_navbench.logs.text_tables import cell_text
 
 
 class Decision(Protocol):
@@ -32,7 +33,7 @@ def shown_reasons(decisions: Sequence[Decision]) -> list[dict[str, Any]]:
             "time": round(decision.time_s, 6),
             "sentence": decision.explanation.sentence,
             "columns": list(decision.explanation.columns),
-            "rows": [[told_cell(cell) for cell in row] for row in decision.explanation.rows],
+            "rows": [[cell_text(cell) for cell in row] for row in decision.explanation.rows],
             "notes": [*decision.explanation.notes, *decision.assurance],
         }
         for decision in decisions

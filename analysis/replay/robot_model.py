@@ -13,11 +13,11 @@ from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import JointIndex, RevoluteJoint
 
 from drake_navbench.analysis.replay.rolling import BaseMotion, rolled_angle, trailing_heading
-from drake_navbench.arrays import Array
-from drake_navbench.descriptions.body import base_of
-from drake_navbench.descriptions.drake_plant import DrawnShape, add_bodies, drawn_shapes
-from drake_navbench.descriptions.model_source import read_source
+from drake_navbench.inputs.descriptions.body import base_of
+from drake_navbench.inputs.descriptions.drake_plant import DrawnShape, add_bodies, drawn_shapes
+from drake_navbench.inputs.descriptions.model_source import read_source
 from drake_navbench.inputs.world_geometry import prism
+from drake_navbench.kernels.arrays import Array
 
 BASE_LINK = "base_link"
 # Visuals whose names have this prefix take the controller's colour.

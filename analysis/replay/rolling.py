@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from drake_navbench.arrays import Array
+from drake_navbench.kernels.arrays import Array
 
 
 class BaseMotion(NamedTuple):

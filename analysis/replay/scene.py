@@ -12,9 +12,9 @@ from pydrake.math import RigidTransform
 
 from drake_navbench.analysis.replay.flat_meshes import arrow, ring
 from drake_navbench.analysis.replay.stage import Stage
-from drake_navbench.arrays import Array
 from drake_navbench.inputs.world import World
 from drake_navbench.inputs.world_geometry import OBSTACLE_COLOR, obstacle_shapes
+from drake_navbench.kernels.arrays import Array
 
 FLOOR_COLOR = Rgba(0.93, 0.94, 0.95, 1.0)
 # Lidar hits and paths behind an obstacle stay visible.

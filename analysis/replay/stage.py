@@ -14,7 +14,7 @@ from pydrake.math import RigidTransform
 from pydrake.perception import PointCloud
 
 from drake_navbench.analysis.replay.flat_meshes import FlatMesh
-from drake_navbench.arrays import Array
+from drake_navbench.kernels.arrays import Array
 
 Event = TypeVar("Event")
 

@@ -33,7 +33,7 @@ from drake_navbench.analysis.reproduction.publication import (
 )
 from drake_navbench.analysis.reproduction.relations import Inequalities, relative_difference
 from drake_navbench.analysis.tables import STD_HEADING_ERROR
-from drake_navbench.arrays import Array
+from drake_navbench.kernels.arrays import Array
 
 # Metrics of whole per cent that hardly differ, a metric near zero, and a spread that four trials
 # cannot show.

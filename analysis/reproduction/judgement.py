@@ -24,7 +24,7 @@ from drake_navbench.analysis.reproduction.lineups import (
     repeated_in,
     trial_values,
 )
-from drake_navbench.analysis.reproduction.relations import PERCENT, Equals, Inequality
+from drake_navbench.analysis.reproduction.relations import Equals, Inequality
 from drake_navbench.analysis.statistics import (
     UNDEFINED_INTERVAL,
     Interval,
@@ -32,7 +32,8 @@ from drake_navbench.analysis.statistics import (
     success_interval,
 )
 from drake_navbench.analysis.verdicts import NOTHING_RANDOM
-from drake_navbench.arrays import Array
+from drake_navbench.kernels.arrays import Array
+from drake_navbench.kernels.percent import PERCENT
 
 SUCCESS_RATE = "success_rate"
 ALONE = "one trial alone has no interval"

@@ -34,8 +34,8 @@ from drake_navbench.analysis.reproduction.lineups import (
 )
 from drake_navbench.analysis.reproduction.publication import PUBLISHED_CONTROLLERS
 from drake_navbench.analysis.reproduction.published_cells import Comparison
-from drake_navbench.analysis.reproduction.relations import PERCENT
 from drake_navbench.errors import InputError
+from drake_navbench.kernels.percent import PERCENT
 from drake_navbench.logs.results import file_name
 from drake_navbench.typed_files.dotted_names import flattened
 from drake_navbench.typed_files.typed_yaml import read_yaml

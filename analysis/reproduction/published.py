@@ -16,8 +16,9 @@ from numpy.typing import NDArray
 
 from drake_navbench.analysis.metrics.definition import Metric, Undefined, metric
 from drake_navbench.analysis.metrics.signals import poses_at, require
-from drake_navbench.arrays import Array
 from drake_navbench.kernels.angles import wrap
+from drake_navbench.kernels.arrays import Array
+from drake_navbench.kernels.percent import PERCENT
 from drake_navbench.logs.log import Outcome, TrialLog
 
 FIRST_SAMPLE_AFTER_START_S = 0.06
@@ -28,7 +29,6 @@ TIME_TOLERANCE_S = 1e-9
 DROPPED_PLAN_POSES = 4
 MIN_YAW_RATE_RADPS = 0.01
 MIN_RADIUS_M = 0.01
-PERCENT = 100.0
 
 
 @dataclass(frozen=True, eq=False)

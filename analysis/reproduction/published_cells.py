@@ -19,7 +19,7 @@ from drake_navbench.analysis.reproduction.lineups import (
 )
 from drake_navbench.analysis.reproduction.publication import PUBLISHED_CONTROLLERS, published_table
 from drake_navbench.analysis.tables import STD_HEADING_ERROR
-from drake_navbench.arrays import Array
+from drake_navbench.kernels.arrays import Array
 
 
 class Comparison(NamedTuple):

@@ -14,9 +14,9 @@ from itertools import combinations, permutations
 import numpy as np
 from numpy.typing import NDArray
 
-from drake_navbench.arrays import Array
+from drake_navbench.kernels.arrays import Array
+from drake_navbench.kernels.percent import PERCENT
 
-PERCENT = 100.0
 # Half of the printed unit: success rates and top speeds are printed in whole per cent.
 HALF_PRINTED_UNIT = 0.5
 

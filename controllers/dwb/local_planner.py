@@ -9,7 +9,6 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from drake_navbench.arrays import Array
 from drake_navbench.controller import ControllerSetup, SpeedLimit
 from drake_navbench.controllers.dwb.critics.base import Critic
 from drake_navbench.controllers.dwb.critics.registry import load_critic
@@ -18,6 +17,7 @@ from drake_navbench.controllers.dwb.memory import DwbMemory
 from drake_navbench.controllers.dwb.parameters import DynamicWindowApproachParameters
 from drake_navbench.controllers.dwb.scene import Scene, Situation
 from drake_navbench.controllers.dwb.trajectories import Trajectories, TrajectoryGenerator
+from drake_navbench.kernels.arrays import Array
 
 # Nav2 starts with this total as "none yet", and takes any total below zero for it.
 NO_TOTAL = np.float32(-1.0)

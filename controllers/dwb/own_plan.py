@@ -2,8 +2,8 @@
 
 Unlike the path handler's local plan since then, it begins up to `prune_distance` behind the robot,
 at the first pose that is near enough, not at the nearest one, and ends by the distance from the
-robot. Source: dwb_core (DWBLocalPlanner::transformGlobalPlan), branches humble to kilted; that
-exceptions have other names there changes nothing.
+robot. Source: dwb_core (DWBLocalPlanner::transformGlobalPlan), branches humble to kilted, in
+some of which exceptions have other names, to the same effect.
 """
 
 from __future__ import annotations
@@ -13,11 +13,11 @@ from typing import TYPE_CHECKING
 
 from numba import njit
 
-from drake_navbench.arrays import Array
 from drake_navbench.controller import InvalidPath
+from drake_navbench.kernels.arrays import Array
 from drake_navbench.kernels.grid import Costmap
 from drake_navbench.kernels.path_pruning import first_pose_beyond
-from drake_navbench.releases import Release
+from drake_navbench.plugins.releases import Release
 
 if TYPE_CHECKING:
     from drake_navbench.controllers.dwb.parameters import DynamicWindowApproachParameters

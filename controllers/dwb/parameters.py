@@ -14,7 +14,7 @@ from drake_navbench.controllers.dwb.critics.parameters import CriticParameters
 from drake_navbench.controllers.dwb.critics.registry import CRITICS, bare_name
 from drake_navbench.errors import nearest_name_hint
 from drake_navbench.plugins.kinds import PluginKind
-from drake_navbench.releases import NEWEST_RELEASE, Release, release_in
+from drake_navbench.plugins.releases import NEWEST_RELEASE, Release, release_in
 from drake_navbench.typed_files.quantities import (
     Acceleration,
     Angle,

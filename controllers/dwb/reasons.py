@@ -8,9 +8,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from drake_navbench.arrays import Array
 from drake_navbench.controllers.dwb.local_planner import NONE_CHOSEN, Evaluation
-from drake_navbench.explanation import Cell, Explanation, told_command
+from drake_navbench.explanation import Cell, Explanation, command_text
+from drake_navbench.kernels.arrays import Array
 
 # Turn rates that differ by less are one way to turn, rad/s.
 SAME_TURN_RADPS = 0.05
@@ -59,7 +59,7 @@ def explained(
         rows.append((name, scale, *(float(costs[c, entry.place]) for entry in shown)))
     rows.append(("total", None, *(float(totals[entry.place]) for entry in shown)))
     reason = _comparison(costs, totals, critics, shown, twists)
-    sentence = f"DWB drives {told_command(command)}: {reason}{_refused(evaluation, critics)}."
+    sentence = f"DWB drives {command_text(command)}: {reason}{_refused(evaluation, critics)}."
     return Explanation(command, sentence, columns, tuple(rows), notes)
 
 
@@ -107,9 +107,9 @@ def _comparison(
     ahead = costs[:, other] - costs[:, best]
     leading = [c for c in np.argsort(-ahead)[:MOST_REASONS] if ahead[c] > 0.0]
     if totals[other] == totals[best]:
-        same = told_command(twists[other, [0, 2]])
+        same = command_text(twists[other, [0, 2]])
         return f"total {total}, as {same}; of equal ones the one sampled first is taken"
-    told = f"total {total} against {totals[other]:.4g} of {told_command(twists[other, [0, 2]])}"
+    told = f"total {total} against {totals[other]:.4g} of {command_text(twists[other, [0, 2]])}"
     if not leading:
         return told
     first = [leading[0]]

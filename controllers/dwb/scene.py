@@ -8,7 +8,6 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from drake_navbench.arrays import Array
 from drake_navbench.controllers.dwb.map_grids import (
     cell_distances,
     densify_plan,
@@ -16,6 +15,7 @@ from drake_navbench.controllers.dwb.map_grids import (
     locate,
 )
 from drake_navbench.controllers.dwb.trajectories import Trajectories
+from drake_navbench.kernels.arrays import Array
 from drake_navbench.kernels.grid import Costmap
 
 

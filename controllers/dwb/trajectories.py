@@ -9,13 +9,13 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from drake_navbench.arrays import Array
 from drake_navbench.controllers.dwb.velocity_samples import (
     combine_axes,
     project_velocity,
     sample_axes,
 )
 from drake_navbench.kernels.angles import wrap
+from drake_navbench.kernels.arrays import Array
 
 if TYPE_CHECKING:
     from drake_navbench.controllers.dwb.kinematics import Kinematics

@@ -8,7 +8,6 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from drake_navbench.arrays import Array
 from drake_navbench.controller import (
     ControllerError,
     ControllerSetup,
@@ -33,6 +32,7 @@ from drake_navbench.controllers.graceful.reasons import explained
 from drake_navbench.controllers.graceful.releases import RULES
 from drake_navbench.controllers.graceful.simulation import Scene
 from drake_navbench.explanation import Explanation
+from drake_navbench.kernels.arrays import Array
 from drake_navbench.kernels.grid import MAX_NON_OBSTACLE
 from drake_navbench.kernels.poses import compose
 from drake_navbench.kernels.read_only import read_only

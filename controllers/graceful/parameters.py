@@ -12,7 +12,7 @@ from drake_navbench.controller import (
     ControllerParameters,
 )
 from drake_navbench.kernels.grid import INSCRIBED
-from drake_navbench.releases import (
+from drake_navbench.plugins.releases import (
     NEWEST_RELEASE,
     ReadBy,
     Release,

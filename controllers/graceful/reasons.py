@@ -17,9 +17,9 @@ from drake_navbench.explanation import (
     SPEED_COLUMNS,
     Explanation,
     SpeedRule,
+    command_text,
+    length_text,
     speed_rows,
-    told_command,
-    told_length,
 )
 
 # Speeds that differ by less are one: the control law is computed in single precision.
@@ -35,7 +35,7 @@ def explained(cycle: Cycle, scene: Scene) -> Explanation:
         told = "Graceful stops: the only free target is where the robot stands."
         return Explanation(None, told, (), ())
     command = np.array([cycle.v, cycle.w])
-    told = told_command(command)
+    told = command_text(command)
     if cycle.branch in (ROTATE_TO_GOAL, ROTATE_TO_TARGET):
         place = "goal" if cycle.branch == ROTATE_TO_GOAL else "target"
         away = f"{cycle.target_yaw:.3g} rad away"
@@ -44,7 +44,7 @@ def explained(cycle: Cycle, scene: Scene) -> Explanation:
     distance = math.hypot(cycle.target_x, cycle.target_y)
     note = (
         f"The target is the farthest pose of the plan that a simulated drive reaches without a "
-        f"contact: {told_length(distance)} away, its heading {cycle.target_yaw:.3g} rad."
+        f"contact: {length_text(distance)} away, its heading {cycle.target_yaw:.3g} rad."
     )
     if cycle.v == 0.0:
         angle = math.atan2(cycle.target_y, cycle.target_x)
@@ -60,7 +60,7 @@ def _rules(cycle: Cycle, scene: Scene, distance: float) -> list[SpeedRule]:
     """Returns the bounds of the control law, in its order."""
     law, max_v = scene.law, scene.max_v
     curvature = abs(cycle.w / cycle.v)
-    radius = told_length(1.0 / curvature if curvature > 0.0 else math.inf)
+    radius = length_text(1.0 / curvature if curvature > 0.0 else math.inf)
     told = "v_linear_max, speed limit"
     rules = [SpeedRule("desired speed", max_v, told, "no rule slows it down")]
     v = max_v / (1.0 + law.beta * curvature**law.lambda_)
@@ -68,11 +68,11 @@ def _rules(cycle: Cycle, scene: Scene, distance: float) -> list[SpeedRule]:
     text = f"the curvature of {radius} radius limits {max_v:.3g} to {v:.3g}"
     rules.append(SpeedRule("curvature", v, told, text))
     v = max_v * distance / law.slowdown_radius
-    told = f"target {told_length(distance)} away, slower within {told_length(law.slowdown_radius)}"
+    told = f"target {length_text(distance)} away, slower within {length_text(law.slowdown_radius)}"
     rules.append(SpeedRule("slowdown", v, told, f"the {told}"))
     v = math.sqrt(2.0 * distance * law.deceleration_max)
     if v < 1e3:
-        told = f"stops within {told_length(distance)} at {law.deceleration_max:.3g} m/s^2"
+        told = f"stops within {length_text(distance)} at {law.deceleration_max:.3g} m/s^2"
         rules.append(SpeedRule("braking", v, told, f"it {told}"))
     if curvature > 0.0:
         told = f"radius {radius} at {law.max_w:.3g} rad/s at most"

@@ -1,7 +1,7 @@
 """The differences of the Graceful Controller between Nav2's releases.
 
-Source: nav2_graceful_controller, branches humble, jazzy, kilted and lyrical. Iron does not have it;
-a configuration that names it there gets Jazzy's.
+Source: nav2_graceful_controller, branches humble, jazzy, kilted and lyrical. Iron does not have it:
+a file for Iron that names it drives by Jazzy's rules.
 """
 
 from __future__ import annotations
@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import NamedTuple
 
-from drake_navbench.releases import Release
+from drake_navbench.plugins.releases import Release
 
 
 class Rules(NamedTuple):

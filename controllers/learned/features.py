@@ -11,7 +11,7 @@ import math
 import numpy as np
 from numba import njit
 
-from drake_navbench.arrays import Array
+from drake_navbench.kernels.arrays import Array
 from drake_navbench.kernels.poses import see_point
 
 SECTOR_COUNT = 24

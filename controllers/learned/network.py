@@ -7,9 +7,9 @@ from pathlib import Path
 
 import numpy as np
 
-from drake_navbench.arrays import Array
 from drake_navbench.controllers.learned.features import FEATURE_COUNT
 from drake_navbench.errors import InputError
+from drake_navbench.kernels.arrays import Array
 from drake_navbench.typed_files.array_file import NoArray, arrays_of
 from drake_navbench.typed_files.input_file import read_input
 

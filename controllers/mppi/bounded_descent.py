@@ -12,8 +12,8 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from drake_navbench.arrays import Array
 from drake_navbench.controllers.mppi.objective import add_pose_curvature, objective
+from drake_navbench.kernels.arrays import Array
 from drake_navbench.kernels.barrier import barrier_terms, next_multiplier, share_to_bounds
 
 # The distance of starts from either bound, as a share of the room between the bounds.

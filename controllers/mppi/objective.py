@@ -22,7 +22,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from drake_navbench.arrays import Array
+from drake_navbench.kernels.arrays import Array
 from drake_navbench.kernels.grid import INSCRIBED, LETHAL, NO_INFORMATION, Grid
 
 # Below about this distance from the carrot the pull fades instead of changing sign abruptly, m.

@@ -8,11 +8,11 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from drake_navbench.arrays import Array
 from drake_navbench.controller import InvalidPath, Observation
 from drake_navbench.controllers.mppi.memory import PlanState
 from drake_navbench.controllers.mppi.parameters import MppiParameters
 from drake_navbench.controllers.mppi.releases import RULES
+from drake_navbench.kernels.arrays import Array
 from drake_navbench.kernels.path_pruning import (
     closest_pose,
     first_closest_pose,

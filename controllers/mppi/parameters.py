@@ -13,7 +13,7 @@ from drake_navbench.controllers.critic_parameters import CriticBlock, Parameters
 from drake_navbench.controllers.mppi.critics.base import CriticParameters
 from drake_navbench.controllers.mppi.critics.registry import CRITICS
 from drake_navbench.plugins.kinds import PluginKind
-from drake_navbench.releases import (
+from drake_navbench.plugins.releases import (
     NEWEST_RELEASE,
     ReadBy,
     Release,

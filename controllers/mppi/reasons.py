@@ -1,8 +1,8 @@
-"""The critics' costs of MPPI's samples, by the way they lead, as a table and in words.
+"""The critics' costs of MPPI's samples, grouped by direction, as a table and in words.
 
-MPPI commands no sample: its command is the mean of all, weighted by exp(-cost / temperature). So
-the samples are told in groups: those that lead as the mean does, and those that turn or drive
-otherwise, each by the mean of its costs under these weights.
+MPPI drives no single sample but the mean of all, weighted by exp(-cost / temperature). So the
+samples are shown in groups: as the mean drives, further left or right, faster, slower. A group has
+the mean of its samples' costs under these weights.
 """
 
 from __future__ import annotations
@@ -12,10 +12,10 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from drake_navbench.arrays import Array
 from drake_navbench.controllers.mppi.motion_models import VX, WZ
 from drake_navbench.controllers.mppi.sampler import CycleResult
-from drake_navbench.explanation import Cell, Explanation, told_command
+from drake_navbench.explanation import Cell, Explanation, command_text
+from drake_navbench.kernels.arrays import Array
 
 # Mean turn rates that differ by less from the chosen one lead the same way, rad/s.
 SAME_TURN_RADPS = 0.1
@@ -53,7 +53,7 @@ def explained(result: CycleResult, critics: Sequence[str], command: Array) -> Ex
     rows += [(name, *map(float, means[c])) for c, name in enumerate(names)]
     rows.append(("total", *map(float, means.sum(axis=0))))
     titles = [title for title, _ in groups]
-    sentence = f"MPPI drives {told_command(command)}: {_comparison(means, names, titles)}."
+    sentence = f"MPPI drives {command_text(command)}: {_comparison(means, names, titles)}."
     effective = 1.0 / float(np.sum(weights**2))
     note = (
         f"{len(totals)} samples; the weights are as even as those of {effective:.3g} equal ones. "
@@ -67,9 +67,9 @@ def polished(sampled: Explanation, command: Array) -> Explanation:
     if sampled.gives(command):
         note = "The polish kept the sampled sequence."
         return sampled._replace(command=command, notes=(*sampled.notes, note))
-    was = told_command(np.asarray(sampled.command))
+    was = command_text(np.asarray(sampled.command))
     sentence = (
-        f"{sampled.sentence[:-1]}; the nonlinear program makes of it {told_command(command)}."
+        f"{sampled.sentence[:-1]}; the nonlinear program makes of it {command_text(command)}."
     )
     note = f"The critics judged the samples, whose mean is {was}; the polish has costs of its own."
     return sampled._replace(command=command, sentence=sentence, notes=(*sampled.notes, note))

@@ -8,7 +8,6 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from drake_navbench.arrays import Array
 from drake_navbench.controllers.mppi.critics.batch import Float32Array, Scene
 from drake_navbench.controllers.mppi.lanes import frozen
 from drake_navbench.controllers.mppi.memory import SamplerState
@@ -29,6 +28,7 @@ from drake_navbench.controllers.mppi.polish import Polish, PolishOutcome, Polish
 from drake_navbench.controllers.mppi.sampler import CycleResult, Sampler
 from drake_navbench.controllers.mppi.validator import is_trajectory_clear
 from drake_navbench.kernels.angles import wrap
+from drake_navbench.kernels.arrays import Array
 from drake_navbench.kernels.read_only import read_only
 
 # Stands in for a sampling deviation of zero: an axis that is not sampled may hardly be corrected.

@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from enum import IntEnum
 from typing import NamedTuple
 
-from drake_navbench.releases import Release
+from drake_navbench.plugins.releases import Release
 
 
 class Goal(IntEnum):

@@ -20,7 +20,7 @@ from drake_navbench.controllers.rotation_shim.parameters import (
     RotationShimParameters,
 )
 from drake_navbench.controllers.rotation_shim.releases import RULES
-from drake_navbench.explanation import ExplainingController, Explanation, told_command
+from drake_navbench.explanation import ExplainingController, Explanation, command_text
 from drake_navbench.kernels.angles import wrap
 from drake_navbench.kernels.grid import LETHAL
 from drake_navbench.kernels.read_only import read_only
@@ -123,7 +123,7 @@ class RotationShim:
         if found["shim_is_turning"]:
             place = "goal's heading" if found["branch"] == TURNS_TO_GOAL else "plan"
             sentence = (
-                f"Rotation Shim turns {told_command(decision.command)}: the {place} is "
+                f"Rotation Shim turns {command_text(decision.command)}: the {place} is "
                 f"{found['heading_error_rad']:.3g} rad away."
             )
             return Explanation(decision.command, sentence, (), ())

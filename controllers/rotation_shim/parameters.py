@@ -22,7 +22,7 @@ from pydantic_core import InitErrorDetails
 from drake_navbench.controller import CONTROLLERS, AskedSpeeds, Controller, ControllerParameters
 from drake_navbench.controllers.rotation_shim.releases import RULES
 from drake_navbench.errors import InputError, nearest_name_hint
-from drake_navbench.releases import NEWEST_RELEASE, RELEASE_FIELD, Release, release_in
+from drake_navbench.plugins.releases import NEWEST_RELEASE, RELEASE_FIELD, Release, release_in
 from drake_navbench.typed_files.quantities import (
     Angle,
     AngularAcceleration,

@@ -7,7 +7,6 @@ from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
-from drake_navbench.arrays import Array
 from drake_navbench.controller import (
     CollisionAhead,
     ControllerError,
@@ -31,11 +30,12 @@ from drake_navbench.controllers.rpp.parameters import RegulatedPurePursuitParame
 from drake_navbench.controllers.rpp.reasons import CycleFacts, explained
 from drake_navbench.controllers.rpp.releases import RULES
 from drake_navbench.explanation import Explanation
+from drake_navbench.kernels.arrays import Array
 from drake_navbench.kernels.command_arc import project_arc
 from drake_navbench.kernels.grid import cost_at
 from drake_navbench.kernels.read_only import read_only
 from drake_navbench.kernels.speed_limit import limited_speed
-from drake_navbench.releases import Release
+from drake_navbench.plugins.releases import Release
 
 BRANCH_NAMES = {
     TRACK: "track",

@@ -9,7 +9,14 @@ from pydantic import AliasChoices, ConfigDict, Field, model_validator
 
 from drake_navbench.controller import AskedSpeeds
 from drake_navbench.controllers.pursuit_parameters import SEARCH_DISTANCE, PursuitParameters
-from drake_navbench.releases import NEWEST_RELEASE, ReadBy, Release, release_in, since, until
+from drake_navbench.plugins.releases import (
+    NEWEST_RELEASE,
+    ReadBy,
+    Release,
+    release_in,
+    since,
+    until,
+)
 from drake_navbench.typed_files.quantities import (
     Acceleration,
     AngularAcceleration,

@@ -20,8 +20,8 @@ from drake_navbench.explanation import (
     Explanation,
     SpeedRule,
     collision_stop,
+    length_text,
     speed_rows,
-    told_length,
 )
 
 
@@ -92,8 +92,8 @@ def _rules(cycle: Cycle, situation: CycleFacts) -> list[SpeedRule]:
     if parameters.use_regulated_linear_velocity_scaling:
         radius = math.inf if aim.slowing_curvature == 0.0 else abs(1.0 / aim.slowing_curvature)
         least = parameters.regulated_linear_scaling_min_radius
-        told = f"radius {told_length(radius)}, slower below {told_length(least)}"
-        by = f"the curvature of {told_length(radius)} radius"
+        told = f"radius {length_text(radius)}, slower below {length_text(least)}"
+        by = f"the curvature of {length_text(radius)} radius"
         text = f"{by} limits {max_v:.3g} to {command.curve_v:.3g}"
         rules.append(SpeedRule("curvature", command.curve_v, told, text))
     if parameters.use_cost_regulated_linear_velocity_scaling:
@@ -105,8 +105,8 @@ def _rules(cycle: Cycle, situation: CycleFacts) -> list[SpeedRule]:
     rules.append(SpeedRule("least regulated speed", least_v, told, f"curve and cost are {told}"))
     if aim.plan_length < parameters.approach_velocity_scaling_dist:
         told = (
-            f"{told_length(aim.end_distance)} to the plan's end, slower within "
-            f"{told_length(parameters.approach_velocity_scaling_dist)}"
+            f"{length_text(aim.end_distance)} to the plan's end, slower within "
+            f"{length_text(parameters.approach_velocity_scaling_dist)}"
         )
         v = abs(command.regulated_v)
         rules.append(SpeedRule("approach", v, told, f"it is {told}"))
@@ -147,6 +147,6 @@ def _steering(cycle: Cycle) -> str:
     if aim.curvature == 0.0:
         return "It steers straight at the point ahead."
     return (
-        f"It turns {command.w:.3g} rad/s: the arc to the point {told_length(aim.lookahead)} ahead "
-        f"has a radius of {told_length(abs(1.0 / aim.curvature))} to the {side}."
+        f"It turns {command.w:.3g} rad/s: the arc to the point {length_text(aim.lookahead)} ahead "
+        f"has a radius of {length_text(abs(1.0 / aim.curvature))} to the {side}."
     )

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import NamedTuple
 
-from drake_navbench.releases import Release
+from drake_navbench.plugins.releases import Release
 
 
 class Rules(NamedTuple):

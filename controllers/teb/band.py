@@ -12,9 +12,9 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from drake_navbench.arrays import Array
 from drake_navbench.controllers.teb.arcs import band_geometry
 from drake_navbench.kernels.angles import wrap
+from drake_navbench.kernels.arrays import Array
 
 # Where the path leaves farther to the side than this, a first guess begins with a turn on the spot.
 TURN_FIRST_ABOVE_RAD = math.pi / 4.0

@@ -8,7 +8,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from drake_navbench.arrays import Array
 from drake_navbench.controllers.teb.band import Band, Pace, initialise, warm_start
 from drake_navbench.controllers.teb.homotopy import (
     LEFT,
@@ -22,6 +21,7 @@ from drake_navbench.controllers.teb.local_plan import LocalPlan
 from drake_navbench.controllers.teb.memory import Alternative, TebMemory
 from drake_navbench.controllers.teb.parameters import TebParameters
 from drake_navbench.kernels.angles import wrap
+from drake_navbench.kernels.arrays import Array
 from drake_navbench.kernels.distance_field import DistanceField
 from drake_navbench.kernels.path_geometry import path_length
 

@@ -7,7 +7,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from drake_navbench.arrays import Array
 from drake_navbench.controller import ControllerSetup, Decision, NoValidControl, Observation
 from drake_navbench.controllers.teb.band import Band, Pace, braking_band, next_twist, shift
 from drake_navbench.controllers.teb.candidates import Candidate
@@ -18,6 +17,7 @@ from drake_navbench.controllers.teb.parameters import TebParameters
 from drake_navbench.controllers.teb.planner import BandPlanner, PlannedBand, Task
 from drake_navbench.controllers.teb.surroundings import Surroundings, keeps_off
 from drake_navbench.kernels.angles import wrap
+from drake_navbench.kernels.arrays import Array
 
 # The largest price of missing clearance, as a share of the band's duration.
 MOST_TIME_FOR_CLEARANCE_RATIO = 0.5
@@ -34,7 +34,7 @@ class Attempt(NamedTuple):
 
     is_blocked: the local goal lies before a block. spare: makes a new guess of the driven band's
     class where that band fails, or None. is_tentative: another attempt follows where this one
-    finds no band. is_last: no other attempt follows, so that nothing is put off.
+    finds no band. is_last: no attempt follows, so every candidate is tried now.
     """
 
     observation: Observation

@@ -16,7 +16,6 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from drake_navbench.arrays import Array
 from drake_navbench.controllers.teb.arcs import band_geometry, band_rates
 from drake_navbench.controllers.teb.layout import (
     pose_columns,
@@ -25,6 +24,7 @@ from drake_navbench.controllers.teb.layout import (
     variable_count,
 )
 from drake_navbench.controllers.teb.predicted import NO_ENCOUNTERS, Encounters, field_of
+from drake_navbench.kernels.arrays import Array
 from drake_navbench.kernels.distance_field import DistanceField, sample_distance
 
 NO_DIRECTIONS: Array = np.empty(0)

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from drake_navbench.arrays import Array
 from drake_navbench.controllers.teb.constraints import BandScene
 from drake_navbench.controllers.teb.interior_point import (
     Bounds,
@@ -20,6 +19,7 @@ from drake_navbench.controllers.teb.interior_point import (
     descend,
 )
 from drake_navbench.controllers.teb.objective import Weights
+from drake_navbench.kernels.arrays import Array
 
 # The first barriers, with loose tolerances, as they are only to start from.
 STAGES = (
@@ -29,8 +29,8 @@ STAGES = (
 LAST_ITERATIONS = 25
 # Larger slopes of the Lagrangian after the stages mean that multipliers grow without bound.
 HOPELESS_ERROR = 1e3
-# The same half-way through a descent without stages: 99 of 100 descents that converge have smaller
-# slopes there, and a third of those that do not.
+# The bound on these slopes half-way through a descent without stages: 99 of 100 descents that
+# converge are below it there, and one of three that do not.
 UNPROMISING_ERROR = 20.0
 
 

@@ -7,7 +7,6 @@ from typing import ClassVar
 
 import numpy as np
 
-from drake_navbench.arrays import Array
 from drake_navbench.controller import ControllerSetup, Decision, NoValidControl, Observation
 from drake_navbench.controllers.teb.candidates import (
     Ends,
@@ -42,6 +41,7 @@ from drake_navbench.controllers.teb.surroundings import (
 )
 from drake_navbench.errors import InputError
 from drake_navbench.explanation import Explanation
+from drake_navbench.kernels.arrays import Array
 from drake_navbench.kernels.distance_field import DistanceField
 
 # A band ignores moving obstacles that are this much farther than its required clearance, m.

@@ -10,7 +10,7 @@ import math
 import numpy as np
 from numba import njit
 
-from drake_navbench.arrays import Array
+from drake_navbench.kernels.arrays import Array
 from drake_navbench.kernels.footprint import footprint_cost, pad_footprint
 from drake_navbench.kernels.grid import LETHAL, Costmap
 

@@ -9,8 +9,8 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import BeforeValidator, Field, model_validator
 
-from drake_navbench.arrays import Array
 from drake_navbench.controller import ROBOT_OUTLINE, ControllerParameters
+from drake_navbench.kernels.arrays import Array
 from drake_navbench.typed_files.quantities import Length
 from drake_navbench.typed_files.typed_yaml import parse_yaml, tuples_for_lists
 

@@ -16,7 +16,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from drake_navbench.arrays import Array
+from drake_navbench.kernels.arrays import Array
 from drake_navbench.kernels.distance_field import DistanceField
 from drake_navbench.kernels.pair_heap import pop_pair, push_pair
 

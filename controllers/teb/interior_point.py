@@ -15,13 +15,13 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from drake_navbench.arrays import Array
 from drake_navbench.controllers.teb.constraints import BandScene, band_constraints
 from drake_navbench.controllers.teb.curvature import (
     add_lagrangian_curvature,
     band_positions,
 )
 from drake_navbench.controllers.teb.objective import Weights, band_objective
+from drake_navbench.kernels.arrays import Array
 from drake_navbench.kernels.band_cholesky import BANDWIDTH, factorise, substitute
 from drake_navbench.kernels.barrier import barrier_terms, next_multiplier, share_to_bounds
 

@@ -14,9 +14,9 @@ from pydrake.solvers import (
     SolverOptions,
 )
 
-from drake_navbench.arrays import Array
 from drake_navbench.controllers.teb.interior_point import Bounds
-from drake_navbench.program_function import (
+from drake_navbench.kernels.arrays import Array
+from drake_navbench.kernels.program_function import (
     constraint_function,
     cost_function,
     solver_warnings_off,

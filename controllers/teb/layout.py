@@ -13,7 +13,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from drake_navbench.arrays import Array
+from drake_navbench.kernels.arrays import Array
 
 VARIABLES_PER_POSE = 3
 

@@ -8,10 +8,10 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from drake_navbench.arrays import Array
 from drake_navbench.controller import InvalidPath, Observation
 from drake_navbench.controllers.teb.feasibility import OUTLINE_MARGIN_M
 from drake_navbench.controllers.teb.parameters import TebParameters
+from drake_navbench.kernels.arrays import Array
 from drake_navbench.kernels.distance_field import DistanceField, path_clearance
 from drake_navbench.kernels.path_geometry import path_length
 

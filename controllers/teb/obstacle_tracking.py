@@ -14,9 +14,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from drake_navbench.arrays import Array
 from drake_navbench.controllers.teb.homotopy import find_clusters
 from drake_navbench.controllers.teb.motion_of_cells import farthest_free_cell, nearest_labels
+from drake_navbench.kernels.arrays import Array
 from drake_navbench.kernels.distance_field import DistanceField
 from drake_navbench.kernels.grid import LETHAL, Costmap
 

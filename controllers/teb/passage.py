@@ -12,9 +12,9 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from drake_navbench.arrays import Array
 from drake_navbench.controllers.teb.feasibility import OUTLINE_MARGIN_M
 from drake_navbench.controllers.teb.local_plan import LocalPlan
+from drake_navbench.kernels.arrays import Array
 from drake_navbench.kernels.distance_field import DistanceField, pose_clearance
 
 # The largest slide of a band's pose along the plan while the band is optimised, m.

@@ -8,7 +8,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from drake_navbench.arrays import Array
 from drake_navbench.controller import SpeedLimit
 from drake_navbench.controllers.teb.arcs import band_geometry
 from drake_navbench.controllers.teb.band import Band, Pace, freeze, resampled, unwrapped_goal
@@ -27,6 +26,7 @@ from drake_navbench.controllers.teb.program import (
     NewtonResult,
 )
 from drake_navbench.controllers.teb.surroundings import Surroundings
+from drake_navbench.kernels.arrays import Array
 from drake_navbench.kernels.distance_field import path_clearance
 from drake_navbench.kernels.speed_limit import speed_limit_ratio
 

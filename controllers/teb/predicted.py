@@ -14,8 +14,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from drake_navbench.arrays import Array
 from drake_navbench.controllers.teb.obstacle_tracking import Track
+from drake_navbench.kernels.arrays import Array
 from drake_navbench.kernels.distance_field import DistanceField, pose_clearance, signed_distances
 from drake_navbench.kernels.grid import FREE, LETHAL
 from drake_navbench.kernels.read_only import read_only

@@ -13,7 +13,6 @@ from typing import NamedTuple
 import numpy as np
 from pydrake.solvers import SolutionResult
 
-from drake_navbench.arrays import Array
 from drake_navbench.controllers.teb.constraints import BandScene, band_constraints, sparsity_pattern
 from drake_navbench.controllers.teb.continuation import Problem, descend_in_stages
 from drake_navbench.controllers.teb.interior_point import (
@@ -30,6 +29,7 @@ from drake_navbench.controllers.teb.layout import (
     variable_count,
 )
 from drake_navbench.controllers.teb.objective import Weights, band_objective
+from drake_navbench.kernels.arrays import Array
 
 # The tolerance of Newton's method, as a share of IPOPT's.
 NEWTON_TOLERANCE_RATIO = 0.1

@@ -6,7 +6,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from drake_navbench.arrays import Array
 from drake_navbench.controller import ControllerSetup, Decision
 from drake_navbench.controllers.teb.band import Band
 from drake_navbench.controllers.teb.choice import Attempt, BandChooser, Tried
@@ -15,7 +14,8 @@ from drake_navbench.controllers.teb.layout import pack_band, row_slices
 from drake_navbench.controllers.teb.memory import TebMemory
 from drake_navbench.controllers.teb.parameters import TebParameters
 from drake_navbench.controllers.teb.planner import BandPlanner, PlannedBand
-from drake_navbench.explanation import Cell, Explanation, told_command
+from drake_navbench.explanation import Cell, Explanation, command_text
+from drake_navbench.kernels.arrays import Array
 
 COLUMNS = ("constraint", "bound", "active", "of", "first at [s]", "nearest [unit]")
 # A row counts as active within this share of its bound, or within this distance, in its unit.
@@ -80,7 +80,7 @@ class _Kind(NamedTuple):
 
 def explained(choice: Choice, command: Array) -> Explanation:
     """Returns the reasons of a command: the constraints that its band meets with equality."""
-    told = told_command(command)
+    told = command_text(command)
     if choice.is_fallback:
         sentence = (
             f"TEB drives {told}: none of {len(choice.tried)} bands obeys all limits, so it drives "

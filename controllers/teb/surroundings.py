@@ -9,7 +9,6 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from drake_navbench.arrays import Array
 from drake_navbench.controllers.teb.feasibility import OUTLINE_MARGIN_M, is_free
 from drake_navbench.controllers.teb.obstacle_tracking import Track
 from drake_navbench.controllers.teb.predicted import (
@@ -18,6 +17,7 @@ from drake_navbench.controllers.teb.predicted import (
     field_of,
     moving_fields,
 )
+from drake_navbench.kernels.arrays import Array
 from drake_navbench.kernels.distance_field import DistanceField, distance_field, sample_distance
 from drake_navbench.kernels.footprint import pad_footprint
 from drake_navbench.kernels.grid import FREE, Costmap

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from drake_navbench.arrays import Array
+from drake_navbench.kernels.arrays import Array
 
 # Warm starts drop at most this many passed poses.
 MOST_PASSED_POSES = 10

@@ -13,7 +13,6 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from drake_navbench.arrays import Array
 from drake_navbench.controllers.teb_upstream.band import band_from_plan, band_from_points, normalize
 from drake_navbench.controllers.teb_upstream.exploration import (
     Graph,
@@ -30,6 +29,7 @@ from drake_navbench.controllers.teb_upstream.signatures import (
     same_class,
     signature,
 )
+from drake_navbench.kernels.arrays import Array
 
 # Other bands are compared with the best one's duration, which counts as no less than this, s.
 SHORTEST_DURATION_S = 1.0

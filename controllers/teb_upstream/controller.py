@@ -7,7 +7,6 @@ from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
-from drake_navbench.arrays import Array
 from drake_navbench.controller import (
     ControllerSetup,
     Decision,
@@ -40,6 +39,7 @@ from drake_navbench.controllers.teb_upstream.reasons import explained
 from drake_navbench.controllers.teb_upstream.recovery import update_preference
 from drake_navbench.controllers.teb_upstream.robot_models import RobotModel, circles, outline
 from drake_navbench.explanation import Explanation
+from drake_navbench.kernels.arrays import Array
 from drake_navbench.kernels.read_only import read_only
 
 # The driver of a car limits the steering at this share of min_turning_radius.

@@ -13,7 +13,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from drake_navbench.arrays import Array
+from drake_navbench.kernels.arrays import Array
 
 # Obstacles get no keypoints where the cosine of their angle off the goal's direction is below this.
 LEAST_KEYPOINT_COSINE = 0.1

@@ -7,8 +7,8 @@ import math
 import numpy as np
 from numba import njit
 
-from drake_navbench.arrays import Array
 from drake_navbench.controllers.teb_upstream.band import normalize
+from drake_navbench.kernels.arrays import Array
 from drake_navbench.kernels.footprint import footprint_cost
 from drake_navbench.kernels.grid import LETHAL, Costmap
 

@@ -8,9 +8,9 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from drake_navbench.arrays import Array
 from drake_navbench.controller import Observation
 from drake_navbench.controllers.teb_upstream.parameters import TebUpstreamParameters
+from drake_navbench.kernels.arrays import Array
 from drake_navbench.kernels.grid import LETHAL
 from drake_navbench.kernels.read_only import read_only
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from drake_navbench.arrays import Array
+from drake_navbench.kernels.arrays import Array
 
 
 class Trajectory(NamedTuple):

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 from numba import njit
 
-from drake_navbench.arrays import Array
+from drake_navbench.kernels.arrays import Array
 
 # Columns of a pose and its time step.
 STRIDE = 4

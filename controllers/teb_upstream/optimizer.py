@@ -13,7 +13,6 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from drake_navbench.arrays import Array
 from drake_navbench.controllers.teb_upstream.association import Association, attach
 from drake_navbench.controllers.teb_upstream.band import copy_band, resize
 from drake_navbench.controllers.teb_upstream.normal_equations import (
@@ -26,6 +25,7 @@ from drake_navbench.controllers.teb_upstream.normal_equations import (
     System,
 )
 from drake_navbench.controllers.teb_upstream.penalties import BandSurroundings, Terms, add_edges
+from drake_navbench.kernels.arrays import Array
 from drake_navbench.kernels.band_cholesky import BANDWIDTH, factorise, substitute
 
 # g2o's settings of the damping.

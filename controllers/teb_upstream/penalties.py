@@ -13,7 +13,6 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from drake_navbench.arrays import Array
 from drake_navbench.controllers.teb_upstream.motion_edges import (
     add_accelerations,
     add_intervals,
@@ -31,6 +30,7 @@ from drake_navbench.controllers.teb_upstream.normal_equations import (
     excess_outside,
 )
 from drake_navbench.controllers.teb_upstream.robot_models import RobotModel, model_distance
+from drake_navbench.kernels.arrays import Array
 
 
 class Terms(NamedTuple):

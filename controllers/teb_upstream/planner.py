@@ -11,7 +11,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from drake_navbench.arrays import Array
 from drake_navbench.controller import NoValidControl, SpeedLimit
 from drake_navbench.controllers.teb.band_parameters import FEWEST_SAMPLES
 from drake_navbench.controllers.teb_upstream.association import Association, attach
@@ -23,6 +22,7 @@ from drake_navbench.controllers.teb_upstream.optimizer import Rounds, optimize_b
 from drake_navbench.controllers.teb_upstream.parameters import TebUpstreamParameters
 from drake_navbench.controllers.teb_upstream.penalties import BandSurroundings, Terms, add_edges
 from drake_navbench.controllers.teb_upstream.robot_models import RobotModel
+from drake_navbench.kernels.arrays import Array
 from drake_navbench.kernels.read_only import read_only
 from drake_navbench.kernels.speed_limit import speed_limit_ratio
 

@@ -8,9 +8,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from drake_navbench.arrays import Array
 from drake_navbench.controllers.teb_upstream.memory import Trajectory
-from drake_navbench.explanation import Explanation, Row, told_command
+from drake_navbench.explanation import Explanation, Row, command_text
+from drake_navbench.kernels.arrays import Array
 
 MOST_NAMED = 3
 # Every band has these, whatever it meets.
@@ -41,5 +41,5 @@ def explained(
     told = f"its band pays for {named}" if named else "its band pays for its time alone"
     if len(bands) > 1:
         told += f"; it costs {bands[0].cost:.4g} against {bands[1].cost:.4g} of the best other band"
-    sentence = f"TEB drives {told_command(command)}: {told}."
+    sentence = f"TEB drives {command_text(command)}: {told}."
     return Explanation(command, sentence, columns, tuple(rows))

@@ -8,9 +8,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from drake_navbench.arrays import Array
 from drake_navbench.controllers.teb_upstream.memory import TebUpstreamMemory
 from drake_navbench.controllers.teb_upstream.parameters import TebUpstreamParameters
+from drake_navbench.kernels.arrays import Array
 
 
 def remember_command(

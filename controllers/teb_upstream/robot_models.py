@@ -12,8 +12,8 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from drake_navbench.arrays import Array
 from drake_navbench.controllers.teb_upstream.normal_equations import DIFFERENCE
+from drake_navbench.kernels.arrays import Array
 
 CIRCLES, SEGMENTS = 0, 1
 # Features whose distances differ by less can change places within a step of DIFFERENCE.

@@ -7,7 +7,6 @@ from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
-from drake_navbench.arrays import Array
 from drake_navbench.controller import (
     CollisionAhead,
     ControllerError,
@@ -31,6 +30,7 @@ from drake_navbench.controllers.vector_pursuit.parameters import VectorPursuitPa
 from drake_navbench.controllers.vector_pursuit.reasons import CycleFacts, explained
 from drake_navbench.controllers.vector_pursuit.releases import RULES
 from drake_navbench.explanation import Explanation
+from drake_navbench.kernels.arrays import Array
 from drake_navbench.kernels.command_arc import project_arc
 from drake_navbench.kernels.grid import cost_at
 from drake_navbench.kernels.path_pruning import arc_length

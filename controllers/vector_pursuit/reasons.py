@@ -23,8 +23,8 @@ from drake_navbench.explanation import (
     Explanation,
     SpeedRule,
     collision_stop,
+    length_text,
     speed_rows,
-    told_length,
 )
 
 
@@ -67,7 +67,7 @@ def explained(cycle: Cycle, situation: CycleFacts) -> Explanation:
         return Explanation(chosen, sentence, SPEED_COLUMNS, rows)
     sentence = f"Vector Pursuit drives {command.v:.3g} m/s: {setting.words}."
     note = (
-        f"It turns {command.w:.3g} rad/s: the curve to the pose {told_length(command.lookahead)} "
+        f"It turns {command.w:.3g} rad/s: the curve to the pose {length_text(command.lookahead)} "
         f"ahead and its heading has a radius of {_radius(command.radius)}."
     )
     return Explanation(chosen, sentence, SPEED_COLUMNS, rows, (note,))
@@ -108,7 +108,7 @@ def _rules(cycle: Cycle, situation: CycleFacts) -> list[SpeedRule]:
     if situation.plan_length < parameters.approach_velocity_scaling_dist:
         scaled = max_v * situation.end_distance / parameters.approach_velocity_scaling_dist
         v = max(scaled, parameters.min_approach_linear_velocity)
-        told = f"{told_length(situation.end_distance)} to the plan's end"
+        told = f"{length_text(situation.end_distance)} to the plan's end"
         rules.append(SpeedRule("approach", v, told, f"it is {told}"))
     told = "min_linear_velocity"
     rules.append(SpeedRule("least speed", parameters.min_linear_velocity, told, f"that is {told}"))
@@ -123,4 +123,4 @@ def _setting(rules: list[SpeedRule]) -> SpeedRule:
 
 
 def _radius(metres: float) -> str:
-    return told_length(math.inf if metres >= STRAIGHT_RADIUS_M else metres)
+    return length_text(math.inf if metres >= STRAIGHT_RADIUS_M else metres)

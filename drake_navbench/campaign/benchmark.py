@@ -24,7 +24,7 @@ from drake_navbench.analysis.tables import (
     scenario_table,
     suite_tables,
 )
-from drake_navbench.analysis.totals import told_by_totals, totals
+from drake_navbench.analysis.totals import scenarios_in_totals, totals
 from drake_navbench.campaign.campaign import DEFAULT_TRIALS, Campaign, plan_campaign
 from drake_navbench.campaign.cluster_connection import (
     ClusterPlace,
@@ -54,9 +54,9 @@ from drake_navbench.campaign.manifest import (
 from drake_navbench.campaign.replays import write_replays
 from drake_navbench.campaign.request import Request
 from drake_navbench.campaign.request_arguments import (
+    file_lines,
     listed_controllers,
     request_from_arguments,
-    told_of_files,
 )
 from drake_navbench.campaign.run_results import Results
 from drake_navbench.campaign.suite_console import print_rank_changes, print_totals
@@ -218,7 +218,7 @@ def run_from_command_line(arguments: argparse.Namespace, *, began_s: float) -> b
     for name in ("live_port", "live_wait"):
         if getattr(arguments, name) is not None:
             raise InputError(f"--{name.replace('_', '-')}: expected --live as well")
-    for line in told_of_files(request, campaign.nav2):
+    for line in file_lines(request, campaign.nav2):
         console.print(line, soft_wrap=True)
     for preset in campaign.presets:
         if preset.read_as:
@@ -336,7 +336,7 @@ def _run(
         _print_error(f"{len(undriven)} trials were not driven; --resume {folder.path} drives them")
     if trials.empty:
         return True
-    told = told_by_totals(campaign.suites)
+    told = scenarios_in_totals(campaign.suites)
     _print_tables(console, campaign, trials, told, _printed_metrics(request, campaign))
     _write_wanted_replays(console, request, campaign, folder, told, jobs)
     console.print("Writing the report ...")

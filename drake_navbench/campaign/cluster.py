@@ -1,10 +1,10 @@
 """Drives the trials of a campaign on a cluster, by dask.distributed.
 
-A task is a chunk of trials of one scenario and controller. The process that dask runs it in drives
-them in workers of its own, as a campaign on one machine does, so that a trial that breaks, hangs or
-ends its process is the same there as here. The logs are the result: written into the results folder
-where the machine has it too, else sent back as bytes. So a chunk may run again where its machine is
-gone.
+A task of dask is a chunk of trials of one scenario and controller. The machine that gets it drives
+them in worker processes, as a campaign on one machine does: a trial that breaks, hangs or ends its
+process harms no other. The result is the logs: a machine that shares the results folder writes them
+there, any other sends them back as bytes. So the chunk of a machine that is lost runs again on
+another one.
 """
 
 from __future__ import annotations

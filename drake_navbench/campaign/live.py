@@ -89,7 +89,7 @@ def _show(
                 log = page.drive_with_controls(spec, options)
             console.print(f"  {log.outcome} after {log.end_time_s:.1f} s: {log.info['reason']}")
             any_error |= log.outcome is Outcome.ERROR
-            for line in told_changes(log):
+            for line in change_lines(log):
                 console.print(f"  {printable(line)}", soft_wrap=True)
             if folder is not None:
                 console.print(f"  {keep(log, folder)}", soft_wrap=True)
@@ -98,7 +98,7 @@ def _show(
     return any_error
 
 
-def told_changes(log: TrialLog) -> list[str]:
+def change_lines(log: TrialLog) -> list[str]:
     """Returns a line on each moved slider of a trial."""
     return [
         f"{entry['name']} = {entry['value']:g} from {entry['time_s']:.2f} s on"

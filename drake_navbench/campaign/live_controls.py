@@ -114,9 +114,9 @@ class LiveControls:
             show(moment._replace(diagnostics=self._for_drawing(moment.time_s)))
             self._pace(moment.time_s)
 
-        return Looks(watch, hear=self._hear, takes_over=self._takes_over)
+        return Looks(watch, on_cycle=self._on_cycle, takes_over=self._takes_over)
 
-    def _hear(self, cycle: ControlCycle) -> None:
+    def _on_cycle(self, cycle: ControlCycle) -> None:
         self._cycle = cycle
 
     def _for_drawing(self, time_s: float) -> dict[str, object]:

@@ -51,9 +51,10 @@ class Change(NamedTuple):
 
 
 def sliders_of(preset: Preset) -> tuple[Slider, ...]:
-    """Returns the sliders of a column: those of its SLIDERS that exist, each at its value.
+    """Returns a slider for each entry of SLIDERS that the column has as a parameter.
 
-    A range is widened where the value lies beyond it. Critics that are not listed have none.
+    A range that leaves the present value out is widened to it. A critic that the column does not
+    use has no slider.
     """
     parameters = preset.parameters
     found = []

@@ -6,12 +6,12 @@ from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 
-from drake_navbench import __version__
 from drake_navbench.campaign.manifest import Begun
 from drake_navbench.campaign.request import Request
 from drake_navbench.errors import InputError
 from drake_navbench.logs.log import TrialLog
 from drake_navbench.logs.results import ResultsFolder
+from drake_navbench.processes.version import __version__
 from drake_navbench.trial.spec import TrialSpec
 from drake_navbench.trial.trial import DEFAULT_ROBOT
 from drake_navbench.typed_files.typed_yaml import validate

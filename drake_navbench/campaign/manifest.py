@@ -12,7 +12,6 @@ from typing import Any
 import yaml
 from pydantic import ConfigDict
 
-from drake_navbench import __version__
 from drake_navbench.campaign.campaign import Campaign
 from drake_navbench.campaign.request import Request
 from drake_navbench.errors import InputError
@@ -21,6 +20,7 @@ from drake_navbench.logs.results import ResultsFolder, file_name, remove_unfinis
 from drake_navbench.nav2.differences import difference_lines, differences
 from drake_navbench.processes.fingerprint import Fingerprint
 from drake_navbench.processes.machine import machine_facts
+from drake_navbench.processes.version import __version__
 from drake_navbench.trial.spec import TrialSpec
 from drake_navbench.typed_files.output_file import write_text
 from drake_navbench.typed_files.typed_yaml import FrozenModel

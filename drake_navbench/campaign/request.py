@@ -13,7 +13,6 @@ from drake_navbench.campaign.sweep import MAX_POINTS
 from drake_navbench.errors import InputError, nearest_name_hint
 from drake_navbench.inputs.barn import barn_scenarios
 from drake_navbench.inputs.check import CheckRow, Status
-from drake_navbench.inputs.floor_scenario import Pose
 from drake_navbench.inputs.known_base import KnownBase
 from drake_navbench.inputs.originals_beside import with_originals
 from drake_navbench.inputs.presets import Preset, default_presets, load_preset
@@ -28,8 +27,9 @@ from drake_navbench.nav2.whole_files import (
     columns_of_files,
     names_of,
 )
-from drake_navbench.releases import Release
+from drake_navbench.plugins.releases import Release
 from drake_navbench.typed_files.dotted_names import flattened
+from drake_navbench.typed_files.quantities import Pose
 from drake_navbench.typed_files.typed_yaml import FrozenModel
 
 if TYPE_CHECKING:
@@ -148,8 +148,8 @@ class Request(FrozenModel):
         """Returns the robot read from its model; None for a robot file; raises InputError."""
         if not is_model(self.robot):
             return None
-        from drake_navbench.descriptions.xacro_file import require_declared
         from drake_navbench.inputs.described_robot import describe_robot
+        from drake_navbench.inputs.descriptions.xacro_file import require_declared
 
         found = describe_robot(
             Path(self.robot), self.substitutions, self._folders, self._known_base

@@ -8,10 +8,10 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from drake_navbench.campaign.request import Request
-from drake_navbench.descriptions.world import is_world
 from drake_navbench.errors import InputError, printable
 from drake_navbench.inputs.check import WIDTH, Check
 from drake_navbench.inputs.controller_file import names_file
+from drake_navbench.inputs.descriptions.world import is_world
 from drake_navbench.inputs.floor_scenario import SCENARIO_FILES
 from drake_navbench.inputs.presets import preset_files
 from drake_navbench.inputs.robot import is_model
@@ -20,7 +20,7 @@ from drake_navbench.nav2.controllers import SERVER
 from drake_navbench.nav2.differences import difference_lines, differences
 from drake_navbench.nav2.parameters import read_parameter_file
 from drake_navbench.nav2.robot import READ
-from drake_navbench.nav2.substitutions import read_assignments
+from drake_navbench.nav2.substitutions import NAME
 from drake_navbench.nav2.whole_files import FileColumns
 from drake_navbench.trial.column_controller import check_controller
 from drake_navbench.typed_files.typed_yaml import validate
@@ -44,7 +44,7 @@ def request_from_arguments(arguments: argparse.Namespace) -> Request:
             "--robot as well"
         )
     worlds = [name for name in arguments.scenarios if is_world(Path(name))]
-    asked = {
+    values = {
         "scenarios": [name for name in arguments.scenarios if name not in worlds],
         "controllers": controllers,
         "parameter_files": [str(path) for path in arguments.params],
@@ -68,7 +68,20 @@ def request_from_arguments(arguments: argparse.Namespace) -> Request:
         "metrics": [_absolute(reference) for reference in arguments.metric],
         "columns": arguments.columns,
     }
-    return validate(Request, asked, "command line")
+    return validate(Request, values, "command line")
+
+
+def read_assignments(texts: Sequence[str]) -> dict[str, str]:
+    """Returns the values of --set name=value; raises InputError for other forms or repetition."""
+    values: dict[str, str] = {}
+    for text in texts:
+        name, equals, value = text.partition("=")
+        if not equals or not re.fullmatch(NAME, name):
+            raise InputError(f"--set {text!r}: expected name=value")
+        if name in values:
+            raise InputError(f"--set {text!r}: {name} is given twice")
+        values[name] = value
+    return values
 
 
 def _absolute(reference: str) -> str:
@@ -199,7 +212,7 @@ def _print_table(check: Check) -> None:
     print("\n".join(map(printable, check.as_text(WIDTH).split("\n"))))
 
 
-def told_of_files(request: Request, nav2: Sequence[FileColumns]) -> list[str]:
+def file_lines(request: Request, nav2: Sequence[FileColumns]) -> list[str]:
     """Returns the lines that a run prints about its Nav2 files, their differences first."""
     told = []
     if len(nav2) > 1:

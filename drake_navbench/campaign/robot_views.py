@@ -8,9 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from drake_navbench.analysis.figures.views import AroundView, Array, Shape
+from drake_navbench.analysis.figures.views import AroundView, Shape
 from drake_navbench.inputs.presets import Preset
 from drake_navbench.inputs.robot import Robot
+from drake_navbench.kernels.arrays import Array
 
 # The number of corners of a circle, and of an arc of it.
 ROUND, ARC = 90, 40

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from drake_navbench.analysis.figures.course import Course
-from drake_navbench.analysis.figures.views import Array, SceneView, Task
+from drake_navbench.analysis.figures.views import SceneView, Task
 from drake_navbench.errors import InputError, NavbenchError
 from drake_navbench.inputs.floor_scenario import FloorScenario
 from drake_navbench.inputs.recorded_people import RecordedPeople
@@ -15,6 +15,7 @@ from drake_navbench.inputs.robot import Robot
 from drake_navbench.inputs.scenario import Scenario
 from drake_navbench.inputs.task_check import check_task
 from drake_navbench.inputs.world import World
+from drake_navbench.kernels.arrays import Array
 from drake_navbench.kernels.grid import Grid
 from drake_navbench.kernels.poses import place_outline
 from drake_navbench.trial.planning import global_costmap, make_plan

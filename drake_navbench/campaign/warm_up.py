@@ -47,8 +47,8 @@ def start_worker_server() -> None:
 class Cold:
     """Trials with parts that are not compiled yet.
 
-    columns: one trial for each controller whose kernels are not compiled. worlds: one trial for
-    each other such part. names: the names of all these parts, for messages.
+    columns: one trial for each controller whose kernels are missing. worlds: one trial for each
+    other missing part, such as people. names: of the missing parts, for messages.
     """
 
     columns: tuple[TrialSpec, ...]

@@ -30,6 +30,7 @@ EXIT_WRONG_INPUT = 2
 # The exit status that a shell reports for a program ended by Ctrl-C: 128 + SIGINT.
 EXIT_INTERRUPTED = 130
 
+# The kernels have one of their own, whose import would load numba before --help.
 PERCENT = 100.0
 
 

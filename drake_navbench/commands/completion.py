@@ -28,7 +28,7 @@ def build_parser() -> argparse.ArgumentParser:
 
 def whole_parser() -> argparse.ArgumentParser:
     """Returns one parser of all commands, which is never asked to parse anything."""
-    from drake_navbench.__main__ import COMMANDS
+    from drake_navbench.commands.main import COMMANDS
 
     parser = argparse.ArgumentParser(prog=PROGRAM)
     commands = parser.add_subparsers()

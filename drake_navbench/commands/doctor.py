@@ -294,7 +294,7 @@ def _surroundings(
 
 
 def _patient(arguments: argparse.Namespace) -> Patient:
-    from drake_navbench.nav2.substitutions import read_assignments
+    from drake_navbench.campaign.request_arguments import read_assignments
     from drake_navbench.studies.doctor.files import Patient
 
     return Patient(

@@ -40,7 +40,7 @@ def build_parser() -> argparse.ArgumentParser:
 
 
 def _export(arguments: argparse.Namespace) -> None:
-    from drake_navbench.recordings.export import Formats, export
+    from drake_navbench.ros2.recordings.export import Formats, export
 
     formats = Formats(mcap=arguments.mcap, csv=arguments.csv, tum=arguments.tum)
     for path in export(arguments.source, formats, arguments.out, jobs=arguments.jobs):

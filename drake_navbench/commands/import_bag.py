@@ -15,7 +15,7 @@ from drake_navbench.commands.command_line import CommandParser, Options, command
 from drake_navbench.errors import InputError, as_line
 
 if TYPE_CHECKING:
-    from drake_navbench.recordings.simulation_gap import SimulationGap
+    from drake_navbench.ros2.recordings.simulation_gap import SimulationGap
 
 
 def build_parser() -> argparse.ArgumentParser:
@@ -69,7 +69,11 @@ def build_parser() -> argparse.ArgumentParser:
 
 def _import(arguments: argparse.Namespace) -> None:
     from drake_navbench.logs.results import ResultsFolder
-    from drake_navbench.recordings.import_bags import ImportRequest, fit_path, import_recordings
+    from drake_navbench.ros2.recordings.import_bags import (
+        ImportRequest,
+        fit_path,
+        import_recordings,
+    )
 
     request = ImportRequest(
         robot=arguments.robot,

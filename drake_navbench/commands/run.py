@@ -24,7 +24,7 @@ from drake_navbench.commands.command_line import (
     whole_number,
 )
 from drake_navbench.errors import InputError, InputWarning
-from drake_navbench.releases import Release
+from drake_navbench.plugins.releases import Release
 
 ALLOWED_WITH_RESUME = {"cluster", "cluster_tls", "trust_network", "resume", "jobs", "quiet"}
 MAX_PORT = 65535

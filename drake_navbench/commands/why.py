@@ -15,7 +15,6 @@ from drake_navbench.commands.command_line import CommandParser, Options, command
 from drake_navbench.errors import InputError, printable
 
 if TYPE_CHECKING:
-    from drake_navbench.explanation import Cell
     from drake_navbench.trial.why import Why
 
 WIDTH = 80
@@ -69,11 +68,13 @@ def lines_of(found: Why, column: str) -> list[str]:
     return lines
 
 
-def table_lines(columns: Sequence[str], rows: Sequence[Sequence[Cell]]) -> list[str]:
+def table_lines(
+    columns: Sequence[str], rows: Sequence[Sequence[float | int | str | None]]
+) -> list[str]:
     """Returns a table as lines; numbers stand right, and the last column is wrapped at 80."""
-    from drake_navbench.explanation import told_cell
+    from drake_navbench.logs.text_tables import cell_text
 
-    texts = [list(columns), *([told_cell(value) for value in row] for row in rows)]
+    texts = [list(columns), *([cell_text(value) for value in row] for row in rows)]
     widths = [max(len(row[k]) for row in texts) for k in range(len(columns))]
     right = [
         k > 0 and all(not isinstance(row[k], str) or row[k] == "" for row in rows)

@@ -1,1 +1,1 @@
-"""The parts of a costmap: settings, layers in order, maps and filter masks."""
+"""The old name of `drake_navbench.navigation.costmaps`, kept for plugins."""

@@ -20,11 +20,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drake_navbench.errors import InputError
-from drake_navbench.inputs.floor_scenario import Pose
 from drake_navbench.inputs.scenario import Scenario, Suite
 from drake_navbench.kernels.path_geometry import path_length
 from drake_navbench.typed_files.array_file import NoArray, array_of
 from drake_navbench.typed_files.input_file import MEGABYTE, read_input, read_input_text
+from drake_navbench.typed_files.quantities import Pose
 from drake_navbench.typed_files.typed_yaml import validate
 
 SUITE = "BARN"

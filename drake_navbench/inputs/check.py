@@ -92,11 +92,11 @@ class Check:
             rows = self.of(status)
             if rows:
                 lines += ["", f"{status[0].upper()}{status[1:]} ({len(rows)})"]
-                lines += _listed(rows, width) if status in LISTED else _told(rows, width)
+                lines += _listed(rows, width) if status in LISTED else _full_lines(rows, width)
         return "\n".join([*_wrapped(self.summary(), width), *lines])
 
 
-def _told(rows: Iterable[CheckRow], width: int) -> list[str]:
+def _full_lines(rows: Iterable[CheckRow], width: int) -> list[str]:
     return [line for row in rows for line in _wrapped(f"- {row.text}", width)]
 
 
@@ -116,7 +116,7 @@ def _listed(rows: Sequence[CheckRow], width: int) -> list[str]:
     if whole:
         lines += _wrapped(f"- whole nodes: {', '.join(dict.fromkeys(whole))}", width)
     told = [row for row in rows if not row.parameter and row.remark]
-    return lines + _told(told, width)
+    return lines + _full_lines(told, width)
 
 
 def _wrapped(text: str, width: int) -> list[str]:

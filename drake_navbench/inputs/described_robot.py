@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 import shapely
 
-from drake_navbench.arrays import Array
-from drake_navbench.costmaps.observation_layers import ObstacleLayerParameters
-from drake_navbench.descriptions.body import (
+from drake_navbench.errors import InputError
+from drake_navbench.inputs.check import Check, CheckRow, Status
+from drake_navbench.inputs.descriptions.body import (
     Body,
     base_of,
     floor_of,
@@ -21,25 +21,25 @@ from drake_navbench.descriptions.body import (
     to_base_of,
     wheels_of,
 )
-from drake_navbench.descriptions.gazebo_drive import (
+from drake_navbench.inputs.descriptions.gazebo_drive import (
     ACKERMANN,
     DIFFERENTIAL,
     OMNIDIRECTIONAL,
     FoundDrive,
     drive_of,
 )
-from drake_navbench.descriptions.gazebo_sensors import (
+from drake_navbench.inputs.descriptions.gazebo_sensors import (
     FoundSensor,
     FoundSensors,
     alike,
     lidar_link,
     sensors_of,
 )
-from drake_navbench.descriptions.model import Shape
-from drake_navbench.descriptions.model_source import Source, read_source
-from drake_navbench.errors import InputError
-from drake_navbench.inputs.check import Check, CheckRow, Status
+from drake_navbench.inputs.descriptions.model import Shape
+from drake_navbench.inputs.descriptions.model_source import Source, read_source
 from drake_navbench.inputs.known_base import NOTHING_KNOWN, KnownBase
+from drake_navbench.kernels.arrays import Array
+from drake_navbench.navigation.costmaps.observation_layers import ObstacleLayerParameters
 
 # The values of a drive that are fields of every base; the other values describe wheels.
 LIMITS = (

@@ -15,7 +15,7 @@ from drake_navbench.inputs.lidar import LidarSettings
 from drake_navbench.inputs.localization import LocalizationSettings
 from drake_navbench.inputs.timeline import Timeline, timeline
 from drake_navbench.inputs.timing import TimingSettings
-from drake_navbench.typed_files.immutable import Immutable
+from drake_navbench.kernels.immutable import Immutable
 from drake_navbench.typed_files.quantities import Duration
 from drake_navbench.typed_files.typed_yaml import FrozenModel, validate
 

@@ -10,7 +10,7 @@ import shapely
 
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.floor_scenario import FloorScenario
-from drake_navbench.inputs.floors import Pose
+from drake_navbench.inputs.floors import Pose, rounded
 from drake_navbench.inputs.scenario import Scenario
 
 # The share of the smaller map by which two maps of one storey may overlap.
@@ -97,8 +97,8 @@ def _check_masks(scenario: Scenario) -> None:
             if off_m > max(mask.grid.resolution, own.map.resolution):
                 raise InputError(
                     f"scenario {scenario.name}: floors[{index}].filters[{number}].mask: "
-                    f"{entry.mask} covers {_rounded(mask.grid.bounds)}, the floor's map "
-                    f"{_rounded(own.map.bounds)}; expected the same; is it another floor's?"
+                    f"{entry.mask} covers {rounded(mask.grid.bounds)}, the floor's map "
+                    f"{rounded(own.map.bounds)}; expected the same; is it another floor's?"
                 )
 
 
@@ -117,7 +117,3 @@ def _check_storey(scenario: Scenario) -> None:
                     f"lie on top of {other.name}; expected maps of one storey, side by side, or no "
                     "origin"
                 )
-
-
-def _rounded(bounds: tuple[float, ...]) -> list[float]:
-    return [round(value, 3) for value in bounds]

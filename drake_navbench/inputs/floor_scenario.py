@@ -12,13 +12,6 @@ from typing import Literal, NamedTuple, Self
 
 from pydantic import Field, field_validator
 
-from drake_navbench.costmaps.filter_masks import (
-    FilterDescription,
-    FilterMask,
-    Lattice,
-    load_filter_mask,
-)
-from drake_navbench.costmaps.map_file import OccupancyMap, load_map
 from drake_navbench.inputs.map_world import occupied_boxes
 from drake_navbench.inputs.moving_obstacles import MovingObstacles
 from drake_navbench.inputs.named_files import NamedFiles
@@ -27,15 +20,23 @@ from drake_navbench.inputs.recorded_people import RecordedPeople, load_recording
 from drake_navbench.inputs.scenario_plan import GridPlan, Plan
 from drake_navbench.inputs.scenario_world import WorldDescription, require_one_of_each
 from drake_navbench.inputs.world import World
-from drake_navbench.typed_files.quantities import Angle, Duration, Length
+from drake_navbench.navigation.costmaps.filter_masks import (
+    FilterDescription,
+    FilterMask,
+    Lattice,
+    load_filter_mask,
+)
+from drake_navbench.navigation.costmaps.map_file import OccupancyMap, load_map
+from drake_navbench.typed_files.quantities import (
+    Duration,
+    Pose,
+)
 from drake_navbench.typed_files.typed_yaml import QuietModel
 
 SCENARIO_FILES = NamedFiles(kind="scenario", package="drake_navbench.scenarios")
 # The margin by which drawn masks reach beyond everything else, m.
 MASK_MARGIN_M = 2.0
 MASK_RESOLUTION_M = 0.05
-
-Pose = tuple[Length, Length, Angle]
 
 
 class GivenMaps(NamedTuple):

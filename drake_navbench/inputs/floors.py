@@ -7,15 +7,13 @@ offset, so that no two storeys are within sight of each other and a position tel
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, TypeVar
 
 import numpy as np
 from pydantic import BaseModel
 
-from drake_navbench.costmaps.filter_masks import FilterMask
-from drake_navbench.costmaps.map_file import OccupancyMap
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.floor_scenario import FloorScenario
 from drake_navbench.inputs.mission import Lift, MissionStep
@@ -23,6 +21,8 @@ from drake_navbench.inputs.moving_obstacles import NOTHING_MOVES, MovingObstacle
 from drake_navbench.inputs.people import NOBODY, People, WalkingPeople
 from drake_navbench.inputs.scenario_world import Floor
 from drake_navbench.inputs.world import World
+from drake_navbench.navigation.costmaps.filter_masks import FilterMask
+from drake_navbench.navigation.costmaps.map_file import OccupancyMap
 
 Bounds = tuple[float, float, float, float]
 Offset = tuple[float, float]
@@ -35,6 +35,11 @@ STOREY_GAP_M = 10.0
 POINTS = ("min", "max", "start", "end", "centre", "position")
 POINT_LISTS = ("vertices", "goals")
 PARTS = ("waypoints", "persons")
+
+
+def rounded(numbers: Iterable[float]) -> list[float]:
+    """Returns lengths, m, and angles, rad, as messages show them: to a thousandth."""
+    return [round(float(number), 3) for number in numbers]
 
 
 @dataclass(frozen=True)

@@ -15,14 +15,14 @@ import numpy as np
 import shapely
 from shapely.geometry.base import BaseGeometry
 
-from drake_navbench.costmaps.map_file import OCCUPIED, UNKNOWN, OccupancyMap
-from drake_navbench.descriptions.world import Actor, is_world, read_world
-from drake_navbench.descriptions.world_areas import Area, Levels, floor_under, world_areas
 from drake_navbench.errors import InputError, InputWarning
-from drake_navbench.inputs.floor_scenario import Pose
+from drake_navbench.inputs.descriptions.world import Actor, is_world, read_world
+from drake_navbench.inputs.descriptions.world_areas import Area, Levels, floor_under, world_areas
 from drake_navbench.inputs.scenario import TIMEOUT_ON_MAPS_S, Scenario, Suite
 from drake_navbench.kernels.grid import Grid
 from drake_navbench.kernels.rasterize import mark_polygon
+from drake_navbench.navigation.costmaps.map_file import OCCUPIED, UNKNOWN, OccupancyMap
+from drake_navbench.typed_files.quantities import Pose
 from drake_navbench.typed_files.typed_yaml import validate
 
 __all__ = ["GazeboWorld", "is_world", "load_gazebo_world", "scenario_in_world"]
@@ -238,7 +238,7 @@ def scenario_in_world(
 ) -> Scenario:
     """Returns the task to navigate from a start to a goal in a world; raises InputError.
 
-    map_file: the robot's map of the world; None: it knows all that its lidar sees.
+    map_file: the map that the robot has of the world; with None its planner knows every obstacle.
     """
     described: dict[str, Any] = {"obstacles": [dict(o) for o in world.obstacles]}
     if map_file is not None:

@@ -6,9 +6,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from drake_navbench.costmaps.map_file import OCCUPIED, OccupancyMap
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.world import Box
+from drake_navbench.navigation.costmaps.map_file import OccupancyMap
 
 # A rectangle of cells: first row, row past the last, first column, column past the last.
 CellBox = tuple[int, int, int, int]
@@ -24,7 +24,7 @@ def occupied_boxes(grid: OccupancyMap) -> tuple[Box, ...]:
     stand there. Runs of cells in a row are joined with the same run in the rows above. Raises
     InputError where there would be too many.
     """
-    runs = list(_merged_runs(grid.occupancy == OCCUPIED))
+    runs = list(_merged_runs(grid.is_occupied))
     if len(runs) > MAX_WALLS:
         named = grid.files[0] if grid.files else "map"
         raise InputError(

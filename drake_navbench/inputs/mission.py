@@ -8,10 +8,10 @@ from pydantic import Field, model_validator
 
 from drake_navbench.errors import nearest_name_hint
 from drake_navbench.navigation.lift_ride import LiftTimes
-from drake_navbench.typed_files.quantities import Angle, Length
+from drake_navbench.typed_files.quantities import (
+    Pose,
+)
 from drake_navbench.typed_files.typed_yaml import FrozenModel
-
-Pose = tuple[Length, Length, Angle]
 
 
 class Lift(LiftTimes):

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from pydantic import Field, model_validator
 from shapely.geometry.base import BaseGeometry
 
-from drake_navbench.arrays import Array
+from drake_navbench.kernels.arrays import Array
 from drake_navbench.kernels.moving_bodies import Tracks, place_discs, place_edges
 from drake_navbench.kernels.poses import place_outline
 from drake_navbench.typed_files.quantities import Angle, Duration, Length, Size

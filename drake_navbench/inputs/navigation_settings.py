@@ -13,10 +13,6 @@ from pydantic import (
     model_validator,
 )
 
-from drake_navbench.costmaps.costmap_settings import (
-    GlobalCostmapSettings,
-    LocalCostmapSettings,
-)
 from drake_navbench.errors import nearest_name_hint
 from drake_navbench.navigation.behavior_tree.settings import (
     RECOVERY_ACTIONS,
@@ -28,6 +24,10 @@ from drake_navbench.navigation.checker_settings import (
     ProgressCheckerSettings,
 )
 from drake_navbench.navigation.collision_monitor import CollisionMonitorParameters
+from drake_navbench.navigation.costmaps.costmap_settings import (
+    GlobalCostmapSettings,
+    LocalCostmapSettings,
+)
 from drake_navbench.navigation.goal_checkers import SimpleGoalCheckerParameters
 from drake_navbench.navigation.path_handler import PathHandlerParameters
 from drake_navbench.navigation.planner_settings import PlannerSettings
@@ -37,7 +37,7 @@ from drake_navbench.navigation.smoother_parameters import SimpleSmootherParamete
 from drake_navbench.navigation.smoother_settings import SmootherSettings
 from drake_navbench.navigation.velocity_smoother import VelocitySmootherParameters
 from drake_navbench.navigation.waypoint_follower import WaypointFollowerParameters
-from drake_navbench.releases import ReadBy, Release, before, since, until
+from drake_navbench.plugins.releases import ReadBy, Release, before, since, until
 from drake_navbench.typed_files.quantities import (
     AngularSpeed,
     Duration,

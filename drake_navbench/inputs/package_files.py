@@ -7,16 +7,16 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from drake_navbench.descriptions.body import base_of, wheel_joints
-from drake_navbench.descriptions.clearpath_robot import is_clearpath, platform_of
-from drake_navbench.descriptions.gazebo_drive import has_drive
-from drake_navbench.descriptions.gazebo_sensors import LIDARS
-from drake_navbench.descriptions.model_source import read_source
-from drake_navbench.descriptions.world import is_world
-from drake_navbench.descriptions.xacro_macro import lacking, robot_macro
 from drake_navbench.errors import InputError
+from drake_navbench.inputs.descriptions.body import base_of, wheel_joints
+from drake_navbench.inputs.descriptions.clearpath_robot import is_clearpath, platform_of
+from drake_navbench.inputs.descriptions.gazebo_drive import has_drive
+from drake_navbench.inputs.descriptions.gazebo_sensors import LIDARS
+from drake_navbench.inputs.descriptions.model_source import read_source
+from drake_navbench.inputs.descriptions.ros_packages import files_below
+from drake_navbench.inputs.descriptions.world import is_world
+from drake_navbench.inputs.descriptions.xacro_macro import lacking, robot_macro
 from drake_navbench.typed_files.input_file import MEGABYTE
-from drake_navbench.typed_files.ros_packages import files_below
 
 # The names of the kinds on the command line.
 ROBOT, NAV2, MAP, WORLD = "robot", "nav2", "map", "world"
@@ -177,9 +177,9 @@ def _is_robot(file: Path) -> bool:
 
 
 def _robot_rank(file: Path, words: set[str]) -> tuple[bool, bool, int, int]:
-    """Returns a sorting key of a model file: the likelier it is the robot, the smaller.
+    """Returns a sorting key of a model file, smaller for a file that is more likely the robot.
 
-    Parts come last; first those called as the folder, and those that include many others.
+    Likely: a file named like its folder, or that includes many others. Unlikely: one of a part.
     """
     name = file.name.lower()
     stem = name.partition(".")[0]

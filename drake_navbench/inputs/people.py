@@ -11,8 +11,8 @@ from typing import Any, ClassVar, Literal, NamedTuple
 import numpy as np
 from pydantic import Field, field_validator, model_validator
 
-from drake_navbench.arrays import Array
 from drake_navbench.kernels import walking
+from drake_navbench.kernels.arrays import Array
 from drake_navbench.kernels.noise import NoiseKey, NoiseStream
 from drake_navbench.typed_files.quantities import Angle, Duration, Length, Size
 from drake_navbench.typed_files.typed_yaml import FrozenModel, QuietModel, tuples_for_lists

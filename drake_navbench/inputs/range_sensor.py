@@ -63,7 +63,7 @@ class RangeSensorSettings(FrozenModel):
         half = 0.5 * self.field_of_view_rad if self.ray_count > 1 else 0.0
         return np.asarray(np.linspace(-half, half, self.ray_count), dtype=np.float64)
 
-    def told_of(self, distance_m: float) -> float:
+    def reported_range_m(self, distance_m: float) -> float:
         """Returns the sensor's reading for a true distance, m; inf where its cone met nothing."""
         if self.is_switch:
             return -math.inf if distance_m <= self.range_max_m else math.inf

@@ -12,9 +12,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from drake_navbench.arrays import Array
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.people import MAX_PEOPLE, Person, Recording
+from drake_navbench.kernels.arrays import Array
 from drake_navbench.kernels.moving_bodies import FAR_AWAY_M, Tracks
 from drake_navbench.kernels.recorded_walks import KNOT_SIZE, headings, people_on_tracks
 from drake_navbench.typed_files.input_file import MEGABYTE, read_input_text

@@ -16,13 +16,10 @@ from pydantic import (
     model_validator,
 )
 
-from drake_navbench.costmaps.observation_layers import SensingParameters
-from drake_navbench.costmaps.observation_source import ObservationSourceSettings
-from drake_navbench.costmaps.range_sensor_layer import RangeSensorLayerParameters
-from drake_navbench.descriptions.model_source import is_model_file
 from drake_navbench.errors import InputError, InputWarning, nearest_name_hint
 from drake_navbench.inputs.actuators import ActuatorSettings
 from drake_navbench.inputs.depth_sensor import DepthSensorSettings
+from drake_navbench.inputs.descriptions.model_source import is_model_file
 from drake_navbench.inputs.drive import DifferentialDrive, Drive, overrides_for
 from drake_navbench.inputs.file_kinds import ROBOT, require_kind
 from drake_navbench.inputs.known_base import NOTHING_KNOWN, KnownBase
@@ -33,6 +30,9 @@ from drake_navbench.inputs.navigation_settings import NavigationSettings
 from drake_navbench.inputs.range_sensor import RangeSensorSettings
 from drake_navbench.inputs.timing import TimingSettings
 from drake_navbench.kernels.footprint import circle_footprint, footprint_radii, pad_footprint
+from drake_navbench.navigation.costmaps.observation_layers import SensingParameters
+from drake_navbench.navigation.costmaps.observation_source import ObservationSourceSettings
+from drake_navbench.navigation.costmaps.range_sensor_layer import RangeSensorLayerParameters
 from drake_navbench.plugins.kinds import foreign_plugins
 from drake_navbench.plugins.parameters import normalized
 from drake_navbench.typed_files.quantities import (
@@ -247,7 +247,7 @@ class Robot(QuietModel):
         Raises InputError where the model has no such wheels, or the file does not fit it.
         """
         # Imported late: most robots need no running gear.
-        from drake_navbench.descriptions.drawing import is_drawing
+        from drake_navbench.inputs.descriptions.drawing import is_drawing
         from drake_navbench.inputs.running_gear import running_gear_of
 
         if not isinstance(self.drive, DifferentialDrive) or self.model_path is None:

@@ -8,11 +8,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from drake_navbench.arrays import Array
-from drake_navbench.descriptions.body import base_of
-from drake_navbench.descriptions.drawing import write_drawing
 from drake_navbench.errors import CannotBeWritten, InputWarning
 from drake_navbench.inputs.described_robot import DescribedRobot, describe_robot
+from drake_navbench.inputs.descriptions.body import base_of
+from drake_navbench.inputs.descriptions.drawing import write_drawing
+from drake_navbench.kernels.arrays import Array
 
 # A base frame nearer to the floor than this is on it, m.
 FLAT_M = 1e-3

@@ -20,14 +20,14 @@ from pydrake.multibody.tree import (
     UnitInertia,
 )
 
-from drake_navbench.arrays import Array
-from drake_navbench.descriptions.drake_plant import add_bodies
-from drake_navbench.descriptions.model_source import read_source
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.actuators import GRAVITY_MPS2
+from drake_navbench.inputs.descriptions.drake_plant import add_bodies
+from drake_navbench.inputs.descriptions.model_source import read_source
 from drake_navbench.inputs.drive import DifferentialDrive
 from drake_navbench.inputs.wheels import MIN_TRAIL_M
-from drake_navbench.typed_files.immutable import Immutable
+from drake_navbench.kernels.arrays import Array
+from drake_navbench.kernels.immutable import Immutable
 
 BASE_LINK = "base_link"
 # An axis steeper than 45 degrees is a caster's swivel, any other one a wheel's axle.

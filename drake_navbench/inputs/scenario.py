@@ -13,11 +13,10 @@ from pydantic import (
     model_validator,
 )
 
-from drake_navbench.costmaps.map_file import OccupancyMap
 from drake_navbench.errors import InputError, nearest_name_hint
 from drake_navbench.inputs.faults import Conditions, Fault, conditions_of
 from drake_navbench.inputs.file_kinds import SCENARIO, require_kind
-from drake_navbench.inputs.floor_scenario import SCENARIO_FILES, FloorScenario, Pose
+from drake_navbench.inputs.floor_scenario import SCENARIO_FILES, FloorScenario
 from drake_navbench.inputs.floors import (
     PlacedFloor,
     PlacedLeg,
@@ -25,13 +24,19 @@ from drake_navbench.inputs.floors import (
     joined_world,
     mission_legs,
     placed_floors,
+    rounded,
 )
 from drake_navbench.inputs.mission import Lift, MissionStep, check_mission, end_of
 from drake_navbench.inputs.robot import Robot, load_robot, overridden
 from drake_navbench.inputs.scenario_world import Floor
 from drake_navbench.inputs.world import World
 from drake_navbench.kernels.noise import NoiseKey, NoiseStream
-from drake_navbench.typed_files.quantities import Angle, Length
+from drake_navbench.navigation.costmaps.map_file import OccupancyMap
+from drake_navbench.typed_files.quantities import (
+    Angle,
+    Length,
+    Pose,
+)
 from drake_navbench.typed_files.typed_yaml import FrozenModel, read_yaml, validate
 
 # The order of the publication; other built-in scenarios run only when named.
@@ -235,7 +240,7 @@ def scenario_on_map(
     name: by default that of the file. grid: the map, if it was read already.
     """
     data = {
-        "description": f"{map_file.name}: from {_rounded(start)} to {_rounded(goal)}",
+        "description": f"{map_file.name}: from {rounded(start)} to {rounded(goal)}",
         "world": {"map": map_file.name},
         "start": start,
         "goal": goal,
@@ -250,10 +255,6 @@ def scenario_on_map(
         scenario = scenario.with_maps(grid)
     _ = scenario.map
     return scenario
-
-
-def _rounded(pose: Pose) -> list[float]:
-    return [round(value, 3) for value in pose]
 
 
 def load_scenario(name_or_path: str) -> Scenario:

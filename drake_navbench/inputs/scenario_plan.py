@@ -6,10 +6,17 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, field_validator
 
-from drake_navbench.inputs.world import Point
 from drake_navbench.navigation.smoother_settings import SmootherSettings
-from drake_navbench.typed_files.quantities import CellSize, Length
+from drake_navbench.typed_files.quantities import (
+    CellSize,
+    Length,
+    Point,
+    Size,
+)
 from drake_navbench.typed_files.typed_yaml import FrozenModel
+
+# A smaller turn is none, deg.
+LEAST_ARC_DEG = 1e-6
 
 
 class Straight(FrozenModel):
@@ -24,7 +31,14 @@ class Arc(FrozenModel):
     arc_deg: float = Field(
         ge=-360.0, le=360.0, description="Turn of the arc, positive to the left [deg]."
     )
-    radius_m: Length = Field(gt=0.0, description="Radius of the arc [m].")
+    radius_m: Size = Field(description="Radius of the arc [m].")
+
+    @field_validator("arc_deg")
+    @classmethod
+    def _turns(cls, value: float) -> float:
+        if abs(value) < LEAST_ARC_DEG:
+            raise ValueError("expected a turn; straight_m is a piece without one")
+        return value
 
 
 class GridPlan(FrozenModel):
@@ -60,6 +74,13 @@ class PolylinePlan(FrozenModel):
     type: Literal["polyline"]
     points: list[Point] = Field(min_length=2, description="Corners of the plan [m].")
     spacing_m: CellSize = Field(0.05, description="Distance between plan poses [m].")
+
+    @field_validator("points")
+    @classmethod
+    def _leads_somewhere(cls, value: list[Point]) -> list[Point]:
+        if len(set(value)) < 2:
+            raise ValueError("expected two different corners or more")
+        return value
 
 
 Plan = Annotated[GridPlan | ElementsPlan | PolylinePlan, Field(discriminator="type")]

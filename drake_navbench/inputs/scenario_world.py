@@ -12,10 +12,11 @@ from pydantic import (
     model_validator,
 )
 
-from drake_navbench.costmaps.filter_masks import FilterDescription
 from drake_navbench.inputs.moving_obstacles import MAX_MOVING, MovingObstacle
 from drake_navbench.inputs.people import People
-from drake_navbench.inputs.world import Obstacle, Point
+from drake_navbench.inputs.world import Obstacle
+from drake_navbench.navigation.costmaps.filter_masks import FilterDescription
+from drake_navbench.typed_files.quantities import Point
 from drake_navbench.typed_files.typed_yaml import FrozenModel
 
 

@@ -8,18 +8,19 @@ import warnings
 import numpy as np
 import shapely
 
-from drake_navbench.costmaps.map_file import OCCUPIED, UNKNOWN
 from drake_navbench.errors import InputError, InputWarning
 from drake_navbench.inputs.drive import DifferentialDrive
 from drake_navbench.inputs.faults import PARTS, Conditions
 from drake_navbench.inputs.floor_check import Place, check_floors, places_of
 from drake_navbench.inputs.floor_scenario import FloorScenario
+from drake_navbench.inputs.floors import rounded
 from drake_navbench.inputs.presets import Preset
 from drake_navbench.inputs.recorded_people import RecordedPeople
 from drake_navbench.inputs.robot import Robot
 from drake_navbench.inputs.scenario import Scenario
 from drake_navbench.kernels.poses import place_outline
 from drake_navbench.kernels.rasterize import MASK_FULL
+from drake_navbench.navigation.costmaps.map_file import UNKNOWN
 
 
 def check_task(scenario: Scenario, robot: Robot) -> None:
@@ -85,7 +86,7 @@ def _check_map_for_amcl(scenario: FloorScenario, robot: Robot) -> None:
     """Raises InputError where AMCL's map has no obstacle."""
     if robot.localization.amcl is None or scenario.known_world.obstacles:
         return
-    if scenario.map is None or not (scenario.map.occupancy == OCCUPIED).any():
+    if scenario.map is None or not scenario.map.is_occupied.any():
         raise InputError(
             f"scenario {scenario.name}: localization.amcl: expected a map, or obstacles that are "
             "known_to_planner, as there is nothing else to be localized by"
@@ -185,13 +186,9 @@ def _check_recorded_people(scenario: FloorScenario, body: shapely.Polygon) -> No
         if world.intersects(shapely.LineString(ends)):
             raise InputError(
                 f"{path}, line {line}: person {people.names[person]} walks through an obstacle of "
-                f"scenario {scenario.name}, from {_rounded(ends[0])} to {_rounded(ends[1])}; "
+                f"scenario {scenario.name}, from {rounded(ends[0])} to {rounded(ends[1])}; "
                 "expected free space"
             )
-
-
-def _rounded(place: np.ndarray) -> list[float]:
-    return [round(float(value), 3) for value in place]
 
 
 def warn_of_rotation(preset: Preset, robot: Robot) -> None:

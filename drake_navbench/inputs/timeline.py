@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Generic, TypeVar
 
-from drake_navbench.typed_files.immutable import Immutable
+from drake_navbench.kernels.immutable import Immutable
 
 Settings = TypeVar("Settings")
 # Event times are sums of floating-point numbers: an update due at 0.3 s may run a little earlier.

@@ -14,15 +14,18 @@ from numpy.typing import NDArray
 from pydantic import Field, model_validator
 from shapely.geometry.base import BaseGeometry
 
-from drake_navbench.arrays import Array
 from drake_navbench.inputs.moving_obstacles import NOTHING_MOVES, MovingObstacles
 from drake_navbench.inputs.people import NOBODY, WalkingPeople
 from drake_navbench.inputs.recorded_people import RecordedPeople
+from drake_navbench.kernels.arrays import Array
 from drake_navbench.kernels.depth_casting import Solids
-from drake_navbench.typed_files.quantities import MIN_SIZE_M, Length, Size
+from drake_navbench.typed_files.quantities import (
+    MIN_SIZE_M,
+    Length,
+    Point,
+    Size,
+)
 from drake_navbench.typed_files.typed_yaml import QuietModel
-
-Point = tuple[Length, Length]
 
 # The polygon's radius is within 0.1% of the true circle's.
 CIRCLE_QUADRANT_SEGMENTS = 24

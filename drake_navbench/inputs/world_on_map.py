@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
-from drake_navbench.arrays import Array
-from drake_navbench.costmaps.map_file import OCCUPIED, UNKNOWN, OccupancyMap, load_map
 from drake_navbench.errors import InputWarning
 from drake_navbench.inputs.gazebo_world import GazeboWorld, occupancy_of
+from drake_navbench.kernels.arrays import Array
+from drake_navbench.navigation.costmaps.map_file import OCCUPIED, UNKNOWN, OccupancyMap, load_map
 
 # The largest distance of a map's occupied cell from the obstacle that it shows, m.
 NEAR_M = 0.3
@@ -41,10 +41,10 @@ def warn_of_other_world(world: GazeboWorld, file: Path) -> None:
 
 def share_that_stands(floor: OccupancyMap, known: OccupancyMap) -> float:
     """Returns the share of a map's occupied cells that are near something in a world."""
-    occupied = np.array(np.nonzero(known.occupancy == OCCUPIED))
+    occupied = np.array(np.nonzero(known.is_occupied))
     if not occupied.size:
         return 1.0
-    stands = np.pad(floor.occupancy == OCCUPIED, 1)
+    stands = np.pad(floor.is_occupied, 1)
     distance = ndimage.distance_transform_edt(~stands)[1:-1, 1:-1] * floor.resolution
     near = replace(floor, occupancy=np.where(distance <= NEAR_M, OCCUPIED, 0).astype(np.int8))
     return float((_values(near, *_centres(known, occupied)) == OCCUPIED).mean())

@@ -26,6 +26,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from drake_navbench.kernels.arrays import Array
 from drake_navbench.kernels.grid import Grid
 
 # Below this cross product (m^2) three points count as a straight line.
@@ -36,8 +37,6 @@ NEGLIGIBLE_CURVATURE = 1e-4
 RESIDUALS = 6
 # The number of coordinates of the three knots of a triple.
 COORDINATES = 6
-
-Array = NDArray[np.float64]
 
 
 class KnotProblem(NamedTuple):

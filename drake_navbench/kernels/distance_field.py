@@ -12,11 +12,9 @@ from typing import NamedTuple
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from drake_navbench.kernels.arrays import Array
 from drake_navbench.kernels.grid import LETHAL, Costmap
-
-Array = NDArray[np.float64]
 
 
 class DistanceField(NamedTuple):

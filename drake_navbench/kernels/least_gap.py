@@ -13,10 +13,9 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from drake_navbench.kernels.arrays import Array
 from drake_navbench.kernels.moving_bodies import place_discs, place_edges, poses_on_tracks
 from drake_navbench.kernels.swept_contact import clearance_at, outline_speed_bound, pose_within_step
-
-Array = NDArray[np.float64]
 
 # The least gap is found to this much, m.
 TOLERANCE_M = 1e-4

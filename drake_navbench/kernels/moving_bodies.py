@@ -19,10 +19,9 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from drake_navbench.kernels.arrays import Array
 from drake_navbench.kernels.poses import place_point
 from drake_navbench.kernels.swept_contact import clearance_at, outline_speed_bound, pose_within_step
-
-Array = NDArray[np.float64]
 
 # The coordinate of people who are not in the world: beyond all ranges.
 FAR_AWAY_M = 1e6

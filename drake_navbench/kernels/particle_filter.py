@@ -17,8 +17,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from drake_navbench.kernels.angles import wrap
-
-Array = NDArray[np.float64]
+from drake_navbench.kernels.arrays import Array
 
 # The size of a histogram's cells, by which the number of particles and the clusters are found.
 BIN_M, BIN_RAD = 0.5, math.radians(10.0)

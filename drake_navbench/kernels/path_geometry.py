@@ -10,12 +10,10 @@ import math
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from drake_navbench.errors import InputError
 from drake_navbench.kernels.angles import wrap
-
-Array = NDArray[np.float64]
+from drake_navbench.kernels.arrays import Array
 
 # A last interval shorter than this part of the spacing is rounding: it gets no pose of its own.
 NEGLIGIBLE_INTERVAL_RATIO = 1e-9
@@ -25,10 +23,10 @@ ARC_FIELDS = {"arc", "r"}
 
 
 def _positive(value: float, name: str) -> float:
-    """Returns `value` as a float; raises InputError unless it is finite and above zero."""
+    """Returns `value` as a float; raises ValueError unless it is finite and above zero."""
     number = float(value)
     if not (math.isfinite(number) and number > 0.0):
-        raise InputError(f"{name}: got {value!r}, expected a finite number above 0")
+        raise ValueError(f"{name}: got {value!r}, expected a finite number above 0")
     return number
 
 
@@ -57,7 +55,7 @@ def _element_shape(element: Mapping[str, float], index: int) -> tuple[float, flo
         angle = math.radians(float(element["arc"]))
         length = _positive(radius * abs(angle), f"{where}, arc (as a length)")
         return length, math.copysign(1.0 / radius, angle)
-    raise InputError(
+    raise ValueError(
         f"{where}: got fields {sorted(fields)}, expected 's' for a straight or 'arc' and 'r'"
     )
 
@@ -91,10 +89,10 @@ def path_from_elements(
     elements: `{s: length m}` is a straight, `{arc: angle in degrees, r: radius m}` an arc, to the
         left for a positive angle; each starts where the one before ends, with its heading.
     spacing_m: arc length between poses; only the last interval may be shorter.
-    Returns (N, 3), both end points included. Raises InputError on a wrong element or spacing.
+    Returns (N, 3), both end points included. Raises ValueError on a wrong element or spacing.
     """
     if not elements:
-        raise InputError("path elements: got none, expected at least one straight or arc")
+        raise ValueError("path elements: got none, expected at least one straight or arc")
     shapes = [_element_shape(element, index) for index, element in enumerate(elements)]
     ends = np.cumsum([length for length, _ in shapes])
     stations = _sample_stations(float(ends[-1]), spacing_m)
@@ -130,17 +128,17 @@ def path_from_polyline(points: ArrayLike, spacing_m: float) -> Array:
 
     points: (M, 2) m, M >= 2; repeated points are dropped. spacing_m: as in `path_from_elements`.
     Returns (N, 3): headings along the segment, at a corner along the segment that starts there.
-    Raises InputError for fewer than two distinct points or a wrong spacing.
+    Raises ValueError for fewer than two distinct points or a wrong spacing.
     """
     corners = np.asarray(points, dtype=np.float64)
     if corners.ndim != 2 or corners.shape[1] != 2 or not np.all(np.isfinite(corners)):
-        raise InputError(
+        raise ValueError(
             f"polyline: got an array of shape {corners.shape}, expected finite points (M, 2)"
         )
     is_new = np.concatenate([[True], np.any(np.diff(corners, axis=0) != 0.0, axis=1)])
     corners = corners[is_new]
     if len(corners) < 2:
-        raise InputError(f"polyline: got {len(corners)} distinct points, expected at least 2")
+        raise ValueError(f"polyline: got {len(corners)} distinct points, expected at least 2")
     at_corner = _stations_of_points(corners)
     stations = _sample_stations(float(at_corner[-1]), spacing_m)
     segment = np.searchsorted(at_corner, stations, side="right") - 1

@@ -12,11 +12,9 @@ from collections.abc import Sequence
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
 from drake_navbench.kernels.angles import wrap
-
-Array = NDArray[np.float64]
+from drake_navbench.kernels.arrays import Array
 
 
 @njit(cache=True)

@@ -11,11 +11,9 @@ from typing import NamedTuple
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from drake_navbench.kernels.arrays import Array
 from drake_navbench.kernels.grid import LETHAL, Grid, world_to_cell
-
-Array = NDArray[np.float64]
 
 # The cost of the cell that a reading points at, before the cone's update.
 TARGET_COST = 233

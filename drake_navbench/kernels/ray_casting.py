@@ -8,7 +8,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from drake_navbench.kernels.arrays import Array
 
 
 def cast_rays(

@@ -14,9 +14,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from drake_navbench.kernels.arrays import Array
 from drake_navbench.kernels.constrained_smoothing import tangent
-
-Array = NDArray[np.float64]
 
 # The least length of the previous spacing where it is divided by the next spacing.
 MIN_SPACING_M = 1e-4

@@ -14,7 +14,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from drake_navbench.kernels.arrays import Array
+
 Keys = NDArray[np.int64]
 
 KEY_BITS = 21

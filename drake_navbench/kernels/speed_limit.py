@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import Protocol
 
-PERCENT = 100.0
+from drake_navbench.kernels.percent import PERCENT
+
 # The value by which Nav2's speed filter lifts a limit (nav2_costmap_2d, NO_SPEED_LIMIT).
 NO_SPEED_LIMIT = 0.0
 

@@ -26,6 +26,7 @@ from pydantic import ConfigDict, Field
 
 from drake_navbench.errors import InputError, as_line, one_line, printable
 from drake_navbench.kernels.grid import Costmap
+from drake_navbench.kernels.scan import Scan
 from drake_navbench.logs.costmaps import costmap_columns, read_costmaps
 from drake_navbench.logs.people import LoggedPeople, people_columns, read_people
 from drake_navbench.logs.plans import (
@@ -36,7 +37,7 @@ from drake_navbench.logs.plans import (
     plan_columns,
     read_plans,
 )
-from drake_navbench.logs.scans import SCAN_LEAVES, Scan, read_scans, scan_columns
+from drake_navbench.logs.scans import SCAN_LEAVES, read_scans, scan_columns
 from drake_navbench.typed_files.typed_yaml import FrozenModel, validate
 
 SCHEMA_VERSION = 2

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 from numpy.typing import NDArray
 
 from drake_navbench.kernels.grid import Costmap
-from drake_navbench.logs.scans import Scan
+from drake_navbench.kernels.scan import Scan
 
 
 class Moment(NamedTuple):

@@ -9,7 +9,7 @@ import numpy as np
 import pyarrow as pa
 from numpy.typing import NDArray
 
-from drake_navbench.typed_files.immutable import Immutable
+from drake_navbench.kernels.immutable import Immutable
 
 POSE_SIZE = 3
 # The digits kept of positions, finer than any position is known; regular digits compress well.

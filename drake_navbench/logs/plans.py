@@ -16,8 +16,8 @@ import numpy as np
 import pyarrow as pa
 from numpy.typing import NDArray
 
-from drake_navbench.arrays import Array
-from drake_navbench.typed_files.immutable import Immutable
+from drake_navbench.kernels.arrays import Array
+from drake_navbench.kernels.immutable import Immutable
 
 POSITIONS_PER_METRE = 1e6
 HEADINGS_PER_RADIAN = 1e4

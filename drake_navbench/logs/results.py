@@ -47,7 +47,7 @@ def file_name(name: str) -> str:
     return f"{plain or '_'}-{hashlib.sha256(name.encode()).hexdigest()[:6]}"
 
 
-class _Asked(FrozenModel):
+class _RequestFacts(FrozenModel):
     """The parts of a request that the report and the reproduction show."""
 
     model_config = ConfigDict(extra="allow")
@@ -72,7 +72,7 @@ class _Manifest(FrozenModel):
 
     model_config = ConfigDict(extra="allow")
 
-    request: _Asked = _Asked()
+    request: _RequestFacts = _RequestFacts()
     scenarios: tuple[str, ...] = ()
     suites: dict[str, str] = Field(default_factory=dict)
     controllers: tuple[str, ...] = ()

@@ -49,6 +49,13 @@ def _is_number(text: str) -> bool:
     return True
 
 
+def cell_text(value: float | int | str | None) -> str:
+    """Returns a cell as it is printed: numbers with three figures, '' for None."""
+    if value is None:
+        return ""
+    return f"{value:.3g}" if isinstance(value, float) else str(value)
+
+
 def markdown_row(cells: Iterable[str]) -> str:
     """Returns a row of a table; a bar in a cell is escaped."""
     return "| " + " | ".join(cell.strip().replace("|", "\\|") for cell in cells) + " |"

@@ -61,9 +61,9 @@ def build_checkout(
     root: the checkout, or a folder in it whose packages alone are built. name: None for the name of
     the release. wanted: packages with controllers or global planners, or folders that hold such
     packages. If it is empty, all packages with controllers are built; those that cannot be built
-    here are named by `tell` and left out. noise: the source of the controllers' random numbers:
-    their own, or those that the port draws in the same cycle. flags: the portable ones, or those
-    that each package asks for. Raises InputError where there is nothing to build, where the
+    here are named by `tell` and left out. noise: whether the controllers draw random numbers of
+    their own, or get those that the port draws in the same cycle. flags: the portable ones, or
+    each package's own. Raises InputError where there is nothing to build, where the
     compiler or a needed library is missing, or where a wanted package cannot be compiled.
     """
     start = time.monotonic()

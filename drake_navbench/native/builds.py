@@ -28,7 +28,7 @@ class NoiseSource(StrEnum):
 
 
 class FlagSet(StrEnum):
-    """The compiler's flags: portable ones, or those that each package asks for."""
+    """The choice of compiler flags: the portable ones, or each package's own."""
 
     PORTABLE = "portable"
     PACKAGE = "package"

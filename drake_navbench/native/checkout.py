@@ -18,7 +18,7 @@ from drake_navbench.native.package import (
     last_name,
     read_package,
 )
-from drake_navbench.releases import Release
+from drake_navbench.plugins.releases import Release
 
 # Version of nav2_core -> release; Nav2's branches number their packages so.
 RELEASE_OF_VERSION = {"{}.{}".format(*release.version): release for release in Release}

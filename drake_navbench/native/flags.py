@@ -1,4 +1,4 @@
-"""The flags with which a checkout is compiled: portable ones, or those that its packages ask for.
+"""The compiler flags of a checkout: portable ones, or the packages' own.
 
 Portable flags use no instructions that only some processors have, and fuse no multiplications with
 additions, so that every machine computes the same. A package's own flags are those that its users

@@ -57,7 +57,10 @@ class _Command(NamedTuple):
 
 
 class Options(NamedTuple):
-    """A package's compiler options: those that change its code, and others, which are ignored."""
+    """The compiler options of a package.
+
+    of_code: change the machine code, and are used. others: such as warnings, are ignored.
+    """
 
     of_code: tuple[str, ...] = ()
     others: tuple[str, ...] = ()

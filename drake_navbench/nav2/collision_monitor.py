@@ -20,7 +20,7 @@ from drake_navbench.navigation.collision_monitor import (
     VelocityPolygon,
 )
 from drake_navbench.navigation.monitor_sources import MonitorSource
-from drake_navbench.releases import Release
+from drake_navbench.plugins.releases import Release
 from drake_navbench.typed_files.quantities import MAX_COUNT, MIN_COUNT
 from drake_navbench.typed_files.typed_yaml import FrozenModel
 

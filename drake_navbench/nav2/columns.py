@@ -17,7 +17,7 @@ from drake_navbench.nav2.controllers import (
 from drake_navbench.nav2.node_reader import similar_name_hint
 from drake_navbench.nav2.parameters import Node
 from drake_navbench.nav2.substitutions import missing_value
-from drake_navbench.releases import NEWEST_RELEASE, RELEASE_FIELD, release_in
+from drake_navbench.plugins.releases import NEWEST_RELEASE, RELEASE_FIELD, release_in
 from drake_navbench.typed_files.dotted_names import flattened, nested
 
 # The block in which a rotation shim has its primary controller's parameters since Lyrical.

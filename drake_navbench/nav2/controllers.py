@@ -29,7 +29,7 @@ from drake_navbench.nav2.parameters import (
     read_parameter_file,
 )
 from drake_navbench.nav2.release import release_of
-from drake_navbench.releases import RELEASE_FIELD
+from drake_navbench.plugins.releases import RELEASE_FIELD
 from drake_navbench.typed_files.dotted_names import SEPARATOR, flattened, nested
 from drake_navbench.typed_files.typed_yaml import read_yaml, unknown_fields
 

@@ -10,26 +10,26 @@ from __future__ import annotations
 import re
 from typing import Any
 
-from drake_navbench.costmaps.built_in_layers import (
+from drake_navbench.inputs.check import Status
+from drake_navbench.nav2.node_reader import NodeReader
+from drake_navbench.nav2.sensing import SPATIO_TEMPORAL, SensingLayers
+from drake_navbench.nav2.sensors import Nav2Sensors, range_sensor_of
+from drake_navbench.navigation.costmaps.built_in_layers import (
     DenoiseLayerParameters,
     InflationLayerParameters,
     KeepoutFilterParameters,
     StaticLayerParameters,
 )
-from drake_navbench.costmaps.costmap_settings import (
+from drake_navbench.navigation.costmaps.costmap_settings import (
     BinaryFilterSettings,
     CostmapSettings,
     GlobalCostmapSettings,
     LocalCostmapSettings,
     SpeedFilterSettings,
 )
-from drake_navbench.costmaps.layer_plugin import COSTMAP_LAYERS
-from drake_navbench.costmaps.range_sensor_layer import RangeSensorLayerParameters
-from drake_navbench.inputs.check import Status
-from drake_navbench.nav2.node_reader import NodeReader
-from drake_navbench.nav2.sensing import SPATIO_TEMPORAL, SensingLayers
-from drake_navbench.nav2.sensors import Nav2Sensors, range_sensor_of
-from drake_navbench.releases import NEWEST_RELEASE, Release
+from drake_navbench.navigation.costmaps.layer_plugin import COSTMAP_LAYERS
+from drake_navbench.navigation.costmaps.range_sensor_layer import RangeSensorLayerParameters
+from drake_navbench.plugins.releases import NEWEST_RELEASE, Release
 from drake_navbench.typed_files.typed_yaml import FrozenModel
 
 # The layers and filters of which a costmap has one each.

@@ -13,7 +13,7 @@ from drake_navbench.errors import InputError, printable
 from drake_navbench.inputs.check import CheckRow, Status
 from drake_navbench.nav2.parameters import Node
 from drake_navbench.nav2.substitutions import missing_value
-from drake_navbench.releases import NEWEST_RELEASE, Release, read_by
+from drake_navbench.plugins.releases import NEWEST_RELEASE, Release, read_by
 
 # Parameters that nodes of every kind have, and that concern processes, frames and topics alone.
 OF_EVERY_NODE = frozenset(

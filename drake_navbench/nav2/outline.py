@@ -9,9 +9,9 @@ import json
 import re
 from typing import Any, NamedTuple
 
-from drake_navbench.costmaps.costmap_settings import CostmapSettings
 from drake_navbench.inputs.check import Status
 from drake_navbench.nav2.node_reader import NodeReader
+from drake_navbench.navigation.costmaps.costmap_settings import CostmapSettings
 
 
 class Outline(NamedTuple):

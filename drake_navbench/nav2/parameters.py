@@ -107,7 +107,7 @@ class Node:
     def where(self, name: str, listed_in: str = "") -> str:
         """Returns the beginning of an error about a parameter or block: its file, line and place.
 
-        listed_in: the parameter whose line stands for one that is missing.
+        listed_in: the parameter whose line is named where the file lacks `name`.
         """
         place = str(self.file)
         found = self.parameters.get(name) or self._first_below(name)

@@ -67,13 +67,6 @@ def patched(text: str, changes: Mapping[Place | str, Any], path: Path) -> str:
     return text
 
 
-def given_value(text: str, place: Place | str, path: Path) -> Any:
-    """Returns the value that a file's text gives a parameter, None where it gives none."""
-    wanted = place_of(place) if isinstance(place, str) else place
-    found = _resolved(read_parameter_text(text, path).sections, wanted, path).get(wanted.name)
-    return None if found is None else found.value
-
-
 def _set(text: str, place: Place, value: Any, path: Path) -> str:
     sections = read_parameter_text(text, path).sections
     found = _resolved(sections, place, path).get(place.name)

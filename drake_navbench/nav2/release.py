@@ -15,7 +15,7 @@ from drake_navbench.inputs.navigation_settings import ControllerServerSettings
 from drake_navbench.kernels.grid import INSCRIBED
 from drake_navbench.nav2.parameters import Section
 from drake_navbench.navigation.behavior_tree.settings import BehaviorTreeSettings
-from drake_navbench.releases import NEWEST_RELEASE, RELEASE_FIELD, Release, defaults_in
+from drake_navbench.plugins.releases import NEWEST_RELEASE, RELEASE_FIELD, Release, defaults_in
 
 # The marks that tell a release, the most decisive first:
 #

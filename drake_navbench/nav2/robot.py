@@ -161,28 +161,6 @@ def _outline_in(node: Node) -> KnownBase | None:
     return KnownBase(radius_m=float(radius_m)) if is_number and radius_m > 0.0 else None
 
 
-def read_nav2_files(
-    paths: Sequence[Path],
-    base: Robot,
-    base_name: str,
-    values: Mapping[str, str] | None = None,
-    *,
-    release: str | None = None,
-    other_names: Collection[str] = (),
-) -> Nav2Setup:
-    """Reads Nav2 files and merges them; the last file that gives a parameter counts.
-
-    base, base_name: the robot that supplies all that no Nav2 file contains. values: for the files'
-    substitutions. release: Nav2's; by default the one that the files' own marks tell. other_names:
-    names in `values` that the files need not use. Raises InputError, one line with file, line and
-    parameter, where something is wrong.
-    """
-    substitutions = Substitutions(values or {})
-    read = read_sections(paths, substitutions)
-    substitutions.require_all_used(other_names)
-    return setup_of(read, base, base_name, release=release)
-
-
 class ReadFiles(NamedTuple):
     """The sections of files that are merged, and the remarks on them."""
 

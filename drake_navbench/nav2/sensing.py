@@ -10,15 +10,18 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from drake_navbench.costmaps.layer_plugin import COSTMAP_LAYERS
-from drake_navbench.costmaps.observation_layers import SensingParameters, VoxelLayerParameters
-from drake_navbench.costmaps.observation_source import ObservationSourceSettings
-from drake_navbench.costmaps.spatio_temporal_layer import SpatioTemporalSourceSettings
 from drake_navbench.inputs.check import Status
 from drake_navbench.kernels.voxel_layer import MAX_VOXELS
 from drake_navbench.nav2.node_reader import NodeReader
 from drake_navbench.nav2.sensors import Nav2Sensors, Sight
-from drake_navbench.releases import Release
+from drake_navbench.navigation.costmaps.layer_plugin import COSTMAP_LAYERS
+from drake_navbench.navigation.costmaps.observation_layers import (
+    SensingParameters,
+    VoxelLayerParameters,
+)
+from drake_navbench.navigation.costmaps.observation_source import ObservationSourceSettings
+from drake_navbench.navigation.costmaps.spatio_temporal_layer import SpatioTemporalSourceSettings
+from drake_navbench.plugins.releases import Release
 from drake_navbench.typed_files.typed_yaml import FrozenModel
 
 # Fields of a source that Nav2 files do not give: they name the robot's sensor that sends to it.

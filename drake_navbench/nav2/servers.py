@@ -35,7 +35,7 @@ from drake_navbench.navigation.waypoint_follower import (
     WaitAtWaypointParameters,
     WaypointFollowerParameters,
 )
-from drake_navbench.releases import NEWEST_RELEASE, Release, defaults_in
+from drake_navbench.plugins.releases import NEWEST_RELEASE, Release, defaults_in
 
 Fields = dict[str, Any]
 
@@ -148,7 +148,7 @@ def _turning_radius(reader: NodeReader, name: str, release: Release, least_m: fl
         reader.note(Status.OTHER_FORM, name, remark)
         radius_m = least_m
     elif radius_m == 0.0:
-        remark = f"0, of which {release} makes no curve: {least_m:g}, a cell, stands in"
+        remark = f"{release} plans no curve of radius 0: {least_m:g}, a cell, stands in"
         reader.note(Status.STAND_IN, name, remark)
         radius_m = least_m
     return {TURNING_RADIUS: radius_m}

@@ -6,7 +6,7 @@ Sources: nav2_common's ReplaceString, launch_ros's ParameterFile with allow_subs
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Mapping
 from pathlib import Path
 
 from drake_navbench.errors import InputError
@@ -19,19 +19,6 @@ PLACEHOLDER = re.compile(
 # The values that nav2_bringup's launch files set by default.
 DEFAULTS = {"KEEPOUT_ZONE_ENABLED": "true", "SPEED_ZONE_ENABLED": "true"}
 BROKEN = re.compile(rf"\$\(var(?!\s+{NAME}\s*\))")
-
-
-def read_assignments(texts: Sequence[str]) -> dict[str, str]:
-    """Returns the values of --set name=value; raises InputError for other forms or repetition."""
-    values: dict[str, str] = {}
-    for text in texts:
-        name, equals, value = text.partition("=")
-        if not equals or not re.fullmatch(NAME, name):
-            raise InputError(f"--set {text!r}: expected name=value")
-        if name in values:
-            raise InputError(f"--set {text!r}: {name} is given twice")
-        values[name] = value
-    return values
 
 
 class Substitutions:

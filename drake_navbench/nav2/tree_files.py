@@ -9,7 +9,7 @@ import os
 import re
 from pathlib import Path
 
-from drake_navbench.releases import Release
+from drake_navbench.plugins.releases import Release
 
 # Folders, relative to that of the Nav2 file, in which a tree is searched by its name.
 FOLDERS = (".", "behavior_trees", "behavior_tree", "bt", "../behavior_trees", "../bt")

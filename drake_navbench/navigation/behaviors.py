@@ -14,13 +14,13 @@ from typing import Any, ClassVar, NamedTuple, Protocol
 
 from pydantic import Field
 
-from drake_navbench.arrays import Array
 from drake_navbench.kernels.angles import wrap
+from drake_navbench.kernels.arrays import Array
 from drake_navbench.kernels.footprint import footprint_cost
 from drake_navbench.kernels.grid import LETHAL, OFF_MAP, Costmap, cost_at
 from drake_navbench.plugins.kinds import PluginKind
 from drake_navbench.plugins.parameters import PluginBlocks, PluginParameters
-from drake_navbench.releases import ReadBy, Release, before
+from drake_navbench.plugins.releases import ReadBy, Release, before
 from drake_navbench.typed_files.quantities import (
     Acceleration,
     AngularAcceleration,

@@ -13,23 +13,22 @@ from typing import Annotated, ClassVar, Literal, NamedTuple
 import numpy as np
 from pydantic import Field, model_validator
 
-from drake_navbench.arrays import Array
+from drake_navbench.kernels.arrays import Array
 from drake_navbench.kernels.points_inside import NO_COLLISION, count_inside, time_to_collision
 from drake_navbench.navigation.monitor_sources import THE_SCAN, MonitorSource
-from drake_navbench.releases import ReadBy, Release, since
+from drake_navbench.plugins.releases import ReadBy, Release, since
 from drake_navbench.typed_files.quantities import (
     Angle,
     AngularSpeed,
     Count,
     Duration,
-    Length,
     Period,
+    Point,
     Size,
     Speed,
 )
 from drake_navbench.typed_files.typed_yaml import FrozenModel, QuietModel
 
-Point = tuple[Length, Length]
 # v m/s, w rad/s, vy m/s.
 Command = tuple[float, float, float]
 Corners = Annotated[tuple[Point, ...], Field(min_length=4)]

@@ -18,14 +18,15 @@ from numpy.typing import ArrayLike, NDArray
 from pydrake.solvers import IpoptSolver, MathematicalProgram, SolverOptions
 from scipy.linalg import cholesky, solve_triangular
 
-from drake_navbench.arrays import Array
 from drake_navbench.errors import InputError, NavbenchError
+from drake_navbench.kernels.arrays import Array
 from drake_navbench.kernels.constrained_smoothing import (
     KnotProblem,
     gauss_newton_hessian,
     value_and_gradient,
 )
 from drake_navbench.kernels.grid import Costmap
+from drake_navbench.kernels.program_function import cost_function
 from drake_navbench.kernels.smoothing_knots import (
     Knots,
     driving_signs,
@@ -36,7 +37,6 @@ from drake_navbench.navigation.smoother_parameters import (
     ConstrainedSmootherParameters,
     OptimizerParameters,
 )
-from drake_navbench.program_function import cost_function
 
 # IPOPT's iterations between two whitenings.
 ROUND_ITERATIONS = 10

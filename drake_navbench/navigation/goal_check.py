@@ -8,8 +8,8 @@ from __future__ import annotations
 import math
 from typing import Any, NamedTuple, Protocol
 
-from drake_navbench.arrays import Array
 from drake_navbench.kernels.angles import wrap
+from drake_navbench.kernels.arrays import Array
 
 
 class GoalCheck(NamedTuple):

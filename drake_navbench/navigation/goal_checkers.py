@@ -13,7 +13,7 @@ from typing import ClassVar, Literal, NamedTuple
 
 from pydantic import Field
 
-from drake_navbench.arrays import Array
+from drake_navbench.kernels.arrays import Array
 from drake_navbench.kernels.path_pruning import arc_length
 from drake_navbench.navigation.adaptive_goal_checker import AdaptiveToleranceGoalChecker
 from drake_navbench.navigation.goal_check import (
@@ -24,7 +24,7 @@ from drake_navbench.navigation.goal_check import (
 )
 from drake_navbench.plugins.kinds import PluginKind
 from drake_navbench.plugins.parameters import PluginParameters
-from drake_navbench.releases import ReadBy, Release, before, since
+from drake_navbench.plugins.releases import ReadBy, Release, before, since
 from drake_navbench.typed_files.quantities import Angle, AngularSpeed, Length, Speed
 from drake_navbench.typed_files.typed_yaml import FrozenModel
 

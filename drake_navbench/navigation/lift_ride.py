@@ -10,8 +10,8 @@ from dataclasses import dataclass
 
 from pydantic import Field, model_validator
 
+from drake_navbench.kernels.immutable import Immutable
 from drake_navbench.kernels.noise import NoiseKey, NoiseStream
-from drake_navbench.typed_files.immutable import Immutable
 from drake_navbench.typed_files.quantities import Angle, Duration, Length, Period
 from drake_navbench.typed_files.typed_yaml import FrozenModel
 

@@ -7,7 +7,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-from drake_navbench.arrays import Array
+from drake_navbench.kernels.arrays import Array
+from drake_navbench.kernels.immutable import Immutable
 from drake_navbench.kernels.poses import compose, inverse
 from drake_navbench.navigation.lift_ride import Ride
 from drake_navbench.navigation.task import Leg, TaskState, TaskStatus
@@ -19,7 +20,6 @@ from drake_navbench.navigation.waypoint_follower import (
     WaypointFollower,
     WaypointFollowerParameters,
 )
-from drake_navbench.typed_files.immutable import Immutable
 
 # In the range of the waypoint follower's error codes, beyond those that Nav2 uses.
 LIFT_FAILED = 690

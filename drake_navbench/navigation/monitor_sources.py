@@ -12,10 +12,10 @@ from typing import Literal, NamedTuple
 import numpy as np
 from pydantic import Field, model_validator
 
-from drake_navbench.arrays import Array
-from drake_navbench.costmaps.range_reading import RangeReading
+from drake_navbench.kernels.arrays import Array
 from drake_navbench.kernels.poses import carrier_pose
-from drake_navbench.logs.scans import Scan
+from drake_navbench.kernels.scan import Scan
+from drake_navbench.navigation.costmaps.range_reading import RangeReading
 from drake_navbench.typed_files.quantities import Duration
 from drake_navbench.typed_files.typed_yaml import FrozenModel
 

@@ -23,8 +23,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from pydantic import Field
 
-from drake_navbench.arrays import Array
 from drake_navbench.kernels import navfn
+from drake_navbench.kernels.arrays import Array
 from drake_navbench.kernels.grid import LETHAL, Costmap
 from drake_navbench.navigation.planner import (
     GoalOccupied,
@@ -34,7 +34,7 @@ from drake_navbench.navigation.planner import (
     cells_of_request,
     outside_map,
 )
-from drake_navbench.releases import ReadBy, Release, since
+from drake_navbench.plugins.releases import ReadBy, Release, since
 from drake_navbench.typed_files.typed_yaml import FrozenModel
 
 # Within this of the goal, the path's last position becomes the goal's, m^2.

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 from pydantic import Field
 
-from drake_navbench.arrays import Array
 from drake_navbench.controller import InvalidPath
+from drake_navbench.kernels.arrays import Array
 from drake_navbench.kernels.grid import Costmap
 from drake_navbench.kernels.path_pruning import (
     first_constraint_end,

@@ -12,8 +12,8 @@ from typing import ClassVar, Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from drake_navbench.arrays import Array
 from drake_navbench.errors import InputError, NavbenchError
+from drake_navbench.kernels.arrays import Array
 from drake_navbench.kernels.footprint import footprint_cost
 from drake_navbench.kernels.grid import (
     FREE,

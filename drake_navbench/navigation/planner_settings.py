@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from drake_navbench.costmaps.built_in_layers import InflationLayerParameters
+from drake_navbench.navigation.costmaps.built_in_layers import InflationLayerParameters
 from drake_navbench.navigation.navfn_planner import NavfnPlanner
 from drake_navbench.navigation.planner import Planner
 from drake_navbench.navigation.smac_planner_2d import SmacPlanner2D

@@ -10,8 +10,8 @@ from typing import Any, Literal, NamedTuple, Protocol
 
 from pydantic import Field
 
-from drake_navbench.arrays import Array
 from drake_navbench.kernels.angles import wrap
+from drake_navbench.kernels.arrays import Array
 from drake_navbench.plugins.kinds import PluginKind
 from drake_navbench.plugins.parameters import PluginParameters
 from drake_navbench.typed_files.quantities import Angle, Duration, Length

@@ -13,8 +13,8 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from drake_navbench.arrays import Array
 from drake_navbench.kernels import astar
+from drake_navbench.kernels.arrays import Array
 from drake_navbench.kernels.footprint import footprint_cost
 from drake_navbench.kernels.grid import INSCRIBED, LETHAL, NO_INFORMATION, Costmap, cost_at
 from drake_navbench.kernels.path_smoothing import smooth_grid_path, with_headings

@@ -8,7 +8,7 @@ from typing import Any, ClassVar, Literal, Self
 from pydantic import Field
 
 from drake_navbench.navigation.smoother_parameters import RelaxationParameters
-from drake_navbench.releases import ReadBy, Release, since
+from drake_navbench.plugins.releases import ReadBy, Release, since
 from drake_navbench.typed_files.quantities import Count, Duration, Length, Number
 from drake_navbench.typed_files.typed_yaml import FrozenModel
 

@@ -14,11 +14,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from drake_navbench.arrays import Array
-from drake_navbench.costmaps.built_in_layers import InflationLayerParameters
 from drake_navbench.errors import InputError
 from drake_navbench.kernels import hybrid_astar
 from drake_navbench.kernels.angles import wrap
+from drake_navbench.kernels.arrays import Array
 from drake_navbench.kernels.footprint import footprint_radii
 from drake_navbench.kernels.grid import INSCRIBED, MAX_NON_OBSTACLE, Costmap
 from drake_navbench.kernels.hybrid_astar import SearchRules
@@ -27,6 +26,7 @@ from drake_navbench.kernels.hybrid_graph import Body
 from drake_navbench.kernels.hybrid_heuristics import FreeWays, free_ways, reached_from
 from drake_navbench.kernels.hybrid_motion import Motions, cos32, motions, sin32
 from drake_navbench.kernels.hybrid_smoothing import smooth_car_path
+from drake_navbench.navigation.costmaps.built_in_layers import InflationLayerParameters
 from drake_navbench.navigation.planner import (
     GoalOccupied,
     GoalOutsideMapBounds,

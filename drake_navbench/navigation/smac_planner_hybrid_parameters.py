@@ -8,7 +8,7 @@ from typing import ClassVar, Literal, Self
 from pydantic import Field, model_validator
 
 from drake_navbench.navigation.smac_planner_2d_parameters import SmacSearchParameters
-from drake_navbench.releases import ReadBy, Release, before, since
+from drake_navbench.plugins.releases import ReadBy, Release, before, since
 from drake_navbench.typed_files.quantities import Count, Duration, Length, Number
 
 # No cell costs more: before the parameter existed, curves to the goal had no limit.

@@ -8,8 +8,8 @@ from typing import ClassVar, Literal, Self
 import numpy as np
 from pydantic import Field, model_validator
 
-from drake_navbench.arrays import Array
-from drake_navbench.releases import ReadBy, Release, before, since
+from drake_navbench.kernels.arrays import Array
+from drake_navbench.plugins.releases import ReadBy, Release, before, since
 from drake_navbench.typed_files.quantities import Count, Length, Number
 from drake_navbench.typed_files.typed_yaml import FrozenModel
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from drake_navbench.arrays import Array
+from drake_navbench.kernels.arrays import Array
 from drake_navbench.kernels.grid import Costmap
 from drake_navbench.navigation.smoother import Smoother, SmoothingError
 from drake_navbench.navigation.smoother_parameters import ConstrainedSmootherParameters

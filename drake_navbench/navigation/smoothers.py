@@ -11,8 +11,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from drake_navbench.arrays import Array
 from drake_navbench.errors import InputError
+from drake_navbench.kernels.arrays import Array
 from drake_navbench.kernels.grid import Costmap
 from drake_navbench.kernels.path_smoothing import (
     MIN_SPAN_OF_SEGMENT,

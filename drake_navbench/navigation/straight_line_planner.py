@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from pydantic import Field
 
-from drake_navbench.arrays import Array
+from drake_navbench.kernels.arrays import Array
 from drake_navbench.kernels.grid import Costmap
 from drake_navbench.navigation.planner import as_pose
 from drake_navbench.typed_files.quantities import Length

@@ -18,8 +18,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from pydantic import Field
 
-from drake_navbench.arrays import Array
 from drake_navbench.kernels import theta_star
+from drake_navbench.kernels.arrays import Array
 from drake_navbench.kernels.grid import FREE, LETHAL, Costmap
 from drake_navbench.navigation.planner import (
     GoalOccupied,
@@ -28,7 +28,7 @@ from drake_navbench.navigation.planner import (
     as_pose,
     cells_of_request,
 )
-from drake_navbench.releases import ReadBy, Release, since
+from drake_navbench.plugins.releases import ReadBy, Release, since
 from drake_navbench.typed_files.typed_yaml import FrozenModel
 
 

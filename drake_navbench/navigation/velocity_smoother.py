@@ -10,7 +10,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 from pydantic import Field, model_validator
 
-from drake_navbench.arrays import Array
+from drake_navbench.kernels.arrays import Array
 from drake_navbench.typed_files.quantities import Duration, Frequency, Number
 from drake_navbench.typed_files.typed_yaml import FrozenModel
 

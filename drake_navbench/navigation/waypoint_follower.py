@@ -6,8 +6,8 @@ from dataclasses import dataclass, field, replace
 
 from pydantic import Field
 
+from drake_navbench.kernels.immutable import Immutable
 from drake_navbench.navigation.task import Leg, TaskState, TaskStatus
-from drake_navbench.typed_files.immutable import Immutable
 from drake_navbench.typed_files.quantities import Count
 from drake_navbench.typed_files.typed_yaml import FrozenModel
 

@@ -10,9 +10,9 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import NamedTuple
 
-from drake_navbench import __version__
 from drake_navbench.processes.instruction_set import BASELINE, instruction_set
 from drake_navbench.processes.machine import processor_name
+from drake_navbench.processes.version import __version__
 
 PACKAGE = Path(__file__).parents[1]
 # The packages on whose versions the contents of a log depend.

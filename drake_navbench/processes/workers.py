@@ -92,9 +92,9 @@ class NoWorkers(NavbenchError):
 
 
 def start_server(preload: Sequence[str]) -> None:
-    """Starts the server that workers are forked from, where none runs; the caller goes on at once.
+    """Starts the process that workers are forked from, unless it runs; does not wait for it.
 
-    preload: the modules that it imports once for all its workers.
+    preload: the modules that this process imports, once for all workers.
     """
     for variable in BLAS_THREAD_VARIABLES:
         # Each worker has one core, for which threads of a linear algebra library would only
@@ -107,7 +107,7 @@ def start_server(preload: Sequence[str]) -> None:
 def run_tasks(
     tasks: Sequence[Task], *, jobs: int, tasks_per_worker: float = math.inf
 ) -> Generator[tuple[Task, Ending], None, None]:
-    """Runs tasks in up to `jobs` workers; yields each with its ending, as they end.
+    """Runs tasks in up to `jobs` workers; yields (task, ending) in the order in which tasks end.
 
     Urgent tasks come first, then one task of each kind, then those of the kind that took longest,
     so that no worker begins a long task when the others have nothing left to do. Tasks of one kind
@@ -126,7 +126,7 @@ def run_tasks(
 
 
 class StandingWorker:
-    """One worker that stays from task to task, so that what it has loaded stays loaded.
+    """A worker that serves task after task, so that modules and kernels are loaded once.
 
     It starts with its first task. It is replaced when it has died, after `tasks_per_worker` tasks,
     and for tasks of another owner.

@@ -99,14 +99,14 @@ class Desk:
         stem = datetime.now().strftime("%Y-%m-%d_%H-%M-%S")
         return self.engine.look("begin_again", path, self.folder.root / RESULTS / stem)
 
-    def reasons(self, log: str, asked: Any) -> Future[Any]:
+    def reasons(self, log: str, drive: Any) -> Future[Any]:
         """Asks why the controller of a log's trial decided as it did; see `tasks.reasons_of`.
 
         Raises InputError if the log's run used files outside the folder.
         """
-        if asked is None:
+        if drive is None:
             self._require_inside(Path(log).parents[3])
-        return self.engine.drive("reasons_of", log, asked)
+        return self.engine.drive("reasons_of", log, drive)
 
     def _require_inside(self, path: Path) -> None:
         request = ResultsFolder(path).read_manifest().get("request")

@@ -14,7 +14,7 @@ from drake_navbench.errors import NavbenchError
 from drake_navbench.inputs.floor_scenario import SCENARIO_FILES
 from drake_navbench.inputs.presets import preset_files
 from drake_navbench.studio.desk import Desk
-from drake_navbench.studio.messages import Asked, Driven
+from drake_navbench.studio.messages import DrawnScenario, Driven
 from drake_navbench.studio.open_scenario import files_of
 from drake_navbench.studio.page import Page
 from drake_navbench.studio.parameter_fields import ParameterField
@@ -195,10 +195,10 @@ class DrivePage(Page):
         desk, scenario = self._desk, self._desk.scenario
 
         def begin() -> Future[Driven]:
-            asked = Asked(scenario.drawing.content, scenario.path)
+            drawn = DrawnScenario(scenario.drawing.content, scenario.path)
             column, robot = desk.tuning.column(), desk.robot_argument()
             log = desk.engine.new_log()
-            begun: Future[Driven] = desk.engine.drive("drive_column", asked, column, robot, log)
+            begun: Future[Driven] = desk.engine.drive("drive_column", drawn, column, robot, log)
             begun.add_done_callback(desk.tuning.note)
             return begun
 

@@ -70,7 +70,7 @@ class _Desk:
 
 
 class Engine:
-    """Two workers in processes of their own: one looks, one drives, one task each at a time.
+    """Two worker processes, one task each at a time: one checks and reads, the other drives.
 
     Every method returns at once; the Future has the result, or the error in a line.
     """

@@ -142,7 +142,7 @@ class LivePage(Page):
         chosen = self._trial.value
         if chosen.startswith(OWN):
             driven = getattr(self._desk.tuning, chosen.removeprefix(OWN))
-            return driven.log, driven.asked
+            return driven.log, driven.drive
         return str(self._desk.folder.inside(chosen)), None
 
     def _ask_why(self) -> None:
@@ -155,14 +155,17 @@ class LivePage(Page):
             self._why.disabled = False
 
         self._say("driving again, to tell why ...", "soft")
-        begin, tell = lambda: self._desk.reasons(*self._chosen()), partial(self._tell, watched)
+        begin, tell = (
+            lambda: self._desk.reasons(*self._chosen()),
+            partial(self._show_reasons, watched),
+        )
         self._why.disabled = self._ask(begin, tell, ended)
 
-    def _tell(self, asked: Watched, found: Reasons) -> None:
-        if asked is not self._watched:
+    def _show_reasons(self, watched: Watched, found: Reasons) -> None:
+        if watched is not self._watched:
             return
-        self._watched = asked._replace(decisions=found.decisions, cycles=found.cycles)
-        self._say(asked.title, "soft")
+        self._watched = watched._replace(decisions=found.decisions, cycles=found.cycles)
+        self._say(watched.title, "soft")
         self._show()
 
     def _read(self, chosen: str, watched: Watched) -> None:
@@ -210,7 +213,7 @@ class LivePage(Page):
         self._body.data = coordinates([body])
         notes = lines([DRIFTING], "soft") if watched.is_drifting else Markup("")
         self._rows.text = str(table(["at this moment", ""], rows_of(watched, moment)) + notes)
-        self._reason.text = str(told_decision(moment.decision)) if moment.decision else ""
+        self._reason.text = str(decision_as_html(moment.decision)) if moment.decision else ""
 
     def _show_costmap(self, moment: Moment, shift: np.ndarray) -> None:
         costmap = moment.costmap
@@ -238,7 +241,7 @@ class LivePage(Page):
         }
 
 
-def told_decision(decision: Mapping[str, Any]) -> Markup:
+def decision_as_html(decision: Mapping[str, Any]) -> Markup:
     """Returns a decision's reasons as HTML: the sentence, the table, the notes."""
     head = Markup("<h3>why, {:.2f} s</h3>").format(decision["time"])
     shown = table(decision["columns"], decision["rows"]) if decision["rows"] else Markup("")

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from drake_navbench.arrays import Array
+from drake_navbench.kernels.arrays import Array
 from drake_navbench.nav2.patch import Place, patched
 
 if TYPE_CHECKING:
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 SERVER = "controller_server"
 
 
-class Asked(NamedTuple):
+class DrawnScenario(NamedTuple):
     """A scenario with its file's path or its name.
 
     content: as read from YAML. path: the file's, which may still have other content.
@@ -74,7 +74,7 @@ class Driven(NamedTuple):
     """A trial that was driven, as its page shows it.
 
     poses: (N, 3) x m, y m, yaw rad. speeds: (N, 2) m/s, rad/s. plan: (M, 2) m. metrics: value by
-    name. log: its file. took_s: wall-clock time in all. asked: the arguments of `drive_column`
+    name. log: its file. took_s: wall-clock time in all. drive: the arguments of `drive_column`
     except the log. notes: lines from the loaders.
     """
 
@@ -89,7 +89,7 @@ class Driven(NamedTuple):
     metrics: Mapping[str, float]
     log: str
     took_s: float
-    asked: tuple[Asked, Column, str]
+    drive: tuple[DrawnScenario, Column, str]
     notes: tuple[str, ...] = ()
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drake_navbench.analysis.cost_colors import palette, palette_rows
-from drake_navbench.arrays import Array
+from drake_navbench.kernels.arrays import Array
 
 # At most this many samples of a cycle are drawn: more would be a blot.
 MAX_SAMPLES = 60

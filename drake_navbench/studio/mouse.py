@@ -29,7 +29,7 @@ const place = (event) => {
   const sx = event.clientX - box.x, sy = event.clientY - box.y;
   return {sx, sy, x: x_scale.invert(sx), y: y_scale.invert(sy), is_inside: bbox.contains(sx, sy)};
 };
-// Seen on this page alone: the server does not hear of it.
+// Seen on this page alone: the server is not told.
 const draw = (model, values) => model.setv(values, {sync: false});
 let begin = null, last = null, count = 0;
 const clear = () => { begin = null; draw(preview, {data: {x: [], y: []}}); };
@@ -50,7 +50,7 @@ const follow = (to) => {
   }
   draw(label, {x: to.x, y: to.y, text, visible: true});
 };
-const heard = {
+const listeners = {
   pointerdown: (event) => {
     const at = place(event);
     if (event.isPrimary && event.button === 0 && !pan.active && at.is_inside) { begin = at; }
@@ -70,7 +70,7 @@ const heard = {
   pointercancel: clear,
   pointerleave: () => { if (begin === null) { draw(label, {visible: false}); } },
 };
-for (const [name, listener] of Object.entries(heard)) { area.addEventListener(name, listener); }
+for (const [name, listener] of Object.entries(listeners)) { area.addEventListener(name, listener); }
 """
 
 Place = tuple[float, float]
@@ -126,11 +126,11 @@ class Mouse:
         same place; m, not snapped.
         """
 
-        def hear(_name: str, _old: Any, new: Mapping[str, Any]) -> None:
+        def on_gesture(_name: str, _old: Any, new: Mapping[str, Any]) -> None:
             kind, x0, y0, x1, y1 = (new[name][0] for name in ("kind", "x0", "y0", "x1", "y1"))
             if kind == "drag":
                 on_drag((x0, y0), (x1, y1))
             else:
                 on_click((x0, y0), kind == "again")
 
-        self._gesture.on_change("data", hear)
+        self._gesture.on_change("data", on_gesture)

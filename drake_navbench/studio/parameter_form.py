@@ -77,9 +77,9 @@ class ParameterForm:
 
     def _row(self, field: ParameterField) -> Any:
         value = self._changes.get(field.key, field.value)
-        told = [f"default {_told(field.default)}"]
+        told = [f"default {_value_text(field.default)}"]
         if field.given is not None:
-            told.append(f"{self._source} {_told(field.given)}")
+            told.append(f"{self._source} {_value_text(field.given)}")
         if field.kind in ("number", "whole"):
             told.append(f"slider {field.low:g} to {field.high:g}")
         unit = f" [{field.unit}]" if field.unit else ""
@@ -101,7 +101,7 @@ class ParameterForm:
             return styled(choice)
         if field.kind in ("number", "whole"):
             return self._number(field, value)
-        entry = TextInput(value=_told(value), sizing_mode="stretch_width")
+        entry = TextInput(value=_value_text(value), sizing_mode="stretch_width")
         entry.on_change("value", partial(self._set_text, field))
         return styled(entry)
 
@@ -147,7 +147,7 @@ class ParameterForm:
             self._on_fault(str(error))
 
 
-def _told(value: Any) -> str:
+def _value_text(value: Any) -> str:
     if isinstance(value, float):
         return f"{value:g}"
     if isinstance(value, list):

@@ -113,7 +113,9 @@ def parameter_differences(new: Path, old: Path) -> tuple[str, ...]:
         olds = before[alike[0]]
         for key in sorted({*values, *olds}):
             if values.get(key) != olds.get(key):
-                lines.append(f"{base}: {key} {_told(olds.get(key))} → {_told(values.get(key))}")
+                lines.append(
+                    f"{base}: {key} {_value_text(olds.get(key))} → {_value_text(values.get(key))}"
+                )
     if len(lines) > MAX_LINES:
         lines = [*lines[:MAX_LINES], f"and {len(lines) - MAX_LINES} more"]
     return tuple(lines)
@@ -153,5 +155,5 @@ def _pages(folder: OpenFolder, path: Path) -> tuple[tuple[str, str], ...]:
     )
 
 
-def _told(value: Any) -> str:
+def _value_text(value: Any) -> str:
     return "none" if value is None else str(value)

@@ -19,7 +19,7 @@ from drake_navbench.studio.desk import Desk
 from drake_navbench.studio.drawing import entry_at, with_entry
 from drake_navbench.studio.drawing_tools import MOVE, OF_POSES, OF_WAYS, Hold, dragged, with_way
 from drake_navbench.studio.floor_plan import POSES, FloorPlan
-from drake_navbench.studio.messages import Asked, Checked, Ground
+from drake_navbench.studio.messages import Checked, DrawnScenario, Ground
 from drake_navbench.studio.mouse import Place
 from drake_navbench.studio.open_scenario import WORLD_SUFFIXES, files_of
 from drake_navbench.studio.page import Page
@@ -152,9 +152,9 @@ class ScenarioPage(Page):
         self._refresh()
         self._plan.show_ground(None, None)
         self._plan.look_at(self._items(), None)
-        asked = Asked(scenario.drawing.content, scenario.path)
+        drawn = DrawnScenario(scenario.drawing.content, scenario.path)
         self._ask(
-            lambda: self._desk.engine.look("open_scenario", asked),
+            lambda: self._desk.engine.look("open_scenario", drawn),
             partial(self._grounded, scenario.opened),
         )
 
@@ -303,13 +303,13 @@ class ScenarioPage(Page):
         if not self._faults.text:
             self._faults.text = str(lines(["checking ..."], "soft"))
         try:
-            asked = Asked(scenario.drawing.content, scenario.path)
+            drawn = DrawnScenario(scenario.drawing.content, scenario.path)
             robot = self._desk.robot_argument()
         except NavbenchError as error:
             self._faults.text = str(lines([str(error)], "bad"))
             return
         self._ask(
-            lambda: self._desk.engine.look("check_drawing", asked, robot),
+            lambda: self._desk.engine.look("check_drawing", drawn, robot),
             partial(self._checked, self._seen),
         )
 

@@ -11,9 +11,9 @@ import numpy as np
 import shapely
 from pydantic import TypeAdapter
 
-from drake_navbench.arrays import Array
 from drake_navbench.inputs.moving_obstacles import MovingObstacle
 from drake_navbench.inputs.world import Obstacle
+from drake_navbench.kernels.arrays import Array
 from drake_navbench.kernels.poses import place_outline
 from drake_navbench.studio.drawing import Place, entry_at
 

@@ -182,7 +182,7 @@ def serve(folder: OpenFolder, port: int, told: Callable[[str], None]) -> None:
         for module, _ in PAGES.values():
             import_module(f"drake_navbench.studio.{module}")
 
-    with bound(port) as listening, folder.lock(_told_of(listening)):
+    with bound(port) as listening, folder.lock(_lock_owner(listening)):
         desk.append(Desk(folder))
         try:
             pages = {name: partial(page, name) for name in PAGES}
@@ -193,5 +193,5 @@ def serve(folder: OpenFolder, port: int, told: Callable[[str], None]) -> None:
             desk[0].close()
 
 
-def _told_of(listening: socket.socket) -> str:
+def _lock_owner(listening: socket.socket) -> str:
     return f"process {os.getpid()}, http://{HOST}:{listening.getsockname()[1]}"

@@ -14,10 +14,8 @@ from drake_navbench.analysis.metrics.registry import all_metrics
 from drake_navbench.analysis.replay.reasons import shown_reasons
 from drake_navbench.analysis.tables import PRINTED, SUCCESS_RATE
 from drake_navbench.analysis.trial_rows import trial_row
-from drake_navbench.arrays import Array
 from drake_navbench.campaign.campaign import plan_campaign
 from drake_navbench.campaign.logged_trial import logged_trial, trial_of_log
-from drake_navbench.costmaps.map_file import OCCUPIED, UNKNOWN
 from drake_navbench.errors import InputError, NavbenchError
 from drake_navbench.inputs.controller_file import names_file
 from drake_navbench.inputs.gazebo_world import load_gazebo_world, scenario_in_world
@@ -25,14 +23,15 @@ from drake_navbench.inputs.presets import Preset
 from drake_navbench.inputs.robot import Robot, body_top_m, load_robot
 from drake_navbench.inputs.scenario import Scenario
 from drake_navbench.inputs.task_check import check_task
+from drake_navbench.kernels.arrays import Array
 from drake_navbench.kernels.poses import place_outline
 from drake_navbench.logs.log import TrialLog
 from drake_navbench.nav2.whole_files import FileColumns, WholeFile, columns_of_files
 from drake_navbench.studio.messages import (
     SERVER,
-    Asked,
     Checked,
     Column,
+    DrawnScenario,
     Driven,
     Ground,
     MetricOf,
@@ -74,10 +73,10 @@ def warm(column: str) -> list[MetricOf]:
     ]
 
 
-def check_drawing(asked: Asked, robot: str) -> Checked:
+def check_drawing(drawn: DrawnScenario, robot: str) -> Checked:
     """Returns the faults of a drawing, in the words of the loader, and its plans."""
     try:
-        scenario = asked.scenario()
+        scenario = drawn.scenario()
         loaded = scenario.load_robot(robot)
         check_task(scenario, loaded)
     except InputError as error:
@@ -124,12 +123,12 @@ def column_fields(column: Column, robot: str) -> list[ParameterField]:
     return [*fields_of(_plugin_of(columns, column)), *node_fields(columns.setup)]
 
 
-def drive_column(asked: Asked, column: Column, robot: str, log: str) -> Driven:
+def drive_column(drawn: DrawnScenario, column: Column, robot: str, log: str) -> Driven:
     """Drives the trial that `run` drives of these files with one trial; writes its log."""
     began_s = time.perf_counter()
     with warnings.catch_warnings(record=True) as told:
         warnings.simplefilter("always")
-        spec = spec_of(asked, column, robot)
+        spec = spec_of(drawn, column, robot)
         ended = simulate(spec)
     write_whole(Path(log), ended.write)
     row = trial_row(ended)
@@ -146,7 +145,7 @@ def drive_column(asked: Asked, column: Column, robot: str, log: str) -> Driven:
         {name: float(v) for name, v in row.items() if isinstance(v, int | float)},
         log,
         time.perf_counter() - began_s,
-        (asked, column, robot),
+        (drawn, column, robot),
         tuple(dict.fromkeys(str(one.message) for one in told)),
     )
 
@@ -179,23 +178,23 @@ def read_watched(path: str) -> Watched:
     )
 
 
-def reasons_of(path: str, asked: tuple[Asked, Column, str] | None) -> Reasons:
+def reasons_of(path: str, drawn: tuple[DrawnScenario, Column, str] | None) -> Reasons:
     """Returns the reasons of every decision of a logged trial, and the diagnostics of its cycles.
 
-    asked: of a trial of the studio; None for a log in a results folder. Raises InputError where the
+    drawn: of a trial of the studio; None for a log in a results folder. Raises InputError where the
     controller cannot tell, or the trial cannot be driven again.
     """
     log = TrialLog.read(Path(path))
     require_explainable(log)
-    spec = logged_trial(log, Path(path)) if asked is None else trial_of_log(spec_of(*asked), log)
+    spec = logged_trial(log, Path(path)) if drawn is None else trial_of_log(spec_of(*drawn), log)
     found = whole_why(spec, log)
     return Reasons(tuple(shown_reasons(found.decisions)), found.diagnostics)
 
 
-def spec_of(asked: Asked, column: Column, robot: str) -> TrialSpec:
+def spec_of(drawn: DrawnScenario, column: Column, robot: str) -> TrialSpec:
     """Returns the specification of the trial, the first that `run` would drive; InputError."""
     preset, own = _preset_and_robot(column, robot)
-    return plan_campaign([asked.scenario()], [preset], trials=1, robot=own).specs[0]
+    return plan_campaign([drawn.scenario()], [preset], trials=1, robot=own).specs[0]
 
 
 def _preset_and_robot(column: Column, robot: str) -> tuple[Preset, str | Robot]:
@@ -239,18 +238,19 @@ def begin_again(old: Path, new: Path) -> Path:
     return new
 
 
-def open_scenario(asked: Asked) -> Ground | None:
+def open_scenario(drawn: DrawnScenario) -> Ground | None:
     """Returns the map of a scenario, None without one; raises InputError as the loader does."""
-    grid = asked.scenario().places[0].map
+    grid = drawn.scenario().places[0].map
     if grid is None:
         return None
-    cells = np.asarray(grid.occupancy)
-    skip = max(1, -(-max(cells.shape) // MAX_GROUND_CELLS))
-    shown = cells[::skip, ::skip]
-    image = np.zeros(shown.shape, dtype=np.uint32)
+    skip = max(1, -(-max(grid.occupancy.shape) // MAX_GROUND_CELLS))
+    is_occupied, is_unknown = (
+        cells[::skip, ::skip] for cells in (grid.is_occupied, grid.is_unknown)
+    )
+    image = np.zeros(is_occupied.shape, dtype=np.uint32)
     # Red, green, blue and alpha from the lowest byte on.
-    image[shown == OCCUPIED] = 0xFF7D7064
-    image[shown == UNKNOWN] = 0x2E7D7064
+    image[is_occupied] = 0xFF7D7064
+    image[is_unknown] = 0x2E7D7064
     return Ground(image, grid.bounds)
 
 

@@ -10,19 +10,19 @@ from pydrake.systems.framework import DiagramBuilder, OutputPort
 from drake_navbench.inputs.drive import AckermannDrive, DifferentialDrive, OmnidirectionalDrive
 from drake_navbench.inputs.faults import Conditions
 from drake_navbench.inputs.robot import Robot
-from drake_navbench.systems.ackermann_base import AckermannBase
-from drake_navbench.systems.actuators import LimitedForce, SlippingWheels
-from drake_navbench.systems.delays import CommandLink
-from drake_navbench.systems.floor_transport import FloorTransport
-from drake_navbench.systems.mobile_base import MobileBase
-from drake_navbench.systems.omnidirectional_base import OmnidirectionalBase
-from drake_navbench.systems.wheelchair import Wheelchair
 from drake_navbench.trial.navigation_wiring import command_clock, connect_inputs
+from drake_navbench.trial.systems.ackermann_base import AckermannBase
+from drake_navbench.trial.systems.actuators import LimitedForce, SlippingWheels
+from drake_navbench.trial.systems.delays import CommandLink
+from drake_navbench.trial.systems.floor_transport import FloorTransport
+from drake_navbench.trial.systems.mobile_base import MobileBase
+from drake_navbench.trial.systems.omnidirectional_base import OmnidirectionalBase
+from drake_navbench.trial.systems.wheelchair import Wheelchair
 from drake_navbench.trial.timing import CONTROLLER_OFFSET_S
 
 if TYPE_CHECKING:
-    from drake_navbench.systems.caster_base import CasterBase
-    from drake_navbench.systems.multibody_base import MultibodyBase
+    from drake_navbench.trial.systems.caster_base import CasterBase
+    from drake_navbench.trial.systems.multibody_base import MultibodyBase
 
     Base = MobileBase | CasterBase | MultibodyBase
 
@@ -66,7 +66,7 @@ def _base_with_wheels(
     resistance = robot.rolling_resistance_ratio
     # Imported late: most robots need no such base.
     if drive.physics == "planar_casters":
-        from drake_navbench.systems.caster_base import CasterBase
+        from drake_navbench.trial.systems.caster_base import CasterBase
 
         return CasterBase(
             drive,
@@ -75,7 +75,7 @@ def _base_with_wheels(
             footprint=robot.outline,
             rolling_resistance=resistance,
         )
-    from drake_navbench.systems.multibody_base import MultibodyBase
+    from drake_navbench.trial.systems.multibody_base import MultibodyBase
 
     return MultibodyBase(
         drive,

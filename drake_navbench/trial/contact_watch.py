@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 import shapely
 
-from drake_navbench.arrays import Array
 from drake_navbench.inputs.drive import Drive
 from drake_navbench.inputs.moving_obstacles import circle, with_people
 from drake_navbench.inputs.recorded_people import RecordedPeople
 from drake_navbench.inputs.world import World
+from drake_navbench.kernels.arrays import Array
 from drake_navbench.kernels.moving_bodies import (
     FAR_AWAY_M,
     Tracks,
@@ -41,10 +41,10 @@ VELOCITY_WINDOW_S = 1e-3
 
 @dataclass(frozen=True)
 class Contact:
-    """The first contact of a trial; state: (6,) x m, y m, yaw rad, v m/s, w rad/s, vy m/s at
-    time_s.
+    """The first contact of a trial.
 
-    body: which of those that move was touched; None for a standing obstacle.
+    time_s: its time. state: (6,) of the robot, x m, y m, yaw rad, v m/s, w rad/s, vy m/s. body: the
+    index of the moving body that was touched; None for a standing obstacle.
     """
 
     time_s: float
@@ -258,7 +258,7 @@ class MovingContact:
         """Returns whether the robot's reference point lies inside a body."""
         return covers(*self._bodies.placed(self._tracks.poses_at(time_s)), *state[:2])
 
-    def account(self, body: int, time_s: float, state: Array) -> dict[str, Any]:
+    def facts(self, body: int, time_s: float, state: Array) -> dict[str, Any]:
         """Returns the body that was met, and the closing speeds of robot and body, as plain data.
 
         `robot_closing_mps` is the velocity of the robot's point of contact towards the body,

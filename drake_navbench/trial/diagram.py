@@ -15,8 +15,6 @@ from pydrake.geometry import SceneGraph
 from pydrake.systems.framework import Context, Diagram, DiagramBuilder, OutputPort
 
 from drake_navbench.controller import Controller
-from drake_navbench.costmaps.filter_masks import FilterMask
-from drake_navbench.costmaps.map_file import OccupancyMap
 from drake_navbench.explanation import ControlCycle
 from drake_navbench.inputs.faults import Conditions, conditions_of
 from drake_navbench.inputs.robot import Robot
@@ -24,23 +22,9 @@ from drake_navbench.inputs.world import World
 from drake_navbench.inputs.world_geometry import register_obstacles
 from drake_navbench.logs.moment import Moment
 from drake_navbench.navigation.checker_settings import make_goal_checker, make_progress_checker
+from drake_navbench.navigation.costmaps.filter_masks import FilterMask
+from drake_navbench.navigation.costmaps.map_file import OccupancyMap
 from drake_navbench.navigation.path_handler import PathHandler
-from drake_navbench.systems.actuators import SlippingWheels
-from drake_navbench.systems.binary_filter import BinaryFilter
-from drake_navbench.systems.clearance import Clearance
-from drake_navbench.systems.compute_clock import ComputeClock, ComputeTimes
-from drake_navbench.systems.controller_server import ControllerServer
-from drake_navbench.systems.delays import CommandLink
-from drake_navbench.systems.floor_transport import FloorTransport
-from drake_navbench.systems.lidar import Lidar
-from drake_navbench.systems.local_costmap import LocalCostmap
-from drake_navbench.systems.moving_world import MovingWorld
-from drake_navbench.systems.navigator import Navigator
-from drake_navbench.systems.range_sensors import RangeSensors
-from drake_navbench.systems.recorder import Recorder
-from drake_navbench.systems.running_stack import RunningStack, RunningStackSystem, StackTask
-from drake_navbench.systems.speed_filter import SpeedFilter
-from drake_navbench.systems.tree_navigator import TreeNavigator
 from drake_navbench.trial.base_wiring import add_base, add_way_to_wheels
 from drake_navbench.trial.filter_wiring import add_filters
 from drake_navbench.trial.floors import TrialFloors, connect_floors
@@ -57,6 +41,22 @@ from drake_navbench.trial.navigation_wiring import (
 from drake_navbench.trial.recording_wiring import add_clearance, add_recorder, add_viewer
 from drake_navbench.trial.sensor_wiring import add_moving_world, add_sensors
 from drake_navbench.trial.spec import FollowPlan, NavigateToPoses
+from drake_navbench.trial.systems.actuators import SlippingWheels
+from drake_navbench.trial.systems.binary_filter import BinaryFilter
+from drake_navbench.trial.systems.clearance import Clearance
+from drake_navbench.trial.systems.compute_clock import ComputeClock, ComputeTimes
+from drake_navbench.trial.systems.controller_server import ControllerServer
+from drake_navbench.trial.systems.delays import CommandLink
+from drake_navbench.trial.systems.floor_transport import FloorTransport
+from drake_navbench.trial.systems.lidar import Lidar
+from drake_navbench.trial.systems.local_costmap import LocalCostmap
+from drake_navbench.trial.systems.moving_world import MovingWorld
+from drake_navbench.trial.systems.navigator import Navigator
+from drake_navbench.trial.systems.range_sensors import RangeSensors
+from drake_navbench.trial.systems.recorder import Recorder
+from drake_navbench.trial.systems.running_stack import RunningStack, RunningStackSystem, StackTask
+from drake_navbench.trial.systems.speed_filter import SpeedFilter
+from drake_navbench.trial.systems.tree_navigator import TreeNavigator
 from drake_navbench.trial.timing import CONTROLLER_OFFSET_S, COSTMAP_OFFSET_S
 
 if TYPE_CHECKING:
@@ -117,14 +117,14 @@ class Looks(NamedTuple):
     """The outputs of a trial besides its log.
 
     watch: is called with the present moment whenever the recorder samples. keeps_costmaps: whether
-    the recorder keeps the local costmaps. hear: is called with every control cycle. takes_over: is
-    called before every cycle; a controller that it returns drives from then on, and so changes the
-    motion. It returns None otherwise.
+    the recorder keeps the local costmaps. on_cycle: is called with every control cycle. takes_over:
+    is called before every cycle; a controller that it returns drives from then on, and so changes
+    the motion. It returns None otherwise.
     """
 
     watch: Callable[[Moment], None] | None = None
     keeps_costmaps: bool = True
-    hear: Callable[[ControlCycle], None] | None = None
+    on_cycle: Callable[[ControlCycle], None] | None = None
     takes_over: Callable[[float], Controller | None] | None = None
 
 
@@ -346,7 +346,7 @@ def _add_controller_server(
             clock=clock,
         ),
     )
-    server.listen(looks.hear, looks.takes_over)
+    server.listen(looks.on_cycle, looks.takes_over)
     connect_inputs(builder, server, odometry_estimate=signals.odometry_estimate, costmap=costmap)
     connect_frame(builder, signals, server)
     return server

@@ -7,13 +7,13 @@ from typing import Any
 
 from pydrake.systems.framework import DiagramBuilder, OutputPort
 
-from drake_navbench.costmaps.filter_masks import FilterMask, FilterName
 from drake_navbench.inputs.navigation_settings import NavigationSettings
-from drake_navbench.systems.binary_filter import BinaryFilter
-from drake_navbench.systems.controller_server import ControllerServer
-from drake_navbench.systems.speed_filter import SpeedFilter
+from drake_navbench.navigation.costmaps.filter_masks import FilterMask, FilterName
 from drake_navbench.trial.floors import TrialFloors
 from drake_navbench.trial.navigation_wiring import connect_inputs
+from drake_navbench.trial.systems.binary_filter import BinaryFilter
+from drake_navbench.trial.systems.controller_server import ControllerServer
+from drake_navbench.trial.systems.speed_filter import SpeedFilter
 from drake_navbench.trial.timing import COSTMAP_OFFSET_S
 
 

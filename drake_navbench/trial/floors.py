@@ -7,18 +7,18 @@ from dataclasses import dataclass
 
 from pydrake.systems.framework import DiagramBuilder
 
-from drake_navbench.costmaps.filter_masks import FilterMask
-from drake_navbench.costmaps.layered_costmap import LayeredCostmap
-from drake_navbench.costmaps.map_file import OccupancyMap
 from drake_navbench.inputs.floors import FloorSight, sight_of
 from drake_navbench.inputs.navigation_settings import NavigationSettings
 from drake_navbench.inputs.robot import Robot
 from drake_navbench.inputs.scenario import Scenario
+from drake_navbench.navigation.costmaps.filter_masks import FilterMask
+from drake_navbench.navigation.costmaps.layered_costmap import LayeredCostmap
+from drake_navbench.navigation.costmaps.map_file import OccupancyMap
 from drake_navbench.navigation.lift_ride import draw_ride
 from drake_navbench.navigation.mission import MissionFollower, MissionLeg, RideLeg
-from drake_navbench.systems.floor_aware import FloorAware, FloorClock
-from drake_navbench.systems.tree_navigator import TreeNavigator
 from drake_navbench.trial.planning import global_layers, known_map
+from drake_navbench.trial.systems.floor_aware import FloorAware, FloorClock
+from drake_navbench.trial.systems.tree_navigator import TreeNavigator
 from drake_navbench.trial.timing import FLOOR_OFFSET_S, NAVIGATOR_OFFSET_S
 
 

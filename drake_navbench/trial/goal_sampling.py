@@ -17,13 +17,13 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
-from drake_navbench.costmaps.map_file import OccupancyMap, load_map
 from drake_navbench.errors import InputError
-from drake_navbench.inputs.floor_scenario import Pose
 from drake_navbench.inputs.gazebo_world import GazeboWorld, occupancy_of, scenario_in_world
 from drake_navbench.inputs.robot import Robot
 from drake_navbench.inputs.scenario import Scenario, Suite, scenario_on_map
 from drake_navbench.inputs.world_on_map import free_on_both
+from drake_navbench.navigation.costmaps.map_file import OccupancyMap, load_map
+from drake_navbench.typed_files.quantities import Pose
 
 # The least distance from start to goal: a goal next to the start needs no navigation.
 MIN_DISTANCE_M = 2.0

@@ -9,16 +9,16 @@ import numpy as np
 from numpy.typing import NDArray
 from pydrake.systems.framework import Context, Diagram, DiagramBuilder, LeafSystem, OutputPort
 
-from drake_navbench.costmaps.map_file import OccupancyMap
 from drake_navbench.inputs.faults import Conditions
 from drake_navbench.inputs.robot import Robot
-from drake_navbench.systems.amcl import Amcl
-from drake_navbench.systems.delays import LateOdometry
-from drake_navbench.systems.floor_aware import FloorClock
-from drake_navbench.systems.localization import HeldNoise, Localization
-from drake_navbench.systems.scripted_localization import ScriptedLocalization
+from drake_navbench.navigation.costmaps.map_file import OccupancyMap
 from drake_navbench.trial.floors import TrialFloors
 from drake_navbench.trial.navigation_wiring import Signals, connect_inputs
+from drake_navbench.trial.systems.amcl import Amcl
+from drake_navbench.trial.systems.delays import LateOdometry
+from drake_navbench.trial.systems.floor_aware import FloorClock
+from drake_navbench.trial.systems.localization import HeldNoise, Localization
+from drake_navbench.trial.systems.scripted_localization import ScriptedLocalization
 from drake_navbench.trial.timing import CONTROLLER_OFFSET_S, COSTMAP_OFFSET_S
 
 FRAMES = ("odometry_from_world", "map_from_odometry")
@@ -41,7 +41,7 @@ class LocalizationSystem:
     def signals(self, state: OutputPort, scan: OutputPort) -> Signals:
         """Returns the ports of a trial, with those of its state and its scans."""
         if self.scripted is None:
-            estimate = self.as_told("estimate", self.noise)
+            estimate = self.delayed_output("estimate", self.noise)
             return Signals(
                 state=state,
                 estimate=estimate,
@@ -50,7 +50,7 @@ class LocalizationSystem:
                 odometry_estimate=estimate,
             )
         names = ("estimate", "odometry", "odometry_estimate", *FRAMES)
-        ports = {name: self.as_told(name, self.scripted) for name in names}
+        ports = {name: self.delayed_output(name, self.scripted) for name in names}
         if self.amcl is not None:
             for name in ("estimate", "map_from_odometry"):
                 ports[name] = self.amcl.GetOutputPort(name)
@@ -66,7 +66,7 @@ class LocalizationSystem:
         if self.scripted is not None and self.scripted.HasInputPort("wheel_gains"):
             connect_inputs(builder, self.scripted, wheel_gains=gains)
 
-    def as_told(self, name: str, system: LeafSystem | Diagram) -> OutputPort:
+    def delayed_output(self, name: str, system: LeafSystem | Diagram) -> OutputPort:
         """Returns an output of a system, or of the system that delays this output."""
         late = self.late.get(name)
         return system.GetOutputPort(name) if late is None else late.GetOutputPort("late_estimate")
@@ -138,7 +138,7 @@ def add_localization(
     if floors is not None:
         connect_inputs(builder, amcl, state=state)
     system = LocalizationSystem(held, scripted, amcl, late)
-    told = system.as_told("odometry_estimate", scripted)
+    told = system.delayed_output("odometry_estimate", scripted)
     connect_inputs(builder, amcl, odometry_estimate=told)
     return system
 

@@ -12,19 +12,19 @@ from drake_navbench.inputs.robot import Robot
 from drake_navbench.navigation.monitor_sources import Mountings
 from drake_navbench.navigation.planner import is_path_valid
 from drake_navbench.navigation.waypoint_follower import WaypointFollower
-from drake_navbench.systems.behavior_server import BehaviorServer
-from drake_navbench.systems.collision_monitor import CollisionMonitorSystem
-from drake_navbench.systems.controller_server import ControllerServer
-from drake_navbench.systems.costmap_system import CostmapSystem
-from drake_navbench.systems.global_costmap import GlobalCostmap
-from drake_navbench.systems.local_costmap import LocalCostmap
-from drake_navbench.systems.navigator import Navigator
-from drake_navbench.systems.running_stack import RunningStack, RunningStackSystem, StackTask
-from drake_navbench.systems.tree_navigator import TreeNavigator
-from drake_navbench.systems.velocity_smoother import VelocitySmootherSystem
 from drake_navbench.trial.floors import mission_follower, tick_period_s
 from drake_navbench.trial.planning import path_smoother_of
 from drake_navbench.trial.spec import FollowPlan, NavigateToPoses
+from drake_navbench.trial.systems.behavior_server import BehaviorServer
+from drake_navbench.trial.systems.collision_monitor import CollisionMonitorSystem
+from drake_navbench.trial.systems.controller_server import ControllerServer
+from drake_navbench.trial.systems.costmap_system import CostmapSystem
+from drake_navbench.trial.systems.global_costmap import GlobalCostmap
+from drake_navbench.trial.systems.local_costmap import LocalCostmap
+from drake_navbench.trial.systems.navigator import Navigator
+from drake_navbench.trial.systems.running_stack import RunningStack, RunningStackSystem, StackTask
+from drake_navbench.trial.systems.tree_navigator import TreeNavigator
+from drake_navbench.trial.systems.velocity_smoother import VelocitySmootherSystem
 from drake_navbench.trial.timing import (
     BEHAVIOR_OFFSET_S,
     CONTROLLER_OFFSET_S,

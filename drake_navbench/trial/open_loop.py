@@ -6,10 +6,10 @@ import numpy as np
 from pydrake.geometry import SceneGraph
 from pydrake.systems.analysis import ApplySimulatorConfig, Simulator
 
-from drake_navbench.arrays import Array
 from drake_navbench.inputs.robot import Robot
-from drake_navbench.systems.ports import COMMAND_SIZE, STATE_SIZE
+from drake_navbench.kernels.arrays import Array
 from drake_navbench.trial.base_wiring import make_base
+from drake_navbench.trial.systems.ports import COMMAND_SIZE, STATE_SIZE
 from drake_navbench.trial.trial import INTEGRATION
 
 

@@ -7,17 +7,21 @@ from typing import Any
 
 import numpy as np
 
-from drake_navbench.arrays import Array
-from drake_navbench.costmaps.grid_size import require_grid_size
-from drake_navbench.costmaps.layered_costmap import FIRST_ORIGIN, GridGeometry, LayeredCostmap
-from drake_navbench.costmaps.map_file import OCCUPIED, OccupancyMap
 from drake_navbench.inputs.floor_scenario import FloorScenario
 from drake_navbench.inputs.robot import Robot
 from drake_navbench.inputs.scenario_plan import Arc, ElementsPlan, PolylinePlan, Straight
+from drake_navbench.kernels.arrays import Array
 from drake_navbench.kernels.grid import FREE, LETHAL, Costmap, Grid
 from drake_navbench.kernels.path_geometry import path_from_elements, path_from_polyline
 from drake_navbench.kernels.rasterize import mark_polygon
 from drake_navbench.navigation.behavior_tree.board import SmoothPath
+from drake_navbench.navigation.costmaps.grid_size import require_grid_size
+from drake_navbench.navigation.costmaps.layered_costmap import (
+    FIRST_ORIGIN,
+    GridGeometry,
+    LayeredCostmap,
+)
+from drake_navbench.navigation.costmaps.map_file import OCCUPIED, OccupancyMap
 from drake_navbench.navigation.planner import Planner
 from drake_navbench.navigation.planner_settings import make_planner
 from drake_navbench.navigation.smoother_settings import make_smoother

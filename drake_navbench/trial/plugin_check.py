@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from drake_navbench.costmaps.layered_costmap import local_layers
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.foreign_code import has_foreign_plugins
 from drake_navbench.inputs.presets import Preset
@@ -15,6 +14,7 @@ from drake_navbench.navigation.behavior_tree.board import Board
 from drake_navbench.navigation.behavior_tree.navigate_to_pose import navigate_to_pose_tree
 from drake_navbench.navigation.behaviors import make_behaviors
 from drake_navbench.navigation.checker_settings import make_goal_checker, make_progress_checker
+from drake_navbench.navigation.costmaps.layered_costmap import local_layers
 from drake_navbench.navigation.smoother_settings import make_smoother
 from drake_navbench.trial.planning import global_layers, planner_of
 

@@ -10,16 +10,16 @@ from pydrake.systems.primitives import Multiplexer
 from drake_navbench.inputs.robot import Robot
 from drake_navbench.inputs.world import World
 from drake_navbench.logs.moment import Moment
-from drake_navbench.systems.clearance import Clearance
-from drake_navbench.systems.controller_server import ControllerServer
-from drake_navbench.systems.floor_aware import FloorClock
-from drake_navbench.systems.moving_world import MovingWorld
-from drake_navbench.systems.navigator import Navigator
-from drake_navbench.systems.recorder import SIGNAL_SIZES, Recorder
-from drake_navbench.systems.running_stack import RunningStackSystem
-from drake_navbench.systems.tree_navigator import TreeNavigator
-from drake_navbench.systems.viewer import Viewer
 from drake_navbench.trial.navigation_wiring import Signals, connect_inputs, connect_world
+from drake_navbench.trial.systems.clearance import Clearance
+from drake_navbench.trial.systems.controller_server import ControllerServer
+from drake_navbench.trial.systems.floor_aware import FloorClock
+from drake_navbench.trial.systems.moving_world import MovingWorld
+from drake_navbench.trial.systems.navigator import Navigator
+from drake_navbench.trial.systems.recorder import SIGNAL_SIZES, Recorder
+from drake_navbench.trial.systems.running_stack import RunningStackSystem
+from drake_navbench.trial.systems.tree_navigator import TreeNavigator
+from drake_navbench.trial.systems.viewer import Viewer
 from drake_navbench.trial.timing import CONTROLLER_OFFSET_S
 
 CLEARANCE_PERIOD_S = 0.05

@@ -11,13 +11,13 @@ from pydrake.systems.framework import DiagramBuilder, OutputPort
 from drake_navbench.inputs.faults import Conditions
 from drake_navbench.inputs.robot import Robot
 from drake_navbench.inputs.world import World
-from drake_navbench.systems.depth_sensors import DepthSensors
-from drake_navbench.systems.lidar import Lidar
-from drake_navbench.systems.moving_world import MovingWorld
-from drake_navbench.systems.range_sensors import RangeSensors
 from drake_navbench.trial.floors import TrialFloors
 from drake_navbench.trial.localization_wiring import LocalizationSystem
 from drake_navbench.trial.navigation_wiring import Signals, connect_inputs
+from drake_navbench.trial.systems.depth_sensors import DepthSensors
+from drake_navbench.trial.systems.lidar import Lidar
+from drake_navbench.trial.systems.moving_world import MovingWorld
+from drake_navbench.trial.systems.range_sensors import RangeSensors
 
 
 def add_moving_world(

@@ -12,14 +12,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from drake_navbench import __version__
-from drake_navbench.costmaps.layered_costmap import LayeredCostmap
 from drake_navbench.inputs.foreign_code import foreign_code, has_foreign_plugins
 from drake_navbench.inputs.presets import Preset
 from drake_navbench.inputs.robot import Robot
 from drake_navbench.inputs.scenario import Scenario
 from drake_navbench.navigation.behavior_tree.board import MakePlan
+from drake_navbench.navigation.costmaps.layered_costmap import LayeredCostmap
 from drake_navbench.navigation.waypoint_follower import Pose
+from drake_navbench.processes.version import __version__
 from drake_navbench.trial.floors import TrialFloors
 
 

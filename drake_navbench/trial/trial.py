@@ -17,21 +17,19 @@ from pydrake.systems.analysis import (
 )
 from pydrake.systems.framework import Context, EventStatus
 
-from drake_navbench.arrays import Array
 from drake_navbench.controller import Controller
-from drake_navbench.costmaps.map_file import OccupancyMap
 from drake_navbench.errors import InputError, NavbenchError, is_machine_fault, one_line
 from drake_navbench.inputs.presets import Preset, load_preset
 from drake_navbench.inputs.robot import Robot
 from drake_navbench.inputs.scenario import Scenario, load_scenario
 from drake_navbench.inputs.task_check import check_task
+from drake_navbench.kernels.arrays import Array
 from drake_navbench.kernels.grid import Costmap
 from drake_navbench.logs.log import TrialLog
+from drake_navbench.navigation.costmaps.map_file import OccupancyMap
 from drake_navbench.navigation.task import TaskStatus
 from drake_navbench.processes.worker_process import Returned
 from drake_navbench.processes.workers import Died, Failure, Task, TimedOut, run_tasks, start_server
-from drake_navbench.systems.lifetime import release
-from drake_navbench.systems.running_stack import StackTask
 from drake_navbench.trial.column_controller import built_controller
 from drake_navbench.trial.contact_watch import Contact, ContactWatch
 from drake_navbench.trial.diagram import Looks, TrialDiagram, TrialMaps, build_trial_diagram
@@ -40,6 +38,8 @@ from drake_navbench.trial.planning import global_layers, known_map, make_plan
 from drake_navbench.trial.plugin_check import check_plugins, check_running_stack
 from drake_navbench.trial.rehearsal import rehearse
 from drake_navbench.trial.spec import FollowPlan, NavigateToPoses, TrialSpec
+from drake_navbench.trial.systems.lifetime import release
+from drake_navbench.trial.systems.running_stack import StackTask
 from drake_navbench.trial.task_cost import check_cost, wall_clock_limit_s
 from drake_navbench.trial.timing import MAX_STEP_S
 from drake_navbench.trial.trial_log import failed_log, make_log

@@ -29,13 +29,13 @@ from drake_navbench.logs.people import DECIMALS, LoggedPeople
 from drake_navbench.logs.plans import Plan, as_logged
 from drake_navbench.navigation.mission import FloorLeg, MissionProgress
 from drake_navbench.navigation.task import TaskState, TaskStatus
-from drake_navbench.systems.ports import read_object
-from drake_navbench.systems.recorder import Recording
-from drake_navbench.systems.running_stack import RunningStackSystem
-from drake_navbench.systems.tree_navigator import TreeNavigator
 from drake_navbench.trial.contact_watch import ContactWatch
 from drake_navbench.trial.diagram import TrialDiagram
 from drake_navbench.trial.spec import TrialSpec
+from drake_navbench.trial.systems.ports import read_object
+from drake_navbench.trial.systems.recorder import Recording
+from drake_navbench.trial.systems.running_stack import RunningStackSystem
+from drake_navbench.trial.systems.tree_navigator import TreeNavigator
 from drake_navbench.trial.timing import CONTROLLER_OFFSET_S
 
 OUTCOME_OF_TASK = {
@@ -67,7 +67,7 @@ def make_log(
     if isinstance(trial.navigator, RunningStackSystem):
         answer = trial.navigator.GetOutputPort("answer").Eval(navigator_context)
         info["legs"] = [leg.as_plain() for leg in answer.legs]
-        info["running_stack"] = trial.navigator.account()
+        info["running_stack"] = trial.navigator.facts()
         plans = answer.plans
     elif isinstance(trial.navigator, TreeNavigator):
         navigator = trial.navigator.GetOutputPort("navigator_state").Eval(navigator_context)
@@ -128,7 +128,7 @@ def _contact_account(contact_watch: ContactWatch) -> dict[str, Any]:
         return {}
     if contact.body is None or moving is None:
         return {"name": "an obstacle", "kind": "obstacle"}
-    return moving.account(contact.body, contact.time_s, contact.state)
+    return moving.facts(contact.body, contact.time_s, contact.state)
 
 
 def _people(recording: Recording) -> LoggedPeople | None:

@@ -21,16 +21,16 @@ from drake_navbench.explanation import (
     ControlCycle,
     ExplainingController,
     Explanation,
-    told_command,
+    command_text,
 )
 from drake_navbench.logs.log import LIVE_CHANGES, UNREPEATABLE_COLUMNS, Outcome, TrialLog
 from drake_navbench.processes.worker_process import Returned
 from drake_navbench.processes.workers import Task, run_tasks, start_server
-from drake_navbench.systems.compute_clock import ComputeClock
 from drake_navbench.trial.column_controller import built_controller
 from drake_navbench.trial.diagram import Looks
 from drake_navbench.trial.recording_wiring import RECORDER_PERIOD_S
 from drake_navbench.trial.spec import TrialSpec
+from drake_navbench.trial.systems.compute_clock import ComputeClock
 from drake_navbench.trial.task_cost import wall_clock_limit_s
 from drake_navbench.trial.trial import compute_times, simulate_with
 
@@ -64,7 +64,7 @@ class Why(NamedTuple):
             )
         command = self.explanation.command
         changed = (
-            (f"The robot got {told_command(self.sent)}: what follows the controller changed it.",)
+            (f"The robot got {command_text(self.sent)}: what follows the controller changed it.",)
             if command is not None and not self.explanation.gives(self.sent)
             else ()
         )
@@ -152,19 +152,19 @@ def _driven_again(spec: TrialSpec, log: TrialLog, time_s: float | None) -> Whole
     asked_s = math.inf if time_s is None else time_s
     cycles: list[ControlCycle] = []
 
-    def hear(cycle: ControlCycle) -> None:
+    def on_cycle(cycle: ControlCycle) -> None:
         if cycle.observation.time_s <= asked_s + ROUNDING_S:
             cycles.append(cycle)
 
-    looks, until_s = Looks(hear=hear), asked_s + 2.0 * RECORDER_PERIOD_S
+    looks, until_s = Looks(on_cycle=on_cycle), asked_s + 2.0 * RECORDER_PERIOD_S
     with built_controller(spec.preset, spec.robot, wants_diagnostics=True) as controller:
         again = simulate_with(controller, spec, looks, until_s=until_s)
     difference = _first_difference(again, log, asked_s + RECORDER_PERIOD_S)
-    asked = range(len(cycles)) if time_s is None else range(len(cycles))[-1:]
+    numbers = range(len(cycles)) if time_s is None else range(len(cycles))[-1:]
     with built_controller(spec.preset, spec.robot, wants_diagnostics=True) as controller:
         decisions = tuple(
             _decision(controller, cycles[number], number + 1, log, difference, time_s)
-            for number in asked
+            for number in numbers
         )
     return WholeWhy(decisions, again.diagnostics)
 

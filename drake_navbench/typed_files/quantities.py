@@ -55,6 +55,9 @@ Size = Annotated[float, Within(MIN_SIZE_M, MAX_LENGTH_M)]
 CellSize = Annotated[float, Within(1e-3, 1e2)]
 # Angles: up to 159 turns, either way.
 Angle = Annotated[float, Within(-1e3, 1e3)]
+# Places on the floor: x, y [m]; and with a heading [rad].
+Point = tuple[Length, Length]
+Pose = tuple[Length, Length, Angle]
 # Durations: a day and some more; where a negative time means "none", -1 is allowed.
 Duration = Annotated[float, Within(-1e5, 1e5)]
 # Periods between two samples: from 1 ms to an hour.

@@ -8,7 +8,7 @@ from pathlib import Path
 from pydantic import Field
 
 from drake_navbench.logs.text_tables import markdown_table
-from drake_navbench.releases import NEWEST_RELEASE, Release
+from drake_navbench.plugins.releases import NEWEST_RELEASE, Release
 from drake_navbench.typed_files.typed_yaml import FrozenModel, read_yaml, validate
 
 DATA_FILE = "nav2_plugins.yaml"

@@ -11,8 +11,8 @@ from synthetic_logs import straight_log
 from drake_navbench.inputs.robot import load_robot
 from drake_navbench.inputs.scenario import Scenario
 from drake_navbench.kernels.grid import LETHAL, Costmap
+from drake_navbench.kernels.scan import Scan
 from drake_navbench.logs.log import TrialLog
-from drake_navbench.logs.scans import Scan
 
 BOX_FACE_Y_M = 1.0
 BEAM_ANGLES_RAD = np.linspace(-np.pi, np.pi, 360, endpoint=False)

@@ -208,7 +208,7 @@ def test_what_is_not_needed_is_not_imported(reported):
     # A report on a published scenario asks for parameters of controllers.
     shutil.rmtree(reported / "trials" / "empty")
     code = (
-        "import sys; from drake_navbench.__main__ import main; "
+        "import sys; from drake_navbench.commands.main import main; "
         f"main(['report', {str(reported)!r}, '--jobs', '1']); "
         f"main(['compare', {str(reported)!r}, '--html', {str(reported / 'c.html')!r}]); "
         "print([n for n in ('matplotlib', 'pydrake', 'scipy.stats') if n in sys.modules])"

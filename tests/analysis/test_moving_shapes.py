@@ -12,9 +12,9 @@ from drake_navbench.analysis.figures.maps import course_of
 from drake_navbench.analysis.replay import write_race_replay, write_trial_replay
 from drake_navbench.analysis.replay.moving_shapes import rows_of_bends
 from drake_navbench.logs.log import TrialLog
-from drake_navbench.recordings import topics
-from drake_navbench.recordings.messages import MessageMaker
-from drake_navbench.recordings.trial_messages import TrialMessages
+from drake_navbench.ros2.recordings import topics
+from drake_navbench.ros2.recordings.messages import MessageMaker
+from drake_navbench.ros2.recordings.trial_messages import TrialMessages
 
 CART = {
     "type": "box",

@@ -6,8 +6,8 @@ import pandas as pd
 import pytest
 from replay_logs import replay_log
 
-from drake_navbench.__main__ import main
 from drake_navbench.analysis.worst_trial import worst_trial
+from drake_navbench.commands.main import main
 from drake_navbench.logs.results import ResultsFolder
 
 

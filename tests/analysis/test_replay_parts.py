@@ -33,7 +33,7 @@ from drake_navbench.analysis.replay.stage import (
     frames_until,
     spaced_in_time,
 )
-from drake_navbench.descriptions.drake_plant import MAX_DRAWN
+from drake_navbench.inputs.descriptions.drake_plant import MAX_DRAWN
 from drake_navbench.inputs.robot import load_robot
 
 BLUE = Rgba(0.0, 0.0, 1.0, 1.0)

@@ -10,7 +10,7 @@ from drake_navbench.analysis.statistics import share_interval, success_interval
 from drake_navbench.analysis.totals import (
     MAX_WORLDS_ONE_BY_ONE,
     differences,
-    told_by_totals,
+    scenarios_in_totals,
     totals,
     totals_csv,
 )
@@ -75,7 +75,7 @@ def test_what_is_in_no_suite_or_alone_in_it_has_no_totals():
 def test_only_suites_of_many_worlds_are_told_by_their_totals_alone():
     many = {f"barn_{n}": "BARN" for n in range(MAX_WORLDS_ONE_BY_ONE + 1)}
     few = {"ward_1": "ward", "ward_2": "ward", "empty": ""}
-    assert told_by_totals(many | few) == frozenset(many)
+    assert scenarios_in_totals(many | few) == frozenset(many)
 
 
 @pytest.mark.parametrize(("successes", "count"), [(0, 5), (3, 7), (50, 50)])

@@ -3,10 +3,6 @@
 import numpy as np
 import pytest
 
-from drake_navbench.costmaps.costmap_settings import GlobalCostmapSettings, LocalCostmapSettings
-from drake_navbench.costmaps.filter_masks import FilterMask
-from drake_navbench.costmaps.layered_costmap import GridGeometry, LayeredCostmap
-from drake_navbench.costmaps.map_file import OccupancyMap
 from drake_navbench.inputs.lidar import LidarSettings
 from drake_navbench.kernels.denoise import denoise
 from drake_navbench.kernels.footprint import circle_footprint, footprint_cost
@@ -18,8 +14,15 @@ from drake_navbench.kernels.obstacle_layer import scan_points, update_obstacle_l
 from drake_navbench.kernels.poses import place_outline
 from drake_navbench.kernels.rasterize import mark_polygon
 from drake_navbench.kernels.ray_casting import cast_rays
+from drake_navbench.kernels.scan import Scan
 from drake_navbench.kernels.voxel_layer import UNKNOWN_COLUMN, update_voxel_layer, voxel_grid
-from drake_navbench.logs.scans import Scan
+from drake_navbench.navigation.costmaps.costmap_settings import (
+    GlobalCostmapSettings,
+    LocalCostmapSettings,
+)
+from drake_navbench.navigation.costmaps.filter_masks import FilterMask
+from drake_navbench.navigation.costmaps.layered_costmap import GridGeometry, LayeredCostmap
+from drake_navbench.navigation.costmaps.map_file import OccupancyMap
 
 BEAMS = np.linspace(-np.pi, np.pi, 360, endpoint=False)
 FOOTPRINT = circle_footprint(0.3)

@@ -9,12 +9,12 @@ import pandas as pd
 import pytest
 from rich.console import Console
 
-from drake_navbench.__main__ import main
 from drake_navbench.analysis.scenario_analysis import read_trials
 from drake_navbench.campaign import live, live_controls
 from drake_navbench.campaign.campaign import plan_campaign
 from drake_navbench.campaign.live_controls import PACE, PAUSE, RESET, RESTART
 from drake_navbench.campaign.live_parameters import sliders_of, with_values
+from drake_navbench.commands.main import main
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.presets import load_preset
 from drake_navbench.inputs.scenario import load_scenario
@@ -134,7 +134,7 @@ def test_a_moved_slider_acts_from_the_next_cycle_and_is_told(spec, unwatched):
     # Cycles begin at 0.02 s, every 0.05 s: the first one after 1.0 s is at 1.02 s.
     (change,) = log.info["live_changes"]
     assert change == {"time_s": pytest.approx(1.02), "name": "max_linear_vel", "value": 0.2}
-    assert live.told_changes(log) == ["max_linear_vel = 0.2 from 1.02 s on"]
+    assert live.change_lines(log) == ["max_linear_vel = 0.2 from 1.02 s on"]
     assert log.info["identity"] != unwatched.info["identity"]
     before = unwatched.samples["time_s"] <= 1.02
     columns = [name for name in unwatched.samples if name not in UNREPEATABLE_COLUMNS]

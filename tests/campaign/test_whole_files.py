@@ -13,7 +13,7 @@ from drake_navbench.analysis.contests import Match
 from drake_navbench.campaign.campaign import plan_campaign
 from drake_navbench.campaign.manifest import begin
 from drake_navbench.campaign.request import Request
-from drake_navbench.campaign.request_arguments import request_from_arguments, told_of_files
+from drake_navbench.campaign.request_arguments import file_lines, request_from_arguments
 from drake_navbench.commands.run import build_parser, main
 from drake_navbench.errors import InputError
 from drake_navbench.logs.results import ResultsFolder
@@ -104,7 +104,7 @@ def test_differences_are_told_by_parameter_and_what_has_no_effect_is_marked(file
         (RADIUS, ("0.6", "0.4"), False),
         ("amcl.min_particles", ("400", "800"), True),
     ]
-    lines = told_of_files(request, request.nav2_columns())
+    lines = file_lines(request, request.nav2_columns())
     assert lines[:2] == ["a = a.yaml, b = b.yaml: 1 parameter differs", f"  {RADIUS}: 0.6 -> 0.4"]
 
 
@@ -133,7 +133,7 @@ def test_parameters_of_another_plugin_are_counted_and_told_by_check(files, capsy
     files({})
     humble = str(JAZZY.with_name("humble.yaml"))
     request = request_of("--nav2", "a.yaml", "--against", humble)
-    lines = told_of_files(request, request.nav2_columns())
+    lines = file_lines(request, request.nav2_columns())
     (counted,) = [line for line in lines if line.startswith("  controller_server.FollowPath: ")]
     assert "parameters that not all have: a " in counted
     assert any(line.startswith("  controller_server.FollowPath.plugin: ") for line in lines)
@@ -241,9 +241,9 @@ def test_a_comparison_names_what_differs_as_the_files_do(files, tmp_path):
 def test_merged_files_and_files_of_params_tell_what_is_not_used(files):
     files({RADIUS: 0.4})
     merged = request_of("--nav2", "a.yaml", "--nav2", "b.yaml")
-    assert any("merged into one" in line for line in told_of_files(merged, merged.nav2_columns()))
+    assert any("merged into one" in line for line in file_lines(merged, merged.nav2_columns()))
     parts = request_of("--params", "a.yaml")
-    (line,) = told_of_files(parts, ())
+    (line,) = file_lines(parts, ())
     assert line.startswith("--params a.yaml: takes the controllers only; ")
     assert "local_costmap" in line
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from drake_navbench.costmaps.map_file import MapMode, load_map, occupancy_from_grey
 from drake_navbench.errors import InputError, InputWarning
+from drake_navbench.navigation.costmaps.map_file import MapMode, load_map, occupancy_from_grey
 
 FIELDS = {
     "image": "map.pgm",

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from drake_navbench.costmaps.map_file import MOVINGAI_RESOLUTION_M, OCCUPIED, load_map
 from drake_navbench.errors import InputError
+from drake_navbench.navigation.costmaps.map_file import MOVINGAI_RESOLUTION_M, OCCUPIED, load_map
 
 TEXT = """type octile
 height 3

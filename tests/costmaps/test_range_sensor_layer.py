@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from drake_navbench.costmaps.costmap_settings import LocalCostmapSettings
-from drake_navbench.costmaps.layered_costmap import local_layers
-from drake_navbench.costmaps.range_reading import RangeReading
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.lidar import LidarSettings
 from drake_navbench.inputs.robot import Robot
 from drake_navbench.kernels.grid import FREE, LETHAL, NO_INFORMATION, cost_at
+from drake_navbench.navigation.costmaps.costmap_settings import LocalCostmapSettings
+from drake_navbench.navigation.costmaps.layered_costmap import local_layers
+from drake_navbench.navigation.costmaps.range_reading import RangeReading
 from drake_navbench.typed_files.typed_yaml import validate
 
 FOOTPRINT = np.array([[0.1, 0.1], [-0.1, 0.1], [-0.1, -0.1], [0.1, -0.1]])

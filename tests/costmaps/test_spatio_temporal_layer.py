@@ -3,10 +3,6 @@
 import numpy as np
 import pytest
 
-from drake_navbench.costmaps.costmap_settings import LocalCostmapSettings
-from drake_navbench.costmaps.layered_costmap import local_layers
-from drake_navbench.costmaps.point_cloud import PointCloud
-from drake_navbench.costmaps.spatio_temporal_layer import means_of_voxels
 from drake_navbench.inputs.lidar import LidarSettings
 from drake_navbench.kernels.grid import LETHAL
 from drake_navbench.kernels.spatio_temporal_voxels import (
@@ -18,6 +14,10 @@ from drake_navbench.kernels.spatio_temporal_voxels import (
     is_inside,
     marked,
 )
+from drake_navbench.navigation.costmaps.costmap_settings import LocalCostmapSettings
+from drake_navbench.navigation.costmaps.layered_costmap import local_layers
+from drake_navbench.navigation.costmaps.point_cloud import PointCloud
+from drake_navbench.navigation.costmaps.spatio_temporal_layer import means_of_voxels
 from drake_navbench.typed_files.typed_yaml import validate
 
 FOOTPRINT = np.array([[0.1, 0.1], [-0.1, 0.1], [-0.1, -0.1], [0.1, -0.1]])

@@ -11,9 +11,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from PIL import Image
 
-from drake_navbench.costmaps.map_file import OCCUPIED, UNKNOWN, load_map
-from drake_navbench.costmaps.turned_map import turned_along_axes
 from drake_navbench.errors import InputError, InputWarning
+from drake_navbench.navigation.costmaps.map_file import OCCUPIED, UNKNOWN, load_map
+from drake_navbench.navigation.costmaps.turned_map import turned_along_axes
 
 # Two columns and three rows, the lowest first.
 CELLS = np.array([[0, 100], [0, 0], [100, 0]], dtype=np.int8)
@@ -67,7 +67,7 @@ def test_a_map_file_with_a_yaw_is_turned_and_nav2s_way_with_it_told(tmp_path):
     data = {"image": "map.png", "resolution": 0.5, "origin": [2.0, 1.0, math.pi / 2]}
     data |= {"negate": 0, "occupied_thresh": 0.65, "free_thresh": 0.196}
     (tmp_path / "map.yaml").write_text(yaml.safe_dump(data))
-    with pytest.warns(InputWarning, match="no notice of a map's yaw"):
+    with pytest.warns(InputWarning, match="costmaps ignore it"):
         grid = load_map(tmp_path / "map.yaml")
     assert grid.bounds == pytest.approx((0.5, 1.0, 2.0, 2.0))
     # The cell at the lower right has come to the upper right of the lower left corner.
@@ -76,6 +76,6 @@ def test_a_map_file_with_a_yaw_is_turned_and_nav2s_way_with_it_told(tmp_path):
 
 
 def test_a_turned_map_may_become_too_large(monkeypatch):
-    monkeypatch.setattr("drake_navbench.costmaps.grid_size.MAX_GRID_CELLS", 150)
+    monkeypatch.setattr("drake_navbench.navigation.costmaps.grid_size.MAX_GRID_CELLS", 150)
     with pytest.raises(InputError, match="map: 16 x 15 cells are too many"):
         turned(math.pi / 4, np.zeros((10, 11), dtype=np.int8))

@@ -3,18 +3,25 @@
 import numpy as np
 import pytest
 
-from drake_navbench.costmaps.costmap_settings import GlobalCostmapSettings, LocalCostmapSettings
-from drake_navbench.costmaps.layered_costmap import GridGeometry, LayeredCostmap, local_layers
-from drake_navbench.costmaps.map_file import OCCUPIED, OccupancyMap
-from drake_navbench.costmaps.observation_layers import VoxelLayerParameters
-from drake_navbench.costmaps.observation_source import ObservationSourceSettings
-from drake_navbench.costmaps.point_cloud import PointCloud
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.lidar import LidarSettings
 from drake_navbench.inputs.robot import Robot
 from drake_navbench.kernels.grid import FREE, INSCRIBED, LETHAL, NO_INFORMATION
+from drake_navbench.kernels.scan import Scan
 from drake_navbench.kernels.voxel_layer import UNKNOWN_COLUMN
-from drake_navbench.logs.scans import Scan
+from drake_navbench.navigation.costmaps.costmap_settings import (
+    GlobalCostmapSettings,
+    LocalCostmapSettings,
+)
+from drake_navbench.navigation.costmaps.layered_costmap import (
+    GridGeometry,
+    LayeredCostmap,
+    local_layers,
+)
+from drake_navbench.navigation.costmaps.map_file import OCCUPIED, OccupancyMap
+from drake_navbench.navigation.costmaps.observation_layers import VoxelLayerParameters
+from drake_navbench.navigation.costmaps.observation_source import ObservationSourceSettings
+from drake_navbench.navigation.costmaps.point_cloud import PointCloud
 from drake_navbench.typed_files.typed_yaml import validate
 
 FOOTPRINT = np.array([[0.1, 0.1], [-0.1, 0.1], [-0.1, -0.1], [0.1, -0.1]])

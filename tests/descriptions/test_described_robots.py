@@ -11,11 +11,11 @@ import shapely
 from descriptions_scenes import XACRO, write_repository
 
 from drake_navbench.analysis.replay.robot_model import load_model
-from drake_navbench.descriptions.model_source import read_source
-from drake_navbench.descriptions.xacro_file import expand_xacro
 from drake_navbench.errors import InputError, InputWarning
 from drake_navbench.inputs.check import Status
 from drake_navbench.inputs.described_robot import describe_robot
+from drake_navbench.inputs.descriptions.model_source import read_source
+from drake_navbench.inputs.descriptions.xacro_file import expand_xacro
 from drake_navbench.inputs.robot import load_robot
 from drake_navbench.processes.limited_call import call_limited
 

@@ -14,6 +14,7 @@ from PIL import Image
 from drake_navbench.commands import import_world
 from drake_navbench.commands.command_line import EXIT_DONE, EXIT_WRONG_INPUT
 from drake_navbench.errors import InputError, InputWarning
+from drake_navbench.inputs.descriptions.mesh_slices import cut_area
 from drake_navbench.inputs.gazebo_world import (
     is_world,
     load_gazebo_world,
@@ -24,7 +25,6 @@ from drake_navbench.inputs.robot import load_robot
 from drake_navbench.inputs.scenario import load_scenario
 from drake_navbench.inputs.world_on_map import share_that_stands, warn_of_other_world
 from drake_navbench.trial.goal_sampling import sample_world_tasks
-from drake_navbench.typed_files.mesh_slices import cut_area
 
 LIDAR_M, TOP_M = 0.2, 0.5
 

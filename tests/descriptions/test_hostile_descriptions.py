@@ -10,9 +10,9 @@ import pytest
 from descriptions_scenes import box, world
 
 from drake_navbench.analysis.replay.robot_model import SdfModel
-from drake_navbench.descriptions import sdf
 from drake_navbench.errors import InputError, InputWarning
 from drake_navbench.inputs import gazebo_world
+from drake_navbench.inputs.descriptions import sdf
 from drake_navbench.inputs.gazebo_world import load_gazebo_world
 from drake_navbench.inputs.robot_model import read_robot_model
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 import pytest
 import trimesh
 
-from drake_navbench.descriptions.body import base_of, wheels_of
-from drake_navbench.descriptions.gazebo_drive import drive_of
-from drake_navbench.descriptions.model_source import read_source
 from drake_navbench.inputs.described_robot import describe_robot
+from drake_navbench.inputs.descriptions.body import base_of, wheels_of
+from drake_navbench.inputs.descriptions.gazebo_drive import drive_of
+from drake_navbench.inputs.descriptions.model_source import read_source
 from drake_navbench.inputs.package_files import ROBOT, find_package_files
 
 BODY = (

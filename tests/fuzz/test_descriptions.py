@@ -9,10 +9,10 @@ from damage import as_text, damaged, damaged_text
 from hypothesis import given
 
 from drake_navbench.analysis.replay.robot_model import SdfModel
-from drake_navbench.descriptions.clearpath_robot import clearpath_xacro
+from drake_navbench.inputs.descriptions.clearpath_robot import clearpath_xacro
+from drake_navbench.inputs.descriptions.ros_packages import Packages
 from drake_navbench.inputs.gazebo_world import load_gazebo_world, scenario_in_world
 from drake_navbench.inputs.robot import load_robot
-from drake_navbench.typed_files.ros_packages import Packages
 
 SDF = """<sdf version="1.8"><model name="cart">
   <link name="base_link">

@@ -16,7 +16,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 from PIL import Image
 
-from drake_navbench.costmaps.map_file import load_map
 from drake_navbench.inputs.presets import load_preset
 from drake_navbench.inputs.robot import load_robot
 from drake_navbench.inputs.scenario import load_scenario
@@ -24,6 +23,7 @@ from drake_navbench.inputs.task_check import check_task
 from drake_navbench.logs.log import TrialLog
 from drake_navbench.logs.results import ResultsFolder
 from drake_navbench.nav2.controllers import load_parameter_file
+from drake_navbench.navigation.costmaps.map_file import load_map
 from drake_navbench.trial.task_cost import check_cost
 from drake_navbench.typed_files.typed_yaml import read_yaml
 

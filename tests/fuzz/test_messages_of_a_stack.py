@@ -13,11 +13,11 @@ from hypothesis import strategies as st
 
 pytest.importorskip("cyclonedds")
 
-from drake_navbench.live.goal_watch import GoalWatch
-from drake_navbench.live.stack_topics import TWIST, TWIST_STAMPED, _entry, _planar
-from drake_navbench.live.wire_types import WireMessage, encoded
-from drake_navbench.recordings import topics
-from drake_navbench.recordings.messages import MessageMaker
+from drake_navbench.ros2.live.goal_watch import GoalWatch
+from drake_navbench.ros2.live.stack_topics import TWIST, TWIST_STAMPED, _entry, _planar
+from drake_navbench.ros2.live.wire_types import WireMessage, encoded
+from drake_navbench.ros2.recordings import topics
+from drake_navbench.ros2.recordings.messages import MessageMaker
 
 # A sequence that claims 4,294,967,295 elements.
 ALL_ONES = b"\xff\xff\xff\xff"

@@ -19,7 +19,7 @@ from drake_navbench.analysis.leaderboard.suite import read_open_suite
 from drake_navbench.controllers.learned.network import Network, load_network
 from drake_navbench.inputs.barn import barn_scenarios
 from drake_navbench.inputs.robot_model import read_robot_model
-from drake_navbench.recordings.bag_source import BagSource
+from drake_navbench.ros2.recordings.bag_source import BagSource
 
 BARN_WORLD = """<sdf version='1.6'><world name='default'>
 <model name='unit_cylinder_1'><pose frame=''>-2.0 3.0 0.5 0 0 0</pose><link name='link'>

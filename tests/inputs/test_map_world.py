@@ -12,12 +12,12 @@ from PIL import Image
 
 from drake_navbench.commands.command_line import EXIT_WRONG_INPUT
 from drake_navbench.commands.run import main
-from drake_navbench.costmaps.map_file import OCCUPIED, UNKNOWN, OccupancyMap
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.map_world import occupied_boxes
 from drake_navbench.inputs.robot import Robot
 from drake_navbench.inputs.scenario import load_scenario
 from drake_navbench.kernels.grid import FREE, LETHAL, NO_INFORMATION
+from drake_navbench.navigation.costmaps.map_file import OCCUPIED, UNKNOWN, OccupancyMap
 from drake_navbench.trial.planning import global_costmap, known_map
 
 BLACK, WHITE, GREY = 0, 254, 205

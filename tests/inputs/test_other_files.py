@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from drake_navbench.costmaps.map_file import load_map
 from drake_navbench.errors import InputError, InputWarning
 from drake_navbench.inputs.robot import load_robot
 from drake_navbench.inputs.scenario import load_scenario
 from drake_navbench.nav2.parameters import read_parameter_file
 from drake_navbench.navigation.behavior_tree.tree_file import read_tree_file
+from drake_navbench.navigation.costmaps.map_file import load_map
 
 URDF = """<robot name="a"><link name="base_link">{mass}{shapes}</link></robot>"""
 BOX = "<collision{name}><geometry><box size='0.4 0.6 0.2'/></geometry></collision>"

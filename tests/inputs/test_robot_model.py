@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 import shapely
 
-from drake_navbench.descriptions import meshes
 from drake_navbench.errors import InputError, InputWarning
+from drake_navbench.inputs.descriptions import meshes
 from drake_navbench.inputs.robot import load_robot
 from drake_navbench.inputs.robot_model import read_robot_model
 from drake_navbench.kernels.footprint import pad_footprint

@@ -6,10 +6,10 @@ import re
 
 import numpy as np
 import pytest
+from nav2_setups import read_nav2_files
 
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.robot import ROBOT_FILES, load_robot, overridden
-from drake_navbench.nav2.robot import read_nav2_files
 
 WHEELCHAIR_SDF = ROBOT_FILES.folder / "wheelchair.sdf"
 

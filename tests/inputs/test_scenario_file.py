@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import json
 
+import pytest
 import yaml
 
+from drake_navbench.errors import InputError
 from drake_navbench.inputs.floor_scenario import SCENARIO_FILES
 from drake_navbench.inputs.scenario import SET_BY_LOADING, Scenario, load_scenario
 
@@ -90,3 +92,18 @@ def test_the_built_in_tasks_that_are_impossible_are_those_closed_in_by_walls():
         "restricted_small_noisy",
         "restricted_large_noisy",
     }
+
+
+@pytest.mark.parametrize(
+    ("plan", "expected"),
+    [
+        ("{type: polyline, points: [[1, 2], [1, 2]]}", r"points: expected two different corners"),
+        ("{type: elements, elements: [{arc_deg: 0, radius_m: 1}]}", r"arc_deg: expected a turn"),
+    ],
+)
+def test_a_plan_that_leads_nowhere_is_refused_with_its_field(plan, expected, tmp_path):
+    path = tmp_path / "nowhere.yaml"
+    path.write_text(f"description: a plan\nstart: [0, 0, 0]\ngoal: [1, 0, 0]\nplan: {plan}\n")
+    with pytest.raises(InputError, match=expected) as refused:
+        load_scenario(str(path))
+    assert str(path) in str(refused.value)

@@ -7,7 +7,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from drake_navbench.errors import InputError
 from drake_navbench.kernels.path_geometry import (
     path_from_elements,
     path_from_polyline,
@@ -143,12 +142,12 @@ def test_mirrored_arcs_give_the_mirrored_path(elements):
     ],
 )
 def test_a_wrong_element_is_named(elements, text):
-    with pytest.raises(InputError, match=text):
+    with pytest.raises(ValueError, match=text):
         path_from_elements(ORIGIN, elements, 0.05)
 
 
 def test_a_spacing_of_zero_is_refused():
-    with pytest.raises(InputError, match=r"spacing_m: got 0\.0"):
+    with pytest.raises(ValueError, match=r"spacing_m: got 0\.0"):
         path_from_elements(ORIGIN, [{"s": 1.0}], 0.0)
 
 
@@ -174,7 +173,7 @@ def test_repeated_points_of_a_polyline_are_dropped():
 
 @pytest.mark.parametrize("points", [[[0.0, 0.0]], [[1.0, 1.0], [1.0, 1.0]], [0.0, 1.0]])
 def test_a_polyline_without_two_points_is_refused(points):
-    with pytest.raises(InputError, match="polyline: got"):
+    with pytest.raises(ValueError, match="polyline: got"):
         path_from_polyline(points, 0.1)
 
 

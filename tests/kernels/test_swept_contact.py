@@ -20,7 +20,7 @@ from drake_navbench.kernels.swept_contact import (
     share_until_contact,
     soonest_contact_s,
 )
-from drake_navbench.systems.wheelchair import Wheelchair
+from drake_navbench.trial.systems.wheelchair import Wheelchair
 from drake_navbench.trial.trial import INTEGRATION
 
 CORNER_M = math.hypot(0.85, 0.3)

@@ -1,7 +1,7 @@
 """A stand-in for a navigation stack: plans on /map and follows the path; numpy alone.
 
 It is no controller of the benchmark and is not meant to drive well: it is the other side of the
-tests of `drake_navbench.live`, once over Cyclone DDS and once as nodes of the real rclpy.
+tests of `drake_navbench.ros2.live`, once over Cyclone DDS and once as nodes of the real rclpy.
 """
 
 from __future__ import annotations

@@ -14,10 +14,10 @@ sys.path.insert(0, str(Path(__file__).parent))
 
 from stand_in_brain import Brain
 
-from drake_navbench.live.domain import LATCHED, LiveDomain
-from drake_navbench.live.stack_topics import TWIST, TWIST_STAMPED, _planar
-from drake_navbench.recordings import topics
-from drake_navbench.recordings.messages import MessageMaker
+from drake_navbench.ros2.live.domain import LATCHED, LiveDomain
+from drake_navbench.ros2.live.stack_topics import TWIST, TWIST_STAMPED, _planar
+from drake_navbench.ros2.recordings import topics
+from drake_navbench.ros2.recordings.messages import MessageMaker
 
 
 class CycloneStack:

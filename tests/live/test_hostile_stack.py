@@ -16,14 +16,14 @@ from cyclonedds.core import DDSException
 from cyclonedds.pub import DataWriter
 from cyclonedds.topic import Topic
 
-from drake_navbench.live import lookout
-from drake_navbench.live.domain import LATCHED, NODE_TOPIC, NODE_TYPE, PLAIN, LiveDomain, _qos
-from drake_navbench.live.endpoints import Quality
-from drake_navbench.live.stack_topics import TWIST
-from drake_navbench.live.wire_types import dds_topic, encoded, wire_type
 from drake_navbench.logs.log import Outcome
-from drake_navbench.recordings import topics
-from drake_navbench.recordings.messages import MessageMaker
+from drake_navbench.ros2.live import lookout
+from drake_navbench.ros2.live.domain import LATCHED, NODE_TOPIC, NODE_TYPE, PLAIN, LiveDomain, _qos
+from drake_navbench.ros2.live.endpoints import Quality
+from drake_navbench.ros2.live.stack_topics import TWIST
+from drake_navbench.ros2.live.wire_types import dds_topic, encoded, wire_type
+from drake_navbench.ros2.recordings import topics
+from drake_navbench.ros2.recordings.messages import MessageMaker
 from drake_navbench.trial.trial import run_trial
 
 CUTS = (4, 8, 12, 20)

@@ -1,4 +1,4 @@
-"""The parts of `drake_navbench.live` that need no domain."""
+"""The parts of `drake_navbench.ros2.live` that need no domain."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ import pytest
 
 pytest.importorskip("cyclonedds")
 
-from drake_navbench.costmaps.point_cloud import PointCloud
 from drake_navbench.errors import InputError
-from drake_navbench.live import clock_file
-from drake_navbench.live.clock_file import FIRST_STAMP_NS, GAP_NS, ClockFile
-from drake_navbench.live.endpoints import (
+from drake_navbench.navigation.costmaps.point_cloud import PointCloud
+from drake_navbench.ros2.live import clock_file
+from drake_navbench.ros2.live.clock_file import FIRST_STAMP_NS, GAP_NS, ClockFile
+from drake_navbench.ros2.live.endpoints import (
     BEST_EFFORT,
     TRANSIENT_LOCAL,
     Endpoint,
@@ -23,11 +23,11 @@ from drake_navbench.live.endpoints import (
     mismatches,
     robots_there,
 )
-from drake_navbench.live.goal_watch import GoalEntry, GoalState, GoalWatch
-from drake_navbench.live.pace import Pace
-from drake_navbench.live.parameters import LiveParameters
-from drake_navbench.live.robot_topics import points_in_sensor, urdf_in_frames
-from drake_navbench.live.wire_types import dds_topic, dds_type, ros_topic, ros_type, type_hash
+from drake_navbench.ros2.live.goal_watch import GoalEntry, GoalState, GoalWatch
+from drake_navbench.ros2.live.pace import Pace
+from drake_navbench.ros2.live.parameters import LiveParameters
+from drake_navbench.ros2.live.robot_topics import points_in_sensor, urdf_in_frames
+from drake_navbench.ros2.live.wire_types import dds_topic, dds_type, ros_topic, ros_type, type_hash
 
 SCAN = "sensor_msgs/msg/LaserScan"
 
@@ -107,7 +107,7 @@ def test_at_rate_max_a_stack_that_sends_nothing_gets_the_pace_of_the_wall_clock(
     held.note_command(0.15, has_come=True)
     held.hold(0.16)
     assert wall.now_s == pytest.approx(100.10)
-    assert held.account()["missed_command_count"] == 1
+    assert held.facts()["missed_command_count"] == 1
 
 
 def entry(number, state, accepted_ns=0):

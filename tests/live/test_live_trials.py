@@ -10,16 +10,16 @@ from stand_ins import CYCLONE, ROBOT, live, stand_in, way
 
 pytest.importorskip("cyclonedds")
 
-from drake_navbench.__main__ import main
 from drake_navbench.analysis.metrics.compute import cycle_times_ms
 from drake_navbench.analysis.metrics.definition import Undefined
+from drake_navbench.commands.main import main
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.scenario_plan import GridPlan
-from drake_navbench.live import live_extra, lookout
-from drake_navbench.live.domain import PLAIN, LiveDomain
-from drake_navbench.live.endpoints import TRANSIENT_LOCAL, Quality
-from drake_navbench.live.loopback import domain_sockets
 from drake_navbench.logs.log import Outcome, TrialLog
+from drake_navbench.ros2.live import live_extra, lookout
+from drake_navbench.ros2.live.domain import PLAIN, LiveDomain
+from drake_navbench.ros2.live.endpoints import TRANSIENT_LOCAL, Quality
+from drake_navbench.ros2.live.loopback import domain_sockets
 from drake_navbench.trial.trial import run_trial
 
 SCAN = "sensor_msgs/msg/LaserScan"

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from drake_navbench.__main__ import main
+from drake_navbench.commands.main import main
 from drake_navbench.controller import Observation
 from drake_navbench.controllers.external import ExternalController
 from drake_navbench.controllers.mppi.lanes import unpack

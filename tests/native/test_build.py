@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from drake_navbench.__main__ import main
+from drake_navbench.commands.main import main
 from drake_navbench.controllers.external import ExternalController
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.robot import load_robot

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from drake_navbench.__main__ import main
+from drake_navbench.commands.main import main
 from drake_navbench.errors import InputError
 from drake_navbench.native.builds import FlagSet, NoiseSource, find_build
 from drake_navbench.studies.side_by_side.gate_builds import build_of, left_out_changes

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pytest
+from nav2_setups import read_nav2_files
 
 from drake_navbench.campaign.request_arguments import request_from_arguments
 from drake_navbench.commands.command_line import EXIT_WRONG_INPUT
@@ -10,7 +11,6 @@ from drake_navbench.commands.run import build_parser, main
 from drake_navbench.errors import InputError, InputWarning
 from drake_navbench.inputs.originals_beside import with_originals
 from drake_navbench.inputs.robot import load_robot
-from drake_navbench.nav2.robot import read_nav2_files
 from drake_navbench.trial.trial import simulate
 
 GRACEFUL = "nav2_graceful_controller::GracefulController"

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from drake_navbench.__main__ import main
+from drake_navbench.commands.main import main
 from drake_navbench.controllers.external.client_process import ClientProcess
 from drake_navbench.inputs.robot import load_robot
 from drake_navbench.kernels.grid import LETHAL, Costmap

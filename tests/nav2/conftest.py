@@ -5,10 +5,10 @@ from pathlib import Path
 
 import pytest
 import yaml
+from nav2_setups import read_nav2_files
 
 from drake_navbench.inputs.robot import load_robot
 from drake_navbench.nav2.controllers import load_parameter_file
-from drake_navbench.nav2.robot import read_nav2_files
 
 
 @pytest.fixture

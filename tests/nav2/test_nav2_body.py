@@ -4,10 +4,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from nav2_setups import read_nav2_files
 
 from drake_navbench.inputs.check import Status
 from drake_navbench.inputs.robot import load_robot
-from drake_navbench.nav2.robot import read_nav2_files
 
 FILE = """
 local_costmap:

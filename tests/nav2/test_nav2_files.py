@@ -4,6 +4,7 @@ from pathlib import Path
 
 import pytest
 import yaml
+from nav2_setups import read_nav2_files
 from nav2_texts import COLUMN, LOCAL, RPP, SHIM, row_of
 
 from drake_navbench.errors import InputError
@@ -12,7 +13,7 @@ from drake_navbench.inputs.robot import load_robot
 from drake_navbench.nav2.node_reader import similar_name_hint
 from drake_navbench.nav2.outline import parse_points
 from drake_navbench.nav2.parameters import read_parameter_file
-from drake_navbench.nav2.robot import Nav2Setup, read_nav2_files
+from drake_navbench.nav2.robot import Nav2Setup
 
 FILES = Path(__file__).parent / "nav2_files"
 RELEASES = ("humble", "iron", "jazzy", "kilted", "lyrical")

@@ -6,8 +6,8 @@ from pathlib import Path
 import pytest
 
 from drake_navbench.errors import InputError
-from drake_navbench.nav2.parameters import read_parameter_file
-from drake_navbench.nav2.patch import given_value, patched, place_of
+from drake_navbench.nav2.parameters import read_parameter_file, read_parameter_text
+from drake_navbench.nav2.patch import patched, place_of
 
 FILE = Path("nav2_params.yaml")
 FILES = sorted((Path(__file__).parent / "nav2_files").glob("*.yaml"))
@@ -27,6 +27,14 @@ local_costmap:
   local_costmap:
     ros__parameters: {width: 3, inflation_layer: {inflation_radius: 0.55}}
 """
+
+
+def given_value(text, place, path):
+    """Returns the value that a file's text gives the parameter of one node."""
+    wanted = place_of(place)
+    sections = read_parameter_text(text, path).sections
+    (own,) = [s for s in sections if s.name.strip("/").endswith(wanted.node)]
+    return own.parameters[wanted.name].value
 
 
 def changed_lines(before, after):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 
 import pytest
+from nav2_setups import read_nav2_files
 from nav2_texts import RPP, row_of
 from pydantic import BaseModel
 
@@ -12,9 +13,9 @@ from drake_navbench.controller import CONTROLLERS
 from drake_navbench.inputs.check import Status
 from drake_navbench.inputs.robot import load_robot
 from drake_navbench.nav2.release import SINCE, UNTIL
-from drake_navbench.nav2.robot import Nav2Setup, read_nav2_files
+from drake_navbench.nav2.robot import Nav2Setup
 from drake_navbench.navigation.smoother_parameters import SimpleSmootherParameters
-from drake_navbench.releases import Release, read_by
+from drake_navbench.plugins.releases import Release, read_by
 
 WHEELCHAIR = load_robot("wheelchair")
 ALL = ("humble", "iron", "jazzy", "kilted", "lyrical")

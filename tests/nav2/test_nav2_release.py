@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from nav2_setups import read_nav2_files
 
 from drake_navbench.commands.run import main
 from drake_navbench.errors import InputError
@@ -12,8 +13,7 @@ from drake_navbench.inputs.robot import load_robot
 from drake_navbench.nav2.controllers import load_parameter_file
 from drake_navbench.nav2.parameters import read_parameter_file
 from drake_navbench.nav2.release import Found, release_of, release_row
-from drake_navbench.nav2.robot import read_nav2_files
-from drake_navbench.releases import Release
+from drake_navbench.plugins.releases import Release
 
 FILES = Path(__file__).parent / "nav2_files"
 WHEELCHAIR = load_robot("wheelchair")

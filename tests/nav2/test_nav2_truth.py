@@ -3,13 +3,14 @@
 from pathlib import Path
 
 import pytest
+from nav2_setups import read_nav2_files
 
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.check import Status
 from drake_navbench.inputs.presets import load_preset
 from drake_navbench.inputs.robot import load_robot
 from drake_navbench.inputs.speed_check import asks_for_more
-from drake_navbench.nav2.robot import Nav2Setup, read_nav2_files
+from drake_navbench.nav2.robot import Nav2Setup
 
 HYBRID = """
 planner_server:

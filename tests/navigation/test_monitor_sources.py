@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from drake_navbench.costmaps.range_reading import RangeReading
-from drake_navbench.logs.scans import Scan
+from drake_navbench.kernels.scan import Scan
+from drake_navbench.navigation.costmaps.range_reading import RangeReading
 from drake_navbench.navigation.monitor_sources import (
     MonitorReadings,
     MonitorSource,

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 from planner_requests import answer, random_requests
 
-from drake_navbench.costmaps.built_in_layers import InflationLayerParameters
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.robot import load_robot
 from drake_navbench.inputs.scenario import Scenario
@@ -12,6 +11,7 @@ from drake_navbench.kernels.footprint import footprint_radii
 from drake_navbench.kernels.grid import LETHAL, Costmap
 from drake_navbench.kernels.hybrid_motion import FORWARD, REVERSE, motions
 from drake_navbench.kernels.inflation import inflate
+from drake_navbench.navigation.costmaps.built_in_layers import InflationLayerParameters
 from drake_navbench.navigation.planner import (
     GoalOccupied,
     GoalOutsideMapBounds,

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from robot_bags import ROBOT_YAML
 
-from drake_navbench.recordings.messages import MessageMaker
+from drake_navbench.ros2.recordings.messages import MessageMaker
 
 
 @pytest.fixture(scope="session")

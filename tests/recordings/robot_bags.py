@@ -19,9 +19,9 @@ from rosbags.rosbag2 import StoragePlugin, Writer
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from drake_navbench.kernels.grid import LETHAL
-from drake_navbench.recordings.messages import MessageMaker
-from drake_navbench.recordings.occupancy import occupancy_from_costs
-from drake_navbench.recordings.rosbags_extra import ros2_types
+from drake_navbench.ros2.recordings.messages import MessageMaker
+from drake_navbench.ros2.recordings.occupancy import occupancy_from_costs
+from drake_navbench.ros2.recordings.rosbags_extra import ros2_types
 
 START_NS = 1_650_000_000_000_000_000
 SPEED_MPS, REST_S, DRIVE_S = 0.2, 1.0, 10.0

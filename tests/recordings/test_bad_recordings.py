@@ -20,10 +20,10 @@ from robot_bags import (
 )
 from rosbags.rosbag2.storage_mcap import zstd
 
-from drake_navbench.__main__ import main
+from drake_navbench.commands.main import main
 from drake_navbench.logs.log import TrialLog
 from drake_navbench.logs.results import ResultsFolder
-from drake_navbench.recordings.bag_files import MCAP_MAGIC
+from drake_navbench.ros2.recordings.bag_files import MCAP_MAGIC
 
 MOVED = "nav_msgs/msg/Odometry"
 
@@ -330,7 +330,7 @@ def test_a_folder_that_holds_something_else_is_left_alone(importing, bag, make):
 
 def test_without_the_library_one_line_says_how_to_get_it(importing, bag, make, monkeypatch):
     path = bag(turtlebot(make))
-    monkeypatch.setattr("drake_navbench.recordings.rosbags_extra.find_spec", lambda name: None)
+    monkeypatch.setattr("drake_navbench.ros2.recordings.rosbags_extra.find_spec", lambda name: None)
     assert importing.fails(path).endswith("pip install 'drake-navbench[bags]'")
 
 

@@ -7,8 +7,8 @@ import pytest
 from robot_bags import turtlebot, without, write_ros2
 
 from drake_navbench.errors import InputError
-from drake_navbench.recordings.drive_data import DriveData
-from drake_navbench.recordings.drive_fit import fit_drive
+from drake_navbench.ros2.recordings.drive_data import DriveData
+from drake_navbench.ros2.recordings.drive_fit import fit_drive
 from drake_navbench.studies.doctor.bag import BagReport, report_on
 from drake_navbench.studies.doctor.symptoms import Symptom
 

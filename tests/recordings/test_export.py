@@ -16,26 +16,26 @@ from mcap.reader import make_reader
 from mcap_ros2.decoder import DecoderFactory
 from recorded_trials import short_trial
 
-from drake_navbench.__main__ import main
+from drake_navbench.commands.main import main
 from drake_navbench.inputs.robot import load_robot
 from drake_navbench.inputs.world import Box, World
 from drake_navbench.kernels.grid import LETHAL
 from drake_navbench.logs.log import TrialLog
-from drake_navbench.recordings.messages import MessageMaker
-from drake_navbench.recordings.occupancy import (
+from drake_navbench.ros2.recordings.messages import MessageMaker
+from drake_navbench.ros2.recordings.occupancy import (
     costs_from_occupancy,
     map_of_world,
     occupancy_from_costs,
 )
-from drake_navbench.recordings.recorded_columns import ROLES
-from drake_navbench.recordings.robot_description import urdf_of
-from drake_navbench.recordings.rosbags_extra import ros2_types
-from drake_navbench.recordings.topics import SCALARS, TOPICS
-from drake_navbench.recordings.trial_messages import TIME_ZERO_NS, TrialMessages
+from drake_navbench.ros2.recordings.recorded_columns import ROLES
+from drake_navbench.ros2.recordings.robot_description import urdf_of
+from drake_navbench.ros2.recordings.rosbags_extra import ros2_types
+from drake_navbench.ros2.recordings.topics import SCALARS, TOPICS
+from drake_navbench.ros2.recordings.trial_messages import TIME_ZERO_NS, TrialMessages
 from drake_navbench.trial.trial import run_trial
 
 REPOSITORY = Path(__file__).parents[2]
-LAYOUTS = REPOSITORY / "drake_navbench" / "recordings" / "layouts"
+LAYOUTS = REPOSITORY / "drake_navbench" / "ros2" / "recordings" / "layouts"
 
 
 @pytest.fixture(scope="module")
@@ -338,7 +338,7 @@ def test_what_cannot_be_exported_is_one_line_and_leaves_nothing(
     empty = short_trial()
     TrialLog(empty.samples.iloc[:0], (), dict(empty.info)).write(tmp_path / "empty.parquet")
     assert "ended before its first sample" in fails(str(tmp_path / "empty.parquet"), "--mcap")
-    monkeypatch.setattr("drake_navbench.recordings.rosbags_extra.find_spec", lambda name: None)
+    monkeypatch.setattr("drake_navbench.ros2.recordings.rosbags_extra.find_spec", lambda name: None)
     assert fails(str(log_file), "--mcap").endswith("pip install 'drake-navbench[bags]'")
     assert not (tmp_path / "out").exists()
 

@@ -10,10 +10,10 @@ import pytest
 from robot_bags import turtlebot, write_ros2
 from rosbags.rosbag2.storage_mcap import zstd
 
-from drake_navbench.__main__ import main
+from drake_navbench.commands.main import main
 from drake_navbench.errors import InputError
-from drake_navbench.recordings import reading
-from drake_navbench.recordings.bag_files import MCAP_END, MCAP_MAGIC, BagFiles
+from drake_navbench.ros2.recordings import reading
+from drake_navbench.ros2.recordings.bag_files import MCAP_END, MCAP_MAGIC, BagFiles
 
 ODOMETRY = "nav_msgs/msg/Odometry"
 CLOCK_NS = 10**9

@@ -26,11 +26,11 @@ from robot_bags import (
     write_ros2,
 )
 
-from drake_navbench.__main__ import main
 from drake_navbench.analysis.metrics.registry import all_metrics, measure_all
+from drake_navbench.commands.main import main
 from drake_navbench.logs.log import Outcome, TrialLog
 from drake_navbench.logs.results import ResultsFolder
-from drake_navbench.recordings.import_bags import ImportRequest, read_recording
+from drake_navbench.ros2.recordings.import_bags import ImportRequest, read_recording
 from drake_navbench.trial.trial import run_trial
 
 SOLID_MAP = """\

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from recorded_trials import short_trial
 
-from drake_navbench.__main__ import main
 from drake_navbench.analysis.metrics.registry import measure_all
+from drake_navbench.commands.main import main
 from drake_navbench.inputs.robot import load_robot
 from drake_navbench.kernels.grid import LETHAL
 from drake_navbench.logs.log import LATERAL_COLUMNS, TrialLog

@@ -10,13 +10,13 @@ import yaml
 from robot_bags import drive as turtlebot_drive
 from robot_bags import reached, turtlebot, without, write_ros2
 
-from drake_navbench.__main__ import main
+from drake_navbench.commands.main import main
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.drive import DifferentialDrive
 from drake_navbench.inputs.robot import Robot
-from drake_navbench.recordings.drive_data import DriveData
-from drake_navbench.recordings.drive_fit import as_yaml, fit_drive
-from drake_navbench.recordings.simulation_gap import simulation_gap
+from drake_navbench.ros2.recordings.drive_data import DriveData
+from drake_navbench.ros2.recordings.drive_fit import as_yaml, fit_drive
+from drake_navbench.ros2.recordings.simulation_gap import simulation_gap
 from drake_navbench.trial.open_loop import drive_open_loop
 
 DRIVE = DifferentialDrive(

@@ -8,7 +8,7 @@ from drake_navbench.errors import InputError
 from drake_navbench.studio import drawing
 from drake_navbench.studio.drawing import EMPTY_FLOOR, Drawing
 from drake_navbench.studio.drawing_tools import Hold, dragged, with_way
-from drake_navbench.studio.messages import Asked
+from drake_navbench.studio.messages import DrawnScenario
 from drake_navbench.studio.scene_items import items_of
 
 WALL = drawing.wall((3.0, -2.0), (3.0, 2.0))
@@ -121,7 +121,7 @@ def test_a_cart_goes_to_each_click_at_its_speed_with_its_front_ahead():
     # 1.0 m long along +y, 0.6 m wide.
     assert moving.outline.min(axis=0) == pytest.approx([1.7, -2.5], abs=1e-3)
     assert moving.way[-1].tolist() == [0.0, 2.0]
-    Asked(content, "drawn.yaml").scenario()
+    DrawnScenario(content, "drawn.yaml").scenario()
 
 
 def test_the_cart_turns_the_shorter_way():
@@ -136,7 +136,7 @@ def test_a_waypoint_is_a_goal_before_the_goal_which_the_loader_takes():
     content = dragged(EMPTY_FLOOR, hold("Waypoint"), (2.0, 1.0), (2.0, 2.0))
     assert content["waypoints"] == [[2.0, 1.0, 1.571]]
     assert content["navigation_mode"] == "navigate_to_pose"
-    goals = Asked(content, "drawn.yaml").scenario().goals
+    goals = DrawnScenario(content, "drawn.yaml").scenario().goals
     assert goals == ((2.0, 1.0, 1.571), (5.0, 0.0, 0.0))
     assert "waypoints" not in drawing.without(content, ("waypoints", 0))
 

@@ -7,7 +7,7 @@ import pytest
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.scenario import SCENARIO_FILES
 from drake_navbench.studio import drawing
-from drake_navbench.studio.messages import Asked
+from drake_navbench.studio.messages import DrawnScenario
 from drake_navbench.studio.open_folder import OpenFolder
 from drake_navbench.studio.open_scenario import OpenScenario, files_of
 from drake_navbench.studio.scene_items import item_at, items_of
@@ -27,9 +27,9 @@ def test_a_built_in_scenario_is_opened_and_saved_to_the_last_byte(scenario, tmp_
     scenario.save(f"{name}.yaml")
     saved = (tmp_path / f"{name}.yaml").read_bytes()
     assert saved == SCENARIO_FILES.find(name).read_bytes()
-    asked = Asked(scenario.drawing.content, scenario.path)
-    ground = open_scenario(asked)
-    assert (ground is None) == (asked.scenario().places[0].map is None)
+    drawn = DrawnScenario(scenario.drawing.content, scenario.path)
+    ground = open_scenario(drawn)
+    assert (ground is None) == (drawn.scenario().places[0].map is None)
 
 
 def test_steps_that_are_not_saved_are_dropped_at_the_second_choice_only(scenario):
@@ -55,14 +55,14 @@ def test_the_check_says_what_the_loader_says(scenario):
     content = drawing.with_added(
         scenario.drawing.content, ("world", "obstacles"), drawing.box((-0.2, -0.2), (0.2, 0.2))
     )
-    (fault,) = check_drawing(Asked(content, scenario.path), "wheelchair").faults
+    (fault,) = check_drawing(DrawnScenario(content, scenario.path), "wheelchair").faults
     assert fault == (
         "scenario drawn: start: the robot's footprint at [0.0, 0.0, 0.0] overlaps an obstacle; "
         "expected free space"
     )
 
 
-def room(scenario, door_m: float) -> Asked:
+def room(scenario, door_m: float) -> DrawnScenario:
     """Returns a corridor 4 m wide with a wall across it and a door in the middle."""
     content = scenario.drawing.content
     walls = [
@@ -74,7 +74,7 @@ def room(scenario, door_m: float) -> Asked:
     ]
     if door_m:
         walls = drawing.with_door(walls, (2.5, -0.5 * door_m), (2.5, 0.5 * door_m))
-    return Asked(drawing.with_entry(content, ("world", "obstacles"), walls), scenario.path)
+    return DrawnScenario(drawing.with_entry(content, ("world", "obstacles"), walls), scenario.path)
 
 
 def test_a_drawing_without_a_way_is_told(scenario):

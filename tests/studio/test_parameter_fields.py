@@ -9,7 +9,7 @@ import pytest
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.presets import load_preset, preset_files
 from drake_navbench.studio.drawing import EMPTY_FLOOR
-from drake_navbench.studio.messages import Asked
+from drake_navbench.studio.messages import DrawnScenario
 from drake_navbench.studio.open_folder import OpenFolder
 from drake_navbench.studio.parameter_fields import fields_of
 from drake_navbench.studio.tasks import column_fields, columns_in, spec_of
@@ -98,8 +98,8 @@ def test_a_changed_inflation_is_a_patch_of_one_line_and_is_driven(tuning):
         "inflation_radius: 0.6",
         "inflation_radius: 0.9",
     ]
-    asked = Asked(EMPTY_FLOOR, "drawn.yaml")
-    robot = spec_of(asked, tuning.column(), "turtlebot3_waffle").robot
+    drawn = DrawnScenario(EMPTY_FLOOR, "drawn.yaml")
+    robot = spec_of(drawn, tuning.column(), "turtlebot3_waffle").robot
     navigation = robot.navigation
     assert navigation.local_costmap.inflation_layer.inflation_radius == 0.9
     assert navigation.global_costmap.inflation_layer.inflation_radius == 0.6

@@ -12,7 +12,7 @@ import pytest
 from browser import CHROMIUM, NO_CHROMIUM, POLL_S, TIMEOUT_S, Browser
 from hand import Hand
 
-from drake_navbench.__main__ import main
+from drake_navbench.commands.main import main
 from drake_navbench.inputs.scenario import load_scenario
 from drake_navbench.logs.log import TrialLog
 from drake_navbench.run import main as run

@@ -13,19 +13,19 @@ from drake_navbench.errors import InputError
 from drake_navbench.inputs.scenario import SCENARIO_FILES
 from drake_navbench.studio.drawing import EMPTY_FLOOR
 from drake_navbench.studio.engine import Engine, NoResult
-from drake_navbench.studio.messages import Asked, Column
+from drake_navbench.studio.messages import Column, DrawnScenario
 from drake_navbench.studio.moments import image_of, moment_at, rows_of, trajectories_of
 from drake_navbench.studio.tasks import drive_column, read_watched, reasons_of, spec_of
 from drake_navbench.typed_files.typed_yaml import read_yaml
 
 DOORWAY = SCENARIO_FILES.find("doorway")
-ASKED = Asked(read_yaml(DOORWAY), str(DOORWAY))
+DRAWN = DrawnScenario(read_yaml(DOORWAY), str(DOORWAY))
 
 
 def test_the_specification_is_the_first_that_run_drives():
     column = Column("rpp", changes=(("lookahead_dist", 0.9),))
     (theirs,) = plan_campaign(["doorway"], ["rpp:lookahead_dist=0.9"], trials=1).specs
-    ours = spec_of(ASKED, column, "wheelchair")
+    ours = spec_of(DRAWN, column, "wheelchair")
     assert (ours.identity, ours.seed) == (theirs.identity, theirs.seed)
 
 
@@ -36,11 +36,11 @@ def test_changes_are_written_as_the_command_line_takes_them():
 
 def test_a_wrong_value_is_told_in_the_loaders_words():
     with pytest.raises(InputError, match="lookahead_dist: input should be greater than 0, got -1"):
-        spec_of(ASKED, Column("rpp", changes=(("lookahead_dist", -1.0),)), "wheelchair")
+        spec_of(DRAWN, Column("rpp", changes=(("lookahead_dist", -1.0),)), "wheelchair")
 
 
 def test_a_trial_can_be_looked_at_moment_by_moment(tmp_path):
-    driven = drive_column(ASKED, Column("rpp"), "wheelchair", str(tmp_path / "a.parquet"))
+    driven = drive_column(DRAWN, Column("rpp"), "wheelchair", str(tmp_path / "a.parquet"))
     assert driven.outcome == "succeeded"
     assert driven.poses[0] == pytest.approx([0.0, -1.0, 0.0])
     watched = read_watched(driven.log)
@@ -57,8 +57,8 @@ def test_a_trial_can_be_looked_at_moment_by_moment(tmp_path):
 
 
 def test_every_decision_of_a_trial_is_told_with_the_costs_of_its_critics(tmp_path):
-    driven = drive_column(ASKED, Column("dwb"), "wheelchair", str(tmp_path / "a.parquet"))
-    found = reasons_of(driven.log, driven.asked)
+    driven = drive_column(DRAWN, Column("dwb"), "wheelchair", str(tmp_path / "a.parquet"))
+    found = reasons_of(driven.log, driven.drive)
     watched = read_watched(driven.log)._replace(decisions=found.decisions, cycles=found.cycles)
     assert len(watched.decisions) == len(watched.cycles)
     moment = moment_at(watched, 3.0)
@@ -74,10 +74,10 @@ def test_every_decision_of_a_trial_is_told_with_the_costs_of_its_critics(tmp_pat
 
 
 def test_a_trial_whose_scenario_was_changed_is_not_explained(tmp_path):
-    driven = drive_column(ASKED, Column("rpp"), "wheelchair", str(tmp_path / "a.parquet"))
-    content = {**ASKED.content, "timeout_s": 90.0}
+    driven = drive_column(DRAWN, Column("rpp"), "wheelchair", str(tmp_path / "a.parquet"))
+    content = {**DRAWN.content, "timeout_s": 90.0}
     with pytest.raises(InputError, match="expected unchanged inputs"):
-        reasons_of(driven.log, (ASKED._replace(content=content), *driven.asked[1:]))
+        reasons_of(driven.log, (DRAWN._replace(content=content), *driven.drive[1:]))
 
 
 @pytest.mark.long
@@ -89,8 +89,8 @@ def test_memory_is_steady_over_200_drives():
         held = []
         for number in range(200):
             column = Column("rpp", changes=(("lookahead_dist", 0.5 + 0.001 * number),))
-            engine.look("check_drawing", ASKED, "wheelchair").result()
-            driven = engine.drive("drive_column", ASKED, column, "wheelchair", engine.new_log())
+            engine.look("check_drawing", DRAWN, "wheelchair").result()
+            driven = engine.drive("drive_column", DRAWN, column, "wheelchair", engine.new_log())
             assert driven.result().outcome
             if number in (39, 199):
                 held.append([resident_mb(pid) for pid in (os.getpid(), *engine.pids)])
@@ -121,14 +121,14 @@ def test_a_trial_that_is_stopped_leaves_a_studio_that_drives_the_next_one():
             "plan": {"type": "polyline", "points": [[0.0, 0.0], [3000.0, 0.0]]},
             "timeout_s": 7000.0,
         }
-        asked = Asked(far, "/tmp/far.yaml")
-        begun = engine.drive("drive_column", asked, Column("rpp"), "wheelchair", engine.new_log())
+        drawn = DrawnScenario(far, "/tmp/far.yaml")
+        begun = engine.drive("drive_column", drawn, Column("rpp"), "wheelchair", engine.new_log())
         while not begun.running():
             pass
         engine.stop_driving()
         with pytest.raises(NoResult, match="ended by signal 9"):
             begun.result()
-        again = engine.drive("drive_column", ASKED, Column("rpp"), "wheelchair", engine.new_log())
+        again = engine.drive("drive_column", DRAWN, Column("rpp"), "wheelchair", engine.new_log())
         assert again.result().outcome == "succeeded"
     finally:
         engine.close()

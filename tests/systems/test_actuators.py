@@ -11,7 +11,7 @@ from pydrake.systems.primitives import ConstantVectorSource
 from drake_navbench.inputs.actuators import GRAVITY_MPS2, ActuatorSettings
 from drake_navbench.inputs.drive import MotionBounds
 from drake_navbench.inputs.timeline import Timeline
-from drake_navbench.systems.actuators import LimitedForce, SlippingWheels
+from drake_navbench.trial.systems.actuators import LimitedForce, SlippingWheels
 
 BOUNDS = MotionBounds(1.0, 2.0, 2.0, 4.0)
 

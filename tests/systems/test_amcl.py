@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from drake_navbench import run_trial
-from drake_navbench.costmaps.map_file import OccupancyMap
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.amcl import AmclSettings
 from drake_navbench.inputs.robot import load_robot
@@ -14,8 +13,9 @@ from drake_navbench.inputs.scenario import Scenario, load_scenario
 from drake_navbench.kernels.particle_filter import hit_points, weigh
 from drake_navbench.kernels.poses import carrier_pose
 from drake_navbench.logs.log import Outcome, TrialLog
-from drake_navbench.systems.amcl import likelihood_field
+from drake_navbench.navigation.costmaps.map_file import OccupancyMap
 from drake_navbench.trial.planning import known_map
+from drake_navbench.trial.systems.amcl import likelihood_field
 
 ROOM = {
     "name": "room",

@@ -11,9 +11,9 @@ from pydrake.systems.primitives import ConstantVectorSource
 from scenes import WHEELCHAIR
 
 from drake_navbench.inputs.drive import AckermannDrive, DifferentialDrive, OmnidirectionalDrive
-from drake_navbench.systems.ackermann_base import AckermannBase
-from drake_navbench.systems.omnidirectional_base import OmnidirectionalBase
-from drake_navbench.systems.wheelchair import Wheelchair
+from drake_navbench.trial.systems.ackermann_base import AckermannBase
+from drake_navbench.trial.systems.omnidirectional_base import OmnidirectionalBase
+from drake_navbench.trial.systems.wheelchair import Wheelchair
 
 OMNI = OmnidirectionalDrive(
     type="omnidirectional",

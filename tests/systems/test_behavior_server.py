@@ -7,8 +7,8 @@ from pydrake.systems.analysis import Simulator
 from drake_navbench.kernels.grid import Costmap
 from drake_navbench.navigation.behaviors import BehaviorServerParameters
 from drake_navbench.navigation.task import BehaviorGoal, TaskState
-from drake_navbench.systems.behavior_server import BehaviorServer
-from drake_navbench.systems.ports import value_to_store
+from drake_navbench.trial.systems.behavior_server import BehaviorServer
+from drake_navbench.trial.systems.ports import value_to_store
 
 FOOTPRINT = np.array([[0.5, 0.2], [0.5, -0.2], [-0.5, -0.2], [-0.5, 0.2]])
 BACK = {"target_x": 0.3, "speed": 0.15, "time_allowance": 10.0}

@@ -15,8 +15,8 @@ from drake_navbench.inputs.scenario import load_scenario
 from drake_navbench.inputs.world import Box, Cylinder, World
 from drake_navbench.kernels.grid import LETHAL, Costmap
 from drake_navbench.kernels.poses import place_outline
-from drake_navbench.systems.clearance import MAX_DISTANCE_M, Clearance
-from drake_navbench.systems.ports import value_to_store
+from drake_navbench.trial.systems.clearance import MAX_DISTANCE_M, Clearance
+from drake_navbench.trial.systems.ports import value_to_store
 
 # The front reaches 0.85 m ahead of the reference point, which stands at the origin.
 FRONT_M = 0.85

@@ -4,7 +4,7 @@ import pytest
 
 from drake_navbench.inputs.timeline import Timeline, timeline
 from drake_navbench.inputs.timing import TimingSettings
-from drake_navbench.systems.compute_clock import ComputeClock
+from drake_navbench.trial.systems.compute_clock import ComputeClock
 
 PERIOD_S = 0.05
 

@@ -8,7 +8,11 @@ import numpy as np
 import pytest
 
 from drake_navbench.logs.log import as_json
-from drake_navbench.systems.controller_call import MAX_NOTE_LENGTH, _is_short, require_loggable
+from drake_navbench.trial.systems.controller_call import (
+    MAX_NOTE_LENGTH,
+    _is_short,
+    require_loggable,
+)
 
 # As long as JSON can make them: 24 letters a number, 12 a letter that takes two codes.
 LONGEST = {

@@ -17,8 +17,8 @@ from drake_navbench.navigation.progress_checkers import (
     SimpleProgressCheckerParameters,
 )
 from drake_navbench.navigation.task import ClearRequest, GlobalPlan, TaskState
-from drake_navbench.systems.controller_server import ControllerServer
-from drake_navbench.systems.ports import value_to_store
+from drake_navbench.trial.systems.controller_server import ControllerServer
+from drake_navbench.trial.systems.ports import value_to_store
 
 PERIOD_S = 0.05
 

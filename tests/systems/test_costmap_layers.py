@@ -9,20 +9,23 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import ConstantVectorSource
 
-from drake_navbench.costmaps.costmap_settings import GlobalCostmapSettings, LocalCostmapSettings
-from drake_navbench.costmaps.filter_masks import FilterMask
-from drake_navbench.costmaps.layered_costmap import GridGeometry, LayeredCostmap
-from drake_navbench.costmaps.map_file import OCCUPIED, UNKNOWN, OccupancyMap
 from drake_navbench.inputs.lidar import LidarSettings
 from drake_navbench.inputs.timeline import Timeline
 from drake_navbench.inputs.world import Box, World
 from drake_navbench.kernels.grid import FREE, INSCRIBED, LETHAL, NO_INFORMATION
+from drake_navbench.navigation.costmaps.costmap_settings import (
+    GlobalCostmapSettings,
+    LocalCostmapSettings,
+)
+from drake_navbench.navigation.costmaps.filter_masks import FilterMask
+from drake_navbench.navigation.costmaps.layered_costmap import GridGeometry, LayeredCostmap
+from drake_navbench.navigation.costmaps.map_file import OCCUPIED, UNKNOWN, OccupancyMap
 from drake_navbench.navigation.task import ClearRequest
-from drake_navbench.systems.costmap_system import CostmapSystem
-from drake_navbench.systems.global_costmap import GlobalCostmap
-from drake_navbench.systems.lidar import Lidar
-from drake_navbench.systems.local_costmap import LocalCostmap
-from drake_navbench.systems.ports import NOTHING
+from drake_navbench.trial.systems.costmap_system import CostmapSystem
+from drake_navbench.trial.systems.global_costmap import GlobalCostmap
+from drake_navbench.trial.systems.lidar import Lidar
+from drake_navbench.trial.systems.local_costmap import LocalCostmap
+from drake_navbench.trial.systems.ports import NOTHING
 
 # A square of 0.2 m: it covers the cells of 0.1 m within 0.1 m of the robot.
 FOOTPRINT = np.array([[0.1, 0.1], [-0.1, 0.1], [-0.1, -0.1], [0.1, -0.1]])

@@ -9,8 +9,8 @@ from pydrake.trajectories import PiecewisePolynomial
 
 from drake_navbench.inputs.timeline import Timeline
 from drake_navbench.inputs.timing import TimingSettings
-from drake_navbench.systems.delays import CommandLink, LateOdometry
-from drake_navbench.systems.mailbox import Mailbox
+from drake_navbench.trial.systems.delays import CommandLink, LateOdometry
+from drake_navbench.trial.systems.mailbox import Mailbox
 
 
 def seen(system, size, times_s, *, seed=0):

@@ -16,8 +16,8 @@ from drake_navbench.inputs.moving_obstacles import (
     TimedPose,
 )
 from drake_navbench.inputs.world import Box, World
-from drake_navbench.systems.depth_sensors import DepthSensors
-from drake_navbench.systems.moving_world import MovingWorld
+from drake_navbench.trial.systems.depth_sensors import DepthSensors
+from drake_navbench.trial.systems.moving_world import MovingWorld
 
 WALL = World((Box(type="box", min=(3.0, -5.0), max=(3.2, 5.0), height_m=1.0),))
 NARROW = {"column_count": 1, "row_count": 1, "vertical_fov_rad": 0.0}

@@ -2,12 +2,12 @@
 
 import numpy as np
 
-from drake_navbench.systems.diagnostics import (
+from drake_navbench.trial.systems.diagnostics import (
     MAX_TRAJECTORY_POSES,
     with_thinned_arrays,
     without_arrays,
 )
-from drake_navbench.systems.recorder import Recording
+from drake_navbench.trial.systems.recorder import Recording
 
 
 def test_numbers_text_and_flags_stay_and_arrays_go():

@@ -7,17 +7,17 @@ from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import ConstantVectorSource
 
 from drake_navbench.controller import SpeedLimit
-from drake_navbench.costmaps.costmap_settings import BinaryFilterSettings
-from drake_navbench.costmaps.filter_masks import (
+from drake_navbench.navigation.costmaps.costmap_settings import BinaryFilterSettings
+from drake_navbench.navigation.costmaps.filter_masks import (
     FilterArea,
     FilterDescription,
     FilterMask,
     Lattice,
     load_filter_mask,
 )
-from drake_navbench.costmaps.map_file import UNKNOWN, OccupancyMap
-from drake_navbench.systems.binary_filter import BinaryFilter
-from drake_navbench.systems.speed_filter import SpeedFilter
+from drake_navbench.navigation.costmaps.map_file import UNKNOWN, OccupancyMap
+from drake_navbench.trial.systems.binary_filter import BinaryFilter
+from drake_navbench.trial.systems.speed_filter import SpeedFilter
 
 # One row of five cells of 1 m: x from 0 to 5 m.
 VALUES = [0, 30, UNKNOWN, 60, 100]

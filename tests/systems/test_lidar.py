@@ -8,9 +8,9 @@ from drake_navbench.inputs.lidar import LidarSettings
 from drake_navbench.inputs.timeline import Timeline
 from drake_navbench.inputs.timing import TimingSettings
 from drake_navbench.inputs.world import Box, Cylinder, World
-from drake_navbench.logs.scans import Scan
-from drake_navbench.systems.lidar import Lidar
-from drake_navbench.systems.ports import read_object
+from drake_navbench.kernels.scan import Scan
+from drake_navbench.trial.systems.lidar import Lidar
+from drake_navbench.trial.systems.ports import read_object
 
 WALL_AHEAD = World((Box(type="box", min=(3.0, -5.0), max=(3.2, 5.0)),))
 

@@ -6,14 +6,14 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import ConstantVectorSource
 
-from drake_navbench.costmaps.costmap_settings import LocalCostmapSettings
 from drake_navbench.inputs.lidar import LidarSettings
 from drake_navbench.inputs.timeline import Timeline
 from drake_navbench.inputs.world import Box, World
 from drake_navbench.kernels.grid import FREE, INSCRIBED, LETHAL
-from drake_navbench.systems.lidar import Lidar
-from drake_navbench.systems.local_costmap import LocalCostmap
-from drake_navbench.systems.ports import read_object
+from drake_navbench.navigation.costmaps.costmap_settings import LocalCostmapSettings
+from drake_navbench.trial.systems.lidar import Lidar
+from drake_navbench.trial.systems.local_costmap import LocalCostmap
+from drake_navbench.trial.systems.ports import read_object
 
 FOOTPRINT = np.array([[0.3, 0.3], [-0.3, 0.3], [-0.3, -0.3], [0.3, -0.3]])
 BACKDROP = Box(type="box", min=(2.5, -3.0), max=(2.6, 3.0))

@@ -5,7 +5,7 @@ from pydrake.systems.analysis import Simulator
 
 from drake_navbench.inputs.localization import LocalizationSettings
 from drake_navbench.inputs.timeline import Timeline
-from drake_navbench.systems.localization import Localization
+from drake_navbench.trial.systems.localization import Localization
 
 STATE = np.array([1.0, -2.0, 0.3, 0.5, 0.1, 0.2])
 OFFSET_S = 0.02

@@ -18,11 +18,11 @@ from drake_navbench.inputs.moving_obstacles import (
 )
 from drake_navbench.inputs.timeline import Timeline
 from drake_navbench.inputs.world import Cylinder, World
-from drake_navbench.systems.clearance import Clearance
-from drake_navbench.systems.depth_sensors import DepthSensors
-from drake_navbench.systems.lidar import Lidar
-from drake_navbench.systems.moving_world import MovingWorld
-from drake_navbench.systems.ports import NOTHING
+from drake_navbench.trial.systems.clearance import Clearance
+from drake_navbench.trial.systems.depth_sensors import DepthSensors
+from drake_navbench.trial.systems.lidar import Lidar
+from drake_navbench.trial.systems.moving_world import MovingWorld
+from drake_navbench.trial.systems.ports import NOTHING
 
 # From x = 6 m towards the robot at 0.5 m/s, from 1 s on.
 COMES = MovingCylinder(

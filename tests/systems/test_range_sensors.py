@@ -9,7 +9,7 @@ from pydrake.systems.analysis import Simulator
 
 from drake_navbench.inputs.range_sensor import RangeSensorSettings
 from drake_navbench.inputs.world import Box, World
-from drake_navbench.systems.range_sensors import RangeSensors
+from drake_navbench.trial.systems.range_sensors import RangeSensors
 
 WALL = Box(type="box", min=(2.0, -5.0), max=(2.2, 5.0), height_m=1.0)
 # 1 m ahead and to the left of the axis, whose lower right corner is at (1.0, 0.2).

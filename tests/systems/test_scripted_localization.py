@@ -14,7 +14,7 @@ from pydrake.trajectories import PiecewisePolynomial
 from drake_navbench.inputs.localization import LocalizationSettings
 from drake_navbench.inputs.timeline import Timeline, timeline
 from drake_navbench.kernels.poses import compose, drifted_frame
-from drake_navbench.systems.scripted_localization import ScriptedLocalization
+from drake_navbench.trial.systems.scripted_localization import ScriptedLocalization
 
 POSES = st.tuples(*[st.floats(-20.0, 20.0)] * 2, st.floats(-7.0, 7.0))
 

@@ -13,7 +13,7 @@ from drake_navbench.inputs.people import People, Person, WalkingPeople
 from drake_navbench.inputs.world import Box, Cylinder, World
 from drake_navbench.kernels.orca import ALONG_X, EDGE_VX, NEXT, linked_edges
 from drake_navbench.kernels.walking import X, Y
-from drake_navbench.systems.walking_people import PEOPLE_PERIOD_S, OrcaWalk, walk_of
+from drake_navbench.trial.systems.walking_people import PEOPLE_PERIOD_S, OrcaWalk, walk_of
 
 FOOTPRINT = np.array([[0.5, 0.3], [-0.5, 0.3], [-0.5, -0.3], [0.5, -0.3]])
 FAR_STATE = np.array([100.0, 0.0, 0.0, 0.0, 0.0, 0.0])

@@ -9,7 +9,7 @@ from pydrake.systems.primitives import ConstantVectorSource
 from scenes import WHEELCHAIR
 
 from drake_navbench.inputs.drive import DifferentialDrive
-from drake_navbench.systems.wheelchair import Wheelchair
+from drake_navbench.trial.systems.wheelchair import Wheelchair
 
 
 def drive(command, duration_s, *, settings=None, start=(0.0, 0.0, 0.0), step_s=0.005):

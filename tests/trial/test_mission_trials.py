@@ -10,12 +10,12 @@ from pydrake.systems.analysis import Simulator
 from drake_navbench.inputs.presets import load_preset
 from drake_navbench.inputs.scenario import Scenario
 from drake_navbench.logs.log import Outcome, TrialLog
-from drake_navbench.systems.lifetime import release
-from drake_navbench.systems.ports import read_object
 from drake_navbench.trial.column_controller import built_controller
 from drake_navbench.trial.diagram import TrialDiagram, build_trial_diagram
 from drake_navbench.trial.floors import drawn_legs
 from drake_navbench.trial.spec import TrialSpec
+from drake_navbench.trial.systems.lifetime import release
+from drake_navbench.trial.systems.ports import read_object
 from drake_navbench.trial.trial import run_trial, trial_task
 
 

@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
+from nav2_setups import read_nav2_files
 from pydrake.systems.analysis import ApplySimulatorConfig, Simulator
 
 from drake_navbench import run_trial
@@ -19,7 +20,6 @@ from drake_navbench.inputs.presets import load_preset
 from drake_navbench.inputs.robot import Robot, load_robot
 from drake_navbench.inputs.scenario import Scenario
 from drake_navbench.logs.log import Outcome, TrialLog
-from drake_navbench.nav2.robot import read_nav2_files
 from drake_navbench.navigation.behaviors import make_behaviors
 from drake_navbench.navigation.task import TaskState
 from drake_navbench.trial.column_controller import make_controller

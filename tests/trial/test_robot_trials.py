@@ -12,15 +12,15 @@ from pydrake.systems.analysis import Simulator
 from drake_navbench.campaign.campaign import Campaign
 from drake_navbench.campaign.request_arguments import request_from_arguments
 from drake_navbench.commands.run import build_parser
-from drake_navbench.costmaps.layered_costmap import local_layers
 from drake_navbench.inputs.robot import ROBOT_FILES, load_robot
 from drake_navbench.inputs.timeline import Timeline
 from drake_navbench.inputs.world import Box, World
 from drake_navbench.kernels.grid import FREE, LETHAL, cost_at
+from drake_navbench.kernels.scan import Scan
 from drake_navbench.logs.log import Outcome
-from drake_navbench.logs.scans import Scan
-from drake_navbench.systems.lidar import Lidar
-from drake_navbench.systems.ports import STATE_SIZE
+from drake_navbench.navigation.costmaps.layered_costmap import local_layers
+from drake_navbench.trial.systems.lidar import Lidar
+from drake_navbench.trial.systems.ports import STATE_SIZE
 from drake_navbench.trial.trial import simulate
 
 REPOSITORY = Path(__file__).parents[2]

@@ -11,8 +11,8 @@ import numpy as np
 import pyarrow.parquet as pq
 import pytest
 
-from drake_navbench.__main__ import main
 from drake_navbench.campaign.logged_trial import logged_trial
+from drake_navbench.commands.main import main
 from drake_navbench.commands.why import WIDTH, table_lines
 from drake_navbench.explanation import Explanation
 from drake_navbench.logs.log import METADATA_KEY

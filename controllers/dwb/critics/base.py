@@ -23,9 +23,9 @@ from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from drake_navbench.arrays import Array
 from drake_navbench.controller import ControllerSetup
 from drake_navbench.controllers.dwb.critics.parameters import CriticParameters
+from drake_navbench.kernels.arrays import Array
 
 if TYPE_CHECKING:
     from drake_navbench.controllers.dwb.parameters import DynamicWindowApproachParameters

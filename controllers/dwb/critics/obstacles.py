@@ -10,11 +10,11 @@ from numba import njit
 from numpy.typing import NDArray
 from pydantic import Field
 
-from drake_navbench.arrays import Array
 from drake_navbench.controllers.dwb.critics.base import Critic, Verdict
 from drake_navbench.controllers.dwb.critics.parameters import CriticParameters
 from drake_navbench.controllers.dwb.map_grids import cell_distances
 from drake_navbench.controllers.dwb.scene import Scene, Situation
+from drake_navbench.kernels.arrays import Array
 from drake_navbench.kernels.grid import INSCRIBED, LETHAL, cell_at, line_max_cost, world_to_cell
 from drake_navbench.kernels.read_only import read_only
 

@@ -10,11 +10,11 @@ from typing import ClassVar, NamedTuple
 import numpy as np
 from pydantic import Field
 
-from drake_navbench.arrays import Array
 from drake_navbench.controllers.dwb.critics.base import Critic, Verdict
 from drake_navbench.controllers.dwb.critics.parameters import CriticParameters
 from drake_navbench.controllers.dwb.scene import Scene, Situation
 from drake_navbench.kernels.angles import wrap
+from drake_navbench.kernels.arrays import Array
 from drake_navbench.typed_files.quantities import Angle, Duration, Length, Speed
 
 NANOSECONDS_PER_SECOND = 1e9

@@ -9,11 +9,11 @@ import numpy as np
 from numba import njit
 from pydantic import Field
 
-from drake_navbench.arrays import Array
 from drake_navbench.controllers.dwb.critics.base import Critic, Verdict
 from drake_navbench.controllers.dwb.critics.parameters import CriticParameters
 from drake_navbench.controllers.dwb.scene import Scene, Situation
 from drake_navbench.kernels.angles import TWO_PI, wrap
+from drake_navbench.kernels.arrays import Array
 from drake_navbench.kernels.path_pruning import arc_length
 from drake_navbench.typed_files.quantities import Duration, Number
 

@@ -27,7 +27,7 @@ from drake_navbench.controllers.mppi.motion_models import MotionLimits, MotionMo
 from drake_navbench.controllers.mppi.releases import RULES, Rules
 from drake_navbench.kernels.grid import INSCRIBED, MAX_NON_OBSTACLE, NO_INFORMATION, Costmap, Grid
 from drake_navbench.kernels.read_only import read_only
-from drake_navbench.releases import NEWEST_RELEASE, Release
+from drake_navbench.plugins.releases import NEWEST_RELEASE, Release
 from drake_navbench.typed_files.quantities import Count
 
 

@@ -28,7 +28,7 @@ from drake_navbench.controllers.mppi.float32_math import F32, ONE, ZERO
 from drake_navbench.controllers.mppi.lanes import LANES, Lanes
 from drake_navbench.errors import InputError
 from drake_navbench.kernels.grid import INSCRIBED, LETHAL, NO_INFORMATION
-from drake_navbench.releases import Release
+from drake_navbench.plugins.releases import Release
 from drake_navbench.typed_files.quantities import Count, Length, Number
 
 COST_COUNT = 256

@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drake_navbench.kernels.grid import Costmap
+from drake_navbench.kernels.immutable import Immutable
 from drake_navbench.navigation.task import BehaviorGoal, ClearRequest, GlobalPlan, TaskStatus
-from drake_navbench.typed_files.immutable import Immutable
 
 PATH = "path"
 """The variable in which Nav2's trees keep the planned path."""

@@ -45,7 +45,7 @@ first."""
 class Leaf(TreeNode):
     """A leaf that reads and writes a board.
 
-    source, result: the board's variables of the path that it reads and of the one that it writes.
+    source, result: names on the board of the path that it reads, and of the path that it writes.
     """
 
     def __init__(self, name: str, board: Board, *, source: str = PATH, result: str = PATH) -> None:

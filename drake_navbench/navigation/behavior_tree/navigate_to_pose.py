@@ -21,7 +21,7 @@ from drake_navbench.navigation.behavior_tree.settings import (
 )
 from drake_navbench.navigation.behavior_tree.snapshot import nodes_of
 from drake_navbench.navigation.behavior_tree.tree_file import read_tree_file
-from drake_navbench.releases import Release
+from drake_navbench.plugins.releases import Release
 
 FOLDER = Path(__file__).parent / "default_trees"
 # Releases that have the files of an earlier one: Iron's stayed until Kilted.

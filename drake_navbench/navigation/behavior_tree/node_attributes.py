@@ -51,7 +51,7 @@ class NotOurs(ValueError):
 
 @dataclass
 class Variables:
-    """The variables of a tree: those that its nodes write, and those that they read."""
+    """The variables of the board that the nodes of a tree write, and those that they read."""
 
     written: set[str] = field(default_factory=lambda: {GOAL})
     read: list[tuple[str, NotOurs]] = field(default_factory=list)

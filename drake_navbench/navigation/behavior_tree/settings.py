@@ -10,7 +10,7 @@ from pydantic import BeforeValidator, Field, field_validator
 from drake_navbench.navigation.behavior_tree.description import NodeDescription
 from drake_navbench.plugins.kinds import PluginKind
 from drake_navbench.plugins.parameters import PluginBlocks, PluginParameters
-from drake_navbench.releases import NEWEST_RELEASE, ReadBy, Release, before
+from drake_navbench.plugins.releases import NEWEST_RELEASE, ReadBy, Release, before
 from drake_navbench.typed_files.quantities import Angle, Count, Duration, Frequency, Length, Speed
 from drake_navbench.typed_files.typed_yaml import tuples_for_lists
 

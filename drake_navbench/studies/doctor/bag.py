@@ -9,8 +9,8 @@ from typing import Any, NamedTuple
 
 from drake_navbench.errors import InputError, as_line
 from drake_navbench.inputs.robot import Robot, load_robot
-from drake_navbench.recordings.drive_fit import AxisFit, DriveFit, fit_drive
-from drake_navbench.recordings.import_bags import (
+from drake_navbench.ros2.recordings.drive_fit import AxisFit, DriveFit, fit_drive
+from drake_navbench.ros2.recordings.import_bags import (
     Imported,
     ImportRequest,
     NoTasks,

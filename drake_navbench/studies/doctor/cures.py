@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 from drake_navbench.nav2.controllers import SERVER
 from drake_navbench.nav2.patch import Place
 from drake_navbench.nav2.robot import BT_NAVIGATOR, PLANNER_SERVER, Nav2Setup
-from drake_navbench.releases import Release
+from drake_navbench.plugins.releases import Release
 from drake_navbench.studies.doctor.causes import COPIES, UNITS, Cause, Direction
 from drake_navbench.studies.doctor.facts import CONTROLLER, COSTMAPS, Facts
 from drake_navbench.studies.doctor.suspects import ranges

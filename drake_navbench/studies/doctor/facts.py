@@ -16,7 +16,7 @@ from drake_navbench.inputs.presets import Preset
 from drake_navbench.inputs.robot import Robot
 from drake_navbench.nav2.controllers import SERVER
 from drake_navbench.nav2.robot import GLOBAL_COSTMAP, LOCAL_COSTMAP, Nav2Setup
-from drake_navbench.releases import NEWEST_RELEASE, Release
+from drake_navbench.plugins.releases import NEWEST_RELEASE, Release
 from drake_navbench.typed_files.dotted_names import flattened
 
 CONTROLLER = "controller"

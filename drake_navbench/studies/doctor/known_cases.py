@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 from pydantic import BaseModel, ConfigDict
 
 from drake_navbench.errors import InputError
-from drake_navbench.releases import Release
+from drake_navbench.plugins.releases import Release
 from drake_navbench.studies.doctor.causes import OUTSIDE, RELEASE, Cause, Direction
 from drake_navbench.studies.doctor.facts import CONTROLLER, Facts, facts_of, kinds_of
 from drake_navbench.studies.doctor.left_out import readable_setup

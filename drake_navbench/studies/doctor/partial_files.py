@@ -8,7 +8,7 @@ from typing import Any
 
 from drake_navbench.inputs.navigation_settings import NavigationSettings
 from drake_navbench.inputs.presets import load_preset
-from drake_navbench.releases import NEWEST_RELEASE, Release
+from drake_navbench.plugins.releases import NEWEST_RELEASE, Release
 from drake_navbench.studies.doctor.facts import (
     ALIASES,
     CONTROLLER,

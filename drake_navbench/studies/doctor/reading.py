@@ -7,7 +7,7 @@ from fnmatch import fnmatchcase
 from functools import cache
 from typing import NamedTuple
 
-from drake_navbench.releases import Release
+from drake_navbench.plugins.releases import Release
 from drake_navbench.studies.doctor.attempts import is_among, named_in, tried_in_vain
 from drake_navbench.studies.doctor.causes import RELEASE, Cause, Direction
 from drake_navbench.studies.doctor.clues import factor_for, favours_of

@@ -7,9 +7,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from drake_navbench.costmaps.map_file import load_map
 from drake_navbench.inputs.robot import Robot
 from drake_navbench.inputs.scenario import Scenario, Variation
+from drake_navbench.navigation.costmaps.map_file import load_map
 from drake_navbench.trial.goal_sampling import sample_tasks
 
 __all__ = ["Surroundings", "load_map", "tasks_on_map"]

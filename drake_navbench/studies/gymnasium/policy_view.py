@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from drake_navbench.arrays import Array
 from drake_navbench.controllers.learned.features import (
     SECTOR_COUNT,
     features,
     outline_radii,
     sector_closeness,
 )
+from drake_navbench.kernels.arrays import Array
 from drake_navbench.studies.gymnasium.environment import NavigationEnvironment, Seen
 
 

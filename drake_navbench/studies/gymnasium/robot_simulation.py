@@ -7,22 +7,22 @@ from pydrake.geometry import SceneGraph
 from pydrake.systems.analysis import ApplySimulatorConfig, Simulator
 from pydrake.systems.framework import Context, DiagramBuilder, EventStatus
 
-from drake_navbench.arrays import Array
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.faults import conditions_of
 from drake_navbench.inputs.robot import Robot
 from drake_navbench.inputs.timeline import Timeline
 from drake_navbench.inputs.world import World
 from drake_navbench.inputs.world_geometry import register_obstacles
+from drake_navbench.kernels.arrays import Array
+from drake_navbench.kernels.scan import Scan
 from drake_navbench.kernels.swept_contact import clearance_at
-from drake_navbench.logs.scans import Scan
-from drake_navbench.systems.lidar import Lidar
-from drake_navbench.systems.lifetime import release, weakly_bound
-from drake_navbench.systems.localization import Localization
-from drake_navbench.systems.ports import COMMAND_SIZE
 from drake_navbench.trial.base_wiring import add_base
 from drake_navbench.trial.contact_watch import ContactWatch
 from drake_navbench.trial.navigation_wiring import connect_inputs
+from drake_navbench.trial.systems.lidar import Lidar
+from drake_navbench.trial.systems.lifetime import release, weakly_bound
+from drake_navbench.trial.systems.localization import Localization
+from drake_navbench.trial.systems.ports import COMMAND_SIZE
 from drake_navbench.trial.timing import CONTROLLER_OFFSET_S, MAX_STEP_S
 from drake_navbench.trial.trial import INTEGRATION
 

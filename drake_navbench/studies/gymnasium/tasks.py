@@ -9,11 +9,11 @@ import numpy as np
 import shapely
 from pydantic import Field
 
-from drake_navbench.arrays import Array
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.robot import Robot
 from drake_navbench.inputs.scenario import Scenario
 from drake_navbench.inputs.world import Cylinder, Polygon, World
+from drake_navbench.kernels.arrays import Array
 from drake_navbench.kernels.poses import place_outline
 from drake_navbench.typed_files.quantities import Length, Size, Within
 from drake_navbench.typed_files.typed_yaml import FrozenModel

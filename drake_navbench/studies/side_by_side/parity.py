@@ -30,7 +30,7 @@ from drake_navbench.inputs.robot import Robot, load_robot
 from drake_navbench.inputs.scenario import Scenario, load_scenario
 from drake_navbench.logs.log import TrialLog
 from drake_navbench.native.builds import Build
-from drake_navbench.releases import RELEASE_FIELD
+from drake_navbench.plugins.releases import RELEASE_FIELD
 from drake_navbench.studies.side_by_side.gate import column_of, split_column
 from drake_navbench.studies.side_by_side.likeness import CLOSE, Likeness, likeness_of
 from drake_navbench.studies.side_by_side.shadowing import Decided, decided, shadowed

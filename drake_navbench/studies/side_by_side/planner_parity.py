@@ -8,11 +8,11 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from drake_navbench.arrays import Array
 from drake_navbench.controllers.external.client_process import ClientProcess
 from drake_navbench.controllers.external.messages import configure_message
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.robot import Robot, load_robot
+from drake_navbench.kernels.arrays import Array
 from drake_navbench.kernels.grid import INSCRIBED, LETHAL, NO_INFORMATION, Costmap
 from drake_navbench.kernels.inflation import inflate
 from drake_navbench.native.builds import Build
@@ -105,9 +105,9 @@ def compare_plans(port: Array | str, original: Array | str) -> PlanResult:
     if isinstance(port, str) or isinstance(original, str):
         both_failed = isinstance(port, str) and isinstance(original, str)
         same = both_failed and original in (port, WITHOUT_CODE)
-        told = "" if same else f"port: {_told(port)}; original: {_told(original)}"
+        told = "" if same else f"port: {_plan_text(port)}; original: {_plan_text(original)}"
         return PlanResult(Likeness.EQUAL if same else Likeness.DIFFERENT, np.nan, told, False)
-    told = f"port: {_told(port)}; original: {_told(original)}"
+    told = f"port: {_plan_text(port)}; original: {_plan_text(original)}"
     if port.shape != original.shape:
         return PlanResult(Likeness.DIFFERENT, np.nan, told, True)
     offsets = port - original
@@ -218,7 +218,7 @@ def _pose(random: np.random.Generator, costmap: Costmap, free: NDArray[np.int64]
     )
 
 
-def _told(plan: Array | str) -> str:
+def _plan_text(plan: Array | str) -> str:
     if isinstance(plan, str):
         return plan
     length_m = float(np.hypot(*np.diff(plan[:, :2], axis=0).T).sum())

@@ -13,8 +13,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from drake_navbench.arrays import Array
 from drake_navbench.errors import InputError, nearest_name_hint
+from drake_navbench.kernels.arrays import Array
 from drake_navbench.logs.log import Outcome
 
 Row = Mapping[str, Any]

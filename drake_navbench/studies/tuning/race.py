@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import special
 
-from drake_navbench.arrays import Array
+from drake_navbench.kernels.arrays import Array
 
 # The probability that a race drops a configuration that no rival beats.
 ERROR = 0.05

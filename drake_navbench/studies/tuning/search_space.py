@@ -14,7 +14,7 @@ from drake_navbench.campaign.sweep import Axis, column_at, parse_axis
 from drake_navbench.controller import CONTROLLERS
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.presets import Preset
-from drake_navbench.releases import RELEASE_FIELD
+from drake_navbench.plugins.releases import RELEASE_FIELD
 from drake_navbench.typed_files.dotted_names import flattened, nested
 from drake_navbench.typed_files.output_file import write_text
 from drake_navbench.typed_files.typed_yaml import FrozenModel, read_yaml, validate

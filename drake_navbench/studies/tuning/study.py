@@ -17,9 +17,9 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 import numpy as np
 
 from drake_navbench.analysis.statistics import pareto_front
-from drake_navbench.arrays import Array
 from drake_navbench.campaign.rows_of_trials import Row, measure, with_column
 from drake_navbench.errors import InputError, one_line
+from drake_navbench.kernels.arrays import Array
 from drake_navbench.studies.tuning.guards import touches_of
 from drake_navbench.studies.tuning.journal import BROKEN, JOURNAL, appending, import_optuna
 from drake_navbench.studies.tuning.objectives import (

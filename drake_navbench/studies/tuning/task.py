@@ -9,10 +9,10 @@ from typing import Any
 
 from pydantic import ConfigDict, Field
 
-from drake_navbench import __version__
 from drake_navbench.campaign.request import MAX_TRIALS
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.presets import Preset
+from drake_navbench.processes.version import __version__
 from drake_navbench.typed_files.typed_yaml import FrozenModel, validate
 
 

@@ -38,7 +38,7 @@ from drake_navbench.controllers.harmony.rows import (
 )
 from drake_navbench.controllers.harmony.scene import Scene
 from drake_navbench.controllers.harmony.terms import stage_cost
-from drake_navbench.program_function import (
+from drake_navbench.kernels.program_function import (
     constraint_function,
     cost_function,
     solver_warnings_off,

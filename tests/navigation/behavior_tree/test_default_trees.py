@@ -7,7 +7,7 @@ import pytest
 from drake_navbench.navigation.behavior_tree.builder import faults_of
 from drake_navbench.navigation.behavior_tree.navigate_to_pose import FOLDER, default_tree
 from drake_navbench.navigation.behavior_tree.settings import BehaviorTreeSettings
-from drake_navbench.releases import Release
+from drake_navbench.plugins.releases import Release
 
 
 def names_of(**settings):

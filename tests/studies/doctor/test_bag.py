@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from drake_navbench.inputs.robot import load_robot
-from drake_navbench.recordings.drive_fit import AxisFit, DriveFit
+from drake_navbench.ros2.recordings.drive_fit import AxisFit, DriveFit
 from drake_navbench.studies.doctor.bag import overrides_of
 from drake_navbench.studies.doctor.probes import ROUGH, probes_for
 from drake_navbench.studies.doctor.surroundings import Surroundings

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import pytest
 from doctor_texts import DWB, DWB_BLOCK, MPPI, MPPI_BLOCK, RPP, RPP_BLOCK, nav2_text
+from nav2_setups import read_nav2_files
 
 from drake_navbench.commands.doctor import main
 from drake_navbench.inputs.robot import load_robot
-from drake_navbench.nav2.robot import read_nav2_files
 from drake_navbench.studies.doctor.causes import Direction
 from drake_navbench.studies.doctor.facts import facts_of
 from drake_navbench.studies.doctor.far_values import MOST

@@ -13,10 +13,10 @@ from doctor_texts import (
     SHIM,
     nav2_text,
 )
+from nav2_setups import read_nav2_files
 
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.robot import load_robot
-from drake_navbench.nav2.robot import read_nav2_files
 from drake_navbench.studies.doctor.causes import Direction
 from drake_navbench.studies.doctor.facts import facts_of
 from drake_navbench.studies.doctor.reading import RULES, findings_of, suspicions_of

@@ -8,10 +8,10 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from drake_navbench.__main__ import main
 from drake_navbench.analysis.metrics.registry import all_metrics
 from drake_navbench.analysis.paired_comparison import detectable_difference
 from drake_navbench.analysis.paired_tests import PairedVerdict
+from drake_navbench.commands.main import main
 from drake_navbench.studies.side_by_side.gate import (
     GateResult,
     Light,

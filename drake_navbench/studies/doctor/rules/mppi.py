@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from drake_navbench.releases import Release
+from drake_navbench.plugins.releases import Release
 from drake_navbench.studies.doctor.facts import Facts
 from drake_navbench.studies.doctor.rules.quantities import braking_m, half_window_m, whole_m
 from drake_navbench.studies.doctor.rules.rule import Rule, add, down, outside, put, up, upgrade

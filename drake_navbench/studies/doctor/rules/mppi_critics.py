@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from drake_navbench.releases import Release
+from drake_navbench.plugins.releases import Release
 from drake_navbench.studies.doctor.facts import Facts
 from drake_navbench.studies.doctor.rules.mppi import CODE, MPPI, PAGE
 from drake_navbench.studies.doctor.rules.quantities import has_critic, is_not_round

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 
 from drake_navbench.nav2.release import OLD_NODE
-from drake_navbench.releases import Release
+from drake_navbench.plugins.releases import Release
 from drake_navbench.studies.doctor.facts import Facts
 from drake_navbench.studies.doctor.rules.rule import Rule, down, outside, put, up, upgrade
 from drake_navbench.studies.doctor.symptoms import Symptom

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from drake_navbench.releases import Release
+from drake_navbench.plugins.releases import Release
 from drake_navbench.studies.doctor.facts import Facts
 from drake_navbench.studies.doctor.rules.rule import Rule, down, put, up, upgrade
 from drake_navbench.studies.doctor.symptoms import Symptom

@@ -1,0 +1,226 @@
+"""The body of a model: its outline over the floor, its height, its wheels."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+import shapely
+
+from drake_navbench.inputs.descriptions.meshes import mesh_outlines
+from drake_navbench.inputs.descriptions.model import Joint, Link, Model, Shape
+from drake_navbench.inputs.descriptions.poses import inverse
+from drake_navbench.kernels.arrays import Array
+
+BASE_LINKS = ("base_link", "base_footprint")
+# A round shape becomes a polygon with this many corners.
+CIRCLE_CORNERS = 32
+# Corners that lie within this of a straight edge are left out of the outline, m.
+TOLERANCE_M = 1e-3
+TURNING = ("continuous", "revolute")
+# Words in a joint's or link's name by which it is a wheel's or a caster's.
+ROLLING = ("wheel", "caster", "castor")
+# A wheel's mesh is round where its length and its height differ by less than this share.
+ROUND_SHARE = 0.05
+# The largest upright part of an axle's unit vector.
+LEVEL_AXIS = math.sqrt(0.5)
+
+
+class Body(NamedTuple):
+    """A robot's shapes, mass and wheels in the frame of its base link.
+
+    outline: (K, 2) m, counter-clockwise; None where no shape tells it. low_m, high_m: the lowest
+    and the highest point. left_out: remarks on shapes that could not be read.
+    """
+
+    base: str
+    outline: Array | None
+    low_m: float
+    high_m: float
+    role: str
+    left_out: tuple[str, ...]
+
+
+class Wheel(NamedTuple):
+    """A wheel; position: centre of its tyre (3,) m in the base frame; radius_m: None: unknown."""
+
+    joint: Joint
+    position: Array
+    radius_m: float | None
+
+
+def base_of(model: Model, wanted: str | None = None) -> str:
+    """Returns the name of the base link: `wanted`, base_link, base_footprint, or else the root."""
+    for name in (wanted, *BASE_LINKS):
+        if name is None:
+            continue
+        found = [link for link in model.links if link.rpartition("::")[2] == name]
+        if found:
+            return found[0]
+    children = {joint.child for joint in model.joints}
+    return next((link for link in model.links if link not in children), next(iter(model.links)))
+
+
+def to_base_of(model: Model, base: str) -> Array:
+    """Returns the transform (4, 4) from the model's frame to that of the base link."""
+    return inverse(model.links[base].pose)
+
+
+def read_body(model: Model, base: str) -> Body:
+    """Returns the body; shapes that cannot be read are left out and listed in it."""
+    to_base = to_base_of(model, base)
+    remarks: list[str] = []
+    for role in ("collisions", "visuals"):
+        shapes: list[Shape] = [s for link in model.links.values() for s in getattr(link, role)]
+        points, lows, highs, left_out = _extents(shapes, to_base)
+        remarks += left_out
+        hull = shapely.MultiPoint(np.vstack(points)).convex_hull if points else None
+        if isinstance(hull, shapely.Polygon):
+            hull = hull.simplify(TOLERANCE_M)
+            outline = np.round(shapely.get_coordinates(hull.normalize())[:-1], 4)[::-1]
+            return Body(base, outline, min(lows), max(highs), role, tuple(remarks))
+    return Body(base, None, 0.0, 0.0, "", tuple(remarks))
+
+
+def _extents(
+    shapes: Sequence[Shape], to_base: Array
+) -> tuple[list[Array], list[float], list[float], list[str]]:
+    """Returns points (N, 2), lowest and highest of each shape in the base frame, and remarks."""
+    points, lows, highs, remarks = [], [], [], []
+    for shape in shapes:
+        if shape.kind in ("mesh", "plane"):
+            continue
+        own = shape_points(shape)
+        pose = to_base @ shape.pose
+        placed = own @ pose[:3, :3].T + pose[:3, 3]
+        points.append(placed[:, :2])
+        lows.append(float(placed[:, 2].min()))
+        highs.append(float(placed[:, 2].max()))
+    meshes = [shape for shape in shapes if shape.kind == "mesh"]
+    there = [shape for shape in meshes if shape.mesh is not None]
+    missing = dict.fromkeys(shape.uri for shape in meshes if shape.mesh is None)
+    if missing:
+        more = f" and {len(missing) - 1} more" if len(missing) > 1 else ""
+        remarks.append(f"left out {next(iter(missing))}{more}, no such file or package")
+    for shape, answer in zip(there, mesh_outlines(there, to_base), strict=True):
+        if "fault" in answer:
+            remarks.append(f"left out {shape.uri}: {answer['fault']}")
+            continue
+        points.append(np.array(answer["corners"]))
+        lows.append(answer["low"])
+        highs.append(answer["high"])
+    return points, lows, highs, list(dict.fromkeys(remarks))
+
+
+def shape_points(shape: Shape) -> Array:
+    """Returns points (N, 3) m in a shape's own frame whose convex hull is the shape."""
+    size: Any = shape.size
+    if shape.kind == "box":
+        signs = np.array(np.meshgrid([-1, 1], [-1, 1], [-1, 1])).reshape(3, -1).T
+        return signs * (0.5 * np.array(size))
+    if shape.kind == "cylinder":
+        return np.vstack([_circle(size[0], end * size[1]) for end in (-0.5, 0.5)])
+    if shape.kind == "cone":
+        return np.vstack([_circle(size[0], -0.5 * size[1]), [[0.0, 0.0, 0.5 * size[1]]]])
+    if shape.kind == "sphere":
+        return _ball(np.full(3, size[0]))
+    if shape.kind == "ellipsoid":
+        return _ball(np.array(size))
+    if shape.kind == "capsule":
+        ends = [np.array([0.0, 0.0, end * size[1]]) for end in (-0.5, 0.5)]
+        return np.vstack([_ball(np.full(3, size[0])) + end for end in ends])
+    if shape.kind == "polyline" and shape.corners is not None and len(shape.corners):
+        low = np.column_stack([shape.corners, np.zeros(len(shape.corners))])
+        return np.vstack([low, low + np.array([0.0, 0.0, size[0]])])
+    return np.zeros((1, 3))
+
+
+def _circle(radius_m: float, height_m: float) -> Array:
+    angles = 2.0 * np.pi * np.arange(CIRCLE_CORNERS) / CIRCLE_CORNERS
+    height = np.full_like(angles, height_m)
+    return np.column_stack([radius_m * np.cos(angles), radius_m * np.sin(angles), height])
+
+
+def _ball(half_axes: Array) -> Array:
+    around = _circle(1.0, 0.0)
+    upright, across = around[:, [0, 2, 1]], around[:, [2, 0, 1]]
+    return np.vstack([around, upright, across]) * half_axes
+
+
+def rolls(joint: Joint) -> bool:
+    """Tells whether a joint's name is that of a wheel or a caster."""
+    words = f"{joint.name} {joint.child}".lower()
+    return joint.kind in TURNING and any(word in words for word in ROLLING)
+
+
+def wheel_joints(model: Model, base: str) -> list[Joint]:
+    """Returns the joints of links called wheels that turn about a level axis; no casters."""
+    turn = to_base_of(model, base)[:3, :3]
+    joints = []
+    for joint in model.joints:
+        name = joint.child.lower()
+        if joint.kind not in TURNING or joint.child not in model.links:
+            continue
+        axis = turn @ joint.axis
+        is_level = abs(axis[2]) <= LEVEL_AXIS * float(np.linalg.norm(axis))
+        if is_level and "wheel" in name and "caster" not in name:
+            joints.append(joint)
+    return joints
+
+
+def wheels_of(model: Model, base: str) -> list[Wheel]:
+    """Returns the wheels: each at its tyre or, where it has no shape, at its link."""
+    to_base = to_base_of(model, base)
+    wheels = []
+    for joint in wheel_joints(model, base):
+        link = model.links[joint.child]
+        tyre = _round_tyre(link, to_base) or _mesh_tyre(link, to_base)
+        position, radius_m = tyre or ((to_base @ link.pose)[:3, 3], None)
+        wheels.append(Wheel(joint, position, radius_m))
+    return wheels
+
+
+def _round_tyre(link: Link, to_base: Array) -> tuple[Array, float] | None:
+    """Returns centre (3,) and radius of the largest cylinder or sphere of a wheel; None without."""
+    for shapes in (link.collisions, link.visuals):
+        tyres = [s for s in shapes if s.kind in ("cylinder", "sphere") and s.size[0] > 0.0]
+        if tyres:
+            tyre = max(tyres, key=lambda shape: shape.size[0])
+            return (to_base @ tyre.pose)[:3, 3], float(tyre.size[0])
+    return None
+
+
+def _mesh_tyre(link: Link, to_base: Array) -> tuple[Array, float] | None:
+    """Returns centre (3,) and radius of a wheel's mesh, if it is as high as long; else None."""
+    for shape in (*link.collisions, *link.visuals):
+        if shape.kind != "mesh" or shape.mesh is None:
+            continue
+        answer = mesh_outlines([shape], to_base)[0]
+        if "fault" in answer:
+            continue
+        corners = np.array(answer["corners"])
+        height_m = answer["high"] - answer["low"]
+        long_m, wide_m = sorted(np.ptp(corners, axis=0), reverse=True)
+        # A wheel is as long as high; in a turned box neither side is its length.
+        if abs(height_m - long_m) < ROUND_SHARE * height_m and wide_m <= height_m:
+            middle = 0.5 * (corners.min(axis=0) + corners.max(axis=0))
+            centre = np.array([*middle, 0.5 * (answer["low"] + answer["high"])])
+            return centre, 0.5 * float(height_m)
+    return None
+
+
+def floor_of(model: Model, body: Body, wheels: Sequence[Wheel]) -> float:
+    """Returns the height of the floor in the base frame, m.
+
+    That is the lowest point of the wheels, else the base_footprint, else the body's lowest point.
+    """
+    ends = [w.position[2] - w.radius_m for w in wheels if w.radius_m is not None]
+    if ends:
+        return float(min(ends))
+    footprint = [n for n in model.links if n.rpartition("::")[2] == "base_footprint"]
+    if footprint:
+        pose = to_base_of(model, body.base) @ model.links[footprint[0]].pose
+        return float(pose[2, 3])
+    return body.low_m

@@ -1,0 +1,277 @@
+"""The drive of a model, read from its Gazebo plugins and its ros2_control blocks and files."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence, Set
+from pathlib import Path
+from typing import Any, NamedTuple
+from xml.etree import ElementTree
+
+from drake_navbench.errors import InputError
+from drake_navbench.inputs.descriptions.body import Wheel
+from drake_navbench.inputs.descriptions.model import Model
+from drake_navbench.inputs.descriptions.poses import number
+from drake_navbench.inputs.descriptions.ros_packages import Packages
+from drake_navbench.inputs.descriptions.xml_file import text_of
+from drake_navbench.typed_files.typed_yaml import read_yaml
+
+DIFFERENTIAL, OMNIDIRECTIONAL, ACKERMANN = "differential", "omnidirectional", "ackermann"
+# Words in a plugin's file or name, or a controller's type -> kind of drive; the first fit counts.
+KINDS = (
+    ("ackermann", ACKERMANN),
+    ("tricycle", ACKERMANN),
+    ("bicycle_steering", ACKERMANN),
+    ("mecanum", OMNIDIRECTIONAL),
+    ("planar_move", OMNIDIRECTIONAL),
+    ("planar-move", OMNIDIRECTIONAL),
+    # "omni" alone would not do: there are omnidirectional receivers and cameras.
+    ("omni_wheel", OMNIDIRECTIONAL),
+    ("omni_drive", OMNIDIRECTIONAL),
+    ("omnidirectional", OMNIDIRECTIONAL),
+    ("velocity-control", OMNIDIRECTIONAL),
+    ("diff_drive", DIFFERENTIAL),
+    ("diff-drive", DIFFERENTIAL),
+    ("diffdrive", DIFFERENTIAL),
+    ("skid_steer", DIFFERENTIAL),
+    ("skid-steer", DIFFERENTIAL),
+)
+CONTROL = ("ros2_control", "ros_control")
+# Larger limits in a model are bounds of the simulator, not of the robot.
+FASTEST_MPS, FASTEST_RADPS, LARGEST_MPS2 = 20.0, 50.0, 200.0
+LEAST = 1e-3
+# The bound of every joint in ros2_control's examples, rad/s. Robots copy it for their wheels, which
+# it would hold to 3 to 10 cm/s; they drive faster.
+EXAMPLE_RADPS = 1.0
+
+
+class FoundDrive(NamedTuple):
+    """A drive as a robot's model describes it.
+
+    kind: '' for unknown. source: the part of the model that tells it. values: by our own names, SI
+    units.
+
+    remark: a limit in the files that is not used, and why; '' without one.
+    """
+
+    kind: str
+    source: str
+    values: dict[str, float]
+    remark: str = ""
+
+
+def drive_of(
+    model: Model, wheels: Sequence[Wheel], packages: Packages, arguments: Sequence[str] = ()
+) -> FoundDrive:
+    """Returns a model's drive, by its plugin, else its ros2_control file, else its wheels.
+
+    That file is named by the model or, where it names none, names the model's wheels.
+
+    arguments: of its xacro files; one of them may be the ros2_control file.
+    """
+    radius_m = next((w.radius_m for w in wheels if w.radius_m is not None), None)
+    files = [*_controller_files(model), *(a for a in arguments if a.endswith((".yaml", ".yml")))]
+    found = _by_plugin(model) or _by_controllers(files, packages)
+    found = found or _by_wheel_names(wheels, packages)
+    if found is None:
+        names = [w.joint.child.lower() for w in wheels]
+        # Two driven wheels with an omni wheel as their caster are a differential base.
+        is_mecanum = len(names) >= 3 and all("mecanum" in n or "omni" in n for n in names)
+        kind = OMNIDIRECTIONAL if is_mecanum else DIFFERENTIAL if len(wheels) >= 2 else ""
+        found = FoundDrive(kind, f"{len(wheels)} wheels" if wheels else "", {})
+    values = dict(found.values)
+    if radius_m is not None:
+        values.setdefault("wheel_radius_m", radius_m)
+    sides = [float(w.position[1]) for w in wheels]
+    if len(sides) >= 2 and max(sides) - min(sides) > LEAST:
+        values.setdefault("wheel_separation_m", max(sides) - min(sides))
+    remark = _add_wheel_limits(values, model, wheels)
+    return found._replace(values=_sensible(values), remark=remark)
+
+
+def has_drive(model: Model) -> bool:
+    """Tells whether a plugin drives a model."""
+    return any(_kind_of(plugin.name) for plugin in model.plugins)
+
+
+def _kind_of(text: str) -> str:
+    return next((kind for word, kind in KINDS if word in text.lower()), "")
+
+
+def _by_plugin(model: Model) -> FoundDrive | None:
+    for plugin in model.plugins:
+        kind = _kind_of(plugin.name)
+        if kind:
+            name = plugin.name.split()[0] if plugin.name.split() else kind
+            return FoundDrive(kind, name, _plugin_values(plugin.element, kind))
+    return None
+
+
+def _plugin_values(plugin: ElementTree.Element, kind: str) -> dict[str, float]:
+    def told(*names: str) -> float | None:
+        return next((v for v in (number(text_of(plugin, n)) for n in names) if v is not None), None)
+
+    diameter = told("wheel_diameter", "wheelDiameter")
+    radius = told("wheel_radius", "wheelRadius") or (0.5 * diameter if diameter else None)
+    values = {
+        "wheel_radius_m": radius,
+        "wheel_separation_m": told("wheel_separation", "wheelSeparation", "kingpin_width"),
+        "max_linear_velocity_mps": told("max_linear_velocity", "max_velocity", "max_speed"),
+        "min_linear_velocity_mps": told("min_linear_velocity", "min_velocity"),
+        "max_angular_velocity_radps": told("max_angular_velocity"),
+        "max_linear_acceleration_mps2": told(
+            # The classic plugin's acceleration is that of a wheel's rim, m/s^2; 0 stands for none.
+            "max_linear_acceleration",
+            "max_acceleration",
+            "max_wheel_acceleration",
+        ),
+        "max_angular_acceleration_radps2": told("max_angular_acceleration"),
+    }
+    if kind == ACKERMANN:
+        wheelbase = told("wheel_base", "wheelbase")
+        steering = told("steering_limit", "max_steer")
+        if wheelbase and steering and 0.0 < steering < 0.5 * math.pi:
+            values["wheelbase_m"] = wheelbase
+            values["min_turning_radius_m"] = wheelbase / math.tan(steering)
+    return {name: value for name, value in values.items() if value is not None}
+
+
+def _controller_files(model: Model) -> list[str]:
+    """Returns the names of the parameter files of ros2_control's plugin."""
+    plugins = [p for p in model.plugins if any(word in p.name for word in CONTROL)]
+    return [
+        (element.text or "").strip()
+        for plugin in plugins
+        for element in plugin.element.iter("parameters")
+    ]
+
+
+def _by_controllers(files: Sequence[str], packages: Packages) -> FoundDrive | None:
+    """Returns the drive in the first parameter file of ros2_control that has one."""
+    for file in files:
+        place = packages.place(file) if file else None
+        found = None if place is None or not place.is_file() else _controllers_in(place)
+        if found is not None:
+            return found
+    return None
+
+
+def _by_wheel_names(wheels: Sequence[Wheel], packages: Packages) -> FoundDrive | None:
+    """Returns the drive in the first controllers file that names these wheels and no others.
+
+    Launch files name the controllers file where a model does not.
+    """
+    joints = {wheel.joint.name for wheel in wheels}
+    for file in packages.files():
+        if file.suffix not in (".yaml", ".yml") or "control" not in file.name or not joints:
+            continue
+        found = _controllers_in(file, joints)
+        if found is not None:
+            return found
+    return None
+
+
+def _controllers_in(path: Path, joints: Set[str] | None = None) -> FoundDrive | None:
+    """Returns the first drive in a controllers file; joints: the wheels' joints, None: any."""
+    try:
+        nodes = dict(_nodes(read_yaml(path)))
+    except InputError:
+        return None
+    parameters = [pair for block in nodes.values() for pair in block.items()]
+    types = {
+        name: str(block.get("type", "")) for name, block in parameters if isinstance(block, Mapping)
+    }
+    # Names may be written with points, too.
+    types |= {
+        str(name).removesuffix(".type"): kind
+        for name, kind in parameters
+        if str(name).endswith(".type") and isinstance(kind, str)
+    }
+    for name, kind_name in types.items():
+        kind, own = _kind_of(kind_name), nodes.get(name, {})
+        if kind and (joints is None or _wheel_names(own) == joints):
+            return FoundDrive(kind, path.name, _controller_values(own))
+    return None
+
+
+def _wheel_names(parameters: Mapping[str, Any]) -> set[str]:
+    sides = (parameters.get(f"{side}_wheel_names") for side in ("left", "right"))
+    return {str(name) for side in sides if isinstance(side, list) for name in side}
+
+
+def _nodes(block: Mapping[str, Any]) -> Iterator[tuple[str, Mapping[str, Any]]]:
+    """Yields the nodes of a parameter file, without namespaces: name and parameters."""
+    for name, node in block.items():
+        if isinstance(node, Mapping):
+            parameters = node.get("ros__parameters")
+            if isinstance(parameters, Mapping):
+                yield str(name).rpartition("/")[2], parameters
+            else:
+                yield from _nodes(node)
+
+
+def _controller_values(parameters: Mapping[str, Any]) -> dict[str, float]:
+    def told(path: str) -> float | None:
+        value: Any = parameters.get(path)
+        if value is None:
+            value = parameters
+            for part in path.split("."):
+                value = value.get(part) if isinstance(value, Mapping) else None
+        is_number = isinstance(value, int | float) and not isinstance(value, bool)
+        return float(value) if is_number and math.isfinite(value) else None
+
+    names = {
+        "wheel_separation_m": "wheel_separation",
+        "wheel_radius_m": "wheel_radius",
+        "max_linear_velocity_mps": "linear.x.max_velocity",
+        "min_linear_velocity_mps": "linear.x.min_velocity",
+        "max_linear_acceleration_mps2": "linear.x.max_acceleration",
+        "max_angular_velocity_radps": "angular.z.max_velocity",
+        "max_angular_acceleration_radps2": "angular.z.max_acceleration",
+        "wheelbase_m": "wheelbase",
+    }
+    values = {ours: told(theirs) for ours, theirs in names.items()}
+    return {name: value for name, value in values.items() if value is not None}
+
+
+def _add_wheel_limits(values: dict[str, float], model: Model, wheels: Sequence[Wheel]) -> str:
+    """Adds the speed at the wheels' limit; returns a remark on an unused limit."""
+    limits = [w.joint.velocity_radps for w in wheels if w.joint.velocity_radps]
+    names = {w.joint.name for w in wheels}
+    commands = []
+    for plugin in model.plugins:
+        for joint in plugin.element.iter("joint"):
+            if plugin.name != "ros2_control" or joint.get("name") not in names:
+                continue
+            for interface in joint.findall("command_interface"):
+                if interface.get("name") == "velocity":
+                    most = [number(p.text) for p in interface if p.get("name") == "max"]
+                    commands += [value for value in most if value]
+    limits += [value for value in commands if value != EXAMPLE_RADPS]
+    radius = values.get("wheel_radius_m")
+    if limits and radius and "max_linear_velocity_mps" not in values:
+        values["max_linear_velocity_mps"] = min(limits) * radius
+    if EXAMPLE_RADPS not in commands:
+        return ""
+    return "ros2_control's bound of 1 rad/s on the wheels is its examples' and not used"
+
+
+def _sensible(values: Mapping[str, float]) -> dict[str, float]:
+    """Returns the values without bounds that bound nothing, such as 1e16 rad/s or 0."""
+    most = {
+        "max_linear_velocity_mps": FASTEST_MPS,
+        "max_angular_velocity_radps": FASTEST_RADPS,
+        "max_linear_acceleration_mps2": LARGEST_MPS2,
+        "max_angular_acceleration_radps2": LARGEST_MPS2,
+    }
+    kept = {
+        name: value
+        for name, value in values.items()
+        if name == "min_linear_velocity_mps" or LEAST <= value <= most.get(name, math.inf)
+    }
+    back = kept.get("min_linear_velocity_mps")
+    if back is not None and not -FASTEST_MPS <= back <= 0.0:
+        del kept["min_linear_velocity_mps"]
+    if "max_linear_velocity_mps" in kept and "min_linear_velocity_mps" not in kept:
+        kept["min_linear_velocity_mps"] = -kept["max_linear_velocity_mps"]
+    return kept

@@ -1,0 +1,97 @@
+"""A file with one model, URDF, SDF, xacro or Clearpath's robot.yaml, as plain data."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from xml.etree import ElementTree
+
+from drake_navbench.errors import InputError
+from drake_navbench.inputs.descriptions.clearpath_robot import clearpath_xacro, is_clearpath
+from drake_navbench.inputs.descriptions.drawing import is_drawing
+from drake_navbench.inputs.descriptions.model import Model
+from drake_navbench.inputs.descriptions.ros_packages import Packages
+from drake_navbench.inputs.descriptions.sdf import SdfReader
+from drake_navbench.inputs.descriptions.urdf import read_urdf
+from drake_navbench.inputs.descriptions.xacro_file import XACRO, Expanded, expand_xacro
+from drake_navbench.inputs.descriptions.xml_file import read_xml
+from drake_navbench.typed_files.input_file import MEGABYTE, read_input
+
+MAX_FILE_BYTES = 64 * MEGABYTE
+MODEL_SUFFIXES = (".urdf", ".sdf", XACRO)
+# Text that only xacro gives a meaning, also in files called .urdf.
+XACRO_MARKS = re.compile(r"<xacro:|=\s*[\"'][^\"']*\$[{(]")
+# The root elements of other simulators' files; see docs/robots.md.
+OTHERS = {"mujoco": "MuJoCo", "mujocoinclude": "MuJoCo"}
+
+
+@dataclass(frozen=True)
+class Source:
+    """A model with the file it comes from.
+
+    root: the XML, expanded where it was xacro. arguments: of its xacro files, with their values.
+    is_expanded: whether the file was xacro.
+    """
+
+    path: Path
+    model: Model
+    root: ElementTree.Element
+    packages: Packages
+    arguments: Mapping[str, str] = field(default_factory=dict)
+    is_expanded: bool = False
+
+
+def read_source(
+    path: Path, arguments: Mapping[str, str] | None = None, folders: Sequence[Path] = ()
+) -> Source:
+    """Returns the model in a file; raises InputError, one line, where there is none.
+
+    arguments: for xacro. folders: where packages are looked for besides the repository.
+    """
+    packages = Packages(path, folders, is_own=is_drawing(path))
+    text = read_input(path, max_bytes=MAX_FILE_BYTES).decode(errors="replace")
+    written, left_out = clearpath_xacro(path, packages) if is_clearpath(path) else (None, [])
+    is_xacro = path.suffix == XACRO or XACRO_MARKS.search(text) is not None
+    is_expanded = written is not None or is_xacro
+    expanded = (
+        expand_xacro(path, arguments, folders, text=written) if is_expanded else Expanded(text)
+    )
+    root = read_xml(expanded.text.encode(), str(path))
+    model = read_urdf(root, packages) if root.tag == "robot" else _sdf_model(root, path, packages)
+    if not model.links:
+        raise InputError(f"{path}: cannot be read as a robot's model: expected links, found none")
+    model.remarks += [*expanded.remarks, *left_out]
+    return Source(path, model, root, packages, expanded.arguments, is_expanded)
+
+
+def is_model_file(path: Path) -> bool:
+    """Tells whether a file is a model by itself, by its name or as a robot.yaml of Clearpath's."""
+    return path.suffix in MODEL_SUFFIXES or is_clearpath(path)
+
+
+def _sdf_model(root: ElementTree.Element, path: Path, packages: Packages) -> Model:
+    """Returns the first model of an SDF text, even if it stands in a world or is included."""
+    if root.tag in OTHERS:
+        raise InputError(
+            f"{path}: is a model of {OTHERS[root.tag]}; expected URDF, SDF or xacro, "
+            f"which {OTHERS[root.tag]}'s tools write"
+        )
+    if root.tag not in ("sdf", "model", "gazebo"):
+        raise InputError(
+            f"{path}: cannot be read as a robot's model: expected <robot> or <sdf>, found "
+            f"<{root.tag}>"
+        )
+    reader = SdfReader(packages)
+    element = root if root.tag == "model" else root.find("model")
+    if element is None:
+        element = root.find("world/model")
+    folder = path.parent.absolute()
+    if element is None:
+        include = root.find("include")
+        found = None if include is None else reader.included(include)
+        if found is None:
+            raise InputError(f"{path}: cannot be read as a robot's model: expected a <model>")
+        element, folder = found
+    return reader.read(element, folder)

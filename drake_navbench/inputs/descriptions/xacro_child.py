@@ -1,0 +1,236 @@
+"""The inside of the process that expands a xacro file; see `xacro_file`."""
+
+from __future__ import annotations
+
+import os
+import re
+import tempfile
+from pathlib import Path
+from typing import Any
+
+import xacro
+from xacrodoc import XacroDoc
+from xacrodoc import packages as found_packages
+from xacrodoc.packages import PackageNotFoundError
+
+from drake_navbench.errors import InputError, as_line
+from drake_navbench.inputs.descriptions.ros_packages import Packages
+from drake_navbench.inputs.descriptions.xacro_macro import call_of, robot_macro, with_call
+from drake_navbench.inputs.descriptions.xml_file import without_late_declaration
+
+UNDEFINED = re.compile(r"Undefined substitution argument (\w+)")
+UNSET = re.compile(r"environment variable '(\w+)' is not set")
+# The most files of missing packages; xacro asks for one after the other.
+MAX_MISSING = 100
+LINK = re.compile(r"<link\b")
+# Without such an element nothing is left that drives.
+WHEEL = re.compile(r"<joint\b[^>]*wheel", re.IGNORECASE)
+XML_SUFFIXES = (".xacro", ".urdf", ".xml", ".gazebo", ".sdf")
+
+
+def expand(request: dict[str, Any]) -> dict[str, Any]:
+    """Returns the text of a xacro file expanded, its arguments with their values, and remarks.
+
+    request: file, text (None: the file's own), folders (of `Packages`) and arguments, by name. For
+    a file that only defines a macro of its own name, the macro is called. Parts that a missing
+    package describes are left out. Raises InputError, one line, where no wheels are left, or xacro
+    cannot expand the file.
+    """
+    path = Path(request["file"])
+    given = path.read_bytes() if request["text"] is None else request["text"].encode()
+    content = without_late_declaration(given).decode(errors="replace")
+    text, arguments, remarks = _expanded_with(path, content, request)
+    macro = None if LINK.search(text) else robot_macro(content, path)
+    if macro is not None:
+        call = call_of(content, macro, request["arguments"])
+        text, arguments, remarks = _expanded_with(path, with_call(content, call.text), request)
+        arguments |= call.values
+        remarks.append(f"only defines a macro; expanded as {call.text}")
+    return {"text": text, "arguments": arguments, "remarks": remarks}
+
+
+def _expanded_with(
+    path: Path, content: str, request: dict[str, Any]
+) -> tuple[str, dict[str, str], list[str]]:
+    """Returns a text expanded, the arguments with their values, and remarks."""
+    packages = Packages(path, [Path(folder) for folder in request["folders"]])
+    found_packages.update_package_cache(packages.all())
+    with tempfile.TemporaryDirectory() as folder:
+        missing = _Missing(Path(folder), packages)
+        for _ in range(MAX_MISSING):
+            arguments = _Arguments(request["arguments"])
+            try:
+                text = _expanded(path, content, arguments, missing)
+                break
+            except PackageNotFoundError as error:
+                missing.add(str(error.args[0]))
+            except InputError as error:
+                if not missing.provides(str(error)):
+                    raise missing.fault(error) from error
+        else:
+            raise InputError(f"needs more than {MAX_MISSING} files that are not there")
+        if missing.macros and not (LINK.search(text) and WHEEL.search(text)):
+            raise missing.fault(InputError(missing.remarks()[-1]))
+        # Meshes of a missing package do not exist under its name.
+        text = text.replace(f"{missing.folder}/", "package://")
+    values = {name: str(arguments[name]) for name in sorted(arguments.declared)}
+    return text, values, missing.remarks()
+
+
+# Elements that xacro once took without its prefix, and the attribute by which they are recognised.
+OLD = {
+    "property": "name",
+    "macro": "params",
+    "include": "filename",
+    "if": "value",
+    "unless": "value",
+    "insert_block": "name",
+}
+PARSE, CALL_MACRO = xacro.parse, xacro.handle_macro_call
+
+
+class _Missing:
+    """The missing packages: each is an empty folder, in which files appear when asked for."""
+
+    def __init__(self, folder: Path, packages: Packages) -> None:
+        self.folder = folder
+        self._packages = packages
+        self.names: list[str] = []
+        self.macros: dict[str, None] = {}
+
+    def remarks(self) -> list[str]:
+        """Returns a remark on each package, and one on the parts that only such packages define."""
+        absent = [f"left out what the package {name} describes: not found" for name in self.names]
+        if self.macros:
+            parts = ", ".join(self.macros)
+            absent.append(f"left out {parts}: defined by a package that is not found")
+        return absent
+
+    def call(self, node: Any, macros: Any, symbols: Any) -> Any:
+        """Calls a macro as xacro does; leaves out a macro that a missing package defines."""
+        try:
+            return _call_old(node, macros, symbols)
+        except xacro.XacroException as error:
+            name = node.tagName
+            if not self.names or str(error) != f"unknown macro name: {name}":
+                raise
+            self.macros[name.removeprefix("xacro:")] = None
+            xacro.replace_node(node, by=None)
+            return True
+
+    def add(self, name: str) -> None:
+        """Adds a package: its folder, or an empty one."""
+        place = self._packages.folder(name)
+        if place is None:
+            place = self.folder / name
+            place.mkdir(parents=True, exist_ok=True)
+            self.names.append(name)
+        found_packages.update_package_cache({name: place})
+
+    def provides(self, fault: str) -> bool:
+        """Creates the file that a fault calls missing; tells whether it is in a missing package."""
+        named = re.search(rf"{re.escape(str(self.folder))}/[^\s'\"]+", fault)
+        if named is None or "No such file" not in fault:
+            return False
+        file = Path(named[0].rstrip(":,"))
+        if file.exists():
+            return False
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_text("<robot/>" if file.suffix in XML_SUFFIXES else "{}", encoding="utf-8")
+        return True
+
+    def fault(self, error: InputError) -> InputError:
+        """Returns the fault of a missing package, if there is one, in place of a later fault."""
+        if not self.names or "No such file" in str(error):
+            return error
+        return InputError(
+            f"needs the package {self.names[-1]!r}, which is not in {self._packages.root}; "
+            f"expected it there or below a folder of --packages ({error})"
+        )
+
+
+class _Arguments(dict[str, str]):
+    """The values of arguments; declared: the names that xacro files declare.
+
+    xacro asks for an argument's value where it meets its declaration.
+    """
+
+    def __init__(self, values: dict[str, str]) -> None:
+        super().__init__(values)
+        self.declared: set[str] = set()
+
+    def __contains__(self, name: object) -> bool:
+        self.declared.add(str(name))
+        return super().__contains__(name)
+
+
+def _expanded(path: Path, content: str, arguments: _Arguments, missing: _Missing) -> str:
+    xacro.parse, xacro.handle_macro_call = _parse_old, missing.call
+    # After a failed attempt, xacro still stands in the file in which it failed.
+    xacro.init_stacks(None)
+    try:
+        document = XacroDoc.from_string(
+            content,
+            subargs=arguments,
+            resolve_packages=False,
+            rootdir=str(path.parent),
+        )
+    except PackageNotFoundError:
+        raise
+    except Exception as error:
+        cause: BaseException | None = error
+        while cause is not None:
+            if isinstance(cause, MemoryError | PackageNotFoundError):
+                raise cause from None
+            cause = cause.__cause__ or getattr(cause, "exc", None)
+        name = _missing_package(error)
+        if name is not None:
+            raise PackageNotFoundError(name) from error
+        said = as_line(str(error))
+        unset = UNSET.search(said)
+        if unset:
+            raise InputError(
+                f"asks for the environment variable {unset[1]}, which is not set; set it before "
+                f"the command: {unset[1]}=VALUE drake-navbench ..."
+            ) from error
+        undefined = UNDEFINED.search(said)
+        hint = f"; give it by --set {undefined[1]}=VALUE" if undefined else ""
+        raise InputError(f"xacro cannot expand {_file_of_fault(path)}: {said}{hint}") from error
+    return str(document.to_urdf_string())
+
+
+def _file_of_fault(path: Path) -> str:
+    """Returns the included file in which xacro failed, or "it" for the file itself."""
+    inside = (xacro.filestack or [None])[-1]
+    return "it" if inside is None else os.path.relpath(inside, path.parent)
+
+
+def _parse_old(inp: Any, filename: str | None = None) -> Any:
+    """Parses as xacro does; elements from before ROS Melodic get the prefix that they lack."""
+    document = PARSE(inp, filename)
+    for name, needed in OLD.items():
+        for element in list(document.getElementsByTagName(name)):
+            if element.hasAttribute(needed):
+                element.tagName = element.nodeName = f"xacro:{name}"
+    return document
+
+
+def _call_old(node: Any, macros: Any, symbols: Any) -> Any:
+    """Calls a macro as xacro does; in old files an element without prefix calls one.
+
+    It does where its attributes are the macro's parameters; without any it must be empty.
+    """
+    name = node.tagName
+    if ":" not in name and name in macros:
+        macro, given = macros[name], set(node.attributes.keys())
+        takes = {parameter for parameter in macro.params if not parameter.startswith("*")}
+        needed = takes - macro.defaultmap.keys()
+        if needed <= given <= takes and (needed or not node.hasChildNodes()):
+            node.tagName = node.nodeName = f"xacro:{name}"
+    return CALL_MACRO(node, macros, symbols)
+
+
+def _missing_package(error: BaseException) -> str | None:
+    """Returns the name of the missing package in a wrapped error; None for another error."""
+    _, found, name = str(error).partition("Package not found:")
+    return name.split()[0] if found and name.split() else None

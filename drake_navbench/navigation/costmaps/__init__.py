@@ -1,0 +1,1 @@
+"""The parts of a costmap: settings, layers in order, maps and filter masks."""

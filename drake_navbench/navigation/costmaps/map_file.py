@@ -1,0 +1,307 @@
+"""Reads maps: those of Nav2's map_server, a YAML file beside an image, and MovingAI's grids.
+
+Images are read by Pillow: PGM (P2 and P5), PNG, BMP and whatever else it knows, 8 bits a channel.
+Source: nav2_map_server (map_io).
+"""
+
+from __future__ import annotations
+
+import warnings
+from dataclasses import dataclass
+from enum import StrEnum
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image
+from pydantic import Field, field_validator
+
+from drake_navbench.errors import InputError, InputWarning, nearest_name_hint
+from drake_navbench.kernels.grid import Grid, cell_at
+from drake_navbench.kernels.immutable import Immutable
+from drake_navbench.navigation.costmaps.grid_size import MAX_GRID_CELLS, require_grid_size
+from drake_navbench.navigation.costmaps.movingai_map import SUFFIX as MOVINGAI_SUFFIX
+from drake_navbench.navigation.costmaps.movingai_map import read_movingai_map
+from drake_navbench.navigation.costmaps.turned_map import turned_along_axes
+from drake_navbench.typed_files.quantities import MAX_LENGTH_M, Angle, CellSize, Length
+from drake_navbench.typed_files.typed_yaml import (
+    FrozenModel,
+    parse_yaml,
+    place_in,
+    read_text,
+    validate,
+)
+
+UNKNOWN = -1
+OCCUPIED = 100
+OPAQUE = 255
+MAX_GREY = 255
+# ImageMagick's weights of red, green and blue (Rec. 709), by which Nav2 makes colours grey.
+LUMA = np.array([0.212656, 0.715158, 0.072186])
+GREY_MODES = ("1", "L", "LA")
+COLOUR_MODES = ("P", "PA", "RGB", "RGBA")
+IMAGE_SUFFIXES = (".pgm", ".png", ".bmp", ".jpg", ".jpeg", ".gif", ".tif", ".tiff")
+# MovingAI's maps do not tell how large a cell is: corridors of a few cells fit a small robot, m.
+MOVINGAI_RESOLUTION_M = 0.2
+
+
+class MapMode(StrEnum):
+    """The rule that turns grey into occupancy."""
+
+    TRINARY = "trinary"
+    SCALE = "scale"
+    RAW = "raw"
+
+
+class MapMetadata(FrozenModel):
+    """The YAML file of a map."""
+
+    image: str = Field(min_length=1, description="Path of the image from this file's folder.")
+    resolution: CellSize = Field(description="Edge length of a pixel [m].")
+    origin: tuple[Length, Length, Angle] = Field(
+        description="Pose of the lower left corner of the lower left pixel: x [m], y [m], yaw "
+        "[rad]."
+    )
+    negate: bool = Field(description="Whether white means occupied: 0 or 1.")
+    occupied_thresh: float = Field(
+        ge=0.0,
+        le=1.0,
+        description="Occupancy (darkness of the pixel, 0 to 1) from which a cell is occupied.",
+    )
+    free_thresh: float = Field(ge=0.0, le=1.0, description="Occupancy up to which a cell is free.")
+    mode: MapMode = Field(
+        MapMode.TRINARY, description="How grey is read: trinary, scale or raw; upper or lower case."
+    )
+
+    @field_validator("negate", mode="before")
+    @classmethod
+    def _accept_zero_and_one(cls, value: Any) -> bool:
+        if value not in (0, 1):
+            raise ValueError("expected 0, 1, true or false")
+        return bool(value)
+
+    @field_validator("mode", mode="before")
+    @classmethod
+    def _ignore_case(cls, value: Any) -> Any:
+        return value.lower() if isinstance(value, str) else value
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class OccupancyMap(Immutable):
+    """A map as Nav2's map server publishes it.
+
+    occupancy: (rows, columns) int8, `[row = y, column = x]`, read-only: -1 unknown, else 0 to 100.
+    resolution: edge of a cell, m, rounded to float32 as in the message.
+    origin_x, origin_y: lower left corner of cell (0, 0), m; the grid lies along the axes.
+    files: its sources, the YAML file and the image.
+    """
+
+    occupancy: NDArray[np.int8]
+    resolution: float
+    origin_x: float
+    origin_y: float
+    files: tuple[Path, ...] = ()
+
+    @property
+    def bounds(self) -> tuple[float, float, float, float]:
+        """min_x, min_y, max_x, max_y of the grid, m."""
+        rows, columns = self.occupancy.shape
+        right = self.origin_x + columns * self.resolution
+        return self.origin_x, self.origin_y, right, self.origin_y + rows * self.resolution
+
+    @property
+    def frame(self) -> tuple[float, float, float]:
+        """The cells' geometry: origin_x m, origin_y m, resolution m, as a `Grid` takes them."""
+        return float(self.origin_x), float(self.origin_y), float(self.resolution)
+
+    @property
+    def is_occupied(self) -> NDArray[np.bool_]:
+        """(rows, columns): the cells that an obstacle fills."""
+        return self.occupancy == OCCUPIED
+
+    @property
+    def is_unknown(self) -> NDArray[np.bool_]:
+        """(rows, columns): the cells of which nothing is known."""
+        return self.occupancy == UNKNOWN
+
+    def value_at(self, position: NDArray[np.float64]) -> int | None:
+        """Returns the occupancy of the cell that holds (2,) m; None off the map."""
+        grid = Grid(self.occupancy, *self.frame)
+        column, row = cell_at(grid, float(position[0]), float(position[1]))
+        return None if column < 0 else int(self.occupancy[row, column])
+
+
+def load_map(path: str | Path) -> OccupancyMap:
+    """Returns the map that a YAML file describes, or that a MovingAI file is.
+
+    A map with a yaw is turned onto a grid along the axes, with an InputWarning: Nav2's costmaps
+    take no notice of a yaw. A MovingAI file has its lower left corner at (0, 0) and cells of
+    MOVINGAI_RESOLUTION_M. Raises InputError, one line a fault, where the file or its image cannot
+    be read, or a field is missing or out of range. Fields that Nav2's map server does not read,
+    such as `map_type`, are left out with an InputWarning; overlapping thresholds give one, too.
+    """
+    path = Path(path).expanduser()
+    if path.suffix == MOVINGAI_SUFFIX:
+        cells = _read_only(read_movingai_map(path, occupied=OCCUPIED)[::-1])
+        return OccupancyMap(cells, MOVINGAI_RESOLUTION_M, 0.0, 0.0, files=(path,))
+    if path.suffix.lower() in IMAGE_SUFFIXES:
+        raise _image_fault(path)
+    text = read_text(path)
+    fields = parse_yaml(text, str(path))
+    for name in [name for name in fields if name not in MapMetadata.model_fields]:
+        del fields[name]
+        hint = nearest_name_hint(name, MapMetadata.model_fields)
+        warning = f"{path}: {name}: has no effect, Nav2's map server reads no such field{hint}"
+        warnings.warn(warning, InputWarning, stacklevel=2)
+    metadata = validate(MapMetadata, fields, str(path), text)
+    if metadata.free_thresh > metadata.occupied_thresh:
+        warning = (
+            f"{path}: free_thresh {metadata.free_thresh} exceeds occupied_thresh "
+            f"{metadata.occupied_thresh}; a grey that both claim is free, as in Nav2 from Jazzy on"
+        )
+        warnings.warn(warning, InputWarning, stacklevel=2)
+    named_by = place_in(text, str(path), ["image"])
+    image = _image_of(path, metadata.image)
+    occupancy = _image_occupancy(image, metadata, named_by)
+    # The top row of an image is the one with the highest y.
+    occupancy = occupancy[::-1]
+    resolution = float(np.float32(metadata.resolution))
+    origin_x, origin_y, yaw = metadata.origin
+    if yaw != 0.0:
+        warning = (
+            f"{path}: origin: the map is turned by its yaw, {yaw:g} rad; Nav2's costmaps ignore it"
+        )
+        warnings.warn(warning, InputWarning, stacklevel=2)
+        occupancy, origin_x, origin_y = turned_along_axes(
+            occupancy,
+            resolution=resolution,
+            origin=metadata.origin,
+            outside=UNKNOWN,
+            source=f"{path}: origin: turned by {yaw:g} rad",
+        )
+    grid = OccupancyMap(
+        _read_only(occupancy),
+        resolution,
+        origin_x,
+        origin_y,
+        files=(path, image),
+    )
+    if max(map(abs, grid.bounds)) > MAX_LENGTH_M:
+        raise InputError(
+            f"{path}: origin and resolution: the map covers {list(grid.bounds)}, expected all of "
+            f"it within {MAX_LENGTH_M:g} m of the frame's origin"
+        )
+    return grid
+
+
+def _image_fault(path: Path) -> InputError:
+    """Returns the error for an image given as a map, which names the map's YAML file."""
+    beside = [path.with_suffix(suffix) for suffix in (".yaml", ".yml")]
+    found = next((file.name for file in beside if file.is_file()), None)
+    wanted = f"{found} beside it" if found else "a YAML file with image, resolution and origin"
+    return InputError(f"{path}: is an image; expected the map's file that names it: {wanted}")
+
+
+def _image_of(path: Path, named: str) -> Path:
+    """Returns the path of a map's image.
+
+    Where an absolute path does not exist, it is the image of that name beside the map, with a
+    warning.
+    """
+    image = path.parent / named
+    beside = path.parent / Path(named).name
+    if Path(named).is_absolute() and not image.is_file() and beside.is_file():
+        warning = f"{path}: image: {image}: no such file; {beside.name} beside it is taken"
+        warnings.warn(warning, InputWarning, stacklevel=3)
+        return beside
+    return image
+
+
+def _image_occupancy(image: Path, metadata: MapMetadata, named_by: str) -> NDArray[np.int8]:
+    """Returns the occupancy of a map's image, top row first.
+
+    The image may be a MovingAI file, which holds occupancies. named_by: the place that names the
+    image, for errors.
+    """
+    if image.suffix == MOVINGAI_SUFFIX:
+        return read_movingai_map(image, occupied=OCCUPIED)
+    grey, alpha = _read_image(image, named_by)
+    return occupancy_from_grey(
+        grey,
+        alpha,
+        mode=metadata.mode,
+        negate=metadata.negate,
+        occupied_thresh=metadata.occupied_thresh,
+        free_thresh=metadata.free_thresh,
+    )
+
+
+def _read_only(cells: NDArray[np.int8]) -> NDArray[np.int8]:
+    cells = np.ascontiguousarray(cells)
+    cells.flags.writeable = False
+    return cells
+
+
+def occupancy_from_grey(
+    grey: NDArray[np.uint8],
+    alpha: NDArray[np.uint8],
+    *,
+    mode: MapMode,
+    negate: bool,
+    occupied_thresh: float,
+    free_thresh: float,
+) -> NDArray[np.int8]:
+    """Returns the occupancy of each pixel, int8, of the shape of `grey` and `alpha`.
+
+    With p = 1 - grey / 255, or grey / 255 where `negate`, in float32: p <= free_thresh is free (0),
+    else p >= occupied_thresh is occupied (100); a value between is unknown (-1), or in mode scale
+    round(100 (p - free_thresh) / (occupied_thresh - free_thresh)). Pixels that are not opaque are
+    unknown. In mode raw the grey value itself counts, unknown above 100.
+    """
+    if mode == MapMode.RAW:
+        return np.where(grey <= OCCUPIED, grey.astype(np.int16), UNKNOWN).astype(np.int8)
+    share = grey.astype(np.float32) / np.float32(MAX_GREY)
+    if not negate:
+        share = np.float32(1.0) - share
+    low, high = np.float32(free_thresh), np.float32(occupied_thresh)
+    occupancy = np.full(grey.shape, UNKNOWN, dtype=np.int8)
+    if mode == MapMode.SCALE:
+        between = (share > low) & (share < high)
+        scaled = (share[between] - low) / np.float32(occupied_thresh - free_thresh)
+        occupancy[between] = np.floor(scaled * np.float32(OCCUPIED) + np.float32(0.5))
+    occupancy[share >= high] = OCCUPIED
+    occupancy[share <= low] = 0
+    occupancy[alpha < OPAQUE] = UNKNOWN
+    return occupancy
+
+
+def _read_image(path: Path, named_by: str) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
+    """Returns grey and alpha of an image, (rows, columns) uint8 each, top row first."""
+    if not path.is_file():
+        raise InputError(f"{named_by}: image: no such file, got {str(path)!r}")
+    try:
+        # Pillow warns of images beyond a size that is refused here in any case.
+        bomb = Image.DecompressionBombWarning
+        with warnings.catch_warnings(action="error", category=bomb), Image.open(path) as image:
+            require_grid_size(f"{named_by}: image", *image.size)
+            if image.mode not in GREY_MODES + COLOUR_MODES:
+                raise InputError(
+                    f"{named_by}: image: expected 8 bits a channel, "
+                    f"got Pillow's mode {image.mode!r} in {str(path)!r}"
+                )
+            pixels = np.asarray(image.convert("LA" if image.mode in GREY_MODES else "RGBA"))
+    except (Image.DecompressionBombError, bomb) as error:
+        raise InputError(
+            f"{named_by}: image: more than {Image.MAX_IMAGE_PIXELS:.3g} pixels are too many, "
+            f"expected at most {MAX_GRID_CELLS:.3g}"
+        ) from error
+    # Pillow reports broken files by errors of all these types.
+    except (OSError, SyntaxError, ValueError) as error:
+        reason = str(error).splitlines()[0] if str(error) else type(error).__name__
+        raise InputError(f"{named_by}: image: cannot be read: {reason}") from error
+    colour, alpha = pixels[..., :-1], pixels[..., -1]
+    if colour.shape[-1] == 1:
+        return colour[..., 0], alpha
+    # Row by row: as floats the whole image would take 24 times its size.
+    return np.stack([np.rint(row @ LUMA).astype(np.uint8) for row in colour]), alpha

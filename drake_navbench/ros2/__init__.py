@@ -1,0 +1,1 @@
+"""ROS 2 without ROS: recordings as files, and a running stack over DDS."""

@@ -1,0 +1,237 @@
+"""The messages read from a recording: one topic for each role, decoded into plain arrays.
+
+Times are seconds from the first message of the recording, on the clock of the stamps, which is that
+of the computer or of the simulator. A message without a stamp has only the time at which it was
+received. That time is converted by the odometry, whose messages have both times.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drake_navbench.errors import InputError, nearest_name_hint
+from drake_navbench.ros2.recordings.bag_source import BagSource
+from drake_navbench.ros2.recordings.decoded_messages import DECODERS, is_usable
+
+TF_TYPES = ("tf2_msgs/msg/TFMessage", "tf/msg/tfMessage")
+STATUS_TYPES = ("action_msgs/msg/GoalStatusArray", "actionlib_msgs/msg/GoalStatusArray")
+# Messages of these roles hold until the next one, so that earlier ones count, too.
+LATCHED_ROLES = frozenset({"tf_static", "map", "trial", "status", "goal", "plan"})
+
+
+# Roles without which metrics are lost: a hint lists the topics of a fitting type.
+HINTED_ROLES = ("command", "scan", "plan")
+MAX_HINTED_TOPICS = 5
+
+
+class Role(NamedTuple):
+    """The role of a topic. names: usual ones, the likeliest first. types: accepted ones."""
+
+    names: tuple[str, ...]
+    types: tuple[str, ...]
+
+
+ROLES: Mapping[str, Role] = {
+    "odom": Role(("/odom", "/odometry/filtered", "/odometry"), ("nav_msgs/msg/Odometry",)),
+    "truth": Role(
+        ("/ground_truth/odom", "/ground_truth/state", "/base_pose_ground_truth"),
+        ("nav_msgs/msg/Odometry",),
+    ),
+    "tf": Role(("/tf",), TF_TYPES),
+    "tf_static": Role(("/tf_static",), TF_TYPES),
+    "command": Role(
+        (
+            "/cmd_vel",
+            "/cmd_vel_smoothed",
+            "/cmd_vel_nav",
+            "/cmd_vel_unstamped",
+            "/diff_drive_controller/cmd_vel",
+            "/diff_drive_controller/cmd_vel_unstamped",
+        ),
+        ("geometry_msgs/msg/TwistStamped", "geometry_msgs/msg/Twist"),
+    ),
+    "scan": Role(("/scan", "/base_scan"), ("sensor_msgs/msg/LaserScan",)),
+    "plan": Role(
+        (
+            "/plan",
+            "/received_global_plan",
+            "/move_base/NavfnROS/plan",
+            "/move_base/GlobalPlanner/plan",
+        ),
+        ("nav_msgs/msg/Path",),
+    ),
+    "costmap": Role(
+        ("/local_costmap/costmap", "/move_base/local_costmap/costmap"),
+        ("nav_msgs/msg/OccupancyGrid",),
+    ),
+    "goal": Role(
+        ("/goal_pose", "/move_base/goal", "/move_base_simple/goal"),
+        ("geometry_msgs/msg/PoseStamped", "move_base_msgs/msg/MoveBaseActionGoal"),
+    ),
+    "map": Role(("/map",), ("nav_msgs/msg/OccupancyGrid",)),
+    "status": Role(
+        (
+            "/navigate_to_pose/_action/status",
+            "/navigate_through_poses/_action/status",
+            "/follow_path/_action/status",
+            "/move_base/status",
+        ),
+        STATUS_TYPES,
+    ),
+    "trial": Role(("/drake_navbench/trial",), ("std_msgs/msg/String",)),
+    "clearance_m": Role(("/drake_navbench/clearance_m",), ("std_msgs/msg/Float64",)),
+    "obstacle_cell_distance_m": Role(
+        ("/drake_navbench/obstacle_cell_distance_m",), ("std_msgs/msg/Float64",)
+    ),
+    "obstacle_corner_distance_m": Role(
+        ("/drake_navbench/obstacle_corner_distance_m",), ("std_msgs/msg/Float64",)
+    ),
+    "cycle_count": Role(("/drake_navbench/cycle_count",), ("std_msgs/msg/Float64",)),
+    "compute_time_ms": Role(("/drake_navbench/compute_time_ms",), ("std_msgs/msg/Float64",)),
+    "compute_cpu_time_ms": Role(
+        ("/drake_navbench/compute_cpu_time_ms",), ("std_msgs/msg/Float64",)
+    ),
+}
+
+
+def choose_topics(
+    source: BagSource, given: Mapping[str, str], namespace: str | None
+) -> tuple[dict[str, str], list[str]]:
+    """Returns role -> topic for the roles in a recording, and a line on each topic left out.
+
+    given: the user's topics by role; '' leaves a role out. namespace: of the robot; None finds it
+    where the recording has only one. Raises InputError where a given topic is missing or has
+    another type, or where the recording has topics of several robots.
+    """
+    for role in given:
+        if role not in ROLES:
+            raise InputError(f"--topics {role}: unknown role{nearest_name_hint(role, ROLES)}")
+    prefix = _prefix(source, namespace) if "odom" not in given else _as_prefix(namespace)
+    chosen: dict[str, str] = {}
+    remarks: list[str] = []
+    for role, (names, types) in ROLES.items():
+        if role in given:
+            topic = given[role]
+            if not topic:
+                continue
+            if topic not in source.topics:
+                hint = nearest_name_hint(topic, source.topics)
+                raise InputError(f"{source.path}: --topics {role}={topic}: no message on it{hint}")
+        else:
+            # Maps and transforms are often shared by all robots.
+            candidates = [f"{prefix}{name}" for name in names] + list(names)
+            present = [name for name in candidates if name in source.topics]
+            fitting = [name for name in present if source.topics[name] in types]
+            if not present:
+                remarks += _hint_of(role, source, namespace)
+                continue
+            topic = (fitting or present)[0]
+        if source.topics[topic] not in types:
+            fault = (
+                f"{source.path}: {topic} ({role}): has messages of {source.topics[topic]}, "
+                f"expected {' or '.join(types)}"
+            )
+            if role in given or role == "odom":
+                raise InputError(fault)
+            remarks.append(f"{fault}; left out")
+            continue
+        chosen[role] = topic
+    if "odom" not in chosen:
+        found = ", ".join(sorted(source.topics)[:40])
+        raise InputError(
+            f"{source.path}: no odometry on {' or '.join(ROLES['odom'].names)}; name its topic "
+            f"with --topics odom=TOPIC; found: {found}"
+        )
+    return chosen, remarks
+
+
+def _hint_of(role: str, source: BagSource, namespace: str | None) -> list[str]:
+    """Returns a line with the topics whose type fits a role; none without such a topic."""
+    if role not in HINTED_ROLES:
+        return []
+    start = f"{_as_prefix(namespace)}/"
+    types = ROLES[role].types
+    fitting = [t for t, kind in source.topics.items() if kind in types and t.startswith(start)]
+    if not fitting:
+        return []
+    named = ", ".join(sorted(fitting)[:MAX_HINTED_TOPICS])
+    return [
+        f"{source.path}: no {role} where it usually is; by its type it could be {named}: name it "
+        f"with --topics {role}=TOPIC"
+    ]
+
+
+def _as_prefix(namespace: str | None) -> str:
+    return f"/{namespace.strip('/')}" if namespace and namespace.strip("/") else ""
+
+
+def _prefix(source: BagSource, namespace: str | None) -> str:
+    """Returns the prefix of a robot's topics: '' or its namespace."""
+    role = ROLES["odom"]
+    if namespace is not None:
+        return _as_prefix(namespace)
+    if any(source.topics.get(name) in role.types for name in role.names):
+        return ""
+    apart = set(ROLES["truth"].names)
+    prefixes = sorted(
+        {
+            topic.removesuffix(name)
+            for topic, kind in source.topics.items()
+            for name in role.names
+            if kind in role.types and topic.endswith(name) and topic not in apart
+        }
+    )
+    if len(prefixes) > 1:
+        raise InputError(
+            f"{source.path}: holds {len(prefixes)} robots: {', '.join(prefixes)}; choose one with "
+            "--namespace"
+        )
+    return prefixes[0] if prefixes else ""
+
+
+class Column(NamedTuple):
+    """The messages of one topic.
+
+    receive_ns: (N,) int64, when the recorder received each. stamp_ns: (N,) int64, -1 for a message
+    without a stamp. values: decoded. unusable: the number of messages that were left out because
+    they contain NaN or cells of no size.
+    """
+
+    receive_ns: NDArray[np.int64]
+    stamp_ns: NDArray[np.int64]
+    values: list[Any]
+    unusable: int = 0
+
+
+def read_columns(
+    source: BagSource, topics: Mapping[str, str], start_ns: int | None, end_ns: int | None
+) -> dict[str, Column]:
+    """Returns role -> messages received in [start, end) ns; latched roles from the beginning on."""
+    role_of = {topic: role for role, topic in topics.items()}
+    kept: dict[str, list[tuple[int, int, Any]]] = {role: [] for role in topics}
+    unusable = dict.fromkeys(topics, 0)
+    latched = {topic for topic, role in role_of.items() if role in LATCHED_ROLES}
+    for names, begin in ((latched, None), (set(role_of) - latched, start_ns)):
+        for topic, receive_ns, message in source.read(names, begin, end_ns):
+            role = role_of[topic]
+            try:
+                decoded = DECODERS[role](message)
+                usable = [entry for entry in decoded if is_usable(entry[1])]
+                unusable[role] += len(decoded) - len(usable)
+                kept[role] += [(receive_ns, *entry) for entry in usable]
+            except (AttributeError, TypeError, ValueError, IndexError) as error:
+                raise InputError(
+                    f"{source.path}: {topic} ({role}): a message of {source.topics[topic]} "
+                    f"lacks an expected field: {error}"
+                ) from error
+    columns = {}
+    for role, rows in kept.items():
+        rows.sort(key=lambda row: row[0])
+        received = np.array([row[0] for row in rows], dtype=np.int64)
+        stamps = np.array([row[1] for row in rows], dtype=np.int64)
+        columns[role] = Column(received, stamps, [row[2] for row in rows], unusable[role])
+    return columns

@@ -1,0 +1,449 @@
+"""Hosts one controller plugin: rate, goal and progress checks, patience, error codes."""
+
+from __future__ import annotations
+
+import traceback
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from types import MappingProxyType
+from typing import Any, NamedTuple, Self
+
+import numpy as np
+from numpy.typing import NDArray
+from pydrake.common.value import AbstractValue
+from pydrake.systems.framework import BasicVector, Context, LeafSystem, State
+
+from drake_navbench.controller import (
+    Controller,
+    ControllerError,
+    GracefulController,
+    NoValidControl,
+    Observation,
+    PlanCuttingController,
+    SpeedLimit,
+)
+from drake_navbench.errors import as_line, one_line
+from drake_navbench.explanation import ControlCycle
+from drake_navbench.inputs.navigation_settings import PATIENT_FOR_EVER, ControllerServerSettings
+from drake_navbench.inputs.timeline import SLACK_S, Timeline
+from drake_navbench.inputs.timing import TimingSettings
+from drake_navbench.kernels.grid import Costmap
+from drake_navbench.kernels.noise import NoiseKey, NoiseStream
+from drake_navbench.kernels.poses import to_robot_frame
+from drake_navbench.kernels.read_only import read_only
+from drake_navbench.navigation.goal_check import GoalChecker
+from drake_navbench.navigation.path_handler import PathHandler
+from drake_navbench.navigation.progress_checkers import ProgressChecker
+from drake_navbench.navigation.task import ClearRequest, GlobalPlan, TaskState, TaskStatus
+from drake_navbench.trial.systems.compute_clock import ComputeClock
+from drake_navbench.trial.systems.controller_call import (
+    PluginBroke,
+    Stopwatch,
+    checked_command,
+    plugin_code,
+    require_loggable,
+)
+from drake_navbench.trial.systems.lifetime import weakly_bound
+from drake_navbench.trial.systems.ports import (
+    COMMAND_SIZE,
+    POSE_SIZE,
+    STATE_SIZE,
+    declare_object_input,
+    declare_state_part_output,
+    read_object,
+    value_or_none,
+)
+
+PATIENCE_EXCEEDED = 104
+FAILED_TO_MAKE_PROGRESS = 105
+CONTROLLER_TIMED_OUT = 107
+NANOSECOND_DIGITS = 9
+STANDSTILL = read_only(np.zeros(COMMAND_SIZE))
+
+
+class ServerState(NamedTuple):
+    """The state of the controller server.
+
+    command: (3,) last command published, v m/s, w rad/s, vy m/s. cycle_count: cycles computed so
+    far. compute_time_ms, compute_cpu_time_ms: wall-clock time of the last call of the controller,
+    and the time for which its thread had a processor. diagnostics: of the controller in that cycle.
+    waiting_since_s: when the wait for a current costmap began, None where there is none. Where
+    cycles take time: next_cycle_s: earliest start of the next cycle; command_due_s: when the
+    command is published; earlier_command: the command in force until then.
+    """
+
+    status: TaskStatus = TaskStatus()
+    plan_id: int = 0
+    path: Any = None
+    goal_check: Any = None
+    progress_check: Any = None
+    memory: Any = None
+    last_valid_time_s: float = 0.0
+    command: NDArray[np.float64] = STANDSTILL
+    cycle_count: int = 0
+    compute_time_ms: float = 0.0
+    compute_cpu_time_ms: float = 0.0
+    diagnostics: Mapping[str, Any] = MappingProxyType({})
+    waiting_since_s: float | None = None
+    next_cycle_s: float = 0.0
+    command_due_s: float = 0.0
+    earlier_command: NDArray[np.float64] = STANDSTILL
+
+    def command_at(self, time_s: float) -> NDArray[np.float64]:
+        """Returns the command in force: the last one, unless its cycle is not over yet."""
+        return self.command if time_s >= self.command_due_s - SLACK_S else self.earlier_command
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> Self:
+        """Returns itself: a state never changes, so Drake's copies cost nothing."""
+        return self
+
+
+class ControllerServer(LeafSystem):
+    """Nav2's controller server around one controller, as one unrestricted update a control period.
+
+    Inputs in the odometry frame: `odometry_estimate` [x m, y m, yaw rad, v m/s, w rad/s, vy m/s]
+    and `costmap` (Costmap or None). Input in the map frame: `plan` (GlobalPlan or None). Other
+    inputs: `map_from_odometry` (3,), the pose of the odometry frame in the map frame (not
+    connected: the two are one), `speed_limit` (SpeedLimit or None; not connected: no limit) and
+    `clear_request` (ClearRequest or None; not connected: none). As in Nav2, a controller sees
+    everything in the odometry frame; the server transforms the plan in every cycle. Outputs
+    `command` [v m/s, w rad/s, vy m/s], `server_state` (ServerState) and `status` (TaskStatus).
+    Abstract parameter `seed_parameter` holds the trial's seed.
+
+    Order of a cycle as in nav2_controller's computeControl: cancel, new path, wait for a current
+    costmap, cut of the path, goal test, progress test, command. A costmap is not current from the
+    request to clear it until its next update. The first cycle runs at `offset_s`.
+
+    A controller ends its task in the state ERROR if its `step` raises anything but a
+    ControllerError, or returns an invalid command or diagnostics that no log can hold.
+
+    Where cycles take time, a command is published when its cycle is over, and a cycle that misses
+    its period puts the next one off.
+
+    clock: tells how long a cycle takes; without it, cycles take no time. moves_sideways: whether
+    the base follows vy; otherwise a command must not have any.
+    """
+
+    def __init__(
+        self,
+        controller: Controller,
+        settings: ControllerServerSettings,
+        *,
+        path_handler: PathHandler,
+        goal_checker: GoalChecker,
+        progress_checker: ProgressChecker,
+        offset_s: float,
+        moves_sideways: bool = False,
+        clock: ComputeClock | None = None,
+    ) -> None:
+        super().__init__()
+        self._on_cycle: Callable[[ControlCycle], None] | None = None
+        self._takes_over: Callable[[float], Controller | None] | None = None
+        self._clock = clock or ComputeClock(Timeline.constant(TimingSettings()), None)
+        self._takes_time = self._clock.is_needed
+        self._controller = controller
+        self._settings = settings
+        self._cuts_plan = isinstance(controller, PlanCuttingController) and controller.cuts_plan
+        self._path_handler = path_handler
+        self._goal_checker = goal_checker
+        self._progress_checker = progress_checker
+        self._period_s = 1.0 / settings.controller_frequency
+        self._offset_s = offset_s
+        self._moves_sideways = moves_sideways
+        self.seed_parameter = self.DeclareAbstractParameter(AbstractValue.Make(0))
+        self._estimate_port = self.DeclareVectorInputPort("odometry_estimate", STATE_SIZE)
+        self._costmap_port = declare_object_input(self, "costmap")
+        self._plan_port = declare_object_input(self, "plan")
+        self._speed_limit_port = declare_object_input(self, "speed_limit")
+        self._clear_port = declare_object_input(self, "clear_request")
+        self._map_port = self.DeclareVectorInputPort("map_from_odometry", POSE_SIZE)
+        self._state = self.DeclareAbstractState(AbstractValue.Make(ServerState()))
+        tickets = {self.abstract_state_ticket(self._state)}
+        if self._takes_time:
+            tickets.add(self.time_ticket())
+        self.DeclareVectorOutputPort(
+            "command", COMMAND_SIZE, weakly_bound(self._calc_command), prerequisites_of_calc=tickets
+        )
+        self.DeclareStateOutputPort("server_state", self._state)
+        declare_state_part_output(self, "status", self._state, lambda server: server.status)
+        self.DeclarePeriodicUnrestrictedUpdateEvent(
+            self._period_s / self._clock.ticks_a_period(self._period_s),
+            offset_s,
+            weakly_bound(self._on_tick),
+        )
+
+    def listen(
+        self,
+        on_cycle: Callable[[ControlCycle], None] | None,
+        takes_over: Callable[[float], Controller | None] | None,
+    ) -> None:
+        """Sets the listeners of control cycles.
+
+        on_cycle: is called with every cycle; it changes nothing. takes_over: is called before every
+        cycle with its time, s. It returns a controller of the same kind with other parameters,
+        which drives from then on with the memory of the last one, or None.
+        """
+        self._on_cycle, self._takes_over = on_cycle, takes_over
+
+    def _calc_command(self, context: Context, output: BasicVector) -> None:
+        server: ServerState = context.get_abstract_state(self._state).get_value()
+        output.SetFromVector(server.command_at(context.get_time()))
+
+    def _on_tick(self, context: Context, state: State) -> None:
+        server: ServerState = context.get_abstract_state(self._state).get_value()
+        if self._takes_time and context.get_time() < server.next_cycle_s - SLACK_S:
+            return
+        plan = read_object(self._plan_port, context)
+        is_new_task = plan is not None and plan.task_id != server.status.task_id
+        if plan is None or (server.status.state.is_final and not is_new_task):
+            return
+        if self._takes_over is not None:
+            self._controller = self._takes_over(context.get_time()) or self._controller
+        try:
+            new = self._advanced(context, server, plan, is_new_task=is_new_task)
+        except PluginBroke as broken:
+            new = self._broken(server, plan.task_id, broken.error)
+        new = self._with_compute_time(server, new, context.get_time())
+        if new.status.state.is_final:
+            new = new._replace(status=replace(new.status, time_s=context.get_time()))
+        state.get_mutable_abstract_state(self._state).set_value(new)
+
+    def _with_compute_time(
+        self, before: ServerState, after: ServerState, now_s: float
+    ) -> ServerState:
+        """Returns the state after a cycle that took the time that its controller needed."""
+        late_s = 0.0
+        if after.cycle_count > before.cycle_count:
+            measured = after.compute_time_ms, after.compute_cpu_time_ms
+            known = self._clock.known(before.cycle_count, measured)
+            if known is not measured:
+                after = after._replace(compute_time_ms=known[0], compute_cpu_time_ms=known[1])
+            if self._takes_time:
+                late_s = self._clock.late_s(now_s, known[0])
+        if not self._takes_time:
+            return after
+        if after.status.state.is_final:
+            late_s = 0.0
+        return after._replace(
+            next_cycle_s=now_s + max(self._period_s, late_s),
+            command_due_s=now_s + late_s,
+            earlier_command=before.command_at(now_s),
+        )
+
+    def _advanced(
+        self, context: Context, server: ServerState, plan: GlobalPlan, *, is_new_task: bool
+    ) -> ServerState:
+        """Returns the state after a cycle; raises PluginBroke."""
+        if plan.plan_id != server.plan_id or is_new_task:
+            server = self._take_plan(server, plan, context.get_time())
+        if plan.cancel_requested and self._may_end(server.memory):
+            return self._end(server, TaskState.CANCELED, 0, "canceled")
+        return self._cycle_on_current_costmap(context, server, plan)
+
+    def _may_end(self, memory: Any) -> bool:
+        """Returns whether a cancelled task ends now: not while the controller slows down."""
+        controller = self._controller
+        with plugin_code():
+            return not isinstance(controller, GracefulController) or controller.is_at_rest(memory)
+
+    def _cycle_on_current_costmap(
+        self, context: Context, server: ServerState, plan: GlobalPlan
+    ) -> ServerState:
+        """Returns the state after a cycle, or after a period of waiting for the costmap."""
+        now_s = context.get_time()
+        costmap = read_object(self._costmap_port, context)
+        request: ClearRequest | None = value_or_none(self._clear_port, context)
+        is_old = request is not None and costmap is not None and costmap.stamp_s <= request.time_s
+        if costmap is None or is_old or not costmap.is_current:
+            return self._wait_for_costmap(server, now_s)
+        seed = context.get_abstract_parameter(self.seed_parameter).get_value()
+        step = round((now_s - self._offset_s) / self._period_s)
+        if server.waiting_since_s is not None:
+            server = server._replace(waiting_since_s=None)
+        return self._cycle(
+            server,
+            plan,
+            costmap,
+            estimate=self._estimate_port.Eval(context),
+            now_s=now_s,
+            speed_limit=value_or_none(self._speed_limit_port, context),
+            noise_key=NoiseKey(seed, NoiseStream.CONTROLLER, step),
+            map_from_odometry=value_or_none(self._map_port, context),
+        )
+
+    def _wait_for_costmap(self, server: ServerState, now_s: float) -> ServerState:
+        """Keeps the last command while the costmap is not current, up to a limit; 0: no limit."""
+        since_s = now_s if server.waiting_since_s is None else server.waiting_since_s
+        timeout_s = self._settings.costmap_update_timeout
+        if timeout_s > 0.0 and round(now_s - since_s, NANOSECOND_DIGITS) > timeout_s:
+            reason = f"no current costmap for {now_s - since_s:.2f} s"
+            return self._end(server, TaskState.ABORTED, CONTROLLER_TIMED_OUT, reason)
+        return server._replace(waiting_since_s=since_s)
+
+    def _cycle(
+        self,
+        server: ServerState,
+        plan: GlobalPlan,
+        costmap: Costmap,
+        *,
+        estimate: NDArray[np.float64],
+        now_s: float,
+        speed_limit: SpeedLimit | None,
+        noise_key: NoiseKey,
+        map_from_odometry: NDArray[np.float64] | None = None,
+    ) -> ServerState:
+        pose, velocity = estimate[:3], self._without_creep(estimate[3:])
+        global_plan, path = plan.poses, server.path
+        if map_from_odometry is not None:
+            global_plan = read_only(to_robot_frame(global_plan, *map_from_odometry))
+            path = path._replace(plan=global_plan)
+        try:
+            local_plan, path = self._path_handler.cut(path, pose, costmap)
+        except ControllerError as error:
+            if not self._cuts_plan or len(global_plan) == 0:
+                return self._end(server, TaskState.ABORTED, error.code, str(error))
+            # This controller's release has no path handler: the controller has its own rules.
+            local_plan = global_plan
+        goal = global_plan[-1]
+        goal_result = self._goal_checker.check(
+            server.goal_check, pose=pose, goal=goal, twist=velocity, local_plan=local_plan
+        )
+        if goal_result.reached:
+            return self._end(server, TaskState.SUCCEEDED, 0, "goal reached")
+        progress = self._progress_checker.check(server.progress_check, pose=pose, time_s=now_s)
+        if not progress.made_progress:
+            return self._end(
+                server, TaskState.ABORTED, FAILED_TO_MAKE_PROGRESS, "failed to make progress"
+            )
+        observation = Observation(
+            time_s=now_s,
+            pose=pose,
+            twist=velocity[:2],
+            vy_mps=float(velocity[2]),
+            plan=local_plan,
+            plan_id=plan.plan_id,
+            costmap=costmap,
+            goal=goal,
+            goal_xy_tolerance_m=self._goal_checker.xy_tolerance_m,
+            goal_yaw_tolerance_rad=self._goal_checker.yaw_tolerance_rad,
+            goal_xy_reached=goal_result.xy_reached,
+            speed_limit=speed_limit,
+            noise_key=noise_key,
+            cancel_requested=plan.cancel_requested,
+            global_plan=global_plan,
+        )
+        server = server._replace(
+            path=path, goal_check=goal_result.state, progress_check=progress.state
+        )
+        return self._compute(server, observation)
+
+    def _take_plan(self, server: ServerState, plan: GlobalPlan, now_s: float) -> ServerState:
+        """Returns the state at the start of a task, or with a path that preempts the one before."""
+        server = server._replace(
+            plan_id=plan.plan_id,
+            path=self._path_handler.set_plan(plan.poses),
+            goal_check=self._goal_checker.initial_state(),
+        )
+        if plan.task_id == server.status.task_id:
+            # Nav2 keeps the progress baseline over a preempting path.
+            return server
+        with plugin_code():
+            memory = self._controller.initial_memory()
+        return server._replace(
+            status=TaskStatus(TaskState.RUNNING, task_id=plan.task_id),
+            progress_check=self._progress_checker.initial_state(),
+            memory=memory,
+            last_valid_time_s=now_s,
+            waiting_since_s=None,
+        )
+
+    def _without_creep(self, velocity: NDArray[np.float64]) -> NDArray[np.float64]:
+        settings = self._settings
+        v, w, vy = velocity.tolist()
+        return np.array(
+            [
+                v if abs(v) > settings.min_x_velocity_threshold else 0.0,
+                w if abs(w) > settings.min_theta_velocity_threshold else 0.0,
+                vy if abs(vy) > settings.min_y_velocity_threshold else 0.0,
+            ]
+        )
+
+    def _compute(self, server: ServerState, observation: Observation) -> ServerState:
+        watch = Stopwatch.started()
+        with plugin_code():
+            try:
+                decision = self._controller.step(observation, server.memory)
+            except ControllerError as error:
+                self._report_cycle(observation, server.memory, None, as_line(str(error)))
+                require_loggable("details", error.details)
+                if isinstance(error, NoValidControl):
+                    return self._wait(server, error, observation.time_s, watch)
+                return self._end(server, TaskState.ABORTED, error.code, str(error), error.details)
+            wall_ms, cpu_ms = watch.elapsed_ms()
+            command = checked_command(decision, moves_sideways=self._moves_sideways)
+            require_loggable("diagnostics", decision.diagnostics)
+        self._report_cycle(observation, server.memory, command)
+        return server._replace(
+            memory=decision.memory,
+            command=command,
+            last_valid_time_s=observation.time_s,
+            cycle_count=server.cycle_count + 1,
+            compute_time_ms=wall_ms,
+            compute_cpu_time_ms=cpu_ms,
+            diagnostics=decision.diagnostics,
+        )
+
+    def _report_cycle(
+        self,
+        observation: Observation,
+        memory: Any,
+        command: NDArray[np.float64] | None,
+        failure: str = "",
+    ) -> None:
+        if self._on_cycle is not None:
+            self._on_cycle(ControlCycle(observation, memory, command, failure))
+
+    def _wait(
+        self, server: ServerState, error: NoValidControl, now_s: float, watch: Stopwatch
+    ) -> ServerState:
+        """Stops for a cycle without control, or gives up where the patience has run out."""
+        wall_ms, cpu_ms = watch.elapsed_ms()
+        server = server._replace(
+            memory=server.memory if error.memory is None else error.memory,
+            cycle_count=server.cycle_count + 1,
+            compute_time_ms=wall_ms,
+            compute_cpu_time_ms=cpu_ms,
+            diagnostics={"failure": as_line(str(error))},
+        )
+        tolerance_s = self._settings.failure_tolerance
+        if tolerance_s == 0.0:
+            return self._end(server, TaskState.ABORTED, error.code, str(error), error.details)
+        # ROS keeps time in whole nanoseconds; without rounding 0.32 - 0.02 may exceed 0.3.
+        waited_s = round(now_s - server.last_valid_time_s, NANOSECOND_DIGITS)
+        if tolerance_s != PATIENT_FOR_EVER and waited_s > tolerance_s:
+            reason = f"no valid control for {waited_s:.2f} s: {error}"
+            return self._end(server, TaskState.ABORTED, PATIENCE_EXCEEDED, reason, error.details)
+        return server._replace(command=STANDSTILL)
+
+    def _broken(self, server: ServerState, task_id: int, error: BaseException) -> ServerState:
+        """Returns the end of the task of a plugin that broke."""
+        ended = self._end(server, TaskState.ERROR, ControllerError.code, one_line(error))
+        text = "".join(traceback.format_exception(error))
+        return ended._replace(status=replace(ended.status, task_id=task_id, traceback=text))
+
+    @staticmethod
+    def _end(
+        server: ServerState,
+        state: TaskState,
+        code: int,
+        reason: str,
+        details: Mapping[str, Any] | None = None,
+    ) -> ServerState:
+        status = replace(
+            server.status,
+            state=state,
+            error_code=code,
+            reason=as_line(reason),
+            details=dict(details or {}),
+        )
+        return server._replace(status=status, command=STANDSTILL)
