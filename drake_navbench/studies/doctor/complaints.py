@@ -18,8 +18,8 @@ from typing import NamedTuple
 
 from pydantic import Field
 
-from drake_navbench.releases import Release
-from drake_navbench.studies.doctor.causes import Cause
+from drake_navbench.plugins.releases import Release
+from drake_navbench.studies.doctor.causes import Cause, Direction
 from drake_navbench.studies.doctor.facts import Facts
 from drake_navbench.studies.doctor.suspects import parsed_cause
 from drake_navbench.studies.doctor.symptoms import Symptom
@@ -27,17 +27,19 @@ from drake_navbench.typed_files.typed_yaml import FrozenModel, read_yaml, valida
 
 FOLDER = Path(__file__).parent / "words" / "complaints"
 # The factor of a complaint that is not known to look like the symptom.
-OTHER_SYMPTOM = 0.5
-# Complaints less alike than this say nothing; the few most alike count.
-LEAST, MOST_ALIKE = 0.06, 8
+OTHER_SYMPTOM = 0.3
+# The least squared length of a user's words, that of about ten rare terms: one word says little.
+FEW_WORDS = 250.0
+# The number of complaints, the most alike, that count.
+MOST_ALIKE = 8
 WORD = re.compile(r"[a-z]{3,}|\d{3}")
 # Words that are in most complaints, or in none but by grammar.
-COMMON = frozenset(
-    "and are but can for from has have into its not off one our out robot that the their then there "
-    "they this too was were when where which while with you your nav2 navigation2 ros ros2".split()
+COMMON = re.compile(
+    "and|are|but|can|for|from|has|have|into|its|not|off|one|our|out|robots?|that|the|their|then|there|"
+    "they|this|too|was|were|when|where|which|while|with|you|your|nav|navigation|ros"
 )
-ENDINGS = (
-    "ations ation ings ing edly ed ers er ors or ies es s ly al ive ment ments able ness".split()
+STEM = re.compile(
+    r"(\w{3,}?)(?:ations?|ings?|edly|ed|ers?|ors?|ies|es|s|ly|al|ive|ments?|able|ness)?"
 )
 
 
@@ -94,15 +96,14 @@ def known_complaints() -> tuple[Known, ...]:
 def terms_of(text: str) -> frozenset[str]:
     """Returns the terms of a text: its stems, and each two stems in a row."""
     split = re.sub(r"([a-z])([A-Z])", r"\1 \2", text).lower().replace("_", " ")
-    stems = [_stem(word) for word in WORD.findall(split) if word not in COMMON]
+    stems = [_stem(word) for word in WORD.findall(split) if not COMMON.fullmatch(word)]
     return frozenset([*stems, *(f"{first} {second}" for first, second in pairwise(stems))])
 
 
 def _stem(word: str) -> str:
-    for ending in ENDINGS:
-        if word.endswith(ending) and len(word) - len(ending) >= 3:
-            return word.removesuffix(ending)
-    return word
+    """Returns a word without its ending, of which at least three letters are left."""
+    found = STEM.fullmatch(word)
+    return word if found is None else found[1]
 
 
 @cache
@@ -113,29 +114,32 @@ def _weights() -> Mapping[str, float]:
     return {term: math.log(1.0 + len(known) / count) ** 2 for term, count in counts.items()}
 
 
-def likenesses(words: str) -> Iterator[tuple[Known, float]]:
-    """Yields the known complaints with their cosine, 0 to 1, to a user's words."""
-    own, weights = terms_of(words) & _weights().keys(), _weights()
-    length = sum(weights[term] for term in own)
+def causes_by_words(facts: Facts, symptom: Symptom, words: str) -> list[tuple[float, Cause]]:
+    """Returns the cures of the complaints that a user's words are most like.
+
+    Each has its weight, 0 to 1. Of complaints with the same cure the one most alike counts.
+    """
+    if not words:
+        return []
+    alike = [
+        (cosine * (1.0 if symptom in entry.complaint.symptoms else OTHER_SYMPTOM), number, entry)
+        for number, (entry, cosine) in enumerate(_cosines(words))
+        if entry.fits(facts)
+    ]
+    best: dict[tuple[str, Direction], tuple[float, Cause]] = {}
+    for likeness, _, entry in sorted(alike, key=lambda item: (-item[0], item[1]))[:MOST_ALIKE]:
+        for cause, share in entry.causes:
+            if likeness * share > best.get(cause.key, (0.0, cause))[0]:
+                best[cause.key] = likeness * share, cause
+    return list(best.values())
+
+
+def _cosines(words: str) -> Iterator[tuple[Known, float]]:
+    """Yields the known complaints that share a term with a user's words, and the cosine, 0 to 1."""
+    weights = _weights()
+    own = terms_of(words) & weights.keys()
+    length = max(sum(weights[term] for term in own), FEW_WORDS)
     for entry in known_complaints():
         shared = sum(weights[term] for term in own & entry.terms)
         if shared > 0.0:
             yield entry, shared / math.sqrt(length * sum(weights[term] for term in entry.terms))
-
-
-def causes_by_words(
-    facts: Facts, symptom: Symptom, words: str
-) -> Iterator[tuple[float, Cause, str]]:
-    """Yields the cures of the complaints that a user's words are most like.
-
-    Each has its weight, 0 to 1, and the reason.
-    """
-    found = [
-        (alike * (1.0 if symptom in entry.complaint.symptoms else OTHER_SYMPTOM), number, entry)
-        for number, (entry, alike) in enumerate(likenesses(words))
-        if entry.fits(facts)
-    ]
-    for alike, _, entry in sorted(found, key=lambda item: (-item[0], item[1]))[:MOST_ALIKE]:
-        if alike >= LEAST:
-            for cause, share in entry.causes:
-                yield alike * share, cause, cause.why

@@ -167,15 +167,25 @@ def suspicions_of(facts: Facts, symptom: Symptom, words: str = "") -> list[Suspi
             factor = value_factor(facts, suspect.cause) * _named_factor(facts, suspect.cause, told)
             factor *= OF_OUTSIDE if facts.is_whole and _is_elsewhere(suspect.cause) else 1.0
             add(suspect.weight * factor, suspect.cause, suspect.cause.why)
-    for alike, cause, why in causes_by_words(facts, symptom, words):
-        if _is_there(facts, cause):
-            add(BY_WORDS * alike * value_factor(facts, cause), cause, why)
     places = {place for place, _ in evidence}
     for weight, cause in _named_causes(facts, told):
         if cause.key not in evidence:
             add(weight * (OTHER_WAY if cause.place in places else 1.0), cause, cause.why)
-    found = [_merged(pieces) for pieces in evidence.values()]
-    return sorted(found, key=lambda s: (-s.score, s.cause.place))
+    found = {key: _merged(pieces) for key, pieces in evidence.items()}
+    for alike, cause in causes_by_words(facts, symptom, words):
+        if _is_there(facts, cause):
+            weight = BY_WORDS * alike * value_factor(facts, cause)
+            found[cause.key] = _with_words(found.get(cause.key), cause, weight)
+    return sorted(found.values(), key=lambda s: (-s.score, s.cause.place))
+
+
+def _with_words(known: Suspicion | None, cause: Cause, weight: float) -> Suspicion:
+    """Returns a suspicion, or a new one, with the weight of a complaint like the user's words."""
+    if known is None:
+        return Suspicion(cause, weight, (cause.why,))
+    to = cause if known.cause.to is None and cause.to is not None else known.cause
+    reasons = tuple(dict.fromkeys((*known.reasons, cause.why)))
+    return known._replace(cause=to, score=known.score + weight, reasons=reasons)
 
 
 def _is_elsewhere(cause: Cause) -> bool:
