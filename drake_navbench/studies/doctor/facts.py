@@ -171,7 +171,9 @@ def facts_of(setup: Nav2Setup, preset: Preset | None) -> Facts:
         if place is None:
             continue
         given.add(place)
-        if place not in values or place.partition(".")[0] in COSTMAPS:
+        # The reader spells every plugin as from Jazzy on.
+        is_spelled = place.endswith(".plugin") and isinstance(value, str)
+        if place not in values or place.partition(".")[0] in COSTMAPS or is_spelled:
             values[place] = value
     unread = {row.place: row.remark for row in setup.check.of(Status.UNREAD)}
     return Facts(

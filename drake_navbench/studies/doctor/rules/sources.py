@@ -100,6 +100,14 @@ def _rules(costmap: str) -> tuple[Rule, ...]:
     blind = {S.IGNORES_OBSTACLES: SURE, S.COLLISION: 1.3, S.NEAR_MISS: 0.9}
     return (
         Rule(
+            f"never-updated-{costmap}",
+            lambda f: f.raw.get(f"{costmap}.update_frequency") in (0, 0.0),
+            lambda f: f"{costmap}.update_frequency is 0 Hz: the costmap is never updated",
+            {S.IGNORES_OBSTACLES: SURE, S.PLANNER_FAILS: SURE, S.NO_START: SURE, S.COLLISION: 1.3},
+            (up(f"{costmap}.update_frequency", 5.0),),
+            "nav2_costmap_2d: costmap_2d_ros.cpp, mapUpdateLoop",
+        ),
+        Rule(
             f"source-below-the-floor-{costmap}",
             lambda f: bool(_below_all(f, costmap)),
             lambda f: (

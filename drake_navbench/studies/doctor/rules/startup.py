@@ -8,7 +8,7 @@ from typing import NamedTuple
 from drake_navbench.nav2.loadable import OLD, PLUGIN, faults_of_libraries, loadable_name
 from drake_navbench.nav2.release import OLD_NODE
 from drake_navbench.releases import Release
-from drake_navbench.studies.doctor.facts import Facts
+from drake_navbench.studies.doctor.facts import COSTMAPS, Facts
 from drake_navbench.studies.doctor.rules.rule import SURE, Rule, add, put
 from drake_navbench.studies.doctor.symptoms import Symptom
 
@@ -164,6 +164,12 @@ def _missing(f: Facts) -> list[str]:
     return [name for name in (*needed, *types) if f"collision_monitor.{name}" not in f.raw]
 
 
+def _named_once(f: Facts) -> list[str]:
+    """Returns the costmaps whose parameters stand below their name once, where no node has it."""
+    names = (place.partition(":")[0] for place, why in f.unread.items() if "is called" in why)
+    return [name for name in names if name in COSTMAPS]
+
+
 def _not_started(f: Facts) -> list[str]:
     """Returns the nodes that nav2_bringup starts and that have no section in a whole file."""
     is_new = f.is_whole and f.release >= Release.JAZZY and f.has_node("bt_navigator")
@@ -218,5 +224,17 @@ RULES = (
         (put("amcl.set_initial_pose", True),),
         "nav2_amcl: amcl_node.cpp",
         is_certain=False,
+    ),
+    Rule(
+        "costmap-named-once",
+        lambda f: bool(_named_once(f)),
+        lambda f: (
+            f"the parameters of {', '.join(_named_once(f))} are read by nobody: its node has this "
+            "name twice, as its namespace and as its own"
+        ),
+        {S.IGNORES_OBSTACLES: SURE, S.COLLISION: 1.3, S.PLANNER_FAILS: 1.0, S.NO_START: 0.8},
+        (put("local_costmap.plugins"),),
+        "nav2_costmap_2d: costmap_2d_ros.cpp",
+        advice="write the costmap's name twice: local_costmap: local_costmap: ros__parameters:",
     ),
 )
