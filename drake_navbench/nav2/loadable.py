@@ -1,4 +1,4 @@
-"""What each release of Nav2 loads: the plugins by their spelling, and the behaviour tree's nodes.
+"""Names that each release of Nav2 loads: of plugins, and of libraries of tree nodes.
 
 Source: the plugin descriptions and nav2_behavior_tree/CMakeLists.txt of the branches foxy to
 lyrical of navigation2. Older releases than Humble count as Humble, but for the names in OLD.

@@ -161,8 +161,8 @@ RULES = (
         "shim-on-short-paths",
         lambda f: f.is_kind("shim") and f.release < Release.JAZZY,
         lambda f: (
-            "before 2024 the rotation shim did not turn the robot to a path that is shorter than "
-            "forward_sampling_distance, as near the goal"
+            "before November 2024 the rotation shim did not turn the robot to a path that is "
+            "shorter than forward_sampling_distance, as near the goal"
         ),
         {S.NO_TURNING: 0.55, S.GOAL_NOT_REACHED: 0.25},
         (
@@ -203,7 +203,7 @@ RULES = (
             and "controller.enforce_path_inversion" in f.given
         ),
         lambda f: (
-            "enforce_path_inversion is on: before April 2025 MPPI's goal critics pulled the robot "
+            "enforce_path_inversion is on: before May 2025 MPPI's goal critics pulled the robot "
             "to the goal although its path first goes on to a point of inversion"
         ),
         {S.GOAL_NOT_REACHED: 0.9, S.STALL_BEFORE_GOAL: 0.6, S.GOAL_OSCILLATION: 0.5},
@@ -243,7 +243,10 @@ RULES = (
         lambda f: (
             f.told.get("release") == "old" and "bt_navigator.default_server_timeout" not in f.given
         ),
-        lambda f: "in Foxy the behaviour tree gives each server 10 ms to take a goal",
+        lambda f: (
+            "the behaviour tree gives each server 10 ms to take a goal in Foxy, which has no "
+            "parameter for it, and 20 ms in Galactic"
+        ),
         {S.FALSE_ABORT: 0.5, S.NO_START: 0.3},
         (up("bt_navigator.default_server_timeout", 100), upgrade("galactic or newer")),
         "navigation2#2320",
