@@ -28,7 +28,7 @@ from drake_navbench.studies.doctor.known_cases import (
 from drake_navbench.studies.doctor.symptoms import Symptom, symptom_called
 
 HERE = Path(__file__).parent / "doctor_cases"
-LISTS = ("development", "test", "thirty_eight", "fresh")
+LISTS = ("development", "test", "thirty_eight", "fresh", "fresh_two")
 # Threads of these repositories are by users of their own.
 OF_MANY = ("ros-navigation", "rst-tu-dortmund")
 # The variants: a constant of the reading, and its other values.

@@ -49,6 +49,16 @@ SINCE: Mapping[str, Release] = {
     "introspection_mode": Release.LYRICAL,
     "path_handler_plugins": Release.LYRICAL,
 }
+# Parameters that only releases before Humble read.
+BEFORE_HUMBLE = (
+    "bt_xml_filename",
+    "default_bt_xml_filename",
+    "goal_checker_plugin",
+    "planner_plugin",
+    "plugin_names",
+    "plugin_types",
+    "recovery_plugins",
+)
 # The last part of a parameter's name -> the last release that reads it; it counts where the file
 # has nothing newer. Iron reads the first one as well, with a warning, but its own files have the
 # plural.
@@ -58,14 +68,8 @@ UNTIL: Mapping[str, Release] = {
     "error_code_names": Release.JAZZY,
     "forward_prune_distance": Release.KILTED,
     "prune_plan": Release.KILTED,
-    # Only releases before Humble read these; Humble is the nearest to them.
-    "bt_xml_filename": Release.HUMBLE,
-    "default_bt_xml_filename": Release.HUMBLE,
-    "goal_checker_plugin": Release.HUMBLE,
-    "planner_plugin": Release.HUMBLE,
-    "plugin_names": Release.HUMBLE,
-    "plugin_types": Release.HUMBLE,
-    "recovery_plugins": Release.HUMBLE,
+    # Humble is the nearest release to these.
+    **dict.fromkeys(BEFORE_HUMBLE, Release.HUMBLE),
 }
 # The behaviour server's name before Humble; it counts as a parameter that Humble was the last to
 # read.

@@ -92,7 +92,8 @@ class Cause(NamedTuple):
         first, _, rest = self.place.partition(".")
         if first == OUTSIDE:
             return f"outside the file: {OUTSIDE_TOLD.get(rest, rest)}"
-        place = self.place.removeprefix("controller.").replace("*", "<polygon>")
+        thing = "<polygon>" if first == "collision_monitor" else "<plugin>"
+        place = self.place.removeprefix("controller.").replace("*", thing)
         if self.direction is Direction.ADD:
             return "add a rotation shim" if place == "plugin" else f"add {place}"
         if self.is_number:

@@ -7,7 +7,7 @@ not in the file has the default of the file's release, or of the robot that fill
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Container, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -15,6 +15,7 @@ from drake_navbench.inputs.check import Status
 from drake_navbench.inputs.presets import Preset
 from drake_navbench.inputs.robot import Robot
 from drake_navbench.nav2.controllers import SERVER
+from drake_navbench.nav2.release import BEFORE_HUMBLE, OLD_NODE
 from drake_navbench.nav2.robot import GLOBAL_COSTMAP, LOCAL_COSTMAP, Nav2Setup
 from drake_navbench.plugins.releases import NEWEST_RELEASE, Release
 from drake_navbench.typed_files.dotted_names import flattened
@@ -47,7 +48,8 @@ class Facts:
     unreadable: places that the release does not read. doubts: parameters whose values are probably
     mistakes, with what Nav2 makes of them, from the check. mark: what in the file told the release.
     others: further controllers in the file, by their names. left_out: a line for each thing in the
-    file that could not be read.
+    file that could not be read. raw: all values of the file by node and parameter as the file
+    spells them, 'local_costmap.obstacle_layer.scan.topic', also those that are refused.
     """
 
     kinds: tuple[str, ...]
@@ -66,6 +68,7 @@ class Facts:
     mark: str = ""
     others: tuple[str, ...] = ()
     left_out: tuple[str, ...] = ()
+    raw: Mapping[str, Any] = field(default_factory=dict)
 
     def __getitem__(self, place: str) -> Any:
         """Returns the value of a place; None where the file and its models have none."""
@@ -168,7 +171,9 @@ def facts_of(setup: Nav2Setup, preset: Preset | None) -> Facts:
         if place is None:
             continue
         given.add(place)
-        if place not in values or place.partition(".")[0] in COSTMAPS:
+        # The reader spells every plugin as from Jazzy on.
+        is_spelled = place.endswith(".plugin") and isinstance(value, str)
+        if place not in values or place.partition(".")[0] in COSTMAPS or is_spelled:
             values[place] = value
     unread = {row.place: row.remark for row in setup.check.of(Status.UNREAD)}
     return Facts(
@@ -179,7 +184,7 @@ def facts_of(setup: Nav2Setup, preset: Preset | None) -> Facts:
         defaults_of(preset) if preset is not None else {},
         unread,
         frozenset(nodes),
-        {},
+        {"release": "old"} if _is_old(setup, nodes) else {},
         setup.robot,
         plugin,
         SERVER in nodes and "local_costmap" in nodes,
@@ -187,7 +192,13 @@ def facts_of(setup: Nav2Setup, preset: Preset | None) -> Facts:
         {row.place: row.remark for row in setup.check.of(Status.DOUBTFUL)},
         _mark_in(setup),
         tuple(name for _, name in setup.places.values() if name != plugin),
+        raw={raw_name(owner, name): value for (owner, name), value in setup.given.items()},
     )
+
+
+def raw_name(node: str, parameter: str) -> str:
+    """Returns a parameter's name with that of its node, without namespaces."""
+    return f"{node.rpartition('/')[2]}.{parameter}"
 
 
 def controller_values(preset: Preset) -> Iterator[tuple[str, Any]]:
@@ -278,6 +289,12 @@ def release_in(setup: Nav2Setup) -> Release:
     """Returns the release of Nav2 that a file was read for."""
     found = (row.parameter for row in setup.check.rows if row.node == "nav2_release")
     return Release(next(found, NEWEST_RELEASE))
+
+
+def _is_old(setup: Nav2Setup, nodes: Container[str]) -> bool:
+    """Tells whether a file is for a release before Humble."""
+    names = {name.rpartition(".")[2] for _, name in setup.given}
+    return "behavior_server" not in nodes and (OLD_NODE in nodes or bool(names & {*BEFORE_HUMBLE}))
 
 
 def _mark_in(setup: Nav2Setup) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -74,8 +74,8 @@ class Patient:
         try:
             columns = self.columns()
         except InputError:
-            setup, left_out = readable_setup(self.paths, self.robot, self.values, self.release)
-            return replace(facts_of(setup, self._chosen(setup)), left_out=left_out)
+            found = readable_setup(self.paths, self.robot, self.values, self.release)
+            return found.facts(self._chosen(found.setup))
         return facts_of(columns.setup, self.chosen(columns))
 
     def patched_text(self, changes: Mapping[Place, Any]) -> str:

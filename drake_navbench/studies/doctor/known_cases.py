@@ -18,9 +18,15 @@ from pydantic import BaseModel, ConfigDict
 from drake_navbench.errors import InputError
 from drake_navbench.plugins.releases import Release
 from drake_navbench.studies.doctor.causes import OUTSIDE, RELEASE, Cause, Direction
-from drake_navbench.studies.doctor.facts import CONTROLLER, Facts, facts_of, kinds_of
+from drake_navbench.studies.doctor.cures import OF_SOURCES
+from drake_navbench.studies.doctor.facts import CONTROLLER, Facts, kinds_of
 from drake_navbench.studies.doctor.left_out import readable_setup
-from drake_navbench.studies.doctor.partial_files import OTHER_NAMES, facts_of_values, kind_in
+from drake_navbench.studies.doctor.partial_files import (
+    OTHER_NAMES,
+    facts_of_values,
+    is_old,
+    kind_in,
+)
 from drake_navbench.studies.doctor.reading import Suspicion, suspicions_of
 from drake_navbench.studies.doctor.suspects import suspects_of
 from drake_navbench.studies.doctor.symptoms import symptom_called
@@ -39,6 +45,8 @@ OUTSIDE_WORDS = {
     "lag": r"\blag|delay|latency",
     "deadband": r"deadband|stiction|minimum speed",
 }
+# The parameters of an obstacle layer's sources that a cure names with the source.
+OF_A_SOURCE = frozenset(name.replace("_", "") for name in (*OF_SOURCES, "topic"))
 # Other names of the same parameters.
 SAME = {
     "height": "width",
@@ -138,10 +146,11 @@ def facts_of_case(case: Case, folder: Path | None) -> Facts:
     if not files:
         return facts_of_values(case.controller, case.release, case.parameters)
     release = next((r for r in Release if r in case.release.lower()), None)
-    setup, left_out = readable_setup(files, "wheelchair", release=release)
-    own = [p for p in setup.presets if kinds_of(p)[-1] == kind_in(case.controller)]
-    preset = next(iter(own or setup.presets), None)
-    return replace(facts_of(setup, preset), left_out=left_out)
+    found = readable_setup(files, "wheelchair", release=release)
+    presets = found.setup.presets
+    own = [p for p in presets if kinds_of(p)[-1] == kind_in(case.controller)]
+    facts = found.facts(next(iter(own or presets), None))
+    return replace(facts, told={"release": "old"}) if is_old(case.release) else facts
 
 
 def is_hit(cause: Cause, case: Case, facts: Facts) -> bool:
@@ -175,7 +184,11 @@ def _same_place(place: str, name: str, facts: Facts) -> bool:
         return False
     qualifier = theirs[-2] if len(theirs) > 1 else ""
     known = {*own[:-1], "followpath", "controller", "polygon"}
-    is_costmap = own[0] in ("localcostmap", "globalcostmap") and qualifier.endswith("layer")
+    # The name of a source stands between that of its layer and the parameter.
+    is_source = own[-1] in OF_A_SOURCE and any(part.endswith("layer") for part in theirs)
+    is_costmap = own[0] in ("localcostmap", "globalcostmap") and (
+        qualifier.endswith("layer") or is_source
+    )
     is_monitor = own[0] == "collisionmonitor"
     if not qualifier:
         # A bare name may mean a parameter of the costmaps or checkers as well as the controller's.

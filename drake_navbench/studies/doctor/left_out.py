@@ -9,14 +9,16 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from drake_navbench.errors import InputError
+from drake_navbench.inputs.presets import Preset
 from drake_navbench.inputs.robot import load_robot
 from drake_navbench.nav2.controllers import PLUGINS, NoCounterpart
 from drake_navbench.nav2.parameters import Parameter, Section
 from drake_navbench.nav2.robot import Nav2Setup, ReadFiles, read_sections, setup_of
 from drake_navbench.nav2.substitutions import Substitutions
+from drake_navbench.studies.doctor.facts import Facts, facts_of, raw_name
 
 # At most so many things are left out; a file that has more is hardly one of Nav2.
 MOST = 40
@@ -30,10 +32,19 @@ CRITICS = "critics"
 
 
 class Readable(NamedTuple):
-    """The setup of what can be read, and a line for each thing that was left out."""
+    """The setup of what can be read.
+
+    left_out: a line for each thing that was left out. refused: its values as the file has them.
+    """
 
     setup: Nav2Setup
     left_out: tuple[str, ...]
+    refused: Mapping[str, Any]
+
+    def facts(self, preset: Preset | None) -> Facts:
+        """Returns the facts of a column; their raw values are those of the whole file."""
+        facts = facts_of(self.setup, preset)
+        return replace(facts, left_out=self.left_out, raw={**facts.raw, **self.refused})
 
 
 def readable_setup(
@@ -47,11 +58,12 @@ def readable_setup(
     Raises InputError where a file is no Nav2 file, or where no parameter is to blame.
     """
     base = load_robot(robot)
-    read = read_sections(paths, Substitutions(values or {}))
+    whole = read = read_sections(paths, Substitutions(values or {}))
     told: list[str] = []
     while True:
         try:
-            return Readable(setup_of(read, base, robot, release=release), tuple(told))
+            setup = setup_of(read, base, robot, release=release)
+            return Readable(setup, tuple(told), _refused(whole, read))
         except InputError as error:
             lines = str(error).split("\n")
             is_controller = isinstance(error, NoCounterpart) or f"listed in {PLUGINS}" in lines[0]
@@ -87,6 +99,16 @@ def _without(read: ReadFiles, lines: Sequence[str], is_controller: bool) -> Read
         a.parameters != b.parameters for a, b in zip(sections, read.sections, strict=True)
     )
     return read._replace(sections=tuple(sections)) if is_less else None
+
+
+def _refused(whole: ReadFiles, read: ReadFiles) -> dict[str, Any]:
+    """Returns the values of the files that were left out or changed, with the nodes' names."""
+    return {
+        raw_name(before.name, name): parameter.value
+        for before, after in zip(whole.sections, read.sections, strict=True)
+        for name, parameter in before.parameters.items()
+        if after.parameters.get(name) != parameter
+    }
 
 
 def _unlisted(

@@ -112,10 +112,10 @@ def facts_of_values(controller: str, release: str, values: Mapping[str, Any]) ->
     """Returns the facts of a user's report: controller and release in words, values by name."""
     named = release.lower()
     known = next((entry for entry in Release if entry in named), None)
-    is_old = bool(re.search(OLD_RELEASES, named))
+    is_older = is_old(release)
     preset = load_preset(_preset_name(controller))
     found = dict(_defaults()) | dict(controller_values(preset))
-    told = {"release": "old"} if is_old else {}
+    told = {"release": "old"} if is_older else {}
     given = set()
     for name, value in values.items():
         place = _place(str(name), found)
@@ -126,21 +126,27 @@ def facts_of_values(controller: str, release: str, values: Mapping[str, Any]) ->
             told[place] = size
         elif number is not None:
             found[place] = number
-        elif isinstance(value, bool | list) or place not in found:
+        elif isinstance(value, bool | list) or isinstance(found.get(place, ""), str):
             found[place] = value
     # A velocity smoother or collision monitor that the user names exists.
     nodes = frozenset(place.partition(".")[0] for place in given)
     kinds = kinds_of(preset) if _is_shim(controller) or kind_in(controller) else ()
     return Facts(
         kinds,
-        known or (Release.HUMBLE if is_old else NEWEST_RELEASE),
+        known or (Release.HUMBLE if is_older else NEWEST_RELEASE),
         found,
         frozenset(given),
         defaults_of(preset),
         {},
         nodes,
         told,
+        raw=dict(values),
     )
+
+
+def is_old(release: str) -> bool:
+    """Tells whether words name a release before Humble."""
+    return bool(re.search(OLD_RELEASES, release.lower()))
 
 
 def kind_in(words: str) -> str:

@@ -35,6 +35,8 @@ from drake_navbench.studies.doctor.rules import (
     servers,
     shim,
     smoother,
+    sources,
+    startup,
 )
 from drake_navbench.studies.doctor.rules.rule import Finding, Rule
 from drake_navbench.studies.doctor.suspects import suspects_of
@@ -43,7 +45,8 @@ from drake_navbench.studies.doctor.value_factors import BEYOND, WITHIN, value_fa
 
 MODULES = (mppi, mppi_critics, dwb, dwb_arrival, pursuit, rpp_turns, shim, bands)
 MODULES_OF_SERVERS = (
-    servers, smoother, checkers, monitor, costmaps, inflation, costmap_pairs, planners, releases,
+    startup, sources, servers, smoother, checkers, monitor, costmaps, inflation, costmap_pairs,
+    planners, releases,
 )  # fmt: skip
 RULES: tuple[Rule, ...] = tuple(
     rule for module in (*MODULES, *MODULES_OF_SERVERS) for rule in module.RULES
@@ -225,8 +228,8 @@ def _firing_on_bringup(kinds: tuple[str, ...], release: Release) -> frozenset[st
 
 
 def _rests_on_given(facts: Facts, rule: Rule) -> bool:
-    """Tells whether some value that a rule would change was given."""
-    return any(
+    """Tells whether some value that a rule would change was given, or is the release's own."""
+    return rule.cures[0].place == RELEASE or any(
         place in facts.given for cause in rule.cures for place in facts.matching(cause.place)
     )
 

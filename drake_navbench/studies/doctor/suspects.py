@@ -28,6 +28,7 @@ ELSEWHERE = frozenset(
         "bt_navigator",
         "collision_monitor",
         "controller_server",
+        "docking_server",
         "global_costmap",
         "goal_checker",
         "local_costmap",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from drake_navbench.releases import Release
 from drake_navbench.studies.doctor.facts import Facts
 from drake_navbench.studies.doctor.rules.rule import Rule, down, put, up
 from drake_navbench.studies.doctor.symptoms import Symptom
@@ -31,6 +32,13 @@ def _polygons_that(f: Facts, action: str) -> list[str]:
     ]
 
 
+def _sources(f: Facts) -> list[str]:
+    """Returns the sources to which the monitor of a whole file listens."""
+    names = f.raw.get("collision_monitor.observation_sources")
+    listed = [str(name) for name in names] if isinstance(names, list) and f.is_whole else []
+    return [n for n in listed if f.raw.get(f"collision_monitor.{n}.enabled") is not False]
+
+
 def _least(f: Facts, name: str, default: float) -> float:
     found = [_of(f, polygon, name) for polygon in _polygons(f)]
     numbers = [float(v) for v in found if isinstance(v, int | float)]
@@ -38,6 +46,25 @@ def _least(f: Facts, name: str, default: float) -> float:
 
 
 RULES = (
+    Rule(
+        "monitor-waits-for-every-source",
+        lambda f: (
+            f.release >= Release.JAZZY
+            and f.number("collision_monitor.source_timeout", 2.0) > 0.0
+            and len(_sources(f)) > 1
+        ),
+        lambda f: (
+            f"the collision monitor stops the robot as long as one of {', '.join(_sources(f))} "
+            "sends nothing"
+        ),
+        {S.NO_START: 0.8, S.STOP_START_JERK: 0.4, S.NO_RECOVERY: 0.3},
+        (
+            put("collision_monitor.observation_sources"),
+            up("collision_monitor.source_timeout"),
+        ),
+        f"{MONITOR}: collision_monitor_node.cpp, invalid source",
+        is_certain=False,
+    ),
     Rule(
         "monitor-stops-the-way-back",
         lambda f: bool(_polygons_that(f, "stop")),

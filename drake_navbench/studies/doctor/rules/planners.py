@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
+from drake_navbench.releases import Release
 from drake_navbench.studies.doctor.facts import Facts
-from drake_navbench.studies.doctor.rules.rule import Rule, down, put, up
+from drake_navbench.studies.doctor.rules.rule import SURE, Rule, down, put, up
 from drake_navbench.studies.doctor.symptoms import Symptom
 
 S = Symptom
@@ -66,6 +67,38 @@ RULES = (
         (down("planner.minimum_turning_radius", 0.4),),
         "nav2_smac_planner",
         is_certain=False,
+    ),
+    Rule(
+        "planner-turns-in-a-point",
+        lambda f: (
+            _is_smac(f)
+            and "planner.minimum_turning_radius" in f.given
+            and f.number("planner.minimum_turning_radius", 0.4) <= 0.0
+        ),
+        lambda f: "minimum_turning_radius is 0 m: the planner has no curve to search with",
+        {S.PLANNER_FAILS: SURE},
+        (up("planner.minimum_turning_radius", 0.1),),
+        "nav2_smac_planner: node_hybrid.cpp; navigation2#4845",
+    ),
+    Rule(
+        "costmap-slower-than-its-planner-waits",
+        lambda f: (
+            f.release >= Release.JAZZY
+            and 0.0
+            < f.number("global_costmap.update_frequency", 5.0)
+            < 1.0 / max(f.number("planner.costmap_update_timeout", 1.0), 0.01)
+        ),
+        lambda f: (
+            f"global_costmap.update_frequency is {f['global_costmap.update_frequency']} Hz: after "
+            "the costmap was cleared the planner waits for its next update at most "
+            f"{f.number('planner.costmap_update_timeout', 1.0):g} s, and fails"
+        ),
+        {S.PLANNER_FAILS: 1.2, S.FALSE_ABORT: 0.4},
+        (
+            up("global_costmap.update_frequency", 1.0),
+            up("planner.costmap_update_timeout"),
+        ),
+        "nav2_planner: planner_server.cpp, waitForCostmap",
     ),
     Rule(
         "amcl-looks-seldom",

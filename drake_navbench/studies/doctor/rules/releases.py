@@ -158,6 +158,101 @@ RULES = (
         is_certain=False,
     ),
     Rule(
+        "shim-on-short-paths",
+        lambda f: f.is_kind("shim") and f.release < Release.JAZZY,
+        lambda f: (
+            "before November 2024 the rotation shim did not turn the robot to a path that is "
+            "shorter than forward_sampling_distance, as near the goal"
+        ),
+        {S.NO_TURNING: 0.55, S.GOAL_NOT_REACHED: 0.25},
+        (
+            upgrade("jazzy 1.3.3 or newer, with navigation2#4290 and #4716"),
+            down("forward_sampling_distance"),
+        ),
+        "navigation2#4290, navigation2#4716",
+        is_certain=False,
+    ),
+    Rule(
+        "shim-with-one-threshold",
+        lambda f: (
+            f.is_kind("shim")
+            and f.release < Release.KILTED
+            and 0.0 < f.number("controller.angular_dist_threshold", 0.785) < 0.5
+            and "controller.angular_disengage_threshold" not in f.given
+        ),
+        lambda f: (
+            f"angular_dist_threshold is {f['controller.angular_dist_threshold']} rad and the file "
+            "gives no angular_disengage_threshold: the shim takes over at every small bend; before "
+            "October 2024 one threshold began and ended its turn"
+        ),
+        {S.STOP_START_JERK: 1.1},
+        (
+            put("angular_disengage_threshold"),
+            up("angular_dist_threshold", 0.785),
+            upgrade("a release with navigation2#4699"),
+        ),
+        "navigation2#4699",
+        is_certain=False,
+    ),
+    Rule(
+        "mppi-passes-the-goal-before-it-turns",
+        lambda f: (
+            f.is_kind("mppi")
+            and f.release <= Release.JAZZY
+            and f.controller("enforce_path_inversion") is True
+            and "controller.enforce_path_inversion" in f.given
+        ),
+        lambda f: (
+            "enforce_path_inversion is on: before May 2025 MPPI's goal critics pulled the robot "
+            "to the goal although its path first goes on to a point of inversion"
+        ),
+        {S.GOAL_NOT_REACHED: 0.9, S.STALL_BEFORE_GOAL: 0.6, S.GOAL_OSCILLATION: 0.5},
+        (upgrade("a release with navigation2#5105"),),
+        "navigation2#5105",
+        is_certain=False,
+    ),
+    Rule(
+        "results-are-forgotten",
+        lambda f: f.release is Release.IRON,
+        lambda f: (
+            "Iron forgets the result of a goal after action_server_result_timeout, until 1.2.3 "
+            "after 10 s: a longer drive ends as UNKNOWN"
+        ),
+        {S.FALSE_ABORT: 0.4},
+        (
+            up("bt_navigator.action_server_result_timeout", 900.0),
+            upgrade("iron 1.2.3 or newer, with navigation2#3787"),
+        ),
+        "navigation2#3787",
+        is_certain=False,
+    ),
+    Rule(
+        "recoveries-of-foxy",
+        lambda f: f.told.get("release") == "old",
+        lambda f: (
+            "in Foxy and older BackUp looks for collisions too far ahead; until May 2020 Spin lost "
+            "its goal beyond half a turn"
+        ),
+        {S.NO_RECOVERY: 0.6, S.SPINS: 0.4},
+        (upgrade("galactic or newer, with navigation2#2193 and #1670"),),
+        "navigation2#2193, navigation2#1670",
+        is_certain=False,
+    ),
+    Rule(
+        "servers-have-10-ms",
+        lambda f: (
+            f.told.get("release") == "old" and "bt_navigator.default_server_timeout" not in f.given
+        ),
+        lambda f: (
+            "the behaviour tree gives each server 10 ms to take a goal in Foxy, which has no "
+            "parameter for it, and 20 ms in Galactic"
+        ),
+        {S.FALSE_ABORT: 0.5, S.NO_START: 0.3},
+        (up("bt_navigator.default_server_timeout", 100), upgrade("galactic or newer")),
+        "navigation2#2320",
+        is_certain=False,
+    ),
+    Rule(
         "vector-pursuit-turns-past",
         lambda f: f.is_kind("vector_pursuit"),
         lambda f: "vector_pursuit_controller of 2024 accelerates its turn whatever angle is left",

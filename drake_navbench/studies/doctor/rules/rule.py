@@ -14,6 +14,8 @@ from drake_navbench.studies.doctor.symptoms import Symptom
 
 # A rule names the symptoms to which it leads with at least this likelihood.
 LIKELY = 0.5
+# The likelihood of a fault that the file proves: it comes before all that is merely frequent.
+SURE = 4.0
 # The digits of a cure's value that a rule computes.
 DIGITS = 4
 
@@ -23,10 +25,11 @@ class Rule:
     """One rule.
 
     name: its identity. when: whether it fires. seen: a sentence on the finding, with numbers of the
-    file. symptoms: those to which it leads, with their likelihood, 0 to 1. cures: the best first.
-    source: Nav2's code or page, or a thread. kinds: the kinds of controllers that the rule is for;
-    empty for all. is_certain: whether the finding is a fault whatever the symptom; others count
-    only beside a symptom. advice: printed instead of the cures if no parameter's value is one.
+    file. symptoms: those to which it leads, with their likelihood, about 0 to 1, or SURE. cures:
+    the best first. source: Nav2's code or page, or a thread. kinds: the kinds of controllers that
+    the rule is for; empty for all. is_certain: whether the finding is a fault whatever the symptom;
+    others count only beside a symptom. advice: printed instead of the cures if no parameter's value
+    is one.
     """
 
     name: str

@@ -27,7 +27,24 @@ def _has_deadband(f: Facts) -> bool:
     return x > SLOW_MPS or (moves_sideways and y > SLOW_MPS) or turn > SLOW_RADPS
 
 
+def _sideways_mps(f: Facts) -> float:
+    """Returns the speed to the side that the controller may command, m/s."""
+    name = "vy_max" if f.controller("motion_model") == "Omni" else "max_vel_y"
+    return f.number(f"controller.{name}") if f.is_kind("mppi", "dwb", "teb") else 0.0
+
+
 RULES = (
+    Rule(
+        "smoother-forbids-sideways",
+        lambda f: _sideways_mps(f) > 0.0 and _accel(f, "max_velocity", 1) == 0.0,
+        lambda f: (
+            f"the controller may drive {_sideways_mps(f):g} m/s to the side, but the velocity "
+            "smoother's max_velocity for y is 0 m/s: no command to the side reaches the base"
+        ),
+        {S.TOO_SLOW: 1.3, S.GOAL_NOT_REACHED: 0.9, S.NO_START: 0.5, S.STALL_BEFORE_GOAL: 0.6},
+        (put("velocity_smoother.max_velocity"), put("velocity_smoother.max_accel")),
+        SMOOTHER,
+    ),
     Rule(
         "smoother-timeout-below-late-cycles",
         lambda f: (

@@ -1,0 +1,156 @@
+"""Rules about the sources of a costmap's obstacle layers: what Nav2 makes of a missing line."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterator
+from typing import Any, NamedTuple
+
+from drake_navbench.releases import Release
+from drake_navbench.studies.doctor.facts import COSTMAPS, Facts
+from drake_navbench.studies.doctor.rules.rule import SURE, Rule, put, up
+from drake_navbench.studies.doctor.symptoms import Symptom
+
+S = Symptom
+
+CODE = "nav2_costmap_2d: obstacle_layer.cpp"
+SEEING = ("::ObstacleLayer", "::VoxelLayer")
+TOPIC = re.compile(r"(?P<costmap>local_costmap|global_costmap)\.(?:\w+\.)*\w+\.topic")
+
+
+class Source(NamedTuple):
+    """A source in the list of a layer. block: 'local_costmap.obstacle_layer.scan'."""
+
+    block: str
+    given: dict[str, Any]
+
+    def number(self, name: str) -> float:
+        """Returns a limit; Nav2's default of heights is 0 m."""
+        value = self.given.get(name, 0.0)
+        return float(value) if isinstance(value, int | float) else 1.0
+
+
+def _sources(f: Facts, costmap: str) -> Iterator[Source]:
+    """Yields the sources to which the layers of a costmap in a whole file listen."""
+    names = f.raw.get(f"{costmap}.plugins")
+    for layer in names if f.is_whole and isinstance(names, list) else ():
+        block = f"{costmap}.{layer}"
+        plugin = str(f.raw.get(f"{block}.plugin", "")).replace("/", "::")
+        if not plugin.endswith(SEEING) or f.raw.get(f"{block}.enabled") is False:
+            continue
+        listed = f.raw.get(f"{block}.observation_sources")
+        for name in listed.split() if isinstance(listed, str) else ():
+            start = f"{block}.{name}."
+            own = {k.removeprefix(start): v for k, v in f.raw.items() if k.startswith(start)}
+            yield Source(start[:-1], own)
+
+
+def _marking(f: Facts, costmap: str) -> list[Source]:
+    return [source for source in _sources(f, costmap) if source.given.get("marking") is not False]
+
+
+def _below_all(f: Facts, costmap: str) -> list[Source]:
+    """Returns the sources whose band of heights holds nothing above the floor."""
+    return [
+        source
+        for source in _marking(f, costmap)
+        if source.number("max_obstacle_height") <= max(source.number("min_obstacle_height"), 0.0)
+    ]
+
+
+def _all_blind(f: Facts, costmap: str) -> bool:
+    """Tells whether no source of a costmap marks anything, although some are listed."""
+    return bool([*_sources(f, costmap)]) and not _marking(f, costmap)
+
+
+def _never_clearing(f: Facts, costmap: str) -> list[Source]:
+    """Returns the sources of a costmap if none of them clears."""
+    found = [*_sources(f, costmap)]
+    return [] if any(source.given.get("clearing") is True for source in found) else found
+
+
+def _relative(f: Facts, costmap: str) -> dict[str, str]:
+    """Returns topics that the release looks for below the costmap's name, by their parameter."""
+    if f.is_whole:
+        topics = {f"{s.block}.topic": s.given.get("topic", "") for s in _sources(f, costmap)}
+    else:
+        topics = {
+            name: value
+            for name, value in f.raw.items()
+            if (found := TOPIC.fullmatch(name)) and found["costmap"] == costmap
+        }
+    # Before Humble the layers' node is that of the server, and from Kilted on its name is left out.
+    is_own = f.release < Release.KILTED and f.told.get("release") != "old"
+    return {
+        name: str(topic) or name.split(".")[-2]
+        for name, topic in topics.items()
+        if is_own and not str(topic).startswith(("/", "~", "<"))
+    }
+
+
+def _absolute(costmap: str) -> Callable[[Facts], str | None]:
+    return lambda f: next((f"/{topic}" for topic in _relative(f, costmap).values()), None)
+
+
+def _first(names: list[str]) -> str:
+    return f"{names[0]}{f' (and {len(names) - 1} more)' if len(names) > 1 else ''}"
+
+
+def _rules(costmap: str) -> tuple[Rule, ...]:
+    blind = {S.IGNORES_OBSTACLES: SURE, S.COLLISION: 1.3, S.NEAR_MISS: 0.9}
+    return (
+        Rule(
+            f"never-updated-{costmap}",
+            lambda f: f.raw.get(f"{costmap}.update_frequency") in (0, 0.0),
+            lambda f: f"{costmap}.update_frequency is 0 Hz: the costmap is never updated",
+            {S.IGNORES_OBSTACLES: SURE, S.PLANNER_FAILS: SURE, S.NO_START: SURE, S.COLLISION: 1.3},
+            (up(f"{costmap}.update_frequency", 5.0),),
+            "nav2_costmap_2d: costmap_2d_ros.cpp, mapUpdateLoop",
+        ),
+        Rule(
+            f"source-below-the-floor-{costmap}",
+            lambda f: bool(_below_all(f, costmap)),
+            lambda f: (
+                f"{_first([s.block for s in _below_all(f, costmap)])} sees nothing above the "
+                "floor: its max_obstacle_height, without a line 0 m, ends there or below "
+                "min_obstacle_height"
+            ),
+            # A scan that is given at 0 m is seen.
+            {S.IGNORES_OBSTACLES: 1.6, S.COLLISION: 0.6, S.NEAR_MISS: 0.4},
+            (up(f"{costmap}.max_obstacle_height", 2.0), put(f"{costmap}.observation_sources")),
+            CODE,
+        ),
+        Rule(
+            f"source-without-marking-{costmap}",
+            lambda f: _all_blind(f, costmap),
+            lambda f: f"marking is off in every source of {costmap}: nothing is marked",
+            blind,
+            (put(f"{costmap}.marking", True),),
+            CODE,
+        ),
+        Rule(
+            f"source-without-clearing-{costmap}",
+            lambda f: bool(_never_clearing(f, costmap)),
+            lambda f: (
+                f"no source of {costmap} clears (without a line, clearing is off): what was "
+                "marked once stays until the costmap is cleared"
+            ),
+            {S.GHOST_OBSTACLES: SURE, S.PLANNER_FAILS: 1.0, S.NO_RECOVERY: 0.8, S.DOOR_STOP: 0.6},
+            (put(f"{costmap}.clearing", True),),
+            CODE,
+        ),
+        Rule(
+            f"topic-below-the-costmap-{costmap}",
+            lambda f: bool(_relative(f, costmap)),
+            lambda f: (
+                f"{_first([*_relative(f, costmap)])} has no slash at its beginning: up to Jazzy "
+                f"the costmap listens to /{costmap}/{next(iter(_relative(f, costmap).values()))}"
+            ),
+            blind | {S.GHOST_OBSTACLES: 0.3},
+            (put(f"{costmap}.topic", _absolute(costmap)),),
+            f"{CODE}; docs.nav2.org, migration to kilted",
+        ),
+    )
+
+
+RULES = tuple(rule for costmap in COSTMAPS for rule in _rules(costmap))

@@ -1,0 +1,240 @@
+"""Rules about names that the file's release cannot load, and blocks that its servers need."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from typing import NamedTuple
+
+from drake_navbench.nav2.loadable import OLD, PLUGIN, faults_of_libraries, loadable_name
+from drake_navbench.nav2.release import OLD_NODE
+from drake_navbench.releases import Release
+from drake_navbench.studies.doctor.facts import COSTMAPS, Facts
+from drake_navbench.studies.doctor.rules.rule import SURE, Rule, add, put
+from drake_navbench.studies.doctor.symptoms import Symptom
+
+S = Symptom
+
+SOURCE = "nav2_util: get_plugin_type_param; the plugin descriptions of each release"
+# The place of a plugin's name by its package, the rest being the controllers'.
+PLACES = {
+    "nav2_amcl": "amcl.robot_model_type",
+    "nav2_behaviors": "behavior_server.*.plugin",
+    "nav2_bt_navigator": "bt_navigator.*.plugin",
+    "nav2_navfn_planner": "planner.plugin",
+    "nav2_recoveries": "behavior_server.*.plugin",
+    "nav2_smac_planner": "planner.plugin",
+    "nav2_theta_star_planner": "planner.plugin",
+}
+NOT_LOADED: Mapping[str, Mapping[Symptom, float]] = {
+    "amcl.robot_model_type": {S.NO_START: SURE, S.LOCALIZATION_JUMPS: 1.0},
+    "behavior_server.*.plugin": {S.NO_START: SURE, S.NO_RECOVERY: SURE},
+    "bt_navigator.*.plugin": {S.NO_START: SURE},
+    "planner.plugin": {S.NO_START: SURE, S.PLANNER_FAILS: SURE},
+}
+# The lists of plugins of servers -> the place of the types.
+LISTS = {
+    "behavior_server.behavior_plugins": "behavior_server.*.plugin",
+    "planner_server.planner_plugins": "planner.plugin",
+    "local_costmap.plugins": "local_costmap.plugins",
+    "global_costmap.plugins": "global_costmap.plugins",
+    "controller_server.controller_plugins": "controller.plugin",
+    "controller_server.goal_checker_plugins": "goal_checker.plugin",
+    "controller_server.progress_checker_plugins": "progress_checker.plugin",
+}
+# Names of plugins that a server knows without a block, where its list is Nav2's own.
+OWN_NAMES = frozenset(
+    {
+        "FollowPath",
+        "GridBased",
+        "assisted_teleop",
+        "back_up",
+        "backup",
+        "drive_on_heading",
+        "goal_checker",
+        "inflation_layer",
+        "obstacle_layer",
+        "progress_checker",
+        "spin",
+        "static_layer",
+        "wait",
+    }
+)
+# The nodes that nav2_bringup starts from Jazzy on and that fail without parameters.
+STARTED = ("collision_monitor", "docking_server")
+
+
+class Misspelt(NamedTuple):
+    """A plugin's name that the release does not load. place: of the cure. right: what it loads."""
+
+    name: str
+    place: str
+    right: str
+
+
+def _misspelt(f: Facts) -> Iterator[Misspelt]:
+    """Yields the names of plugins that the file's release loads by another spelling."""
+    for raw, value in f.raw.items():
+        is_plugin = raw.endswith((".plugin", "robot_model_type"))
+        if not isinstance(value, str) or not is_plugin or _is_unread(f, raw, value):
+            continue
+        right = loadable_name(value, f.release)
+        found = PLUGIN.fullmatch(right)
+        if right != value and found is not None and found["package"] in PLACES:
+            yield Misspelt(value, PLACES[found["package"]], right)
+
+
+def _is_unread(f: Facts, raw: str, value: str) -> bool:
+    """Tells whether the release reads no plugin's name there, or an older one than Humble does."""
+    is_of_old = f.told.get("release") == "old" and value in OLD
+    has_no_navigators = f.release is Release.HUMBLE and value.startswith("nav2_bt_navigator")
+    return is_of_old or has_no_navigators or raw.startswith(f"{OLD_NODE}.")
+
+
+def _misspelt_at(place: str) -> Callable[[Facts], list[Misspelt]]:
+    return lambda f: [slip for slip in _misspelt(f) if slip.place == place]
+
+
+def _not_loaded(place: str, symptoms: Mapping[Symptom, float]) -> Rule:
+    """Returns the rule about a place whose plugins the release loads by other names."""
+    slips = _misspelt_at(place)
+
+    def seen(f: Facts) -> str:
+        told = {slip.name: slip.right for slip in slips(f)}
+        lines = (f"{name}, which {f.release} loads as {right}" for name, right in told.items())
+        return f"the file names {', '.join(lines)}: the server does not start"
+
+    return Rule(
+        f"not-loaded-{place.partition('.')[0]}",
+        lambda f: bool(slips(f)),
+        seen,
+        symptoms,
+        (put(place, lambda f: slips(f)[0].right),),
+        SOURCE,
+    )
+
+
+def _libraries(f: Facts) -> dict[str, str]:
+    value = f.raw.get("bt_navigator.plugin_lib_names")
+    names = [name for name in value if isinstance(name, str)] if isinstance(value, list) else []
+    return faults_of_libraries(names, f.release)
+
+
+def _told_libraries(f: Facts) -> str:
+    (name, fault), *others = _libraries(f).items()
+    more = f", as {len(others)} others" if others else ""
+    return f"plugin_lib_names: {name} {fault}{more}; the navigator does not start"
+
+
+def _without_block(f: Facts, listed_in: str) -> list[str]:
+    """Returns the names in a server's list of plugins that have no type."""
+    names = f.raw.get(listed_in)
+    node = listed_in.partition(".")[0]
+    if not f.is_whole or not isinstance(names, list):
+        return []
+    return [
+        str(name)
+        for name in names
+        if name and f"{node}.{name}.plugin" not in f.raw and name not in OWN_NAMES
+    ]
+
+
+def _listed_alone(listed_in: str, place: str) -> Rule:
+    """Returns the rule about a list that names plugins without a type."""
+    node, _, name = listed_in.partition(".")
+    failing = S.NO_RECOVERY if node == "behavior_server" else S.PLANNER_FAILS
+    return Rule(
+        f"listed-without-a-type-{node}-{name}",
+        lambda f: f.told.get("release") != "old" and bool(_without_block(f, listed_in)),
+        lambda f: (
+            f"{listed_in} names {', '.join(_without_block(f, listed_in))}, of which the file has "
+            f"no block with a plugin: {node} does not start"
+        ),
+        {S.NO_START: SURE, failing: 1.0},
+        (put(place),),
+        SOURCE,
+    )
+
+
+def _missing(f: Facts) -> list[str]:
+    """Returns the parameters without which the file's collision monitor does not start."""
+    # Up to Iron it starts without polygons.
+    needed = ("polygons", "observation_sources")[f.release < Release.JAZZY :]
+    names = f.raw.get("collision_monitor.polygons")
+    types = [f"{name}.type" for name in names if name] if isinstance(names, list) else []
+    return [name for name in (*needed, *types) if f"collision_monitor.{name}" not in f.raw]
+
+
+def _named_once(f: Facts) -> list[str]:
+    """Returns the costmaps whose parameters stand below their name once, where no node has it."""
+    names = (place.partition(":")[0] for place, why in f.unread.items() if "is called" in why)
+    return [name for name in names if name in COSTMAPS]
+
+
+def _not_started(f: Facts) -> list[str]:
+    """Returns the nodes that nav2_bringup starts and that have no section in a whole file."""
+    is_new = f.is_whole and f.release >= Release.JAZZY and f.has_node("bt_navigator")
+    return [node for node in STARTED if is_new and not f.has_node(node)]
+
+
+RULES = (
+    *(_not_loaded(place, symptoms) for place, symptoms in NOT_LOADED.items()),
+    Rule(
+        "libraries-not-loaded",
+        lambda f: bool(_libraries(f)),
+        _told_libraries,
+        {S.NO_START: SURE},
+        (put("bt_navigator.plugin_lib_names"),),
+        "nav2_bt_navigator: bt_navigator.cpp; nav2_behavior_tree: CMakeLists.txt",
+    ),
+    *(_listed_alone(listed_in, place) for listed_in, place in LISTS.items()),
+    Rule(
+        "monitor-without-zones",
+        lambda f: f.has_node("collision_monitor") and f.is_whole and bool(_missing(f)),
+        lambda f: (
+            f"collision_monitor has no {', '.join(_missing(f))}: it does not start, nor do the "
+            "nodes that start with it"
+        ),
+        {S.NO_START: SURE},
+        (put("collision_monitor.polygons"), put("collision_monitor.observation_sources")),
+        "nav2_collision_monitor: collision_monitor_node.cpp",
+    ),
+    Rule(
+        "bringup-starts-more",
+        lambda f: bool(_not_started(f)),
+        lambda f: (
+            f"nav2_bringup of {f.release} starts {' and '.join(_not_started(f))} as well, for "
+            "which the file has no parameters: it fails, and the whole bringup is aborted"
+        ),
+        {S.NO_START: 0.6},
+        (add("collision_monitor"), add("docking_server")),
+        "nav2_bringup: navigation_launch.py",
+        is_certain=False,
+    ),
+    Rule(
+        "initial-pose-not-read",
+        lambda f: (
+            any(name.startswith("amcl.initial_pose.") for name in f.raw)
+            and f.raw.get("amcl.set_initial_pose") is not True
+        ),
+        lambda f: (
+            "the file gives amcl an initial_pose, but set_initial_pose is off: AMCL waits until "
+            "somebody gives it a pose, and until then there is no transform from map to odom"
+        ),
+        {S.NO_START: 1.5, S.PLANNER_FAILS: 0.6, S.LOCALIZATION_JUMPS: 0.4},
+        (put("amcl.set_initial_pose", True),),
+        "nav2_amcl: amcl_node.cpp",
+        is_certain=False,
+    ),
+    Rule(
+        "costmap-named-once",
+        lambda f: bool(_named_once(f)),
+        lambda f: (
+            f"the parameters of {', '.join(_named_once(f))} are read by nobody: its node has this "
+            "name twice, as its namespace and as its own"
+        ),
+        {S.IGNORES_OBSTACLES: SURE, S.COLLISION: 1.3, S.PLANNER_FAILS: 1.0, S.NO_START: 0.8},
+        (put("local_costmap.plugins"),),
+        "nav2_costmap_2d: costmap_2d_ros.cpp",
+        advice="write the costmap's name twice: local_costmap: local_costmap: ros__parameters:",
+    ),
+)

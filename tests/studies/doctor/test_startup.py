@@ -1,0 +1,157 @@
+"""Faults that the file itself proves: they come first for the symptoms that they cause."""
+
+from __future__ import annotations
+
+import pytest
+from doctor_texts import DWB, DWB_BLOCK, RPP, RPP_BLOCK, nav2_text
+
+from drake_navbench.commands.doctor import main
+from drake_navbench.studies.doctor.files import Patient
+from drake_navbench.studies.doctor.partial_files import facts_of_values
+from drake_navbench.studies.doctor.reading import findings_of, suspicions_of
+from drake_navbench.studies.doctor.rules import sources, startup
+from drake_navbench.studies.doctor.symptoms import Symptom
+
+OWN = {rule.name for module in (startup, sources) for rule in module.RULES}
+
+
+@pytest.fixture
+def facts(tmp_path):
+    def of(release="jazzy", block=RPP_BLOCK, plugin=RPP, **nodes):
+        path = tmp_path / "nav2.yaml"
+        path.write_text(nav2_text(block, plugin=plugin, **nodes))
+        return Patient((path,), "wheelchair", {}, release=release).facts()
+
+    return of
+
+
+def fired(facts):
+    return {f.rule.name: f.seen for f in findings_of(facts) if f.rule.name in OWN}
+
+
+def first(facts, symptom):
+    return suspicions_of(facts, symptom)[0].cause.told
+
+
+def scan(**changed):
+    source = {"topic": "/scan", "max_obstacle_height": 2.0, "marking": True, "clearing": True}
+    source |= changed
+    return {
+        "obstacle_layer": {
+            "plugin": "nav2_costmap_2d::ObstacleLayer",
+            "observation_sources": "scan",
+            "scan": {name: value for name, value in source.items() if value is not None},
+        }
+    }
+
+
+def test_a_sound_file_has_no_such_fault_in_any_release(facts):
+    for release in ("humble", "iron", "jazzy", "kilted", "lyrical"):
+        assert fired(facts(release)) == {}, release
+
+
+def test_a_planner_spelled_for_another_release_comes_first(facts):
+    planner = {"planner_plugins": ["GridBased"], "GridBased": {}}
+    planner["GridBased"]["plugin"] = "nav2_navfn_planner/NavfnPlanner"
+    assert fired(facts("iron", planner_server=planner)) == {}
+    wrong = facts("jazzy", planner_server=planner)
+    for symptom in (Symptom.NO_START, Symptom.PLANNER_FAILS):
+        assert first(wrong, symptom) == "set planner.plugin to nav2_navfn_planner::NavfnPlanner"
+
+
+def test_a_name_that_only_galactic_knows_is_no_fault_of_a_file_for_galactic(facts):
+    amcl = {"robot_model_type": "differential"}
+    assert (
+        "nav2_amcl::DifferentialMotionModel" in fired(facts("humble", amcl=amcl))["not-loaded-amcl"]
+    )
+    old = {"recovery_plugins": ["spin"], "spin": {"plugin": "nav2_recoveries/Spin"}}
+    assert fired(facts("humble", amcl=amcl, recoveries_server=old)) == {}
+
+
+def test_humble_has_no_navigators_to_load(facts):
+    navigator = {"navigate_to_pose": {"plugin": "nav2_bt_navigator::NavigateToPoseNavigator"}}
+    assert "not-loaded-bt_navigator" not in fired(facts("humble", bt_navigator=navigator))
+    assert "not-loaded-bt_navigator" in fired(facts("iron", bt_navigator=navigator))
+
+
+def test_a_library_that_the_navigator_loads_itself_is_found(facts):
+    navigator = {"plugin_lib_names": ["nav2_spin_action_bt_node", "my_own_bt_node"]}
+    found = facts("jazzy", bt_navigator=navigator)
+    assert "nav2_spin_action_bt_node" in fired(found)["libraries-not-loaded"]
+    assert first(found, Symptom.NO_START) == "check bt_navigator.plugin_lib_names and set it"
+
+
+def test_a_listed_plugin_needs_a_block_with_its_type(facts, tmp_path, capsys):
+    """The reader refuses such a file; the rule finds it nevertheless."""
+    found = facts("jazzy", planner_server={"planner_plugins": ["Mine"]})
+    assert (
+        "planner_server does not start"
+        in fired(found)["listed-without-a-type-planner_server-planner_plugins"]
+    )
+    assert found.left_out
+    main([str(tmp_path / "nav2.yaml"), "--robot", "wheelchair", "--read-only"])
+    assert "planner_server does not start" in capsys.readouterr().out
+
+
+def test_a_collision_monitor_needs_polygons_with_types_and_sources(facts):
+    monitor = {"polygons": ["Stop"], "observation_sources": ["scan"], "scan": {"type": "scan"}}
+    whole = monitor | {"Stop": {"type": "polygon", "points": "[[0.5,0.5],[0.5,-0.5],[0.0,0.0]]"}}
+    whole["Stop"]["action_type"] = "stop"
+    assert "monitor-without-zones" not in fired(facts(collision_monitor=whole))
+    assert "Stop.type" in fired(facts(collision_monitor=monitor))["monitor-without-zones"]
+    del monitor["observation_sources"]
+    assert "observation_sources" in fired(facts(collision_monitor=monitor))["monitor-without-zones"]
+
+
+def test_an_initial_pose_counts_only_where_it_is_switched_on(facts):
+    pose = {"initial_pose": {"x": 0.0, "y": 0.0, "z": 0.0, "yaw": 0.0}}
+    told = "set amcl.set_initial_pose to true"
+    causes = [s.cause.told for s in suspicions_of(facts(amcl=pose), Symptom.NO_START)]
+    assert causes[0] == told
+    on = pose | {"set_initial_pose": True}
+    assert told not in [s.cause.told for s in suspicions_of(facts(amcl=on), Symptom.NO_START)]
+
+
+def test_a_source_without_a_height_sees_nothing_above_the_floor(facts):
+    found = facts(local_costmap=scan(max_obstacle_height=None))
+    assert "source-below-the-floor-local_costmap" in fired(found)
+    low = facts(local_costmap=scan(max_obstacle_height=0.2, min_obstacle_height=0.3))
+    assert "source-below-the-floor-local_costmap" in fired(low)
+
+
+def test_a_source_must_mark_and_one_must_clear(facts):
+    assert first(facts(local_costmap=scan(marking=False)), Symptom.IGNORES_OBSTACLES) == (
+        "set local_costmap.marking to true"
+    )
+    # Without a line, clearing is off and marking is on.
+    assert first(facts(local_costmap=scan(clearing=None)), Symptom.GHOST_OBSTACLES) == (
+        "set local_costmap.clearing to true"
+    )
+    assert fired(facts(local_costmap=scan(marking=None))) == {}
+
+
+def test_up_to_jazzy_a_topic_without_a_slash_is_below_the_costmap(facts):
+    found = facts("jazzy", local_costmap=scan(topic="scan"))
+    assert first(found, Symptom.IGNORES_OBSTACLES) == "set local_costmap.topic to /scan"
+    assert fired(facts("kilted", local_costmap=scan(topic="scan"))) == {}
+
+
+def test_a_costmap_that_is_never_updated_is_found_though_it_is_refused(facts):
+    found = facts(local_costmap={"update_frequency": 0.0})
+    assert "never-updated-local_costmap" in fired(found)
+
+
+def test_single_values_of_a_user_are_enough(tmp_path):
+    values = {"planner.plugin": "nav2_navfn_planner/NavfnPlanner"}
+    told = first(facts_of_values("DWB", "jazzy", values), Symptom.NO_START)
+    assert told == "set planner.plugin to nav2_navfn_planner::NavfnPlanner"
+    assert "planner.plugin" not in first(facts_of_values("DWB", "iron", values), Symptom.NO_START)
+
+
+def test_a_smoother_may_forbid_driving_to_the_side(facts):
+    omni = DWB_BLOCK | {"max_vel_y": 0.3, "min_vel_y": -0.3, "vy_samples": 5}
+    smoother = {"max_velocity": [0.5, 0.0, 1.0], "min_velocity": [-0.5, 0.0, -1.0]}
+    found = facts(block=omni, plugin=DWB, velocity_smoother=smoother)
+    assert "0.3 m/s to the side" in str([f.seen for f in findings_of(found)])
+    free = facts(block=DWB_BLOCK, plugin=DWB, velocity_smoother=smoother)
+    assert "to the side" not in str([f.seen for f in findings_of(free)])
