@@ -9,7 +9,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 
-from drake_navbench.releases import Release
+from drake_navbench.plugins.releases import Release
 
 # By package the classes that servers load.
 _CLASSES = {

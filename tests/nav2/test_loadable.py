@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from drake_navbench.nav2.loadable import NODES_SINCE, faults_of_libraries, loadable_name
-from drake_navbench.releases import Release
+from drake_navbench.plugins.releases import Release
 
 
 @pytest.mark.parametrize(

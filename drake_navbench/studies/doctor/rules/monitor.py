@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from drake_navbench.releases import Release
+from drake_navbench.plugins.releases import Release
 from drake_navbench.studies.doctor.facts import Facts
 from drake_navbench.studies.doctor.rules.rule import Rule, down, put, up
 from drake_navbench.studies.doctor.symptoms import Symptom

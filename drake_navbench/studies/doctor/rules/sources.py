@@ -6,7 +6,7 @@ import re
 from collections.abc import Callable, Iterator
 from typing import Any, NamedTuple
 
-from drake_navbench.releases import Release
+from drake_navbench.plugins.releases import Release
 from drake_navbench.studies.doctor.facts import COSTMAPS, Facts
 from drake_navbench.studies.doctor.rules.rule import SURE, Rule, put, up
 from drake_navbench.studies.doctor.symptoms import Symptom

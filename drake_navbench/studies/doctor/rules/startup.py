@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from drake_navbench.nav2.loadable import OLD, PLUGIN, faults_of_libraries, loadable_name
 from drake_navbench.nav2.release import OLD_NODE
-from drake_navbench.releases import Release
+from drake_navbench.plugins.releases import Release
 from drake_navbench.studies.doctor.facts import COSTMAPS, Facts
 from drake_navbench.studies.doctor.rules.rule import SURE, Rule, add, put
 from drake_navbench.studies.doctor.symptoms import Symptom
