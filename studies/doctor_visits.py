@@ -36,7 +36,7 @@ Written before a case was driven:
 from __future__ import annotations
 
 import json
-import resource
+import os
 import signal
 import sys
 import time
@@ -178,14 +178,18 @@ def _visited(case: Case, robot: str, files: Path, folder: Path) -> dict[str, Any
     return entry | {"with_replays_s": round(_processor_s() - began_cpu_s)}
 
 
-def _processor_s() -> float:
-    """Returns the processor time of this process and of those that it has ended, s."""
-    uses = (resource.getrusage(w) for w in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN))
-    return sum(use.ru_utime + use.ru_stime for use in uses)
+def _processor_s(process: str = "self") -> float:
+    """Returns the processor time of a process and of all that descend from it, s."""
+    stat = Path(f"/proc/{process}/stat").read_text(encoding="utf-8").rpartition(")")[2].split()
+    # User and system time, its own and those of the children that it has waited for.
+    own_s = sum(map(int, stat[11:15])) / os.sysconf("SC_CLK_TCK")
+    children = Path(f"/proc/{process}/task").glob("*/children")
+    alive = [pid for path in children for pid in path.read_text(encoding="utf-8").split()]
+    return own_s + sum(_processor_s(pid) for pid in alive)
 
 
 def _answer(case: Case, found: Visit) -> dict[str, Any]:
-    """Returns what is recorded of a visit."""
+    """Returns the record of a visit: symptoms, causes, changes and verdict."""
     causes = [entry.suspicion.cause for entry in found.shown]
     judged = [
         {
