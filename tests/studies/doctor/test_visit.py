@@ -398,6 +398,29 @@ def test_a_symptom_that_no_fresh_seed_shows_judges_no_change(patient):
     assert "the unchanged file does not show the symptom" in verdict(visited)
 
 
+@pytest.mark.parametrize(("severity", "bar"), [(1.1, 1.0), (0.7, 0.5), (0.4, None)])
+def test_a_weak_sign_of_the_complaint_is_treated_and_called_weak(patient, severity, bar):
+    class Weak(Counted):
+        def drive(self, preset, probes, trials, *, seed, must=False):
+            rows = super().drive(preset, probes, trials, seed=seed)
+            if preset.name == "before":
+                rows = [row | {"severity": {"wobble_straight": severity}} for row in rows]
+            return rows
+
+    driver = Weak(9.5, 0.0)
+    found = visits.Visit(patient.facts(), asked=Symptom.WOBBLE_STRAIGHT, probes=PROBES)
+    before = patient.chosen(patient.columns())
+    found.rows = driver.drive(before, PROBES.values(), 2, seed=0)
+    found.seen = visits.seen_in(found.rows)
+    visits._treat(found, patient, "", driver, seed=0)
+    # Above half of the threshold the sign is enough, below it there is none.
+    assert (found.treated is None) == (bar is None)
+    assert ("a weak sign" in verdict(found)) == (bar == 0.5)
+    if bar is not None:
+        assert found.bar == bar
+        assert found.cure.after_target == 0
+
+
 def test_what_was_tried_until_ctrl_c_is_kept(patient):
     class Stopped(Counted):
         batches = 0
