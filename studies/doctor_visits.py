@@ -32,7 +32,9 @@ Written before a case was driven:
 - *Changes of the program* meanwhile are allowed for later cases only; the table says after which
   case the code changed. After the third, P07: of a symptom that was complained of a severity above
   half of the threshold counts as a weak sign and is treated (the first two had ended with `no probe
-  shows it`; P26 had 0.84 and 0.95). Then *shown* has a third answer, `weakly`.
+  shows it`; P26 had 0.84 and 0.95). Then *shown* has a third answer, `weakly`. After P24: who
+  complains of a touch that no probe shows is treated for passing too closely, where a probe shows
+  that (P39 showed neither).
 """
 
 from __future__ import annotations
@@ -208,6 +210,7 @@ def _answer(case: Case, found: Visit) -> dict[str, Any]:
     return {
         "controller": "+".join(found.facts.kinds),
         "bar": found.bar,
+        "treated": str(found.treated or ""),
         "seen": {str(symptom): names for symptom, names in found.seen.items()},
         "shown": [entry.trial.told for entry in found.shown if entry.trial],
         "tried": sum(entry.pairs > 0 for entry in found.tried),

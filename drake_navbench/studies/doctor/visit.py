@@ -33,6 +33,8 @@ CONFIRMING_SEEDS = 4
 # Who complains of a symptom has seen it, on a robot that may lag and slip more than the one of the
 # probes: a severity above this share of the threshold is then a weak sign of it.
 WEAK = 0.5
+# What is treated where the probes do not show the symptom that was complained of, but this one.
+MILDER = {Symptom.COLLISION: Symptom.NEAR_MISS}
 # The causes of a symptom are tried on at most this many probes.
 MOST_SHOWING = 3
 # If several symptoms are seen, these are treated first.
@@ -227,12 +229,12 @@ def _treat(found: Visit, patient: Patient, words: str, driver: Driver, *, seed: 
 
 
 def _to_treat(found: Visit) -> Symptom | None:
-    """Returns the symptom that was asked for where it is seen.
+    """Returns the symptom that was asked for where it is seen, else its milder form.
 
     Without one: a touch before all, then what a rule that fired leads to, then the weightiest.
     """
     if found.asked is not None:
-        return found.asked if found.asked in found.seen else None
+        return next((s for s in (found.asked, MILDER.get(found.asked)) if s in found.seen), None)
     led_to = {symptom for finding in found.findings for symptom in finding.likely}
     seen = [symptom for symptom in BY_WEIGHT if symptom in found.seen]
     seen.sort(key=lambda s: (s is not Symptom.COLLISION, s not in led_to))

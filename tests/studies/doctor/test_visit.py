@@ -507,6 +507,11 @@ def test_what_a_rule_leads_to_is_treated_before_what_weighs_more_and_after_a_tou
     assert visits._to_treat(found) is Symptom.COLLISION
     found.asked = Symptom.NO_START
     assert visits._to_treat(found) is Symptom.NO_START
+    # Who complains of touches is helped where the robot passes too closely.
+    found.asked, found.seen = Symptom.COLLISION, {Symptom.NEAR_MISS: ["door"]}
+    assert visits._to_treat(found) is Symptom.NEAR_MISS
+    found.asked = Symptom.NO_START
+    assert visits._to_treat(found) is None
 
 
 def test_causes_are_tried_where_a_probe_was_made_for_the_symptom(patient):
