@@ -34,7 +34,9 @@ Written before a case was driven:
   half of the threshold counts as a weak sign and is treated (the first two had ended with `no probe
   shows it`; P26 had 0.84 and 0.95). Then *shown* has a third answer, `weakly`. After P24: who
   complains of a touch that no probe shows is treated for passing too closely, where a probe shows
-  that (P39 showed neither).
+  that (P39 showed neither). After P37's answer, or the case that was then under way: a change that
+  halves the severity has the third look, too (P37's best change fell by 78% in 24 pairs, was not
+  shown, and the time was not used up).
 """
 
 from __future__ import annotations

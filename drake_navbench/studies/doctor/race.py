@@ -39,6 +39,8 @@ from drake_navbench.studies.doctor.tried import (
 GLANCE, FIRST_LOOK, FIRST_FALL = 3, 4, 0.1
 # This many candidates of a batch, those with the largest fall so far, are driven to the end.
 MOST_TO_THE_END = 3
+# A change that lowers the severity by this share may help, and has a third look.
+HALF = 0.5
 NO_TIME = "the time was too short for more pairs"
 # Symptoms that end a drive early. If a change brings one of them, the drive may not reach the place
 # where the treated symptom showed, and says nothing about it.
@@ -112,7 +114,7 @@ class Race:
         self._leave_all_but_the_best(batch)
         self._drive(batch, seeds)
         self._go_on(batch, MORE_PAIRS, LEAST_FALL)
-        self._go_on(batch, MOST_PAIRS, NEARLY_ALL)
+        self._go_on(batch, MOST_PAIRS, HALF)
         return self._entries(batch)
 
     def _seeds_of(self, pairs: int) -> int:
@@ -168,7 +170,7 @@ class Race:
         falls = {id(c): round(self._fall(c), 1) for c in batch if c.is_alive}
         alive = sorted((c for c in batch if c.is_alive), key=lambda c: -falls[id(c)])
         most = falls[id(alive[0])] if alive else 0.0
-        least = 0.5 * most if most >= NEARLY_ALL else 0.0
+        least = HALF * most if most >= NEARLY_ALL else 0.0
         done: set[tuple[str, Any]] = set()
         for candidate in alive:
             key = candidate.suspicion.cause.key
