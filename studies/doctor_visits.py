@@ -36,7 +36,10 @@ Written before a case was driven:
   complains of a touch that no probe shows is treated for passing too closely, where a probe shows
   that (P39 showed neither). After P37's answer, or the case that was then under way: a change that
   halves the severity has the third look, too (P37's best change fell by 78% in 24 pairs, was not
-  shown, and the time was not used up).
+  shown, and the time was not used up). After P40: two changes are tried together unless one alone
+  takes the symptom away; before, a mean severity below 0.5 was held for that, which a seldom one
+  has anyway. P37 and P35 were then gone on with by the mended doctor (`again`), which is told apart
+  and not counted.
 """
 
 from __future__ import annotations

@@ -124,7 +124,7 @@ class Experiment:
             (e for e in raw if e.trial is not None and e.fall >= LEAST_FALL and not e.touches),
             key=lambda e: -e.fall,
         )
-        if not helpful or helpful[0].after < 0.5:
+        if not helpful or helpful[0].takes_all:
             return []
         best = list({e.suspicion.cause.key: e for e in reversed(helpful)}.values())[::-1]
         found = []

@@ -235,6 +235,24 @@ def test_after_a_batch_with_a_change_that_takes_the_symptom_away_none_is_driven(
     assert one_batch[0].pairs == 12
 
 
+@pytest.mark.parametrize(("after", "pairs"), [(0.4, 1), (0.0, 0)])
+def test_two_changes_are_tried_together_where_neither_takes_the_symptom_away(patient, after, pairs):
+    experiment = Experiment(
+        patient, patient.facts(), Symptom.WOBBLE_STRAIGHT, list(PROBES.values()),
+        Counted(9.5, 0.0), seed=0,
+    )  # fmt: skip
+    more = Cause("controller.batch_size", Direction.UP)
+    second = Trial(more, {Place("controller_server", "FollowPath.batch_size"): 3000})
+    # Of a seldom symptom the mean severity is low before the change, too.
+    found = experiment._pairs_of(
+        [
+            tried(0.9, after, 0.01),
+            tried(0.9, 0.5, 0.01, trial=second, suspicion=Suspicion(more, 1.0, ())),
+        ]
+    )
+    assert [len(candidate.trial.changes) for candidate in found] == [2] * pairs
+
+
 def test_the_time_that_is_left_goes_to_the_likeliest_changes(patient):
     class Short(Counted):
         def drive_together(self, presets, probes, trials, *, seed, must=False):
