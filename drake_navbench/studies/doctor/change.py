@@ -98,13 +98,15 @@ def judge(
     driver: Driver,
     *,
     seed: int,
+    bar: float = 1.0,
 ) -> Iterator[Judged]:
     """Yields the judgements of the best changes, until one helps and brings nothing else.
 
-    The smallest sets come first. seed: of the visit.
+    The smallest sets come first. seed: of the visit. bar: the severity above which a trial shows
+    the symptom.
     """
     shown = [e for e in tried if e.verdict is Verdict.SHOWN and e.trial is not None]
-    enough = [e for e in shown if e.after <= 0.5] or shown
+    enough = [e for e in shown if e.after <= 0.5 * bar] or shown
     # Stable: the likelier cause stays first.
     enough.sort(key=lambda e: (len(e.trial.changes) if e.trial else 0, not e.takes_all))
     own = [probes[name] for name in showing]
@@ -120,18 +122,18 @@ def judge(
         )
         both = patient.before_and_after(entry.trial.changes)
         rows = driver.drive_together(both, own, FRESH_SEEDS, seed=fresh, must=True)
-        if sum(shows(row, symptom) for row in rows[0]) < LEAST_SHOWN:
+        if sum(shows(row, symptom, bar) for row in rows[0]) < LEAST_SHOWN:
             driver.tell(
                 f"the symptom is rare: {MORE_FRESH_SEEDS - FRESH_SEEDS} more fresh seeds of the "
                 "probes that showed it"
             )
             rows = driver.drive_together(both, own, MORE_FRESH_SEEDS, seed=fresh, must=True)
-        found = _judged(entry, entry.trial, rows, rows, symptom, showing)
+        found = _judged(entry, entry.trial, rows, rows, symptom, showing, bar)
         # A change that leaves the symptom does not help, whatever the other probes show.
         if found.is_gone:
             further = driver.drive_together(both, rest, FRESH_SEEDS, seed=seed, must=True)
             everything = [these + more for these, more in zip(rows, further, strict=True)]
-            found = _judged(entry, entry.trial, everything, rows, symptom, showing)
+            found = _judged(entry, entry.trial, everything, rows, symptom, showing, bar)
         yield found
         if (found.helps and not found.worse) or not found.before_target:
             # No change can be judged if the symptom does not show on fresh seeds.
@@ -149,6 +151,7 @@ def _judged(
     target: Sequence[Sequence[Row]],
     symptom: Symptom,
     showing: Sequence[str],
+    bar: float,
 ) -> Judged:
     """Returns a judgement. everything, target: rows [before or after, trial] of all that was driven
     and of the probes that showed the symptom."""
@@ -172,8 +175,8 @@ def _judged(
         len(rest),
         {name: counted(old, name) for name in names},
         {name: counted(new, name) for name in names},
-        sum(shows(row, symptom) for row in target[0]),
-        sum(shows(row, symptom) for row in target[1]),
+        sum(shows(row, symptom, bar) for row in target[0]),
+        sum(shows(row, symptom, bar) for row in target[1]),
         len(before),
         {name: count for name, count in instead.items() if count},
         tuple(showing),

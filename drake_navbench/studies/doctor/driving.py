@@ -176,9 +176,9 @@ def severity(row: Mapping[str, Any], symptom: str) -> float:
     return float(row["severity"].get(symptom, 0.0))
 
 
-def shows(row: Mapping[str, Any], symptom: str) -> bool:
-    """Tells whether a row shows a symptom."""
-    return severity(row, symptom) > 1.0
+def shows(row: Mapping[str, Any], symptom: str, bar: float = 1.0) -> bool:
+    """Tells whether a row shows a symptom: whether its severity is above the bar."""
+    return severity(row, symptom) > bar
 
 
 def has_failed(row: Mapping[str, Any]) -> bool:

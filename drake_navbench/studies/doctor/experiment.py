@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from itertools import combinations
+from typing import Any
 
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.presets import Preset
@@ -15,10 +16,17 @@ from drake_navbench.studies.doctor.cures import Trial, trials_of
 from drake_navbench.studies.doctor.driving import Driver
 from drake_navbench.studies.doctor.facts import Facts
 from drake_navbench.studies.doctor.files import Patient
-from drake_navbench.studies.doctor.race import MOST_CANDIDATES, Candidate, Race
+from drake_navbench.studies.doctor.race import Candidate, Race
 from drake_navbench.studies.doctor.reading import Suspicion
 from drake_navbench.studies.doctor.symptoms import Symptom
-from drake_navbench.studies.doctor.tried import LEAST_FALL, Tried, Verdict, corrected
+from drake_navbench.studies.doctor.tried import (
+    LEAST_FALL,
+    MOST_CHANGES,
+    Tried,
+    Verdict,
+    corrected,
+)
+from drake_navbench.typed_files.dotted_names import flattened
 
 # Changes that are driven in one batch: two for most causes.
 TOGETHER = 6
@@ -58,21 +66,22 @@ class Experiment:
     def run(self, suspicions: Sequence[Suspicion]) -> None:
         """Tries the suspicions in their order, then pairs of the best.
 
-        After a batch with a change that takes the symptom away no further one is driven.
+        After a batch with a change that is shown to take the symptom away none is driven.
         """
         raw = self._raw
         batch: list[Candidate] = []
-        causes = 0
+        room = MOST_CHANGES - PAIRED_BEST
         for number, suspicion in enumerate(suspicions, 1):
             candidates, told = self._candidates(suspicion)
             raw += told
             batch += candidates
-            causes += bool(candidates)
-            is_last = number == len(suspicions) or causes == MOST_CANDIDATES
+            is_last = number == len(suspicions) or len(batch) >= room
             if len(batch) >= TOGETHER or (is_last and batch):
-                raw += self._race.run(batch)
+                raw += self._race.run(batch[:room])
+                room -= len(batch)
                 batch = []
-            if is_last or self.is_out_of_time or any(entry.takes_all for entry in raw):
+            is_found = any(e.takes_all and e.verdict is Verdict.SHOWN for e in self.tried)
+            if is_last or self.is_out_of_time or is_found:
                 break
         if not self.is_out_of_time:
             raw += self._race.run(self._pairs_of(raw))
@@ -82,6 +91,11 @@ class Experiment:
         if suspicion.cause.is_outside:
             return [], [Tried(suspicion, None, Verdict.OUTSIDE)]
         trials = trials_of(suspicion.cause, self._facts, self._columns.setup)
+        if any(
+            not self._facts.has_node(p.node.rpartition("/")[2]) for t in trials for p in t.changes
+        ):
+            # A node that the file does not have cannot be patched.
+            return [], []
         if not trials:
             reason = "the doctor knows no value to try"
             return [], [Tried(suspicion, None, Verdict.NOT_TRIED, reason=reason)]
@@ -110,7 +124,7 @@ class Experiment:
             (e for e in raw if e.trial is not None and e.fall >= LEAST_FALL and not e.touches),
             key=lambda e: -e.fall,
         )
-        if not helpful or helpful[0].after < 0.5:
+        if not helpful or helpful[0].takes_all:
             return []
         best = list({e.suspicion.cause.key: e for e in reversed(helpful)}.values())[::-1]
         found = []
@@ -128,7 +142,14 @@ def _is_same(before: Preset, after: Preset) -> bool:
     """Tells whether a change alters nothing on which a trial depends."""
     return (
         before.controller == after.controller
-        and before.parameters == after.parameters
+        and _with_effect(before) == _with_effect(after)
         and before.path_handler == after.path_handler
         and before.stack == after.stack
     )
+
+
+def _with_effect(preset: Preset) -> dict[str, Any]:
+    """Returns a column's parameters without those that change nothing here, such as `visualize`."""
+    values = preset.parameters.model_dump(mode="json")
+    is_idle = preset.parameters.is_without_effect
+    return {name: value for name, value in flattened(values) if not is_idle(name, values)}

@@ -174,7 +174,10 @@ def _seen(visit: Visit, replays: Set[str]) -> list[str]:
     ]
     if not rows:
         return ["<h2>What the probes show</h2><p>No probe shows a symptom.</p>"]
-    asked = "" if visit.asked is None else f"; {visit.asked}, which was asked for, in at least one"
+    enough = "in at least one" if visit.bar == 1.0 else f"at {visit.bar:.0%} of its threshold"
+    asked = (
+        "" if visit.asked not in visit.seen else f"; {visit.asked}, which was asked for, {enough}"
+    )
     return [
         "<h2>What the probes show</h2><p>Symptoms of the unchanged file, in at least half of a "
         f"probe's trials{asked}.</p>",

@@ -6,6 +6,7 @@ best are driven to the end. If one takes the symptom away, changes that do half 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -21,12 +22,16 @@ from drake_navbench.studies.doctor.driving import Driver, Row, has_failed, sever
 from drake_navbench.studies.doctor.reading import Suspicion
 from drake_navbench.studies.doctor.symptoms import Symptom
 from drake_navbench.studies.doctor.tried import (
-    ERROR,
+    FIRST_FACTOR,
+    LATER_FACTOR,
     LEAST_FALL,
+    MORE_PAIRS,
+    MOST_PAIRS,
     NEARLY_ALL,
     PAIRS,
     Tried,
     Verdict,
+    corrected,
 )
 
 # A candidate is dropped if the severity does not fall in its first GLANCE pairs, if these show the
@@ -34,8 +39,8 @@ from drake_navbench.studies.doctor.tried import (
 GLANCE, FIRST_LOOK, FIRST_FALL = 3, 4, 0.1
 # This many candidates of a batch, those with the largest fall so far, are driven to the end.
 MOST_TO_THE_END = 3
-# Causes that are tried at most in a visit, which bounds the correction for many tests.
-MOST_CANDIDATES = 24
+# A change that lowers the severity by this share may help, and has a third look.
+HALF = 0.5
 NO_TIME = "the time was too short for more pairs"
 # Symptoms that end a drive early. If a change brings one of them, the drive may not reach the place
 # where the treated symptom showed, and says nothing about it.
@@ -87,7 +92,9 @@ class Race:
 
     def run(self, batch: Sequence[Candidate]) -> list[Tried]:
         """Returns the effects of the changes of a batch, as far as the budget goes."""
-        if not batch:
+        # A trial of the file as it is and one of a change are the least.
+        self.is_out_of_time |= self._driver.left_s < 2.0 * self._driver.trial_s
+        if not batch or self.is_out_of_time:
             return []
         self._tell_of(batch)
         seeds = self._seeds_of(PAIRS)
@@ -106,7 +113,8 @@ class Race:
         self._leave(batch, first, FIRST_FALL)
         self._leave_all_but_the_best(batch)
         self._drive(batch, seeds)
-        self._drive(self._unsure_of(batch), 2 * seeds)
+        self._go_on(batch, MORE_PAIRS, LEAST_FALL)
+        self._go_on(batch, MOST_PAIRS, HALF)
         return self._entries(batch)
 
     def _seeds_of(self, pairs: int) -> int:
@@ -162,7 +170,7 @@ class Race:
         falls = {id(c): round(self._fall(c), 1) for c in batch if c.is_alive}
         alive = sorted((c for c in batch if c.is_alive), key=lambda c: -falls[id(c)])
         most = falls[id(alive[0])] if alive else 0.0
-        least = 0.5 * most if most >= NEARLY_ALL else 0.0
+        least = HALF * most if most >= NEARLY_ALL else 0.0
         done: set[tuple[str, Any]] = set()
         for candidate in alive:
             key = candidate.suspicion.cause.key
@@ -173,17 +181,21 @@ class Race:
             else:
                 done.add(key)
 
-    def _unsure_of(self, batch: Sequence[Candidate]) -> list[Candidate]:
-        """Returns the changes that help, but not surely enough for one of many that were tried.
+    def _go_on(self, batch: Sequence[Candidate], pairs: int, least: float) -> None:
+        """Drives changes that help, but not surely enough for one of many, up to so many pairs.
 
-        If one change surely takes the symptom away, only unsure ones that take it away as well.
+        least: the share by which they lower the severity. If a change surely takes the symptom
+        away, only others that take it away go on, and none if all its pairs are driven.
         """
-        entries = {id(c): self._entry(c) for c in batch if c.is_alive}
-        sure = {key for key, entry in entries.items() if entry.p_value <= ERROR / MOST_CANDIDATES}
-        least = NEARLY_ALL if any(entries[key].takes_all for key in sure) else LEAST_FALL
-        return [
-            c for c in batch if c.is_alive and id(c) not in sure and entries[id(c)].fall >= least
-        ]
+        entries = [(c, self._entry(c)) for c in batch if c.is_alive]
+        shown = [e for _, e in entries if corrected([e])[0].verdict is Verdict.SHOWN]
+        if any(entry.takes_all for entry in shown):
+            least = NEARLY_ALL if pairs < MOST_PAIRS else math.inf
+        unsure = [c for c, entry in entries if entry not in shown and entry.fall >= least]
+        if unsure and not self.is_out_of_time:
+            names = ", ".join(c.trial.told for c in unsure)
+            self._driver.tell(f"  not sure yet: {names}: up to {pairs} pairs")
+            self._drive(unsure, self._seeds_of(pairs))
 
     def _entries(self, batch: Sequence[Candidate]) -> list[Tried]:
         found = [self._entry(candidate) for candidate in batch if candidate.rows]
@@ -215,10 +227,9 @@ class Race:
         touches = sum(shows(row, Symptom.COLLISION) for row in candidate.rows) - sum(
             shows(row, Symptom.COLLISION) for row in before_rows
         )
-        # A candidate that was dropped early, or had no time, is no test; one that got more pairs
-        # counts as two.
+        # A candidate that was dropped early, or had no time, is no test.
         is_whole = not candidate.left and len(candidate.rows) >= PAIRS
-        looks = 1 + (len(candidate.rows) >= 2 * PAIRS)
+        factor = LATER_FACTOR if len(candidate.rows) >= MORE_PAIRS else FIRST_FACTOR
         reason = candidate.left or ("" if is_whole else NO_TIME)
         return Tried(
             candidate.suspicion,
@@ -227,7 +238,7 @@ class Race:
             float(before.mean()),
             float(after.mean()),
             (found.interval.low, found.interval.high),
-            min(looks * found.p_value, 1.0) if is_whole and found.difference < 0.0 else 1.0,
+            min(factor * found.p_value, 1.0) if is_whole and found.difference < 0.0 else 1.0,
             len(candidate.rows),
             max(touches, 0),
             reason,

@@ -1,6 +1,6 @@
 """Changes that were tried, and the verdict on each: by Wilcoxon's test, corrected by Holm.
 
-The correction counts every change that was driven, also those that were left early.
+The correction counts as many changes as a visit may drive, so that a further batch errs no more.
 """
 
 from __future__ import annotations
@@ -14,9 +14,13 @@ from drake_navbench.studies.doctor.cures import Trial
 from drake_navbench.studies.doctor.reading import Suspicion
 
 ERROR = 0.05
-# The pairs of a candidate. They suffice for 20 candidates: 2^-11 is less than 0.05 / 20. If it
-# helps, but not in every pair, it gets as many again.
-PAIRS = 12
+# The changes that a visit drives at most.
+MOST_CHANGES = 48
+# The pairs of a candidate, and those after which one that helps is looked at again. At the first
+# look its p is doubled, later multiplied by 4: the three together err as often as one, because
+# 1/2 + 1/4 + 1/4 = 1. Twelve pairs that all fall suffice: 2 * 2^-11 * 48 is less than 0.05.
+PAIRS, MORE_PAIRS, MOST_PAIRS = 12, 24, 48
+FIRST_FACTOR, LATER_FACTOR = 2.0, 4.0
 # A change by which the severity falls by a smaller share is of no use.
 LEAST_FALL = 0.3
 # A symptom counts as taken away if its severity falls by this share.
@@ -63,11 +67,11 @@ class Tried:
 
 
 def corrected(raw: Sequence[Tried]) -> list[Tried]:
-    """Returns the changes with p-values corrected for all that were driven, the best first."""
+    """Returns the changes with p-values corrected for all that may be driven, the best first."""
     driven = [entry for entry in raw if entry.pairs]
-    adjusted = holm([entry.p_value for entry in driven])
+    adjusted = holm([*(entry.p_value for entry in driven), *[1.0] * (MOST_CHANGES - len(driven))])
     found: list[Tried] = []
-    for entry, p_value in zip(driven, adjusted, strict=True):
+    for entry, p_value in zip(driven, adjusted, strict=False):
         is_shown = p_value <= ERROR and entry.fall >= LEAST_FALL and not entry.touches
         verdict = Verdict.SHOWN if is_shown else Verdict.NOT_SHOWN
         values = entry.__dict__ | {"verdict": verdict, "p_value": float(p_value)}

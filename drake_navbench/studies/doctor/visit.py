@@ -30,6 +30,11 @@ from drake_navbench.studies.doctor.tried import Tried, Verdict
 FIRST_SEEDS = 2
 # The seeds, in all, of a probe of whose first trials only some show a symptom.
 CONFIRMING_SEEDS = 4
+# Who complains of a symptom has seen it, on a robot that may lag and slip more than the one of the
+# probes: a severity above this share of the threshold is then a weak sign of it.
+WEAK = 0.5
+# What is treated where the probes do not show the symptom that was complained of, but this one.
+MILDER = {Symptom.COLLISION: Symptom.NEAR_MISS}
 # The causes of a symptom are tried on at most this many probes.
 MOST_SHOWING = 3
 # If several symptoms are seen, these are treated first.
@@ -61,8 +66,9 @@ class Visit:
     """The findings of a visit, or of the part of it that the budget allowed.
 
     seen: by symptom, the probes that show it in at least half of their seeds. treated: the symptom
-    whose causes were tried; None if none was seen. around: the user's map, base and computer. seed:
-    of the first look.
+    whose causes were tried; None if none was seen. bar: severity from which on a trial counts as
+    showing it; below 1 the sign is weak. around: the user's map, base and computer. seed: of the
+    first look.
     """
 
     facts: Facts
@@ -71,6 +77,7 @@ class Visit:
     seen: dict[Symptom, list[str]] = field(default_factory=dict)
     asked: Symptom | None = None
     treated: Symptom | None = None
+    bar: float = 1.0
     suspicions: list[Suspicion] = field(default_factory=list)
     tried: list[Tried] = field(default_factory=list)
     judged: list[Judged] = field(default_factory=list)
@@ -167,8 +174,13 @@ def _unsure(rows: Sequence[Row]) -> list[str]:
     return sorted({n for s, names in some.items() for n in names if n not in sure.get(s, ())})
 
 
-def seen_in(rows: Sequence[Row], *, share: float = 0.5) -> dict[Symptom, list[str]]:
-    """Returns the probes that show each symptom in at least this share of their trials."""
+def seen_in(
+    rows: Sequence[Row], *, share: float = 0.5, bar: float = 1.0
+) -> dict[Symptom, list[str]]:
+    """Returns the probes that show each symptom in at least this share of their trials.
+
+    bar: the severity above which a trial shows it.
+    """
     trials: dict[str, list[Row]] = {}
     for row in rows:
         trials.setdefault(probe_of(row), []).append(row)
@@ -177,7 +189,7 @@ def seen_in(rows: Sequence[Row], *, share: float = 0.5) -> dict[Symptom, list[st
         own = [
             name
             for name, several in trials.items()
-            if sum(shows(row, symptom) for row in several) >= max(share * len(several), 1)
+            if sum(shows(row, symptom, bar) for row in several) >= max(share * len(several), 1)
         ]
         if own:
             found[symptom] = own
@@ -187,15 +199,17 @@ def seen_in(rows: Sequence[Row], *, share: float = 0.5) -> dict[Symptom, list[st
 def _treat(found: Visit, patient: Patient, words: str, driver: Driver, *, seed: int) -> None:
     if found.asked is not None:
         found.suspicions = suspicions_of(found.facts, found.asked, words)
-        seldom = seen_in(found.rows, share=1e-9)
-        if found.asked not in found.seen and found.asked in seldom:
-            # A user who complains of a symptom has seen it, so one trial that shows it is enough.
-            found.seen[found.asked] = seldom[found.asked]
+        # One trial that shows it is enough, and else a weak sign in half of a probe's trials.
+        for share, bar in ((1e-9, 1.0), (0.5, WEAK)):
+            names = seen_in(found.rows, share=share, bar=bar).get(found.asked)
+            if names and found.asked not in found.seen:
+                found.seen[found.asked], found.bar = names, bar
     found.treated = _to_treat(found)
     if found.treated is None:
         return
     showing = _most_severe(found, found.treated)
-    driver.tell(f"{found.treated} is seen in {', '.join(showing)}")
+    weak = "a weak sign of " if found.bar < 1.0 else ""
+    driver.tell(f"{weak}{found.treated} is seen in {', '.join(showing)}")
     if found.treated is not found.asked:
         found.suspicions = suspicions_of(found.facts, found.treated, words)
     probes = [found.probes[name] for name in showing]
@@ -209,18 +223,18 @@ def _treat(found: Visit, patient: Patient, words: str, driver: Driver, *, seed: 
         found.tried = experiment.tried
         found.is_out_of_time = experiment.is_out_of_time
     for judged in judge(
-        patient, found.tried, found.treated, found.probes, showing, driver, seed=seed
+        patient, found.tried, found.treated, found.probes, showing, driver, seed=seed, bar=found.bar
     ):
         found.judged.append(judged)
 
 
 def _to_treat(found: Visit) -> Symptom | None:
-    """Returns the symptom that was asked for where it is seen.
+    """Returns the symptom that was asked for where it is seen, else its milder form.
 
     Without one: a touch before all, then what a rule that fired leads to, then the weightiest.
     """
     if found.asked is not None:
-        return found.asked if found.asked in found.seen else None
+        return next((s for s in (found.asked, MILDER.get(found.asked)) if s in found.seen), None)
     led_to = {symptom for finding in found.findings for symptom in finding.likely}
     seen = [symptom for symptom in BY_WEIGHT if symptom in found.seen]
     seen.sort(key=lambda s: (s is not Symptom.COLLISION, s not in led_to))

@@ -18,7 +18,10 @@ def verdict(visit: Visit) -> str:
     """Returns the verdict of a visit in a few sentences."""
     if visit.treated is None:
         return _nothing_seen(visit)
-    what = f"In {_probes(visit, visit.treated)} the robot {LOOKS_LIKE[visit.treated]}."
+    weak = "" if visit.bar == 1.0 else f"there is a weak sign ({visit.bar:.0%} of the threshold): "
+    what = f"In {_probes(visit, visit.treated)} {weak}the robot {LOOKS_LIKE[visit.treated]}."
+    if visit.asked not in (None, visit.treated):
+        what = f"No probe shows {visit.asked}. {what}"
     cure = visit.cure
     if cure is not None:
         return f"{what} {_cured(cure)}"
