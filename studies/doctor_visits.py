@@ -57,7 +57,7 @@ import numpy as np
 from planted_faults import HERE
 
 from drake_navbench.errors import NavbenchError
-from drake_navbench.releases import Release
+from drake_navbench.plugins.releases import Release
 from drake_navbench.studies.doctor.detectors import DETECTORS
 from drake_navbench.studies.doctor.driving import Driver
 from drake_navbench.studies.doctor.facts import Facts, kinds_of
