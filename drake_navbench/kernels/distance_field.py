@@ -176,16 +176,17 @@ def sample_distance(field, x, y):
     rows, columns = distances.shape
     column, along_x = _nearest_sample(x, field.origin_x, field.resolution)
     row, along_y = _nearest_sample(y, field.origin_y, field.resolution)
-    near_rows, near_columns = _neighbours(row, rows), _neighbours(column, columns)
-    weights_x, slopes_x = _spline_weights(along_x)
-    weights_y, slopes_y = _spline_weights(along_y)
+    low, level, high = _neighbours(row, rows)
+    left, middle, right = _neighbours(column, columns)
+    (x0, x1, x2), (by_x0, by_x1, by_x2) = _spline_weights(along_x)
+    (y0, y1, y2), (by_y0, by_y1, by_y2) = _spline_weights(along_y)
     distance, slope_x, slope_y = 0.0, 0.0, 0.0
-    for j in range(3):
-        for i in range(3):
-            sample = distances[near_rows[j], near_columns[i]]
-            distance += weights_x[i] * weights_y[j] * sample
-            slope_x += slopes_x[i] * weights_y[j] * sample
-            slope_y += weights_x[i] * slopes_y[j] * sample
+    # Written out, as loops that index tuples take three times as long.
+    for near, y, by_y in ((low, y0, by_y0), (level, y1, by_y1), (high, y2, by_y2)):
+        a, b, c = distances[near, left], distances[near, middle], distances[near, right]
+        distance = distance + x0 * y * a + x1 * y * b + x2 * y * c
+        slope_x = slope_x + by_x0 * y * a + by_x1 * y * b + by_x2 * y * c
+        slope_y = slope_y + x0 * by_y * a + x1 * by_y * b + x2 * by_y * c
     return distance, slope_x / field.resolution, slope_y / field.resolution
 
 
