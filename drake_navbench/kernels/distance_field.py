@@ -137,7 +137,7 @@ def distance_field(costmap: Costmap) -> DistanceField:
     return DistanceField(distances, costmap.origin_x, costmap.origin_y, costmap.resolution)
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def _spline_weights(t):
     """Quadratic B-spline weights of the three nearest samples, t in [-0.5, 0.5], and slopes."""
     before, after = 0.5 - t, 0.5 + t
@@ -145,7 +145,7 @@ def _spline_weights(t):
     return values, (-before, -2.0 * t, after)
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def _nearest_sample(coordinate, origin, resolution):
     """Returns (index, offset in cells) of the sample next to a coordinate, m; maybe off the map."""
     cells = (coordinate - origin) / resolution - 0.5
@@ -153,7 +153,7 @@ def _nearest_sample(coordinate, origin, resolution):
     return int(index), cells - index
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def _neighbours(index, count):
     """Returns the indices of the samples about an index; beyond the border, the outermost one's."""
     last = count - 1
@@ -164,7 +164,7 @@ def _neighbours(index, count):
     )
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def sample_distance(field, x, y):
     """Returns (distance m, d/dx, d/dy) at the point (x, y) m by quadratic B-splines.
 
@@ -176,17 +176,16 @@ def sample_distance(field, x, y):
     rows, columns = distances.shape
     column, along_x = _nearest_sample(x, field.origin_x, field.resolution)
     row, along_y = _nearest_sample(y, field.origin_y, field.resolution)
-    low, level, high = _neighbours(row, rows)
-    left, middle, right = _neighbours(column, columns)
-    (x0, x1, x2), (by_x0, by_x1, by_x2) = _spline_weights(along_x)
-    (y0, y1, y2), (by_y0, by_y1, by_y2) = _spline_weights(along_y)
+    near_rows, near_columns = _neighbours(row, rows), _neighbours(column, columns)
+    weights_x, slopes_x = _spline_weights(along_x)
+    weights_y, slopes_y = _spline_weights(along_y)
     distance, slope_x, slope_y = 0.0, 0.0, 0.0
-    # Written out, as loops that index tuples take three times as long.
-    for near, y, by_y in ((low, y0, by_y0), (level, y1, by_y1), (high, y2, by_y2)):
-        a, b, c = distances[near, left], distances[near, middle], distances[near, right]
-        distance = distance + x0 * y * a + x1 * y * b + x2 * y * c
-        slope_x = slope_x + by_x0 * y * a + by_x1 * y * b + by_x2 * y * c
-        slope_y = slope_y + x0 * by_y * a + x1 * by_y * b + x2 * by_y * c
+    for j in range(3):
+        for i in range(3):
+            sample = distances[near_rows[j], near_columns[i]]
+            distance += weights_x[i] * weights_y[j] * sample
+            slope_x += slopes_x[i] * weights_y[j] * sample
+            slope_y += weights_x[i] * slopes_y[j] * sample
     return distance, slope_x / field.resolution, slope_y / field.resolution
 
 
