@@ -43,9 +43,6 @@ SLOW_AT_M = 0.2
 # if that is larger, m. It must not be longer: a costmap shows no obstacles beyond its
 # obstacle_max_range, so there is nearly always a way around the seen part of a wall.
 LOOK_PAST_M = 1.5
-# A way past is searched for an obstacle that is nearer than this, m: of one farther off the lidar
-# sees too little to tell a wall from a box.
-LOOK_AHEAD_M = 2.45
 # In the middle of a gap the distance field is too small by this, m.
 ROOM_IN_GAPS_M = 0.02
 
@@ -132,9 +129,8 @@ class WayFinder:
         return bool(is_connected(known, self._half_width, self.longest_m, position, way.behind))
 
     def _leads_inside(self, observation: Observation, field: DistanceField) -> bool:
-        """Returns whether the plan soon leads into an obstacle, where no heading has room."""
+        """Returns whether the plan leads into an obstacle, where no heading has room."""
         whole = whole_plan(observation.plan, observation.global_plan)
-        whole = whole[np.hypot(*(whole - observation.pose[:2]).T) <= LOOK_AHEAD_M]
         return bool((distances_at(field, whole) < self._half_width).any())
 
     def _detour_so_far(
