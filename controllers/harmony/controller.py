@@ -142,7 +142,7 @@ class Harmony:
             sent = observed(sent, self._response, observation.twist, observation.time_s)
         tracks = memory.tracks
         if parameters.track_moving:
-            tracks = followed(tracks, observation.costmap)
+            tracks = followed(tracks, observation.costmap, observation.pose[:2])
         memory = memory._replace(sent=sent, tracks=tracks)
         memory = memory._replace(learnt=self._learnt(observation, memory))
         check = self._check(observation, memory)

@@ -30,27 +30,27 @@ SLOPES_A_ROW = 3
 CLEARANCE_SCALE_M = 0.1
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def row_count(scene):
     """Returns the number of rows of a stage."""
     return FIRST_DISC_ROW + scene.discs.shape[0]
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def is_row_of(k, last, row):
     """Returns whether a stage has a row: the first one's state is given, the last has no input."""
     is_input = FIRST_INPUT_ROW <= row < FIRST_WHEEL_ROW
     return k < last if is_input else k > 0
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def _bound(row, value, low, high, scale, column, values, columns, slopes):
     values[row], values[row + 1] = (high - value) / scale, (value - low) / scale
     columns[row, 0] = columns[row + 1, 0] = column
     slopes[row, 0], slopes[row + 1, 0] = -1.0 / scale, 1.0 / scale
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def _bound_of_two(row, value, limit, first, by_first, second, by_second, values, columns, slopes):
     values[row], values[row + 1] = 1.0 - value / limit, 1.0 + value / limit
     for k in range(2):
@@ -59,7 +59,7 @@ def _bound_of_two(row, value, limit, first, by_first, second, by_second, values,
         slopes[row + k, 0], slopes[row + k, 1] = sign * by_first / limit, sign * by_second / limit
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def stage_rows(scene, k, stage, values, columns, slopes):
     """Writes the rows (R,) of stage k with the columns and slopes (R, 3) of each; unused are 0."""
     limits = scene.limits

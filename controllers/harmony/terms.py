@@ -59,7 +59,7 @@ TERMS = (
 ) = range(len(TERMS))
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def _square(weight, residual, column, slope, gradient, hessian):
     """Adds weight * residual^2 of one variable; returns it."""
     gradient[column] += 2.0 * weight * residual * slope
@@ -67,7 +67,7 @@ def _square(weight, residual, column, slope, gradient, hessian):
     return weight * residual * residual
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def _square_of_two(weight, residual, first, first_slope, second, second_slope, gradient, hessian):
     """Adds weight * residual^2 of two variables; returns it."""
     twice = 2.0 * weight
@@ -80,7 +80,7 @@ def _square_of_two(weight, residual, first, first_slope, second, second_slope, g
     return weight * residual * residual
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def constraints(scene, stage, weight, gradient, hessian):
     """Penalizes values near a limit: (excess over `limit_share` of it)^2, in parts of the rest."""
     limits, share = scene.limits, scene.shape.limit_share
@@ -101,21 +101,21 @@ def constraints(scene, stage, weight, gradient, hessian):
     return cost
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def goal_angle(scene, stage, weight, gradient, hessian):
     """Ends with the goal's heading: squared angle to it, at the end of the plan."""
     angle = stage[YAW] - scene.target[2]
     return _square(weight, angle, YAW, 1.0, gradient, hessian)
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def goal_position(scene, stage, weight, gradient, hessian):
     """Ends near the target: squared distance to it, at the end of the plan."""
     cost = _square(weight, stage[X] - scene.target[0], X, 1.0, gradient, hessian)
     return cost + _square(weight, stage[Y] - scene.target[1], Y, 1.0, gradient, hessian)
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def costmap_cost(scene, stage, weight, gradient, hessian):
     """Keeps away from obstacles: squared depth of each disc within the inflation."""
     reach = scene.shape.inflation_dist
@@ -139,7 +139,7 @@ def costmap_cost(scene, stage, weight, gradient, hessian):
     return cost
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def path_alignment(reference, stage, weight, gradient, hessian):
     """Stays on the path: squared distance across the path."""
     sine, cosine = math.sin(reference[2]), math.cos(reference[2])
@@ -147,13 +147,13 @@ def path_alignment(reference, stage, weight, gradient, hessian):
     return _square_of_two(weight, across, X, -sine, Y, cosine, gradient, hessian)
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def path_orientation(reference, stage, weight, gradient, hessian):
     """Heads along the path: squared angle to the path."""
     return _square(weight, stage[YAW] - reference[2], YAW, 1.0, gradient, hessian)
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def forward_preference(stage, weight, gradient, hessian):
     """Drives forwards: squared speed backwards."""
     if stage[V] >= 0.0:
@@ -161,20 +161,20 @@ def forward_preference(stage, weight, gradient, hessian):
     return _square(weight, stage[V], V, 1.0, gradient, hessian)
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def twirling(stage, weight, gradient, hessian):
     """Turns slowly: squared turn rate."""
     return _square(weight, stage[W], W, 1.0, gradient, hessian)
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def energy(stage, weight, gradient, hessian):
     """Saves energy: squared power of speeding up and braking, for a mass of 1 kg."""
     power = stage[V] * stage[A]
     return _square_of_two(weight, power, V, stage[A], A, stage[V], gradient, hessian)
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def sharp_curves(scene, stage, weight, gradient, hessian):
     """Drives wide curves: squared curvature, at least that of a slow crawl."""
     slow = scene.shape.curve_speed
@@ -184,13 +184,13 @@ def sharp_curves(scene, stage, weight, gradient, hessian):
     return _square_of_two(weight, curvature, W, 1.0 / speed, V, by_v, gradient, hessian)
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def linear_jerk(stage, weight, gradient, hessian):
     """Changes its acceleration gently: squared jerk."""
     return _square(weight, stage[JERK], JERK, 1.0, gradient, hessian)
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def maximum_velocity(scene, reference, stage, weight, gradient, hessian):
     """Drives as fast as it may: squared part of the wanted speed that is missing."""
     slope = -1.0 / scene.limits.forward_speed
@@ -198,7 +198,7 @@ def maximum_velocity(scene, reference, stage, weight, gradient, hessian):
     return _square(weight, missing, V, slope, gradient, hessian)
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def stage_cost(scene, k, last, stage, reference, gradient, hessian):
     """Returns the cost of stage k of 0..last, and adds its derivatives.
 
@@ -239,7 +239,7 @@ def stage_cost(scene, k, last, stage, reference, gradient, hessian):
     return cost
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def plan_cost(scene, plan):
     """Returns the cost of a plan (N + 1, 9)."""
     gradient, hessian = np.zeros(STAGE_SIZE), np.zeros((STAGE_SIZE, STAGE_SIZE))

@@ -5,9 +5,9 @@ costmap to the next by the nearest centre. It counts as moving when its centre h
 than the cluster's radius: a still thing of which more and more is seen shifts its centre less. Its
 velocity is the slope of the least-squares line through its centres of the last HISTORY_S.
 
-Tracking has two limits, measured in docs/harmony.md. In open space the obstacle layer clears no
-cells behind a person, so the cluster is a streak. Pieces of walls that come into sight may count
-as moving.
+A person hides the cells that they have left from the lidar, so that these stay lethal: a cluster
+behind another is not followed. In open space the layer clears no cells at all by default, and
+pieces of walls that come into sight may count as moving (docs/harmony.md).
 """
 
 from __future__ import annotations
@@ -52,8 +52,8 @@ class Tracks(NamedTuple):
 NO_TRACKS = Tracks(-np.inf, read_only(np.empty((0, MOST_CENTRES, 3))), read_only(np.empty(0)))
 
 
-def clusters(costmap: Costmap) -> tuple[Array, Array]:
-    """Returns centres (C, 2) m and radii (C,) m of the clusters that are small enough to follow."""
+def clusters(costmap: Costmap, position: Array) -> tuple[Array, Array]:
+    """Returns centres (C, 2) m and radii (C,) m of small clusters in sight of a position (2,) m."""
     labels, count = ndimage.label(costmap.costs == LETHAL, EIGHT_NEIGHBOURS)
     rows, columns = np.nonzero(labels)
     index = labels[rows, columns] - 1
@@ -66,15 +66,24 @@ def clusters(costmap: Costmap) -> tuple[Array, Array]:
     np.maximum.at(radii, index, away)
     radii += 0.5 * costmap.resolution
     is_small = radii <= LARGEST_RADIUS_M
-    return centres[is_small], radii[is_small]
+    centres, radii = centres[is_small], radii[is_small]
+    away = centres - position
+    far_m, bearings = np.hypot(*away.T), np.arctan2(away[:, 1], away[:, 0])
+    off = np.abs(np.angle(np.exp(1j * (bearings[:, None] - bearings))))
+    half = np.arcsin(np.minimum(radii / np.maximum(far_m, radii), 1.0))
+    in_sight = ~((far_m < far_m[:, None]) & (off < half)).any(axis=1)
+    return centres[in_sight], radii[in_sight]
 
 
-def followed(tracks: Tracks, costmap: Costmap) -> Tracks:
-    """Returns the tracks after one more costmap; unchanged if the costmap is not newer."""
+def followed(tracks: Tracks, costmap: Costmap, position: Array) -> Tracks:
+    """Returns the tracks after one more costmap, seen from a position (2,) m.
+
+    They are unchanged if the costmap is not newer.
+    """
     time_s = costmap.stamp_s
     if time_s <= tracks.stamp_s:
         return tracks
-    centres, radii = clusters(costmap)
+    centres, radii = clusters(costmap, position)
     expected, velocities = _now(tracks, time_s)
     unseen_s = time_s - tracks.centres[:, -1, 0]
     seen_before = _matches(expected, centres, GATE_M + GATE_MPS * unseen_s)

@@ -19,7 +19,6 @@ from drake_navbench.controllers.harmony.detour import (
 )
 from drake_navbench.controllers.harmony.discs import half_width
 from drake_navbench.controllers.harmony.memory import HarmonyMemory
-from drake_navbench.controllers.harmony.motion import V
 from drake_navbench.controllers.harmony.parameters import HarmonyParameters
 from drake_navbench.controllers.harmony.passage import is_connected
 from drake_navbench.controllers.harmony.way import (
@@ -32,20 +31,18 @@ from drake_navbench.controllers.harmony.way import (
     way_along,
 )
 from drake_navbench.kernels.distance_field import DistanceField
-from drake_navbench.kernels.path_geometry import path_from_polyline
+from drake_navbench.kernels.path_geometry import path_from_polyline, path_length
 from drake_navbench.kernels.read_only import read_only
 
 Array = NDArray[np.float64]
 
 # On a blocked way plans end this much beyond the point where the robot gives up, m, so that it gets
 # there. If give_up_distance is smaller than this, they end inside the obstacle.
-SLOW_AT_M = 0.1
+SLOW_AT_M = 0.2
 # A way past an obstacle is at most twice the robot's radius plus this, or plus the length of plans
 # if that is larger, m. It must not be longer: a costmap shows no obstacles beyond its
 # obstacle_max_range, so there is nearly always a way around the seen part of a wall.
 LOOK_PAST_M = 1.5
-# A robot turns back if it would lose the room to turn within this time, s.
-LOSES_ROOM_S = 0.7
 # In the middle of a gap the distance field is too small by this, m.
 ROOM_IN_GAPS_M = 0.02
 
@@ -81,7 +78,6 @@ class WayFinder:
         self._half_width = half_width(setup)
         reach_m = max(parameters.top_speed * parameters.horizon, LOOK_PAST_M)
         self.longest_m = 2.0 * (reach_m + setup.circumscribed_radius_m)
-        self._turning_m = setup.circumscribed_radius_m + clearance
         self._detour_clearance = float(discs[:, 1].max()) + clearance + ROOM_IN_GAPS_M
 
     def find(
@@ -99,8 +95,7 @@ class WayFinder:
         detour = self._detour_so_far(observation, memory, way, field)
         if detour is None:
             is_open = self._is_open(observation, way, field)
-            gets_nowhere = memory.is_trapped or self._leads_inside(way.path, field)
-            if (is_open and gets_nowhere) or self._shuts_in(observation, start, way, field):
+            if is_open and (memory.is_trapped or self._leads_inside(observation, field)):
                 detour = self._new_detour(observation, memory, way, field)
             if detour is None and not is_open:
                 stop_m = self._parameters.give_up_distance - SLOW_AT_M
@@ -133,24 +128,18 @@ class WayFinder:
         known = beyond_map(field)
         return bool(is_connected(known, self._half_width, self.longest_m, position, way.behind))
 
-    def _shuts_in(
-        self, observation: Observation, start: Array, way: Way, field: DistanceField
-    ) -> bool:
-        """Returns whether the path leads into an obstacle and soon takes the room to turn."""
-        ahead = LOSES_ROOM_S * start[V] * np.array([np.cos(start[2]), np.sin(start[2])])
-        here, there = distances_at(field, start[:2] + np.stack([0.0 * ahead, ahead]))
-        if way.behind is None or not there < self._turning_m <= here:
-            return False
-        return self._leads_inside(whole_plan(observation.plan, observation.global_plan), field)
-
-    def _leads_inside(self, path: Array, field: DistanceField) -> bool:
-        """Returns whether a path (P, 2 or 3) leads into an obstacle, where no heading has room."""
-        return bool((distances_at(field, path) < self._half_width).any())
+    def _leads_inside(self, observation: Observation, field: DistanceField) -> bool:
+        """Returns whether the plan leads into an obstacle, where no heading has room."""
+        whole = whole_plan(observation.plan, observation.global_plan)
+        return bool((distances_at(field, whole) < self._half_width).any())
 
     def _detour_so_far(
         self, observation: Observation, memory: HarmonyMemory, way: Way, field: DistanceField
     ) -> Array | None:
-        """Returns the rest of the present detour, or a new one where that one no longer works."""
+        """Returns the rest of the present detour, or a new one where that one no longer works.
+
+        None if the map no longer shows a short way past, as it shows more of what blocks the path.
+        """
         if memory.detour is None:
             return None
         position = observation.pose[:2]
@@ -159,7 +148,9 @@ class WayFinder:
             return None
         if is_good(rest, position, field, self._detour_clearance):
             return rest
-        return self._new_detour(observation, memory, way, field)
+        anew = self._new_detour(observation, memory, way, field)
+        is_short = anew is not None and path_length(anew) <= self.longest_m
+        return anew if is_short or self._is_open(observation, way, field) else None
 
     def _new_detour(
         self, observation: Observation, memory: HarmonyMemory, way: Way, field: DistanceField

@@ -135,7 +135,7 @@ def distance_field(costmap: Costmap) -> DistanceField:
     return DistanceField(distances, costmap.origin_x, costmap.origin_y, costmap.resolution)
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def _spline_weights(t):
     """Quadratic B-spline weights of the three nearest samples, t in [-0.5, 0.5], and slopes."""
     before, after = 0.5 - t, 0.5 + t
@@ -143,7 +143,7 @@ def _spline_weights(t):
     return values, (-before, -2.0 * t, after)
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def _nearest_sample(coordinate, origin, resolution):
     """Returns (index, offset in cells) of the sample next to a coordinate, m; maybe off the map."""
     cells = (coordinate - origin) / resolution - 0.5
@@ -151,7 +151,7 @@ def _nearest_sample(coordinate, origin, resolution):
     return int(index), cells - index
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def _neighbours(index, count):
     """Returns the indices of the samples about an index; beyond the border, the outermost one's."""
     last = count - 1
@@ -162,7 +162,7 @@ def _neighbours(index, count):
     )
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def sample_distance(field, x, y):
     """Returns (distance m, d/dx, d/dy) at the point (x, y) m by quadratic B-splines.
 

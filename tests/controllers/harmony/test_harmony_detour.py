@@ -6,15 +6,17 @@ import numpy as np
 import pytest
 from harmony_scenes import DISCS, costmap_with, straight
 from harmony_worlds import ERROR_M, drive_among
+from test_harmony_controller import seen, setup_for
 
 from drake_navbench import run_trial
 from drake_navbench.controller import NO_PLAN
-from drake_navbench.controllers.harmony import HarmonyParameters
+from drake_navbench.controllers.harmony import Harmony, HarmonyParameters
 from drake_navbench.controllers.harmony.detour import find_detour, is_good, joined, still_ahead
+from drake_navbench.controllers.harmony.memory import HarmonyMemory
 from drake_navbench.controllers.harmony.scene import make_start
 from drake_navbench.controllers.harmony.way import must_back_up, way_along
 from drake_navbench.kernels.distance_field import distance_field, sample_distance
-from drake_navbench.kernels.path_geometry import path_length
+from drake_navbench.kernels.path_geometry import path_from_polyline, path_length
 from drake_navbench.logs.log import Outcome
 
 HERE, PLAN, CLEARANCE_M = np.zeros(2), straight(2.5), 0.4
@@ -108,6 +110,39 @@ def test_the_robot_backs_up_where(yaw, boxes, backs_up):
     plan = straight(2.5) + np.array([0.5, 0.0, 0.0])
     way = way_along(plan, np.array([8.0, 0.0, 0.0]), 1.5, field, DISCS)
     assert must_back_up(way, start, field, DISCS, 0.05) is backs_up
+
+
+def find_way(*boxes, detour=None, **values):
+    """The way that a robot finds at the origin, 0.5 m/s fast, on a plan along x."""
+    controller, now = Harmony(HarmonyParameters(), setup_for()), seen(*boxes, **values)
+    start = make_start(now.pose, 0.5, 0.0)
+    memory = HarmonyMemory(detour=detour)
+    return controller._way_finder.find(now, memory, start, distance_field(now.costmap), 1.5)
+
+
+def test_a_way_past_a_box_is_found_before_the_local_plan_reaches_it():
+    # The local plan ends 0.4 m before the box: more than half the width of the robot, 0.31 m.
+    box = (2.4, -0.2, 2.6, 0.2)
+    plans = {"plan": straight(2.0), "global_plan": straight(6.0)}
+    assert find_way(box, **plans).detour is not None
+    assert find_way(**plans).detour is None
+
+
+@pytest.mark.parametrize(
+    ("half_width_m", "is_open"),
+    [
+        pytest.param(0.5, True, id="the way past what is seen is short"),
+        # At least twice the way to (2.05, 2.25): 6.1 m, where 4.8 m are the most.
+        pytest.param(1.9, False, id="more of a wall is seen"),
+    ],
+)
+def test_a_detour_that_the_map_closes_is_replaced_only_by_a_short_one(half_width_m, is_open):
+    wall = (2.0, -half_width_m, 2.1, half_width_m)
+    through = path_from_polyline(np.array([[0.0, 0.0], [2.05, 0.3], [3.5, 0.0]]), 0.05)
+    plans = {"plan": straight(2.0), "global_plan": straight(6.0)}
+    found = find_way(wall, detour=through, **plans)
+    assert found.is_open is is_open
+    assert (found.detour is not None) is is_open
 
 
 def test_it_backs_out_of_a_dead_end_and_drives_around():

@@ -13,6 +13,7 @@ from drake_navbench.controllers.harmony.gatekeeper import is_clear_of_moving
 from drake_navbench.controllers.harmony.tracking import NO_TRACKS, followed, moving_things
 
 UPDATE_S = 0.2
+HERE = np.zeros(2)
 
 
 def box(x: float, y: float, half_x: float = 0.2, half_y: float = 0.2) -> list[float]:
@@ -24,7 +25,7 @@ def tracks_of(boxes_by_update):
     tracks = NO_TRACKS
     for number, boxes in enumerate(boxes_by_update):
         costmap = costmap_around(np.reshape(boxes, (-1, 4)), 0.0, 0.0)
-        tracks = followed(tracks, replace(costmap, stamp_s=UPDATE_S * number))
+        tracks = followed(tracks, replace(costmap, stamp_s=UPDATE_S * number), HERE)
     return tracks
 
 
@@ -60,6 +61,15 @@ def test_two_who_pass_each_other_keep_their_directions():
     assert things[np.argmax(things[:, 2]), 1] == pytest.approx(0.6, abs=0.03)
 
 
+def test_the_cells_that_a_person_hides_are_not_taken_for_the_person():
+    # They walk at the robot, at 1 m/s; where they were stays lethal behind them, as thin arcs.
+    backs = [box(2.5 - 0.2 * n, 0.0, 0.03, 0.2) for n in range(6)]
+    tracks = tracks_of([backs[: n + 1] for n in range(6)])
+    ((x, y, along_x, along_y, _),) = moving_things(tracks, 1.0)
+    assert (x, y) == pytest.approx((1.5, 0.0), abs=0.03)
+    assert (along_x, along_y) == pytest.approx((-1.0, 0.0), abs=0.05)
+
+
 def test_who_is_hidden_goes_on_for_a_moment():
     walked = [[box(-1.0 + 0.2 * n, 0.5)] for n in range(6)]
     ((x, *_),) = moving_things(tracks_of([*walked, [], []]), 1.4)
@@ -70,7 +80,7 @@ def test_who_is_hidden_goes_on_for_a_moment():
 def test_a_costmap_that_is_no_newer_changes_nothing():
     tracks = tracks_of([[box(0.0, 0.5)]])
     again = replace(costmap_around(np.array([box(1.0, 0.5)]), 0.0, 0.0), stamp_s=0.0)
-    assert followed(tracks, again) is tracks
+    assert followed(tracks, again, HERE) is tracks
 
 
 @pytest.mark.parametrize(("growth", "clear_s"), [(0.0, 0.68), (0.5, 0.45)])

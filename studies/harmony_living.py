@@ -1,0 +1,142 @@
+"""harmony among people: the eleven living scenarios, with and without tracking, beside rivals.
+
+`python studies/harmony_living.py FILE --rounds N` drives them and prints a table; with --judge it
+drives nothing. A round is one trial of every scenario by each of the columns, from campaign seed
+500 on. FILE gets a line a trial, and the drive goes on where FILE ends. The rule by which the rows
+decide on `track_moving` is in docs/harmony.md.
+"""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+import pandas as pd
+from harmony_comparison import RIVALS
+from harmony_judgement import markdown
+from living_world_ranks import LIVING_WORLD
+from question_trials import require_no_errors
+from scipy import stats
+
+from drake_navbench.campaign.campaign import plan_campaign
+from drake_navbench.campaign.rows_of_trials import drive_each
+from drake_navbench.campaign.trial_tasks import table_row
+from drake_navbench.inputs.scenario import Scenario, load_scenario
+from drake_navbench.logs.log import Outcome
+from drake_navbench.trial.spec import TrialSpec
+
+FIRST_SEED = 500
+# Beams without a hit clear the cells along them, in both costmaps. The local one's other fields are
+# the robot's; the global one's are Nav2's defaults, which a source that is named must give.
+SCAN = {"inf_is_valid": True, "clearing": True, "max_obstacle_height": 2.0}
+CLEARING = {"obstacle_layer": {"observation_sources": {"scan": SCAN}}}
+CLEARED = {"navigation": {"local_costmap": CLEARING, "global_costmap": CLEARING}}
+PLAIN, CLEARS, TRACKS = "harmony", "harmony, clearing", "harmony, clearing, tracking"
+# Our columns: of the controller, and whether beams without a hit clear cells.
+OURS = {
+    PLAIN: ("harmony", False),
+    CLEARS: ("harmony", True),
+    TRACKS: ("harmony:track_moving=true", True),
+}
+OTHERS = {name: (RIVALS[name], False) for name in ("rpp", "dwb", "teb", "mppi_nav2")}
+KEPT = ["identity", "scenario", "seed", "column", "outcome", "time_to_goal_s", "min_clearance_m"]
+
+
+def clearing(scenario: Scenario) -> Scenario:
+    """Returns a scenario in which beams without a hit clear cells."""
+    if scenario.robot_overrides.keys() & CLEARED.keys():
+        raise ValueError(f"{scenario.name}: replaces fields of navigation already")
+    return scenario.model_copy(update={"robot_overrides": scenario.robot_overrides | CLEARED})
+
+
+def specs_of(round_number: int, column: str, clears: bool) -> list[TrialSpec]:
+    """Returns the trials of a round, one a scenario, by a column of the controller."""
+    scenarios = [load_scenario(name) for name in LIVING_WORLD]
+    if clears:
+        scenarios = [clearing(scenario) for scenario in scenarios]
+    seed = FIRST_SEED + round_number
+    return list(plan_campaign(scenarios, [column], trials=1, seed=seed, keeps_costmaps=False).specs)
+
+
+def drive_round(path: Path, round_number: int, columns: dict[str, tuple[str, bool]]) -> None:
+    """Drives what FILE does not hold yet of a round; a line is written as soon as it is known."""
+    kept = pd.read_csv(path) if path.exists() else pd.DataFrame(columns=KEPT)
+    for name, (column, clears) in columns.items():
+        for spec in specs_of(round_number, column, clears):
+            if spec.identity in set(kept["identity"]):
+                continue
+            row = drive_each([spec], table_row, jobs=1)[0]
+            row |= {"identity": spec.identity, "seed": FIRST_SEED + round_number, "column": name}
+            line = pd.DataFrame([row]).reindex(columns=KEPT)
+            line.to_csv(path, mode="a", header=not path.exists(), index=False)
+
+
+def whole_rounds(rows: pd.DataFrame, columns: list[str]) -> pd.DataFrame:
+    """Returns the rows of the rounds that each of these columns has driven wholly."""
+    own = rows[rows["column"].isin(columns)]
+    counts = own.groupby("seed")["column"].count()
+    return own[own["seed"].isin(counts.index[counts == len(columns) * len(LIVING_WORLD)])]
+
+
+def table(rows: pd.DataFrame) -> pd.DataFrame:
+    """Returns a line a column: arrivals, touches, and the mean over scenarios of the mean time."""
+    found = []
+    for name, own in rows.groupby("column", sort=False):
+        arrived = own[own["outcome"] == Outcome.SUCCEEDED.value]
+        found.append(
+            {
+                "column": name,
+                "trials": len(own),
+                "arrive": len(arrived),
+                "touch": int((own["outcome"] == Outcome.COLLIDED.value).sum()),
+                "time [s], mean over scenarios": arrived.groupby("scenario")["time_to_goal_s"]
+                .mean()
+                .mean(),
+            }
+        )
+    return pd.DataFrame(found)
+
+
+def compared(rows: pd.DataFrame, ours: str, other: str) -> str:
+    """Returns a sentence on two columns: trials in which one alone touches or arrives, and time."""
+    wide = rows.pivot(index=["scenario", "seed"], columns="column")
+    outcome, time_s = wide["outcome"], wide["time_to_goal_s"]
+    words = []
+    for what in (Outcome.COLLIDED.value, Outcome.SUCCEEDED.value):
+        alone = [
+            int(((outcome[a] == what) & (outcome[b] != what)).sum())
+            for a, b in ((ours, other), (other, ours))
+        ]
+        p = stats.binomtest(alone[0], sum(alone)).pvalue / 2.0 if sum(alone) else 1.0
+        words.append(f"{what}: {alone[0]} alone, {other} {alone[1]} alone (one-sided p {p:.3f})")
+    both = (outcome[[ours, other]] == Outcome.SUCCEEDED.value).all(axis=1)
+    ratio = (time_s[ours] / time_s[other])[both].groupby("scenario").mean()
+    words.append(f"time {100.0 * (ratio.mean() - 1.0):+.1f}% in {len(ratio)} scenarios")
+    return f"{ours} against {other}: " + "; ".join(words)
+
+
+def main() -> None:
+    """Drives rounds and prints the tables, or prints those of a file."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("file", type=Path)
+    parser.add_argument("--rounds", type=int, default=4)
+    parser.add_argument("--first-round", type=int, default=0)
+    parser.add_argument("--rivals", action="store_true", help="the rivals too")
+    parser.add_argument("--judge", action="store_true", help="drives nothing")
+    arguments = parser.parse_args()
+    if not arguments.judge:
+        columns = OURS | OTHERS if arguments.rivals else OURS
+        for number in range(arguments.first_round, arguments.first_round + arguments.rounds):
+            drive_round(arguments.file, number, columns)
+    rows = pd.read_csv(arguments.file)
+    require_no_errors(rows, arguments.file)
+    for columns in (OURS, OURS | OTHERS):
+        whole = whole_rounds(rows, list(columns))
+        if len(whole):
+            print(markdown(table(whole)), "\n")
+            for other in list(columns)[1:]:
+                print(compared(whole, TRACKS if other == CLEARS else PLAIN, other), "\n")
+
+
+if __name__ == "__main__":
+    main()
