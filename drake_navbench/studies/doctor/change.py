@@ -28,7 +28,7 @@ from drake_navbench.studies.doctor.tried import Tried, Verdict
 MOST_JUDGED = 3
 FRESH_SEEDS = 2
 # If fewer trials than this show the symptom before the change, the probes that showed it get more
-# seeds: a symptom that one trial shows and the change removes may have been chance.
+# seeds; if then still fewer do, no change is judged: what one trial shows may have been chance.
 LEAST_SHOWN, MORE_FRESH_SEEDS = 3, 8
 # This many more trials with another symptom may be chance; further touches never are.
 CHANCE = 1
@@ -84,9 +84,14 @@ class Judged:
         return not self.worse
 
     @property
+    def is_rare(self) -> bool:
+        """Whether too few trials show the symptom before the change to judge one."""
+        return self.before_target < LEAST_SHOWN
+
+    @property
     def is_gone(self) -> bool:
-        """Whether at most half as many trials show the symptom."""
-        return self.before_target > 0 and self.after_target <= self.before_target // 2
+        """Whether at most half as many trials show the symptom, of enough to tell."""
+        return not self.is_rare and self.after_target <= self.before_target // 2
 
 
 def judge(
@@ -135,8 +140,8 @@ def judge(
             everything = [these + more for these, more in zip(rows, further, strict=True)]
             found = _judged(entry, entry.trial, everything, rows, symptom, showing, bar)
         yield found
-        if (found.helps and not found.worse) or not found.before_target:
-            # No change can be judged if the symptom does not show on fresh seeds.
+        if (found.helps and not found.worse) or found.is_rare:
+            # No change can be judged if the symptom hardly shows on fresh seeds.
             return
 
 

@@ -34,7 +34,7 @@ def verdict(visit: Visit) -> str:
     if _is_unfinished(visit) and not any(entry.pairs for entry in visit.tried):
         return f"{what} The visit ended before a cause was tried. The same command goes on."
     outside = [e.suspicion.cause.told for e in visit.tried if e.verdict is Verdict.OUTSIDE]
-    could = f" The cause may lie {outside[0]}." if outside else ""
+    could = f" The cause may be elsewhere: {outside[0]}." if outside else ""
     ended = " There was no time to try more." if _is_unfinished(visit) else ""
     return f"{what} No cause found: no change that was tried removes the symptom.{could}{ended}"
 
@@ -95,10 +95,14 @@ def _others(cure: Judged) -> str:
 def _why_not(visit: Visit) -> str:
     if not visit.judged:
         return " within the time" if _is_unfinished(visit) else ""
-    if not visit.judged[0].before_target:
-        return " (on fresh seeds the unchanged file does not show the symptom, so none was judged)"
-    worse = visit.judged[0].worse
-    if visit.judged[0].fails:
+    first = visit.judged[0]
+    if first.is_rare:
+        shown = f"{first.before_target} of {first.target_trials}"
+        return (
+            f" (on fresh seeds {shown} trials of the unchanged file show it: too few to judge one)"
+        )
+    worse = first.worse
+    if first.fails:
         return " (with the best one the program fails in a trial)"
     return (
         f" (on fresh seeds the best one adds {', '.join(worse)})"

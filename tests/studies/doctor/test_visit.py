@@ -396,6 +396,15 @@ def test_a_seldom_symptom_is_judged_on_more_seeds(patient):
     assert found.helps
 
 
+def test_two_of_eight_trials_are_too_few_to_judge_a_change(patient):
+    shown = [tried(2.0, 0.0, 0.001, verdict=Verdict.SHOWN)]
+    driver = Rows(["wobble_straight"], [], seldom={3, 4})
+    (found,) = judge(patient, shown, Symptom.WOBBLE_STRAIGHT, PROBES, ["straight"], driver, seed=0)
+    assert (found.before_target, found.after_target) == (2, 0)
+    assert found.is_rare
+    assert not found.helps
+
+
 def test_a_change_that_leaves_the_symptom_is_not_driven_through_the_other_probes(patient):
     stays, goes = (
         judged(patient, ["wobble_straight"], after, Symptom.WOBBLE_STRAIGHT)
@@ -413,7 +422,7 @@ def test_a_symptom_that_no_fresh_seed_shows_judges_no_change(patient):
     visited = visits.Visit(patient.facts(), probes=PROBES, treated=Symptom.WOBBLE_STRAIGHT)
     visited.seen = {Symptom.WOBBLE_STRAIGHT: ["straight"]}
     visited.judged, visited.tried = [found], shown
-    assert "the unchanged file does not show the symptom" in verdict(visited)
+    assert "0 of 8 trials of the unchanged file show it" in verdict(visited)
 
 
 @pytest.mark.parametrize(("severity", "bar"), [(1.1, 1.0), (0.7, 0.5), (0.4, None)])
