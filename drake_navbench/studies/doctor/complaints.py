@@ -32,6 +32,8 @@ OTHER_SYMPTOM = 0.3
 FEW_WORDS = 250.0
 # The number of complaints, the most alike, that count.
 MOST_ALIKE = 8
+# The reason for the other cures of a complaint.
+ALSO = "A complaint like yours may have this cure as well."
 WORD = re.compile(r"[a-z]{3,}|\d{3}")
 # Words that are in most complaints, or in none but by grammar.
 COMMON = re.compile(
@@ -83,7 +85,7 @@ def known_complaints() -> tuple[Known, ...]:
             complaint,
             terms_of(complaint.says),
             tuple(
-                (parsed_cause(text, complaint.why, content.source, path), share)
+                (parsed_cause(text, _why(complaint, share), content.source, path), share)
                 for text, share in complaint.cures.items()
             ),
         )
@@ -91,6 +93,11 @@ def known_complaints() -> tuple[Known, ...]:
         for content in [validate(_ComplaintFile, read_yaml(path), str(path))]
         for complaint in content.complaints
     )
+
+
+def _why(complaint: _Complaint, share: float) -> str:
+    """Returns the reason for a cure: that of the complaint, which is about its likeliest one."""
+    return complaint.why if share == max(complaint.cures.values()) else ALSO
 
 
 def terms_of(text: str) -> frozenset[str]:

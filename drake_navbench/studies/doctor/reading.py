@@ -11,7 +11,7 @@ from drake_navbench.plugins.releases import Release
 from drake_navbench.studies.doctor.attempts import is_among, named_in, tried_in_vain
 from drake_navbench.studies.doctor.causes import RELEASE, Cause, Direction
 from drake_navbench.studies.doctor.clues import factor_for, favours_of
-from drake_navbench.studies.doctor.complaints import causes_by_words
+from drake_navbench.studies.doctor.complaints import ALSO, causes_by_words
 from drake_navbench.studies.doctor.facts import CONTROLLER, Facts
 from drake_navbench.studies.doctor.far_values import far_values
 from drake_navbench.studies.doctor.in_effect import is_in_effect
@@ -187,7 +187,8 @@ def _with_words(known: Suspicion | None, cause: Cause, weight: float) -> Suspici
     if known is None:
         return Suspicion(cause, weight, (cause.why,))
     to = cause if known.cause.to is None and cause.to is not None else known.cause
-    reasons = tuple(dict.fromkeys((*known.reasons, cause.why)))
+    more = () if cause.why == ALSO else (cause.why,)
+    reasons = tuple(dict.fromkeys((*known.reasons, *more)))
     return known._replace(cause=to, score=known.score + weight, reasons=reasons)
 
 

@@ -95,6 +95,12 @@ def test_release_and_controller_of_the_file_must_fit(causes, bound, release, cou
     assert bool(causes("violet hum", ENTRY | bound, release=release)) is counts
 
 
+def test_the_reason_of_a_complaint_is_given_for_its_likeliest_cure_alone(causes):
+    causes("violet hum", ENTRY)
+    ((first, _), (second, _)) = known_complaints()[0].causes
+    assert (first.why, second.why) == ("an example", complaints.ALSO)
+
+
 def test_words_that_no_complaint_has_say_nothing(causes):
     assert causes("something else entirely", ENTRY) == {}
 
