@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 from drake_navbench.inputs.check import CheckRow, Status
 from drake_navbench.inputs.navigation_settings import ControllerServerSettings
 from drake_navbench.kernels.grid import INSCRIBED
+from drake_navbench.nav2.loadable import SLASH_UNTIL
 from drake_navbench.nav2.parameters import Section
 from drake_navbench.navigation.behavior_tree.settings import BehaviorTreeSettings
 from drake_navbench.plugins.releases import NEWEST_RELEASE, RELEASE_FIELD, Release, defaults_in
@@ -75,8 +76,12 @@ UNTIL: Mapping[str, Release] = {
 # read.
 OLD_NODE = "recoveries_server"
 INSTALLATION = re.compile(rf"/opt/ros/({'|'.join(Release)})(?=/)")
-# Up to Iron these plugins have a slash in their names, from Jazzy on colons.
-RENAMED = re.compile(r"nav2_(?:behaviors|navfn_planner|smac_planner|theta_star_planner)(/|::)\w+")
+# Packages whose plugins have a slash in their names up to Iron, and colons from Jazzy on. Navigators
+# tell nothing: Humble reads no plugin names of them, but files for Humble have some.
+_PACKAGES = sorted(
+    {p for p, last in SLASH_UNTIL.items() if last is Release.IRON} - {"nav2_bt_navigator"}
+)
+RENAMED = re.compile(rf"(?:{'|'.join(_PACKAGES)})(/|::)\w+")
 # From Jazzy on the navigator loads these libraries by itself, and refuses to load them twice.
 LISTED_LIBRARIES = frozenset(
     {"nav2_compute_path_to_pose_action_bt_node", "nav2_follow_path_action_bt_node"}
