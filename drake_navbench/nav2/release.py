@@ -76,8 +76,8 @@ UNTIL: Mapping[str, Release] = {
 # read.
 OLD_NODE = "recoveries_server"
 INSTALLATION = re.compile(rf"/opt/ros/({'|'.join(Release)})(?=/)")
-# Packages whose plugins have a slash in their names up to Iron, and colons from Jazzy on. Navigators
-# tell nothing: Humble reads no plugin names of them, but files for Humble have some.
+# Packages whose plugins have a slash in their names up to Iron, and colons from Jazzy on. A
+# navigator's name tells nothing: Humble reads none, but files for Humble have some.
 _PACKAGES = sorted(
     {p for p, last in SLASH_UNTIL.items() if last is Release.IRON} - {"nav2_bt_navigator"}
 )
