@@ -37,6 +37,8 @@ PARTS = re.compile(
     r"macro|sensor|camera|lidar|laser|wheel|inertia|material|ros2_control|gazebo|arm|gripper|imu|"
     r"common|properties|plugin|test|example|mesh|depth|rplidar|realsense|oak|tower|stand",
 )
+# Words in names of files that another one has replaced.
+REPLACED = re.compile(r"backup|\bbak\b|(^|[_.-])(old|copy|orig(inal)?|deprecated)([_.-]|$)")
 MASKS = re.compile(r"keepout|speed|limit|mask|filter")
 EMPTY_WORLDS = re.compile(r"empty|default")
 SEPARATE = re.compile(r"slam|mapper|keepout|speed_|collision_monitor|localization|amcl")
@@ -139,7 +141,12 @@ def find_package_files(roots: Sequence[Path]) -> PackageFiles:
         is_one: Callable[[Path], bool], rank: Callable[[Path], tuple[object, ...]]
     ) -> tuple[Path, ...]:
         chosen = [file for file in files if is_one(file)]
-        chosen.sort(key=lambda f: (rank(f)[0], root_of(f), rank(f), len(f.parts), str(f)))
+        chosen.sort(
+            key=lambda f: (
+                *(rank(f)[0], root_of(f), bool(REPLACED.search(f.name.lower()))),
+                *(rank(f), len(f.parts), str(f)),
+            )
+        )
         return tuple(chosen)
 
     found = {

@@ -10,6 +10,7 @@ from drake_navbench.campaign.request_arguments import request_from_arguments
 from drake_navbench.commands.doctor import main as doctor
 from drake_navbench.commands.run import build_parser, main
 from drake_navbench.errors import InputError
+from drake_navbench.inputs.package_files import find_package_files
 
 NAV2 = """controller_server:
   ros__parameters:
@@ -189,3 +190,10 @@ def test_a_model_without_shapes_has_the_outline_of_the_nav2_file(tmp_path, capsy
     told = " ".join(capsys.readouterr().out.split())
     assert "found none; that of the Nav2 file is taken" in told
     assert "costmap's padded outline" not in told
+
+
+def test_a_file_that_another_has_replaced_comes_after_it(tmp_path):
+    for name in ("a_backup.yaml", "a.old.yaml", "a_copy.yaml", "bold.yaml", "scopy.yaml", "z.yaml"):
+        (tmp_path / name).write_text(NAV2)
+    found = [path.name for path in find_package_files([tmp_path]).files["nav2"]]
+    assert found[:3] == ["bold.yaml", "scopy.yaml", "z.yaml"]
