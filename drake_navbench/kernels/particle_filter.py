@@ -188,10 +188,13 @@ def resample(particles, weights, draws, random_share, strangers, limits):
     bin_count = count = 0
     while count < most:
         if draws[count, 0] < random_share:
-            drawn[count] = strangers[count]
+            pose = strangers[count]
         else:
             chosen = np.searchsorted(sums, draws[count, 1], side="right")
-            drawn[count] = particles[min(chosen, particles.shape[0] - 1)]
+            pose = particles[min(chosen, particles.shape[0] - 1)]
+        # One by one: a row would have numba compile its strings, for an error message.
+        for axis in range(3):
+            drawn[count, axis] = pose[axis]
         key = _bin_of(drawn[count])
         place = _place_of(bins, key)
         if bins[place] != key:
