@@ -58,6 +58,8 @@ HALF, WHOLE = 0.5, 1.0
 # The side of a tangent; numba would compile it anew for each plain constant.
 TO_LEFT, TO_RIGHT = np.bool_(True), np.bool_(False)
 ROUNDING = 1e-5
+# Numbers of a body that counts: its offset, m, radius, m, velocity, m/s, and the share of avoiding.
+SEEN_SIZE = 6
 
 
 def linked_edges(
@@ -135,7 +137,7 @@ def _wished(index, people, traits, goals, period):
 def _add_others(planes, count, index, people, traits, discs, robot, settings, period):
     """Adds the half-planes of the nearest others to `planes`; returns how many there are then."""
     others = people.shape[0] + discs.shape[0] + 1
-    seen = np.empty((others, 6))
+    seen = np.empty((others, SEEN_SIZE))
     squared = np.empty(others)
     found = 0
     x, y = people[index, X], people[index, Y]
@@ -166,7 +168,10 @@ def _add_others(planes, count, index, people, traits, discs, robot, settings, pe
         if place >= most:
             continue
         for later in range(min(found, most - 1), place, -1):
-            seen[later], squared[later] = seen[later - 1], squared[later - 1]
+            squared[later] = squared[later - 1]
+            # One by one: a row would have numba compile its strings, for an error message.
+            for column in range(SEEN_SIZE):
+                seen[later, column] = seen[later - 1, column]
         squared[place] = away
         seen[place, 0], seen[place, 1], seen[place, 2] = ox - x, oy - y, radius
         seen[place, 3], seen[place, 4], seen[place, 5] = ovx, ovy, share
