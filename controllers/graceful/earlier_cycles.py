@@ -124,7 +124,8 @@ def _humble_drive(settings, scene, target_x, target_y, target_yaw, backward):
         v, w = velocity_to(scene.law, scene.max_v, target, (x, y, yaw), backward)
         x, y = x + v * dt * math.cos(yaw), y + v * dt * math.sin(yaw)
         yaw = wrap(yaw + w * dt)
-        trajectory[count] = x, y, yaw
+        # One by one: a tuple would have numba compile its strings, for an error message.
+        trajectory[count, 0], trajectory[count, 1], trajectory[count, 2] = x, y, yaw
         count += 1
         if touches(settings, scene, scene.footprint, x, y, yaw):
             return False, trajectory[:count]

@@ -146,7 +146,8 @@ def simulate(settings, scene, target_x, target_y, target_yaw, max_v, backward, m
                 first_v, first_w = v, w
             x, y = x + v * dt * math.cos(yaw), y + v * dt * math.sin(yaw)
             yaw = wrap(yaw + w * dt)
-        trajectory[count] = x, y, yaw
+        # One by one: a tuple would have numba compile its strings, for an error message.
+        trajectory[count, 0], trajectory[count, 1], trajectory[count, 2] = x, y, yaw
         count += 1
         if settings.use_collision_detection:
             if count == 1:

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from drake_navbench.controllers.harmony.motion import V, W, stage_at
+from drake_navbench.controllers.harmony.motion import V, W, fill, stage_at
 
 # The step of the prediction, s: a fifth of the shortest usual time constant.
 STEP_S = 0.01
@@ -129,17 +129,17 @@ def follow_then_brake(response, state, plan, dt, period_s, cycles):
     step_s = period_s / steps_a_cycle
     most = cycles * steps_a_cycle + int(LONGEST_STOP_S / step_s) + 1
     poses = np.empty((most, 3))
-    poses[0] = moving[:3]
+    fill(poses[0], moving)
     count = 1
     for cycle in range(cycles):
         v, w = command_of(response, plan, dt, period_s, cycle)
         for _ in range(steps_a_cycle):
             follow(response, moving, v, w, step_s)
-            poses[count] = moving[:3]
+            fill(poses[count], moving)
             count += 1
     while count < most and (abs(moving[3]) > REST_MPS or abs(moving[4]) > REST_RADPS):
         follow(response, moving, 0.0, 0.0, step_s)
-        poses[count] = moving[:3]
+        fill(poses[count], moving)
         count += 1
     is_at_rest = abs(moving[3]) <= REST_MPS and abs(moving[4]) <= REST_RADPS
     return poses[:count] if is_at_rest else poses[:0]

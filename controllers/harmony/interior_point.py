@@ -22,6 +22,7 @@ from drake_navbench.controllers.harmony.motion import (
     STATE_SIZE,
     V,
     advance,
+    fill,
     roll_out,
     slopes_of_advance,
 )
@@ -229,7 +230,7 @@ def _linear_steps(slopes, offsets, gains, steps):
 @njit(cache=True, error_model="numpy")
 def _rolled_step(plan, offsets, gains, share, dt, moved):
     """Fills `moved` with the plan whose inputs take a share of the step, with feedback."""
-    moved[0] = plan[0]
+    fill(moved[0], plan[0])
     for k in range(plan.shape[0] - 1):
         for i in range(2):
             total = plan[k, STATE_SIZE + i] + share * offsets[k, i]

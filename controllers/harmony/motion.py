@@ -18,6 +18,16 @@ STAGE_SIZE = 9
 
 
 @njit(cache=True)
+def fill(target, source):
+    """Fills a row with the first numbers of another.
+
+    One by one: assigned as a whole, it would have numba compile its strings, for an error message.
+    """
+    for i in range(target.shape[0]):
+        target[i] = source[i]
+
+
+@njit(cache=True)
 def advance(stage, dt, following):
     """Writes into `following[:7]` the state after the step that begins at `stage`.
 
@@ -76,7 +86,7 @@ def stage_at(plan, dt, time_s):
     time_s = max(time_s, 0.0)
     index = int(time_s / dt + 1e-9)
     if index >= last:
-        stage[: YAW + 1] = plan[last, : YAW + 1]
+        fill(stage[: YAW + 1], plan[last])
         return stage
     advance(plan[index], time_s - index * dt, stage)
     stage[JERK], stage[ANGULAR_JERK] = plan[index, JERK], plan[index, ANGULAR_JERK]
@@ -92,7 +102,7 @@ def shifted(plan, dt, time_s, start):
     """
     count = plan.shape[0]
     rest = np.zeros((count, STAGE_SIZE))
-    rest[0] = start
+    fill(rest[0], start)
     for k in range(count - 1):
         there = stage_at(plan, dt, time_s + (k + 1) * dt)
         rest[k, JERK] = (there[A] - rest[k, A]) / dt
@@ -110,7 +120,7 @@ def plan_of_velocities(velocities, dt, start):
     """
     count = velocities.shape[0]
     plan = np.zeros((count, STAGE_SIZE))
-    plan[0] = start
+    fill(plan[0], start)
     for k in range(count - 1):
         after = min(k + 2, count - 1)
         for axis in range(2):

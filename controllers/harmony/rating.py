@@ -12,7 +12,7 @@ import math
 import numpy as np
 from numba import njit
 
-from drake_navbench.controllers.harmony.motion import STAGE_SIZE, YAW, A, V, W, X, Y
+from drake_navbench.controllers.harmony.motion import STAGE_SIZE, YAW, A, V, W, X, Y, fill
 from drake_navbench.controllers.harmony.scene import REFERENCE_SIZE, heading_wanted, nearest_on_path
 from drake_navbench.controllers.harmony.terms import COSTMAP_COST, stage_cost
 from drake_navbench.kernels.angles import wrap
@@ -57,14 +57,14 @@ def cost_of_motion(scene, without_costmap, path, velocities, start, window, moti
     """Returns the cost of a motion, inf where it comes too near to obstacles or leaves the map.
 
     without_costmap: the scene without the weight of that term. path: (P, 3). velocities: (N + 1, 2)
-    m/s, rad/s. motion: (N + 1, 3), filled with its poses.
+    m/s, rad/s. motion: (N + 1, 3), filled with its poses; from one without room on with that one.
     """
     count, dt = velocities.shape[0], scene.dt
     stage, reference = start.copy(), np.empty(REFERENCE_SIZE)
     gradient, hessian = np.zeros(STAGE_SIZE), np.zeros((STAGE_SIZE, STAGE_SIZE))
     index, cost = np.int64(0), 0.0
     inflation_weight = dt * scene.weights[COSTMAP_COST]
-    motion[:] = start[: YAW + 1]
+    fill(motion[0], start)
     cosine, sine = math.cos(start[YAW]), math.sin(start[YAW])
     for k in range(1, count):
         v, w = velocities[k, 0], velocities[k, 1]
@@ -75,10 +75,12 @@ def cost_of_motion(scene, without_costmap, path, velocities, start, window, moti
         stage[Y] += way * (sine + 0.5 * turn * cosine)
         stage[YAW] += turn
         cosine, sine = math.cos(stage[YAW]), math.sin(stage[YAW])
-        motion[k:] = stage[: YAW + 1]
+        fill(motion[k], stage)
         if k % ROOM_STRIDE == 0 or k == count - 1:
             has_room, inflation = _room(scene, stage, cosine, sine, scene.required[k])
             if not has_room:
+                for later in range(k + 1, count):
+                    fill(motion[later], stage)
                 return math.inf
             cost += ROOM_STRIDE * inflation_weight * inflation
         if k % STRIDE == 0 or k == count - 1:

@@ -114,7 +114,7 @@ def _attach_around_nearest(poses, count, around, association):
         if association.poses_affected >= count:
             index = count // 2
         else:
-            index = _nearest_pose(poses, 0, count, obstacles[k, 0], obstacles[k, 1])
+            index = _nearest_pose(poses, np.int64(0), count, obstacles[k, 0], obstacles[k, 1])
         if index <= 1 or index > count - 2:
             continue
         pose_indices[used], indices[used] = index, k

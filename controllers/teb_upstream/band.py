@@ -96,7 +96,7 @@ def band_from_plan(plan, headings_from_path, backwards, fewest, max_speed, max_t
     size = max(inner + 2, fewest)
     poses = np.empty((size, 3))
     steps = np.empty(size - 1)
-    put(poses, 0, plan[0])
+    put(poses, np.int64(0), plan[0])
     last = 0
     for i in range(1, count - 1):
         put(poses, last + 1, plan[i])
@@ -168,10 +168,12 @@ def warm_start(poses, steps, start, goal, fewest):
             break
         nearest = distance
         passed = i
-    kept_poses = np.vstack((poses[:1], poses[1 + passed :]))
-    kept_steps = np.concatenate((steps[:1], steps[1 + passed :]))
-    put(kept_poses, 0, start)
-    put(kept_poses, len(kept_poses) - 1, goal)
+    count = poses.shape[0] - passed
+    kept_poses, kept_steps = np.empty((count, 3)), np.empty(count - 1)
+    copy_band(poses[passed:], steps[passed:], count, kept_poses, kept_steps)
+    kept_steps[0] = steps[0]
+    put(kept_poses, np.int64(0), start)
+    put(kept_poses, count - 1, goal)
     return kept_poses, kept_steps
 
 

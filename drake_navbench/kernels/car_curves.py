@@ -1,6 +1,7 @@
 """Shortest curves of a car between two poses: Dubins' (forward only) and Reeds and Shepp's.
 
-Poses are sequences of x, y and yaw in rad. A curve is up to five pieces, as in `curve_pieces`.
+Poses are tuples of x, y and yaw in rad (for an array, numba would compile all of it once more). A
+curve is up to five pieces, as in `curve_pieces`.
 """
 
 from __future__ import annotations

@@ -19,6 +19,8 @@ from numba import njit
 # Edges whose directions have a smaller cross product are parallel.
 PARALLEL = 1e-5
 HALF_PLANE_SIZE = 4
+# What a wished velocity is; numba would compile the search anew for each plain constant.
+IS_VELOCITY, IS_DIRECTION = np.bool_(False), np.bool_(True)
 
 
 @njit(cache=True)
@@ -34,7 +36,7 @@ def allowed_velocity(planes, count, hard_count, top_speed, wished_x, wished_y):
     planes: (N, 4), of which the first `count` hold. Where no velocity keeps to all of them, the
     first `hard_count` are kept and the others broken by as little as can be.
     """
-    kept, x, y = _nearest(planes, count, top_speed, wished_x, wished_y, False)
+    kept, x, y = _nearest(planes, count, top_speed, wished_x, wished_y, IS_VELOCITY)
     if kept < count:
         x, y = _least_broken(planes, count, hard_count, kept, top_speed, x, y)
     return x, y
@@ -119,7 +121,10 @@ def _least_broken(planes, count, hard_count, first, top_speed, x, y):
         # their edges.
         px, py, dx, dy = planes[index]
         equal = np.empty((max(index, hard_count), HALF_PLANE_SIZE))
-        equal[:hard_count] = planes[:hard_count]
+        # A number at a time: a slice would have numba compile its strings, for an error message.
+        for hard in range(hard_count):
+            for i in range(HALF_PLANE_SIZE):
+                equal[hard, i] = planes[hard, i]
         used = hard_count
         for other in range(hard_count, index):
             qx, qy, ex, ey = planes[other]
@@ -134,7 +139,7 @@ def _least_broken(planes, count, hard_count, first, top_speed, x, y):
             length = math.hypot(ex - dx, ey - dy)
             equal[used, 2], equal[used, 3] = (ex - dx) / length, (ey - dy) / length
             used += 1
-        kept, new_x, new_y = _nearest(equal, used, top_speed, -dy, dx, True)
+        kept, new_x, new_y = _nearest(equal, used, top_speed, -dy, dx, IS_DIRECTION)
         # This fails by rounding alone, where edges are almost parallel: either velocity may be
         # better.
         if kept == used or _worst(planes, hard_count, index, new_x, new_y) < _worst(

@@ -115,9 +115,11 @@ def _with_queue_room(queue, more):
     if count + more <= queue.entries.size:
         return queue
     longer = _new_queue(2 * queue.entries.size + more)
-    longer.counts[:] = queue.counts
-    longer.keys[:count], longer.order[:count] = queue.keys[:count], queue.order[:count]
-    longer.entries[:count] = queue.entries[:count]
+    longer.counts[0], longer.counts[1] = queue.counts[0], queue.counts[1]
+    # One by one: slices would have numba compile its strings, for an error message.
+    for i in range(count):
+        longer.keys[i], longer.order[i] = queue.keys[i], queue.order[i]
+        longer.entries[i] = queue.entries[i]
     return longer
 
 
@@ -258,7 +260,7 @@ def _best_curve(graph, body, motions, expansion, state, goals, coarse):
             if (coarse[k] != 0) != is_fine:
                 continue
             curve = curve_to(
-                graph, body, motions, expansion, state, goals[k], float(motions.radius)
+                graph, body, motions, expansion, state, goals[k], np.float64(motions.radius)
             )
             if curve.states.size == 0:
                 continue

@@ -180,7 +180,7 @@ def refined(graph, body, motions, rules, state, goal, curve):
         if earlier == NO_STATE:
             break
         tried = earlier
-        other = curve_to(graph, body, motions, rules, tried, goal, float(motions.radius))
+        other = curve_to(graph, body, motions, rules, tried, goal, np.float64(motions.radius))
         if other.states.size == 0:
             break
         if other.changes <= curve.changes:
@@ -189,7 +189,7 @@ def refined(graph, body, motions, rules, state, goal, curve):
     radius, widest = motions.radius, F32(WIDEST * motions.radius)
     while radius < widest:
         radius = F32(radius + WIDENING)
-        other = curve_to(graph, body, motions, rules, state, goal, float(radius))
+        other = curve_to(graph, body, motions, rules, state, goal, np.float64(radius))
         score = _score(graph, rules, other)
         is_better = score <= best and other.changes <= curve.changes
         if is_better or (score <= original and other.changes < curve.changes):
@@ -209,7 +209,7 @@ def joined(graph, state, goal, curve):
         if graph.states[node].place == graph.states[goal].place:
             continue
         if graph.states[node].is_visited:
-            node = new_state(graph, NO_INDEX)
+            node = new_state(graph, np.int64(NO_INDEX))
         set_pose(graph, node, curve.poses[k, 0], curve.poses[k, 1], curve.poses[k, 2])
         graph.states[node].parent = previous
         graph.states[node].is_visited = True

@@ -85,7 +85,9 @@ def with_room(graph, more):
     if count + more <= capacity:
         return graph
     states = np.empty(max(2 * capacity, count + more), STATE)
-    states[:count] = graph.states[:count]
+    # One by one: a slice would have numba compile its strings, for an error message.
+    for number in range(count):
+        states[number] = graph.states[number]
     return Graph(graph.slots, graph.counts, states)
 
 

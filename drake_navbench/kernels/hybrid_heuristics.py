@@ -228,4 +228,5 @@ def _tabulated(ways, motions, flat):
 @njit(cache=True)
 def _length(motions, start, end):
     kinds, lengths = np.empty(PIECES, np.int64), np.empty(PIECES)
-    return F32(shortest_curve(start, end, float(motions.radius), motions.reverses, kinds, lengths))
+    radius = np.float64(motions.radius)
+    return F32(shortest_curve(start, end, radius, motions.reverses, kinds, lengths))

@@ -16,6 +16,7 @@ from drake_navbench.kernels.grid import INSCRIBED, LETHAL, cost_at
 from drake_navbench.kernels.path_smoothing import (
     MIN_SPAN_OF_GRID_PATH,
     assign_headings,
+    copy_into,
     directional_segments,
     heading_offset,
     is_path_free,
@@ -26,6 +27,9 @@ from drake_navbench.kernels.path_smoothing import (
 REACHES = np.array([1.0, 2.0, math.pi, 2.0 * math.pi])
 # A curve that is this much longer than the part that it replaces is a loop.
 LOOP_RATIO = 2.0
+# The end of a part; numba would compile `_meet` anew for each plain constant.
+AT_START, AT_END = np.bool_(False), np.bool_(True)
+NEVER_REVERSES = np.bool_(False)
 
 
 def smooth_car_path(path, grid, footprint, radius, smoother):
@@ -70,8 +74,8 @@ def smooth_car_part(
             break
     if succeeded:
         start, end = part[0].copy(), part[-1].copy()
-        _meet(result, start, is_backward, False, grid, radius)
-        _meet(result, end, is_backward, True, grid, radius)
+        _meet(result, start, is_backward, AT_START, grid, radius)
+        _meet(result, end, is_backward, AT_END, grid, radius)
     return result
 
 
@@ -98,7 +102,7 @@ def _relaxed(path, is_backward, grid, footprint, tolerance, max_iterations, w_da
         assign_headings(trial, offset)
         if not is_path_free(grid, trial, footprint):
             return result, False, is_backward
-        result[:] = trial
+        copy_into(trial, result)
     return result, True, is_backward
 
 
@@ -140,13 +144,15 @@ def _meet(path, pose, is_backward, is_end, grid, radius):
 
 
 @njit(cache=True)
-def _curve(start, end, count, replaced, grid, radius):
-    """Returns (points (count + 1, 3), length, is_free) of Dubins' curve.
+def _curve(start_pose, end_pose, count, replaced, grid, radius):
+    """Returns (points (count + 1, 3), length, is_free) of Dubins' curve between poses (3,).
 
     There are no points where the curve is a loop, compared to the length that it replaces.
     """
     kinds, lengths = np.empty(PIECES, np.int64), np.empty(PIECES)
-    distance = shortest_curve(start, end, radius, False, kinds, lengths)
+    start = start_pose[0], start_pose[1], start_pose[2]
+    end = end_pose[0], end_pose[1], end_pose[2]
+    distance = shortest_curve(start, end, radius, NEVER_REVERSES, kinds, lengths)
     if distance > LOOP_RATIO * replaced:
         return np.empty((0, 3)), 0.0, False
     knots = curve_knots(start[2], kinds, lengths)

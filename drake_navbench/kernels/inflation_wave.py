@@ -91,17 +91,18 @@ def _spread(costs, window, reach, table, inflate_unknown, inflate_around_unknown
     tails = np.full(table.shape[0], END, dtype=np.int32)
     queue = cells, sources, following, heads, tails
     seen = np.zeros(rows * columns, dtype=np.bool_)
-    count = 0
+    # No plain constants, for each of which `_append` would be compiled anew.
+    count, here = np.int64(0), np.int64(0)
     for row in range(low_row, high_row):
         for column in range(low_column, high_column):
             cost = costs[row, column]
             if cost == LETHAL or (inflate_around_unknown and cost == NO_INFORMATION):
                 cell = row * columns + column
-                count = _append(queue, count, 0, cell, cell)
+                count = _append(queue, count, here, cell, cell)
     for squared in range(table.shape[0]):
         entry = heads[squared]
         while entry != END:
-            cell, source = cells[entry], sources[entry]
+            cell, source = np.int64(cells[entry]), np.int64(sources[entry])
             if not seen[cell]:
                 seen[cell] = True
                 row, column = cell // columns, cell % columns

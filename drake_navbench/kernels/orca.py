@@ -41,6 +41,7 @@ from drake_navbench.kernels.walking import (
     own_goal,
     pace_behind_others,
     people_after,
+    put_velocities,
     turned_towards,
 )
 
@@ -54,7 +55,11 @@ EDGE_SIZE = 9
 HORIZON, EDGE_HORIZON, REACH, MOST, HASTE, MARGIN = range(6)
 # The share of avoiding a body that does its part, and of one that does nothing.
 HALF, WHOLE = 0.5, 1.0
+# The side of a tangent; numba would compile it anew for each plain constant.
+TO_LEFT, TO_RIGHT = np.bool_(True), np.bool_(False)
 ROUNDING = 1e-5
+# Numbers of a body that counts: its offset, m, radius, m, velocity, m/s, and the share of avoiding.
+SEEN_SIZE = 6
 
 
 def linked_edges(
@@ -104,7 +109,7 @@ def step_orca(people, traits, goals, edges, discs, robot, settings, step, period
         chosen[i, 0], chosen[i, 1] = vx, vy
         if math.hypot(vx, vy) > WALKING_MPS:
             after[i, YAW] = turned_towards(after[i, YAW], math.atan2(vy, vx), step)
-    after[:, VX : VY + 1] = chosen
+    put_velocities(after, chosen)
     return after
 
 
@@ -132,7 +137,7 @@ def _wished(index, people, traits, goals, period):
 def _add_others(planes, count, index, people, traits, discs, robot, settings, period):
     """Adds the half-planes of the nearest others to `planes`; returns how many there are then."""
     others = people.shape[0] + discs.shape[0] + 1
-    seen = np.empty((others, 6))
+    seen = np.empty((others, SEEN_SIZE))
     squared = np.empty(others)
     found = 0
     x, y = people[index, X], people[index, Y]
@@ -163,7 +168,10 @@ def _add_others(planes, count, index, people, traits, discs, robot, settings, pe
         if place >= most:
             continue
         for later in range(min(found, most - 1), place, -1):
-            seen[later], squared[later] = seen[later - 1], squared[later - 1]
+            squared[later] = squared[later - 1]
+            # One by one: a row would have numba compile its strings, for an error message.
+            for column in range(SEEN_SIZE):
+                seen[later, column] = seen[later - 1, column]
         squared[place] = away
         seen[place, 0], seen[place, 1], seen[place, 2] = ox - x, oy - y, radius
         seen[place, 3], seen[place, 4], seen[place, 5] = ovx, ovy, share
@@ -235,7 +243,7 @@ def _add_edges(planes, person, radius, edges, settings, top_speed):
     """Puts the half-planes of the edges in reach into `planes`; returns how many they are."""
     near = np.empty(edges.shape[0], dtype=np.int64)
     squared = np.empty(edges.shape[0])
-    found, count = 0, 0
+    found, count = 0, np.int64(0)
     horizon = settings[EDGE_HORIZON]
     for row in range(edges.shape[0]):
         x, y = edges[row, EDGE_X] - person[X], edges[row, EDGE_Y] - person[Y]
@@ -346,11 +354,11 @@ def _edge_half_plane(x, y, vx, vy, radius, edges, row, horizon):
             return False, 0.0, 0.0, 0.0, 0.0
         left, x0, y0 = right, x1, y1
     if edges[left, CONVEX] > 0.0:
-        left_x, left_y = _tangent(x0, y0, radius, True)
+        left_x, left_y = _tangent(x0, y0, radius, TO_LEFT)
     else:
         left_x, left_y = -ex, -ey
     if edges[right, CONVEX] > 0.0:
-        right_x, right_y = _tangent(x1, y1, radius, False)
+        right_x, right_y = _tangent(x1, y1, radius, TO_RIGHT)
     else:
         right_x, right_y = ex, ey
     # A leg that would lead into the neighbouring edge belongs to that edge.

@@ -188,10 +188,13 @@ def resample(particles, weights, draws, random_share, strangers, limits):
     bin_count = count = 0
     while count < most:
         if draws[count, 0] < random_share:
-            drawn[count] = strangers[count]
+            pose = strangers[count]
         else:
             chosen = np.searchsorted(sums, draws[count, 1], side="right")
-            drawn[count] = particles[min(chosen, particles.shape[0] - 1)]
+            pose = particles[min(chosen, particles.shape[0] - 1)]
+        # One by one: a row would have numba compile its strings, for an error message.
+        for axis in range(3):
+            drawn[count, axis] = pose[axis]
         key = _bin_of(drawn[count])
         place = _place_of(bins, key)
         if bins[place] != key:
@@ -211,18 +214,31 @@ def _root(parents, label):
     return label
 
 
-@njit(cache=True)
-def heaviest_cluster(particles, weights):
+def heaviest_cluster(particles: Array, weights: Array) -> Array:
     """Returns (4,): the mean x m, y m, yaw rad of the heaviest cluster, and its share of all.
 
     A cluster is a set of bins that touch in the histogram, at corners, too. Headings on either side
-    of a half turn do not touch, as in nav2_amcl.
+    of a half turn do not touch, as in nav2_amcl. Bins are sorted here, as numba would compile a
+    sort for them.
     """
-    count = particles.shape[0]
-    keys = np.empty(count, dtype=np.int64)
-    for i in range(count):
+    keys = _bins_of(particles)
+    return _heaviest(particles, weights, keys, np.unique(keys))
+
+
+@njit(cache=True)
+def _bins_of(particles):
+    keys = np.empty(particles.shape[0], dtype=np.int64)
+    for i in range(keys.size):
         keys[i] = _bin_of(particles[i])
-    bins = np.unique(keys)
+    return keys
+
+
+@njit(cache=True)
+def _heaviest(particles, weights, keys, bins):
+    """Returns (4,): the mean pose of the heaviest cluster, and its share.
+
+    keys: (N,) the bin of each particle. bins: (B,) those of all particles, each once, sorted.
+    """
     parents = np.arange(bins.size)
     for place in range(bins.size):
         for step_x in range(-1, 2):
@@ -233,7 +249,7 @@ def heaviest_cluster(particles, weights):
                     if other < bins.size and bins[other] == bins[place] + step:
                         parents[_root(parents, other)] = _root(parents, place)
     sums = np.zeros((bins.size, 5))
-    for i in range(count):
+    for i in range(keys.size):
         own = sums[_root(parents, np.searchsorted(bins, keys[i]))]
         own[0] += weights[i]
         own[1] += weights[i] * particles[i, 0]

@@ -67,8 +67,11 @@ def with_headings(path: NDArray[np.float64], is_holonomic: bool) -> NDArray[np.f
 
 
 @njit(cache=True)
-def _copy_into(source, target):
-    """Copies a path (N, 3) into another."""
+def copy_into(source, target):
+    """Copies a path (N, 3) into another, a number at a time.
+
+    As a slice it would have numba compile its strings, for an error message.
+    """
     for i in range(source.shape[0]):
         for axis in range(source.shape[1]):
             target[i, axis] = source[i, axis]
@@ -78,7 +81,7 @@ def _copy_into(source, target):
 def _copied(path):
     """Returns a copy of a path (N, 3)."""
     copy = np.empty_like(path)
-    _copy_into(path, copy)
+    copy_into(path, copy)
     return copy
 
 
@@ -149,7 +152,7 @@ def smooth_grid_path(
             assign_headings(trial, 0.0)
             if not is_path_free(grid, trial, footprint):
                 return result
-            _copy_into(trial, result)
+            copy_into(trial, result)
     return result
 
 
@@ -191,7 +194,7 @@ def smooth_segment(
                     is_cut_short = True
                     break
             if not is_cut_short:
-                _copy_into(trial, result)
+                copy_into(trial, result)
         if is_cut_short:
             break
     assign_headings(result, heading_offset(result))

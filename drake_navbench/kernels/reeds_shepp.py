@@ -30,8 +30,10 @@ PI = math.pi
 HALF_PI = 0.5 * math.pi
 ZERO = 10.0 * float(np.finfo(np.float64).eps)
 
-# The words, by the numbers of their formulas.
-W1, W2, W3, W7, W8, W9, W10, W11 = 1, 2, 3, 7, 8, 9, 10, 11
+# The words, by the numbers of their formulas; as numpy's numbers, since numba would compile the
+# kernels anew for each plain one.
+W1, W2, W3, W7, W8, W9, W10, W11 = map(np.int64, (1, 2, 3, 7, 8, 9, 10, 11))
+AS_IT_IS, BACKWARDS = np.bool_(False), np.bool_(True)
 
 
 @njit(cache=True)
@@ -44,21 +46,21 @@ def write_reeds_shepp(x, y, phi, kinds, lengths):
     yb = x * sine - y * cosine
     here, back = (x, y, phi, sine, cosine), (xb, yb, phi, sine, cosine)
     shortest = total_length(lengths)
-    shortest = _try(W1, False, here, shortest, kinds, lengths)
-    _try(W2, False, here, shortest, kinds, lengths)
+    shortest = _try(W1, AS_IT_IS, here, shortest, kinds, lengths)
+    _try(W2, AS_IT_IS, here, shortest, kinds, lengths)
     shortest = total_length(lengths)
-    shortest = _try(W3, False, here, shortest, kinds, lengths)
-    _try(W3, True, back, shortest, kinds, lengths)
+    shortest = _try(W3, AS_IT_IS, here, shortest, kinds, lengths)
+    _try(W3, BACKWARDS, back, shortest, kinds, lengths)
     shortest = total_length(lengths)
-    shortest = _try(W7, False, here, shortest, kinds, lengths)
-    _try(W8, False, here, shortest, kinds, lengths)
+    shortest = _try(W7, AS_IT_IS, here, shortest, kinds, lengths)
+    _try(W8, AS_IT_IS, here, shortest, kinds, lengths)
     # These words have one or two quarter turns more than t, u and v tell.
     shortest = total_length(lengths) - HALF_PI
-    shortest = _try(W9, False, here, shortest, kinds, lengths)
-    shortest = _try(W10, False, here, shortest, kinds, lengths)
-    shortest = _try(W9, True, back, shortest, kinds, lengths)
-    _try(W10, True, back, shortest, kinds, lengths)
-    _try(W11, False, here, total_length(lengths) - PI, kinds, lengths)
+    shortest = _try(W9, AS_IT_IS, here, shortest, kinds, lengths)
+    shortest = _try(W10, AS_IT_IS, here, shortest, kinds, lengths)
+    shortest = _try(W9, BACKWARDS, back, shortest, kinds, lengths)
+    _try(W10, BACKWARDS, back, shortest, kinds, lengths)
+    _try(W11, AS_IT_IS, here, total_length(lengths) - PI, kinds, lengths)
 
 
 @njit(cache=True)

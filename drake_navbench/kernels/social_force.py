@@ -48,6 +48,7 @@ from drake_navbench.kernels.walking import (
     own_goal,
     pace_behind_others,
     people_after,
+    put_velocities,
     turned_towards,
 )
 
@@ -309,5 +310,5 @@ def step_people(people, traits, goals, edges, circles, robot, robot_edges, step)
             after[i, YAW] = turned_towards(yaw, bearing, step)
         elif math.hypot(vx, vy) > WALKING_MPS:
             after[i, YAW] = turned_towards(yaw, math.atan2(vy, vx), step)
-    after[:, VX : VY + 1] = chosen
+    put_velocities(after, chosen)
     return after

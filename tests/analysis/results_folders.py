@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+import atexit
+import shutil
+from functools import cache
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
 from scenes import straight_plan
 from synthetic_logs import log_times, make_log
 
+from drake_navbench.analysis.folder_analysis import analyse_folder
 from drake_navbench.logs.log import TrialLog
 from drake_navbench.logs.results import ResultsFolder
 
@@ -106,4 +111,23 @@ def write_folder(
                         is_random=is_random,
                     )
                 )
+    return path
+
+
+def measured_folder(path: Path, *, request: dict[str, object] | None = None, **how) -> Path:
+    """Writes such a folder as a report leaves it: with what it has measured of each log.
+
+    how: as for `write_folder`. Each content is measured once for all tests of this process.
+    """
+    shutil.copytree(_measured(tuple(sorted(how.items()))), path)
+    write_manifest(path, **(request or {}))
+    return path
+
+
+@cache
+def _measured(how: tuple[tuple[str, object], ...]) -> Path:
+    folder = TemporaryDirectory(prefix="measured-")
+    atexit.register(folder.cleanup)
+    path = write_folder(Path(folder.name) / "results", **dict(how))
+    analyse_folder(path, jobs=1, keeps=True)
     return path

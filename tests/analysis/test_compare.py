@@ -5,7 +5,7 @@ from __future__ import annotations
 from xml.etree import ElementTree
 
 import pytest
-from results_folders import write_folder
+from results_folders import measured_folder, write_folder
 
 from drake_navbench.analysis import compare
 from drake_navbench.analysis.compare import compare_folders
@@ -20,7 +20,7 @@ def folders(tmp_path_factory):
     root = tmp_path_factory.mktemp("compared")
 
     def folder(name, **how):
-        return write_folder(root / name, **({"is_random": False} | how))
+        return measured_folder(root / name, **({"is_random": False} | how))
 
     return {
         "main": folder("main"),
@@ -62,7 +62,7 @@ def test_slower_is_worse_in_the_one_trial_that_there_is(folders):
 
 
 def test_three_random_trials_decide_nothing(folders, tmp_path):
-    slow = write_folder(tmp_path / "slow", slower=1.1)
+    slow = measured_folder(tmp_path / "slow", slower=1.1)
     comparison = compared(folders["wandering"], slow)
     assert verdicts(comparison, "time_to_goal_s") == {PairedVerdict.UNDECIDED}
     assert comparison.regressions == []
@@ -196,11 +196,11 @@ def test_a_report_that_cannot_be_written_is_status_2(folders, tmp_path, capsys):
 
 
 def test_folders_without_a_common_trial_are_refused(folders, tmp_path):
-    other = write_folder(tmp_path / "other")
+    other = measured_folder(tmp_path / "other")
     for path in other.glob("trials/*/*/trial_*.parquet"):
         if path.parent.parent.name == "empty":
             path.unlink()
-    half = write_folder(tmp_path / "half")
+    half = measured_folder(tmp_path / "half")
     for path in half.glob("trials/own_corridor/*/trial_*.parquet"):
         path.unlink()
     with pytest.raises(InputError, match="in common"):
@@ -210,7 +210,7 @@ def test_folders_without_a_common_trial_are_refused(folders, tmp_path):
 @pytest.fixture(scope="module")
 def incomplete(tmp_path_factory):
     """The results of `main` without one controller in one scenario."""
-    path = write_folder(tmp_path_factory.mktemp("incomplete") / "other")
+    path = measured_folder(tmp_path_factory.mktemp("incomplete") / "other")
     for log in path.glob("trials/empty/rpp/*.parquet"):
         log.unlink()
     return path

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pandas as pd
 import pytest
-from results_folders import write_folder
+from results_folders import measured_folder
 
 from drake_navbench.analysis.contests import (
     Match,
@@ -156,7 +156,7 @@ def test_nothing_shown_says_how_many_trials_would_decide():
 
 def folder_of(path, column, **how):
     """Writes a results folder of which one column is left."""
-    folder = write_folder(path, **how)
+    folder = measured_folder(path, **how)
     for log in folder.glob("trials/*/*/*.parquet"):
         if TrialLog.read(log).info["controller"] != column:
             log.unlink()
@@ -177,7 +177,7 @@ def test_folders_with_one_column_each_are_compared_whatever_its_name(renamed, ca
 
 
 def test_columns_of_other_names_are_compared_where_they_are_matched(tmp_path, capsys):
-    folder = write_folder(tmp_path / "both")
+    folder = measured_folder(tmp_path / "both")
     arguments = [str(folder), str(folder), "--jobs", "1", "--match", "rpp:v=0.4=rpp"]
     assert command.main(arguments) == 0
     assert "between rpp:v=0.4 and rpp in 3 pairs" in capsys.readouterr().out
@@ -197,7 +197,7 @@ def test_a_page_says_the_verdict_first_and_names_what_makes_the_replays(renamed,
 
 
 def test_columns_of_one_folder_are_compared_with_its_first(renamed, tmp_path, capsys):
-    folder = write_folder(tmp_path / "both")
+    folder = measured_folder(tmp_path / "both")
     assert command.main([str(folder), "--jobs", "1"]) == 0
     assert "between rpp and rpp:v=0.4" in capsys.readouterr().out
     assert command.main([str(renamed[0]), "--jobs", "1"]) == 2

@@ -7,7 +7,7 @@ import shutil
 
 import pandas as pd
 import pytest
-from results_folders import CONTROLLERS, SCENARIOS, write_folder
+from results_folders import CONTROLLERS, SCENARIOS, measured_folder
 
 from drake_navbench.analysis import many_trials, report_sections
 from drake_navbench.analysis.figures.choice import FigureChoice
@@ -20,9 +20,8 @@ from drake_navbench.logs.results import ResultsFolder
 @pytest.fixture
 def folder(tmp_path, monkeypatch) -> ResultsFolder:
     """Twelve measured trials, of which two logs a scenario are to be opened."""
-    path = write_folder(tmp_path / "results", failing=("rpp:v=0.4",))
+    path = measured_folder(tmp_path / "results", failing=("rpp:v=0.4",))
     folder = ResultsFolder(path)
-    analyse_folder(path, jobs=1, keeps=True)
     monkeypatch.setattr(many_trials, "MOST_LOGS_OPENED", 2)
     monkeypatch.setattr(many_trials, "LOGS_DRAWN", 2)
     return folder

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import pytest
-from results_folders import write_folder
+from results_folders import measured_folder
 
 from drake_navbench.campaign.run_results import Results
 from drake_navbench.errors import InputError
 
 
 def test_a_folder_is_opened_again_with_its_trials(tmp_path):
-    folder = write_folder(tmp_path / "kept")
+    folder = measured_folder(tmp_path / "kept")
     opened = Results.open(folder)
     assert len(opened) == 12
     assert set(opened.trials["controller"]) == {"rpp", "rpp:v=0.4"}
@@ -28,7 +28,7 @@ def test_a_folder_is_opened_again_with_its_trials(tmp_path):
 
 def test_two_results_are_compared_as_the_command_does(tmp_path):
     first, second = (
-        Results.open(write_folder(tmp_path / name, slower=slower, is_random=False))
+        Results.open(measured_folder(tmp_path / name, slower=slower, is_random=False))
         for name, slower in (("first", 1.0), ("second", 1.1))
     )
     text = str(first.compare(second))

@@ -12,7 +12,7 @@ from urllib.parse import unquote
 
 import pandas as pd
 import pytest
-from results_folders import trial_log, write_folder, write_manifest
+from results_folders import measured_folder, trial_log, write_folder, write_manifest
 from synthetic_logs import straight_log
 
 from drake_navbench.analysis.chart_library import chart_library
@@ -81,7 +81,7 @@ def test_nothing_comes_from_the_network(text):
 @pytest.fixture(scope="module")
 def usual(tmp_path_factory):
     """A folder with the report that is made unless something else is asked for."""
-    path = write_folder(tmp_path_factory.mktemp("usual") / "results")
+    path = measured_folder(tmp_path_factory.mktemp("usual") / "results")
     assert command.main([str(path), "--jobs", "1"]) == 0
     return path
 
@@ -180,7 +180,7 @@ def test_trials_that_are_all_the_same_one_are_explained_only_where_there_are_som
 
 
 def test_an_interrupted_run_gives_a_report_that_says_what_is_missing(tmp_path):
-    path = write_folder(tmp_path / "results", trials=3)
+    path = measured_folder(tmp_path / "results", request={"trials": 3})
     for trial in range(3):
         ResultsFolder(path).log_path("own_corridor", "rpp", trial).unlink()
     ResultsFolder(path).log_path("own_corridor", "rpp:v=0.4", 2).unlink()
@@ -192,7 +192,7 @@ def test_an_interrupted_run_gives_a_report_that_says_what_is_missing(tmp_path):
 
 
 def test_what_stood_in_for_plugins_of_a_nav2_file_is_repeated(tmp_path):
-    path = write_folder(tmp_path / "results", trials=1)
+    path = measured_folder(tmp_path / "results", request={"trials": 1})
     assert "What stands in" not in render(analyse_folder(path, jobs=1))
     results = ResultsFolder(path)
     told = "planner_server: Smac 2D stands in for <theirs::Planner>"
@@ -203,7 +203,7 @@ def test_what_stood_in_for_plugins_of_a_nav2_file_is_repeated(tmp_path):
 
 
 def test_what_stood_in_within_one_column_is_told_of_that_column(tmp_path):
-    path = write_folder(tmp_path / "results", trials=1)
+    path = measured_folder(tmp_path / "results", request={"trials": 1})
     results = ResultsFolder(path)
     own = {"stand_ins_of_columns": {"rpp": ["FollowPath.max_vel_y: 0 stands in"]}}
     results.write_manifest(results.read_manifest() | own)
@@ -213,7 +213,8 @@ def test_what_stood_in_within_one_column_is_told_of_that_column(tmp_path):
 
 
 def test_a_finished_run_lacks_nothing(tmp_path):
-    assert "Not finished" not in render(analyse_folder(write_folder(tmp_path, trials=3), jobs=1))
+    path = measured_folder(tmp_path / "results", request={"trials": 3})
+    assert "Not finished" not in render(analyse_folder(path, jobs=1))
 
 
 def test_the_clear_winner_is_named(text):
@@ -257,7 +258,7 @@ def test_all_figures_are_those_and_the_motion_of_each_controller_as_png_too(repo
 
 
 def test_without_figures_the_page_has_none(tmp_path):
-    path = write_folder(tmp_path / "results")
+    path = measured_folder(tmp_path / "results")
     assert command.main([str(path), "--jobs", "1", "--figures", "none"]) == 0
     assert list(path.glob("figures/*/*")) == []
     text = (path / "report.html").read_text(encoding="utf-8")
@@ -359,7 +360,7 @@ def test_a_touch_has_its_place_in_summary_and_lead_with_what_the_preset_says(tmp
 
 
 def test_a_trial_is_linked_only_to_a_replay_that_shows_it(tmp_path):
-    path = write_folder(tmp_path / "campaign")
+    path = measured_folder(tmp_path / "campaign")
     results = ResultsFolder(path)
     race, own = results.replay_path("empty"), results.log_path("empty", "rpp", 2)
     own = own.with_suffix(".html")
@@ -421,7 +422,7 @@ def test_the_numbers_of_the_charts_are_those_of_the_logs(text):
 
 
 def test_processor_workers_and_load_stand_beside_compute_times(tmp_path):
-    path = write_folder(tmp_path / "results", trials=1)
+    path = measured_folder(tmp_path / "results", request={"trials": 1})
     assert "compute-note" not in render(analyse_folder(path, jobs=1))
     results = ResultsFolder(path)
     machine = {"processor": "Some <CPU>", "cores": 4, "jobs": 2, "load_before": 0.1}

@@ -16,21 +16,24 @@ from drake_navbench.kernels.car_curves import (
 from drake_navbench.kernels.curve_pieces import LEFT, NONE, PIECES, RIGHT, STRAIGHT
 
 
+def pose(numbers):
+    """Returns x, y, yaw as the kernels take them."""
+    return tuple(map(float, numbers))
+
+
 def curve(start, end, *, radius=1.0, reverses=False):
     """Returns length, kinds and lengths of the pieces."""
     kinds, lengths = np.empty(PIECES, np.int64), np.empty(PIECES)
-    start, end = np.array(start, float), np.array(end, float)
-    length = shortest_curve(start, end, radius, reverses, kinds, lengths)
+    length = shortest_curve(pose(start), pose(end), radius, reverses, kinds, lengths)
     return length, kinds, lengths
 
 
 def pose_at(start, end, share, *, radius=1.0, reverses=False):
     _, kinds, lengths = curve(start, end, radius=radius, reverses=reverses)
-    pose = np.empty(3)
-    start, end = np.array(start, float), np.array(end, float)
-    knots = curve_knots(start[2], kinds, lengths)
-    pose_on_curve(start, end, radius, kinds, lengths, knots, share, pose)
-    return pose
+    found = np.empty(3)
+    knots = curve_knots(float(start[2]), kinds, lengths)
+    pose_on_curve(pose(start), pose(end), radius, kinds, lengths, knots, share, found)
+    return found
 
 
 @pytest.mark.parametrize("reverses", [False, True])
