@@ -6,6 +6,8 @@ import math
 from collections.abc import Mapping
 from typing import Any, ClassVar
 
+import numpy as np
+from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from drake_navbench.controllers.teb.band_parameters import BandParameters
@@ -290,6 +292,22 @@ class TebUpstreamParameters(BandParameters):
     divergence_detection_max_chi_squared: Number = Field(
         10.0, description="Largest cost that does not count as divergence."
     )
+
+    def kernel_record(self) -> NDArray[np.void]:
+        """Returns the parameters as the kernels take them, and what follows from several of them.
+
+        is_carlike: the turning radius is bounded. include_at, cut_off_at: distances of obstacles
+        that are all attached to poses, and beyond which none is, m. with_first_pose: obstacles are
+        attached to the first pose, too.
+        """
+        wanted = self.min_obstacle_dist
+        bounds_radius = self.weight_kinematics_turning_radius != 0.0
+        return self.as_record(
+            is_carlike=self.min_turning_radius != 0.0 and bounds_radius,
+            include_at=wanted * self.obstacle_association_force_inclusion_factor,
+            cut_off_at=wanted * self.obstacle_association_cutoff_factor,
+            with_first_pose=self.weight_velocity_obstacle_ratio != 0.0,
+        )
 
     @classmethod
     def for_original(cls, values: Mapping[str, Any], release: str) -> dict[str, Any]:

@@ -194,19 +194,17 @@ class NodeReader:
         prefix: str = "",
         *,
         names: Iterable[str] | None = None,
-        renamed: Mapping[str, str] | None = None,
         defaults: Mapping[str, Any] | None = None,
     ) -> dict[str, Any]:
         """Returns the given values for the fields of a model, checked by it.
 
         Where Nav2's defaults differ from the model's they are added: those of the release, and
         `defaults`. prefix: of the parameters' names, with its dot. names: the fields that Nav2 has;
-        by default all. renamed: our name -> Nav2's. Raises InputError where a value is wrong.
+        by default all. Raises InputError where a value is wrong.
         """
-        their_names = renamed or {}
         values: dict[str, Any] = {}
         for field in names if names is not None else model.model_fields:
-            their_name = prefix + their_names.get(field, field)
+            their_name = prefix + field
             nested = _nested_model(model, field)
             if nested is not None:
                 below = self.block(nested, f"{their_name}.")
@@ -225,14 +223,13 @@ class NodeReader:
                 own = model.model_fields[field].get_default(call_default_factory=True)
                 given = self._node.get(their_name)
                 self.offers[their_name] = Offer(model, field, of_nav2.get(field, own), given)
-        return self.checked(model, values, prefix, their_names, is_partial=names is not None)
+        return self.checked(model, values, prefix, is_partial=names is not None)
 
     def checked(
         self,
         model: type[BaseModel],
         values: dict[str, Any],
         prefix: str = "",
-        renamed: Mapping[str, str] | None = None,
         *,
         is_partial: bool = False,
     ) -> dict[str, Any]:
@@ -254,7 +251,7 @@ class NodeReader:
             location = [str(part) for part in fault["loc"] if part != fault["input"]]
             # A fault that several fields cause together is reported for the first of them.
             field = location[0] if location else next(iter(values), "")
-            name = prefix + ".".join([(renamed or {}).get(field, field), *location[1:]])
+            name = prefix + ".".join([field, *location[1:]])
             whole = fault["input"]
             wants_integer = fault["type"].startswith("int") and len(location) == 1
             if wants_integer and isinstance(whole, float) and whole.is_integer():
