@@ -256,14 +256,11 @@ def _original_preset(text: str) -> Preset:
         content, _ = _named_content(original.name)
         model = CONTROLLERS.load(content.controller).Parameters
     plugin = original_plugin(original.name)
-    command = original.command_of(plugin)
-    assigned = _assigned(original.assignments, text)
 
     def hosted(given: Mapping[str, Any]) -> dict[str, Any]:
-        values = model.for_original(given, original.build.release)
-        return {**command, "client": {"plugin": plugin, "parameters": values}}
+        return original.hosted(plugin, model.for_original(given, original.build.release))
 
-    values, for_radius = _given(content, assigned, text)
+    values, for_radius = _given(content, _assigned(original.assignments, text), text)
     return Preset(
         text,
         "external",

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from drake_navbench.errors import InputError, nearest_name_hint
 from drake_navbench.ros2.recordings.bag_source import BagSource
 from drake_navbench.ros2.recordings.decoded_messages import DECODERS, is_usable
+from drake_navbench.ros2.recordings.topics import SCALARS
 
 TF_TYPES = ("tf2_msgs/msg/TFMessage", "tf/msg/tfMessage")
 STATUS_TYPES = ("action_msgs/msg/GoalStatusArray", "actionlib_msgs/msg/GoalStatusArray")
@@ -83,18 +84,7 @@ ROLES: Mapping[str, Role] = {
         STATUS_TYPES,
     ),
     "trial": Role(("/drake_navbench/trial",), ("std_msgs/msg/String",)),
-    "clearance_m": Role(("/drake_navbench/clearance_m",), ("std_msgs/msg/Float64",)),
-    "obstacle_cell_distance_m": Role(
-        ("/drake_navbench/obstacle_cell_distance_m",), ("std_msgs/msg/Float64",)
-    ),
-    "obstacle_corner_distance_m": Role(
-        ("/drake_navbench/obstacle_corner_distance_m",), ("std_msgs/msg/Float64",)
-    ),
-    "cycle_count": Role(("/drake_navbench/cycle_count",), ("std_msgs/msg/Float64",)),
-    "compute_time_ms": Role(("/drake_navbench/compute_time_ms",), ("std_msgs/msg/Float64",)),
-    "compute_cpu_time_ms": Role(
-        ("/drake_navbench/compute_cpu_time_ms",), ("std_msgs/msg/Float64",)
-    ),
+    **{name: Role((topic.name,), (topic.type,)) for name, topic in SCALARS.items()},
 }
 
 
