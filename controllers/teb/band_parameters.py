@@ -17,6 +17,7 @@ from drake_navbench.typed_files.quantities import (
     Duration,
     Length,
     Speed,
+    require_order,
 )
 
 # Fewer inner poses than this leave the solver nothing to bend.
@@ -110,17 +111,10 @@ class BandParameters(ControllerParameters):
 
     @model_validator(mode="after")
     def _check_samples(self) -> Self:
-        if self.dt_hysteresis >= self.dt_ref:
-            raise ValueError(
-                f"dt_hysteresis must be below dt_ref, got {self.dt_hysteresis} and {self.dt_ref}"
-            )
+        require_order(self, "dt_hysteresis", "dt_ref", may_be_equal=False)
+        require_order(self, "min_samples", "max_samples")
         if self.min_samples < FEWEST_SAMPLES:
             raise ValueError(
                 f"min_samples must be at least {FEWEST_SAMPLES}, got {self.min_samples}"
-            )
-        if self.max_samples < self.min_samples:
-            raise ValueError(
-                "max_samples must not be below min_samples, got"
-                f" {self.max_samples} and {self.min_samples}"
             )
         return self

@@ -18,6 +18,7 @@ from drake_navbench.typed_files.quantities import (
     Duration,
     Length,
     Number,
+    require_order,
 )
 
 
@@ -333,11 +334,8 @@ class TebUpstreamParameters(BandParameters):
 
     @model_validator(mode="after")
     def _check_numbers_agree(self) -> TebUpstreamParameters:
-        if self.obstacle_proximity_upper_bound <= self.obstacle_proximity_lower_bound:
-            raise ValueError(
-                "obstacle_proximity_upper_bound must be above obstacle_proximity_lower_bound, got"
-                f" {self.obstacle_proximity_upper_bound} and {self.obstacle_proximity_lower_bound}"
-            )
+        lower, upper = "obstacle_proximity_lower_bound", "obstacle_proximity_upper_bound"
+        require_order(self, lower, upper, may_be_equal=False)
         if self.cmd_angle_instead_rotvel and self.min_turning_radius == 0.0:
             raise ValueError("cmd_angle_instead_rotvel needs a min_turning_radius above 0")
         weights = [name for name in type(self).model_fields if name.startswith("weight_")]

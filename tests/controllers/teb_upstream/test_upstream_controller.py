@@ -226,12 +226,15 @@ def test_a_single_band_keeps_the_preferred_side_after_a_failure(with_classes, ke
 @pytest.mark.parametrize(
     ("values", "said"),
     [
-        ({"dt_ref": 0.1}, "dt_hysteresis must be below dt_ref, got 0.1 and 0.1"),
+        ({"dt_ref": 0.1}, "dt_hysteresis: got 0.1, expected less than dt_ref 0.1"),
         ({"min_samples": 2}, "min_samples must be at least 3, got 2"),
         ({"footprint_model": {"type": "line"}}, "type line needs line_start and line_end"),
         ({"footprint_model": {"type": "polygon", "vertices": "[[0, 0], [1, 0]]"}}, "3 vertices"),
         ({"cmd_angle_instead_rotvel": True}, "needs a min_turning_radius above 0"),
-        ({"obstacle_proximity_lower_bound": 0.7}, "obstacle_proximity_upper_bound must be above"),
+        (
+            {"obstacle_proximity_lower_bound": 0.7},
+            "obstacle_proximity_lower_bound: got 0.7, expected less than",
+        ),
         (
             {name: 0.0 for name in TebUpstreamParameters.model_fields if name.startswith("weight_")}
             | {"weight_adapt_factor": 2.0},
