@@ -14,31 +14,10 @@ from drake_navbench.inputs.check import CheckRow, Status
 from drake_navbench.nav2.parameters import Node
 from drake_navbench.nav2.substitutions import missing_value
 from drake_navbench.plugins.releases import NEWEST_RELEASE, Release, read_by
+from drake_navbench.typed_files.name_lists import name_lists
 
-# Parameters that nodes of every kind have, and that concern processes, frames and topics alone.
-OF_EVERY_NODE = frozenset(
-    {
-        "action_server_result_timeout",
-        "allow_parameter_qos_overrides",
-        "base_frame_id",
-        "bond_heartbeat_period",
-        "cmd_vel_in_topic",
-        "cmd_vel_out_topic",
-        "costmap_topic",
-        "enable_stamped_cmd_vel",
-        "footprint_topic",
-        "global_frame",
-        "introspection_mode",
-        "odom_frame_id",
-        "odom_topic",
-        "qos_overrides",
-        "robot_base_frame",
-        "service_introspection_mode",
-        "transform_tolerance",
-        "use_realtime_priority",
-        "use_sim_time",
-    }
-)
+# The parameters without a meaning here, by the node that has them.
+WITHOUT_MEANING = name_lists(__package__, "without_meaning.yaml")
 MAX_SHOWN = 60
 # The share of equal letters from which one name counts as a slip of the other.
 LIKE_A_SLIP = 0.8
@@ -267,7 +246,7 @@ class NodeReader:
 
         without_meaning: names of parameters or blocks, or '*.name' for a name in any block.
         """
-        idle = OF_EVERY_NODE.union(without_meaning)
+        idle = {*WITHOUT_MEANING["every_node"], *without_meaning}
         blocks = {name.partition(".")[0] for name in {*self._known, *idle} if "." in name}
         for name in self._node.parameters:
             if name in self._seen:
