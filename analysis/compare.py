@@ -280,14 +280,14 @@ def to_markdown(comparison: FolderComparison) -> str:
     return "\n".join(lines)
 
 
-def in_short(comparison: FolderComparison, most_lines: int = MOST_LINES) -> str:
-    """Returns the comparison in at most `most_lines` lines: the verdicts and their findings."""
+def in_short(comparison: FolderComparison) -> str:
+    """Returns the comparison in at most MOST_LINES lines: the verdicts and their findings."""
     lines = []
     for verdict in comparison.verdicts:
         lines += [verdict.text, *(f"  {detail}" for detail in verdict.details)]
-    if len(lines) > most_lines:
-        left = len(lines) - most_lines + 1
-        lines = [*lines[: most_lines - 1], f"... and {left} more lines (--all)"]
+    if len(lines) > MOST_LINES:
+        left = len(lines) - MOST_LINES + 1
+        lines = [*lines[: MOST_LINES - 1], f"... and {left} more lines (--all)"]
     return "\n".join(lines) + "\n"
 
 

@@ -37,19 +37,27 @@ WITH_MANY_PARAMETERS = {
     "controllers/harmony/rows.py:_bound_of_two",
     "controllers/mppi/motion_models.py:_step_row",
     "controllers/mppi/motion_models.py:pose_lanes",
-    "controllers/rpp/cycle.py:run_cycle",
     "drake_navbench/campaign/benchmark.py:run_benchmark",
     "drake_navbench/campaign/campaign.py:plan_campaign",
     "drake_navbench/kernels/astar.py:_relax_neighbours",
     "drake_navbench/kernels/astar.py:_search",
     "drake_navbench/kernels/astar.py:search",
-    "drake_navbench/kernels/casters.py:advanced",
     "drake_navbench/kernels/hybrid_astar.py:search",
     "drake_navbench/kernels/hybrid_smoothing.py:smooth_car_part",
     "drake_navbench/kernels/moving_bodies.py:share_until_contact_with_moving",
-    "drake_navbench/kernels/moving_collision_time.py:time_to_moving_contact",
     "drake_navbench/kernels/orca.py:_add_others",
     "drake_navbench/kernels/orca.py:step_orca",
+}
+
+# A kernel's record is made of the parameter model (`ControllerParameters.as_record`). These tuples
+# repeat at least REPEATED names of the model beside them; the list only shrinks.
+REPEATED = 5
+SPELLED_AGAIN = {
+    # Under a speed limit, each changes from cycle to cycle.
+    "controllers/dwb/kinematics.py:Kinematics",
+    "controllers/graceful/control_law.py:Law",
+    # In single precision.
+    "controllers/mppi/motion_models.py:MotionLimits",
 }
 
 
@@ -131,6 +139,40 @@ def test_the_list_of_functions_with_many_parameters_only_shrinks(functions_with_
     assert not added, f"more than {MANY_PARAMETERS} parameters: group those that belong together"
     mended = WITH_MANY_PARAMETERS - functions_with_many.keys()
     assert not mended, "take them off WITH_MANY_PARAMETERS"
+
+
+def fields_of_classes(file: Path, ending: str) -> dict[str, set[str]]:
+    """Returns annotated names by class; `ending`: of the class's name or of a base's."""
+    tree = ast.parse((REPOSITORY / file).read_text(encoding="utf-8"))
+    return {
+        node.name: {
+            entry.target.id
+            for entry in node.body
+            if isinstance(entry, ast.AnnAssign) and isinstance(entry.target, ast.Name)
+        }
+        for node in ast.walk(tree)
+        if isinstance(node, ast.ClassDef)
+        and any(name.endswith(ending) for name in (node.name, *map(ast.unparse, node.bases)))
+    }
+
+
+def spelled_again(files: list[Path]) -> set[str]:
+    """Returns the named tuples, `file:class`, that repeat fields of the model in their folder."""
+    found = set()
+    for file in files:
+        models = fields_of_classes(file.with_name("parameters.py"), "Parameters")
+        known = set().union(*models.values())
+        for name, fields in fields_of_classes(file, "NamedTuple").items():
+            if len(fields & known) >= REPEATED:
+                found.add(f"{file}:{name}")
+    return found
+
+
+def test_no_further_record_of_a_kernel_spells_the_parameters_again():
+    files = tracked("controllers/*/*.py")
+    assert len(files) > 100
+    with_model = [f for f in files if (REPOSITORY / f).with_name("parameters.py").exists()]
+    assert spelled_again(with_model) == SPELLED_AGAIN
 
 
 def test_parameters_are_counted_without_self():

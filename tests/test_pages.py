@@ -17,7 +17,7 @@ from types import SimpleNamespace
 import pytest
 import yaml
 
-from drake_navbench.commands.main import COMMANDS
+from drake_navbench.commands.main import COMMANDS, module_of
 
 REPOSITORY = Path(__file__).parents[1]
 DOCS = REPOSITORY / "docs"
@@ -115,7 +115,7 @@ def fault_of(command):
         return None
     if name not in COMMANDS:
         return f"no command {name}"
-    module = import_module(COMMANDS[name][0])
+    module = module_of(name)
     if not hasattr(module, "build_parser"):
         return shlex.join(command) if arguments and name == "list" else None
     try:

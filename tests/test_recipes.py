@@ -85,8 +85,8 @@ def test_a_command_is_one_file_and_a_line(copy):
     )
     copy.put_before(
         "drake_navbench/commands/main.py",
-        '    "completion": (',
-        '    "planted": ("drake_navbench.commands.planted", "say so"),\n',
+        '    "completion": "',
+        '    "planted": "say so",\n',
     )
     assert copy.touched == 2
     assert copy.run("-m", "drake_navbench", "planted", "here") == "planted here\n"

@@ -146,14 +146,12 @@ def time_to_collision_min_s(log: TrialLog) -> float:
     return shortest_s
 
 
-def danger_share(
-    time_s: Array, clearance_m: Array, *, distance_m: float = DANGER_DISTANCE_M
-) -> float:
-    """Returns the share of time with a clearance below a distance; samples hold until the next."""
+def danger_share(time_s: Array, clearance_m: Array) -> float:
+    """Returns the share of time with less than DANGER_DISTANCE_M; samples hold until the next."""
     held_s = hold_durations(time_s)
     if held_s.sum() == 0.0:
         raise Undefined("the trial has no duration")
-    return float(held_s[clearance_m < distance_m].sum() / held_s.sum())
+    return float(held_s[clearance_m < DANGER_DISTANCE_M].sum() / held_s.sum())
 
 
 def shortest_collision_time_s(log: TrialLog, edges: Array) -> float:

@@ -74,11 +74,11 @@ def column(log: TrialLog, name: str) -> Array:
     return log.samples[name].to_numpy(dtype=float)
 
 
-def lateral_velocity(log: TrialLog, name: str = "vy_mps") -> Array:
-    """Returns a column of velocities to the left; zeros where the robot cannot move sideways."""
-    if name not in log.samples.columns:
+def lateral_velocity(log: TrialLog) -> Array:
+    """Returns the true velocities to the left, (N,) m/s; zeros without motion sideways."""
+    if "vy_mps" not in log.samples.columns:
         return np.zeros(len(log.samples))
-    return log.samples[name].to_numpy(dtype=float)
+    return log.samples["vy_mps"].to_numpy(dtype=float)
 
 
 def speed(log: TrialLog) -> Array:

@@ -24,6 +24,7 @@ from drake_navbench.typed_files.quantities import (
     Duration,
     Length,
     Speed,
+    require_order,
 )
 
 STANDARD_GENERATOR = "dwb_plugins::StandardTrajectoryGenerator"
@@ -258,12 +259,7 @@ class DynamicWindowApproachParameters(ParametersWithCritics):
     @model_validator(mode="after")
     def _check_ranges(self) -> Self:
         for axis in ("x", "y"):
-            lowest, highest = getattr(self, f"min_vel_{axis}"), getattr(self, f"max_vel_{axis}")
-            if lowest > highest:
-                raise ValueError(
-                    f"parameters min_vel_{axis} and max_vel_{axis}: got {lowest} and {highest}, "
-                    "expected the first not above the second"
-                )
+            require_order(self, f"min_vel_{axis}", f"max_vel_{axis}")
         if self._most_poses > MAX_POSES:
             raise ValueError(
                 f"vx_samples, vtheta_samples, sim_time and granularities: a cycle would roll out "

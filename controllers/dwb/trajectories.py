@@ -44,51 +44,40 @@ class Trajectories(NamedTuple):
     step_s: Array
 
 
-class Simulation(NamedTuple):
-    """The settings for rolling out a twist; names and meaning are those of the parameters.
-
-    limits_acceleration: the velocity approaches the twist at the acceleration limits (Standard
-    generator) instead of having it from the first step on (LimitedAccel).
-    """
-
-    sim_time: float
-    discretize_by_time: bool
-    time_granularity: float
-    linear_granularity: float
-    angular_granularity: float
-    include_last_point: bool
-    limit_vel_cmd_in_traj: bool
-    limits_acceleration: bool
-
-
 @njit(cache=True)
-def count_steps(twists, simulation, step_counts, step_s):
-    """Writes the number and duration of the simulated steps of each twist; returns the most."""
+def count_steps(twists, record, step_counts, step_s):
+    """Writes the number and duration of the simulated steps of each twist; returns the most.
+
+    record: (1,) `TrajectoryGenerator.record`.
+    """
+    settings = record[0]
     most = 1
     for k in range(twists.shape[0]):
-        if simulation.discretize_by_time:
-            steps = math.ceil(simulation.sim_time / simulation.time_granularity)
+        if settings.discretize_by_time:
+            steps = math.ceil(settings.sim_time / settings.time_granularity)
         else:
             speed = math.hypot(twists[k, 0], twists[k, 1])
-            by_distance = speed * simulation.sim_time / simulation.linear_granularity
-            turn = abs(twists[k, 2]) * simulation.sim_time
-            steps = math.ceil(max(by_distance, turn / simulation.angular_granularity))
+            by_distance = speed * settings.sim_time / settings.linear_granularity
+            turn = abs(twists[k, 2]) * settings.sim_time
+            steps = math.ceil(max(by_distance, turn / settings.angular_granularity))
         steps = max(1, int(steps))
         step_counts[k] = steps
-        step_s[k] = simulation.sim_time / steps
+        step_s[k] = settings.sim_time / steps
         most = max(most, steps)
     return most
 
 
 @njit(cache=True)
-def roll_out(pose, twist, kinematics, simulation, window):
+def roll_out(pose, twist, kinematics, record, window):
     """Simulates every twist from a pose and a measured twist.
 
-    pose: (x m, y m, yaw rad). twist: (vx, vy, wz). window: Trajectories, whose velocities, poses
-    and headings are written. Euler steps with the new velocity and the old yaw. Cosine and sine
-    follow the yaw by rotating them, which costs no trigonometry while the yaw rate is constant and
-    differs from theirs by about 1e-16 a step.
+    pose: (x m, y m, yaw rad). twist: (vx, vy, wz). record: (1,) `TrajectoryGenerator.record`.
+    window: Trajectories, whose velocities, poses and headings are written. Euler steps with the new
+    velocity and the old yaw. Cosine and sine follow the yaw by rotating them, which costs no
+    trigonometry while the yaw rate is constant and differs from theirs by about 1e-16 a step.
     """
+    settings = record[0]
+    limits_acceleration = settings.limits_acceleration
     twists, velocities, poses, headings = (
         window.twists,
         window.velocities,
@@ -104,7 +93,7 @@ def roll_out(pose, twist, kinematics, simulation, window):
         poses[k, 0, 0], poses[k, 0, 1], poses[k, 0, 2] = x, y, yaw
         headings[k, 0, 0], headings[k, 0, 1] = cos_yaw, sin_yaw
         for i in range(step_count):
-            if simulation.limits_acceleration:
+            if limits_acceleration:
                 vx = project_velocity(
                     vx, kinematics.acc_lim_x, kinematics.decel_lim_x, step, twists[k, 0]
                 )
@@ -130,11 +119,11 @@ def roll_out(pose, twist, kinematics, simulation, window):
             )
             poses[k, i + 1, 0], poses[k, i + 1, 1], poses[k, i + 1, 2] = x, y, yaw
             headings[k, i + 1, 0], headings[k, i + 1, 1] = cos_yaw, sin_yaw
-        if simulation.include_last_point:
+        if settings.include_last_point:
             end = step_count + 1
             poses[k, end, 0], poses[k, end, 1], poses[k, end, 2] = x, y, yaw
             headings[k, end, 0], headings[k, end, 1] = cos_yaw, sin_yaw
-        if not simulation.limit_vel_cmd_in_traj:
+        if not settings.limit_vel_cmd_in_traj:
             for axis in range(twists.shape[1]):
                 velocities[k, axis] = twists[k, axis]
 
@@ -142,23 +131,18 @@ def roll_out(pose, twist, kinematics, simulation, window):
 class TrajectoryGenerator:
     """Samples the dynamic window and rolls it out into buffers that it keeps.
 
-    The buffers are sized by the largest window seen; results do not depend on them.
+    The buffers are sized by the largest window seen; results do not depend on them. record: (1,)
+    the parameters, for the kernels.
     """
 
     def __init__(
         self, parameters: DynamicWindowApproachParameters, control_period_s: float
     ) -> None:
         standard = parameters.uses_standard_generator
-        self._simulation = Simulation(
-            sim_time=parameters.sim_time,
-            discretize_by_time=parameters.discretize_by_time,
-            time_granularity=parameters.time_granularity,
-            linear_granularity=parameters.linear_granularity,
-            angular_granularity=parameters.angular_granularity,
-            include_last_point=parameters.include_last_point,
-            limit_vel_cmd_in_traj=parameters.limit_vel_cmd_in_traj,
-            limits_acceleration=standard,
-        )
+        # With the Standard generator the velocity approaches the twist at the acceleration limits;
+        # with LimitedAccel it has it from the first step on.
+        self.record = parameters.as_record(limits_acceleration=standard)
+        self._end_poses = 2 if parameters.include_last_point else 1
         sim_period_s = parameters.sim_period
         if sim_period_s is None:
             sim_period_s = control_period_s
@@ -195,15 +179,15 @@ class TrajectoryGenerator:
         count = combine_axes(kinematics, self._axes, counts, self._twists)
         twists, velocities = self._twists[:count], self._velocities[:count]
         step_counts, step_s = self._step_counts[:count], self._step_s[:count]
-        most_steps = count_steps(twists, self._simulation, step_counts, step_s)
+        most_steps = count_steps(twists, self.record, step_counts, step_s)
         # The start pose and, where wanted, the end pose once more.
         if most_steps + 2 > self._poses.shape[1]:
             self._poses = np.empty((len(self._twists), most_steps + 2, 3))
             self._headings = np.empty((len(self._twists), most_steps + 2, 2))
         poses, headings = self._poses[:count], self._headings[:count]
-        pose_counts = step_counts + (2 if self._simulation.include_last_point else 1)
+        pose_counts = step_counts + self._end_poses
         window = Trajectories(twists, velocities, poses, headings, pose_counts, step_counts, step_s)
-        roll_out(pose, twist, kinematics, self._simulation, window)
+        roll_out(pose, twist, kinematics, self.record, window)
         for array in window:
             array.flags.writeable = False
         return window

@@ -14,6 +14,7 @@ from numba import njit
 
 from drake_navbench.controllers.mppi.objective import add_pose_curvature, objective
 from drake_navbench.kernels.arrays import Array
+from drake_navbench.kernels.band_cholesky import factorise, substitute
 from drake_navbench.kernels.barrier import barrier_terms, next_multiplier, share_to_bounds
 
 # The distance of starts from either bound, as a share of the room between the bounds.
@@ -128,39 +129,16 @@ def _newton_step(curvature, slopes):
 
     The step is zero where even the largest damping does not make them positive.
     """
+    band, factor = np.empty_like(curvature), np.empty_like(curvature)
+    for row in range(band.shape[0]):
+        for column in range(row + 1):
+            band[row, row - column] = curvature[row, column]
     damping = _FIRST_DAMPING
-    factor = np.empty_like(curvature)
-    while not _factorise(curvature, factor):
+    while not factorise(band, 0.0, factor, _LEAST_PIVOT):
         if damping > _MOST_DAMPING:
             return np.zeros_like(slopes)
-        for i in range(slopes.shape[0]):
-            curvature[i, i] += damping
+        band[:, 0] += damping
         damping *= _DAMPING_GROWTH
     step = -slopes
-    count = slopes.shape[0]
-    for i in range(count):
-        for k in range(i):
-            step[i] -= factor[i, k] * step[k]
-        step[i] /= factor[i, i]
-    for i in range(count - 1, -1, -1):
-        for k in range(i + 1, count):
-            step[i] -= factor[k, i] * step[k]
-        step[i] /= factor[i, i]
+    substitute(factor, step)
     return step
-
-
-@njit(cache=True, error_model="numpy")
-def _factorise(matrix, factor):
-    """Fills Cholesky's factor of the lower triangle; False where the matrix is not positive."""
-    for j in range(matrix.shape[0]):
-        for i in range(j, matrix.shape[0]):
-            left = matrix[i, j]
-            for k in range(j):
-                left -= factor[i, k] * factor[j, k]
-            if i == j:
-                if not left > _LEAST_PIVOT:
-                    return False
-                factor[j, j] = math.sqrt(left)
-            else:
-                factor[i, j] = left / factor[j, j]
-    return True

@@ -33,6 +33,7 @@ from drake_navbench.typed_files.quantities import (
     Number,
     Period,
     Speed,
+    require_order,
 )
 from drake_navbench.typed_files.typed_yaml import unknown_field
 
@@ -422,8 +423,8 @@ class MppiParameters(ParametersWithCritics):
 
     @model_validator(mode="after")
     def _check_together(self) -> MppiParameters:
-        if self.polish.enabled and self.vx_min > self.vx_max:
-            raise ValueError(f"vx_min: got {self.vx_min}, expected at most vx_max {self.vx_max}")
+        if self.polish.enabled:
+            require_order(self, "vx_min", "vx_max")
         if self.batch_size * self.time_steps > MAX_BATCH_CELLS:
             raise ValueError(
                 f"batch_size: got {self.batch_size} of {self.time_steps} time_steps each, "

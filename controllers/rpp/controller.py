@@ -195,18 +195,20 @@ class RegulatedPurePursuit:
         self, observation: Observation, plan: Array, memory: RppMemory, is_cancelling: bool
     ) -> Cycle:
         costmap = observation.costmap
+        cuts_plan = self._release.cuts_plan
+        turns_to_goal = memory.was_near_end if cuts_plan else observation.goal_xy_reached
         return run_cycle(
             self._settings_record,
             read_only(plan),
-            tuple(observation.pose.tolist()),
-            tuple(observation.twist.tolist()),
+            (
+                tuple(observation.pose.tolist()),
+                tuple(observation.twist.tolist()),
+                (memory.last_v, memory.last_w),
+            ),
             limited_speed(self._parameters.max_linear_vel, observation.speed_limit),
-            memory.was_near_end if self._release.cuts_plan else observation.goal_xy_reached,
-            observation.goal_xy_tolerance_m,
+            (turns_to_goal, observation.goal_xy_tolerance_m),
             is_cancelling,
-            (memory.last_v, memory.last_w),
-            costmap.grid,
-            costmap.tracks_unknown,
+            (costmap.grid, costmap.tracks_unknown),
             self._footprint,
         )
 

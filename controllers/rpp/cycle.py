@@ -235,29 +235,19 @@ def choose_command(
 
 @njit(cache=True)
 def run_cycle(
-    settings_record,
-    plan,
-    pose,
-    twist,
-    max_linear_vel,
-    goal_xy_reached,
-    end_tolerance,
-    is_cancelling,
-    last_command,
-    grid,
-    tracks_unknown,
-    footprint,
+    settings_record, plan, motion, max_linear_vel, goal, is_cancelling, costmap, footprint
 ):
     """Returns the Cycle for one observation.
 
-    settings_record: (1,) `parameters.as_record`. plan: (M, 3) local plan; pose: (x, y, yaw) of the
-    robot, both in the odometry frame, m and rad. twist: its measured (v, w), m/s and rad/s.
-    max_linear_vel: cruise speed under the speed limit, m/s. goal_xy_reached: it turns to the goal's
-    heading; up to Kilted also where the carrot is nearer than end_tolerance m. last_command: (v,
-    w), m/s and rad/s. grid, tracks_unknown: of the costmap. footprint: (K, 2) m.
+    settings_record: (1,) `parameters.as_record`. plan: (M, 3) local plan. motion: the robot's pose
+    (x, y, yaw), in the plan's odometry frame, m and rad, its measured twist (v, w) and the last
+    command (v, w), m/s and rad/s. max_linear_vel: cruise speed under the speed limit, m/s. goal:
+    whether the robot turns to the goal's heading, and the distance of the carrot, m, below which it
+    does so, too, up to Kilted. costmap: (grid, tracks_unknown). footprint: (K, 2) m.
     """
     settings = settings_record[0]
-    x, y, yaw = pose
+    (pose, twist, last_command), (goal_xy_reached, end_tolerance) = motion, goal
+    (x, y, yaw), (grid, tracks_unknown) = pose, costmap
     aim = take_aim(settings, plan, pose, twist[0])
     carrot_distance = math.hypot(aim.carrot_x, aim.carrot_y)
     if settings.release.cuts_plan:

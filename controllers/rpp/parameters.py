@@ -24,6 +24,7 @@ from drake_navbench.typed_files.quantities import (
     Duration,
     Length,
     Speed,
+    require_order,
 )
 
 # The name of the cruise speed in Lyrical, and the only name that earlier releases read.
@@ -205,18 +206,12 @@ class RegulatedPurePursuitParameters(PursuitParameters):
     @model_validator(mode="after")
     def _check_ranges(self) -> Self:
         # Nav2 takes any of these; where they come into use, they must make sense.
-        ranges = []
         if self.use_velocity_scaled_lookahead_dist:
-            ranges.append(("min_lookahead_dist", "max_lookahead_dist"))
+            require_order(self, "min_lookahead_dist", "max_lookahead_dist")
         if self.use_dynamic_window:
-            ranges.append(("min_linear_vel", "max_linear_vel"))
-            ranges.append(("min_angular_vel", "max_angular_vel"))
+            require_order(self, "min_linear_vel", "max_linear_vel")
+            require_order(self, "min_angular_vel", "max_angular_vel")
             for name in ("max_linear_decel", "max_angular_decel"):
                 if getattr(self, name) >= 0.0:
                     raise ValueError(f"{name} ({getattr(self, name)}) must be negative")
-        for low, high in ranges:
-            if getattr(self, low) > getattr(self, high):
-                raise ValueError(
-                    f"{low} ({getattr(self, low)}) must not exceed {high} ({getattr(self, high)})"
-                )
         return self

@@ -8,6 +8,7 @@ from typing import Any, ClassVar, Self
 from pydantic import Field, model_validator
 
 from drake_navbench.controller import AskedSpeeds, ControllerParameters
+from drake_navbench.typed_files.name_lists import name_lists
 from drake_navbench.typed_files.quantities import (
     Acceleration,
     Angle,
@@ -17,8 +18,11 @@ from drake_navbench.typed_files.quantities import (
     Duration,
     Length,
     Speed,
+    require_order,
 )
 
+# Names that are accepted and dropped, by who drops them.
+NAMES_WITHOUT_EFFECT = name_lists(__package__, "without_effect.yaml")
 # Fewer inner poses than this leave the solver nothing to bend.
 FEWEST_SAMPLES = 3
 
@@ -26,32 +30,7 @@ FEWEST_SAMPLES = 3
 class BandParameters(ControllerParameters):
     """Time, length and limits of a band; names that have no effect are accepted and dropped."""
 
-    WITHOUT_EFFECT: ClassVar[frozenset[str]] = frozenset(
-        {
-            "acc_lim_y",
-            "costmap_converter_plugin",
-            "costmap_converter_rate",
-            "costmap_converter_spin_thread",
-            "dynamic_obstacle_inflation_dist",
-            "enable_multithreading",
-            "is_footprint_dynamic",
-            "map_frame",
-            "max_vel_y",
-            "obstacle_keypoint_offset",
-            "odom_topic",
-            "optimization_verbose",
-            "publish_feedback",
-            "shrink_horizon_backup",
-            "shrink_horizon_min_duration",
-            "transform_tolerance",
-            "visualize_hc_graph",
-            "visualize_with_time_as_z_axis_scale",
-            "weight_acc_lim_y",
-            "weight_dynamic_obstacle",
-            "weight_dynamic_obstacle_inflation",
-            "weight_max_vel_y",
-        }
-    )
+    WITHOUT_EFFECT: ClassVar[frozenset[str]] = frozenset(NAMES_WITHOUT_EFFECT["both"])
 
     # Trajectory
     dt_ref: Duration = Field(0.3, ge=0.01, description="Wanted time step of a band [s].")
@@ -110,17 +89,10 @@ class BandParameters(ControllerParameters):
 
     @model_validator(mode="after")
     def _check_samples(self) -> Self:
-        if self.dt_hysteresis >= self.dt_ref:
-            raise ValueError(
-                f"dt_hysteresis must be below dt_ref, got {self.dt_hysteresis} and {self.dt_ref}"
-            )
+        require_order(self, "dt_hysteresis", "dt_ref", may_be_equal=False)
+        require_order(self, "min_samples", "max_samples")
         if self.min_samples < FEWEST_SAMPLES:
             raise ValueError(
                 f"min_samples must be at least {FEWEST_SAMPLES}, got {self.min_samples}"
-            )
-        if self.max_samples < self.min_samples:
-            raise ValueError(
-                "max_samples must not be below min_samples, got"
-                f" {self.max_samples} and {self.min_samples}"
             )
         return self

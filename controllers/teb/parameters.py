@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from pydantic import Field
 
 from drake_navbench.controller import ControllerSetup
-from drake_navbench.controllers.teb.band_parameters import BandParameters
+from drake_navbench.controllers.teb.band_parameters import NAMES_WITHOUT_EFFECT, BandParameters
 from drake_navbench.controllers.teb.footprint_model import (
     FootprintModel,
     FootprintType,
@@ -62,63 +62,9 @@ class TebParameters(BandParameters):
     STOOD_IN_FOR: ClassVar[Mapping[str, str]] = {
         "costmap_converter_plugin": "the lethal cells stand in for the shapes that it makes"
     }
-    WITHOUT_EFFECT: ClassVar[frozenset[str]] = BandParameters.WITHOUT_EFFECT | {
-        "allow_init_with_backwards_motion",
-        "cmd_angle_instead_rotvel",
-        "costmap_obstacles_behind_robot_dist",
-        "delete_detours_backwards",
-        "detours_orientation_tolerance",
-        "divergence_detection_enable",
-        "divergence_detection_max_chi_squared",
-        "exact_arc_length",
-        "global_plan_prune_distance",
-        "h_signature_prescaler",
-        "h_signature_threshold",
-        "include_costmap_obstacles",
-        "legacy_obstacle_association",
-        "length_start_orientation_vector",
-        "max_number_plans_in_current_class",
-        "min_resolution_collision_check_angular",
-        "obstacle_association_cutoff_factor",
-        "obstacle_association_force_inclusion_factor",
-        "obstacle_cost_exponent",
-        "obstacle_heading_threshold",
-        "obstacle_poses_affected",
-        "obstacle_proximity_lower_bound",
-        "obstacle_proximity_ratio_max_vel",
-        "obstacle_proximity_upper_bound",
-        "optimization_activate",
-        "oscillation_filter_duration",
-        "oscillation_omega_eps",
-        "oscillation_recovery",
-        "oscillation_recovery_min_duration",
-        "oscillation_v_eps",
-        "penalty_epsilon",
-        "roadmap_graph_area_length_scale",
-        "roadmap_graph_area_width",
-        "roadmap_graph_no_samples",
-        "roadmap_graph_samples",
-        "selection_alternative_time_cost",
-        "selection_dropping_probability",
-        "selection_obst_cost_scale",
-        "selection_viapoint_cost_scale",
-        "simple_exploration",
-        "teb_autosize",
-        "use_proportional_saturation",
-        "via_points_ordered",
-        "viapoints_all_candidates",
-        "weight_acc_lim_theta",
-        "weight_acc_lim_x",
-        "weight_adapt_factor",
-        "weight_kinematics_nh",
-        "weight_kinematics_turning_radius",
-        "weight_max_vel_theta",
-        "weight_max_vel_x",
-        "weight_obstacle",
-        "weight_prefer_rotdir",
-        "weight_velocity_obstacle_ratio",
-        "wheelbase",
-    }
+    WITHOUT_EFFECT: ClassVar[frozenset[str]] = BandParameters.WITHOUT_EFFECT.union(
+        NAMES_WITHOUT_EFFECT["teb"]
+    )
 
     # Trajectory
     global_plan_overwrite_orientation: bool = Field(

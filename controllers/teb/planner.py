@@ -102,16 +102,10 @@ def pace_of(parameters: TebParameters, limits: BandLimits) -> Pace:
 class BandPlanner:
     """Optimises bands; keeps one program for each size."""
 
-    def __init__(
-        self,
-        parameters: TebParameters,
-        discs: Array,
-        *,
-        settings: SolverSettings | None = None,
-    ) -> None:
+    def __init__(self, parameters: TebParameters, discs: Array) -> None:
         self._discs = discs
         self._turning_radius = parameters.min_turning_radius
-        self._settings = settings or SolverSettings(is_confirmed=parameters.solver == "ipopt")
+        self._settings = SolverSettings(is_confirmed=parameters.solver == "ipopt")
         self._programs: dict[tuple[int, bool], BandProgram] = {}
         self._weights = Weights(
             time=parameters.weight_optimaltime,

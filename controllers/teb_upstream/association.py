@@ -8,7 +8,6 @@ the map, and the legacy strategy attaches an obstacle to its nearest pose three 
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 from numba import njit
@@ -17,43 +16,33 @@ from drake_navbench.controllers.teb_upstream.penalties import Attached
 from drake_navbench.controllers.teb_upstream.robot_models import model_distance
 
 
-class Association(NamedTuple):
-    """The rules by which obstacles and via-points attach to poses, by teb_local_planner's names.
-
-    include_at m: closer obstacles are all attached. cut_off_at m: farther ones are not. Of the rest
-    the nearest on the left and on the right are. is_legacy: to the `poses_affected` poses around
-    the nearest one instead. with_first_pose: the first pose gets obstacles, too.
-    via_points_ordered: each via-point belongs behind the one before.
-    """
-
-    include_at: float
-    cut_off_at: float
-    is_legacy: bool
-    poses_affected: int
-    with_first_pose: bool
-    via_points_ordered: bool
-
-
 @njit(cache=True, error_model="numpy")
-def attach(poses, count, around, association):
-    """Returns the `Attached` obstacles and via-points of the first `count` poses (C, 3)."""
-    if association.is_legacy:
-        pairs = _attach_around_nearest(poses, count, around, association)
+def attach(poses, count, around, record):
+    """Returns the `Attached` obstacles and via-points of the first `count` poses (C, 3).
+
+    record: (1,) the parameters' `kernel_record`. Obstacles nearer than `include_at` m are all
+    attached, and none beyond `cut_off_at` m; of the rest the nearest on the left and on the right
+    are. With `legacy_obstacle_association` an obstacle is attached to poses around its nearest one
+    instead. The first pose gets obstacles only with `with_first_pose`.
+    """
+    terms = record[0]
+    if terms.legacy_obstacle_association:
+        pairs = _attach_around_nearest(poses, count, around, terms)
     else:
-        pairs = _attach_by_distance(poses, count, around, association)
-    via_poses = _attach_via_points(poses, count, around, association)
+        pairs = _attach_by_distance(poses, count, around, terms)
+    via_poses = _attach_via_points(poses, count, around, terms)
     return Attached(pairs[0], pairs[1], via_poses)
 
 
 @njit(cache=True, error_model="numpy")
-def _attach_by_distance(poses, count, around, association):
+def _attach_by_distance(poses, count, around, terms):
     obstacles = around.obstacles
     number = obstacles.shape[0]
     capacity = count * (min(number, 16) + 2)
     pose_indices = np.empty(capacity, dtype=np.int64)
     indices = np.empty(capacity, dtype=np.int64)
     used = 0
-    for i in range(0 if association.with_first_pose else 1, count - 1):
+    for i in range(0 if terms.with_first_pose else 1, count - 1):
         if used + number + 2 > capacity:
             capacity = 2 * capacity + number + 2
             wider_poses = np.empty(capacity, dtype=np.int64)
@@ -70,15 +59,15 @@ def _attach_by_distance(poses, count, around, association):
             is_left = cos_yaw * point_y - sin_yaw * point_x > 0.0
             # No robot's shape reaches beyond this circle, so that most need no closer look.
             dx, dy = point_x - x, point_y - y
-            enough = max(association.include_at, left_distance if is_left else right_distance)
-            enough = min(enough, association.cut_off_at) + around.robot.reach
+            enough = max(terms.include_at, left_distance if is_left else right_distance)
+            enough = min(enough, terms.cut_off_at) + around.robot.reach
             if dx * dx + dy * dy > enough * enough:
                 continue
             distance = model_distance(around.robot, x, y, cos_yaw, sin_yaw, point_x, point_y)[0]
-            if distance < association.include_at:
+            if distance < terms.include_at:
                 pose_indices[used], indices[used] = i, k
                 used += 1
-            elif distance > association.cut_off_at:
+            elif distance > terms.cut_off_at:
                 continue
             elif is_left:
                 if distance < left_distance:
@@ -104,14 +93,14 @@ def _nearest_pose(poses, begin, count, x, y):
 
 
 @njit(cache=True, error_model="numpy")
-def _attach_around_nearest(poses, count, around, association):
+def _attach_around_nearest(poses, count, around, terms):
     obstacles = around.obstacles
-    reach = association.poses_affected // 2
+    reach = terms.obstacle_poses_affected // 2
     pose_indices = np.empty(obstacles.shape[0] * (2 * reach + 1), dtype=np.int64)
     indices = np.empty(pose_indices.shape[0], dtype=np.int64)
     used = 0
     for k in range(obstacles.shape[0]):
-        if association.poses_affected >= count:
+        if terms.obstacle_poses_affected >= count:
             index = count // 2
         else:
             index = _nearest_pose(poses, np.int64(0), count, obstacles[k, 0], obstacles[k, 1])
@@ -129,17 +118,17 @@ def _attach_around_nearest(poses, count, around, association):
 
 
 @njit(cache=True, error_model="numpy")
-def _attach_via_points(poses, count, around, association):
+def _attach_via_points(poses, count, around, terms):
     via_poses = np.full(around.via_points.shape[0], -1)
     if count < 3:
         return via_poses
     begin = 0
     for k in range(via_poses.shape[0]):
         index = _nearest_pose(poses, begin, count, around.via_points[k, 0], around.via_points[k, 1])
-        if association.via_points_ordered:
+        if terms.via_points_ordered:
             begin = index + 2
         index = min(index, count - 2)
-        if index < 1 and association.via_points_ordered:
+        if index < 1 and terms.via_points_ordered:
             index = 1
         if index >= 1:
             via_poses[k] = index

@@ -46,8 +46,6 @@ class ClassSearch:
         obstacles: Array,
         bands: tuple[Trajectory, ...],
         state: PlannerState,
-        *,
-        max_speed: float,
     ) -> None:
         self._parameters = parameters
         self._obstacles = obstacles
@@ -58,7 +56,6 @@ class ClassSearch:
         self._best_class = state.best_class
         self._plan_class: Array | None = None
         self._plan_number = -1
-        self._max_speed = max_speed
         self._rules = ClassRules(
             in_time=parameters.include_dynamic_obstacles,
             prescaler=parameters.h_signature_prescaler,
@@ -141,7 +138,7 @@ class ClassSearch:
             if not self._bands:
                 ends = np.array([start, goal])
                 poses, time_steps = band_from_plan(
-                    ends, True, False, parameters.min_samples, self._max_speed, 0.0
+                    ends, True, False, parameters.min_samples, parameters.max_vel_x, 0.0
                 )
                 self._add_new(poses, time_steps, self._signature(poses, time_steps))
             return
@@ -150,7 +147,7 @@ class ClassSearch:
             goal[2],
             backwards,
             parameters.min_samples,
-            self._max_speed,
+            parameters.max_vel_x,
             parameters.acc_lim_x,
         )
         self._add_from_paths(self._graph(start, goal, samples), band)

@@ -27,13 +27,12 @@ from drake_navbench.controllers.teb_upstream.memory import (
     Trajectory,
 )
 from drake_navbench.controllers.teb_upstream.parameters import TebUpstreamParameters
-from drake_navbench.controllers.teb_upstream.penalties import Terms
 from drake_navbench.controllers.teb_upstream.planner import (
     NO_POINTS,
     Planned,
     Scene,
+    Settings,
     TebPlanner,
-    penalty_terms,
 )
 from drake_navbench.controllers.teb_upstream.reasons import explained
 from drake_navbench.controllers.teb_upstream.recovery import update_preference
@@ -50,7 +49,7 @@ class Cycle(NamedTuple):
     """The outcome of one cycle; memory: for the next one, but for `planner` and `last_command`."""
 
     scene: Scene
-    terms: Terms
+    settings: Settings
     planner: PlannerState
     best: Trajectory
     command: Array
@@ -106,7 +105,7 @@ class UpstreamTimedElasticBand:
         bands = [cycle.best]
         others = [b for b in cycle.planner.trajectories if b.number != cycle.best.number]
         bands += sorted(others, key=lambda band: band.cost)[:1]
-        found = [self._planner.penalties(band, cycle.scene, cycle.terms) for band in bands]
+        found = [self._planner.penalties(band, cycle.scene, cycle.settings) for band in bands]
         return explained(cycle.command, bands, found)
 
     def _cycle(self, observation: Observation, memory: TebUpstreamMemory) -> Cycle:
@@ -127,17 +126,17 @@ class UpstreamTimedElasticBand:
             turn_rate=float(observation.twist[1]),
             length=self._history_length,
         )
-        terms = penalty_terms(parameters, observation.speed_limit)
+        settings = self._planner.settings(observation.speed_limit)
         try:
             scene = self._scene(observation, plan, memory.preferred_turn)
-            planned = self._planner.plan(memory.planner, scene, terms)
+            planned = self._planner.plan(memory.planner, scene, settings)
             planner, best = self._feasible(planned, observation)
-            command = self._command(best, terms)
+            command = self._command(best, settings.parameters)
         except NoValidControl as error:
             cleared = memory.planner._replace(trajectories=(), best=-1)
             error.memory = memory._replace(planner=cleared, last_command=np.zeros(2))
             raise
-        return Cycle(scene, terms, planner, best, command, memory)
+        return Cycle(scene, settings, planner, best, command, memory)
 
     def _scene(self, observation: Observation, plan: LocalPlan, preferred_turn: float) -> Scene:
         parameters = self._parameters
@@ -194,15 +193,14 @@ class UpstreamTimedElasticBand:
             best = planned.best
         raise NoValidControl("no band is free of collision")
 
-    def _command(self, band: Trajectory, terms: Terms) -> Array:
-        """Returns (2,) v m/s, w rad/s within the limits."""
-        parameters = self._parameters
+    def _command(self, band: Trajectory, parameters: TebUpstreamParameters) -> Array:
+        """Returns (2,) v m/s, w rad/s within the limits of the cycle's parameters."""
         is_valid, speed, rate = band_command(
             band.poses, band.time_steps, parameters.control_look_ahead_poses, parameters.dt_ref
         )
         if not is_valid or not math.isfinite(speed) or not math.isfinite(rate):
             raise NoValidControl("the band gives no command")
-        speed, rate = saturated(speed, rate, terms, parameters.use_proportional_saturation)
+        speed, rate = saturated(speed, rate, parameters)
         if parameters.cmd_angle_instead_rotvel:
             angle = steering_angle(
                 speed,
@@ -239,16 +237,16 @@ def robot_model(parameters: TebUpstreamParameters, setup: ControllerSetup) -> Ro
     return outline(corners)
 
 
-def saturated(speed: float, rate: float, terms: Terms, proportionally: bool) -> tuple[float, float]:
+def saturated(speed: float, rate: float, limits: TebUpstreamParameters) -> tuple[float, float]:
     """Returns the command within the limits; without a limit of reverse speed it is not cut."""
     speed_ratio = rate_ratio = 1.0
-    if speed > terms.max_vel_x:
-        speed_ratio = terms.max_vel_x / speed
-    if 0.0 < terms.max_vel_x_backwards < -speed:
-        speed_ratio = -terms.max_vel_x_backwards / speed
-    if abs(rate) > terms.max_vel_theta:
-        rate_ratio = terms.max_vel_theta / abs(rate)
-    if proportionally:
+    if speed > limits.max_vel_x:
+        speed_ratio = limits.max_vel_x / speed
+    if 0.0 < limits.max_vel_x_backwards < -speed:
+        speed_ratio = -limits.max_vel_x_backwards / speed
+    if abs(rate) > limits.max_vel_theta:
+        rate_ratio = limits.max_vel_theta / abs(rate)
+    if limits.use_proportional_saturation:
         speed_ratio = rate_ratio = min(speed_ratio, rate_ratio)
     return speed * speed_ratio, rate * rate_ratio
 

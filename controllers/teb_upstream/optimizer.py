@@ -12,8 +12,9 @@ from typing import NamedTuple
 
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
-from drake_navbench.controllers.teb_upstream.association import Association, attach
+from drake_navbench.controllers.teb_upstream.association import attach
 from drake_navbench.controllers.teb_upstream.band import copy_band, resize
 from drake_navbench.controllers.teb_upstream.normal_equations import (
     COST_KINDS,
@@ -24,7 +25,7 @@ from drake_navbench.controllers.teb_upstream.normal_equations import (
     VIA_POINT_COST,
     System,
 )
-from drake_navbench.controllers.teb_upstream.penalties import BandSurroundings, Terms, add_edges
+from drake_navbench.controllers.teb_upstream.penalties import BandSurroundings, add_edges
 from drake_navbench.kernels.arrays import Array
 from drake_navbench.kernels.band_cholesky import BANDWIDTH, factorise, substitute
 
@@ -36,28 +37,6 @@ MOST_TRIALS = 10
 LEAST_GAIN = 1e-3
 # With a lower speed limit no band is optimised, m/s.
 LEAST_SPEED = 0.01
-
-
-class Rounds(NamedTuple):
-    """The numbers of rounds of an optimisation and the rules of resizing.
-
-    Names are those of teb_local_planner. once: the resizing sweeps once, else until it changes
-    nothing. The three scales are of the cost that bands are compared by.
-    """
-
-    inner: int
-    outer: int
-    adapt_factor: float
-    resizes: bool
-    dt_ref: float
-    dt_hysteresis: float
-    fewest: int
-    most: int
-    once: bool
-    obstacle_scale: float
-    via_point_scale: float
-    by_duration: bool
-    detects_divergence: bool
 
 
 class Optimized(NamedTuple):
@@ -112,7 +91,7 @@ def _move(poses, steps, count, solution):
 
 
 @njit(cache=True, error_model="numpy")
-def descend(poses, steps, count, terms, around, attached, multiplier, iterations):
+def descend(poses, steps, count, record, around, attached, multiplier):
     """Runs Levenberg and Marquardt's method in place; returns (number of its steps, costs).
 
     costs: (COST_KINDS,) of the last trial, which need not be the one that was taken: the original
@@ -131,8 +110,8 @@ def descend(poses, steps, count, terms, around, attached, multiplier, iterations
     damping, growth = 0.0, 2.0
     first, end = STRIDE - 1, STRIDE - 1 + size
     done = 0
-    for iteration in range(iterations):
-        add_edges(poses, steps, count, terms, around, attached, multiplier, system)
+    for iteration in range(record[0].no_inner_iterations):
+        add_edges(poses, steps, count, record, around, attached, multiplier, system)
         current = costs.sum()
         if iteration == 0:
             damping = FIRST_DAMPING * max(0.0, system.matrix[first:end, 0].max())
@@ -143,7 +122,7 @@ def descend(poses, steps, count, terms, around, attached, multiplier, iterations
             copy_band(poses, steps, count, old_poses, old_steps)
             solved = solve_banded(system.matrix, damping, system.right, size, factor, solution)
             _move(poses, steps, count, solution)
-            add_edges(poses, steps, count, terms, around, attached, multiplier, trial_system)
+            add_edges(poses, steps, count, record, around, attached, multiplier, trial_system)
             trial = costs.sum() if solved else np.finfo(np.float64).max
             predicted = LEAST_GAIN
             for k in range(first, end):
@@ -169,51 +148,51 @@ def descend(poses, steps, count, terms, around, attached, multiplier, iterations
 
 
 @njit(cache=True, error_model="numpy")
-def optimize(poses, steps, terms, around, association, rounds):
+def optimize(poses, steps, record, around):
     """Returns (succeeded, poses (n, 3), time steps (n - 1,), cost, chi squared, steps taken).
 
     Fails where the robot is too slow or the band too short.
     """
+    terms = record[0]
+    fewest, most = terms.min_samples, terms.max_samples
     count = poses.shape[0]
-    capacity = max(count, rounds.most + 2)
+    capacity = max(count, most + 2)
     band_poses, band_steps = np.empty((capacity, 3)), np.empty(capacity)
     copy_band(poses, steps, count, band_poses, band_steps)
     costs = np.zeros(COST_KINDS)
     multiplier = 1.0
     total = 0
     chi_squared = 0.0
-    succeeded = rounds.outer > 0
-    for _ in range(rounds.outer):
-        if rounds.resizes:
+    succeeded = terms.no_outer_iterations > 0
+    for _ in range(terms.no_outer_iterations):
+        if terms.teb_autosize:
             count = resize(
                 band_poses,
                 band_steps,
                 count,
-                rounds.dt_ref,
-                rounds.dt_hysteresis,
-                rounds.fewest,
-                rounds.most,
-                rounds.once,
+                terms.dt_ref,
+                terms.dt_hysteresis,
+                fewest,
+                most,
+                not terms.include_dynamic_obstacles,
             )
-        if terms.max_vel_x < LEAST_SPEED or count < max(rounds.fewest, 3):
+        if terms.max_vel_x < LEAST_SPEED or count < max(fewest, 3):
             succeeded = False
             break
-        attached = attach(band_poses, count, around, association)
-        taken, costs = descend(
-            band_poses, band_steps, count, terms, around, attached, multiplier, rounds.inner
-        )
+        attached = attach(band_poses, count, around, record)
+        taken, costs = descend(band_poses, band_steps, count, record, around, attached, multiplier)
         total += taken
-        if rounds.detects_divergence:
+        if terms.divergence_detection_enable:
             unused = np.zeros((1, 1)), np.zeros(1)
             system = System(*unused, np.bool_(False), costs, np.zeros((count, 8)))
-            add_edges(band_poses, band_steps, count, terms, around, attached, multiplier, system)
-            chi_squared = costs.sum() if taken == rounds.inner else 0.0
-        multiplier *= rounds.adapt_factor
+            add_edges(band_poses, band_steps, count, record, around, attached, multiplier, system)
+            chi_squared = costs.sum() if taken == terms.no_inner_iterations else 0.0
+        multiplier *= terms.weight_adapt_factor
     duration = band_steps[: count - 1].sum()
     cost = (
-        rounds.obstacle_scale * costs[OBSTACLE_COST]
-        + rounds.via_point_scale * costs[VIA_POINT_COST]
-        + (duration if rounds.by_duration else costs[TIME_COST])
+        terms.selection_obst_cost_scale * costs[OBSTACLE_COST]
+        + terms.selection_viapoint_cost_scale * costs[VIA_POINT_COST]
+        + (duration if terms.selection_alternative_time_cost else costs[TIME_COST])
         + costs[OTHER_COST]
     )
     return (
@@ -227,15 +206,10 @@ def optimize(poses, steps, terms, around, association, rounds):
 
 
 def optimize_band(
-    poses: Array,
-    time_steps: Array,
-    terms: Terms,
-    around: BandSurroundings,
-    association: Association,
-    rounds: Rounds,
+    poses: Array, time_steps: Array, record: NDArray[np.void], around: BandSurroundings
 ) -> Optimized:
     """Returns the optimised band; see `optimize`."""
-    result = Optimized(*optimize(poses, time_steps, terms, around, association, rounds))
+    result = Optimized(*optimize(poses, time_steps, record, around))
     result.poses.flags.writeable = False
     result.time_steps.flags.writeable = False
     return result

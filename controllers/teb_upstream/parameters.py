@@ -6,6 +6,8 @@ import math
 from collections.abc import Mapping
 from typing import Any, ClassVar
 
+import numpy as np
+from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from drake_navbench.controllers.teb.band_parameters import BandParameters
@@ -16,6 +18,7 @@ from drake_navbench.typed_files.quantities import (
     Duration,
     Length,
     Number,
+    require_order,
 )
 
 
@@ -291,6 +294,22 @@ class TebUpstreamParameters(BandParameters):
         10.0, description="Largest cost that does not count as divergence."
     )
 
+    def kernel_record(self) -> NDArray[np.void]:
+        """Returns the parameters as the kernels take them, and what follows from several of them.
+
+        is_carlike: the turning radius is bounded. include_at, cut_off_at: distances of obstacles
+        that are all attached to poses, and beyond which none is, m. with_first_pose: obstacles are
+        attached to the first pose, too.
+        """
+        wanted = self.min_obstacle_dist
+        bounds_radius = self.weight_kinematics_turning_radius != 0.0
+        return self.as_record(
+            is_carlike=self.min_turning_radius != 0.0 and bounds_radius,
+            include_at=wanted * self.obstacle_association_force_inclusion_factor,
+            cut_off_at=wanted * self.obstacle_association_cutoff_factor,
+            with_first_pose=self.weight_velocity_obstacle_ratio != 0.0,
+        )
+
     @classmethod
     def for_original(cls, values: Mapping[str, Any], release: str) -> dict[str, Any]:
         """Returns values in the form in which the original declares them.
@@ -315,11 +334,8 @@ class TebUpstreamParameters(BandParameters):
 
     @model_validator(mode="after")
     def _check_numbers_agree(self) -> TebUpstreamParameters:
-        if self.obstacle_proximity_upper_bound <= self.obstacle_proximity_lower_bound:
-            raise ValueError(
-                "obstacle_proximity_upper_bound must be above obstacle_proximity_lower_bound, got"
-                f" {self.obstacle_proximity_upper_bound} and {self.obstacle_proximity_lower_bound}"
-            )
+        lower, upper = "obstacle_proximity_lower_bound", "obstacle_proximity_upper_bound"
+        require_order(self, lower, upper, may_be_equal=False)
         if self.cmd_angle_instead_rotvel and self.min_turning_radius == 0.0:
             raise ValueError("cmd_angle_instead_rotvel needs a min_turning_radius above 0")
         weights = [name for name in type(self).model_fields if name.startswith("weight_")]

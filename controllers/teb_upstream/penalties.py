@@ -33,44 +33,6 @@ from drake_navbench.controllers.teb_upstream.robot_models import RobotModel, mod
 from drake_navbench.kernels.arrays import Array
 
 
-class Terms(NamedTuple):
-    """Limits and weights of the edges, by teb_local_planner's names.
-
-    Speeds m/s, rad/s, accelerations m/s^2, rad/s^2, distances m. is_carlike: the turning radius
-    is bounded. obstacle_ratio_weight: of the speed limit near obstacles.
-    """
-
-    max_vel_x: float
-    max_vel_x_backwards: float
-    max_vel_theta: float
-    acc_lim_x: float
-    acc_lim_theta: float
-    min_turning_radius: float
-    is_carlike: bool
-    exact_arc_length: bool
-    penalty_epsilon: float
-    min_obstacle_dist: float
-    inflation_dist: float
-    obstacle_cost_exponent: float
-    proximity_ratio: float
-    proximity_lower: float
-    proximity_upper: float
-    weight_max_vel_x: float
-    weight_max_vel_theta: float
-    weight_acc_lim_x: float
-    weight_acc_lim_theta: float
-    weight_kinematics_nh: float
-    weight_kinematics_forward_drive: float
-    weight_kinematics_turning_radius: float
-    weight_optimaltime: float
-    weight_shortest_path: float
-    weight_obstacle: float
-    weight_inflation: float
-    weight_viapoint: float
-    weight_prefer_rotdir: float
-    weight_velocity_obstacle_ratio: float
-
-
 class BandSurroundings(NamedTuple):
     """The surroundings of one band in one cycle.
 
@@ -99,12 +61,13 @@ class Attached(NamedTuple):
 
 
 @njit(cache=True, error_model="numpy")
-def add_edges(poses, steps, count, terms, around, attached, multiplier, system):
+def add_edges(poses, steps, count, record, around, attached, multiplier, system):
     """Fills the costs and the motion of the system and, if wanted, its normal equations.
 
-    poses (C, 3), steps (C,): the first `count` poses are the band's. multiplier: of the weight of
-    obstacles.
+    poses (C, 3), steps (C,): the first `count` poses are the band's. record: (1,) the parameters'
+    `kernel_record`. multiplier: of the weight of obstacles.
     """
+    terms = record[0]
     system.costs[:] = 0.0
     if system.with_slopes:
         system.matrix[: STRIDE * count] = 0.0
@@ -179,14 +142,14 @@ def _bent(missing, terms):
 def _add_speed_near_obstacle(i, step, distance, gradient, terms, system, row):
     """Edges that slow the robot down near an obstacle that pose i is attached to."""
     with_slopes, costs, motion = system.with_slopes, system.costs, system.motion
-    ramp = terms.proximity_upper - terms.proximity_lower
+    lower, upper = terms.obstacle_proximity_lower_bound, terms.obstacle_proximity_upper_bound
     ratio, ratio_slope = 1.0, 0.0
-    if distance < terms.proximity_lower:
+    if distance < lower:
         ratio = 0.0
-    elif distance <= terms.proximity_upper:
-        ratio, ratio_slope = (distance - terms.proximity_lower) / ramp, 1.0 / ramp
-    ratio *= terms.proximity_ratio
-    ratio_slope *= terms.proximity_ratio
+    elif distance <= upper:
+        ratio, ratio_slope = (distance - lower) / (upper - lower), 1.0 / (upper - lower)
+    ratio *= terms.obstacle_proximity_ratio_max_vel
+    ratio_slope *= terms.obstacle_proximity_ratio_max_vel
     weight = terms.weight_velocity_obstacle_ratio
     for axis in range(2):
         limit = terms.max_vel_x if axis == 0 else terms.max_vel_theta

@@ -7,27 +7,30 @@ the bands of the last cycle. `Scene` holds the cycle's inputs.
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from drake_navbench.controller import NoValidControl, SpeedLimit
 from drake_navbench.controllers.teb.band_parameters import FEWEST_SAMPLES
-from drake_navbench.controllers.teb_upstream.association import Association, attach
+from drake_navbench.controllers.teb_upstream.association import attach
 from drake_navbench.controllers.teb_upstream.band import band_from_plan, normalize, warm_start
 from drake_navbench.controllers.teb_upstream.classes import ClassSearch
 from drake_navbench.controllers.teb_upstream.memory import PlannerState, Trajectory
 from drake_navbench.controllers.teb_upstream.normal_equations import COST_KINDS, System
-from drake_navbench.controllers.teb_upstream.optimizer import Rounds, optimize_band
+from drake_navbench.controllers.teb_upstream.optimizer import optimize_band
 from drake_navbench.controllers.teb_upstream.parameters import TebUpstreamParameters
-from drake_navbench.controllers.teb_upstream.penalties import BandSurroundings, Terms, add_edges
+from drake_navbench.controllers.teb_upstream.penalties import BandSurroundings, add_edges
 from drake_navbench.controllers.teb_upstream.robot_models import RobotModel
 from drake_navbench.kernels.arrays import Array
 from drake_navbench.kernels.read_only import read_only
 from drake_navbench.kernels.speed_limit import speed_limit_ratio
 
 NO_POINTS = np.empty((0, 2))
-# Kind of penalty -> its weight in Terms.
+# The parameters that a speed limit scales.
+SPEEDS = ("max_vel_x", "max_vel_x_backwards", "max_vel_theta")
+# Kind of penalty -> its weight.
 PENALTY_WEIGHTS = {
     "time": "weight_optimaltime",
     "length": "weight_shortest_path",
@@ -90,52 +93,18 @@ class Planned(NamedTuple):
         return self._replace(state=state._replace(trajectories=kept, best=-1), previous=-1)
 
 
-def penalty_terms(parameters: TebUpstreamParameters, limit: SpeedLimit | None) -> Terms:
-    """Returns limits and weights of the edges; a speed limit scales all speeds, and raises none."""
+def limited(parameters: TebUpstreamParameters, limit: SpeedLimit | None) -> TebUpstreamParameters:
+    """Returns the parameters under a speed limit, which scales all speeds and raises none."""
     scale = min(speed_limit_ratio(parameters.max_vel_x, limit), 1.0)
-    given = parameters.model_dump()
-    speeds = ("max_vel_x", "max_vel_x_backwards", "max_vel_theta")
-    return Terms(
-        **{name: scale * given[name] for name in speeds},
-        **{name: given[name] for name in Terms._fields if name in given and name not in speeds},
-        is_carlike=parameters.min_turning_radius != 0.0
-        and parameters.weight_kinematics_turning_radius != 0.0,
-        proximity_ratio=parameters.obstacle_proximity_ratio_max_vel,
-        proximity_lower=parameters.obstacle_proximity_lower_bound,
-        proximity_upper=parameters.obstacle_proximity_upper_bound,
-    )
+    speeds = {name: scale * getattr(parameters, name) for name in SPEEDS}
+    return parameters.model_copy(update=speeds)
 
 
-def association(parameters: TebUpstreamParameters) -> Association:
-    """Returns the rules by which obstacles and via-points attach to poses."""
-    wanted = parameters.min_obstacle_dist
-    return Association(
-        include_at=wanted * parameters.obstacle_association_force_inclusion_factor,
-        cut_off_at=wanted * parameters.obstacle_association_cutoff_factor,
-        is_legacy=parameters.legacy_obstacle_association,
-        poses_affected=parameters.obstacle_poses_affected,
-        with_first_pose=parameters.weight_velocity_obstacle_ratio != 0.0,
-        via_points_ordered=parameters.via_points_ordered,
-    )
+class Settings(NamedTuple):
+    """The parameters of a cycle, and the record of them that the kernels take."""
 
-
-def rounds(parameters: TebUpstreamParameters) -> Rounds:
-    """Returns the numbers of rounds of an optimisation and the rules of resizing."""
-    return Rounds(
-        inner=parameters.no_inner_iterations,
-        outer=parameters.no_outer_iterations,
-        adapt_factor=parameters.weight_adapt_factor,
-        resizes=parameters.teb_autosize,
-        dt_ref=parameters.dt_ref,
-        dt_hysteresis=parameters.dt_hysteresis,
-        fewest=parameters.min_samples,
-        most=parameters.max_samples,
-        once=not parameters.include_dynamic_obstacles,
-        obstacle_scale=parameters.selection_obst_cost_scale,
-        via_point_scale=parameters.selection_viapoint_cost_scale,
-        by_duration=parameters.selection_alternative_time_cost,
-        detects_divergence=parameters.divergence_detection_enable,
-    )
+    parameters: TebUpstreamParameters
+    record: NDArray[np.void]
 
 
 class TebPlanner:
@@ -144,41 +113,47 @@ class TebPlanner:
     def __init__(self, parameters: TebUpstreamParameters, robot: RobotModel) -> None:
         self._parameters = parameters
         self._robot = robot
-        self._association = association(parameters)
-        self._rounds = rounds(parameters)
+        self._unlimited = Settings(parameters, parameters.kernel_record())
 
-    def plan(self, state: PlannerState, scene: Scene, terms: Terms) -> Planned:
+    def settings(self, limit: SpeedLimit | None) -> Settings:
+        """Returns the settings of a cycle with this speed limit."""
+        parameters = limited(self._parameters, limit)
+        if parameters == self._parameters:
+            return self._unlimited
+        return Settings(parameters, parameters.kernel_record())
+
+    def plan(self, state: PlannerState, scene: Scene, settings: Settings) -> Planned:
         """Returns optimised bands and the best of them.
 
         Raises NoValidControl where one band is planned alone and fails.
         """
         if self._parameters.enable_homotopy_class_planning:
-            return self._plan_classes(state, scene, terms)
+            return self._plan_classes(state, scene, settings)
         band = state.trajectories[0] if state.trajectories else None
         if band is None or self._goal_jumped(band, scene.plan[-1]):
             # The side to turn to outlives the band: the original's planner of one band keeps it.
             turn = scene.preferred_turn
-            band = Trajectory(0, *self._from_plan(scene, terms), preferred_turn=turn)
+            band = Trajectory(0, *self._from_plan(scene, settings), preferred_turn=turn)
         else:
             band = self._warm_started(band, scene, self._parameters.min_samples)
-        band = self._optimized(band, scene, terms, scene.via_points)
+        band = self._optimized(band, scene, settings, scene.via_points)
         if not band.is_optimized:
             raise NoValidControl("the band could not be optimised")
         return Planned(state._replace(trajectories=(band,), best=band.number), previous=band.number)
 
-    def _plan_classes(self, state: PlannerState, scene: Scene, terms: Terms) -> Planned:
+    def _plan_classes(self, state: PlannerState, scene: Scene, settings: Settings) -> Planned:
         parameters = self._parameters
         bands = state.trajectories
         if bands and self._goal_jumped(bands[0], scene.plan[-1]):
             bands = ()
         # The number of samples that is kept is the default here, whatever min_samples says.
         bands = tuple(self._warm_started(band, scene, FEWEST_SAMPLES) for band in bands)
-        search = ClassSearch(parameters, scene.obstacles, bands, state, max_speed=terms.max_vel_x)
+        search = ClassSearch(settings.parameters, scene.obstacles, bands, state)
         search.keep_one_of_each_class()
         if parameters.delete_detours_backwards:
             search.drop_detours()
         search.drop_at_random(scene.lots)
-        search.add_plan(*self._from_plan(scene, terms))
+        search.add_plan(*self._from_plan(scene, settings))
         search.explore(
             scene.plan[0], scene.plan[-1], scene.samples, goal_tolerance_m=scene.goal_tolerance_m
         )
@@ -186,7 +161,7 @@ class TebPlanner:
         for band, follows_plan in search.candidates():
             attracted = parameters.viapoints_all_candidates or follows_plan
             via_points = scene.via_points if attracted else NO_POINTS
-            optimised.append(self._optimized(band, scene, terms, via_points))
+            optimised.append(self._optimized(band, scene, settings, via_points))
         state = search.state(tuple(optimised))
         return self.select(Planned(state, search.plan_number(), search.previous_best), scene.time_s)
 
@@ -210,7 +185,7 @@ class TebPlanner:
                 best = previous
         return planned._replace(state=state._replace(best=best))
 
-    def _from_plan(self, scene: Scene, terms: Terms) -> tuple[Array, Array]:
+    def _from_plan(self, scene: Scene, settings: Settings) -> tuple[Array, Array]:
         parameters = self._parameters
         start, goal = scene.plan[0], scene.plan[-1]
         ahead = (goal[:2] - start[:2]) @ [math.cos(start[2]), math.sin(start[2])]
@@ -219,8 +194,8 @@ class TebPlanner:
             parameters.global_plan_overwrite_orientation,
             parameters.allow_init_with_backwards_motion and bool(ahead < 0.0),
             parameters.min_samples,
-            terms.max_vel_x,
-            terms.max_vel_theta,
+            settings.parameters.max_vel_x,
+            settings.parameters.max_vel_theta,
         )
         return poses, time_steps
 
@@ -239,14 +214,12 @@ class TebPlanner:
         return band._replace(poses=poses, time_steps=time_steps)
 
     def _optimized(
-        self, band: Trajectory, scene: Scene, terms: Terms, via_points: Array
+        self, band: Trajectory, scene: Scene, settings: Settings, via_points: Array
     ) -> Trajectory:
         if not self._parameters.optimization_activate:
             return band._replace(is_optimized=False)
-        around = self._around(band, scene, terms, via_points)
-        result = optimize_band(
-            band.poses, band.time_steps, terms, around, self._association, self._rounds
-        )
+        around = self._around(band, scene, via_points)
+        result = optimize_band(band.poses, band.time_steps, settings.record, around)
         return band._replace(
             poses=result.poses,
             time_steps=result.time_steps,
@@ -255,45 +228,37 @@ class TebPlanner:
             is_optimized=result.succeeded,
         )
 
-    def _around(
-        self, band: Trajectory, scene: Scene, terms: Terms, via_points: Array
-    ) -> BandSurroundings:
+    def _around(self, band: Trajectory, scene: Scene, via_points: Array) -> BandSurroundings:
+        parameters = self._parameters
         return BandSurroundings(
             start_twist=read_only(scene.twist),
-            stops_at_goal=not self._parameters.free_goal_vel,
+            stops_at_goal=not parameters.free_goal_vel,
             preferred_turn=band.preferred_turn,
-            obstacles=scene.obstacles if terms.weight_obstacle != 0.0 else NO_POINTS,
-            via_points=via_points if terms.weight_viapoint != 0.0 else NO_POINTS,
+            obstacles=scene.obstacles if parameters.weight_obstacle != 0.0 else NO_POINTS,
+            via_points=via_points if parameters.weight_viapoint != 0.0 else NO_POINTS,
             robot=self._robot,
         )
 
-    def penalties(self, band: Trajectory, scene: Scene, terms: Terms) -> dict[str, float]:
+    def penalties(self, band: Trajectory, scene: Scene, settings: Settings) -> dict[str, float]:
         """Returns the penalties of an optimised band by kind, as the last round weighs them.
 
         Each is computed with the weights of all others at zero. All via-points attract the band.
         """
-        multiplier = self._rounds.adapt_factor ** (self._rounds.outer - 1)
-        around = self._around(band, scene, terms, scene.via_points)
+        parameters = self._parameters
+        multiplier = parameters.weight_adapt_factor ** (parameters.no_outer_iterations - 1)
+        around = self._around(band, scene, scene.via_points)
         costs = np.zeros(COST_KINDS)
         # Writable as while it is optimised, so that the edges are compiled once.
         poses, steps = band.poses.copy(), band.time_steps.copy()
         count = len(poses)
-        attached = attach(poses, count, around, self._association)
+        attached = attach(poses, count, around, settings.record)
         system = System(np.zeros((1, 1)), np.zeros(1), False, costs, np.zeros((count, 8)))
         found: dict[str, float] = {}
         for kind, name in PENALTY_WEIGHTS.items():
-            others: dict[str, Any] = {
-                weight: 0.0 for weight in PENALTY_WEIGHTS.values() if weight != name
-            }
-            add_edges(
-                poses,
-                steps,
-                count,
-                terms._replace(**others),
-                around,
-                attached,
-                multiplier,
-                system,
-            )
+            record = settings.record.copy()
+            for weight in PENALTY_WEIGHTS.values():
+                record[weight] = record[weight] if weight == name else 0.0
+            record.flags.writeable = False
+            add_edges(poses, steps, count, record, around, attached, multiplier, system)
             found[kind] = float(costs.sum())
         return found

@@ -17,6 +17,7 @@ from drake_navbench.typed_files.quantities import (
     Length,
     Number,
     Speed,
+    require_order,
 )
 
 
@@ -124,9 +125,6 @@ class VectorPursuitParameters(PursuitParameters):
 
     @model_validator(mode="after")
     def _check_lookahead(self) -> Self:
-        low, high = self.min_lookahead_dist, self.max_lookahead_dist
-        if self.use_velocity_scaled_lookahead_dist and low > high:
-            raise ValueError(
-                f"min_lookahead_dist ({low}) must not exceed max_lookahead_dist ({high})"
-            )
+        if self.use_velocity_scaled_lookahead_dist:
+            require_order(self, "min_lookahead_dist", "max_lookahead_dist")
         return self

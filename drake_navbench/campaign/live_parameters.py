@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 from drake_navbench.controller import ControllerParameters
 from drake_navbench.inputs.presets import Preset
 from drake_navbench.inputs.robot import merged
-from drake_navbench.typed_files.dotted_names import SEPARATOR, flattened, nested
+from drake_navbench.typed_files.dotted_names import SEPARATOR, nested
 
 # The end of a field's description with a unit: 'Cruise speed [m/s].'
 UNIT = re.compile(r"\[([^\[\]]+)\][.;]?")
@@ -85,6 +85,5 @@ def with_values(preset: Preset, values: dict[str, float]) -> Preset:
     source = (
         f"{preset.name} with {', '.join(f'{name}={value:g}' for name, value in values.items())}"
     )
-    own = nested(flattened(preset.values), source)
-    other = replace(preset, values=merged(own, nested(values.items(), source)), source=source)
-    return other.checked()
+    whole = merged(preset.values, nested(values.items(), source))
+    return replace(preset, values=whole, source=source).checked()

@@ -16,7 +16,7 @@ from drake_navbench.errors import InputError
 from drake_navbench.inputs.presets import Preset
 from drake_navbench.inputs.robot import Robot, merged, overridden
 from drake_navbench.inputs.scenario import Scenario
-from drake_navbench.typed_files.dotted_names import flattened, nested
+from drake_navbench.typed_files.dotted_names import nested
 from drake_navbench.typed_files.typed_yaml import parse_yaml, validate
 
 # The most points of a sweep; every controller drives each point in every scenario.
@@ -222,15 +222,9 @@ def column_at(preset: Preset, values: Mapping[str, Any], option: str = "--sweep"
         preset,
         name=name,
         source=source,
-        values=merged(_as_blocks(preset.values, source), laid_over),
-        values_for_radius=None
-        if for_radius is None
-        else merged(_as_blocks(for_radius, source), laid_over),
+        values=merged(preset.values, laid_over),
+        values_for_radius=None if for_radius is None else merged(for_radius, laid_over),
     ).checked()
-
-
-def _as_blocks(values: Mapping[str, Any], source: str) -> dict[str, Any]:
-    return nested(flattened(values), source)
 
 
 def _suffix(values: Mapping[str, Any]) -> str:

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Sequence
-from importlib import import_module
 
 from drake_navbench.commands.command_line import EXIT_DONE, CommandParser, print_text
 
@@ -28,12 +27,12 @@ def build_parser() -> argparse.ArgumentParser:
 
 def whole_parser() -> argparse.ArgumentParser:
     """Returns one parser of all commands, which is never asked to parse anything."""
-    from drake_navbench.commands.main import COMMANDS
+    from drake_navbench.commands.main import COMMANDS, module_of
 
     parser = argparse.ArgumentParser(prog=PROGRAM)
     commands = parser.add_subparsers()
-    for name, (module, about) in COMMANDS.items():
-        builder = getattr(import_module(module), "build_parser", None)
+    for name, about in COMMANDS.items():
+        builder = getattr(module_of(name), "build_parser", None)
         if builder is None:
             commands.add_parser(name, help=about)
             continue

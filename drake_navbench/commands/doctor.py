@@ -22,6 +22,7 @@ from drake_navbench.commands.command_line import (
     whole_number,
 )
 from drake_navbench.errors import InputError, writing
+from drake_navbench.plugins.releases import Release
 
 if TYPE_CHECKING:
     from drake_navbench.studies.doctor.bag import BagReport
@@ -104,7 +105,7 @@ def _add_file(parser: argparse.ArgumentParser) -> None:
     option(
         "--nav2-release",
         "Nav2 release that the file is written for (found by its parameters)",
-        choices=("humble", "iron", "jazzy", "kilted", "lyrical"),
+        choices=tuple(Release),
     )
     option("--set NAME=VALUE ...", "value for $(var NAME) or <NAME> in the file")
 

@@ -8,78 +8,46 @@ from __future__ import annotations
 import sys
 from collections.abc import Sequence
 from importlib import import_module
+from types import ModuleType
 
 from drake_navbench.commands.command_line import EXIT_DONE, EXIT_WRONG_INPUT, print_text
 from drake_navbench.errors import nearest_name_hint
 
-# Command -> module with `main(argv)`, and the line that --help prints.
+# Command -> the line that --help prints. Its module, see `module_of`, has `main(argv)`.
 COMMANDS = {
-    "run": ("drake_navbench.commands.run", "drive controllers through scenarios and compare them"),
-    "live": ("drake_navbench.commands.live", "simulate a robot for a running ROS 2 stack"),
-    "show": ("drake_navbench.commands.show", "draw what run would drive, before anything does"),
-    "studio": (
-        "drake_navbench.commands.studio",
-        "draw scenarios, change parameters, drive and look, in a browser",
-    ),
-    "report": (
-        "drake_navbench.commands.report",
-        "make tables, figures and report.html of a results folder again",
-    ),
-    "compare": (
-        "drake_navbench.commands.compare",
-        "compare results folders: what became better, what became worse",
-    ),
-    "runs": ("drake_navbench.commands.runs", "list results folders; rename, tag, delete them"),
-    "replay": ("drake_navbench.commands.replay", "render the replay of one trial from its log"),
-    "why": (
-        "drake_navbench.commands.why",
-        "tell why a controller decided as it did at a time of a trial",
-    ),
-    "tune": (
-        "drake_navbench.commands.tune",
-        "search for parameters that beat a preset or a Nav2 file",
-    ),
-    "doctor": (
-        "drake_navbench.commands.doctor",
-        "find the parameter of a Nav2 file that causes a symptom",
-    ),
-    "leaderboard": (
-        "drake_navbench.commands.leaderboard",
-        "rank the controllers of many results folders of one suite",
-    ),
-    "export": ("drake_navbench.commands.export", "write trials as bags, tables or trajectories"),
-    "import-bag": (
-        "drake_navbench.commands.import_bag",
-        "convert recordings of real robots into trials",
-    ),
-    "import-world": (
-        "drake_navbench.commands.import_world",
-        "convert a Gazebo world into a scenario",
-    ),
-    "nav2-build": (
-        "drake_navbench.commands.nav2_build",
-        "compile the controllers of a Nav2 checkout as columns",
-    ),
-    "nav2-parity": (
-        "drake_navbench.commands.nav2_parity",
-        "measure how closely the ports drive like a build's originals",
-    ),
-    "nav2-gate": (
-        "drake_navbench.commands.nav2_gate",
-        "test whether a change to Nav2's code makes its controllers worse",
-    ),
-    "list": ("drake_navbench.commands.listing", "list scenarios, controllers and robots"),
-    "completion": (
-        "drake_navbench.commands.completion",
-        "print the completion script for a shell",
-    ),
+    "run": "drive controllers through scenarios and compare them",
+    "live": "simulate a robot for a running ROS 2 stack",
+    "show": "draw what run would drive, before anything does",
+    "studio": "draw scenarios, change parameters, drive and look, in a browser",
+    "report": "make tables, figures and report.html of a results folder again",
+    "compare": "compare results folders: what became better, what became worse",
+    "runs": "list results folders; rename, tag, delete them",
+    "replay": "render the replay of one trial from its log",
+    "why": "tell why a controller decided as it did at a time of a trial",
+    "tune": "search for parameters that beat a preset or a Nav2 file",
+    "doctor": "find the parameter of a Nav2 file that causes a symptom",
+    "leaderboard": "rank the controllers of many results folders of one suite",
+    "export": "write trials as bags, tables or trajectories",
+    "import-bag": "convert recordings of real robots into trials",
+    "import-world": "convert a Gazebo world into a scenario",
+    "nav2-build": "compile the controllers of a Nav2 checkout as columns",
+    "nav2-parity": "measure how closely the ports drive like a build's originals",
+    "nav2-gate": "test whether a change to Nav2's code makes its controllers worse",
+    "list": "list scenarios, controllers and robots",
+    "completion": "print the completion script for a shell",
 }
+
+
+def module_of(name: str) -> ModuleType:
+    """Returns the module of a command, imported."""
+    module = "listing" if name == "list" else name.replace("-", "_")
+    return import_module(f"drake_navbench.commands.{module}")
 
 
 def usage() -> str:
     """Returns the text of --help."""
     width = max(map(len, COMMANDS))
-    lines = [f"  {name:<{width}}  {about}" for name, (_, about) in COMMANDS.items()]
+    lines = [f"  {name:<{width}}  {about}" for name, about in COMMANDS.items()]
     return "\n".join(
         [
             "usage: drake-navbench COMMAND [ARGUMENTS]",
@@ -121,5 +89,4 @@ def main(argv: Sequence[str] | None = None) -> int:
             file=sys.stderr,
         )
         return EXIT_WRONG_INPUT
-    module, _ = COMMANDS[name]
-    return import_module(module).main(rest)
+    return int(module_of(name).main(rest))

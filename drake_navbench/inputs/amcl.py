@@ -7,7 +7,7 @@ from typing import Literal
 
 from pydantic import Field, model_validator
 
-from drake_navbench.typed_files.quantities import Angle, Length
+from drake_navbench.typed_files.quantities import Angle, Length, require_order
 from drake_navbench.typed_files.typed_yaml import FrozenModel
 
 MotionModel = Literal["nav2_amcl::DifferentialMotionModel", "nav2_amcl::OmniMotionModel"]
@@ -115,11 +115,7 @@ class AmclSettings(FrozenModel):
 
     @model_validator(mode="after")
     def _check(self) -> AmclSettings:
-        if self.max_particles < self.min_particles:
-            raise ValueError(
-                f"max_particles: expected at least min_particles, {self.min_particles}, got "
-                f"{self.max_particles}"
-            )
+        require_order(self, "min_particles", "max_particles")
         return self
 
     @property

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
-from drake_navbench.typed_files.quantities import Angle, Length, Period
+from drake_navbench.typed_files.quantities import Angle, Length, Period, require_order
 from drake_navbench.typed_files.typed_yaml import FrozenModel
 
 # A ray nearer than this to straight up or down has no distance along the floor.
@@ -50,10 +50,7 @@ class DepthSensorSettings(FrozenModel):
 
     @model_validator(mode="after")
     def _check(self) -> DepthSensorSettings:
-        if self.range_min_m >= self.range_max_m:
-            raise ValueError(
-                f"range_min_m {self.range_min_m} must be below range_max_m {self.range_max_m}"
-            )
+        require_order(self, "range_min_m", "range_max_m", may_be_equal=False)
         steepest = abs(self.pitch_rad) + 0.5 * self.vertical_fov_rad
         if steepest > STEEPEST_RAD:
             raise ValueError(

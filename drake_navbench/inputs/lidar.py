@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
-from drake_navbench.typed_files.quantities import Angle, Length, Period
+from drake_navbench.typed_files.quantities import Angle, Length, Period, require_order
 from drake_navbench.typed_files.typed_yaml import QuietModel
 
 
@@ -94,8 +94,5 @@ class LidarSettings(QuietModel):
 
     @model_validator(mode="after")
     def _check(self) -> LidarSettings:
-        if self.range_min_m >= self.range_max_m:
-            raise ValueError(
-                f"range_min_m {self.range_min_m} must be below range_max_m {self.range_max_m}"
-            )
+        require_order(self, "range_min_m", "range_max_m", may_be_equal=False)
         return self

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 from drake_navbench.errors import InputError
@@ -27,15 +28,19 @@ class Original(NamedTuple):
         """The line for tables and lists."""
         return f"the original of {self.name}, Nav2 {self.build.where_from}"
 
-    def command_of(self, plugin: str | None) -> dict[str, Any]:
-        """Returns the parameters of `external` that run a build's plugin; raises InputError."""
+    def hosted(self, plugin: str | None, parameters: Mapping[str, Any]) -> dict[str, Any]:
+        """Returns the parameters of `external` that run a build's plugin with these parameters.
+
+        Raises InputError where the build does not have it.
+        """
         build = self.build
         if plugin is None:
             raise InputError(
                 f"controller {self.name}@{build.name}: it is not a port of a Nav2 controller"
             )
         if plugin in build.controllers:
-            return {"command": [str(build.host)]}
+            client = {"plugin": plugin, "parameters": parameters}
+            return {"command": [str(build.host)], "client": client}
         reason = build.left_out.get(plugin, f"it has {', '.join(build.controllers)}")
         raise InputError(
             f"controller {self.name}@{build.name}: {plugin} is not in the build: {reason}"

@@ -68,20 +68,13 @@ def _original_of_preset(preset: Preset, build: Build) -> Preset:
     plugin = preset.nav2_plugin
     if plugin is None:
         raise InputError(f"controller {preset.name}: its file names no Nav2 plugin")
-    command = original.command_of(plugin.type)
     model: type[ControllerParameters] = preset.controller_class.Parameters
     given = nested(plugin.parameters.items(), preset.source)
     return Preset(
         f"{preset.name}@{build.name}",
         "external",
         original.description,
-        {
-            **command,
-            "client": {
-                "plugin": plugin.type,
-                "parameters": model.for_original(given, build.release),
-            },
-        },
+        original.hosted(plugin.type, model.for_original(given, build.release)),
         preset.source,
         path_handler=preset.path_handler,
     ).checked()

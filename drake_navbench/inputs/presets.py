@@ -68,8 +68,8 @@ class Nav2Plugin(NamedTuple):
 class Preset:
     """One column: its name, its controller, and the controller's parameters.
 
-    source: origin of the parameters, for errors. values: the parameters as given, before defaults;
-    names may be dotted or nested. ignored: dotted names of given parameters without effect, because
+    source: origin of the parameters, for errors. values: the parameters as given, before defaults,
+    nested by block. ignored: dotted names of given parameters without effect, because
     the controller accepts and drops them or, in a Nav2 file, does not know them. values_for_radius:
     replace `values` for a robot given by a radius; None where `values` fit it. path_handler: fields
     that replace those of the robot's path handler. file: the file of the controller's class, if it
@@ -109,8 +109,7 @@ class Preset:
     @cached_property
     def parameters(self) -> ControllerParameters:
         """The typed parameters, validated once; raises InputError where a value is wrong."""
-        values = nested(flattened(self.values), self.source)
-        return validate(self.controller_class.Parameters, values, self.source)
+        return validate(self.controller_class.Parameters, self.values, self.source)
 
     @property
     def file_hashes(self) -> dict[str, str]:
@@ -164,12 +163,7 @@ def _preset_of(
 
     assigned: parameters that replace the file's. folder: searched for a controller's file.
     """
-    assigned = assigned or {}
-    own = nested(flattened(content.parameters), source)
-    values, for_radius = merged(own, assigned), None
-    if content.parameters_for_radius:
-        instead = nested(flattened(content.parameters_for_radius), source)
-        for_radius = merged(merged(own, instead), assigned)
+    values, for_radius = _given(content, assigned or {}, source)
     file = None
     if names_file(content.controller):
         file = find_controller_file(content.controller, folder)
@@ -187,6 +181,18 @@ def _preset_of(
         path_handler=content.path_handler,
         file=file,
     ).checked()
+
+
+def _given(
+    content: PresetFile, assigned: Mapping[str, Any], source: str
+) -> tuple[dict[str, Any], dict[str, Any] | None]:
+    """Returns a file's parameters nested by block, and those for a robot with a radius, if any.
+
+    assigned: parameters that replace the file's.
+    """
+    own = nested(flattened(content.parameters), source)
+    instead = nested(flattened(content.parameters_for_radius), source)
+    return merged(own, assigned), merged(merged(own, instead), assigned) if instead else None
 
 
 def load_preset_file(path: Path) -> Preset:
@@ -250,21 +256,16 @@ def _original_preset(text: str) -> Preset:
         content, _ = _named_content(original.name)
         model = CONTROLLERS.load(content.controller).Parameters
     plugin = original_plugin(original.name)
-    command = original.command_of(plugin)
-    assigned = _assigned(original.assignments, text)
 
     def hosted(given: Mapping[str, Any]) -> dict[str, Any]:
-        values = model.for_original(given, original.build.release)
-        return {**command, "client": {"plugin": plugin, "parameters": values}}
+        return original.hosted(plugin, model.for_original(given, original.build.release))
 
-    own = nested(flattened(content.parameters), text)
-    instead = nested(flattened(content.parameters_for_radius), text)
-    for_radius = merged(merged(own, instead), assigned) if instead else None
+    values, for_radius = _given(content, _assigned(original.assignments, text), text)
     return Preset(
         text,
         "external",
         original.description,
-        hosted(merged(own, assigned)),
+        hosted(values),
         f"controller {text}",
         values_for_radius=None if for_radius is None else hosted(for_radius),
         path_handler=content.path_handler,

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
-from drake_navbench.typed_files.quantities import Angle, Length, Period
+from drake_navbench.typed_files.quantities import Angle, Length, Period, require_order
 from drake_navbench.typed_files.typed_yaml import FrozenModel
 
 
@@ -46,10 +46,7 @@ class RangeSensorSettings(FrozenModel):
 
     @model_validator(mode="after")
     def _check(self) -> RangeSensorSettings:
-        if self.range_min_m > self.range_max_m:
-            raise ValueError(
-                f"range_min_m {self.range_min_m} must not be above range_max_m {self.range_max_m}"
-            )
+        require_order(self, "range_min_m", "range_max_m")
         return self
 
     @property

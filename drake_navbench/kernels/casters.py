@@ -93,18 +93,19 @@ def _rates(state, body, motors, casters, frictions, rates):
 
 
 @njit(cache=True)
-def advanced(state, command, limits, body, motors, casters, frictions, duration, count):
-    """Returns the state after `duration` s under a held command (v m/s, w rad/s).
+def advanced(state, command, limits, body, motors, casters, frictions, steps):
+    """Returns the state after some steps (midpoint rule) under a held command (v m/s, w rad/s).
 
     state: (9 + C,), see FIRST_ANGLE. limits: min v, max v, max w, time constant s, max dv/dt, max
     dw/dt of the motors' set speeds; inf for none. body: mass kg with that of the turning wheels,
     centre of mass ahead of the axle m, moment of inertia about the base origin. motors: wheel
     radius m, half the wheels' separation m, torque by speed N m s and by angle N m, largest torque
     N m, dry friction N m, radius m that the motors reckon with. casters: (C, 3) x m, y m, trail m.
-    frictions: friction torque of a swivel N m, resistance of a rolling caster N. count: number of
-    steps (midpoint rule).
+    frictions: friction torque of a swivel N m, resistance of a rolling caster N. steps: their
+    number, and their duration together, s.
     """
     state = state.copy()
+    count, duration = steps
     step = duration / count
     rates = np.empty_like(state)
     wanted_v = min(max(command[0], limits[0]), limits[1])

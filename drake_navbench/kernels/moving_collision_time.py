@@ -20,15 +20,16 @@ TOUCHING_M = 1e-3
 
 
 @njit(cache=True)
-def time_to_moving_contact(footprint, pose, twist, edges, discs, poses, rates, reaches, horizon):
+def time_to_moving_contact(footprint, pose, twist, bodies, poses, rates, reaches, horizon):
     """Returns the time until the outline first touches a body, s; inf if not within `horizon` s.
 
     footprint: (K, 2) corners, base frame, m. pose: (3,) x m, y m, yaw rad and twist: (3,) v m/s, w
-    rad/s, vy m/s of the robot, which keeps its twist. edges, discs: of the bodies, see
+    rad/s, vy m/s of the robot, which keeps its twist. bodies: their edges and discs, see
     `moving_bodies`. poses, rates: (B, 3) x m, y m, yaw rad of each body, and their time
     derivatives, which it keeps. reaches: (B,) largest distance of each body's outline from its
     origin, m. A gap of a millimetre counts as contact.
     """
+    edges, discs = bodies
     radius = 0.0
     for k in range(footprint.shape[0]):
         radius = max(radius, math.hypot(footprint[k, 0], footprint[k, 1]))

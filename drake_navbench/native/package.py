@@ -11,58 +11,14 @@ from xml.etree import ElementTree
 
 from drake_navbench.errors import InputError
 from drake_navbench.typed_files.input_file import read_input
+from drake_navbench.typed_files.name_lists import name_lists
 
 CORE = "nav2_core"
 PACKAGE_FILE = "package.xml"
 CONTROLLER_BASE = f"{CORE}::Controller"
 PLANNER_BASE = f"{CORE}::GlobalPlanner"
 # Only these files of these packages are compiled; of all other packages the whole `src`.
-PARTS: Mapping[str, tuple[str, ...]] = {
-    "nav2_costmap_2d": (
-        "src/array_parser.cpp",
-        "src/costmap_2d.cpp",
-        "src/costmap_layer.cpp",
-        "src/costmap_math.cpp",
-        "src/footprint.cpp",
-        "src/footprint_collision_checker.cpp",
-        "src/layer.cpp",
-        "src/layered_costmap.cpp",
-        "plugins/inflation_layer.cpp",
-    ),
-    "nav2_util": (
-        "src/array_parser.cpp",
-        "src/controller_utils.cpp",
-        "src/costmap.cpp",
-        "src/path_utils.cpp",
-        "src/robot_utils.cpp",
-        "src/string_utils.cpp",
-    ),
-    "nav2_controller": (
-        "plugins/position_goal_checker.cpp",
-        "plugins/simple_goal_checker.cpp",
-        "plugins/stopped_goal_checker.cpp",
-    ),
-    # The 2D planner and all files that it needs: up to Kilted a search has all kinds of nodes.
-    "nav2_smac_planner": (
-        "src/a_star.cpp",
-        "src/analytic_expansion.cpp",
-        "src/collision_checker.cpp",
-        "src/costmap_downsampler.cpp",
-        "src/distance_heuristic.cpp",
-        "src/node_2d.cpp",
-        "src/node_basic.cpp",
-        "src/node_hybrid.cpp",
-        "src/node_lattice.cpp",
-        "src/obstacle_heuristic.cpp",
-        "src/smac_planner_2d.cpp",
-        "src/smoother.cpp",
-    ),
-    # Only the interface; its plugins need OpenCV.
-    "costmap_converter": (),
-    "nav2_behavior_tree": (),
-    "nav2_ros_common": (),
-    "nav2_voxel_grid": (),
-}
+PARTS = name_lists(__package__, "parts.yaml")
 NOT_OF_A_PACKAGE = {"test", "tests", "benchmark", "build", "install", "log"}
 # The tags of dependencies needed for compiling. Those of exec_depend are no part of the program;
 # launch files, for instance, name all of Nav2.

@@ -1,22 +1,15 @@
-"""Makes the columns of a whole Nav2 file, and the check of each controller's parameters."""
+"""Checks every parameter of the controllers in a whole Nav2 file."""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Mapping
 from typing import Any
 
-from drake_navbench.errors import InputError
 from drake_navbench.inputs.check import CheckRow, Status
 from drake_navbench.inputs.presets import Preset
-from drake_navbench.nav2.controllers import (
-    NoCounterpart,
-    listed_plugins,
-    plugin_preset,
-    plugin_type_of,
-)
+from drake_navbench.nav2.controllers import plugin_type_of
 from drake_navbench.nav2.node_reader import similar_name_hint
 from drake_navbench.nav2.parameters import Node
-from drake_navbench.nav2.substitutions import missing_value
 from drake_navbench.plugins.releases import NEWEST_RELEASE, RELEASE_FIELD, release_in
 from drake_navbench.typed_files.dotted_names import flattened, nested
 
@@ -24,48 +17,22 @@ from drake_navbench.typed_files.dotted_names import flattened, nested
 PRIMARY = "primary_controller."
 
 
-def read_columns(server: Node, release: str) -> tuple[list[Preset], list[CheckRow]]:
-    """Returns a column for each controller with a counterpart here, and the check's rows for all.
+def column_rows(server: Node, columns: Mapping[str, Preset | None]) -> list[CheckRow]:
+    """Returns a row for each parameter of a server's controllers.
 
-    release: Nav2's, for controllers that follow a release. Raises InputError where no controller
-    has a counterpart, or where a value is wrong.
+    columns: by the controller's name in the file, as `controllers.server_columns` returns them.
     """
-    _require_values(server)
-    plugins = listed_plugins(server)
-    presets: list[Preset] = []
     rows: list[CheckRow] = []
-    left_out: list[InputError] = []
-    for plugin in plugins:
-        try:
-            preset = _column(server, plugin, release, rows)
-        except NoCounterpart as error:
-            left_out.append(error)
+    for plugin, preset in columns.items():
+        if preset is None:
             remark = f"{plugin_type_of(server, plugin)}: no such controller here, no column"
             rows.append(_row(Status.STAND_IN, server, f"{plugin}.plugin", remark))
         else:
-            presets.append(preset)
-            told = {row.parameter.removeprefix(f"{plugin}.") for row in rows}
-            rows += _rows(server, plugin, preset, told)
-    if not presets and left_out:
-        raise left_out[0]
-    return presets, rows
+            rows += _rows(server, plugin, preset)
+    return rows
 
 
-def _require_values(server: Node) -> None:
-    for name, parameter in server.parameters.items():
-        missing = missing_value(parameter.value)
-        if missing is not None:
-            raise InputError(
-                f"{server.where(name)}: {missing} has no value; expected --set {missing}=value"
-            )
-
-
-def _column(server: Node, plugin: str, release: str, rows: list[CheckRow]) -> Preset:
-    plugin_type = plugin_type_of(server, plugin)
-    return plugin_preset(server, plugin, plugin_type, release)
-
-
-def _rows(server: Node, plugin: str, preset: Preset, told: Collection[str]) -> list[CheckRow]:
+def _rows(server: Node, plugin: str, preset: Preset) -> list[CheckRow]:
     model = preset.controller_class.Parameters
     names = {*model.model_fields, *(name for name, _ in flattened(preset.values))}
     release = release_in(preset.values)
@@ -73,9 +40,7 @@ def _rows(server: Node, plugin: str, preset: Preset, told: Collection[str]) -> l
     others_count = model.keys_not_read(_nested(given, release))
     doubts = model.doubts(given)
     rows = []
-    for name in server.below(plugin):
-        if name in told:
-            continue
+    for name in given:
         full = f"{plugin}.{name}"
         bare = name.removeprefix(PRIMARY)
         if name in doubts:

@@ -29,6 +29,7 @@ from drake_navbench.nav2.parameters import (
     read_parameter_file,
 )
 from drake_navbench.nav2.release import release_of
+from drake_navbench.nav2.substitutions import missing_value
 from drake_navbench.plugins.releases import RELEASE_FIELD
 from drake_navbench.typed_files.dotted_names import SEPARATOR, flattened, nested
 from drake_navbench.typed_files.typed_yaml import read_yaml, unknown_fields
@@ -40,9 +41,6 @@ DEFAULT_PLUGINS = ["FollowPath"]
 DEFAULT_TYPE = "dwb_core::DWBLocalPlanner"
 # Only releases whose controller server cuts the plan have this parameter (from Lyrical on).
 PATH_HANDLERS = "path_handler_plugins"
-# The name of the parameter of ours by which controllers follow a release.
-
-
 # Our controllers by Nav2's plugin type, which each names as `nav2_plugin`.
 OUR_CONTROLLERS: Mapping[str, str] = {
     "dwb_core::DWBLocalPlanner": "dwb",
@@ -77,11 +75,36 @@ def controller_presets(
         )
     found = release_of(sections, release)
     presets = [
-        plugin_preset(server, plugin, plugin_type_of(server, plugin), found.release)
+        plugin_preset(server, plugin, found.release)
         for server in servers
         for plugin in listed_plugins(server)
     ]
     return [_with_release_told(preset, found.mark) for preset in presets]
+
+
+def server_columns(server: Node, release: str) -> dict[str, Preset | None]:
+    """Returns the column of each controller by its name in the file; None without a counterpart.
+
+    release: Nav2's, for controllers that follow a release. Raises InputError where no controller
+    has a counterpart, or where a value is wrong.
+    """
+    for name, parameter in server.parameters.items():
+        missing = missing_value(parameter.value)
+        if missing is not None:
+            raise InputError(
+                f"{server.where(name)}: {missing} has no value; expected --set {missing}=value"
+            )
+    columns: dict[str, Preset | None] = {}
+    left_out: list[NoCounterpart] = []
+    for plugin in listed_plugins(server):
+        columns[plugin] = None
+        try:
+            columns[plugin] = plugin_preset(server, plugin, release)
+        except NoCounterpart as error:
+            left_out.append(error)
+    if len(left_out) == len(columns) > 0:
+        raise left_out[0]
+    return columns
 
 
 def _with_release_told(preset: Preset, mark: str) -> Preset:
@@ -115,14 +138,13 @@ def takes_release(model: type[ControllerParameters]) -> bool:
     return RELEASE_FIELD in model.model_fields
 
 
-def plugin_preset(
-    server: Node, plugin: str, plugin_type: str, release: str | None = None
-) -> Preset:
+def plugin_preset(server: Node, plugin: str, release: str | None = None) -> Preset:
     """Returns the preset of a plugin; its name is made from file, namespace and plugin.
 
     release: Nav2's, for a controller that follows a release where the file does not set it. Raises
     NoCounterpart where there is no controller of the type.
     """
+    plugin_type = plugin_type_of(server, plugin)
     controller, model = _counterpart(plugin_type, server.where(f"{plugin}.plugin"))
     given = server.below(plugin)
     given.pop("plugin", None)

@@ -11,7 +11,7 @@ import re
 from typing import Any
 
 from drake_navbench.inputs.check import Status
-from drake_navbench.nav2.node_reader import NodeReader
+from drake_navbench.nav2.node_reader import WITHOUT_MEANING, NodeReader
 from drake_navbench.nav2.sensing import SPATIO_TEMPORAL, SensingLayers
 from drake_navbench.nav2.sensors import Nav2Sensors, range_sensor_of
 from drake_navbench.navigation.costmaps.built_in_layers import (
@@ -72,38 +72,6 @@ MAP_FIELDS = (
     "inscribed_obstacle_cost_value",
     "use_maximum",
 )
-# Parameters without meaning here: topics, frames and publishing; origins of a rolling window;
-# sensors' frames and rates.
-WITHOUT_MEANING = {
-    "always_send_full_costmap",
-    "initial_transform_timeout",
-    "map_topic",
-    "map_vis_z",
-    "origin_x",
-    "origin_y",
-    "publish_frequency",
-    "subscribe_to_stamped_footprint",
-    *(
-        f"*.{name}"
-        for name in (
-            "expected_update_rate",
-            "filter_info_topic",
-            "filter_name",
-            "map_subscribe_transient_local",
-            "map_topic",
-            "publish_voxel_map",
-            "sensor_frame",
-            "speed_limit_topic",
-            "binary_state_topic",
-            "subscribe_to_updates",
-            "tf_filter_tolerance",
-            "topic",
-            "transform_tolerance",
-            "transport_type",
-            "map_save_duration",
-        )
-    ),
-}
 
 
 def read_local_costmap(
@@ -121,7 +89,7 @@ def read_local_costmap(
         reader.note(status, "rolling_window", remark)
     names = ("width", "height", "resolution")
     grid = reader.block(LocalCostmapSettings, names=names)
-    reader.finish(WITHOUT_MEANING)
+    reader.finish(WITHOUT_MEANING["costmap"])
     return {**settings, **grid}
 
 
@@ -140,7 +108,7 @@ def read_global_costmap(
         for name in ("width", "height"):
             if reader.given(name):
                 reader.note(Status.OTHER_FORM, name, "follows from the map, or from what is known")
-    reader.finish(WITHOUT_MEANING)
+    reader.finish(WITHOUT_MEANING["costmap"])
     return {**settings, **grid}
 
 

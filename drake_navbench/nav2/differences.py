@@ -88,11 +88,7 @@ def require_different(columns: Sequence[FileColumns], found: Sequence[Difference
 
 
 def difference_lines(
-    columns: Sequence[FileColumns],
-    found: Sequence[Difference],
-    width: int = WIDTH,
-    *,
-    is_whole: bool = False,
+    columns: Sequence[FileColumns], found: Sequence[Difference], *, is_whole: bool = False
 ) -> list[str]:
     """Returns the differences as terminal lines: those with an effect, then those without.
 
@@ -104,17 +100,17 @@ def difference_lines(
     files = ", ".join(f"{column.name} = {column.file.told}" for column in columns)
     effective = [entry for entry in found if not entry.reason]
     count = f"{len(effective)} parameter{'s' * (len(effective) != 1)}"
-    lines = _wrapped(f"{files}: {count} differ{'s' * (len(effective) == 1)}", width, "    ")
+    lines = _wrapped(f"{files}: {count} differ{'s' * (len(effective) == 1)}", "    ")
     groups = {} if is_whole else _groups(columns, effective)
     grouped = {id(entry) for own in groups.values() for entry in own}
     for entry in effective:
         if id(entry) not in grouped:
-            lines += _wrapped(f"  {entry.place}: {_side_by_side(names, entry.values)}", width)
+            lines += _wrapped(f"  {entry.place}: {_side_by_side(names, entry.values)}")
     for place, own in groups.items():
         counts = [sum(entry.values[i] != NOT_GIVEN for entry in own) for i in range(len(names))]
         told = [f"{name} {count}" for name, count in zip(names, counts, strict=True) if count]
         text = f"  {place}: parameters that not all have: {', '.join(told)} (--check lists them)"
-        lines += _wrapped(text, width)
+        lines += _wrapped(text)
     idle = [entry for entry in found if entry.reason]
     if idle and not is_whole and len(idle) > MOST_IDLE:
         lines.append(f"No effect here: {len(idle)} (--check lists them)")
@@ -124,8 +120,8 @@ def difference_lines(
     for reason in dict.fromkeys(entry.reason for entry in idle):
         own = [entry for entry in idle if entry.reason == reason]
         texts = [f"{entry.place} {_side_by_side(names, entry.values)}" for entry in own]
-        lines += _wrapped(f"  {reason}: {'; '.join(texts)}", width)
-    return [printable(line) for line in [*lines, *_robot_lines(columns, width)]]
+        lines += _wrapped(f"  {reason}: {'; '.join(texts)}")
+    return [printable(line) for line in [*lines, *_robot_lines(columns)]]
 
 
 def _groups(
@@ -155,7 +151,7 @@ def _groups(
     return groups
 
 
-def _robot_lines(columns: Sequence[FileColumns], width: int) -> Iterator[str]:
+def _robot_lines(columns: Sequence[FileColumns]) -> Iterator[str]:
     """Yields a line for each property of outline or sensors in which files differ."""
     outlines = {
         column.name: "x".join(
@@ -167,11 +163,11 @@ def _robot_lines(columns: Sequence[FileColumns], width: int) -> Iterator[str]:
     if len(set(outlines.values())) > 1:
         told = ", ".join(f"{name} {size} m" for name, size in outlines.items())
         text = f"Each drives with the outline of its own file: {told}; --robot FILE gives one body"
-        yield from _wrapped(text, width)
+        yield from _wrapped(text)
     sensors = {column.name: sorted(column.setup.robot.depth_sensors) for column in columns}
     if len({tuple(names) for names in sensors.values()}) > 1:
         told = ", ".join(f"{name} {', '.join(own) or 'none'}" for name, own in sensors.items())
-        yield from _wrapped(f"Each has the depth sensors that its own file asks for: {told}", width)
+        yield from _wrapped(f"Each has the depth sensors that its own file asks for: {told}")
 
 
 def _side_by_side(names: Sequence[str], values: Sequence[str]) -> str:
@@ -180,8 +176,8 @@ def _side_by_side(names: Sequence[str], values: Sequence[str]) -> str:
     return ", ".join(f"{name} {value}" for name, value in zip(names, values, strict=True))
 
 
-def _wrapped(text: str, width: int, indent: str = "      ") -> list[str]:
-    return textwrap.wrap(text, width, subsequent_indent=indent, break_on_hyphens=False)
+def _wrapped(text: str, indent: str = "      ") -> list[str]:
+    return textwrap.wrap(text, WIDTH, subsequent_indent=indent, break_on_hyphens=False)
 
 
 def _shown(value: Any) -> str:

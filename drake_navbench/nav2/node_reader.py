@@ -14,31 +14,10 @@ from drake_navbench.inputs.check import CheckRow, Status
 from drake_navbench.nav2.parameters import Node
 from drake_navbench.nav2.substitutions import missing_value
 from drake_navbench.plugins.releases import NEWEST_RELEASE, Release, read_by
+from drake_navbench.typed_files.name_lists import name_lists
 
-# Parameters that nodes of every kind have, and that concern processes, frames and topics alone.
-OF_EVERY_NODE = frozenset(
-    {
-        "action_server_result_timeout",
-        "allow_parameter_qos_overrides",
-        "base_frame_id",
-        "bond_heartbeat_period",
-        "cmd_vel_in_topic",
-        "cmd_vel_out_topic",
-        "costmap_topic",
-        "enable_stamped_cmd_vel",
-        "footprint_topic",
-        "global_frame",
-        "introspection_mode",
-        "odom_frame_id",
-        "odom_topic",
-        "qos_overrides",
-        "robot_base_frame",
-        "service_introspection_mode",
-        "transform_tolerance",
-        "use_realtime_priority",
-        "use_sim_time",
-    }
-)
+# The parameters without a meaning here, by the node that has them.
+WITHOUT_MEANING = name_lists(__package__, "without_meaning.yaml")
 MAX_SHOWN = 60
 # The share of equal letters from which one name counts as a slip of the other.
 LIKE_A_SLIP = 0.8
@@ -194,19 +173,17 @@ class NodeReader:
         prefix: str = "",
         *,
         names: Iterable[str] | None = None,
-        renamed: Mapping[str, str] | None = None,
         defaults: Mapping[str, Any] | None = None,
     ) -> dict[str, Any]:
         """Returns the given values for the fields of a model, checked by it.
 
         Where Nav2's defaults differ from the model's they are added: those of the release, and
         `defaults`. prefix: of the parameters' names, with its dot. names: the fields that Nav2 has;
-        by default all. renamed: our name -> Nav2's. Raises InputError where a value is wrong.
+        by default all. Raises InputError where a value is wrong.
         """
-        their_names = renamed or {}
         values: dict[str, Any] = {}
         for field in names if names is not None else model.model_fields:
-            their_name = prefix + their_names.get(field, field)
+            their_name = prefix + field
             nested = _nested_model(model, field)
             if nested is not None:
                 below = self.block(nested, f"{their_name}.")
@@ -225,14 +202,13 @@ class NodeReader:
                 own = model.model_fields[field].get_default(call_default_factory=True)
                 given = self._node.get(their_name)
                 self.offers[their_name] = Offer(model, field, of_nav2.get(field, own), given)
-        return self.checked(model, values, prefix, their_names, is_partial=names is not None)
+        return self.checked(model, values, prefix, is_partial=names is not None)
 
     def checked(
         self,
         model: type[BaseModel],
         values: dict[str, Any],
         prefix: str = "",
-        renamed: Mapping[str, str] | None = None,
         *,
         is_partial: bool = False,
     ) -> dict[str, Any]:
@@ -254,7 +230,7 @@ class NodeReader:
             location = [str(part) for part in fault["loc"] if part != fault["input"]]
             # A fault that several fields cause together is reported for the first of them.
             field = location[0] if location else next(iter(values), "")
-            name = prefix + ".".join([(renamed or {}).get(field, field), *location[1:]])
+            name = prefix + ".".join([field, *location[1:]])
             whole = fault["input"]
             wants_integer = fault["type"].startswith("int") and len(location) == 1
             if wants_integer and isinstance(whole, float) and whole.is_integer():
@@ -270,7 +246,7 @@ class NodeReader:
 
         without_meaning: names of parameters or blocks, or '*.name' for a name in any block.
         """
-        idle = OF_EVERY_NODE.union(without_meaning)
+        idle = {*WITHOUT_MEANING["every_node"], *without_meaning}
         blocks = {name.partition(".")[0] for name in {*self._known, *idle} if "." in name}
         for name in self._node.parameters:
             if name in self._seen:

@@ -17,6 +17,7 @@ from drake_navbench.nav2.loadable import SLASH_UNTIL
 from drake_navbench.nav2.parameters import Section
 from drake_navbench.navigation.behavior_tree.settings import BehaviorTreeSettings
 from drake_navbench.plugins.releases import NEWEST_RELEASE, RELEASE_FIELD, Release, defaults_in
+from drake_navbench.typed_files.name_lists import packaged_table
 
 # The marks that tell a release, the most decisive first:
 #
@@ -29,49 +30,15 @@ from drake_navbench.plugins.releases import NEWEST_RELEASE, RELEASE_FIELD, Relea
 # Files in use on Humble are often newer ones whose plugins alone were named anew. So between Humble
 # and Iron, which name plugins alike, it is Iron only where all of 3 and 4 agree on it.
 
-# The last part of a parameter's name -> the first release that reads it.
-SINCE: Mapping[str, Release] = {
-    "action_server_result_timeout": Release.IRON,
-    "bond_heartbeat_period": Release.IRON,
-    "progress_checker_plugins": Release.IRON,
-    "costmap_update_timeout": Release.JAZZY,
-    "enable_stamped_cmd_vel": Release.JAZZY,
-    "near_collision_cost": Release.JAZZY,
-    "override_lethal_cost": Release.JAZZY,
-    "rotate_to_heading_once": Release.JAZZY,
-    "dock_direction": Release.KILTED,
-    "error_code_name_prefixes": Release.KILTED,
-    "filter_duration": Release.KILTED,
-    "service_introspection_mode": Release.KILTED,
-    "allow_parameter_qos_overrides": Release.LYRICAL,
-    "bt_search_directories": Release.LYRICAL,
-    "clamp_raw_controls": Release.LYRICAL,
-    "inscribed_obstacle_cost_value": Release.LYRICAL,
-    "introspection_mode": Release.LYRICAL,
-    "path_handler_plugins": Release.LYRICAL,
-}
+_MARKS = packaged_table(__package__, "release_marks.yaml")
 # Parameters that only releases before Humble read.
-BEFORE_HUMBLE = (
-    "bt_xml_filename",
-    "default_bt_xml_filename",
-    "goal_checker_plugin",
-    "planner_plugin",
-    "plugin_names",
-    "plugin_types",
-    "recovery_plugins",
+BEFORE_HUMBLE: tuple[str, ...] = tuple(_MARKS["before_humble"])
+# The last part of a parameter's name -> the first, or the last, release that reads it.
+SINCE, UNTIL = (
+    {name: Release(release) for release, names in _MARKS[mark].items() for name in names}
+    for mark in ("since", "until")
 )
-# The last part of a parameter's name -> the last release that reads it; it counts where the file
-# has nothing newer. Iron reads the first one as well, with a warning, but its own files have the
-# plural.
-UNTIL: Mapping[str, Release] = {
-    "progress_checker_plugin": Release.HUMBLE,
-    "reset_period": Release.HUMBLE,
-    "error_code_names": Release.JAZZY,
-    "forward_prune_distance": Release.KILTED,
-    "prune_plan": Release.KILTED,
-    # Humble is the nearest release to these.
-    **dict.fromkeys(BEFORE_HUMBLE, Release.HUMBLE),
-}
+UNTIL |= dict.fromkeys(BEFORE_HUMBLE, Release.HUMBLE)
 # The behaviour server's name before Humble; it counts as a parameter that Humble was the last to
 # read.
 OLD_NODE = "recoveries_server"

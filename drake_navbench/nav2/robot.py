@@ -23,9 +23,9 @@ from drake_navbench.inputs.presets import Preset
 from drake_navbench.inputs.robot import Robot, merged
 from drake_navbench.nav2.body import costmap_body, drive_for, note_body, with_body
 from drake_navbench.nav2.collision_monitor import read_collision_monitor
-from drake_navbench.nav2.columns import read_columns
+from drake_navbench.nav2.columns import column_rows
 from drake_navbench.nav2.controller_server import read_controller_server
-from drake_navbench.nav2.controllers import SERVER, has_controllers
+from drake_navbench.nav2.controllers import SERVER, has_controllers, server_columns
 from drake_navbench.nav2.costmaps import read_global_costmap, read_local_costmap
 from drake_navbench.nav2.node_reader import NodeReader, Offer, Rows
 from drake_navbench.nav2.outline import (
@@ -298,12 +298,13 @@ class _Files:
         }
 
     def _columns(self, node: Node) -> list[Preset]:
-        presets, rows = read_columns(node, self._release.release)
-        for row in rows:
+        columns = server_columns(node, self._release.release)
+        for row in column_rows(node, columns):
             self._rows[row.node, row.parameter] = row
-        for preset in presets:
-            self._places[preset.name] = node.name.lstrip("/"), preset.name.rpartition("/")[2]
-        return [replace(preset, ignored=()) for preset in presets]
+        presets = {plugin: preset for plugin, preset in columns.items() if preset is not None}
+        for plugin, preset in presets.items():
+            self._places[preset.name] = node.name.lstrip("/"), plugin
+        return [replace(preset, ignored=()) for preset in presets.values()]
 
     def _find(self, name: str) -> Node | None:
         """Returns the node of a name beside the first controller server; None without one."""

@@ -13,7 +13,7 @@ from typing import Any
 
 from drake_navbench.inputs.check import Status
 from drake_navbench.nav2.controller_server import plugin_block
-from drake_navbench.nav2.node_reader import NodeReader
+from drake_navbench.nav2.node_reader import WITHOUT_MEANING, NodeReader
 from drake_navbench.nav2.tree_files import installed_tree, tree_beside
 from drake_navbench.navigation.behavior_tree.settings import (
     RECOVERY_ACTIONS,
@@ -190,19 +190,7 @@ def read_behavior_server(reader: NodeReader) -> Fields:
         else:
             found.append(_recovery_action(reader, name, plugin_type))
     actions = [action for action in RECOVERY_ACTIONS if action == "clear" or action in found]
-    reader.finish(
-        {
-            "assisted_teleop",
-            "cmd_vel_teleop",
-            "cmd_vel_topic",
-            "global_costmap_topic",
-            "global_footprint_topic",
-            "local_costmap_topic",
-            "local_footprint_topic",
-            "local_frame",
-            "transform_timeout",
-        }
-    )
+    reader.finish(WITHOUT_MEANING["behavior_server"])
     return {"behavior_server": values, "behavior_tree": {"recovery_actions": actions}}
 
 
@@ -247,31 +235,7 @@ def read_bt_navigator(reader: NodeReader, release: Release) -> Fields:
             reader.note(Status.NO_MEANING, name)
         elif reader.given(name):
             reader.note(Status.UNREAD, name, f"since galactic {TREE_FILE} is read in its place")
-    reader.finish(
-        {
-            "always_reload_bt_xml",
-            "bt_search_directories",
-            "default_cancel_timeout",
-            "default_nav_through_poses_bt_xml",
-            "default_server_timeout",
-            "enable_groot_monitoring",
-            "error_code_name_prefixes",
-            "error_code_names",
-            "filter_duration",
-            "goal_blackboard_id",
-            "goal_reached_tol",
-            "goal_updater_topic",
-            "goals_blackboard_id",
-            "groot_zmq_publisher_port",
-            "groot_zmq_server_port",
-            "navigate_through_poses",
-            "navigate_to_pose",
-            "navigators",
-            "path_blackboard_id",
-            "plugin_lib_names",
-            "wait_for_service_timeout",
-        }
-    )
+    reader.finish(WITHOUT_MEANING["bt_navigator"])
     return {"behavior_tree": values}
 
 

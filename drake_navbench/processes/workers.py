@@ -3,7 +3,8 @@
 Every worker is forked from multiprocessing's fork server and has one pipe to the caller, which no
 other process holds. Results come through the pipe. When the pipe closes, the process at its other
 end has died. So a worker that dies in any way takes no other with it, and a worker whose caller has
-died ends at once.
+died ends at once. Pools whose workers share a pipe lose tasks: where two workers of pebble 5.2.3
+were killed at random moments, 14 to 134 of 400 tasks ended before the whole pool broke.
 """
 
 from __future__ import annotations

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
+from importlib.resources import files
 from typing import Any
 
 import numpy as np
@@ -21,102 +22,15 @@ TASKS = (("runs", "Runs"), ("scenario", "Scenario"), ("drive", "Drive"), ("live"
 # How elements take the width of the column that they stand in.
 WIDE: dict[str, Any] = {"sizing_mode": "stretch_width"}
 
-PAGE = Template("""\
-{% extends base %}
-{% block preamble %}
-<meta name="viewport" content="width=device-width">
-<meta name="referrer" content="no-referrer">
-<link rel="icon" href="data:,">
-<style>
-:root { color-scheme: light dark; --ground: #f5f6f8; --card: #ffffff; --ink: #1d242c;
-  --soft: #5b6672; --line: #dde2e8; --accent: #2f6fd6; --field: #ffffff; --good: #1f7f49;
-  --bad: #b8321f; --tint: rgba(47, 111, 214, 0.1); }
-@media (prefers-color-scheme: dark) { :root { --ground: #12161b; --card: #1b2027; --ink: #e4e9ef;
-  --soft: #98a4b1; --line: #2d353f; --accent: #6ea2f5; --field: #12161b; --good: #5cc98d;
-  --bad: #f08a76; --tint: rgba(110, 162, 245, 0.15); } }
-/* Always: one that appears would move the picture under a hand that draws. */
-html { overflow-y: scroll; }
-body { background: var(--ground); color: var(--ink);
-  font: 14px/1.45 Helvetica, Arial, sans-serif; }
-header { display: flex; align-items: center; gap: 6px; padding: 0 20px; height: 50px;
-  background: var(--card); border-bottom: 1px solid var(--line); position: sticky; top: 0;
-  z-index: 5; }
-header b { font-size: 15px; margin-right: 14px; letter-spacing: 0.01em; }
-header a { color: var(--soft); text-decoration: none; padding: 6px 12px; border-radius: 7px; }
-header a:hover { background: var(--tint); }
-header a.here { color: var(--accent); background: var(--tint); font-weight: 600; }
-header span { margin-left: auto; color: var(--soft); overflow: hidden; text-overflow: ellipsis;
-  white-space: nowrap; max-width: 40%; direction: rtl; }
-.sheet { display: grid; grid-template-columns: 320px minmax(0, 1fr); gap: 16px; padding: 16px 20px;
-  max-width: 1500px; margin: 0 auto; align-items: start; }
-.sheet.one { grid-template-columns: minmax(0, 1fr); max-width: 1000px; }
-.sheet > div { background: var(--card); border: 1px solid var(--line); border-radius: 10px;
-  padding: 14px; min-width: 0; box-sizing: border-box; }
-.sheet.one > div { background: none; border: none; padding: 0; }
-@media (max-width: 900px) { .sheet { grid-template-columns: 250px minmax(0, 1fr); gap: 10px;
-  padding: 10px; } .sheet > div { padding: 8px; } header { padding: 0 12px; } }
-@media (max-width: 640px) { .sheet { grid-template-columns: minmax(0, 1fr); }
-  header span { display: none; } }
-</style>
-{% endblock %}
-{% block contents %}
-<header><b>studio</b>
-{% for name, title in tasks %}<a href="{{ name }}"{% if name == page %} class="here"{% endif %}\
->{{ title }}</a>{% endfor %}
-<span title="{{ folder }}">&lrm;{{ folder }}</span></header>
-<div class="sheet{% if not has_side %} one{% endif %}">
-{% if has_side %}<div class="side">{{ embed(roots.side) }}</div>{% endif %}
-<div class="main">{{ embed(roots.main) }}</div></div>
-{% endblock %}
-""")
 
-WIDGETS = """\
-:host { color: var(--ink); font: 13px/1.4 Helvetica, Arial, sans-serif; }
-.bk-input, select.bk-input, input[type=text] { background: var(--field); color: var(--ink);
-  border: 1px solid var(--line); border-radius: 7px; }
-/* Arrows in the colour of the text: Bokeh's are black, on dark ground, too. */
-select.bk-input.bk-input { padding-right: 22px; background: linear-gradient(45deg,
-  transparent 50%, var(--soft) 50%) calc(100% - 13px) 50% / 5px 5px no-repeat,
-  linear-gradient(-45deg, transparent 50%, var(--soft) 50%) calc(100% - 8px) 50% / 5px 5px
-  no-repeat, var(--field); }
-select.bk-input option { background: var(--field); color: var(--ink); }
-.bk-spin-wrapper { --color: var(--soft); }
-.bk-input:focus { border-color: var(--accent); box-shadow: 0 0 0 2px var(--tint); }
-.bk-input-group label, label, .bk-slider-title { color: var(--soft); font-size: 12px; }
-.bk-btn, .bk-btn-default { background: var(--card); color: var(--ink); border: 1px solid
-  var(--line); border-radius: 7px !important; font: inherit; font-weight: 500; }
-.bk-btn:hover { background: var(--tint); border-color: var(--accent); }
-.bk-btn.bk-active { background: var(--tint); color: var(--accent); border-color: var(--accent);
-  box-shadow: none; }
-.bk-btn-primary { background: var(--accent); border-color: var(--accent); color: #fff; }
-.bk-btn-primary:hover { background: var(--accent); filter: brightness(1.1); }
-:host { color-scheme: light dark; }
-.bk-btn[disabled] { opacity: 0.45; background: var(--card); color: var(--soft); }
-.noUi-target { background: var(--line); border: none; box-shadow: none; }
-.noUi-connect, .noUi-connects .noUi-connect { background: var(--accent); }
-.noUi-handle { border: 1px solid var(--soft); background: var(--card); box-shadow: none; }
-"""
-HTML = """\
-:host { color: var(--ink); font: 13px/1.45 Helvetica, Arial, sans-serif; }
-.bk-clearfix { width: 100%; }
-h2 { font-size: 15px; margin: 0 0 4px; } h3 { font-size: 13px; margin: 0 0 4px; }
-p { margin: 0 0 4px; }
-b { overflow-wrap: anywhere; } .soft { color: var(--soft); } .good { color: var(--good); }
-.bad { color: var(--bad); } a { color: var(--accent); text-decoration: none; margin-right: 14px; }
-a:hover { text-decoration: underline; }
-.tag { background: var(--tint); color: var(--accent); border-radius: 9px; padding: 1px 8px;
-  margin-left: 6px; font-size: 11px; }
-.bar { height: 5px; border-radius: 3px; background: var(--line); margin: 6px 0; }
-.bar i { display: block; height: 100%; border-radius: 3px; background: var(--accent); }
-pre { margin: 0; font: 12px/1.5 ui-monospace, monospace; white-space: pre-wrap;
-  overflow-wrap: anywhere; }
-table { border-collapse: collapse; width: 100%; } td, th { text-align: right; padding: 3px 6px;
-  border-bottom: 1px solid var(--line); font-variant-numeric: tabular-nums; }
-td:first-child, th:first-child { text-align: left; padding-left: 0; } .word { text-align: left; }
-.key { border-radius: 3px; display: inline-block; height: 4px; margin: 0 5px 2px 0; width: 22px; }
-th { vertical-align: bottom; font-weight: 500;
-  color: var(--soft); }
-"""
+def asset(name: str) -> str:
+    """Returns the text of a file beside this module: HTML, a style sheet or a script."""
+    return files(__package__).joinpath(name).read_text(encoding="utf-8")
+
+
+PAGE = Template(asset("page.html"))
+
+WIDGETS, HTML = asset("widgets.css"), asset("texts.css")
 CARD = """\
 :host { background: var(--card); border: 1px solid var(--line); border-radius: 10px;
   padding: 12px 14px; box-sizing: border-box; }
@@ -236,16 +150,7 @@ def image_at(image: Any, bounds: Sequence[float] | None) -> dict[str, list[Any]]
 
 
 # One metre is as long in both directions, whatever the picture's size.
-FIT = """
-const [x0, y0, x1, y1] = view.data.bounds, w = plot.inner_width, h = plot.inner_height;
-if (w > 0 && h > 0) {
-  const metre = Math.max((x1 - x0) / w, (y1 - y0) / h), x = (x0 + x1) / 2, y = (y0 + y1) / 2;
-  plot.x_range.setv({start: x - metre * w / 2, end: x + metre * w / 2,
-    reset_start: x - metre * w / 2, reset_end: x + metre * w / 2});
-  plot.y_range.setv({start: y - metre * h / 2, end: y + metre * h / 2,
-    reset_start: y - metre * h / 2, reset_end: y + metre * h / 2});
-}
-"""
+FIT = asset("fit.js")
 
 
 class MapView:

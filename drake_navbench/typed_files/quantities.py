@@ -11,7 +11,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated, Any
 
-from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
+from pydantic import BaseModel, GetCoreSchemaHandler, GetJsonSchemaHandler
 from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import CoreSchema, core_schema
 
@@ -76,3 +76,11 @@ Number = Annotated[float, Within(-1e12, 1e12)]
 # those of an int in C++, whose largest value often means any number, too.
 MIN_COUNT, MAX_COUNT = -(2**31), 2**31 - 1
 Count = Annotated[int, Within(MIN_COUNT, MAX_COUNT)]
+
+
+def require_order(model: BaseModel, low: str, high: str, *, may_be_equal: bool = True) -> None:
+    """Raises ValueError unless one field of a model is at most, or less than, another."""
+    least, most = getattr(model, low), getattr(model, high)
+    if least > most or (least == most and not may_be_equal):
+        relation = "at most" if may_be_equal else "less than"
+        raise ValueError(f"{low}: got {least}, expected {relation} {high} {most}")

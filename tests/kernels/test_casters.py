@@ -36,7 +36,7 @@ def state_of(*, v=0.0, w=0.0, yaw=0.0, angles=(0.0, 0.0)):
 def after(state, command, duration, *, motors=MOTORS, frictions=FRICTIONS, count=None):
     told = np.array([*command, 0.0])
     count = count or round(duration * 1000)
-    return advanced(state, told, LIMITS, BODY, motors, CASTERS, frictions, duration, count)
+    return advanced(state, told, LIMITS, BODY, motors, CASTERS, frictions, (count, duration))
 
 
 def energy(state):

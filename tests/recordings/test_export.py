@@ -21,6 +21,7 @@ from drake_navbench.inputs.robot import load_robot
 from drake_navbench.inputs.world import Box, World
 from drake_navbench.kernels.grid import LETHAL
 from drake_navbench.logs.log import TrialLog
+from drake_navbench.ros2.recordings import topics
 from drake_navbench.ros2.recordings.messages import MessageMaker
 from drake_navbench.ros2.recordings.occupancy import (
     costs_from_occupancy,
@@ -30,12 +31,13 @@ from drake_navbench.ros2.recordings.occupancy import (
 from drake_navbench.ros2.recordings.recorded_columns import ROLES
 from drake_navbench.ros2.recordings.robot_description import urdf_of
 from drake_navbench.ros2.recordings.rosbags_extra import ros2_types
-from drake_navbench.ros2.recordings.topics import SCALARS, TOPICS
+from drake_navbench.ros2.recordings.topics import SCALARS, Topic
 from drake_navbench.ros2.recordings.trial_messages import TIME_ZERO_NS, TrialMessages
 from drake_navbench.trial.trial import run_trial
 
 REPOSITORY = Path(__file__).parents[2]
 LAYOUTS = REPOSITORY / "drake_navbench" / "ros2" / "recordings" / "layouts"
+TOPICS = [one for one in vars(topics).values() if isinstance(one, Topic)] + list(SCALARS.values())
 
 
 @pytest.fixture(scope="module")

@@ -129,7 +129,10 @@ def test_what_a_hit_adds_is_the_cube_of_its_likelihood():
 @pytest.mark.parametrize(
     ("localization", "said"),
     [
-        ({"amcl": {"min_particles": 900, "max_particles": 800}}, "at least min_particles, 900"),
+        (
+            {"amcl": {"min_particles": 900, "max_particles": 800}},
+            "got 900, expected at most max_particles 800",
+        ),
         ({"amcl": {"max_beams": 1}}, "amcl.max_beams"),
         ({"amcl": {"laser_model_type": "beam"}}, "amcl.laser_model_type"),
         ({"amcl": {}, "fix_period_s": 1.0}, "fix_period_s: AMCL finds the pose by itself"),

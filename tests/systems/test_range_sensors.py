@@ -109,5 +109,5 @@ def test_a_reading_lies_where_the_odometry_places_it():
 
 
 def test_a_least_range_over_the_longest_is_refused():
-    with pytest.raises(ValidationError, match=r"range_min_m 4\.0 must not be above range_max_m"):
+    with pytest.raises(ValidationError, match=r"got 4\.0, expected at most range_max_m"):
         RangeSensorSettings(range_min_m=4.0)

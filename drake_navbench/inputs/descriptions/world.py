@@ -64,9 +64,7 @@ def is_world(path: Path) -> bool:
         return False
 
 
-def read_world(
-    path: Path, folders: Sequence[Path] = (), arguments: Mapping[str, str] | None = None
-) -> WorldSource:
+def read_world(path: Path, folders: Sequence[Path] = ()) -> WorldSource:
     """Returns the models of a world's file and of its includes; raises InputError.
 
     folders: searched for models and packages, besides the repository around the file.
@@ -78,7 +76,7 @@ def read_world(
         )
     content = read_input(path, max_bytes=MAX_FILE_BYTES)
     if path.suffix == XACRO or b"<xacro:" in content:
-        content = expand_xacro(path, arguments, folders).text.encode()
+        content = expand_xacro(path, None, folders).text.encode()
     if TEMPLATE.search(content):
         raise InputError(f"{path}: is a template; expected the world that is made of it")
     root = read_xml(content, str(path))

@@ -11,32 +11,10 @@ from dataclasses import dataclass, field
 
 from drake_navbench.navigation.behavior_tree.board import PATH
 from drake_navbench.navigation.behavior_tree.description import NodeDescription
+from drake_navbench.typed_files.name_lists import name_lists
 
 # The attributes that say which plugin, server or variable a node uses, and how long it waits.
-WITHOUT_EFFECT = frozenset(
-    {
-        "controller_id",
-        "error_code",
-        "error_code_id",
-        "error_msg",
-        "footprint",
-        "goal_checker_id",
-        "goals",
-        "is_recovery",
-        "path_handler_id",
-        "planner_id",
-        "progress_checker_id",
-        "server_name",
-        "server_timeout",
-        "max_smoothing_duration",
-        "smoother_id",
-        "smoothing_duration",
-        "was_completed",
-        "start",
-        "tracking_feedback",
-        "wait_for_service_timeout",
-    }
-)
+WITHOUT_EFFECT = frozenset(name_lists(__package__, "without_effect.yaml")["attributes"])
 # The variable of the goal, which the navigator writes.
 GOAL = "goal"
 

@@ -84,7 +84,7 @@ class Imported:
     drive: DriveData | None
 
 
-def read_recording(path: Path, request: ImportRequest, *, first_trial: int = 0) -> Imported:
+def read_recording(path: Path, request: ImportRequest) -> Imported:
     """Returns the trials in a recording; raises InputError where it cannot be read as trials."""
     # The user's own files are read first, as a large recording takes minutes.
     given_robot = None if request.robot is None else load_robot(request.robot)
@@ -113,7 +113,7 @@ def read_recording(path: Path, request: ImportRequest, *, first_trial: int = 0) 
                 scenario=request.scenario or scenario,
                 controller=request.controller or controller,
                 robot=robot,
-                trial=first_trial + number,
+                trial=number,
                 description=f"recorded in {path.name}",
                 map=known_map,
             ),

@@ -16,13 +16,11 @@ from numpy.typing import NDArray
 from drake_navbench.errors import InputError, nearest_name_hint
 from drake_navbench.ros2.recordings.bag_source import BagSource
 from drake_navbench.ros2.recordings.decoded_messages import DECODERS, is_usable
+from drake_navbench.ros2.recordings.topics import SCALARS
+from drake_navbench.typed_files.name_lists import packaged_table
 
-TF_TYPES = ("tf2_msgs/msg/TFMessage", "tf/msg/tfMessage")
-STATUS_TYPES = ("action_msgs/msg/GoalStatusArray", "actionlib_msgs/msg/GoalStatusArray")
 # Messages of these roles hold until the next one, so that earlier ones count, too.
 LATCHED_ROLES = frozenset({"tf_static", "map", "trial", "status", "goal", "plan"})
-
-
 # Roles without which metrics are lost: a hint lists the topics of a fitting type.
 HINTED_ROLES = ("command", "scan", "plan")
 MAX_HINTED_TOPICS = 5
@@ -36,65 +34,11 @@ class Role(NamedTuple):
 
 
 ROLES: Mapping[str, Role] = {
-    "odom": Role(("/odom", "/odometry/filtered", "/odometry"), ("nav_msgs/msg/Odometry",)),
-    "truth": Role(
-        ("/ground_truth/odom", "/ground_truth/state", "/base_pose_ground_truth"),
-        ("nav_msgs/msg/Odometry",),
-    ),
-    "tf": Role(("/tf",), TF_TYPES),
-    "tf_static": Role(("/tf_static",), TF_TYPES),
-    "command": Role(
-        (
-            "/cmd_vel",
-            "/cmd_vel_smoothed",
-            "/cmd_vel_nav",
-            "/cmd_vel_unstamped",
-            "/diff_drive_controller/cmd_vel",
-            "/diff_drive_controller/cmd_vel_unstamped",
-        ),
-        ("geometry_msgs/msg/TwistStamped", "geometry_msgs/msg/Twist"),
-    ),
-    "scan": Role(("/scan", "/base_scan"), ("sensor_msgs/msg/LaserScan",)),
-    "plan": Role(
-        (
-            "/plan",
-            "/received_global_plan",
-            "/move_base/NavfnROS/plan",
-            "/move_base/GlobalPlanner/plan",
-        ),
-        ("nav_msgs/msg/Path",),
-    ),
-    "costmap": Role(
-        ("/local_costmap/costmap", "/move_base/local_costmap/costmap"),
-        ("nav_msgs/msg/OccupancyGrid",),
-    ),
-    "goal": Role(
-        ("/goal_pose", "/move_base/goal", "/move_base_simple/goal"),
-        ("geometry_msgs/msg/PoseStamped", "move_base_msgs/msg/MoveBaseActionGoal"),
-    ),
-    "map": Role(("/map",), ("nav_msgs/msg/OccupancyGrid",)),
-    "status": Role(
-        (
-            "/navigate_to_pose/_action/status",
-            "/navigate_through_poses/_action/status",
-            "/follow_path/_action/status",
-            "/move_base/status",
-        ),
-        STATUS_TYPES,
-    ),
-    "trial": Role(("/drake_navbench/trial",), ("std_msgs/msg/String",)),
-    "clearance_m": Role(("/drake_navbench/clearance_m",), ("std_msgs/msg/Float64",)),
-    "obstacle_cell_distance_m": Role(
-        ("/drake_navbench/obstacle_cell_distance_m",), ("std_msgs/msg/Float64",)
-    ),
-    "obstacle_corner_distance_m": Role(
-        ("/drake_navbench/obstacle_corner_distance_m",), ("std_msgs/msg/Float64",)
-    ),
-    "cycle_count": Role(("/drake_navbench/cycle_count",), ("std_msgs/msg/Float64",)),
-    "compute_time_ms": Role(("/drake_navbench/compute_time_ms",), ("std_msgs/msg/Float64",)),
-    "compute_cpu_time_ms": Role(
-        ("/drake_navbench/compute_cpu_time_ms",), ("std_msgs/msg/Float64",)
-    ),
+    **{
+        name: Role(tuple(role["names"]), tuple(role["types"]))
+        for name, role in packaged_table(__package__, "roles.yaml").items()
+    },
+    **{name: Role((topic.name,), (topic.type,)) for name, topic in SCALARS.items()},
 }
 
 

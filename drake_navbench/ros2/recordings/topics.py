@@ -61,31 +61,3 @@ SCALAR_COLUMNS = (
 SCALARS: Mapping[str, Topic] = {
     name: Topic(f"/drake_navbench/{name}", "std_msgs/msg/Float64") for name in SCALAR_COLUMNS
 }
-
-TOPICS: tuple[Topic, ...] = (
-    CLOCK,
-    TF,
-    TF_STATIC,
-    ROBOT_DESCRIPTION,
-    MAP,
-    GOAL,
-    ODOMETRY,
-    TRUTH,
-    ESTIMATE,
-    COMMAND,
-    SCAN,
-    PLAN,
-    RECEIVED_PLAN,
-    COSTMAP,
-    FOOTPRINT,
-    PREDICTED,
-    SAMPLED,
-    LOOKAHEAD,
-    OBSTACLES,
-    MOVING,
-    DIAGNOSTICS,
-    NAVIGATE_STATUS,
-    FOLLOW_STATUS,
-    TRIAL,
-    *SCALARS.values(),
-)

@@ -36,7 +36,7 @@ from drake_navbench.studies.side_by_side.likeness import CLOSE, Likeness, likene
 from drake_navbench.studies.side_by_side.shadowing import Decided, decided, shadowed
 from drake_navbench.trial.column_controller import built_controller, controller_setup
 from drake_navbench.trial.random_scenes import random_scenes
-from drake_navbench.trial.trial import run_trial
+from drake_navbench.trial.trial import DEFAULT_ROBOT, run_trial
 from drake_navbench.typed_files.dotted_names import flattened
 
 # The presets that are held against their originals, in this order.
@@ -105,12 +105,11 @@ def compare_port(
     scenes: int,
     scenarios: Sequence[str],
     seeds: int,
-    robot_name: str = "wheelchair",
     tell: Callable[[str], None] = lambda line: None,
 ) -> Parity:
     """Returns the differences of a preset's port and its original in a build; raises InputError."""
     port, original = port_of_release(name, build), load_preset(column_of(name, build))
-    robot = load_robot(robot_name)
+    robot = load_robot(DEFAULT_ROBOT)
     plugin = original_plugin(split_column(name)[0])
     if plugin is None:
         raise InputError(f"controller {name!r}: it is not a port of a Nav2 controller")
@@ -121,7 +120,7 @@ def compare_port(
     for scenario in scenarios:
         for seed in range(seeds):
             tell(f"{name}: {scenario}, seed {seed}")
-            in_trials.append(compare_in_trial(port, original, scenario, seed, robot_name))
+            in_trials.append(compare_in_trial(port, original, scenario, seed, DEFAULT_ROBOT))
     return Parity(name, plugin, tuple(in_scenes), tuple(in_trials), defaults, not_read)
 
 
@@ -134,11 +133,11 @@ def port_of_release(name: str, build: Build) -> Preset:
 
 
 def compare_in_scenes(
-    port: Preset, original: Preset, robot: Robot, count: int, *, seed: int = 0
+    port: Preset, original: Preset, robot: Robot, count: int
 ) -> list[DecisionResult]:
     """Returns the compared decisions of two columns in the first cycle of random scenes."""
     results = []
-    for scene in random_scenes(controller_setup(robot), count, seed=seed):
+    for scene in random_scenes(controller_setup(robot), count):
         decisions = []
         for preset in (port, original):
             # Both controllers are new in every scene: an original may keep a memory beyond a task.

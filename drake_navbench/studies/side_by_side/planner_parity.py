@@ -23,6 +23,7 @@ from drake_navbench.navigation.smac_planner_2d import SmacPlanner2D
 from drake_navbench.navigation.smac_planner_2d_parameters import SmacPlanner2DParameters
 from drake_navbench.studies.side_by_side.likeness import Likeness, likeness_of
 from drake_navbench.trial.column_controller import controller_setup
+from drake_navbench.trial.trial import DEFAULT_ROBOT
 
 # Planner -> the sets of parameters, besides its defaults, with which both are compared.
 VARIANTS: Mapping[str, tuple[Mapping[str, Any], ...]] = {
@@ -75,11 +76,10 @@ def compare_planners(
     build: Build,
     *,
     maps: int,
-    robot_name: str = "wheelchair",
     tell: Callable[[str], None] = lambda line: None,
 ) -> list[PlannerParity]:
     """Returns the differences between a build's planners and our ports, one entry a variant."""
-    robot = load_robot(robot_name)
+    robot = load_robot(DEFAULT_ROBOT)
     parities = []
     for plugin in build.planners:
         for values in VARIANTS.get(plugin, ()):

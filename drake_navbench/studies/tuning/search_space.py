@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from copy import deepcopy
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -15,7 +16,7 @@ from drake_navbench.controller import CONTROLLERS
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.presets import Preset
 from drake_navbench.plugins.releases import RELEASE_FIELD
-from drake_navbench.typed_files.dotted_names import flattened, nested
+from drake_navbench.typed_files.dotted_names import flattened
 from drake_navbench.typed_files.output_file import write_text
 from drake_navbench.typed_files.typed_yaml import FrozenModel, read_yaml, validate
 
@@ -186,7 +187,7 @@ def write_nav2_file(preset: Preset, path: Path, remarks: Sequence[str]) -> None:
     follows a release gets its release written, too: the rest of the file may not tell it.
     """
     plugin = preset.controller_class.nav2_plugin
-    values = nested(flattened(preset.values), preset.source)
+    values = dict(preset.values)
     release = getattr(preset.parameters, RELEASE_FIELD, None)
     if release is not None:
         values = {RELEASE_FIELD: str(release)} | values
@@ -200,11 +201,11 @@ def write_preset_file(preset: Preset, path: Path, remarks: Sequence[str]) -> Non
     content = {
         "controller": preset.controller,
         "description": preset.description,
-        "parameters": nested(flattened(preset.values), preset.source),
+        "parameters": dict(preset.values),
     }
     if preset.values_for_radius is not None:
-        instead = nested(flattened(preset.values_for_radius), preset.source)
-        content["parameters_for_radius"] = instead
+        # Without its own copy YAML would write the blocks that both have as anchors.
+        content["parameters_for_radius"] = deepcopy(dict(preset.values_for_radius))
     if preset.path_handler:
         content["path_handler"] = dict(preset.path_handler)
     write_text(path, _commented(remarks) + yaml.safe_dump(content, sort_keys=False))

@@ -157,8 +157,7 @@ class CasterBase(LeafSystem):
             self._motors,
             self._casters,
             self._frictions,
-            self._period_s,
-            self._count,
+            (self._count, self._period_s),
         )
         discrete_state.get_mutable_vector().SetFromVector(state)
 

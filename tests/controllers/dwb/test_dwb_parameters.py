@@ -64,7 +64,7 @@ def test_critics_answer_to_nav2s_class_names():
             {"trajectory_generator_name": "dwb_plugins::StandardTrajectoryGen"},
             "did you mean 'dwb_plugins::StandardTrajectoryGenerator'?",
         ),
-        ({"min_vel_x": 0.3}, "min_vel_x and max_vel_x: got 0.3 and 0.26"),
+        ({"min_vel_x": 0.3}, "min_vel_x: got 0.3, expected at most max_vel_x 0.26"),
     ],
 )
 def test_wrong_input_is_one_line_that_names_the_parameter(changes, line):

@@ -21,7 +21,6 @@ from drake_navbench.controllers.teb_upstream.planner import (
     Planned,
     Scene,
     TebPlanner,
-    penalty_terms,
 )
 from drake_navbench.controllers.teb_upstream.signatures import (
     ClassRules,
@@ -152,14 +151,14 @@ def test_both_ways_past_an_obstacle_are_planned_as_by_the_original():
     """Costs and the command are those of teb_local_planner (ros2-master) with g2o."""
     parameters = TebUpstreamParameters(simple_exploration=True, min_obstacle_dist=0.3)
     planner = TebPlanner(parameters, POINT)
-    terms = penalty_terms(parameters, None)
+    settings = planner.settings(None)
     seen = scene(np.array([[1.0, 0.02]]))._replace(twist=np.array([0.2, 0.0]))
-    planned = planner.plan(PlannerState(), seen, terms)
+    planned = planner.plan(PlannerState(), seen, settings)
     costs = [band.cost for band in planned.state.trajectories]
     assert costs == pytest.approx([6.6906548809, 7.7358369967], rel=1e-4)
     _, speed, rate = band_command(planned.best.poses, planned.best.time_steps, 1, 0.3)
     assert (speed, rate) == pytest.approx((0.0251053905, -0.2251786267), abs=1e-4)
-    again = planner.plan(planned.state, seen, terms)
+    again = planner.plan(planned.state, seen, settings)
     costs = [band.cost for band in again.state.trajectories]
     assert costs == pytest.approx([7.3231234802, 7.2318604957], rel=1e-3)
 
@@ -168,9 +167,8 @@ def test_no_more_bands_are_looked_for_than_allowed():
     parameters = TebUpstreamParameters(
         simple_exploration=True, min_obstacle_dist=0.3, max_number_classes=1
     )
-    planned = TebPlanner(parameters, POINT).plan(
-        PlannerState(), scene(np.array([[1.0, 0.02]])), penalty_terms(parameters, None)
-    )
+    planner = TebPlanner(parameters, POINT)
+    planned = planner.plan(PlannerState(), scene(np.array([[1.0, 0.02]])), planner.settings(None))
     assert len(planned.state.trajectories) == 1
 
 
@@ -197,9 +195,7 @@ def test_hysteresis_and_the_plans_class_count_in_the_choice():
 
 def test_detours_are_dropped_and_the_best_band_stays():
     def search(*bands):
-        found = ClassSearch(
-            TebUpstreamParameters(), NOTHING, bands, PlannerState(bands, best=0), max_speed=0.4
-        )
+        found = ClassSearch(TebUpstreamParameters(), NOTHING, bands, PlannerState(bands, best=0))
         found._bands = list(bands)
         found._classes = [np.empty(0) for _ in bands]
         found.drop_detours()

@@ -29,7 +29,7 @@ from drake_navbench.controllers.teb_upstream.local_plan import (
     pruned_begin,
 )
 from drake_navbench.controllers.teb_upstream.parameters import TebUpstreamParameters
-from drake_navbench.controllers.teb_upstream.planner import penalty_terms
+from drake_navbench.controllers.teb_upstream.planner import limited
 from drake_navbench.controllers.teb_upstream.recovery import is_oscillating
 from drake_navbench.kernels.footprint import footprint_radii
 from drake_navbench.kernels.grid import LETHAL, Costmap
@@ -158,15 +158,16 @@ def test_cells_far_behind_and_in_the_last_row_are_no_obstacles():
 
 
 def test_each_component_is_cut_on_its_own_unless_asked_otherwise():
-    terms = penalty_terms(TebUpstreamParameters(), None)
-    assert saturated(0.8, 0.6, terms, False) == pytest.approx((0.4, 0.3))
-    assert saturated(0.8, 0.15, terms, True) == pytest.approx((0.4, 0.075))
-    assert saturated(-0.5, -0.6, terms, False) == pytest.approx((-0.2, -0.3))
+    each = TebUpstreamParameters()
+    alike = TebUpstreamParameters(use_proportional_saturation=True)
+    assert saturated(0.8, 0.6, each) == pytest.approx((0.4, 0.3))
+    assert saturated(0.8, 0.15, alike) == pytest.approx((0.4, 0.075))
+    assert saturated(-0.5, -0.6, each) == pytest.approx((-0.2, -0.3))
 
 
 def test_a_speed_limit_scales_all_speeds():
-    terms = penalty_terms(TebUpstreamParameters(), SpeedLimit(50.0, is_percentage=True))
-    assert (terms.max_vel_x, terms.max_vel_x_backwards, terms.max_vel_theta) == (0.2, 0.1, 0.15)
+    half = limited(TebUpstreamParameters(), SpeedLimit(50.0, is_percentage=True))
+    assert (half.max_vel_x, half.max_vel_x_backwards, half.max_vel_theta) == (0.2, 0.1, 0.15)
 
 
 def test_a_car_turns_no_sharper_than_it_can():
@@ -225,12 +226,15 @@ def test_a_single_band_keeps_the_preferred_side_after_a_failure(with_classes, ke
 @pytest.mark.parametrize(
     ("values", "said"),
     [
-        ({"dt_ref": 0.1}, "dt_hysteresis must be below dt_ref, got 0.1 and 0.1"),
+        ({"dt_ref": 0.1}, "dt_hysteresis: got 0.1, expected less than dt_ref 0.1"),
         ({"min_samples": 2}, "min_samples must be at least 3, got 2"),
         ({"footprint_model": {"type": "line"}}, "type line needs line_start and line_end"),
         ({"footprint_model": {"type": "polygon", "vertices": "[[0, 0], [1, 0]]"}}, "3 vertices"),
         ({"cmd_angle_instead_rotvel": True}, "needs a min_turning_radius above 0"),
-        ({"obstacle_proximity_lower_bound": 0.7}, "obstacle_proximity_upper_bound must be above"),
+        (
+            {"obstacle_proximity_lower_bound": 0.7},
+            "obstacle_proximity_lower_bound: got 0.7, expected less than",
+        ),
         (
             {name: 0.0 for name in TebUpstreamParameters.model_fields if name.startswith("weight_")}
             | {"weight_adapt_factor": 2.0},

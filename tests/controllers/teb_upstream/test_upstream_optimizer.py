@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from upstream_scenes import OBSTACLES, around, settings, straight
+from upstream_scenes import OBSTACLES, around, record_of, straight
 
 from drake_navbench.controllers.teb_upstream.band import (
     band_command,
@@ -99,9 +99,9 @@ def test_the_banded_solver_agrees_with_a_dense_one():
 
 def test_optimised_bands_are_those_of_the_original():
     """The numbers come from teb_local_planner (ros2-master) with g2o."""
-    terms, ways, given = settings()
+    record = record_of()
     plan = straight()
-    free = optimize_band(plan, np.full(8, 0.625), terms, around(), ways, given)
+    free = optimize_band(plan, np.full(8, 0.625), record, around())
     assert free.cost == pytest.approx(1.6116076687, rel=1e-6)
     assert len(free.poses) == 17
     _, speed, rate = band_command(free.poses, free.time_steps, 1, 0.3)
@@ -113,7 +113,7 @@ def test_optimised_bands_are_those_of_the_original():
     scene = around(
         twist=(0.2, 0.1), obstacles=OBSTACLES, via_points=np.array([[1.0, -0.2]]), robot=box
     )
-    beside = optimize_band(bent, np.full(8, 0.5), terms, scene, ways, given)
+    beside = optimize_band(bent, np.full(8, 0.5), record, scene)
     assert len(beside.poses) == 32
     assert beside.cost == pytest.approx(453.2233590658, rel=1e-3)
     _, speed, rate = band_command(beside.poses, beside.time_steps, 1, 0.3)
@@ -121,8 +121,8 @@ def test_optimised_bands_are_those_of_the_original():
 
 
 def test_too_slow_a_robot_is_not_optimised_for():
-    terms, ways, given = settings(max_vel_x=0.005)
-    assert not optimize_band(straight(), np.ones(8), terms, around(), ways, given).succeeded
+    record = record_of(max_vel_x=0.005)
+    assert not optimize_band(straight(), np.ones(8), record, around()).succeeded
 
 
 def test_the_command_is_the_displacement_with_the_sign_of_its_first_heading():

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from upstream_scenes import OBSTACLES, around, evaluate, settings, straight
+from upstream_scenes import OBSTACLES, around, evaluate, record_of, straight
 
 from drake_navbench.controllers.teb_upstream.association import attach
 from drake_navbench.controllers.teb_upstream.normal_equations import (
@@ -29,9 +29,9 @@ def bent_band():
 
 
 def costs_of(poses, steps, scene, multiplier=1.0, **values):
-    terms, ways, _ = settings(**values)
-    attached = attach(poses, len(poses), scene, ways)
-    return evaluate(poses, steps, terms, scene, attached, multiplier)[0]
+    record = record_of(**values)
+    attached = attach(poses, len(poses), scene, record)
+    return evaluate(poses, steps, record, scene, attached, multiplier)[0]
 
 
 def test_slow_steady_motion_costs_its_squared_time_steps_and_the_hard_start_and_stop():
@@ -95,7 +95,7 @@ def test_costs_are_those_of_the_original():
 @pytest.mark.parametrize("robot", [BOX, CIRCLES])
 def test_slopes_agree_with_finite_differences(values, robot):
     rng = np.random.default_rng(4)
-    terms, ways, _ = settings(**values)
+    record = record_of(**values)
     count = 9
     poses = straight() + rng.normal(0.0, 0.05, (count, 3))
     steps = rng.uniform(0.3, 1.0, count - 1)
@@ -107,15 +107,15 @@ def test_slopes_agree_with_finite_differences(values, robot):
         stops_at_goal=not values.get("free_goal_vel", False),
         preferred_turn=-1.0,
     )
-    attached = attach(poses, count, scene, ways)
+    attached = attach(poses, count, scene, record)
 
     def total(columns):
         table = columns.reshape(count, STRIDE)
         moved = np.ascontiguousarray(table[:, :3])
-        return evaluate(moved, table[:-1, 3], terms, scene, attached, 2.0)[0].sum()
+        return evaluate(moved, table[:-1, 3], record, scene, attached, 2.0)[0].sum()
 
     columns = np.column_stack([poses, np.append(steps, 0.0)]).ravel()
-    _, system = evaluate(poses, steps, terms, scene, attached, 2.0)
+    _, system = evaluate(poses, steps, record, scene, attached, 2.0)
     for column in range(3, len(columns) - 5):
         step = np.zeros(len(columns))
         step[column] = 1e-6
@@ -126,10 +126,10 @@ def test_slopes_agree_with_finite_differences(values, robot):
 
 def test_at_a_limit_the_slope_is_half_as_central_differences_say():
     poses = np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 0.25], [0.0, 0.0, 0.5]])
-    terms, ways, _ = settings(weight_acc_lim_x=0.0, weight_acc_lim_theta=0.0, penalty_epsilon=0.0)
+    record = record_of(weight_acc_lim_x=0.0, weight_acc_lim_theta=0.0, penalty_epsilon=0.0)
     scene = around()
-    attached = attach(poses, 3, scene, ways)
-    _, system = evaluate(poses, np.full(2, 0.25 / 0.3), terms, scene, attached)
+    attached = attach(poses, 3, scene, record)
+    _, system = evaluate(poses, np.full(2, 0.25 / 0.3), record, scene, attached)
     step = 0.25 / 0.3
     # Half the slope 0.3 / step of the turn rate, squared; one from the time step itself.
     assert system.matrix[3, 0] == pytest.approx(1.0 + (0.5 * 0.3 / step) ** 2)
@@ -137,9 +137,9 @@ def test_at_a_limit_the_slope_is_half_as_central_differences_say():
 
 
 def matrix_of(poses, scene, **values):
-    terms, ways, _ = settings(**values)
-    attached = attach(poses, len(poses), scene, ways)
-    return evaluate(poses, np.ones(len(poses) - 1), terms, scene, attached)[1].matrix
+    record = record_of(**values)
+    attached = attach(poses, len(poses), scene, record)
+    return evaluate(poses, np.ones(len(poses) - 1), record, scene, attached)[1].matrix
 
 
 def test_going_straight_the_preferred_side_has_half_its_slope():

@@ -3,10 +3,8 @@
 import numpy as np
 
 from drake_navbench.controllers.teb_upstream.normal_equations import COST_KINDS, STRIDE, System
-from drake_navbench.controllers.teb_upstream.optimizer import Rounds
 from drake_navbench.controllers.teb_upstream.parameters import TebUpstreamParameters
 from drake_navbench.controllers.teb_upstream.penalties import BandSurroundings, add_edges
-from drake_navbench.controllers.teb_upstream.planner import association, penalty_terms, rounds
 from drake_navbench.controllers.teb_upstream.robot_models import RobotModel, circles
 from drake_navbench.kernels.band_cholesky import BANDWIDTH
 from drake_navbench.kernels.read_only import read_only
@@ -37,19 +35,17 @@ def around(
     )
 
 
-def settings(**values) -> tuple:
-    """Returns terms, association and rounds of parameters."""
-    parameters = TebUpstreamParameters(**values)
-    given: Rounds = rounds(parameters)
-    return penalty_terms(parameters, None), association(parameters), given
+def record_of(**values) -> np.ndarray:
+    """Returns the record that the kernels take of parameters."""
+    return TebUpstreamParameters(**values).kernel_record()
 
 
-def evaluate(poses, steps, terms, scene, attached, multiplier=1.0):
+def evaluate(poses, steps, record, scene, attached, multiplier=1.0):
     """Returns the costs by kind and the right side of the normal equations."""
     count = len(poses)
     matrix, right = np.zeros((STRIDE * count, BANDWIDTH + 1)), np.zeros(STRIDE * count)
     costs = np.zeros(COST_KINDS)
     system = System(matrix, right, True, costs, np.zeros((count, 8)))
     padded = np.append(steps, 0.0)
-    add_edges(poses, padded, count, terms, scene, attached, multiplier, system)
+    add_edges(poses, padded, count, record, scene, attached, multiplier, system)
     return costs, system
