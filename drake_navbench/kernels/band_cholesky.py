@@ -7,7 +7,7 @@ import math
 
 from numba import njit
 
-# Of both TEBs: an acceleration couples two intervals, and so the columns of three poses.
+# The bandwidth of both TEBs: an acceleration couples two intervals, so the columns of three poses.
 BANDWIDTH = 10
 
 
