@@ -132,7 +132,7 @@ def test_the_doctor_reads_the_nav2_file_of_a_repository_for_its_robot(repository
     assert "* 1 cart_nav/config/nav2_params.yaml" in told
     assert "world:" not in told
     assert "Read: FollowPath (rpp)" in told
-    assert "robot_radius: what the costmaps take; the body of" in told
+    assert "robot_radius: used by the costmaps; what touches obstacles is the body of" in told
     assert "cart.urdf.xacro" in told.partition("the body of")[2]
     other = repository / "other.yaml"
     other.write_text(DWB)

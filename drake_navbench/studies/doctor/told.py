@@ -43,7 +43,7 @@ def told_of_reading(
 ) -> list[str]:
     """Returns the lines of the first look: the findings, and what may cause the symptom."""
     kinds = " before ".join(facts.kinds) or "unknown"
-    told_by = f" (recognised by {facts.mark}; --nav2-release sets another)" if facts.mark else ""
+    told_by = f" ({facts.mark}; --nav2-release sets another)" if facts.mark else ""
     borrowed = [name for name in TAKEN_OVER if facts.nodes and not facts.has_node(name)]
     lacks = (
         f" The file has no {' and no '.join(borrowed)}: the values of --robot are used."
@@ -56,7 +56,7 @@ def told_of_reading(
     )
     controller = f"{facts.plugin or 'controller'} ({kinds})"
     if facts.plugin == NO_PLUGIN:
-        controller = "all but the controllers, none of which is known here"
+        controller = "all but the controllers, which are unknown here or left out"
     what = f"{controller}, Nav2 {facts.release}{told_by}"
     lines = wrapped(f"Read: {what}.{lacks}{more}", rest="  ")
     lines += [part for line in facts.left_out for part in wrapped(f"Left out: {line}", rest="  ")]
