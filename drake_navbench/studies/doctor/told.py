@@ -98,10 +98,9 @@ def without_repeated_cures(findings: Sequence[Finding]) -> list[Finding]:
 
 def _named_cures(finding: Finding) -> frozenset[tuple[str, str, str]]:
     """Returns place, direction and value of each cure; none where the first has no value."""
-    cures = finding.cures
-    if finding.rule.advice or cures[0].to is None:
+    if finding.cures[0].to is None:
         return frozenset()
-    return frozenset((cause.place, cause.direction, str(cause.to)) for cause in cures)
+    return frozenset((cause.place, cause.direction, str(cause.to)) for cause in finding.cures)
 
 
 def _finding_lines(finding: Finding, facts: Facts) -> Iterator[str]:

@@ -139,6 +139,7 @@ def test_of_two_findings_with_the_same_cure_the_one_with_more_cures_is_printed(f
     shown = "\n".join(told_of_reading(found, findings, [], None))
     assert f"Findings ({len(findings) - 1})" in shown
     assert "band-of-heights-misses" not in shown
+    assert "cure: write max_obstacle_height: 2.0 (m) into the block of this source" in shown
     # With a symptom every finding that may cause it is printed.
     assert "band-of-heights-misses" in "\n".join(
         told_of_reading(found, findings, [], Symptom.COLLISION)

@@ -138,6 +138,7 @@ def _rules(costmap: str) -> tuple[Rule, ...]:
             {S.IGNORES_OBSTACLES: 1.6, S.COLLISION: 0.6, S.NEAR_MISS: 0.4},
             (up(f"{costmap}.max_obstacle_height", 2.0), put(f"{costmap}.observation_sources")),
             CODE,
+            advice="write max_obstacle_height: 2.0 (m) into the block of this source",
         ),
         Rule(
             f"source-without-marking-{costmap}",
