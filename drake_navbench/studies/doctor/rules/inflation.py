@@ -58,7 +58,7 @@ RULES = (
         lambda f: (
             f"global_costmap.inflation_radius is {f['global_costmap.inflation_radius']} m "
             f"and the robot's inscribed radius {f.inscribed_radius_m:.2f} m: to pass close along "
-            "a wall costs the planner nothing"
+            "a wall costs the planner hardly anything"
         ),
         {S.COLLISION: 0.6, S.NEAR_MISS: 0.8, S.CORNER_CUTTING: 0.6, S.DOOR_STOP: 0.4},
         (up("global_costmap.inflation_radius", _beyond_the_outline),),
