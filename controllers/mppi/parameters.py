@@ -239,7 +239,7 @@ class MppiParameters(ParametersWithCritics):
     }
 
     DONE_OTHERWISE: ClassVar[Mapping[str, str]] = {
-        "reset_period": "the optimizer begins anew with every task, not after a pause"
+        "reset_period": "here every task resets the optimizer, in Nav2 a pause this long does"
     }
 
     CRITICS: ClassVar[PluginKind] = CRITICS

@@ -118,7 +118,7 @@ def points_of(
     for axis in axes:
         if not axis.values:
             raise InputError(
-                f"--sweep {axis.text!r}: expected how many values as well, "
+                f"--sweep {axis.text!r}: expected the number of values at the end, as in "
                 f"{axis.text}:5, or --samples"
             )
     count = math.prod(len(axis.values) for axis in axes)

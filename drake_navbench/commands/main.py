@@ -55,8 +55,7 @@ def usage() -> str:
             "commands:",
             *lines,
             "",
-            "drake-navbench COMMAND --help describes a command, --version prints the version",
-            "version this is; drake-navbench COMMAND is the same.",
+            "drake-navbench COMMAND --help describes a command, --version prints the version.",
             "",
         ]
     )

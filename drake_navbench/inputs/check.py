@@ -20,8 +20,8 @@ class Status(StrEnum):
     OTHER_FORM = "used in another form"
     STAND_IN = "not supported; replaced"
     DOUBTFUL = "probably a mistake; Nav2 does the same"
-    UNREAD = "not read by Nav2 either"
-    NO_MEANING = "no meaning here"
+    UNREAD = "not read by Nav2"
+    NO_MEANING = "no effect in simulation"
 
 
 # Parameters of these statuses are listed by name side by side; nothing more is said of them.

@@ -38,7 +38,7 @@ def costmap_body(outlines: Outlines) -> dict[str, Any]:
     for other_reader, other in given[1:]:
         if other != outline:
             name = _parameter(other)
-            remark = "plans are made for the local costmap's outline and padding"
+            remark = "differs; here plans use the local costmap's outline and padding"
             if other[:2] == outline[:2]:
                 name = "footprint_padding"
             other_reader.note(Status.OTHER_FORM, name, remark)
@@ -86,10 +86,12 @@ def note_body(outlines: Outlines, robot: Robot, base_name: str) -> None:
     padding = robot.navigation.local_costmap.footprint_padding
     padded = shapely.Polygon(pad_footprint(taken, padding))
     outside = max(padded.distance(shapely.Point(corner)) for corner in robot.outline)
-    remark = f"what the costmaps take; the body of {base_name}, {_size(robot)}, touches obstacles"
+    remark = (
+        f"used by the costmaps; what touches obstacles is the body of {base_name}, {_size(robot)}"
+    )
     status = Status.OTHER_FORM
     if outside > TOLERANCE_M:
-        remark += f", and reaches {outside:.2f} m beyond it"
+        remark += f", which reaches {outside:.2f} m beyond it"
         status = Status.DOUBTFUL
     reader.note(status, _parameter(outline), remark)
 
@@ -122,19 +124,19 @@ def drive_for(
     speeds = _speeds(needed, spin_radps, base)
     if "max_lateral_velocity_mps" in speeds and not isinstance(drive, OmnidirectionalDrive):
         data = as_omnidirectional(drive)
-        remarks["type"] = f"omnidirectional, as the controllers ask; {base_name} is not"
+        remarks["type"] = f"omnidirectional, as a controller drives sideways; {base_name} is not"
     for name, value in speeds.items():
         own = getattr(drive, name, None)
         if value != own:
             has = f"{base_name} has {'none' if own is None else f'{own:g}'}"
             if name not in drive.model_fields_set:
-                has = f"{base_name} tells none"
-            remarks[name] = f"{value:g}, as the controllers ask; {has}"
+                has = f"{base_name} gives none"
+            remarks[name] = f"{value:g}, the most that the controllers ask for; {has}"
     for name, most in _accelerations(needed).items():
         own = getattr(drive, name, None)
         if own is not None and most > own:
             of = f"that of {base_name}" if name in drive.model_fields_set else "the default"
-            remarks[name] = f"{own:g}, {of}; a controller counts on {most:g}"
+            remarks[name] = f"{own:g}, {of}, although a controller expects {most:g}"
     return {**data, **speeds}, remarks
 
 

@@ -62,7 +62,9 @@ def _rows(server: Node, plugin: str, preset: Preset) -> list[CheckRow]:
         elif instead := model.what_is_done_instead(name, preset.values):
             rows.append(_row(Status.OTHER_FORM, server, full, instead))
         else:
-            what = "unknown, or its block is not asked for" if "." in bare else "unknown"
+            what = (
+                "unknown, or of a critic or plugin that is not listed" if "." in bare else "unknown"
+            )
             remark = f"{what}{similar_name_hint(name, names)}"
             rows.append(_row(Status.UNREAD, server, full, remark))
     return rows

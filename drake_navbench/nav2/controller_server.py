@@ -45,7 +45,7 @@ def _goal_checker(reader: NodeReader) -> Fields:
     name = DEFAULT_GOAL_CHECKER if DEFAULT_GOAL_CHECKER in names else names[0]
     for other in names:
         if other != name:
-            remark = f"not asked for by the default tree; {name} checks every goal"
+            remark = f"not used, as in the default tree {name} checks every goal"
             reader.note_block(Status.NO_MEANING, other, remark)
     return _checker(reader, name, GOAL_CHECKERS, SimpleGoalChecker, "goal_checker_plugins")
 
@@ -62,7 +62,7 @@ def _progress_checker(reader: NodeReader) -> Fields:
     if not names:
         raise reader.fault(listed_in, "expected at least one name")
     for other in names[1:]:
-        remark = f"not asked for by the default tree; {names[0]} checks progress"
+        remark = f"not used, as in the default tree {names[0]} checks progress"
         reader.note_block(Status.NO_MEANING, other, remark)
     return _checker(reader, names[0], PROGRESS_CHECKERS, SimpleProgressChecker, listed_in)
 
@@ -72,7 +72,7 @@ def _checker(
 ) -> Fields:
     plugin_type = reader.plugin_type(name, simple.nav2_plugin, listed_in)
     if plugin_type not in known:
-        remark = f"{plugin_type}: {simple.nav2_plugin} stands in"
+        remark = f"{plugin_type}: {simple.nav2_plugin} is used instead"
         reader.note(Status.STAND_IN, f"{name}.plugin", remark)
         plugin_type = simple.nav2_plugin
     return plugin_block(reader, name, known, plugin_type)
@@ -86,7 +86,7 @@ def _path_handler(reader: NodeReader) -> Fields:
         return {}
     plugin_type = reader.plugin_type(names[0], PATH_HANDLER, PATH_HANDLERS)
     if plugin_type != PATH_HANDLER:
-        remark = f"{plugin_type}: {PATH_HANDLER} stands in"
+        remark = f"{plugin_type}: {PATH_HANDLER} is used instead"
         reader.note(Status.STAND_IN, f"{names[0]}.plugin", remark)
     return reader.block(PathHandlerParameters, f"{names[0]}.")
 

@@ -28,7 +28,7 @@ from drake_navbench.nav2.parameters import (
     nodes_called,
     read_parameter_file,
 )
-from drake_navbench.nav2.release import release_of
+from drake_navbench.nav2.release import release_of, told_by
 from drake_navbench.nav2.substitutions import missing_value
 from drake_navbench.plugins.releases import RELEASE_FIELD
 from drake_navbench.typed_files.dotted_names import SEPARATOR, flattened, nested
@@ -114,7 +114,7 @@ def _with_release_told(preset: Preset, mark: str) -> Preset:
         return preset
     if RELEASE_FIELD in (preset.nav2_plugin.parameters if preset.nav2_plugin else ()):
         mark = RELEASE_FIELD
-    return replace(preset, read_as=f"{release}, told by {mark}")
+    return replace(preset, read_as=f"{release}, {told_by(mark)}")
 
 
 def has_controllers(node: Node) -> bool:

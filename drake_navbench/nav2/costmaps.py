@@ -243,7 +243,7 @@ class _CostmapReader:
             return
         self._settings["obstacle_layer"] = {}
         self._lists["plugins"].insert(place, "obstacle_layer")
-        remark = f"{plugin_type}: an obstacle layer with the robot's lidar stands in"
+        remark = f"{plugin_type}: an obstacle layer with the robot's lidar is used instead"
         self._reader.note_block(Status.STAND_IN, name, remark)
 
     def _note_other_map(self, layer: str) -> None:
@@ -254,7 +254,7 @@ class _CostmapReader:
             place = "map_topic"
         topic = found(place)
         if topic and str(topic).rpartition("/")[2] != MAP:
-            remark = f"{topic}: the map that the scenario knows stands in"
+            remark = f"{topic}: the map that the scenario knows is used instead"
             self._reader.note(Status.STAND_IN, place, remark)
 
     def _note_switched_off(self, name: str, plugin_type: str) -> bool:
@@ -267,5 +267,5 @@ class _CostmapReader:
     def _leave_out(self, name: str, plugin_type: str) -> None:
         why = "left out"
         if plugin_type == RANGE_LAYER:
-            why = "left out; nothing stands in for range sensors, what they alone see is not seen"
+            why = "left out, as the robot has no range sensors; what they alone see stays unseen"
         self._reader.note_block(Status.STAND_IN, name, f"{plugin_type}: {why}")

@@ -56,19 +56,19 @@ def loadable_name(name: str, release: Release) -> str:
 def faults_of_libraries(names: list[str], release: Release) -> dict[str, str]:
     """Returns by name why the navigator does not start with a library in `plugin_lib_names`.
 
+    The reason goes on after "the file lists NAME, which".
+
     From Jazzy on it loads all of Nav2's libraries by itself, and none of them twice.
     """
     faults = {}
     for name in dict.fromkeys(names):
         since = NODES_SINCE.get(name)
         if names.count(name) > 1:
-            faults[name] = "is listed twice, and the navigator loads no library twice"
+            faults[name] = "is listed twice, but bt_navigator loads no library twice"
         elif since is not None and since <= release and release >= Release.JAZZY:
-            faults[name] = (
-                f"is loaded by {release}'s navigator itself, which loads it no second time"
-            )
+            faults[name] = f"{release}'s bt_navigator loads by itself and cannot load a second time"
         elif since is not None and since > release:
-            faults[name] = f"comes with {since}, not with {release}"
+            faults[name] = f"exists from {since} on, not in {release}"
         elif since is None and name.startswith("nav2_") and WORDS.issuperset(name.split("_")):
-            faults[name] = "comes with no release of Nav2"
+            faults[name] = "exists in no release of Nav2"
     return faults

@@ -253,7 +253,9 @@ class NodeReader:
                 continue
             parts = name.split(".")
             if len(parts) > 1 and parts[0] not in blocks | idle:
-                self.note_block(Status.UNREAD, parts[0], "in no list of plugins or sources")
+                self.note_block(
+                    Status.UNREAD, parts[0], "no list of plugins or sources has this name"
+                )
                 continue
             starts = {".".join(parts[:count]) for count in range(1, len(parts) + 1)}
             if starts & idle or f"*.{parts[-1]}" in idle:

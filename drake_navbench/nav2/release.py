@@ -56,6 +56,10 @@ LISTED_LIBRARIES = frozenset(
 LAST_OF_OLD_NAMES, FIRST_OF_NEW_NAMES = Release.IRON, Release.JAZZY
 
 
+# The option that sets the release, and what stands for a mark where the file has none.
+OPTION, NO_MARK = "--nav2-release", ""
+
+
 class Found(NamedTuple):
     """A release, and the mark in the file that told it."""
 
@@ -86,7 +90,7 @@ def release_of(sections: Iterable[Section], given: str | None) -> Found:
     oldest release that was the last to read one counts.
     """
     if given is not None:
-        return Found(Release(given), "--nav2-release")
+        return Found(Release(given), OPTION)
     paths, plugins, since, until = marks = _marks(sections)
     if paths:
         return paths[0]
@@ -99,7 +103,7 @@ def release_of(sections: Iterable[Section], given: str | None) -> Found:
         return max(needed, key=_release)
     if until:
         return min(until, key=_release)
-    return Found(NEWEST_RELEASE, "nothing in the file; the newest")
+    return Found(NEWEST_RELEASE, NO_MARK)
 
 
 def _release(found: Found) -> Release:
@@ -181,6 +185,13 @@ def has_node(tree: Mapping[str, Any], node: str) -> bool:
     return tree["node"] == node or any(has_node(child, node) for child in tree.get("children", ()))
 
 
+def told_by(mark: str) -> str:
+    """Returns in words how the release was found."""
+    if mark == NO_MARK:
+        return "the newest, as nothing in the file tells the release"
+    return f"{'set' if mark == OPTION else 'recognised'} by {mark}"
+
+
 def release_row(found: Found) -> CheckRow:
     """Returns the row of the check that names the release and the mark that told it."""
-    return CheckRow(Status.OTHER_FORM, "nav2_release", found.release, f"told by {found.mark}")
+    return CheckRow(Status.OTHER_FORM, "nav2_release", found.release, told_by(found.mark))

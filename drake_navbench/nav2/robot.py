@@ -404,7 +404,10 @@ class _Files:
         return body
 
     def _note_outlines_of_a_radius(self, presets: Collection[Preset]) -> None:
-        remark = "the robot has a radius, whose polygon is taken; later releases refuse this"
+        remark = (
+            "the costmap has a radius and no footprint: MPPI checks a polygon in its place; later "
+            "releases refuse this"
+        )
         for preset in presets:
             node, block = self._places[preset.name]
             for name, value in flattened(preset.values):
@@ -424,7 +427,7 @@ class _Files:
             for name, value in flattened(preset.values):
                 place = node, f"{block}.{name}"
                 if name in LEAST_SPEEDS and value > most and place in self._rows:
-                    remark = f"{value:g}, where the velocity smoother lets through {most:g}"
+                    remark = f"{value:g} m/s, but the velocity smoother lets through {most:g} m/s"
                     row = self._rows[place]
                     self._rows[place] = row._replace(status=Status.DOUBTFUL, remark=remark)
 

@@ -149,7 +149,7 @@ class SensingLayers:
                 continue
             remark = "the robot's lidar, which sees all around, replaces this scanner, too"
             if not sees_all:
-                remark = "no such scanner here; the robot's lidar stands in for it"
+                remark = "no such scanner here; the robot's lidar is used instead"
             status = Status.OTHER_FORM if sees_all else Status.STAND_IN
             place = f"{prefix}{source}.topic"
             self._reader.note(status, place, remark)
@@ -201,6 +201,7 @@ class SensingLayers:
         is_seen = [s.min_obstacle_height <= self._height_m <= s.max_obstacle_height for s in seeing]
         if not all(is_seen):
             remark = (
-                f"not around {self._height_m:g} m, the lidar's height: it sees nothing, as in Nav2"
+                f"the lidar's height, {self._height_m:g} m, is outside of the obstacle heights: "
+                "this source sees nothing, as in Nav2"
             )
             self._reader.note(Status.DOUBTFUL, f"{place}max_obstacle_height", remark)

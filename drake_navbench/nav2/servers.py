@@ -87,14 +87,14 @@ def read_planner_server(reader: NodeReader, release: Release, cell_m: float) -> 
     name = DEFAULT_PLANNER if DEFAULT_PLANNER in names else names[0]
     for other in names:
         if other != name:
-            remark = f"{types[other]}: not asked for by the default tree; {name} plans"
+            remark = f"{types[other]}: not used, as the default tree plans with {name}"
             reader.note_block(Status.NO_MEANING, other, remark)
     plugin_type = types[name]
     if plugin_type in PLANNERS:
         values = _planner(reader, name, plugin_type, release, cell_m)
     else:
         plugin_type = SmacPlanner2DParameters.model_fields["plugin"].default
-        remark = f"{types[name]}: SmacPlanner2D with its defaults stands in"
+        remark = f"{types[name]}: SmacPlanner2D with its defaults is used instead"
         reader.note_block(Status.STAND_IN, name, remark)
         values = _classic({})
     reader.finish({"expected_planner_frequency", "costmap_update_timeout"})
@@ -129,7 +129,11 @@ def _hybrid_planner(reader: NodeReader, name: str, release: Release, cell_m: flo
     least_m = cell_m * (factor if isinstance(factor, int) else 1)
     values |= _turning_radius(reader, f"{name}.{TURNING_RADIUS}", release, least_m)
     if release < Release.LYRICAL:
-        reader.note(Status.OTHER_FORM, f"{name}.plugin", f"searches as in {NEWEST_RELEASE}")
+        reader.note(
+            Status.OTHER_FORM,
+            f"{name}.plugin",
+            f"here it searches as in {NEWEST_RELEASE}, whatever the release",
+        )
     return values
 
 
@@ -148,7 +152,7 @@ def _turning_radius(reader: NodeReader, name: str, release: Release, least_m: fl
         reader.note(Status.OTHER_FORM, name, remark)
         radius_m = least_m
     elif radius_m == 0.0:
-        remark = f"{release} plans no curve of radius 0: {least_m:g}, a cell, stands in"
+        remark = f"{release} plans no curve of radius 0: {least_m:g}, a cell, is used instead"
         reader.note(Status.STAND_IN, name, remark)
         radius_m = least_m
     return {TURNING_RADIUS: radius_m}
@@ -213,14 +217,14 @@ def _recovery_action(reader: NodeReader, name: str, plugin_type: str) -> str:
     package, _, kind = plugin_type.partition("::")
     if package in BEHAVIOR_PACKAGES and kind in RECOVERY_OF:
         if not RECOVERY_OF[kind]:
-            remark = "the default tree has no use for it"
+            remark = "the default tree does not use it"
             reader.note(Status.NO_MEANING, f"{name}.plugin", remark)
         return RECOVERY_OF[kind]
     action = {"back_up": "backup"}.get(name, name)
     if action in RECOVERY_OF.values():
-        reader.note(Status.STAND_IN, f"{name}.plugin", f"{plugin_type}: Nav2's own stands in")
+        reader.note(Status.STAND_IN, f"{name}.plugin", f"{plugin_type}: Nav2's own is used instead")
         return action
-    remark = f"{plugin_type}: left out; the default tree has no use for it"
+    remark = f"{plugin_type}: left out, as the default tree does not use it"
     reader.note_block(Status.NO_MEANING, name, remark)
     return ""
 
@@ -252,7 +256,7 @@ def _tree_of(reader: NodeReader, name: str, release: Release) -> Fields:
         if found is not None:
             reader.note(Status.OTHER_FORM, name, f"that of the installed Nav2, {found}")
     if found is None:
-        remark = f"{file_name}: not beside the file; Nav2's default tree stands in"
+        remark = f"{file_name}: not beside the file; Nav2's default tree is used instead"
         reader.note(Status.STAND_IN, name, remark)
         return {}
     # Imported late: py_trees takes a while, and few files name a tree.
@@ -261,13 +265,13 @@ def _tree_of(reader: NodeReader, name: str, release: Release) -> Fields:
     try:
         tree = read_tree_file(found)
     except MissingTree as error:
-        reader.note(Status.STAND_IN, name, f"{error}; Nav2's default tree stands in")
+        reader.note(Status.STAND_IN, name, f"{error}; Nav2's default tree is used instead")
         return {}
     faults = list(faults_of(tree))
     if not faults:
         return {"tree": tree.model_dump(mode="json")}
     told = "; ".join(f"line {fault.line}, {fault}" for fault in faults)
-    remark = f"{file_name}: {told}; Nav2's default tree stands in"
+    remark = f"{file_name}: {told}; Nav2's default tree is used instead"
     reader.note(Status.STAND_IN, name, remark)
     return {}
 
@@ -312,7 +316,9 @@ def read_smoother_server(reader: NodeReader, *, is_asked: bool) -> Fields:
     default = SIMPLE_SMOOTHER if names == [DEFAULT_SMOOTHER] else None
     plugin_type = reader.plugin_type(name, default, listed_in)
     if plugin_type not in SMOOTHERS.built_in:
-        reader.note_block(Status.STAND_IN, name, f"{plugin_type}: {SIMPLE_SMOOTHER} stands in")
+        reader.note_block(
+            Status.STAND_IN, name, f"{plugin_type}: {SIMPLE_SMOOTHER} is used instead"
+        )
         return {"smoother": {"plugin": SIMPLE_SMOOTHER}}
     model = SMOOTHERS.load(plugin_type).Parameters
     fields = [field for field in model.model_fields if field != "plugin"]

@@ -39,7 +39,7 @@ def test_a_grid_has_every_combination_and_needs_counts():
     axes = [parse_axis("a=1,2"), parse_axis("b=0:1:3")]
     assert len(points_of(axes)) == 6
     assert points_of(axes)[1] == {"a": 1, "b": 0.5}
-    with pytest.raises(InputError, match="how many values"):
+    with pytest.raises(InputError, match="the number of values"):
         points_of([parse_axis("a=0:1")])
     with pytest.raises(InputError, match="given twice"):
         points_of([parse_axis("a=1,2"), parse_axis("a=3,4")])

@@ -81,7 +81,7 @@ def test_what_is_not_ours_is_named_with_its_line_and_the_default_tree_stands_in(
     setup = setup_with(tmp_path, PLAIN.replace(old, new))
     (row,) = setup.check.stand_ins
     assert told in row.remark
-    assert row.remark.endswith("Nav2's default tree stands in")
+    assert row.remark.endswith("Nav2's default tree is used instead")
     assert setup.robot.navigation.behavior_tree.tree is None
 
 
@@ -177,7 +177,7 @@ def test_a_tree_of_the_installed_nav2_is_taken_and_told(tmp_path, monkeypatch):
 
 def test_a_tree_that_is_not_there_is_a_stand_in(tmp_path):
     (row,) = setup_with(tmp_path, None).check.stand_ins
-    assert row.remark == "drive.xml: not beside the file; Nav2's default tree stands in"
+    assert row.remark == "drive.xml: not beside the file; Nav2's default tree is used instead"
 
 
 @pytest.mark.parametrize(
@@ -310,5 +310,5 @@ def test_for_a_tree_of_a_package_that_is_not_there_the_default_one_stands_in(tmp
     setup = setup_with(tmp_path, text)
     (row,) = setup.check.stand_ins
     assert "'behavior_trees/main.xml' of the package nav2_bt_navigator is not there" in row.remark
-    assert row.remark.endswith("Nav2's default tree stands in")
+    assert row.remark.endswith("Nav2's default tree is used instead")
     assert setup.robot.navigation.behavior_tree.tree is None

@@ -47,7 +47,7 @@ def test_the_body_of_a_model_touches_obstacles_and_the_files_outline_is_the_cost
     assert robot.model_path is not None
     # Padded by 0.01 m: the corner (0.4, 0.6) is 0.19 and 0.39 m outside.
     assert row.status is Status.DOUBTFUL
-    assert row.remark.endswith("0.80 x 1.20 m, touches obstacles, and reaches 0.43 m beyond it")
+    assert row.remark.endswith("0.80 x 1.20 m, which reaches 0.43 m beyond it")
 
 
 def test_a_robot_file_of_the_users_own_keeps_its_body(rows_and_robot, tmp_path):

@@ -153,7 +153,7 @@ def test_a_layer_that_sees_nothing_in_nav2_sees_nothing_here(setup_of):
     setup = setup_of(COLUMN, LOCAL % (SEEING % ("nav2_costmap_2d::ObstacleLayer", scan)))
     row = row_of(setup, "obstacles.scan.max_obstacle_height")
     assert row.status == Status.DOUBTFUL
-    assert "it sees nothing, as in Nav2" in row.remark
+    assert "this source sees nothing, as in Nav2" in row.remark
 
 
 def test_a_scan_above_the_heights_of_its_layer_sees_nothing(setup_of):
@@ -224,7 +224,7 @@ def test_the_map_that_the_scenario_knows_is_the_map_in_any_namespace(setup_of, t
 
 
 def test_another_map_is_told_to_have_a_stand_in(setup_of):
-    remark = "/keepout_map: the map that the scenario knows stands in"
+    remark = "/keepout_map: the map that the scenario knows is used instead"
     rows = of_static_layer(setup_of, layer="map_topic: /keepout_map")
     assert rows == [("walls.map_topic", remark)]
     off = of_static_layer(setup_of, layer="map_topic: /keepout_map, enabled: false")
@@ -295,7 +295,7 @@ def test_nothing_stands_in_for_a_layer_of_range_sensors(setup_of):
     )
     (row,) = setup.check.stand_ins
     assert row.remark.endswith(
-        "nothing stands in for range sensors, what they alone see is not seen"
+        "as the robot has no range sensors; what they alone see stays unseen"
     )
     assert setup.robot.navigation.local_costmap.plugins == ["inflation_layer"]
 

@@ -157,7 +157,7 @@ def test_an_acceleration_that_the_base_does_not_have_is_told(setup_of):
     diff = COLUMN.replace(RPP, "nav2_mppi_controller::MPPIController\n      ax_max: 4.0")
     setup = setup_of(diff + "      az_max: 3.0\n      critics: [GoalCritic]\n")
     row = row_of(setup, "drive.max_linear_acceleration_mps2")
-    assert row.remark == "2.5, that of wheelchair; a controller counts on 4"
+    assert row.remark == "2.5, that of wheelchair, although a controller expects 4"
     told = [row.parameter for row in setup.check.rows if row.node == "robot"]
     assert "drive.max_angular_acceleration_radps2" not in told
     assert setup.robot.drive.max_linear_acceleration_mps2 == 2.5

@@ -127,7 +127,7 @@ def test_a_least_speed_that_the_smoother_does_not_let_through_is_told(setup_in):
     smoother = "velocity_smoother: {ros__parameters: {max_velocity: [0.26, 0.0, 1.0]}}\n"
     row = row_of(setup_in(CONTROLLER + block + smoother, "jazzy"), "min_vel_x")
     assert row.status is Status.DOUBTFUL
-    assert row.remark == "0.4, where the velocity smoother lets through 0.26"
+    assert row.remark == "0.4 m/s, but the velocity smoother lets through 0.26 m/s"
 
 
 def test_a_preset_that_asks_for_more_than_the_base_drives_is_told():

@@ -102,7 +102,7 @@ class Cause(NamedTuple):
         if self.to is None and self.place in COPIES:
             return f"set {place} to the value of {COPIES[self.place]}"
         if self.to is None:
-            return f"check {place} and set it"
+            return f"check and correct {place}"
         return f"add {self.to} to critics" if place == "critics" else f"set {place}{self._to_told}"
 
     @property

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
 
@@ -99,17 +100,40 @@ def trials_of(cause: Cause, facts: Facts, setup: Nav2Setup) -> list[Trial]:
 def told_with_step(cause: Cause, facts: Facts) -> str:
     """Returns a cause as an instruction, with a first step where no value of the cure is known.
 
-    'raise wz_std, say from 0.1 to 0.25 rad/s'.
+    'raise FollowPath.wz_std, say from 0.1 to 0.25 rad/s'.
     """
     place = next(iter(facts.matching(cause.place)), cause.place)
-    value = facts[place]
+    value, told = facts[place], _as_in_the_file(cause, facts)
     if not cause.is_number or cause.to is not None or value is None:
-        return cause.told
+        return told
     step = _value(cause, place, value, facts, MILD)
     if step is None or step == value:
-        return cause.told
+        return told
     unit = UNITS.get(place.rpartition(".")[2], "")
-    return f"{cause.told}, say from {_shown(value)} to {_shown(step)} {unit}".rstrip()
+    return f"{told}, say from {_shown(value)} to {_shown(step)} {unit}".rstrip()
+
+
+def _as_in_the_file(cause: Cause, facts: Facts) -> str:
+    """Returns a cause as an instruction, with the parameter's whole name where the file has one.
+
+    'local_costmap.voxel_layer.scan.topic' stands for 'local_costmap.topic', unless several sources
+    have a topic.
+    """
+    first, _, name = cause.place.partition(".")
+    start, short = f"{first}.", cause.place
+    if first == CONTROLLER:
+        start, short = f"{SERVER}.{facts.plugin}.", name
+    layers = facts.raw.get(f"{first}.plugins") if first in COSTMAPS else None
+    starts = [f"{start}{layer}." for layer in layers] if isinstance(layers, list) else []
+    found = [
+        raw
+        for raw in facts.raw
+        if raw == f"{start}{name}" or (raw.startswith((*starts,)) and raw.endswith(f".{name}"))
+    ]
+    if len(found) != 1:
+        return cause.told
+    whole = found[0].removeprefix(f"{SERVER}.") if first == CONTROLLER else found[0]
+    return re.sub(rf"(?<![\w.]){re.escape(short)}(?![\w.])", whole, cause.told, count=1)
 
 
 def _inflation_for_the_outline(facts: Facts, setup: Nav2Setup) -> dict[Place, Any]:

@@ -46,7 +46,7 @@ class Facts:
     or 'missing' without a number. plugin: the controller's name in the file. is_whole: whether the
     file is a whole one, so that what is missing in it is missing on the robot.
     unreadable: places that the release does not read. doubts: parameters whose values are probably
-    mistakes, with what Nav2 makes of them, from the check. mark: what in the file told the release.
+    mistakes, with what Nav2 makes of them, from the check. mark: how the release was found.
     others: further controllers in the file, by their names. left_out: a line for each thing in the
     file that could not be read. raw: all values of the file by node and parameter as the file
     spells them, 'local_costmap.obstacle_layer.scan.topic', also those that are refused.
@@ -299,7 +299,7 @@ def _is_old(setup: Nav2Setup, nodes: Container[str]) -> bool:
 
 def _mark_in(setup: Nav2Setup) -> str:
     found = (row.remark for row in setup.check.rows if row.node == "nav2_release")
-    return next(found, "").removeprefix("told by ")
+    return next(found, "")
 
 
 def _listed(setup: Nav2Setup, node: str, parameter: str) -> Sequence[Any]:

@@ -82,8 +82,8 @@ def _is_in_range(far: Unusual) -> bool:
 def _finding(far: Unusual, kinds: tuple[str, ...]) -> Finding:
     name = far.place.removeprefix("controller.")
     seen = (
-        f"{name} is {far.value:g}, {_plain(far.ratio)} times the {far.nearest:g} of Nav2 or "
-        "nav2_bringup; nothing else in the file explains it, but it may be meant so"
+        f"{name} is {far.value:g}, {_plain(far.ratio)} times the usual {far.nearest:g} (Nav2's "
+        "default or nav2_bringup's value); keep it if you chose it on purpose"
     )
     cause = Cause(far.place, far.back, far.nearest, seen, SOURCE)
     rule = Rule(

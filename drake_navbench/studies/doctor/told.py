@@ -20,6 +20,7 @@ INDENT = "    "
 MOST_SYMPTOMS = 2
 # Suspects that are named where a symptom is told.
 MOST_SUSPECTS = 5
+NO_FINDING = "No findings: none of the doctor's rules sees a fault in this file."
 
 
 def wrapped(text: str, first: str = "", rest: str = INDENT) -> list[str]:
@@ -42,20 +43,26 @@ def told_of_reading(
 ) -> list[str]:
     """Returns the lines of the first look: the findings, and what may cause the symptom."""
     kinds = " before ".join(facts.kinds) or "unknown"
-    told_by = f", told by {facts.mark} (--nav2-release sets another)" if facts.mark else ""
+    told_by = f" ({facts.mark}; --nav2-release sets another)" if facts.mark else ""
     borrowed = [name for name in TAKEN_OVER if facts.nodes and not facts.has_node(name)]
     lacks = (
-        f" The file has no {' and no '.join(borrowed)}: the robot's is taken." if borrowed else ""
+        f" The file has no {' and no '.join(borrowed)}: the values of --robot are used."
+        if borrowed
+        else ""
     )
     others = ", ".join(facts.others)
-    more = f" Not read: {others} (--controller NAME reads one)." if others else ""
+    more = (
+        f" Other controllers, not read: {others} (--controller NAME reads one)." if others else ""
+    )
     controller = f"{facts.plugin or 'controller'} ({kinds})"
     if facts.plugin == NO_PLUGIN:
-        controller = "all but the controllers, none of which is known here"
+        controller = "all but the controllers, which are unknown here or left out"
     what = f"{controller}, Nav2 {facts.release}{told_by}"
     lines = wrapped(f"Read: {what}.{lacks}{more}", rest="  ")
     lines += [part for line in facts.left_out for part in wrapped(f"Left out: {line}", rest="  ")]
-    lines += ["", f"Findings ({len(findings)})" if findings else "No rule fires."]
+    if symptom is None:
+        findings = without_repeated_cures(findings)
+    lines += ["", f"Findings ({len(findings)})" if findings else NO_FINDING]
     for finding in findings:
         lines += _finding_lines(finding, facts)
     if symptom is not None:
@@ -68,6 +75,32 @@ def told_of_reading(
         if not suspects:
             lines.append("  the doctor knows no cause for this controller")
     return lines
+
+
+def without_repeated_cures(findings: Sequence[Finding]) -> list[Finding]:
+    """Returns findings without those whose cures another one names as well.
+
+    The one with more cures stays; of two with the same cures the first, because the rules about one
+    thing, as a source of a costmap, come before those about many.
+    """
+    kept: list[Finding] = []
+    for number, finding in enumerate(findings):
+        own = _named_cures(finding)
+        others = [*findings[:number], *findings[number + 1 :]]
+        is_repeated = own and any(
+            own < _named_cures(other) or (own == _named_cures(other) and other in kept)
+            for other in others
+        )
+        if not is_repeated:
+            kept.append(finding)
+    return kept
+
+
+def _named_cures(finding: Finding) -> frozenset[tuple[str, str, str]]:
+    """Returns place, direction and value of each cure; none where the first has no value."""
+    if finding.cures[0].to is None:
+        return frozenset()
+    return frozenset((cause.place, cause.direction, str(cause.to)) for cause in finding.cures)
 
 
 def _finding_lines(finding: Finding, facts: Facts) -> Iterator[str]:

@@ -149,7 +149,7 @@ def test_a_change_that_asks_more_of_the_base_is_refused(patient):
             Cause("controller.inflation_cost_scaling_factor", Direction.SET),
             "set inflation_cost_scaling_factor to the value of local_costmap.cost_scaling_factor",
         ),
-        (Cause("local_costmap.plugins", Direction.SET), "check local_costmap.plugins and set it"),
+        (Cause("local_costmap.plugins", Direction.SET), "check and correct local_costmap.plugins"),
         (
             Cause("collision_monitor.*.min_points", Direction.UP, 4),
             "raise collision_monitor.<polygon>.min_points to 4",
@@ -166,8 +166,19 @@ def test_a_cure_is_an_instruction_with_the_values_unit(cause, told):
 def test_a_cure_without_a_value_is_told_with_a_first_step(patient):
     facts = patient(nav2_text(MPPI_BLOCK | {"wz_std": 0.9}, plugin=MPPI)).facts()
     down = Cause("controller.wz_std", Direction.DOWN)
-    assert told_with_step(down, facts) == "lower wz_std, say from 0.9 to 0.4 rad/s"
+    assert told_with_step(down, facts) == "lower FollowPath.wz_std, say from 0.9 to 0.4 rad/s"
     known = down._replace(to=0.3)
-    assert told_with_step(known, facts) == "lower wz_std to 0.3 rad/s"
+    assert told_with_step(known, facts) == "lower FollowPath.wz_std to 0.3 rad/s"
     outside = Cause("outside.compute", Direction.DOWN)
     assert told_with_step(outside, facts) == outside.told
+
+
+def test_a_cure_has_the_name_that_the_file_gives_unless_there_are_several(patient):
+    layer = {"plugin": "nav2_costmap_2d::ObstacleLayer", "observation_sources": "scan"}
+    one = {"plugins": ["low"], "low": layer | {"scan": {"topic": "/scan"}}}
+    cause = Cause("local_costmap.topic", Direction.SET, "/front")
+    facts = patient(nav2_text(MPPI_BLOCK, plugin=MPPI, local_costmap=one)).facts()
+    assert told_with_step(cause, facts) == "set local_costmap.low.scan.topic to /front"
+    two = one | {"plugins": ["low", "high"], "high": layer | {"scan": {"topic": "/high"}}}
+    facts = patient(nav2_text(MPPI_BLOCK, plugin=MPPI, local_costmap=two)).facts()
+    assert told_with_step(cause, facts) == "set local_costmap.topic to /front"

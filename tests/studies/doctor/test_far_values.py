@@ -35,7 +35,7 @@ def test_a_value_far_from_both_is_told_last_with_its_way_back(found):
     findings = found(nav2_text(block, plugin=MPPI))
     (finding,) = far(findings)
     assert findings[-1] is finding
-    assert finding.seen.startswith("GoalCritic.cost_weight is 1.25, 0.25 times the 5 of Nav2")
+    assert finding.seen.startswith("GoalCritic.cost_weight is 1.25, 0.25 times the usual 5 (Nav2's")
     assert finding.cure_told == "raise GoalCritic.cost_weight to 5.0"
     # 5.0 / 2.5 = 2 is near enough.
     near = MPPI_BLOCK | {"GoalCritic": {"cost_weight": 2.5}}

@@ -106,7 +106,7 @@ def test_a_horizon_beyond_half_the_window_is_found(facts):
 def test_a_smoothers_timeout_below_late_cycles_is_found(facts):
     smoother = {"velocity_timeout": 0.2, "smoothing_frequency": 20.0}
     seen = fired(facts(nav2_text(RPP_BLOCK, plugin=RPP, velocity_smoother=smoother)))
-    assert "velocity_timeout 0.2 s" in seen["smoother-timeout-below-late-cycles"]
+    assert "velocity_timeout is 0.2 s" in seen["smoother-timeout-below-late-cycles"]
     patient = smoother | {"velocity_timeout": 1.0}
     text = nav2_text(RPP_BLOCK, plugin=RPP, velocity_smoother=patient)
     assert "smoother-timeout-below-late-cycles" not in fired(facts(text))
@@ -193,7 +193,9 @@ def test_a_cure_leads_away_from_the_value_in_the_file(facts):
 
 def test_what_is_not_read_is_told_to_have_no_effect_and_no_symptom(facts):
     (finding,) = findings_of(facts(nav2_text(RPP_BLOCK | {"look_ahead": 1.0}, plugin=RPP)))
-    assert finding.seen == "jazzy does not read FollowPath.look_ahead: no effect"
+    assert finding.seen == (
+        "Nav2 jazzy does not read FollowPath.look_ahead of controller_server: it has no effect"
+    )
     assert finding.likely == []
     assert "critics" not in finding.cure_told
 

@@ -11,6 +11,7 @@ from drake_navbench.studies.doctor.partial_files import facts_of_values
 from drake_navbench.studies.doctor.reading import findings_of, suspicions_of
 from drake_navbench.studies.doctor.rules import sources, startup
 from drake_navbench.studies.doctor.symptoms import Symptom
+from drake_navbench.studies.doctor.told import told_of_reading, without_repeated_cures
 
 OWN = {rule.name for module in (startup, sources) for rule in module.RULES}
 
@@ -78,7 +79,7 @@ def test_a_library_that_the_navigator_loads_itself_is_found(facts):
     navigator = {"plugin_lib_names": ["nav2_spin_action_bt_node", "my_own_bt_node"]}
     found = facts("jazzy", bt_navigator=navigator)
     assert "nav2_spin_action_bt_node" in fired(found)["libraries-not-loaded"]
-    assert first(found, Symptom.NO_START) == "check bt_navigator.plugin_lib_names and set it"
+    assert first(found, Symptom.NO_START) == "check and correct bt_navigator.plugin_lib_names"
 
 
 def test_a_listed_plugin_needs_a_block_with_its_type(facts, tmp_path, capsys):
@@ -114,9 +115,35 @@ def test_an_initial_pose_counts_only_where_it_is_switched_on(facts):
 
 def test_a_source_without_a_height_sees_nothing_above_the_floor(facts):
     found = facts(local_costmap=scan(max_obstacle_height=None))
-    assert "source-below-the-floor-local_costmap" in fired(found)
+    assert fired(found)["source-below-the-floor-local_costmap"] == (
+        "max_obstacle_height of local_costmap.obstacle_layer.scan is 0 m, Nav2's default where "
+        "none is given: the layer drops every point above the floor"
+    )
     low = facts(local_costmap=scan(max_obstacle_height=0.2, min_obstacle_height=0.3))
-    assert "source-below-the-floor-local_costmap" in fired(low)
+    assert (
+        "every point, as min_obstacle_height is 0.3 m"
+        in (fired(low)["source-below-the-floor-local_costmap"])
+    )
+
+
+def test_of_two_findings_with_the_same_cure_the_one_with_more_cures_is_printed(facts):
+    found = facts(local_costmap=scan(max_obstacle_height=None))
+    findings = findings_of(found)
+    by_name = {f.rule.name: f for f in findings}
+    # Both raise max_obstacle_height to 2 m; the first offers to correct the sources as well.
+    more, fewer = by_name["source-below-the-floor-local_costmap"], by_name["band-of-heights-misses"]
+    assert {(c.place, c.to) for c in fewer.cures} < {(c.place, c.to) for c in more.cures}
+    assert without_repeated_cures([fewer, more]) == [more]
+    assert without_repeated_cures([more, more]) == [more]
+    assert without_repeated_cures([fewer]) == [fewer]
+    shown = "\n".join(told_of_reading(found, findings, [], None))
+    assert f"Findings ({len(findings) - 1})" in shown
+    assert "band-of-heights-misses" not in shown
+    assert "cure: write max_obstacle_height: 2.0 (m) into the block of this source" in shown
+    # With a symptom every finding that may cause it is printed.
+    assert "band-of-heights-misses" in "\n".join(
+        told_of_reading(found, findings, [], Symptom.COLLISION)
+    )
 
 
 def test_a_source_must_mark_and_one_must_clear(facts):

@@ -63,7 +63,7 @@ RULES = (
         lambda f: f.inscribed_radius_m > 0.0 and _free_m(f) > DOOR_M,
         lambda f: (
             f"min_obstacle_dist is {f.controller('min_obstacle_dist')} m: TEB enters only "
-            f"passages wider than {_free_m(f):.2f} m, the outline and this distance on both "
+            f"passages wider than {_free_m(f):.2f} m, the robot's width and this distance on both "
             "sides"
         ),
         {S.DOOR_STOP: 1.0, S.WOBBLE_STRAIGHT: 0.5, S.STALL_BEFORE_GOAL: 0.4, S.NO_START: 0.3},
@@ -87,8 +87,8 @@ RULES = (
         "teb-pushed-from-afar",
         lambda f: f.number("controller.inflation_dist", 0.6) > 0.8,
         lambda f: (
-            f"inflation_dist is {f.controller('inflation_dist')} m: walls on both sides "
-            "push the band"
+            f"inflation_dist is {f.controller('inflation_dist')} m: in a passage the walls on "
+            "both sides push TEB's path to and fro"
         ),
         {S.WOBBLE_STRAIGHT: 0.9, S.DOOR_STOP: 0.6},
         (down("inflation_dist", 0.4),),
@@ -115,7 +115,7 @@ RULES = (
         "teb-follows-no-plan",
         lambda f: f.number("controller.global_plan_viapoint_sep", -0.1) <= 0.0,
         lambda f: (
-            "global_plan_viapoint_sep is off (0 m or less): nothing holds the band on the plan"
+            "global_plan_viapoint_sep is off (0 m or less): nothing holds TEB's path on the plan"
         ),
         {S.CORNER_CUTTING: 0.9, S.WOBBLE_STRAIGHT: 0.3},
         (put("global_plan_viapoint_sep", 0.3), up("weight_viapoint")),
@@ -157,7 +157,7 @@ RULES = (
         ),
         lambda f: (
             "selection_cost_hysteresis is 1 or more and switching_blocking_period 0 s: "
-            "nothing keeps the band on one side of an obstacle"
+            "nothing keeps TEB's path on one side of an obstacle"
         ),
         {S.WOBBLE_STRAIGHT: 0.5, S.SPINS: 0.4, S.STOP_START_JERK: 0.4},
         (down("selection_cost_hysteresis", 0.9), up("switching_blocking_period", 1.0)),
@@ -237,7 +237,10 @@ RULES = (
                 and f.number("controller.motion_target_dist", 0.6) < 0.8 * f.speed_mps
             )
         ),
-        lambda f: f"at {f.speed_mps:g} m/s the target lies less than 0.8 s of driving ahead",
+        lambda f: (
+            f"max_lookahead or motion_target_dist is less than the robot drives in 0.8 s at "
+            f"{f.speed_mps:g} m/s: the target is so near that the robot swings"
+        ),
         {S.WOBBLE_STRAIGHT: 0.9},
         (up("max_lookahead"), up("motion_target_dist")),
         CODE,
@@ -271,8 +274,8 @@ RULES = (
         "graceful-late-slowdown",
         lambda f: f.number("controller.slowdown_radius", 1.5) < 1.2 * f.speed_mps,
         lambda f: (
-            f"slowdown_radius is {f.controller('slowdown_radius')} m: a short distance to "
-            f"slow down from {f.speed_mps:g} m/s"
+            f"slowdown_radius is {f.controller('slowdown_radius')} m: too short to slow down "
+            f"gently from {f.speed_mps:g} m/s"
         ),
         {S.GOAL_OVERSHOOT: 1.0, S.GOAL_OSCILLATION: 0.5},
         (up("slowdown_radius", 1.5),),
@@ -284,7 +287,10 @@ RULES = (
         lambda f: (
             f.controller("initial_rotation") is True and f.controller("allow_backward") is True
         ),
-        lambda f: "initial_rotation and allow_backward are both on, but they exclude each other",
+        lambda f: (
+            "initial_rotation and allow_backward are both on; the Graceful controller allows only "
+            "one of them"
+        ),
         {S.REVERSE_FAILURE: 1.0, S.NO_START: 0.5},
         (put("initial_rotation", False), put("allow_backward", False)),
         f"{CODE}: parameter_handler.cpp",

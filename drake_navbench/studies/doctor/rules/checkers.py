@@ -58,8 +58,8 @@ RULES = (
         ),
         lambda f: (
             f"the progress checker expects {f['progress_checker.required_movement_radius']} "
-            f"m in {f['progress_checker.movement_time_allowance']} s: the robot may move "
-            "less while it drives slowly, turns, or its estimated pose jumps"
+            f"m of motion in {f['progress_checker.movement_time_allowance']} s: a robot that "
+            "drives slowly, turns or waits moves less and is stopped as stuck"
         ),
         {S.FALSE_ABORT: 1.0, S.GOAL_NOT_REACHED: 0.3},
         (
@@ -124,8 +124,8 @@ RULES = (
         "goal-asked-again-while-turning",
         lambda f: f["goal_checker.stateful"] is False,
         lambda f: (
-            "goal_checker.stateful is off: a robot that drifts off the position while it "
-            "turns must drive back"
+            "goal_checker.stateful is off: a robot that drifts out of xy_goal_tolerance while it "
+            "turns to the goal's heading must drive back"
         ),
         {S.GOAL_OSCILLATION: 1.0, S.GOAL_NOT_REACHED: 0.5, S.SPINS: 0.4},
         (put("goal_checker.stateful", True),),
@@ -139,8 +139,8 @@ RULES = (
             and f.is_kind("rpp", "mppi", "graceful")
         ),
         lambda f: (
-            "the goal checker remembers that the position was reached, but the controller "
-            "does not, and drives to it again"
+            "the goal checker remembers that the goal's position was reached, but the controller "
+            "does not remember it and drives to it again"
         ),
         {S.GOAL_OSCILLATION: 0.4},
         (

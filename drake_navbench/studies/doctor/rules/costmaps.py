@@ -59,8 +59,8 @@ RULES = (
         "layer-sees-nothing",
         lambda f: bool(_blind_layers(f)),
         lambda f: (
-            f"{', '.join(_blind_layers(f))} of the local costmap marks nothing: the layer has no "
-            "observation_sources of its own"
+            f"{', '.join(_blind_layers(f))} of the local costmap has no observation_sources: the "
+            "layer listens to no sensor and marks no obstacles"
         ),
         {S.COLLISION: 1.2, S.IGNORES_OBSTACLES: 1.2, S.NEAR_MISS: 0.9},
         (put("local_costmap.observation_sources"),),
@@ -73,14 +73,14 @@ RULES = (
         {S.COLLISION: 0.2, S.TOO_SLOW: 0.2, S.NO_START: 0.2, S.GOAL_NOT_REACHED: 0.1},
         (put("local_costmap.plugins"),),
         "drake-navbench run --nav2 FILE --check",
-        advice="check these values",
+        advice="check these values: the check of the file doubts them",
     ),
     Rule(
         "outline-not-given",
         lambda f: f.is_whole and not f.has_outline,
         lambda f: (
             "the file gives the local costmap neither robot_radius nor footprint: Nav2 "
-            "takes a radius of 0.1 m"
+            "then plans for a round robot of 0.1 m radius"
         ),
         {S.COLLISION: 1.0, S.NEAR_MISS: 0.8},
         (put("local_costmap.footprint"), up("local_costmap.robot_radius")),
@@ -90,8 +90,8 @@ RULES = (
         "outline-of-another-robot",
         lambda f: 0.0 < f.number("local_costmap.robot_radius", 1.0) < 0.11,
         lambda f: (
-            f"robot_radius is {f['local_costmap.robot_radius']} m: nearly every robot with "
-            "a lidar is larger"
+            f"local_costmap.robot_radius is {f['local_costmap.robot_radius']} m: nearly every "
+            "robot with a lidar is larger"
         ),
         {S.COLLISION: 1.0, S.NEAR_MISS: 0.8},
         (up("local_costmap.robot_radius"),),
@@ -107,8 +107,8 @@ RULES = (
         ),
         lambda f: (
             f"obstacle_max_range is {f['local_costmap.obstacle_max_range']} m, more than "
-            f"raytrace_max_range {f['local_costmap.raytrace_max_range']} m: no beam clears "
-            "marks beyond raytrace_max_range"
+            f"raytrace_max_range {f['local_costmap.raytrace_max_range']} m: obstacles that were "
+            "marked between the two ranges are never cleared"
         ),
         {S.GHOST_OBSTACLES: 1.0, S.NO_RECOVERY: 0.4, S.DOOR_STOP: 0.4, S.PLANNER_FAILS: 0.4},
         (
@@ -230,8 +230,8 @@ RULES = (
             and f.number("local_costmap.max_obstacle_height", 2.0) < 0.3
         ),
         lambda f: (
-            f"max_obstacle_height is {f['local_costmap.max_obstacle_height']} m: the layer "
-            "ignores obstacles above it"
+            f"max_obstacle_height is {f['local_costmap.max_obstacle_height']} m: the local "
+            "costmap drops every point of a sensor above this height"
         ),
         {S.IGNORES_OBSTACLES: 1.0, S.COLLISION: 0.8},
         (up("local_costmap.max_obstacle_height", 2.0),),
@@ -257,8 +257,8 @@ RULES = (
             and "local_costmap.z_voxels" in f.given
         ),
         lambda f: (
-            "z_voxels times z_resolution ends below max_obstacle_height: the layer does "
-            "not mark obstacles between the two heights"
+            "z_voxels times z_resolution is less than max_obstacle_height: the voxel layer "
+            "does not mark obstacles between these two heights"
         ),
         {S.IGNORES_OBSTACLES: 0.7, S.COLLISION: 0.4},
         (up("local_costmap.z_voxels", 16), up("local_costmap.z_resolution")),
@@ -269,8 +269,8 @@ RULES = (
         "old-marks-kept",
         lambda f: f.number("local_costmap.observation_persistence") > 1.0,
         lambda f: (
-            f"observation_persistence is {f['local_costmap.observation_persistence']} s: a "
-            "place stays occupied this long after an obstacle has left it"
+            f"observation_persistence is {f['local_costmap.observation_persistence']} s: an "
+            "obstacle that has moved away stays in the local costmap this long"
         ),
         {S.GHOST_OBSTACLES: 1.0, S.DOOR_STOP: 0.5, S.NO_RECOVERY: 0.3},
         (down("local_costmap.observation_persistence", 0.0),),
@@ -281,7 +281,7 @@ RULES = (
         lambda f: (
             f["local_costmap.inf_is_valid"] is False and "local_costmap.inf_is_valid" in f.given
         ),
-        lambda f: "inf_is_valid is off: beams that hit nothing do not clear marks",
+        lambda f: "inf_is_valid is off: a beam that hits nothing does not clear obstacles",
         {S.GHOST_OBSTACLES: 0.5},
         (put("local_costmap.inf_is_valid", True),),
         f"{CODE}: obstacle_layer.cpp",
@@ -295,7 +295,8 @@ RULES = (
             and "local_costmap.footprint_clearing_enabled" in f.given
         ),
         lambda f: (
-            "footprint_clearing_enabled is off: marks of the robot's own body stay in the costmap"
+            "footprint_clearing_enabled is off: cells that the robot's own body marked are not "
+            "cleared"
         ),
         {S.NO_START: 0.7, S.GHOST_OBSTACLES: 0.6, S.NO_RECOVERY: 0.4},
         (put("local_costmap.footprint_clearing_enabled", True),),

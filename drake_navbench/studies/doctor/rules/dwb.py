@@ -57,8 +57,9 @@ RULES = (
             and not has_critic(f, "ObstacleFootprint")
         ),
         lambda f: (
-            "BaseObstacle checks only the cell under the robot's centre, but the outline "
-            f"reaches from {f.inscribed_radius_m:.2f} to {f.circumscribed_radius_m:.2f} m"
+            "BaseObstacle checks only the cell under the robot's centre, but the robot is not "
+            f"round: its edge is {f.inscribed_radius_m:.2f} to {f.circumscribed_radius_m:.2f} m "
+            "away"
         ),
         {S.COLLISION: 1.0, S.NEAR_MISS: 0.6, S.CORNER_CUTTING: 0.4},
         (put("critics", "ObstacleFootprint"),),
@@ -69,8 +70,8 @@ RULES = (
         "dwb-coarse-samples",
         lambda f: _spacing_m(f) > COARSE_M,
         lambda f: (
-            f"DWB checks a pose every {_spacing_m(f):.2f} m of a sample: an obstacle fits "
-            "between two poses"
+            f"DWB checks only one pose every {_spacing_m(f):.2f} m of a trajectory: a thin "
+            "obstacle between two poses stays unseen"
         ),
         {S.COLLISION: 1.0, S.CORNER_CUTTING: 0.7, S.NEAR_MISS: 0.4},
         (down("linear_granularity", 0.05),),
@@ -86,8 +87,8 @@ RULES = (
         ),
         lambda f: (
             f"BaseObstacle.scale is {f.controller('BaseObstacle.scale')} and PathDist.scale "
-            f"{f.controller('PathDist.scale')}: half a cell off the path costs more than "
-            "the worst obstacle cost"
+            f"{f.controller('PathDist.scale')}: to leave the path by half a cell costs more than "
+            "to drive through the highest obstacle cost"
         ),
         {S.NEAR_MISS: 1.0, S.COLLISION: 0.5},
         (up("BaseObstacle.scale"), down("PathDist.scale")),
@@ -101,8 +102,8 @@ RULES = (
             f.speed_mps * f.number("controller.sim_time", 1.7) < braking_m(f, deceleration(f))
         ),
         lambda f: (
-            f"sim_time is {f.controller('sim_time')} s: at {f.speed_mps:g} m/s the samples "
-            "are shorter than the braking distance"
+            f"sim_time is {f.controller('sim_time')} s: at {f.speed_mps:g} m/s DWB looks less far "
+            "ahead than the robot needs to brake"
         ),
         {S.COLLISION: 0.9, S.GOAL_OVERSHOOT: 0.6},
         (up("sim_time"), down("max_vel_x")),
@@ -118,8 +119,8 @@ RULES = (
         ),
         lambda f: (
             f"decel_lim_x is {f.controller('decel_lim_x')} m/s^2 and acc_lim_x "
-            f"{f.controller('acc_lim_x')} m/s^2: the samples gain speed that they need much "
-            "longer to lose"
+            f"{f.controller('acc_lim_x')} m/s^2: the robot brakes much more slowly than it "
+            "accelerates"
         ),
         {S.GOAL_OVERSHOOT: 0.6, S.STALL_BEFORE_GOAL: 0.3, S.COLLISION: 0.3},
         (down("decel_lim_x"), down("acc_lim_x")),
@@ -130,8 +131,8 @@ RULES = (
         "dwb-looks-a-short-way",
         lambda f: f.number("controller.sim_time", 1.7) < 1.0,
         lambda f: (
-            f"sim_time is {f.controller('sim_time')} s: samples this short hardly differ, "
-            "so DWB steers hard"
+            f"sim_time is {f.controller('sim_time')} s: DWB's trajectories are so short that they "
+            "hardly differ, so that it steers hard"
         ),
         {S.WOBBLE_STRAIGHT: 1.0, S.COLLISION: 0.5, S.STOP_START_JERK: 0.3},
         (up("sim_time", 1.7),),
@@ -142,8 +143,8 @@ RULES = (
         "dwb-looks-a-long-way",
         lambda f: f.number("controller.sim_time", 1.7) > 2.5,
         lambda f: (
-            f"sim_time is {f.controller('sim_time')} s: samples this long all leave a "
-            "curved path or touch something"
+            f"sim_time is {f.controller('sim_time')} s: DWB's trajectories are so long that in a "
+            "bend or a door all of them leave the path or touch something"
         ),
         {S.DOOR_STOP: 0.8, S.CORNER_CUTTING: 0.9, S.TOO_SLOW: 0.4, S.STALL_BEFORE_GOAL: 0.4},
         (down("sim_time", 1.7),),
@@ -154,9 +155,9 @@ RULES = (
         "dwb-beyond-window",
         lambda f: f.speed_mps * f.number("controller.sim_time", 1.7) > half_window_m(f),
         lambda f: (
-            "the fastest samples reach "
+            "DWB's fastest trajectories reach "
             f"{f.speed_mps * f.number('controller.sim_time', 1.7):.1f} m, but the local "
-            f"costmap only {half_window_m(f):.1f} m: DWB rejects these samples"
+            f"costmap only {half_window_m(f):.1f} m: DWB rejects these trajectories"
         ),
         {S.TOO_SLOW: 0.9, S.STOP_START_JERK: 0.3},
         (
@@ -172,7 +173,7 @@ RULES = (
     Rule(
         "dwb-few-speeds",
         lambda f: f.number("controller.vx_samples", 20) < 6,
-        lambda f: f"vx_samples is {f.controller('vx_samples')}: the sampled speeds are far apart",
+        lambda f: f"vx_samples is {f.controller('vx_samples')}: DWB tries only so few speeds",
         {S.STOP_START_JERK: 0.8, S.GOAL_OVERSHOOT: 0.4, S.STALL_BEFORE_GOAL: 0.3, S.TOO_SLOW: 0.4},
         (up("vx_samples", 20),),
         CODE,
@@ -182,8 +183,7 @@ RULES = (
         "dwb-few-turn-rates",
         lambda f: f.number("controller.vtheta_samples", 20) < 10,
         lambda f: (
-            f"vtheta_samples is {f.controller('vtheta_samples')}: the sampled turn rates "
-            "are far apart"
+            f"vtheta_samples is {f.controller('vtheta_samples')}: DWB tries only so few turn rates"
         ),
         {S.WOBBLE_STRAIGHT: 1.0, S.DOOR_STOP: 0.6, S.STOP_START_JERK: 0.5, S.CORNER_CUTTING: 0.4},
         (up("vtheta_samples", 20),),
@@ -200,8 +200,8 @@ RULES = (
         ),
         lambda f: (
             f"vx_samples {f.controller('vx_samples')} and vtheta_samples "
-            f"{f.controller('vtheta_samples')} make many samples, and vy_samples multiplies "
-            "them although max_vel_y is 0 m/s"
+            f"{f.controller('vtheta_samples')} make many trajectories; vy_samples multiplies "
+            "their number although max_vel_y is 0 m/s"
         ),
         {S.LATE_CYCLES: 0.6},
         (down("vx_samples"), down("vtheta_samples"), down("vy_samples")),
@@ -226,7 +226,7 @@ RULES = (
     Rule(
         "dwb-oscillation-not-watched",
         lambda f: bool(f.controller("critics")) and not has_critic(f, "Oscillation"),
-        lambda f: "critics lists no Oscillation: nothing keeps the robot from changing sides",
+        lambda f: "critics lists no Oscillation: nothing keeps the robot from moving to and fro",
         {S.WOBBLE_STRAIGHT: 0.5, S.GOAL_OSCILLATION: 0.5, S.SPINS: 0.5, S.DOOR_STOP: 0.3},
         (put("critics", "Oscillation"),),
         f"{CODE}: oscillation.cpp",

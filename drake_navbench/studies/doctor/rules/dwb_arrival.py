@@ -62,8 +62,8 @@ RULES = (
         ),
         lambda f: (
             f"trans_stopped_velocity is {f.controller('trans_stopped_velocity')} m/s: "
-            f"RotateToGoal turns the robot while it still rolls {_rolls_on_m(f):.2f} m, "
-            "more than half of xy_goal_tolerance"
+            f"RotateToGoal begins to turn while the robot still rolls {_rolls_on_m(f):.2f} m "
+            "farther, more than half of xy_goal_tolerance"
         ),
         {S.GOAL_OVERSHOOT: 0.7, S.GOAL_OSCILLATION: 0.4},
         (down("trans_stopped_velocity"),),
@@ -85,7 +85,7 @@ RULES = (
     Rule(
         "dwb-no-reverse",
         lambda f: f.number("controller.min_vel_x") >= 0.0,
-        lambda f: f"min_vel_x is {f.controller('min_vel_x')} m/s: no sample drives backward",
+        lambda f: f"min_vel_x is {f.controller('min_vel_x')} m/s: DWB never drives backward",
         {S.NO_RECOVERY: 0.7},
         (down("min_vel_x", -0.1),),
         CODE,
@@ -116,8 +116,8 @@ RULES = (
         lambda f: (
             f"acc_lim_x is {f.controller('acc_lim_x')} m/s^2, but "
             "velocity_smoother.max_accel lets through only "
-            f"{f.axis('velocity_smoother.max_accel', 0):g} m/s^2: the robot accelerates "
-            "less than the samples"
+            f"{f.axis('velocity_smoother.max_accel', 0):g} m/s^2: the robot accelerates more "
+            "slowly than DWB expects"
         ),
         {S.WOBBLE_STRAIGHT: 0.3, S.GOAL_OVERSHOOT: 0.5, S.STOP_START_JERK: 0.4},
         (down("acc_lim_x"), up("velocity_smoother.max_accel")),
@@ -130,7 +130,7 @@ RULES = (
             f.number("controller.acc_lim_x", 2.5) == 0.0
             or f.number("controller.acc_lim_theta", 3.2) == 0.0
         ),
-        lambda f: "acc_lim_x or acc_lim_theta is 0: DWB has no speeds to choose from",
+        lambda f: "acc_lim_x or acc_lim_theta is 0: DWB can never change its speed",
         {S.NO_START: 1.0, S.TOO_SLOW: 0.8, S.NO_TURNING: 0.8},
         (up("acc_lim_x", 2.5), up("acc_lim_theta", 3.2)),
         CODE,
@@ -151,7 +151,7 @@ RULES = (
     Rule(
         "dwb-no-shim",
         lambda f: not f.is_kind("shim") and f.is_whole,
-        lambda f: "the file has no rotation shim before DWB, and DWB is poor at turns on the spot",
+        lambda f: "DWB is poor at turns on the spot, and the file puts no rotation shim before it",
         {S.NO_TURNING: 0.5},
         (add("plugin"),),
         "docs.nav2.org, tuning guide: rotate in place behaviour",

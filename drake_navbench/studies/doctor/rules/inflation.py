@@ -41,7 +41,8 @@ RULES = (
         lambda f: 0.0 < f.number("local_costmap.inflation_radius", 1.0) < f.inscribed_radius_m,
         lambda f: (
             f"inflation_radius is {f['local_costmap.inflation_radius']} m, less than the "
-            f"robot's inscribed radius of {f.inscribed_radius_m:.2f} m"
+            f"robot's inscribed radius of {f.inscribed_radius_m:.2f} m: a cell beside a wall, "
+            "where the robot would touch it, has no cost"
         ),
         {S.COLLISION: 1.0, S.NEAR_MISS: 0.9},
         (up("local_costmap.inflation_radius", _beyond_the_outline),),
@@ -56,8 +57,8 @@ RULES = (
         ),
         lambda f: (
             f"global_costmap.inflation_radius is {f['global_costmap.inflation_radius']} m "
-            f"and the robot's inscribed radius {f.inscribed_radius_m:.2f} m: nothing keeps "
-            "plans away from walls"
+            f"and the robot's inscribed radius {f.inscribed_radius_m:.2f} m: to pass close along "
+            "a wall costs the planner hardly anything"
         ),
         {S.COLLISION: 0.6, S.NEAR_MISS: 0.8, S.CORNER_CUTTING: 0.6, S.DOOR_STOP: 0.4},
         (up("global_costmap.inflation_radius", _beyond_the_outline),),
@@ -68,8 +69,8 @@ RULES = (
         lambda f: f.number("local_costmap.inflation_radius", 0.55) > 1.0,
         lambda f: (
             f"inflation_radius is {f['local_costmap.inflation_radius']} m and "
-            f"cost_scaling_factor {f['local_costmap.cost_scaling_factor']}: a door is full "
-            "of cost"
+            f"cost_scaling_factor {f['local_costmap.cost_scaling_factor']}: in a door every cell "
+            "has a high cost"
         ),
         {S.DOOR_STOP: 0.9, S.TOO_SLOW: 0.4, S.WOBBLE_STRAIGHT: 0.2, S.STALL_BEFORE_GOAL: 0.3},
         (down("local_costmap.inflation_radius", 0.55), up("local_costmap.cost_scaling_factor")),
@@ -89,8 +90,8 @@ RULES = (
         ),
         lambda f: (
             f"global_costmap.inflation_radius is {f['global_costmap.inflation_radius']} m: "
-            "at the start, the goal or in a passage a corner of the outline may lie within "
-            "the inflation"
+            "at the start, at the goal or in a passage a corner of the footprint may lie in "
+            "inflated cells, and the planner finds no plan"
         ),
         {S.PLANNER_FAILS: 0.8, S.DOOR_STOP: 0.4},
         (down("global_costmap.inflation_radius"),),
@@ -101,8 +102,8 @@ RULES = (
         "steep-costs",
         lambda f: f.number("local_costmap.cost_scaling_factor", 3.0) > 8.0,
         lambda f: (
-            f"cost_scaling_factor is {f['local_costmap.cost_scaling_factor']}: about 0.1 m "
-            "beside the outline there is hardly any cost"
+            f"cost_scaling_factor is {f['local_costmap.cost_scaling_factor']}: cells more than "
+            "about 0.1 m from the robot's outline have hardly any cost"
         ),
         {S.NEAR_MISS: 1.0, S.COLLISION: 0.4, S.CORNER_CUTTING: 0.3},
         (down("local_costmap.cost_scaling_factor", 3.0),),
@@ -130,7 +131,7 @@ RULES = (
         ),
         lambda f: (
             f"local_costmap.plugins is {f['local_costmap.plugins']}: without an inflation layer "
-            "only the cells of obstacles themselves have cost"
+            "only cells with obstacles in them have a cost"
         ),
         {S.COLLISION: 0.9, S.NEAR_MISS: 0.9, S.DOOR_STOP: 0.2},
         (put("local_costmap.plugins"),),
@@ -141,8 +142,8 @@ RULES = (
         "inflation-before-obstacles",
         lambda f: not _inflation_is_last(f),
         lambda f: (
-            f"local_costmap.plugins is {f['local_costmap.plugins']}: the inflation layer "
-            "does not inflate what later layers mark"
+            f"local_costmap.plugins is {f['local_costmap.plugins']}: the inflation layer comes "
+            "before other layers and does not inflate the obstacles that these mark"
         ),
         {S.COLLISION: 0.9, S.NEAR_MISS: 0.9, S.IGNORES_OBSTACLES: 0.3},
         (put("local_costmap.plugins"),),

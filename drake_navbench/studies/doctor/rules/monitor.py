@@ -54,7 +54,7 @@ RULES = (
             and len(_sources(f)) > 1
         ),
         lambda f: (
-            f"the collision monitor stops the robot as long as one of {', '.join(_sources(f))} "
+            f"the collision monitor stops the robot while any of {', '.join(_sources(f))} "
             "sends nothing"
         ),
         {S.NO_START: 0.8, S.STOP_START_JERK: 0.4, S.NO_RECOVERY: 0.3},
@@ -70,7 +70,7 @@ RULES = (
         lambda f: bool(_polygons_that(f, "stop")),
         lambda f: (
             f"while something is in {', '.join(_polygons_that(f, 'stop'))}, the collision "
-            "monitor stops every command, also those that lead away"
+            "monitor stops every motion, also one that leads away from it"
         ),
         {
             S.NO_RECOVERY: 1.0,
@@ -100,8 +100,8 @@ RULES = (
         "monitor-believes-single-points",
         lambda f: bool(_polygons(f)) and _least(f, "min_points", 4) < 3,
         lambda f: (
-            f"min_points of the collision monitor is {_least(f, 'min_points', 4):g}: this "
-            "few noisy points of the scan trigger it"
+            f"min_points of the collision monitor is {_least(f, 'min_points', 4):g}: so few "
+            "points of the scan, which may be noise, trigger it"
         ),
         {S.STOP_START_JERK: 0.9, S.NO_START: 0.4, S.DOOR_STOP: 0.4},
         (up("collision_monitor.*.min_points", 4),),

@@ -43,7 +43,7 @@ RULES = (
         lambda f: horizon_m(f) > 1.05 * half_window_m(f),
         lambda f: (
             f"at full speed the samples reach {horizon_m(f):.1f} m, but the local costmap "
-            f"only {half_window_m(f):.1f} m"
+            f"only {half_window_m(f):.1f} m from the robot"
         ),
         {S.COLLISION: 0.4, S.TOO_SLOW: 0.4, S.STOP_START_JERK: 0.4, S.WOBBLE_STRAIGHT: 0.2},
         (
@@ -77,7 +77,8 @@ RULES = (
         lambda f: f.number("controller.model_dt", 0.05) > 1.001 * f.period_s,
         lambda f: (
             f"model_dt is {f.controller('model_dt')} s, more than the control period of "
-            f"{f.period_s:.4f} s: MPPI does not shift its commands from cycle to cycle"
+            f"{f.period_s:.4f} s: MPPI does not shift its planned commands in time from cycle to "
+            "cycle"
         ),
         {S.WOBBLE_STRAIGHT: 0.3, S.STOP_START_JERK: 0.3},
         (down("model_dt", lambda f: f.period_s),),
@@ -88,7 +89,7 @@ RULES = (
         "mppi-wide-turn-samples",
         lambda f: f.number("controller.wz_std", 0.4) > 0.45,
         lambda f: (
-            f"wz_std is {f.controller('wz_std')} rad/s: the sampled turn rates spread wider "
+            f"wz_std is {f.controller('wz_std')} rad/s: MPPI samples turn rates that are larger "
             "than driving needs"
         ),
         {S.WOBBLE_STRAIGHT: 1.0, S.STOP_START_JERK: 0.5, S.SPINS: 0.6, S.GOAL_OSCILLATION: 0.4},
@@ -104,8 +105,7 @@ RULES = (
         ),
         lambda f: (
             f"wz_std is {f.controller('wz_std')} rad/s and vx_max {f.controller('vx_max')} "
-            "m/s: at this speed the same spread of turn rates moves the robot farther "
-            "sideways"
+            "m/s: the faster the robot, the farther aside such turn rates bring it"
         ),
         {S.WOBBLE_STRAIGHT: 0.8},
         (down("wz_std", 0.25),),
@@ -129,7 +129,7 @@ RULES = (
         ),
         lambda f: (
             f"vx_std is {f.controller('vx_std')} m/s and vx_max {f.controller('vx_max')} "
-            "m/s: samples around a low speed stay low"
+            "m/s: from a low speed no sample is much faster, so the robot stays slow"
         ),
         {S.STALL_BEFORE_GOAL: 0.8, S.TOO_SLOW: 0.8, S.NO_START: 0.5},
         (up("vx_std", 0.2),),
@@ -140,8 +140,8 @@ RULES = (
         "mppi-slow-ramp-in-rollouts",
         lambda f: f.release >= Release.JAZZY and f.number("controller.ax_max", 3.0) < 1.0,
         lambda f: (
-            f"ax_max is {f.controller('ax_max')} m/s^2: the samples gain little speed, and "
-            "their weighted mean less"
+            f"ax_max is {f.controller('ax_max')} m/s^2: the samples gain little speed, and the "
+            "command, their weighted mean, gains even less"
         ),
         {S.STALL_BEFORE_GOAL: 0.7, S.TOO_SLOW: 0.6, S.NO_START: 0.5},
         (up("ax_max", 2.5), upgrade("lyrical or newer, which mends low accelerations")),
@@ -166,8 +166,8 @@ RULES = (
         ),
         lambda f: (
             f"ax_max is {f.controller('ax_max')} m/s^2, but velocity_smoother.max_accel "
-            f"lets through only {_smoother(f, 0):g} m/s^2: the robot accelerates less than "
-            "the samples"
+            f"lets through only {_smoother(f, 0):g} m/s^2: the robot accelerates more slowly than "
+            "MPPI expects"
         ),
         {S.STOP_START_JERK: 0.5, S.GOAL_OVERSHOOT: 0.5, S.WOBBLE_STRAIGHT: 0.3},
         (down("ax_max"), up("velocity_smoother.max_accel")),
@@ -182,8 +182,8 @@ RULES = (
         ),
         lambda f: (
             f"az_max is {f.controller('az_max')} rad/s^2, but velocity_smoother.max_accel "
-            f"lets through only {_smoother(f, 2):g} rad/s^2: the robot's turn rate rises "
-            "less than the samples'"
+            f"lets through only {_smoother(f, 2):g} rad/s^2: the robot begins to turn more slowly "
+            "than MPPI expects"
         ),
         {S.WOBBLE_STRAIGHT: 0.4, S.STOP_START_JERK: 0.3, S.GOAL_OSCILLATION: 0.3},
         (down("az_max"), up("velocity_smoother.max_accel")),
@@ -237,8 +237,8 @@ RULES = (
         ),
         lambda f: (
             f"prune_distance is {f.controller('prune_distance')} m, less than the "
-            f"{horizon_m(f):.1f} m that samples reach at full speed: the plan ends within "
-            "the samples"
+            f"{horizon_m(f):.1f} m that samples reach at full speed: the samples go on beyond the "
+            "end of the pruned path"
         ),
         {S.TOO_SLOW: 0.7, S.STALL_BEFORE_GOAL: 0.3, S.STOP_START_JERK: 0.3},
         (up("prune_distance", horizon_m),),
@@ -249,8 +249,8 @@ RULES = (
         "mppi-hot-mean",
         lambda f: f.number("controller.temperature", 0.3) > 0.5,
         lambda f: (
-            f"temperature is {f.controller('temperature')}: bad samples count as well, and "
-            "their weighted mean is slow"
+            f"temperature is {f.controller('temperature')}: bad samples also count in the "
+            "weighted mean, so the command is slow"
         ),
         {S.TOO_SLOW: 0.7, S.STALL_BEFORE_GOAL: 0.6, S.CORNER_CUTTING: 0.3},
         (down("temperature", 0.3),),
@@ -261,8 +261,8 @@ RULES = (
         "mppi-cold-mean",
         lambda f: f.number("controller.temperature", 0.3) < 0.12,
         lambda f: (
-            f"temperature is {f.controller('temperature')}: the best sample alone decides, "
-            "which is noisy"
+            f"temperature is {f.controller('temperature')}: the best sample alone makes the "
+            "command, which is noisy"
         ),
         {S.WOBBLE_STRAIGHT: 0.6, S.STOP_START_JERK: 0.6},
         (up("temperature", 0.3),),
@@ -274,7 +274,7 @@ RULES = (
         lambda f: f.number("controller.batch_size", 1000) < 500,
         lambda f: (
             f"batch_size is {f.controller('batch_size')}: the weighted mean of so few "
-            "samples is noisy"
+            "samples, the command, is noisy"
         ),
         {S.WOBBLE_STRAIGHT: 0.7, S.STOP_START_JERK: 0.4, S.DOOR_STOP: 0.3, S.COLLISION: 0.3},
         (up("batch_size", 1000),),
@@ -301,7 +301,9 @@ RULES = (
             f.controller("motion_model") == "Omni"
             and (f.axis("velocity_smoother.max_velocity", 2) == 0.0)
         ),
-        lambda f: "the samples turn, but velocity_smoother.max_velocity lets no turn through",
+        lambda f: (
+            "MPPI commands turns, but the velocity_smoother's max_velocity for turns is 0 rad/s"
+        ),
         {S.WOBBLE_STRAIGHT: 1.0, S.SPINS: 0.3},
         (put("wz_max", 0.0), down("wz_std", 0.0)),
         "navigation2#5021",
@@ -328,7 +330,7 @@ RULES = (
             and f.robot.drive.response_time_constant_s > 0.3
             and f.number("controller.model_delay_vx") == 0.0
         ),
-        lambda f: "the base answers late, and MPPI's samples do not model it",
+        lambda f: "the base answers commands late, and MPPI's samples do not include this delay",
         {S.WOBBLE_STRAIGHT: 0.5, S.GOAL_OVERSHOOT: 0.5},
         (up("model_delay_vx"), outside("lag"), upgrade("lyrical or newer, which models the delay")),
         "navigation2#6154",

@@ -34,9 +34,9 @@ RULES = (
         ),
         lambda f: (
             "consider_footprint is on, but inflation_radius is "
-            f"{f['local_costmap.inflation_radius']} m and the outline reaches "
-            f"{f.circumscribed_radius_m:.2f} m: where the cell under the centre has no "
-            "cost, MPPI does not check the outline"
+            f"{f['local_costmap.inflation_radius']} m and the footprint reaches "
+            f"{f.circumscribed_radius_m:.2f} m from the centre: MPPI does not check the footprint "
+            "where the cell under the centre has no cost"
         ),
         {S.COLLISION: 0.9, S.NEAR_MISS: 0.6},
         (up("local_costmap.inflation_radius", lambda f: f.circumscribed_radius_m + 0.05),),
@@ -51,8 +51,8 @@ RULES = (
             and f.controller("CostCritic.consider_footprint") is not True
         ),
         lambda f: (
-            "CostCritic checks only the cell under the robot's centre, but the outline "
-            f"reaches from {f.inscribed_radius_m:.2f} to {f.circumscribed_radius_m:.2f} m"
+            "CostCritic checks only the cell under the robot's centre, but the robot is not round: "
+            f"its edge is {f.inscribed_radius_m:.2f} to {f.circumscribed_radius_m:.2f} m away"
         ),
         {S.COLLISION: 1.0, S.NEAR_MISS: 0.7, S.DOOR_STOP: 0.2, S.CORNER_CUTTING: 0.5},
         (put("CostCritic.consider_footprint", True),),
@@ -67,9 +67,9 @@ RULES = (
             and f.controller("ObstaclesCritic.consider_footprint") is not True
         ),
         lambda f: (
-            "ObstaclesCritic checks only the cell under the robot's centre, but the "
-            f"outline reaches from {f.inscribed_radius_m:.2f} to "
-            f"{f.circumscribed_radius_m:.2f} m"
+            "ObstaclesCritic checks only the cell under the robot's centre, but the robot is not "
+            f"round: its edge is {f.inscribed_radius_m:.2f} to {f.circumscribed_radius_m:.2f} m "
+            "away"
         ),
         {S.COLLISION: 1.0, S.NEAR_MISS: 0.7, S.CORNER_CUTTING: 0.5},
         (put("ObstaclesCritic.consider_footprint", True),),
@@ -94,8 +94,8 @@ RULES = (
         lambda f: f.number("controller.PathAlignCritic.offset_from_furthest", 20) > 30,
         lambda f: (
             "PathAlignCritic.offset_from_furthest is "
-            f"{f.controller('PathAlignCritic.offset_from_furthest')}: PathAlignCritic "
-            "begins to pull only after this many points of the path"
+            f"{f.controller('PathAlignCritic.offset_from_furthest')}: PathAlignCritic does "
+            "nothing until the samples reach this many points along the path"
         ),
         {S.STOP_START_JERK: 0.5, S.CORNER_CUTTING: 0.6, S.WOBBLE_STRAIGHT: 0.3},
         (down("PathAlignCritic.offset_from_furthest", 20),),
@@ -128,8 +128,8 @@ RULES = (
         lambda f: f.number("controller.PreferForwardCritic.cost_weight", 5.0) > 10.0,
         lambda f: (
             "PreferForwardCritic.cost_weight is "
-            f"{f.controller('PreferForwardCritic.cost_weight')}: it outweighs turning and "
-            "backing out"
+            f"{f.controller('PreferForwardCritic.cost_weight')}: the robot drives forward even "
+            "where it should turn or back out"
         ),
         {S.NO_TURNING: 0.6, S.NO_RECOVERY: 0.6},
         (down("PreferForwardCritic.cost_weight", 5.0),),
@@ -225,8 +225,8 @@ RULES = (
             and f.controller("CostCritic.consider_footprint") is True
         ),
         lambda f: (
-            "CostCritic.consider_footprint is on, but robot_radius gives the outline: "
-            "newer releases of Nav2 refuse to start"
+            "CostCritic.consider_footprint is on, but the costmap has a robot_radius and no "
+            "footprint: newer releases of Nav2 refuse to start"
         ),
         {S.NO_START: 0.9, S.LATE_CYCLES: 0.3},
         (put("CostCritic.consider_footprint", False), put("local_costmap.footprint")),

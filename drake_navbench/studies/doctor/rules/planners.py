@@ -36,8 +36,8 @@ RULES = (
         "planner-insists-on-the-goal",
         lambda f: f["planner.tolerance"] is not None and f.number("planner.tolerance") < 0.1,
         lambda f: (
-            f"planner.tolerance is {f['planner.tolerance']} m: the planner finds no plan to "
-            "an occupied goal"
+            f"planner.tolerance is {f['planner.tolerance']} m: when the goal's cell is occupied, "
+            "the planner looks for a free one only within this distance"
         ),
         {S.PLANNER_FAILS: 0.6, S.GOAL_NOT_REACHED: 0.2},
         (up("planner.tolerance", 0.25),),
@@ -75,7 +75,7 @@ RULES = (
             and "planner.minimum_turning_radius" in f.given
             and f.number("planner.minimum_turning_radius", 0.4) <= 0.0
         ),
-        lambda f: "minimum_turning_radius is 0 m: the planner has no curve to search with",
+        lambda f: "minimum_turning_radius is 0 m: Smac plans with arcs of this radius and has none",
         {S.PLANNER_FAILS: SURE},
         (up("planner.minimum_turning_radius", 0.1),),
         "nav2_smac_planner: node_hybrid.cpp; navigation2#4845",
@@ -90,8 +90,9 @@ RULES = (
         ),
         lambda f: (
             f"global_costmap.update_frequency is {f['global_costmap.update_frequency']} Hz: after "
-            "the costmap was cleared the planner waits for its next update at most "
-            f"{f.number('planner.costmap_update_timeout', 1.0):g} s, and fails"
+            "the costmap was cleared, the planner waits at most "
+            f"{f.number('planner.costmap_update_timeout', 1.0):g} s for its next update and then "
+            "fails"
         ),
         {S.PLANNER_FAILS: 1.2, S.FALSE_ABORT: 0.4},
         (
@@ -115,7 +116,9 @@ RULES = (
     Rule(
         "amcl-few-particles",
         lambda f: 0 < f.number("amcl.max_particles") < 1000,
-        lambda f: f"amcl.max_particles is {f['amcl.max_particles']}: few to find a lost pose with",
+        lambda f: (
+            f"amcl.max_particles is {f['amcl.max_particles']}: too few to find a lost pose again"
+        ),
         {S.LOCALIZATION_JUMPS: 0.7},
         (up("amcl.max_particles", 2000),),
         "nav2_amcl",
@@ -124,8 +127,8 @@ RULES = (
         "amcl-odometry-perfect",
         lambda f: f["amcl.alpha1"] is not None and f.number("amcl.alpha1") < 0.03,
         lambda f: (
-            f"amcl.alpha1 is {f['amcl.alpha1']}: AMCL trusts the odometry's turns although "
-            "wheels slip"
+            f"amcl.alpha1 is {f['amcl.alpha1']}: AMCL takes the odometry's turns as nearly exact, "
+            "but wheels slip"
         ),
         {S.LOCALIZATION_JUMPS: 0.7, S.SPINS: 0.5},
         (up("amcl.alpha1", 0.2),),

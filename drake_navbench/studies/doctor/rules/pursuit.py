@@ -44,7 +44,8 @@ RULES = (
         lambda f: lookahead_m(f) < LEAST_LOOKAHEAD_S * f.speed_mps,
         lambda f: (
             f"{_names_of_lookahead(f)}: at {f.speed_mps:g} m/s the carrot is "
-            f"{lookahead_m(f):.2f} m ahead, less than {LEAST_LOOKAHEAD_S} s of driving"
+            f"{lookahead_m(f):.2f} m ahead, less than {LEAST_LOOKAHEAD_S} s of driving, so the "
+            "robot swings around the path"
         ),
         {S.WOBBLE_STRAIGHT: 1.0, S.GOAL_OSCILLATION: 0.6, S.GOAL_OVERSHOOT: 0.4, S.SPINS: 0.4},
         (
@@ -72,7 +73,7 @@ RULES = (
         lambda f: lookahead_m(f) > half_window_m(f),
         lambda f: (
             f"the carrot is {lookahead_m(f):.1f} m ahead, but the local costmap reaches "
-            f"only {half_window_m(f):.1f} m"
+            f"only {half_window_m(f):.1f} m from the robot"
         ),
         {S.TOO_SLOW: 0.7, S.COLLISION: 0.4},
         (
@@ -87,7 +88,7 @@ RULES = (
         lambda f: _projection_m(f) > half_window_m(f),
         lambda f: (
             f"the collision check goes {_projection_m(f):.1f} m ahead, but the local "
-            f"costmap reaches only {half_window_m(f):.1f} m"
+            f"costmap reaches only {half_window_m(f):.1f} m from the robot"
         ),
         {S.TOO_SLOW: 1.0, S.COLLISION: 0.3, S.FALSE_ABORT: 0.3},
         (
@@ -105,8 +106,8 @@ RULES = (
         ),
         lambda f: (
             "approach_velocity_scaling_dist is "
-            f"{f.controller('approach_velocity_scaling_dist')} m: a short distance to slow "
-            f"down from {f.speed_mps:g} m/s"
+            f"{f.controller('approach_velocity_scaling_dist')} m: too short to slow down gently "
+            f"from {f.speed_mps:g} m/s"
         ),
         {S.GOAL_OVERSHOOT: 0.9, S.GOAL_OSCILLATION: 0.8},
         (
@@ -141,7 +142,7 @@ RULES = (
         lambda f: (
             "min_approach_linear_velocity is "
             f"{f.controller('min_approach_linear_velocity')} m/s: the robot soon crosses "
-            f"xy_goal_tolerance, {f['goal_checker.xy_goal_tolerance']} m"
+            f"xy_goal_tolerance ({f['goal_checker.xy_goal_tolerance']} m) and drives past"
         ),
         {S.GOAL_OVERSHOOT: 0.6, S.GOAL_OSCILLATION: 0.6},
         (down("min_approach_linear_velocity", 0.05),),
@@ -163,7 +164,7 @@ RULES = (
         lambda f: (
             "inflation_cost_scaling_factor is "
             f"{f.controller('inflation_cost_scaling_factor')}, but cost_scaling_factor of "
-            f"the local costmap {f['local_costmap.cost_scaling_factor']}: the controller "
+            f"the local costmap is {f['local_costmap.cost_scaling_factor']}: the controller "
             "computes wrong distances to obstacles"
         ),
         {S.TOO_SLOW: 0.8, S.NEAR_MISS: 0.4, S.COLLISION: 0.2},
@@ -180,8 +181,8 @@ RULES = (
         ),
         lambda f: (
             f"cost_scaling_dist is {f.controller('cost_scaling_dist')} m, more than "
-            f"inflation_radius {f['local_costmap.inflation_radius']} m, beyond which there "
-            "is no cost"
+            f"inflation_radius ({f['local_costmap.inflation_radius']} m), beyond which cells have "
+            "no cost"
         ),
         {S.TOO_SLOW: 0.6},
         (

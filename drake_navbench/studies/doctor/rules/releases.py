@@ -17,8 +17,8 @@ UNREAD = re.compile(r"does not read it|unknown|no such|another name")
 # A block of MPPI that is read for this kind of base alone.
 OF_CARS = "AckermannConstraints"
 OF_NAMES = (
-    "remove these parameters, or name them as the release does; "
-    "`drake-navbench run --nav2 FILE --check` lists each"
+    "delete these lines or give the names of this release; "
+    "`drake-navbench run --nav2 FILE --check` lists all of them"
 )
 MANY = {
     S.NO_TURNING: 0.3,
@@ -57,14 +57,23 @@ def _limits(f: Facts) -> list[str]:
 
 
 def _first(names: list[str]) -> str:
-    return f"{', '.join(names[:3])}{f' and {len(names) - 3} others' if len(names) > 3 else ''}"
+    more = len(names) - 3
+    others = f" and {more} other{'s' if more > 1 else ''}" if more > 0 else ""
+    return f"{', '.join(names[:3])}{others}"
+
+
+def _told_unread(f: Facts, node: str) -> str:
+    """Returns in words which parameters of a node the release does not read."""
+    names = _unread(f, node)
+    have = "they have" if len(names) > 1 else "it has"
+    return f"Nav2 {f.release} does not read {_first(names)} of {node}: {have} no effect"
 
 
 RULES = (
     Rule(
         "controller-parameters-not-read",
         lambda f: bool(_unread(f, "controller_server")),
-        lambda f: f"{f.release} does not read {_first(_unread(f, 'controller_server'))}: no effect",
+        lambda f: _told_unread(f, "controller_server"),
         MANY | {S.NO_TURNING: 0.45},
         (put("critics"), upgrade("a release that reads them")),
         "the parameters that each release of Nav2 declares",
@@ -73,10 +82,7 @@ RULES = (
     Rule(
         "costmap-parameters-not-read",
         lambda f: bool(_unread(f, "local_costmap")),
-        lambda f: (
-            f"{f.release} does not read {_first(_unread(f, 'local_costmap'))} of the local "
-            "costmap: no effect"
-        ),
+        lambda f: _told_unread(f, "local_costmap"),
         {S.IGNORES_OBSTACLES: 0.4, S.GHOST_OBSTACLES: 0.3},
         (put("local_costmap.observation_sources"),),
         "the parameters that each release of Nav2 declares",
@@ -87,20 +93,21 @@ RULES = (
         "recoveries-server",
         lambda f: f.has_node(OLD_NODE),
         lambda f: (
-            f"{OLD_NODE} is a node of Galactic and older: {f.release} names it "
-            f"behavior_server and does not read {OLD_NODE}"
+            f"{OLD_NODE} is a node of Galactic and older: in {f.release} it is called "
+            f"behavior_server, and nothing reads the values below {OLD_NODE}"
         ),
         {S.NO_RECOVERY: 0.45},
         (put("behavior_server.behavior_plugins"),),
         "docs.nav2.org, migration to humble",
-        advice=f"on Humble and newer rename {OLD_NODE} to behavior_server; before, keep it",
+        advice=f"on Humble and newer rename {OLD_NODE} to behavior_server; on Galactic and older "
+        "keep the name",
     ),
     Rule(
         "rpp-outline-check-of-galactic",
         lambda f: f.is_kind("rpp") and f.told.get("release") == "old",
         lambda f: (
-            "in this release RPP's check of the outline stops the robot in doors without a "
-            "collision"
+            "in this release RPP's collision check of the footprint stops the robot in doors "
+            "although nothing is in its way"
         ),
         {S.DOOR_STOP: 1.0, S.FALSE_ABORT: 0.5, S.STOP_START_JERK: 0.4},
         (upgrade("humble or newer"),),
@@ -125,8 +132,8 @@ RULES = (
         "graceful-of-iron-and-jazzy",
         lambda f: f.is_kind("graceful") and f.release in (Release.IRON, Release.JAZZY),
         lambda f: (
-            "this release's gains and targets come from docking; newer releases choose "
-            "among several targets"
+            f"in {f.release} the Graceful controller has gains made for docking and steers to one "
+            "fixed target; newer releases choose among several targets"
         ),
         {S.WOBBLE_STRAIGHT: 0.7, S.CORNER_CUTTING: 0.3},
         (down("k_phi", 2.0), down("k_delta", 1.0), upgrade("kilted or newer")),
@@ -161,8 +168,8 @@ RULES = (
         "shim-on-short-paths",
         lambda f: f.is_kind("shim") and f.release < Release.JAZZY,
         lambda f: (
-            "before November 2024 the rotation shim did not turn the robot to a path that is "
-            "shorter than forward_sampling_distance, as near the goal"
+            "before November 2024 the rotation shim did not turn the robot when the path is "
+            "shorter than forward_sampling_distance, for example near the goal"
         ),
         {S.NO_TURNING: 0.55, S.GOAL_NOT_REACHED: 0.25},
         (
@@ -255,7 +262,10 @@ RULES = (
     Rule(
         "vector-pursuit-turns-past",
         lambda f: f.is_kind("vector_pursuit"),
-        lambda f: "vector_pursuit_controller of 2024 accelerates its turn whatever angle is left",
+        lambda f: (
+            "vector_pursuit_controller of 2024 does not slow its turn on the spot down before the "
+            "heading is reached"
+        ),
         {S.GOAL_OVERSHOOT: 0.7, S.SPINS: 0.4},
         (
             down("rotate_to_heading_angular_vel"),
@@ -268,7 +278,8 @@ RULES = (
         "limits-that-nobody-reads",
         lambda f: bool(_limits(f)),
         lambda f: (
-            f"{f.release} does not read {_first(_limits(f))}: the file limits no acceleration"
+            f"Nav2 {f.release} does not read {_first(_limits(f))}: nothing in the file limits "
+            "these accelerations"
         ),
         {S.STOP_START_JERK: 0.7, S.GOAL_OVERSHOOT: 0.6, S.COLLISION: 0.2},
         (upgrade("a release that reads them"), outside("lag")),

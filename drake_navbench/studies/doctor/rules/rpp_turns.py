@@ -26,7 +26,7 @@ RULES = (
             and f.controller("allow_reversing") is True
         ),
         lambda f: (
-            "use_rotate_to_heading and allow_reversing are both on, but they exclude each other"
+            "use_rotate_to_heading and allow_reversing are both on; RPP allows only one of them"
         ),
         {S.REVERSE_FAILURE: 1.0, S.SPINS: 0.5, S.NO_START: 0.5},
         (put("use_rotate_to_heading", False), put("allow_reversing", False)),
@@ -61,8 +61,8 @@ RULES = (
         lambda f: (
             "max_allowed_time_to_collision_up_to_carrot is "
             f"{f.controller('max_allowed_time_to_collision_up_to_carrot')} s: the robot "
-            "stops for collisions at the far end of arcs that it will not drive to their "
-            "end"
+            "stops for obstacles at the far end of an arc, although it would leave the arc "
+            "before"
         ),
         {S.DOOR_STOP: 0.9, S.STOP_START_JERK: 0.6, S.NO_RECOVERY: 0.5, S.NO_START: 0.4},
         (down("max_allowed_time_to_collision_up_to_carrot", 1.0),),
@@ -96,9 +96,9 @@ RULES = (
             and f.release <= Release.JAZZY
         ),
         lambda f: (
-            f"a turn of {f.controller('rotate_to_heading_angular_vel')} rad/s needs "
-            f"{_turn_to_stop_rad(f):.2f} rad to stop, but yaw_goal_tolerance is "
-            f"{f['goal_checker.yaw_goal_tolerance']} rad"
+            f"from {f.controller('rotate_to_heading_angular_vel')} rad/s the robot turns "
+            f"{_turn_to_stop_rad(f):.2f} rad farther before it stops, but yaw_goal_tolerance is "
+            f"only {f['goal_checker.yaw_goal_tolerance']} rad"
         ),
         {S.GOAL_OVERSHOOT: 0.8, S.GOAL_OSCILLATION: 0.6, S.SPINS: 0.4},
         (down("rotate_to_heading_angular_vel"), up("goal_checker.yaw_goal_tolerance")),

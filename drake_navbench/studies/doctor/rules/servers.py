@@ -47,7 +47,7 @@ RULES = (
         lambda f: f.number("controller_server.controller_frequency", 20.0) > 35.0,
         lambda f: (
             f"controller_frequency is {f['controller_server.controller_frequency']} Hz: "
-            "more than most computers keep"
+            "most computers cannot keep this rate"
         ),
         {S.LATE_CYCLES: 0.8, S.STOP_START_JERK: 0.4},
         (down("controller_server.controller_frequency", 20.0),),
@@ -73,9 +73,9 @@ RULES = (
             or f.number("controller_server.failure_tolerance") > 10.0
         ),
         lambda f: (
-            f"failure_tolerance is {f['controller_server.failure_tolerance']} s: control "
-            "cycles fail for longer than 10 s, or for ever if it is negative, before the "
-            "controller server gives up"
+            f"failure_tolerance is {f['controller_server.failure_tolerance']} s: when control "
+            "cycles fail, the controller server gives up only after this time, and never if it is "
+            "negative"
         ),
         {S.NO_RECOVERY: 0.7, S.GIVES_UP_LATE: 0.8},
         (down("controller_server.failure_tolerance", 0.3),),
@@ -155,8 +155,8 @@ RULES = (
             > 1
         ),
         lambda f: (
-            "use_sim_time is on for some nodes and off for others, unless the launch file "
-            "sets it for all nodes, as nav2_bringup's does"
+            "use_sim_time is true for some nodes and false for others; this is no fault if the "
+            "launch file sets it for all nodes, as nav2_bringup's does"
         ),
         {S.FALSE_ABORT: 0.8, S.NO_START: 0.8, S.LOCALIZATION_JUMPS: 0.5, S.IGNORES_OBSTACLES: 0.5},
         (outside("clock"),),

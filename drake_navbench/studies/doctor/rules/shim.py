@@ -25,12 +25,17 @@ def _others_topic(f: Facts) -> str:
     return str(f["bt_navigator.odom_topic"] or f["velocity_smoother.odom_topic"] or "")
 
 
+def _own_topic(f: Facts) -> str:
+    """Returns the odometry's topic that the controller server listens to."""
+    return str(f["controller_server.odom_topic"] or "odom")
+
+
 def _topics_differ(f: Facts) -> bool:
     """Tells whether the controller listens to other odometry than the rest.
 
     A name without a slash is within the node's namespace: 'odom' may be /robot/odom.
     """
-    own = str(f["controller_server.odom_topic"] or "odom")
+    own = _own_topic(f)
     other = _others_topic(f) or own
     namespace, _, last = other.rpartition("/")
     if own == last and any(
@@ -107,7 +112,7 @@ RULES = (
         lambda f: f.number("controller.forward_sampling_distance", 0.5) < 0.25,
         lambda f: (
             f"forward_sampling_distance is {f.controller('forward_sampling_distance')} m: "
-            "on a piece of the plan this short the shim takes noise for the heading"
+            "the shim takes the path's heading from a piece this short, which is mostly noise"
         ),
         {S.WOBBLE_STRAIGHT: 0.7, S.STOP_START_JERK: 0.7, S.SPINS: 0.7},
         (up("forward_sampling_distance", 0.5),),
@@ -119,7 +124,8 @@ RULES = (
         lambda f: f.number("controller.simulate_ahead_time", 1.0) > 1.8,
         lambda f: (
             f"simulate_ahead_time is {f.controller('simulate_ahead_time')} s: the shim "
-            "checks so much of the turn that a touch far round keeps it from starting"
+            "simulates so much of the turn that an obstacle near its end keeps the robot from "
+            "starting it"
         ),
         {S.NO_TURNING: 0.8, S.NO_START: 0.6, S.NO_RECOVERY: 0.6},
         (down("simulate_ahead_time", 1.0),),
@@ -133,9 +139,9 @@ RULES = (
             and f.number("controller.rotate_to_heading_angular_vel", 1.8) > 0.8
         ),
         lambda f: (
-            "up to Jazzy of 2024 the shim turns at "
+            "in Jazzy of 2024 and older the shim turns at "
             f"{f.controller('rotate_to_heading_angular_vel')} rad/s until the heading is "
-            "reached, without braking before"
+            "reached, and does not slow down before"
         ),
         {S.GOAL_OVERSHOOT: 1.0, S.GOAL_OSCILLATION: 0.6, S.SPINS: 0.4},
         (
@@ -150,12 +156,10 @@ RULES = (
         "odometry-of-another-topic",
         _topics_differ,
         lambda f: (
-            "controller_server.odom_topic is "
-            f"{f['controller_server.odom_topic'] or 'not given, so odom'}, but other nodes "
-            "of the file listen to "
-            f"{_others_topic(f)}: if "
-            "nothing publishes the first topic, the controller takes the measured speed as "
-            "0 m/s"
+            f"controller_server.odom_topic is {_own_topic(f)}"
+            f"{'' if f['controller_server.odom_topic'] else ' by default'}, but other nodes of the "
+            f"file listen to {_others_topic(f)}: if nothing publishes {_own_topic(f)}, the "
+            "controller takes the measured speed as 0 m/s"
         ),
         {
             S.TOO_SLOW: 0.6,

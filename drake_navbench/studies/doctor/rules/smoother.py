@@ -53,9 +53,9 @@ RULES = (
             < max(LATE_PERIODS * f.period_s + 0.02, 0.25)
         ),
         lambda f: (
-            f"velocity_timeout {f['velocity_smoother.velocity_timeout']} s: the velocity "
-            f"smoother stops the robot when a control cycle of {f.period_s:.3f} s comes a "
-            "few periods late"
+            f"velocity_timeout is {f['velocity_smoother.velocity_timeout']} s: the velocity "
+            "smoother stops the robot when the controller, with a period of "
+            f"{f.period_s:.3f} s, is a few periods late"
         ),
         {S.STOP_START_JERK: 1.0, S.TOO_SLOW: 0.3},
         (
@@ -98,8 +98,8 @@ RULES = (
             and (f.axis("velocity_smoother.min_velocity", 0) or 0.0) >= 0.0
         ),
         lambda f: (
-            "velocity_smoother.min_velocity forbids driving backward, for the behaviour "
-            "BackUp as well if the launch file routes its commands through the smoother"
+            "velocity_smoother.min_velocity allows no driving backward; this also stops the "
+            "behaviour BackUp if the launch file sends its commands through the smoother"
         ),
         {S.NO_RECOVERY: 1.0, S.REVERSE_FAILURE: 0.9},
         (down("velocity_smoother.min_velocity"),),
@@ -124,8 +124,8 @@ RULES = (
             and f["velocity_smoother.feedback"] in (None, "OPEN_LOOP")
         ),
         lambda f: (
-            "in open loop this release accelerates from the command after the deadband, so "
-            "from 0 in every cycle"
+            "in open loop this release applies deadband_velocity first and accelerates from the "
+            "result, so from 0 in every cycle"
         ),
         {S.STALL_BEFORE_GOAL: 1.0, S.NO_START: 1.0},
         (

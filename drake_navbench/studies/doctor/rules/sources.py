@@ -92,6 +92,29 @@ def _absolute(costmap: str) -> Callable[[Facts], str | None]:
     return lambda f: next((f"/{topic}" for topic in _relative(f, costmap).values()), None)
 
 
+def _told_band(sources: list[Source]) -> str:
+    """Returns in words why the band of heights of the first source holds no point."""
+    first = sources[0]
+    highest, lowest = first.number("max_obstacle_height"), first.number("min_obstacle_height")
+    default = "" if "max_obstacle_height" in first.given else ", Nav2's default where none is given"
+    what = "every point above the floor"
+    if lowest > 0.0:
+        what = f"every point, as min_obstacle_height is {lowest:g} m"
+    return (
+        f"max_obstacle_height of {_first([source.block for source in sources])} is {highest:g} m"
+        f"{default}: the layer drops {what}"
+    )
+
+
+def _told_topic(costmap: str, topics: dict[str, str]) -> str:
+    """Returns in words where Nav2 looks for the first topic without a slash."""
+    topic = next(iter(topics.values()))
+    return (
+        f"{_first([*topics])} is {topic}, without a slash before it: up to Jazzy the costmap "
+        f"listens to /{costmap}/{topic}, not to /{topic}"
+    )
+
+
 def _first(names: list[str]) -> str:
     return f"{names[0]}{f' (and {len(names) - 1} more)' if len(names) > 1 else ''}"
 
@@ -102,7 +125,7 @@ def _rules(costmap: str) -> tuple[Rule, ...]:
         Rule(
             f"never-updated-{costmap}",
             lambda f: f.raw.get(f"{costmap}.update_frequency") in (0, 0.0),
-            lambda f: f"{costmap}.update_frequency is 0 Hz: the costmap is never updated",
+            lambda f: f"{costmap}.update_frequency is 0 Hz: Nav2 never updates this costmap",
             {S.IGNORES_OBSTACLES: SURE, S.PLANNER_FAILS: SURE, S.NO_START: SURE, S.COLLISION: 1.3},
             (up(f"{costmap}.update_frequency", 5.0),),
             "nav2_costmap_2d: costmap_2d_ros.cpp, mapUpdateLoop",
@@ -110,20 +133,19 @@ def _rules(costmap: str) -> tuple[Rule, ...]:
         Rule(
             f"source-below-the-floor-{costmap}",
             lambda f: bool(_below_all(f, costmap)),
-            lambda f: (
-                f"{_first([s.block for s in _below_all(f, costmap)])} sees nothing above the "
-                "floor: its max_obstacle_height, without a line 0 m, ends there or below "
-                "min_obstacle_height"
-            ),
+            lambda f: _told_band(_below_all(f, costmap)),
             # A scan that is given at 0 m is seen.
             {S.IGNORES_OBSTACLES: 1.6, S.COLLISION: 0.6, S.NEAR_MISS: 0.4},
             (up(f"{costmap}.max_obstacle_height", 2.0), put(f"{costmap}.observation_sources")),
             CODE,
+            advice="write max_obstacle_height: 2.0 (m) into the block of this source",
         ),
         Rule(
             f"source-without-marking-{costmap}",
             lambda f: _all_blind(f, costmap),
-            lambda f: f"marking is off in every source of {costmap}: nothing is marked",
+            lambda f: (
+                f"marking is off in every source of {costmap}: no sensor marks obstacles there"
+            ),
             blind,
             (put(f"{costmap}.marking", True),),
             CODE,
@@ -132,8 +154,8 @@ def _rules(costmap: str) -> tuple[Rule, ...]:
             f"source-without-clearing-{costmap}",
             lambda f: bool(_never_clearing(f, costmap)),
             lambda f: (
-                f"no source of {costmap} clears (without a line, clearing is off): what was "
-                "marked once stays until the costmap is cleared"
+                f"no source of {costmap} sets clearing to true, and Nav2's default is false: a "
+                "marked obstacle stays until the whole costmap is cleared"
             ),
             {S.GHOST_OBSTACLES: SURE, S.PLANNER_FAILS: 1.0, S.NO_RECOVERY: 0.8, S.DOOR_STOP: 0.6},
             (put(f"{costmap}.clearing", True),),
@@ -142,10 +164,7 @@ def _rules(costmap: str) -> tuple[Rule, ...]:
         Rule(
             f"topic-below-the-costmap-{costmap}",
             lambda f: bool(_relative(f, costmap)),
-            lambda f: (
-                f"{_first([*_relative(f, costmap)])} has no slash at its beginning: up to Jazzy "
-                f"the costmap listens to /{costmap}/{next(iter(_relative(f, costmap).values()))}"
-            ),
+            lambda f: _told_topic(costmap, _relative(f, costmap)),
             blind | {S.GHOST_OBSTACLES: 0.3},
             (put(f"{costmap}.topic", _absolute(costmap)),),
             f"{CODE}; docs.nav2.org, migration to kilted",

@@ -100,8 +100,8 @@ def _not_loaded(place: str, symptoms: Mapping[Symptom, float]) -> Rule:
 
     def seen(f: Facts) -> str:
         told = {slip.name: slip.right for slip in slips(f)}
-        lines = (f"{name}, which {f.release} loads as {right}" for name, right in told.items())
-        return f"the file names {', '.join(lines)}: the server does not start"
+        lines = (f"{name} ({f.release} knows it as {right})" for name, right in told.items())
+        return f"the file asks for the plugin {', '.join(lines)}: the server does not start"
 
     return Rule(
         f"not-loaded-{place.partition('.')[0]}",
@@ -121,8 +121,11 @@ def _libraries(f: Facts) -> dict[str, str]:
 
 def _told_libraries(f: Facts) -> str:
     (name, fault), *others = _libraries(f).items()
-    more = f", as {len(others)} others" if others else ""
-    return f"plugin_lib_names: {name} {fault}{more}; the navigator does not start"
+    more = f" (and {len(others)} more names are wrong)" if others else ""
+    return (
+        f"bt_navigator.plugin_lib_names lists {name}, which {fault}{more}: bt_navigator does not "
+        "start"
+    )
 
 
 def _without_block(f: Facts, listed_in: str) -> list[str]:
@@ -146,8 +149,8 @@ def _listed_alone(listed_in: str, place: str) -> Rule:
         f"listed-without-a-type-{node}-{name}",
         lambda f: f.told.get("release") != "old" and bool(_without_block(f, listed_in)),
         lambda f: (
-            f"{listed_in} names {', '.join(_without_block(f, listed_in))}, of which the file has "
-            f"no block with a plugin: {node} does not start"
+            f"{listed_in} lists {', '.join(_without_block(f, listed_in))}, but the file has no "
+            f"block of that name with its plugin: {node} does not start"
         ),
         {S.NO_START: SURE, failing: 1.0},
         (put(place),),
@@ -185,6 +188,8 @@ RULES = (
         {S.NO_START: SURE},
         (put("bt_navigator.plugin_lib_names"),),
         "nav2_bt_navigator: bt_navigator.cpp; nav2_behavior_tree: CMakeLists.txt",
+        advice="delete these names from bt_navigator.plugin_lib_names; from Jazzy on it lists only "
+        "libraries of your own",
     ),
     *(_listed_alone(listed_in, place) for listed_in, place in LISTS.items()),
     Rule(
@@ -202,8 +207,8 @@ RULES = (
         "bringup-starts-more",
         lambda f: bool(_not_started(f)),
         lambda f: (
-            f"nav2_bringup of {f.release} starts {' and '.join(_not_started(f))} as well, for "
-            "which the file has no parameters: it fails, and the whole bringup is aborted"
+            f"nav2_bringup of {f.release} also starts {' and '.join(_not_started(f))}, but the "
+            "file has no parameters for it: it fails, and nav2_bringup stops all nodes"
         ),
         {S.NO_START: 0.6},
         (add("collision_monitor"), add("docking_server")),
@@ -229,8 +234,8 @@ RULES = (
         "costmap-named-once",
         lambda f: bool(_named_once(f)),
         lambda f: (
-            f"the parameters of {', '.join(_named_once(f))} are read by nobody: its node has this "
-            "name twice, as its namespace and as its own"
+            f"no node reads the parameters of {', '.join(_named_once(f))}: a costmap's name is "
+            "its namespace and its node's name, so the file must give it twice"
         ),
         {S.IGNORES_OBSTACLES: SURE, S.COLLISION: 1.3, S.PLANNER_FAILS: 1.0, S.NO_START: 0.8},
         (put("local_costmap.plugins"),),
