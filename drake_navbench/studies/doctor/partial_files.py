@@ -181,6 +181,8 @@ def _place(name: str, known: Mapping[str, Any]) -> str:
         return shortened(f"{first}.{OTHER_NAMES.get(rest, rest)}")
     own = f"{CONTROLLER}.{name}"
     last = name.rpartition(".")[2]
+    if name == "plugin":
+        return own
     checked = [f"{server}.{last}" for server in SERVERS if f"{server}.{last}" in known]
     # TEB and DWB have tolerances of their own, but the checkers' decide.
     of_a_checker = [place for place in checked if place.partition(".")[0].endswith("checker")]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from fnmatch import fnmatchcase
 from functools import cache
 from typing import NamedTuple
@@ -10,7 +10,6 @@ from typing import NamedTuple
 from drake_navbench.plugins.releases import Release
 from drake_navbench.studies.doctor.attempts import is_among, named_in, tried_in_vain
 from drake_navbench.studies.doctor.causes import RELEASE, Cause, Direction
-from drake_navbench.studies.doctor.clues import factor_for, favours_of
 from drake_navbench.studies.doctor.complaints import ALSO, causes_by_words
 from drake_navbench.studies.doctor.facts import CONTROLLER, Facts
 from drake_navbench.studies.doctor.far_values import far_values
@@ -123,21 +122,19 @@ def _needs_left_out(facts: Facts, rule: Rule) -> bool:
 
 
 class Words(NamedTuple):
-    """A user's words, read: factors of causes, and the names of parameters."""
+    """The parameters that a user names: all, and those changed without success."""
 
-    favours: list[Mapping[str, float]]
     named: frozenset[str]
     in_vain: frozenset[str]
 
     @classmethod
     def of(cls, text: str) -> Words:
-        """Returns the factors and the names in a user's words."""
-        return cls(favours_of(text), named_in(text), tried_in_vain(text))
+        """Returns the names in a user's words."""
+        return cls(named_in(text), tried_in_vain(text))
 
     def factor(self, cause: Cause) -> float:
-        """Returns by how much the words make a cause likelier."""
-        tried = TRIED if is_among(cause, self.in_vain) else 1.0
-        return tried * factor_for(cause, self.favours)
+        """Returns the factor of a cause: `TRIED` if its change was tried without success."""
+        return TRIED if is_among(cause, self.in_vain) else 1.0
 
 
 def suspicions_of(facts: Facts, symptom: Symptom, words: str = "") -> list[Suspicion]:

@@ -122,7 +122,7 @@ def test_the_command_reads_a_file(tmp_path, capsys):
     assert main([str(path), "--read-only", "--symptom", "collision"]) == 0
     told = capsys.readouterr().out
     assert "mppi-centre-alone" in told
-    assert "1. set CostCritic.consider_footprint to true" in told
+    assert "1. set FollowPath.CostCritic.consider_footprint to true" in told
     assert max(map(len, told.splitlines())) <= 80
 
 
@@ -170,6 +170,11 @@ def test_a_value_that_the_user_names_is_a_cause_without_a_suspect_of_it():
     assert ("controller.k_phi", Direction.DOWN) in places
     places = [c.key for c in ranked(**named, parameters={}, culprits={})]
     assert ("controller.k_phi", Direction.DOWN) not in places
+
+
+def test_a_bare_plugin_is_the_controllers():
+    given = facts_of_values("RPP", "humble", {"plugin": "dwb_core::DWBLocalPlanner"}).given
+    assert given == {"controller.plugin"}
 
 
 def test_what_the_user_tried_in_vain_counts_less():

@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-import fnmatch
-
 import pytest
 from doctor_texts import DWB, DWB_BLOCK, RPP, RPP_BLOCK, nav2_text
 
 from drake_navbench.studies.doctor.causes import Direction
-from drake_navbench.studies.doctor.clues import all_clues
 from drake_navbench.studies.doctor.files import Patient
 from drake_navbench.studies.doctor.partial_files import kind_in
-from drake_navbench.studies.doctor.reading import RULES, suspicions_of
-from drake_navbench.studies.doctor.suspects import all_suspects
+from drake_navbench.studies.doctor.reading import suspicions_of
 from drake_navbench.studies.doctor.symptoms import Symptom
 
 LAYER = {
@@ -99,7 +95,7 @@ def test_words_about_fast_turns_speak_for_slower_ones(scores):
         scores(Symptom.LOCALIZATION_JUMPS, words, DWB_BLOCK, DWB)[down]
         for words in ("loses its pose", "loses its pose when it turns too fast")
     )
-    assert told > 2.0 * plain
+    assert told > 1.5 * plain
 
 
 @pytest.mark.parametrize(
@@ -121,18 +117,6 @@ def test_a_message_of_nav2_speaks_for_its_few_causes(scores, symptom, words, fir
     assert max(found, key=lambda key: found[key])[0] == first
     silent = scores(Symptom(symptom))
     assert max(silent, key=lambda key: silent[key])[0] != first
-
-
-def test_every_clue_speaks_for_a_cause_that_is_known():
-    causes = [suspect.cause for suspect in all_suspects()]
-    causes += [cause for rule in RULES for cause in rule.cures]
-    for clue in all_clues():
-        for glob in clue.favours:
-            place, _, direction = glob.partition(":")
-            assert any(
-                fnmatch.fnmatchcase(cause.place, place) and direction in ("", cause.direction)
-                for cause in causes
-            ), f"{clue.words}: {glob}"
 
 
 def test_of_a_shim_and_another_controller_the_other_drives():
