@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import ndimage
 
 from drake_navbench.kernels.astar import FOUND, search
 from drake_navbench.kernels.distance_field import DistanceField
@@ -20,13 +19,9 @@ from drake_navbench.kernels.read_only import read_only
 
 Array = NDArray[np.float64]
 
-# Ways keep off obstacles by costs that fall to 0 over a distance, m, with this weight. They keep to
-# the plan: at d m off it each metre costs more by a share of d. Both values (distance, share) are
-# for searches from afar and near the obstacle, where a long robot needs room to turn.
-FROM_AFAR, FROM_NEAR = (0.3, 0.25), (0.4, 0.0)
+# Ways keep off obstacles by costs that fall to 0 over INFLATION_M, with this weight.
+INFLATION_M = 0.4
 TRAVEL_MULTIPLIER = 4.0
-# Farther than this along the plan to the obstacle is afar, m.
-AFAR_M = 0.6
 # Nav2's smoother of grid paths: tolerance m, most sweeps, both weights, passes after the first.
 SMOOTHING = (1e-4, 1000, 0.2, 0.3, 2)
 NO_OUTLINE = np.empty((0, 2))
@@ -44,16 +39,9 @@ OFF_DETOUR_M = 0.2
 START_FREE_M = 0.15
 
 
-def detour_costs(
-    field: DistanceField, clearance: float, start: Array, ahead: Array, blocked_m: float
-) -> NDArray[np.uint8]:
-    """Returns (rows, columns) costs: INSCRIBED nearer than `clearance` m to obstacles.
-
-    ahead: (P, 2) m, the plan. blocked_m: along it to the obstacle.
-    """
-    inflation_m, off_share = FROM_AFAR if blocked_m > AFAR_M else FROM_NEAR
-    missing = np.maximum(1.0 - (field.distances - clearance) / inflation_m, 0.0)
-    missing += off_share / TRAVEL_MULTIPLIER * off_plan(field, ahead)
+def detour_costs(field: DistanceField, clearance: float, start: Array) -> NDArray[np.uint8]:
+    """Returns (rows, columns) costs: INSCRIBED nearer than `clearance` m to obstacles."""
+    missing = 1.0 - (field.distances - clearance) / INFLATION_M
     costs = np.clip((INSCRIBED - 1) * missing, FREE, INSCRIBED - 1).astype(np.uint8)
     costs[field.distances < clearance] = INSCRIBED
     rows, columns = np.indices(costs.shape)
@@ -62,16 +50,6 @@ def detour_costs(
     is_here = np.hypot(x - start[0], y - start[1]) <= START_FREE_M
     costs[is_here & (costs == INSCRIBED) & (field.distances > 0.0)] = INSCRIBED - 1
     return costs
-
-
-def off_plan(field: DistanceField, points: Array) -> Array:
-    """Returns (rows, columns) m the distance of cells to those that hold points (P, 2) m."""
-    is_off = np.ones(field.distances.shape, dtype=np.bool_)
-    for point in points:
-        column, row = _cell_of(field, point)
-        if column >= 0:
-            is_off[row, column] = False
-    return np.asarray(field.resolution * ndimage.distance_transform_edt(is_off))
 
 
 def beyond_map(field: DistanceField) -> DistanceField:
@@ -149,38 +127,27 @@ def distances_at(field: DistanceField, points: Array) -> Array:
 
 
 def find_detour(
-    plan: Array,
-    global_plan: Array,
-    field: DistanceField,
-    clearance: float,
-    start: Array,
-    blocked_m: float = np.inf,
+    plan: Array, global_plan: Array, field: DistanceField, clearance: float, start: Array
 ) -> Array | None:
     """Returns (M, 3) a way from a point (2,) m to the plan behind its points without room, or None.
 
     It ends at the first point that it can reach, unless a later one makes the whole way shorter by
     more than WORTH_M. Except near its start it is at least `clearance` m from obstacles. It may
-    lead beyond the map. blocked_m: along the plan to the obstacle.
+    lead beyond the map.
     """
-    beyond = _find_on(plan, global_plan, beyond_map(field), clearance, start, blocked_m)
+    beyond = _find_on(plan, global_plan, beyond_map(field), clearance, start)
     if beyond is None or path_length(beyond) <= LONGEST_BEYOND_M:
         return beyond
-    return _find_on(plan, global_plan, field, clearance, start, blocked_m)
+    return _find_on(plan, global_plan, field, clearance, start)
 
 
 def _find_on(
-    plan: Array,
-    global_plan: Array,
-    field: DistanceField,
-    clearance: float,
-    start: Array,
-    blocked_m: float,
+    plan: Array, global_plan: Array, field: DistanceField, clearance: float, start: Array
 ) -> Array | None:
     ends, stations = points_behind(plan, global_plan, field, clearance)
     if not len(ends):
         return None
-    ahead = whole_plan(plan, global_plan)
-    costs = detour_costs(field, clearance, start, ahead, blocked_m)
+    costs = detour_costs(field, clearance, start)
     ways = [_way_between(costs, field, start, end) for end in ends[:MOST_ENDS]]
     lengths = np.array([np.inf if way is None else path_length(way) for way in ways])
     lengths -= stations[:MOST_ENDS]

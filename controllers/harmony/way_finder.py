@@ -161,7 +161,7 @@ class WayFinder:
         """
         position, goal = observation.pose[:2], observation.goal[:2]
         plans = observation.plan, observation.global_plan
-        detour = find_detour(*plans, field, self._detour_clearance, position, way.blocked_m)
+        detour = find_detour(*plans, field, self._detour_clearance, position)
         is_stuck = memory.is_trapped and way.nears_goal
         if detour is None and is_stuck and np.hypot(*(goal - position)) > field.resolution:
             return read_only(path_from_polyline(np.stack([position, goal]), field.resolution))
