@@ -1,9 +1,9 @@
-"""harmony among people: the eleven living scenarios, with and without tracking, beside rivals.
+"""harmony among people: the eleven living scenarios, beside four rivals.
 
 `python studies/harmony_living.py FILE --rounds N` drives them and prints a table; with --judge it
 drives nothing. A round is one trial of every scenario by each of the columns, from campaign seed
-500 on. FILE gets a line a trial, and the drive goes on where FILE ends. The rule by which the rows
-decide on `track_moving` is in docs/harmony.md.
+500 on. FILE gets a line a trial, and the drive goes on where FILE ends. What the rows decide is in
+docs/harmony.md.
 """
 
 from __future__ import annotations
@@ -31,13 +31,8 @@ FIRST_SEED = 500
 SCAN = {"inf_is_valid": True, "clearing": True, "max_obstacle_height": 2.0}
 CLEARING = {"obstacle_layer": {"observation_sources": {"scan": SCAN}}}
 CLEARED = {"navigation": {"local_costmap": CLEARING, "global_costmap": CLEARING}}
-PLAIN, CLEARS, TRACKS = "harmony", "harmony, clearing", "harmony, clearing, tracking"
-# Our columns: of the controller, and whether beams without a hit clear cells.
-OURS = {
-    PLAIN: ("harmony", False),
-    CLEARS: ("harmony", True),
-    TRACKS: ("harmony:track_moving=true", True),
-}
+# The columns: of the controller, and whether beams without a hit clear cells.
+OURS = {"harmony": ("harmony", False), "harmony, clearing": ("harmony", True)}
 OTHERS = {name: (RIVALS[name], False) for name in ("rpp", "dwb", "teb", "mppi_nav2")}
 KEPT = ["identity", "scenario", "seed", "column", "outcome", "time_to_goal_s", "min_clearance_m"]
 
@@ -121,21 +116,18 @@ def main() -> None:
     parser.add_argument("file", type=Path)
     parser.add_argument("--rounds", type=int, default=4)
     parser.add_argument("--first-round", type=int, default=0)
-    parser.add_argument("--rivals", action="store_true", help="the rivals too")
     parser.add_argument("--judge", action="store_true", help="drives nothing")
     arguments = parser.parse_args()
     if not arguments.judge:
-        columns = OURS | OTHERS if arguments.rivals else OURS
         for number in range(arguments.first_round, arguments.first_round + arguments.rounds):
-            drive_round(arguments.file, number, columns)
+            drive_round(arguments.file, number, OURS | OTHERS)
     rows = pd.read_csv(arguments.file)
     require_no_errors(rows, arguments.file)
-    for columns in (OURS, OURS | OTHERS):
-        whole = whole_rounds(rows, list(columns))
-        if len(whole):
-            print(markdown(table(whole)), "\n")
-            for other in list(columns)[1:]:
-                print(compared(whole, TRACKS if other == CLEARS else PLAIN, other), "\n")
+    whole = whole_rounds(rows, list(OURS | OTHERS))
+    print(markdown(table(whole)), "\n")
+    for ours in OURS:
+        for other in OTHERS:
+            print(compared(whole, ours, other), "\n")
 
 
 if __name__ == "__main__":

@@ -46,7 +46,6 @@ from drake_navbench.controllers.harmony.prediction import (
     with_command,
 )
 from drake_navbench.controllers.harmony.scene import Limits, make_start
-from drake_navbench.controllers.harmony.tracking import followed, moving_things
 from drake_navbench.controllers.harmony.way import is_trapped
 from drake_navbench.controllers.harmony.way_finder import FoundWay, WayFinder
 from drake_navbench.errors import InputError
@@ -62,8 +61,6 @@ Array = NDArray[np.float64]
 FOLLOWING_S, FOLLOWING_MPS, FOLLOWING_RADPS = 0.05, 0.03, 0.05
 # The command of the stop plan.
 REST = read_only(np.zeros(2))
-# Moving things farther from the outline than this do not matter to a stop, m.
-MOVING_NEAR_M = 3.0
 # A cycle is late after LATE_RATIO periods. The next one is then expected to be as late, up to
 # LONGEST_INTERVAL_S.
 LATE_RATIO, LONGEST_INTERVAL_S = 1.5, 0.5
@@ -74,15 +71,13 @@ SHOWN_STOP_STRIDE = 10
 class Check(NamedTuple):
     """The gatekeeper's conditions for every motion of a cycle.
 
-    edges: (E, 4) of lethal cells. moving: (D, 6) of things that move, see `is_clear_of_moving`,
-    when the next command arrives. bound: least gap of a robot at rest, m. state: (5,) of the base
-    then. interval_s: the time for which that command holds. is_on_map: whether the base is on a
-    free cell of the map; nothing is accepted elsewhere. response: the base's likeliest one.
-    possible: (M, 3) the responses that it may have, see `possible_bases`.
+    edges: (E, 4) of lethal cells. bound: least gap of a robot at rest, m. state: (5,) of the base
+    when the next command arrives. interval_s: the time for which that command holds. is_on_map:
+    whether the base is on a free cell of the map; nothing is accepted elsewhere. response: the
+    base's likeliest one. possible: (M, 3) the responses that it may have, see `possible_bases`.
     """
 
     edges: Array
-    moving: Array
     bound: float
     state: Array
     interval_s: float
@@ -140,10 +135,7 @@ class Harmony:
         sent = memory.sent
         if parameters.latency is None:
             sent = observed(sent, self._response, observation.twist, observation.time_s)
-        tracks = memory.tracks
-        if parameters.track_moving:
-            tracks = followed(tracks, observation.costmap, observation.pose[:2])
-        memory = memory._replace(sent=sent, tracks=tracks)
+        memory = memory._replace(sent=sent)
         memory = memory._replace(learnt=self._learnt(observation, memory))
         check = self._check(observation, memory)
         start = self._start(observation, memory, check)
@@ -158,10 +150,8 @@ class Harmony:
             driven=memory.plan,
             elapsed_s=observation.time_s - memory.time_s,
         )
-        notes = self._notes(candidate, found, len(check.moving))
-        gives_up = not found.is_open and found.blocked_m <= parameters.give_up_distance
-        # Things that move will be gone soon, so the robot waits for them.
-        if gives_up and len(check.moving) == 0:
+        notes = self._notes(candidate, found)
+        if not found.is_open and found.blocked_m <= parameters.give_up_distance:
             raise CollisionAhead(
                 f"the plan is blocked {found.blocked_m:.2f} m ahead and the map has no way past "
                 f"shorter than {self._way_finder.longest_m:.1f} m",
@@ -221,7 +211,6 @@ class Harmony:
         )
         return Check(
             edges,
-            self._moving(memory, observation.time_s + latency_s, state),
             self._parameters.error_bound_m,
             state,
             self._interval_s(observation, memory),
@@ -238,14 +227,6 @@ class Harmony:
         speed, turn_rate = np.abs(np.vstack([check.state[3:], velocities])).max(axis=0)
         reach_m = self._setup.circumscribed_radius_m
         return check.bound + prediction_error(check.possible, speed, turn_rate, reach_m)
-
-    def _moving(self, memory: HarmonyMemory, time_s: float, state: Array) -> Array:
-        """Returns (D, 6) the things that move near the robot then, see `is_clear_of_moving`."""
-        things = moving_things(memory.tracks, time_s)
-        reach_m = self._setup.circumscribed_radius_m + MOVING_NEAR_M
-        is_near = np.hypot(things[:, 0] - state[0], things[:, 1] - state[1]) <= reach_m
-        growth = np.full(int(is_near.sum()), self._parameters.moving_growth)
-        return np.column_stack([things[is_near], growth])
 
     def _interval_s(self, observation: Observation, memory: HarmonyMemory) -> float:
         """Returns the time for which the next command will hold, s.
@@ -293,7 +274,6 @@ class Harmony:
         return int(
             accepted_cycles(
                 check.edges,
-                check.moving,
                 self._outline,
                 self._setup.circumscribed_radius_m,
                 self._bound(check, plan[:, V : W + 1]),
@@ -339,8 +319,7 @@ class Harmony:
         was verified in the last cycle.
         """
         since_s = memory.refused_since_s
-        if since_s is None or len(check.moving) > 0:
-            # Patience begins when nothing moves nearby any more.
+        if since_s is None:
             since_s = observation.time_s
         if observation.time_s - since_s >= self._parameters.patience:
             stopped = self._stopped(observation, memory)
@@ -366,9 +345,7 @@ class Harmony:
         sent = with_command(memory.sent, observation.twist, observation.time_s, REST)
         return memory._replace(plan=None, sent=sent)
 
-    def _notes(
-        self, candidate: Candidate | None, found: FoundWay, moving_count: int
-    ) -> dict[str, Any]:
+    def _notes(self, candidate: Candidate | None, found: FoundWay) -> dict[str, Any]:
         """Returns the diagnostics that the log keeps of every cycle."""
         return {
             "is_solved": candidate is not None and candidate.solved,
@@ -376,7 +353,6 @@ class Harmony:
             "cost": candidate.cost if candidate else None,
             "violation": candidate.violation if candidate else None,
             "blocked_m": found.blocked_m if np.isfinite(found.blocked_m) else None,
-            "moving_count": moving_count,
             "detour_m": None if found.detour is None else path_length(found.detour),
         }
 

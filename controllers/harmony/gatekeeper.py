@@ -14,9 +14,9 @@ import math
 import numpy as np
 from numba import njit
 
-from drake_navbench.controllers.harmony.base_response import follow_then_brake, steps_in
+from drake_navbench.controllers.harmony.base_response import follow_then_brake
 from drake_navbench.kernels.grid import LETHAL, world_to_cell
-from drake_navbench.kernels.outline_distance import outline_to_circles, outline_to_edges
+from drake_navbench.kernels.outline_distance import outline_to_edges
 from drake_navbench.kernels.poses import place_point
 
 # Larger gaps count as this one: the check makes no larger steps, m.
@@ -112,30 +112,6 @@ def is_clear(edges, outline, reach, poses, bound):
 
 
 @njit(cache=True)
-def is_clear_of_moving(moving, outline, poses, step_s, bound):
-    """Returns whether an outline stays more than `bound` m away from moving discs along poses.
-
-    poses: (M, 3), one each `step_s`. moving: (D, 6) x m, y m, velocity m/s along x and y, radius
-    m at the first pose, and m/s by which the radius grows, since a person may turn aside.
-    """
-    placed, disc = np.empty_like(outline), np.empty((1, 3))
-    for m in range(poses.shape[0] if moving.shape[0] else 0):
-        cosine, sine = math.cos(poses[m, 2]), math.sin(poses[m, 2])
-        for k in range(outline.shape[0]):
-            placed[k, 0], placed[k, 1] = place_point(
-                outline[k, 0], outline[k, 1], poses[m, 0], poses[m, 1], cosine, sine
-            )
-        time_s = m * step_s
-        for d in range(moving.shape[0]):
-            disc[0, 0] = moving[d, 0] + time_s * moving[d, 2]
-            disc[0, 1] = moving[d, 1] + time_s * moving[d, 3]
-            disc[0, 2] = moving[d, 4] + time_s * moving[d, 5]
-            if outline_to_circles(placed, disc, math.inf) <= bound:
-                return False
-    return True
-
-
-@njit(cache=True)
 def is_on_free_cell(grid, x, y):
     """Returns whether a point m lies on a cell of the map that is not lethal.
 
@@ -148,21 +124,16 @@ def is_on_free_cell(grid, x, y):
 
 
 @njit(cache=True)
-def accepted_cycles(
-    edges, moving, outline, reach, bound, response, state, plan, dt, period_s, longest
-):
+def accepted_cycles(edges, outline, reach, bound, response, state, plan, dt, period_s, longest):
     """Returns the number of cycles for which a plan may be followed before braking, or 0.
 
     Tries the whole plan first, then ever shorter parts, down to one cycle, which must be free in
-    any case. moving: see `is_clear_of_moving`. state: (5,) of the base. longest: cycles of the
-    whole plan.
+    any case. state: (5,) of the base. longest: cycles of the whole plan.
     """
-    step_s = period_s / steps_in(period_s)
     cycles, accepted = np.int64(1), 0
     while accepted < cycles:
         poses = follow_then_brake(response, state, plan, dt, period_s, cycles)
-        is_free = is_clear(edges, outline, reach, poses, bound)
-        if is_free and is_clear_of_moving(moving, outline, poses, step_s, bound):
+        if is_clear(edges, outline, reach, poses, bound):
             if accepted == 1:
                 return cycles
             accepted, cycles = 1, longest

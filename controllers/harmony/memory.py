@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 
 from drake_navbench.controllers.harmony.learning import Learnt
 from drake_navbench.controllers.harmony.prediction import Sent
-from drake_navbench.controllers.harmony.tracking import NO_TRACKS, Tracks
 
 Array = NDArray[np.float64]
 
@@ -20,8 +19,8 @@ class HarmonyMemory(NamedTuple):
     plan: (N + 1, 9) the committed plan, or None where the last command was not a plan's.
     time_s: when it was committed. sent: the last commands. refused_since_s: since when no new
     plan has been accepted; None if the last one was. is_trapped: the last
-    plan got nowhere. detour: (M, 3) the way out of a trap, or None. tracks: the clusters of the
-    costmap, followed to see which move. learnt: the errors of the base's candidates.
+    plan got nowhere. detour: (M, 3) the way out of a trap, or None. learnt: the errors of the
+    base's candidates.
     """
 
     plan: Array | None = None
@@ -30,5 +29,4 @@ class HarmonyMemory(NamedTuple):
     refused_since_s: float | None = None
     is_trapped: bool = False
     detour: Array | None = None
-    tracks: Tracks = NO_TRACKS
     learnt: Learnt | None = None

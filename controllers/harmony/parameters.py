@@ -182,17 +182,6 @@ class HarmonyParameters(ControllerParameters):
         description="Largest error of these three, as a share of them; what the base's answers to "
         "commands leave of it is added to the error bound, by the speed [-].",
     )
-    track_moving: bool = Field(
-        False,
-        description="Follow what moves in the local costmap, so that the emergency stop ends "
-        "before anybody can be there; pieces of walls are taken for moving things now and then.",
-    )
-    moving_growth: Speed = Field(
-        0.3,
-        ge=0.0,
-        description="Speed at which the place where somebody may be grows around the place "
-        "where they would be at constant velocity [m/s].",
-    )
     give_up_distance: Length = Field(
         0.6,
         ge=0.0,

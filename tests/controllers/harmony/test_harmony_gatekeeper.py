@@ -28,7 +28,6 @@ OUTLINE = np.array([[0.85, 0.3], [0.85, -0.3], [-0.25, -0.3], [-0.25, 0.3]])
 REACH_M = math.hypot(0.85, 0.3)
 WALL = (1.5, -1.0, 1.6, 1.0)
 # Nothing moves.
-NOBODY = np.empty((0, 6))
 DT, PERIOD_S = 0.1, 0.05
 
 
@@ -106,7 +105,7 @@ def accepted(distance_m, bound=0.03, v=0.5):
     """For how many cycles a drive straight at a wall so far ahead may be followed."""
     state = np.array([1.5 - 0.85 - distance_m, 0.0, 0.0, v, 0.0])
     return accepted_cycles(
-        edges_with(WALL), NOBODY, OUTLINE, REACH_M, bound, WHEELCHAIR, state, straight_plan(v),
+        edges_with(WALL), OUTLINE, REACH_M, bound, WHEELCHAIR, state, straight_plan(v),
         DT, PERIOD_S, 60,
     )  # fmt: skip
 
@@ -139,7 +138,7 @@ def test_to_brake_after_one_cycle_must_be_free_where_to_follow_for_longer_is():
     assert least[1] < 0.09 < 0.1 < min(least[3], least[7])
     for bound, cycles in ((0.09, 0), (0.08, 7)):
         assert cycles == accepted_cycles(
-            edges, NOBODY, OUTLINE, REACH_M, bound, WHEELCHAIR, state, plan, DT, PERIOD_S, 7
+            edges, OUTLINE, REACH_M, bound, WHEELCHAIR, state, plan, DT, PERIOD_S, 7
         )
 
 
