@@ -107,7 +107,7 @@ def delay_lanes(velocities, history):
             velocities[t, lane] = history[t]
 
 
-@njit(cache=True)
+@njit(cache=True, forceinline=True)
 def _step_row(start_x, start_y, start_yaw, vx, vy, wz, dt, holonomic, x, y, yaw):
     """Integrates one step of explicit Euler over a row of lanes."""
     if holonomic:

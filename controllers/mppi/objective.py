@@ -80,7 +80,7 @@ def _between_centres(field, x, y):
     return along_x, along_y, is_between
 
 
-@njit(cache=True)
+@njit(cache=True, forceinline=True)
 def interpolate(field, x, y):
     """Returns (value, d/dx, d/dy) of the field between cell centres; flat beyond the outer ones."""
     values, resolution = field.costs, field.resolution
@@ -100,7 +100,7 @@ def interpolate(field, x, y):
     return low + b * (high - low), slope_x / resolution, (high - low) / resolution
 
 
-@njit(cache=True)
+@njit(cache=True, forceinline=True)
 def field_twist(field, x, y):
     """Returns the field's mixed second derivative d2f/dxdy, its only one within a cell."""
     values, resolution = field.costs, field.resolution
@@ -157,7 +157,7 @@ def poses_along(situation, sequence):
     return poses
 
 
-@njit(cache=True)
+@njit(cache=True, forceinline=True)
 def pose_terms(situation, weights, t, pose):
     """Returns the terms of one pose and their derivatives by x, y, yaw."""
     x, y, yaw = pose[0], pose[1], pose[2]
@@ -261,7 +261,7 @@ def _position_adjoints(situation, weights, sequence, poses):
     return adjoints
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", forceinline=True)
 def _pose_curvature(situation, weights, t, pose, steps):
     """Returns the second derivatives of a pose's terms by (x, x), (x, y), (y, y) and (yaw, yaw)."""
     reference = situation.references[t]

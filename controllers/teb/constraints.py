@@ -120,7 +120,7 @@ def _fill_accelerations(first_row, rates, start, end, slopes, time_steps, values
             jacobian[row, k] = -after / (step * span) - 0.5 * acceleration / span
 
 
-@njit(cache=True)
+@njit(cache=True, forceinline=True)
 def _fill_pose_clearances(first_row, i, poses, discs, obstacles, share, slack, rows):
     """Fills one row for each disc at pose i: its distance to obstacles plus its slack.
 

@@ -36,7 +36,7 @@ class Weights(NamedTuple):
     slack: float
 
 
-@njit(cache=True)
+@njit(cache=True, forceinline=True)
 def _add_to_pose(gradient, i, m, slope_x, slope_y, slope_yaw):
     """Adds the slopes of pose i to the gradient, unless the pose is given."""
     x, y, yaw = pose_columns(i, m)

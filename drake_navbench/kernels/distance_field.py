@@ -162,7 +162,7 @@ def _neighbours(index, count):
     )
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", forceinline=True)
 def sample_distance(field, x, y):
     """Returns (distance m, d/dx, d/dy) at the point (x, y) m by quadratic B-splines.
 

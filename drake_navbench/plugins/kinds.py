@@ -168,14 +168,7 @@ class PluginKind:
         Neither the module nor the packages that contain it are imported: code that is not ours runs
         only when a user names its plugin.
         """
-        parts = _installed(self.group)[name][0].module.split(".")
-        path, spec = None, None
-        for end in range(1, len(parts) + 1):
-            spec = _find_spec(".".join(parts[:end]), path)
-            if spec is None:
-                return None
-            path = spec.submodule_search_locations
-        return Path(spec.origin).parent if spec and spec.origin else None
+        return _folder(_installed(self.group)[name][0].module)
 
     def load_all(
         self, check: Callable[[str, Any], Any] = lambda name, loaded: loaded
@@ -215,6 +208,7 @@ def _all_installed() -> Mapping[str, Mapping[str, tuple[EntryPoint, ...]]]:
 def forget_installed() -> None:
     """Makes the next look-up read the installed packages again, such as after an installation."""
     _all_installed.cache_clear()
+    _folder.cache_clear()
 
 
 def _has_own(loaded: Any, member: str, base: type) -> bool:
@@ -242,6 +236,19 @@ def foreign_plugins() -> Iterator[tuple[str, str, Origin]]:
 def is_ours(module: str) -> bool:
     """Returns whether a module belongs to this package, and not to a plugin of others."""
     return module.partition(".")[0] == OUR_PACKAGE
+
+
+@cache
+def _folder(module: str) -> Path | None:
+    """Returns the folder of a module, None where it is not found; nothing is imported."""
+    parts = module.split(".")
+    path, spec = None, None
+    for end in range(1, len(parts) + 1):
+        spec = _find_spec(".".join(parts[:end]), path)
+        if spec is None:
+            return None
+        path = spec.submodule_search_locations
+    return Path(spec.origin).parent if spec and spec.origin else None
 
 
 def _find_spec(name: str, path: Any) -> ModuleSpec | None:

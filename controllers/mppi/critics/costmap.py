@@ -153,7 +153,7 @@ def add_cell_scores(view, score, step, in_float32, x, y, sums):
             _add_score_row(view.values, score, cells, sums[block])
 
 
-@njit(cache=True)
+@njit(cache=True, forceinline=True)
 def _add_score_row(values, score, cells, sums):
     for lane in range(LANES):
         sums[lane] += score[values[cells[lane]]]
@@ -389,7 +389,7 @@ def _require_outline(name: str, parameters: Any, context: CriticContext) -> None
         )
 
 
-@njit(cache=True)
+@njit(cache=True, forceinline=True)
 def _find_cell_row(view, in_float32, x, y, cells):
     if in_float32:
         _float32_cell_row(view, x, y, cells)
@@ -397,7 +397,7 @@ def _find_cell_row(view, in_float32, x, y, cells):
         _float64_cell_row(view, x, y, cells)
 
 
-@njit(cache=True)
+@njit(cache=True, forceinline=True)
 def _float32_cell_row(view, x, y, cells):
     grid = view.grid
     _cell_row(
@@ -412,13 +412,13 @@ def _float32_cell_row(view, x, y, cells):
     )
 
 
-@njit(cache=True)
+@njit(cache=True, forceinline=True)
 def _float64_cell_row(view, x, y, cells):
     grid = view.grid
     _cell_row(grid.origin_x, grid.origin_y, grid.resolution, view.rows, view.columns, x, y, cells)
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", forceinline=True)
 def _cell_row(origin_x, origin_y, resolution, rows, columns, x, y, cells):
     """Writes the index into `MapView.values` of each lane's point, in the origin's precision."""
     outside_cell = np.int32(rows * columns)
