@@ -63,18 +63,21 @@ class Experiment:
         """Whether the budget was too short for all trials."""
         return self._race.is_out_of_time
 
-    def run(self, suspicions: Sequence[Suspicion]) -> None:
+    def run(self, suspicions: Sequence[Suspicion], first: Sequence[Suspicion] = ()) -> None:
         """Tries the suspicions in their order, then pairs of the best.
 
-        After a batch with a change that is shown to take the symptom away none is driven.
+        After a batch with a change that is shown to take the symptom away none is driven. first: of
+        each of these, one change is in the first batch before all, so that it is named before
+        others that do as much.
         """
         raw = self._raw
-        batch: list[Candidate] = []
+        batch = [c for suspicion in first for c in self._candidates(suspicion)[0][:1]]
+        known = [c.trial.changes for c in batch]
         room = MOST_CHANGES - PAIRED_BEST
         for number, suspicion in enumerate(suspicions, 1):
             candidates, told = self._candidates(suspicion)
             raw += told
-            batch += candidates
+            batch += [c for c in candidates if c.trial.changes not in known]
             is_last = number == len(suspicions) or len(batch) >= room
             if len(batch) >= TOGETHER or (is_last and batch):
                 raw += self._race.run(batch[:room])

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 from drake_navbench.inputs.scenario import Scenario
 from drake_navbench.studies.doctor.change import Judged, judge
-from drake_navbench.studies.doctor.differences import with_differences
+from drake_navbench.studies.doctor.differences import ways_back, with_differences
 from drake_navbench.studies.doctor.driving import (
     SEARCH_SEED,
     Driver,
@@ -217,7 +217,8 @@ def _treat(found: Visit, patient: Patient, words: str, driver: Driver, *, seed: 
         patient, found.facts, found.treated, probes, driver, seed=seed + SEARCH_SEED
     )
     try:
-        experiment.run(with_differences(found.suspicions, found.facts))
+        suspicions = with_differences(found.suspicions, found.facts)
+        experiment.run(suspicions, ways_back(suspicions, found.facts))
     finally:
         # The changes that were tried until Ctrl-C count, too.
         found.tried = experiment.tried

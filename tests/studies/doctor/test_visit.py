@@ -16,7 +16,7 @@ from drake_navbench.studies.doctor.causes import Cause, Direction
 from drake_navbench.studies.doctor.change import judge
 from drake_navbench.studies.doctor.cures import Trial
 from drake_navbench.studies.doctor.detectors import detectors_digest
-from drake_navbench.studies.doctor.differences import with_differences
+from drake_navbench.studies.doctor.differences import ways_back, with_differences
 from drake_navbench.studies.doctor.driving import FRESH_SEED, Driver
 from drake_navbench.studies.doctor.experiment import TOGETHER, Experiment
 from drake_navbench.studies.doctor.files import Patient
@@ -233,6 +233,42 @@ def test_after_a_batch_with_a_change_that_takes_the_symptom_away_none_is_driven(
     # Of those that do the same, the likeliest three are driven to the end.
     assert [entry.reason == "" for entry in one_batch].count(True) == MOST_TO_THE_END
     assert one_batch[0].pairs == 12
+
+
+def test_of_changes_that_do_the_same_the_way_back_from_an_abnormal_value_is_named_first(patient):
+    # Nav2's progress checker waits 10 s, the file's 20 s.
+    facts = patient.facts()
+    compensation = Suspicion(Cause("controller.wz_std", Direction.DOWN), 0.9, ())
+    patience = Cause("progress_checker.movement_time_allowance", Direction.DOWN)
+    suspicions = [compensation, Suspicion(patience, 0.1, ())]
+    experiment = Experiment(
+        patient, facts, Symptom.WOBBLE_STRAIGHT, list(PROBES.values()), Counted(9.5, 0.0), seed=0
+    )
+    experiment.run(suspicions, ways_back(suspicions, facts))
+    first, second = (e for e in experiment.tried if e.verdict is Verdict.SHOWN)
+    assert (first.trial.told, second.suspicion.cause) == (
+        "controller_server.progress_checker.movement_time_allowance: 10.0", compensation.cause,
+    )  # fmt: skip
+    # Nav2's value is driven once, though it is the third step of the suspect as well.
+    changes = [dict(entry.trial.changes) for entry in experiment.tried]
+    assert len(changes) == len({str(change) for change in changes})
+
+
+def test_in_a_file_that_departs_from_nav2_in_many_values_none_is_set_back_first(patient):
+    def back(**values):
+        patient.paths[0].write_text(nav2_text(MPPI_BLOCK | values, plugin=MPPI))
+        facts = replace(patient).facts()
+        return {
+            s.cause.place.partition(".")[2]: (s.cause.to, s.reasons[0])
+            for s in ways_back(with_differences([], facts), facts)
+        }
+
+    # The file itself has twice Nav2's patience and 0.3 m in place of 0.5 m of progress. A limit of
+    # motion counts from five times on, since robots differ: Nav2 has 1.9 rad/s.
+    usual = {"movement_time_allowance", "required_movement_radius"}
+    assert set(back()) == set(back(wz_max=0.5)) == usual
+    assert back(wz_max=0.3)["wz_max"] == (1.9, "Nav2 or nav2_bringup has 1.9.")
+    assert back(wz_max=0.3, gamma=0.15) == {}
 
 
 @pytest.mark.parametrize(("after", "pairs"), [(0.4, 1), (0.0, 0)])
@@ -481,6 +517,26 @@ def test_a_change_that_brings_a_touch_does_not_help(patient):
     found = judged(patient, ["wobble_straight"], ["collision"], Symptom.WOBBLE_STRAIGHT)
     assert found.worse[0] == "collision"
     assert not found.helps
+
+
+def test_where_the_best_change_brings_a_touch_the_next_one_is_judged_and_offered(patient):
+    class Mixed(Rows):
+        def drive_together(self, presets, probes, trials, *, seed, must=False):
+            rows = super().drive_together(presets, probes, trials, seed=seed)
+            if next(order):
+                rows[1] = [row | {"severity": {"collision": 2.0}} for row in rows[1]]
+            return rows
+
+    # Of each change: two seeds of its probe, eight of them, and the other probes.
+    order = iter([False, False, True, False, False, False])
+    shown = [tried(2.0, 0.0, 0.001, verdict=Verdict.SHOWN)] * 2
+    driver = Mixed(["wobble_straight"], [])
+    found = visits.Visit(patient.facts(), probes=PROBES, treated=Symptom.WOBBLE_STRAIGHT)
+    found.judged = list(
+        judge(patient, shown, Symptom.WOBBLE_STRAIGHT, PROBES, ["straight"], driver, seed=0)
+    )
+    assert [entry.worse for entry in found.judged] == [["collision"], []]
+    assert found.cure is found.judged[1]
 
 
 def test_a_touch_outweighs_what_comes_instead_and_the_price_is_told(patient):
