@@ -51,6 +51,8 @@ it does harm. Written before anything was driven:
   and chance (about 1%). *A crash* would look so: the command ends with the program's message, and
   the fault counts as missed in every row; a single trial that fails is neither a symptom nor a
   cure.
+- *Slip*: the census of 2033 ended at MPPI's `model_dt` of 5 ms, which the file's reader takes and
+  the controller refuses. Since then such a value counts as refused, too.
 - *Seed 2033*, written before any of its faults was read or driven, for the doctor of the commit
   that adds this: it sets the abnormal values of a file back to Nav2's before all, if these are
   three at most, and names such a change before others that take the symptom away as well. Draw,
@@ -91,6 +93,7 @@ from planted_faults import (
 )
 from planted_faults_driven import patient_and_driver, score_lines, visited_by
 
+from drake_navbench.errors import InputError
 from drake_navbench.studies.doctor.cures import trials_of
 from drake_navbench.studies.doctor.differences import with_differences
 from drake_navbench.studies.doctor.driving import Row, shows
@@ -222,7 +225,20 @@ def _screen(
 def _strengths(controller: str, place: str, value: Any, is_up: bool) -> list[Fault]:
     """Returns the faults of a parameter that the file's reader takes, the mildest first."""
     faults = (spoilt_by(controller, place, value, is_up, factor) for factor in (MILD, STRONG))
-    return [f for f in dict.fromkeys(faults) if f.spoilt != value and is_read(f)]
+    return [f for f in dict.fromkeys(faults) if f.spoilt != value and is_read(f) and _is_taken(f)]
+
+
+def _is_taken(fault: Fault) -> bool:
+    """Tells whether the controller takes a fault's value; MPPI refuses a `model_dt` of 5 ms."""
+    with tempfile.TemporaryDirectory() as folder:
+        patient, driver = patient_and_driver(spoilt_file(fault), Path(folder))
+        columns = patient.columns()
+        probes = probes_for(columns.setup.robot, 0.3, seed=0)
+        try:
+            driver.check(patient.chosen(columns), [probes["door_rough"]], seed=0)
+        except InputError:
+            return False
+    return True
 
 
 def _mildest(faults: list[Fault], folder: Path, sound: set[str], seed: int) -> dict[str, Any]:
