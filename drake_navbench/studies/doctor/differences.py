@@ -29,6 +29,8 @@ OF_LIMITS = (
     "max_vel*", "*_vel", "*speed*", "v[xy]_max", "wz_max", "v_linear*", "v_angular*", "acc_lim*",
     "decel_lim*", "a[xyz]_max", "a[xyz]_min", "*_accel", "*_decel", "*_range",
 )  # fmt: skip
+# Switches that are not turned off, though Nav2 has them off: they keep the robot from a touch.
+CHECKS = ("*collision*", "*footprint*", "*obstacle*", "*marking*")
 # From these ratios to Nav2's values on a value is abnormal: any, and the robot's own limits of
 # motion and ranges, since the speeds of robots differ by less. In a file with more abnormal values
 # than `MOST_BACK` being abnormal tells nothing: of 111 public files with a known cure half have 13
@@ -102,7 +104,8 @@ def _differences(facts: Facts) -> Iterator[Suspicion]:
         value = facts[place]
         if isinstance(value, bool):
             usual = usual_switches(facts.kinds).get(place)
-            if usual and value not in usual:
+            is_check = value and any(fnmatchcase(place, pattern) for pattern in CHECKS)
+            if usual and value not in usual and not is_check:
                 why = f"Nav2 and nav2_bringup have {str(not value).lower()}."
                 cause = Cause(place, Direction.SET, not value, why, SOURCE)
                 yield Suspicion(cause, SWITCH_SCORE, (why,))

@@ -22,6 +22,7 @@ from drake_navbench.studies.doctor.experiment import TOGETHER, Experiment
 from drake_navbench.studies.doctor.files import Patient
 from drake_navbench.studies.doctor.page import write_outputs
 from drake_navbench.studies.doctor.probes import LONGEST_S, MAKERS, ROUGH, probes_for
+from drake_navbench.studies.doctor.proposals import read_proposals
 from drake_navbench.studies.doctor.race import MOST_TO_THE_END
 from drake_navbench.studies.doctor.reading import Suspicion, findings_of, suspicions_of
 from drake_navbench.studies.doctor.symptoms import Symptom
@@ -252,6 +253,35 @@ def test_of_changes_that_do_the_same_the_way_back_from_an_abnormal_value_is_name
     # Nav2's value is driven once, though it is the third step of the suspect as well.
     changes = [dict(entry.trial.changes) for entry in experiment.tried]
     assert len(changes) == len({str(change) for change in changes})
+
+
+@pytest.mark.parametrize(
+    ("after", "told"),
+    [
+        (0.0, "shown (severity 2.00 -> 0.00 in 12 pairs, corrected p = 0.047)"),
+        # A fifth less is no cure; it is driven to the end though others take all away.
+        (1.6, "not shown (severity 2.00 -> 1.60 in 12 pairs, corrected p = 0.047)"),
+    ],
+)
+def test_what_the_user_proposes_is_tried_first_and_gets_a_verdict(patient, after, told):
+    trials = read_proposals(["FollowPath.CostCritic.consider_footprint=true"], patient)
+
+    class Mixed(Counted):
+        def drive(self, preset, probes, trials, *, seed, must=False):
+            critic = preset.parameters.model_dump()["CostCritic"]
+            self.severity = after if critic["consider_footprint"] else 0.0
+            return super().drive(preset, probes, trials, seed=seed)
+
+    driver = Mixed(9.5, 0.0)
+    found = visits.Visit(
+        patient.facts(), asked=Symptom.WOBBLE_STRAIGHT, probes=PROBES, proposed=trials
+    )
+    found.rows = driver.drive(patient.chosen(patient.columns()), PROBES.values(), 2, seed=0)
+    found.seen = {Symptom.WOBBLE_STRAIGHT: list(PROBES)}
+    visits._treat(found, patient, "", driver, seed=0)
+    assert f"Your proposal, FollowPath.CostCritic.consider_footprint = true: {told}." in verdict(
+        found
+    )
 
 
 def test_in_a_file_that_departs_from_nav2_in_many_values_none_is_set_back_first(patient):
@@ -636,6 +666,17 @@ def test_a_speed_beyond_what_the_file_lets_through_is_a_difference(patient):
     # The controller asks for 0.5 m/s.
     assert speeds(max_velocity=[0.25, 0.0, 1.0], min_velocity=[-0.25, 0.0, -1.0]) == [0.25]
     assert speeds(max_velocity=[0.5, 0.0, 1.0], min_velocity=[-0.5, 0.0, -1.0]) == []
+
+
+def test_a_check_that_nav2_has_off_is_not_turned_off(patient):
+    def switches(is_on):
+        block = MPPI_BLOCK | {"CostCritic": {"consider_footprint": is_on, "enabled": False}}
+        patient.paths[0].write_text(nav2_text(block, plugin=MPPI))
+        found = with_differences([], replace(patient).facts())
+        return {s.cause.place for s in found if s.cause.direction is Direction.SET}
+
+    # Nav2 has the outline's check off and the critic on.
+    assert switches(is_on=True) == switches(is_on=False) == {"controller.CostCritic.enabled"}
 
 
 def test_a_limit_of_motion_is_tried_before_unusual_values_if_it_is_far_else_when_all_else_was(
