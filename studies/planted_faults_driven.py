@@ -53,6 +53,7 @@ from planted_faults import (
 from drake_navbench.analysis.statistics import share_interval
 from drake_navbench.processes.machine import available_cores
 from drake_navbench.studies.doctor.change import CHANCE
+from drake_navbench.studies.doctor.differences import ways_back, with_differences
 from drake_navbench.studies.doctor.driving import FRESH_SEED, Driver, Row, shows
 from drake_navbench.studies.doctor.files import Patient, speed_asked
 from drake_navbench.studies.doctor.probes import probes_for
@@ -141,6 +142,8 @@ def visited_by(fault: Fault, complaint: Symptom, folder: Path) -> dict[str, Any]
     causes = [entry.suspicion.cause for entry in found.shown]
     back = [_is_back(cause.place, cause.direction, fault, facts) for cause in causes]
     read = found.suspicions[0].cause if found.suspicions else None
+    suspicions = with_differences(found.suspicions, facts)
+    first_back = [suspicion.cause for suspicion in ways_back(suspicions, facts)]
     row: dict[str, Any] = {
         "first": back[:1] == [True],
         "among": any(back),
@@ -148,6 +151,7 @@ def visited_by(fault: Fault, complaint: Symptom, folder: Path) -> dict[str, Any]
         "gone": found.cure is not None,
         "change": found.cure.trial.told if found.cure is not None else "",
         "farthest": _farthest(facts, fault),
+        "abnormal": any(_is_back(c.place, c.direction, fault, facts) for c in first_back[:1]),
         "read": read is not None and _is_back(read.place, read.direction, fault, facts),
         "candidates": sum(entry.pairs > 0 for entry in found.tried),
         "trials": driver.driven,
@@ -229,6 +233,7 @@ def driven_lines(faults: list[Fault]) -> Iterator[str]:
 
 def score_lines(visited: list[dict[str, Any]]) -> Iterator[str]:
     cured = [row for row in visited if row["gone"]]
+    odd = [row for row in visited if "abnormal" in row]
     yield from ["", "| of the harmful ones | number | of | 95% | goal |", "|---|---|---|---|---|"]
     for told, rows, key, goal in (
         ("the first cause shown is the spoilt parameter", visited, "first", "90%"),
@@ -238,6 +243,7 @@ def score_lines(visited: list[dict[str, Any]]) -> Iterator[str]:
         ("of these, nothing else is worse on further seeds", cured, "fine", "100%"),
         ("the first suspect by reading alone, with the symptom", visited, "read", ""),
         ("no skill: the value farthest from Nav2's default", visited, "farthest", ""),
+        ("the likeliest abnormal value, nothing driven", odd, "abnormal", ""),
     ):
         if rows:
             count = sum(bool(COUNTED.get(key, itemgetter(key))(row)) for row in rows)

@@ -8,6 +8,7 @@ from __future__ import annotations
 import argparse
 import re
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -26,6 +27,7 @@ from drake_navbench.plugins.releases import Release
 
 if TYPE_CHECKING:
     from drake_navbench.studies.doctor.bag import BagReport
+    from drake_navbench.studies.doctor.cures import Trial
     from drake_navbench.studies.doctor.files import Patient
     from drake_navbench.studies.doctor.surroundings import Surroundings
     from drake_navbench.studies.doctor.symptoms import Symptom
@@ -35,6 +37,8 @@ examples:
   drake-navbench doctor nav2_params.yaml --robot turtlebot4 --read-only
   drake-navbench doctor nav2_params.yaml --robot turtlebot4 --out doctor/ \\
       --symptom wobble_straight --told "swings on the way to the goal"
+  drake-navbench doctor nav2_params.yaml --robot turtlebot4 --out doctor/ \\
+      --symptom collision --try FollowPath.CostCritic.consider_footprint=true
   drake-navbench doctor --package my_robot_ws/src --read-only
   drake-navbench doctor --score cases.yaml --files cases/ --page score.md
 
@@ -121,6 +125,12 @@ def _add_visit(parser: argparse.ArgumentParser) -> None:
         _duration,
         600.0,
     )
+    option(
+        "--try PARAMETER=VALUE ...",
+        "changes that you propose, such as FollowPath.lookahead_dist=0.8 or "
+        "local_costmap.width=4: tried before all others, each gets a verdict",
+        dest="proposals",
+    )
     option("--seed SEED", "seed of the whole visit (0)", whole_number, 0)
     option("--jobs N", "parallel workers (all cores)", positive_number)
     option(
@@ -192,7 +202,8 @@ def _require_options_that_are_used(arguments: argparse.Namespace) -> None:
 
 
 def _option(name: str) -> str:
-    return "--files" if name == "case_files" else f"--{name.replace('_', '-')}"
+    called = {"case_files": "--files", "proposals": "--try"}
+    return called.get(name, f"--{name.replace('_', '-')}")
 
 
 def _doctor(arguments: argparse.Namespace) -> int:
@@ -225,10 +236,11 @@ def _doctor(arguments: argparse.Namespace) -> int:
     report = _examine_bag(arguments)
     if symptom is None and report is not None:
         symptom = report.weightiest
+    proposed = _proposed(arguments, patient)
     _read(patient, symptom, arguments)
     if arguments.read_only:
         return EXIT_DONE
-    return _visit(patient, symptom, arguments, report)
+    return _visit(patient, symptom, arguments, report, proposed)
 
 
 def _with_package(arguments: argparse.Namespace) -> argparse.Namespace:
@@ -307,6 +319,12 @@ def _patient(arguments: argparse.Namespace) -> Patient:
     )
 
 
+def _proposed(arguments: argparse.Namespace, patient: Patient) -> list[Trial]:
+    from drake_navbench.studies.doctor.proposals import read_proposals
+
+    return read_proposals(arguments.proposals, patient)
+
+
 def _symptom(arguments: argparse.Namespace) -> Symptom | None:
     from drake_navbench.studies.doctor.symptoms import symptom_called
 
@@ -339,6 +357,7 @@ def _visit(
     symptom: Symptom | None,
     arguments: argparse.Namespace,
     report: BagReport | None,
+    proposed: Sequence[Trial],
 ) -> int:
     """Drives, prints the verdict and writes the page; returns the exit status."""
     from drake_navbench.processes.machine import available_cores
@@ -368,6 +387,7 @@ def _visit(
         driver,
         seed=arguments.seed,
         around=_surroundings(patient, arguments, report),
+        proposed=proposed,
     )
     print_text("\n".join(["", *wrapped(verdict(found), rest=""), ""]))
     for path in write_outputs(found, patient, arguments.out, driver):

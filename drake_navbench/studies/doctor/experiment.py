@@ -63,18 +63,27 @@ class Experiment:
         """Whether the budget was too short for all trials."""
         return self._race.is_out_of_time
 
-    def run(self, suspicions: Sequence[Suspicion]) -> None:
+    def run(
+        self,
+        suspicions: Sequence[Suspicion],
+        first: Sequence[Suspicion] = (),
+        proposed: Sequence[Trial] = (),
+    ) -> None:
         """Tries the suspicions in their order, then pairs of the best.
 
-        After a batch with a change that is shown to take the symptom away none is driven.
+        After a batch with a change that is shown to take the symptom away none is driven. proposed:
+        the user's changes, which are in the first batch before all. first: of each of these, one
+        change follows, so that it is named before others that do as much.
         """
         raw = self._raw
-        batch: list[Candidate] = []
+        batch = [c for trial in proposed for c in self._proposed(trial)]
+        batch += [c for suspicion in first for c in self._candidates(suspicion)[0][:1]]
+        known = [c.trial.changes for c in batch]
         room = MOST_CHANGES - PAIRED_BEST
         for number, suspicion in enumerate(suspicions, 1):
             candidates, told = self._candidates(suspicion)
             raw += told
-            batch += candidates
+            batch += [c for c in candidates if c.trial.changes not in known]
             is_last = number == len(suspicions) or len(batch) >= room
             if len(batch) >= TOGETHER or (is_last and batch):
                 raw += self._race.run(batch[:room])
@@ -85,6 +94,16 @@ class Experiment:
                 break
         if not self.is_out_of_time:
             raw += self._race.run(self._pairs_of(raw))
+
+    def _proposed(self, trial: Trial) -> list[Candidate]:
+        """Returns a change of the user to drive; none, but an entry, if no trial depends on it."""
+        suspicion = Suspicion(trial.cause, 1.0, (trial.cause.why,))
+        candidate, reason = self._candidate(suspicion, trial)
+        if candidate is None:
+            self._raw.append(Tried(suspicion, trial, Verdict.NOT_TRIED, reason=reason))
+            return []
+        candidate.is_proposed = True
+        return [candidate]
 
     def _candidates(self, suspicion: Suspicion) -> tuple[list[Candidate], list[Tried]]:
         """Returns the changes to drive for a cause, and entries for those that are not driven."""

@@ -56,7 +56,8 @@ CUTS_SHORT = (
 class Candidate:
     """A change that is being tried. rows: of the changed file, in the pairs driven so far.
 
-    left: why no more of its trials are driven; '' where they are.
+    left: why no more of its trials are driven; '' where they are. is_proposed: whether the user
+    proposed it and wants a verdict, whatever other changes do.
     """
 
     suspicion: Suspicion
@@ -64,6 +65,7 @@ class Candidate:
     after: Preset
     rows: list[Row] = field(default_factory=list)
     left: str = ""
+    is_proposed: bool = False
 
     @property
     def is_alive(self) -> bool:
@@ -174,6 +176,8 @@ class Race:
         done: set[tuple[str, Any]] = set()
         for candidate in alive:
             key = candidate.suspicion.cause.key
+            if candidate.is_proposed:
+                continue
             if key in done:
                 candidate.left = "another value does as much in the first pairs"
             elif len(done) >= MOST_TO_THE_END or falls[id(candidate)] <= least:

@@ -7,7 +7,8 @@ from dataclasses import dataclass, field
 
 from drake_navbench.inputs.scenario import Scenario
 from drake_navbench.studies.doctor.change import Judged, judge
-from drake_navbench.studies.doctor.differences import with_differences
+from drake_navbench.studies.doctor.cures import Trial
+from drake_navbench.studies.doctor.differences import ways_back, with_differences
 from drake_navbench.studies.doctor.driving import (
     SEARCH_SEED,
     Driver,
@@ -26,6 +27,8 @@ from drake_navbench.studies.doctor.surroundings import Surroundings
 from drake_navbench.studies.doctor.symptoms import Symptom
 from drake_navbench.studies.doctor.tried import Tried, Verdict
 
+# What the file's check says of a scan that lies beyond the heights of a layer.
+LIDAR_HEIGHT = "the lidar's height"
 # Seeds in which every probe is driven at first.
 FIRST_SEEDS = 2
 # The seeds, in all, of a probe of whose first trials only some show a symptom.
@@ -67,8 +70,8 @@ class Visit:
 
     seen: by symptom, the probes that show it in at least half of their seeds. treated: the symptom
     whose causes were tried; None if none was seen. bar: severity from which on a trial counts as
-    showing it; below 1 the sign is weak. around: the user's map, base and computer. seed: of the
-    first look.
+    showing it; below 1 the sign is weak. around: the user's map, base and computer. proposed: the
+    user's own changes, tried before all. seed: of the first look.
     """
 
     facts: Facts
@@ -83,6 +86,7 @@ class Visit:
     judged: list[Judged] = field(default_factory=list)
     probes: Mapping[str, Scenario] = field(default_factory=dict)
     around: Surroundings = field(default_factory=Surroundings)
+    proposed: Sequence[Trial] = ()
     seed: int = 0
     is_out_of_time: bool = False
     is_interrupted: bool = False
@@ -109,13 +113,15 @@ def visit(
     *,
     seed: int,
     around: Surroundings | None = None,
+    proposed: Sequence[Trial] = (),
 ) -> Visit:
     """Returns the findings of a visit; if it ends early, those up to then.
 
-    around: the user's map, base and computer, with which the probes are driven.
+    around: the user's map, base and computer, with which the probes are driven. proposed: the
+    user's own changes.
     """
     facts = patient.facts()
-    found = Visit(facts, asked=asked, around=around or Surroundings(), seed=seed)
+    found = Visit(facts, asked=asked, around=around or Surroundings(), proposed=proposed, seed=seed)
     found.findings = findings_of(facts)
     try:
         _look(found, patient, driver, seed=seed)
@@ -131,6 +137,8 @@ def _look(found: Visit, patient: Patient, driver: Driver, *, seed: int) -> None:
     columns = patient.columns()
     preset = patient.chosen(columns)
     robot = columns.setup.robot
+    for line in told_blindness(found.facts):
+        driver.tell(line)
     found.probes = probes_for(robot, speed_asked(found.facts, robot), found.around, seed=seed)
     count = len(found.probes) * FIRST_SEEDS
     driver.tell(
@@ -160,6 +168,18 @@ def told_failures(rows: Sequence[Row]) -> list[str]:
     return [
         f"{len(failed)} of {len(rows)} trials of the unchanged file failed and show nothing "
         f"({names}): {failed[0]['reason']}"
+    ]
+
+
+def told_blindness(facts: Facts) -> list[str]:
+    """Returns a sentence for each layer of a costmap that does not see the probes' lidar.
+
+    The lidar is the robot file's; the user's own may be lower.
+    """
+    return [
+        f"{place} is {remark}; give --robot a file with your own lidar's height"
+        for place, remark in facts.doubts.items()
+        if LIDAR_HEIGHT in remark
     ]
 
 
@@ -217,7 +237,8 @@ def _treat(found: Visit, patient: Patient, words: str, driver: Driver, *, seed: 
         patient, found.facts, found.treated, probes, driver, seed=seed + SEARCH_SEED
     )
     try:
-        experiment.run(with_differences(found.suspicions, found.facts))
+        suspicions = with_differences(found.suspicions, found.facts)
+        experiment.run(suspicions, ways_back(suspicions, found.facts), found.proposed)
     finally:
         # The changes that were tried until Ctrl-C count, too.
         found.tried = experiment.tried

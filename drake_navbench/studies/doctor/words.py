@@ -9,13 +9,23 @@ from drake_navbench.studies.doctor.change import Judged
 from drake_navbench.studies.doctor.cures import Trial
 from drake_navbench.studies.doctor.symptoms import LOOKS_LIKE, Symptom
 from drake_navbench.studies.doctor.tried import Tried, Verdict
-from drake_navbench.studies.doctor.visit import Visit, told_failures
+from drake_navbench.studies.doctor.visit import Visit, told_blindness, told_failures
 
 MOST_NAMED = 3
 
 
 def verdict(visit: Visit) -> str:
-    """Returns the verdict of a visit in a few sentences."""
+    """Returns the verdict of a visit in a few sentences, the last on what the user proposed."""
+    return " ".join([_verdict(visit), *(_proposal_told(visit, trial) for trial in visit.proposed)])
+
+
+def _proposal_told(visit: Visit, trial: Trial) -> str:
+    entry = next((entry for entry in visit.tried if entry.trial is trial), None)
+    what = "not tried" if entry is None else f"{entry.verdict} ({evidence(entry)})"
+    return f"Your proposal, {change_told(trial)}: {what}."
+
+
+def _verdict(visit: Visit) -> str:
     if visit.treated is None:
         return _nothing_seen(visit)
     weak = "" if visit.bar == 1.0 else f"there is a weak sign ({visit.bar:.0%} of the threshold): "
@@ -164,6 +174,7 @@ def assumed(visit: Visit, robot: str) -> list[str]:
         "no Nav2 file contains them.",
         *visit.around.remarks,
         *cycles,
+        *told_blindness(visit.facts),
         *told_failures(visit.rows),
         "A symptom counts as worse if two more trials show it than before, since one may be "
         "chance; a touch counts from one more trial on.",

@@ -75,12 +75,37 @@ def test_progress_tells_the_expected_time_and_the_rest_of_the_budget(tmp_path):
     assert driver.told_time(34).startswith("about 17 s;")
 
 
+def test_a_layer_that_ends_below_the_borrowed_lidar_is_told_before_anything_is_driven(
+    file, tmp_path, driven, capsys
+):
+    # The Jackal's lidar is at 0.33 m.
+    file.write_text(file.read_text().replace("obstacle_height: 2.0", "obstacle_height: 0.32"))
+    out = tmp_path / "visit"
+    main([str(file), "--robot", "jackal", "--out", str(out)])
+    told = "obstacle_layer.scan.max_obstacle_height is not around 0.33 m, the lidar's height"
+    printed = " ".join(capsys.readouterr().out.split())
+    assert printed.index(told) < printed.index("driving 34 trials")
+    assert told in (out / "doctor.html").read_text().replace("&#x27;", "'")
+
+
 @pytest.mark.parametrize(
     ("text", "options", "told"),
     [
         ("", ["--symptom", "dances", "--read-only"], "--symptom 'dances': unknown class of sympt"),
         (RPP, ["--out", "o"], "{path}, line 20: controller_server.ros__parameters.FollowPath."),
         ("", ["--bag", "none", "--read-only"], "none: "),
+        ("", ["--out", "o", "--try", "lookahead"], "--try 'lookahead': expected PARAMETER=VALUE"),
+        (
+            "",
+            ["--out", "o", "--try", "FollowPath.lookahead_dist=0.6"],
+            "--try 'FollowPath.lookahead_dist=0.6': the file has this value already",
+        ),
+        (
+            "",
+            ["--out", "o", "--try", "FollowPath.lookahead_dist=long"],
+            "--try 'FollowPath.lookahead_dist=long': ",
+        ),
+        ("", ["--read-only", "--try", "local_costmap.width=4"], "--try: is of no use with --read"),
     ],
 )
 def test_an_input_that_cannot_be_used_is_one_line(

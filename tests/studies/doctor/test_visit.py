@@ -16,12 +16,13 @@ from drake_navbench.studies.doctor.causes import Cause, Direction
 from drake_navbench.studies.doctor.change import judge
 from drake_navbench.studies.doctor.cures import Trial
 from drake_navbench.studies.doctor.detectors import detectors_digest
-from drake_navbench.studies.doctor.differences import with_differences
+from drake_navbench.studies.doctor.differences import ways_back, with_differences
 from drake_navbench.studies.doctor.driving import FRESH_SEED, Driver
 from drake_navbench.studies.doctor.experiment import TOGETHER, Experiment
 from drake_navbench.studies.doctor.files import Patient
 from drake_navbench.studies.doctor.page import write_outputs
 from drake_navbench.studies.doctor.probes import LONGEST_S, MAKERS, ROUGH, probes_for
+from drake_navbench.studies.doctor.proposals import read_proposals
 from drake_navbench.studies.doctor.race import MOST_TO_THE_END
 from drake_navbench.studies.doctor.reading import Suspicion, findings_of, suspicions_of
 from drake_navbench.studies.doctor.symptoms import Symptom
@@ -233,6 +234,71 @@ def test_after_a_batch_with_a_change_that_takes_the_symptom_away_none_is_driven(
     # Of those that do the same, the likeliest three are driven to the end.
     assert [entry.reason == "" for entry in one_batch].count(True) == MOST_TO_THE_END
     assert one_batch[0].pairs == 12
+
+
+def test_of_changes_that_do_the_same_the_way_back_from_an_abnormal_value_is_named_first(patient):
+    # Nav2's progress checker waits 10 s, the file's 20 s.
+    facts = patient.facts()
+    compensation = Suspicion(Cause("controller.wz_std", Direction.DOWN), 0.9, ())
+    patience = Cause("progress_checker.movement_time_allowance", Direction.DOWN)
+    suspicions = [compensation, Suspicion(patience, 0.1, ())]
+    experiment = Experiment(
+        patient, facts, Symptom.WOBBLE_STRAIGHT, list(PROBES.values()), Counted(9.5, 0.0), seed=0
+    )
+    experiment.run(suspicions, ways_back(suspicions, facts))
+    first, second = (e for e in experiment.tried if e.verdict is Verdict.SHOWN)
+    assert (first.trial.told, second.suspicion.cause) == (
+        "controller_server.progress_checker.movement_time_allowance: 10.0", compensation.cause,
+    )  # fmt: skip
+    # Nav2's value is driven once, though it is the third step of the suspect as well.
+    changes = [dict(entry.trial.changes) for entry in experiment.tried]
+    assert len(changes) == len({str(change) for change in changes})
+
+
+@pytest.mark.parametrize(
+    ("after", "told"),
+    [
+        (0.0, "shown (severity 2.00 -> 0.00 in 12 pairs, corrected p = 0.047)"),
+        # A fifth less is no cure; it is driven to the end though others take all away.
+        (1.6, "not shown (severity 2.00 -> 1.60 in 12 pairs, corrected p = 0.047)"),
+    ],
+)
+def test_what_the_user_proposes_is_tried_first_and_gets_a_verdict(patient, after, told):
+    trials = read_proposals(["FollowPath.CostCritic.consider_footprint=true"], patient)
+
+    class Mixed(Counted):
+        def drive(self, preset, probes, trials, *, seed, must=False):
+            critic = preset.parameters.model_dump()["CostCritic"]
+            self.severity = after if critic["consider_footprint"] else 0.0
+            return super().drive(preset, probes, trials, seed=seed)
+
+    driver = Mixed(9.5, 0.0)
+    found = visits.Visit(
+        patient.facts(), asked=Symptom.WOBBLE_STRAIGHT, probes=PROBES, proposed=trials
+    )
+    found.rows = driver.drive(patient.chosen(patient.columns()), PROBES.values(), 2, seed=0)
+    found.seen = {Symptom.WOBBLE_STRAIGHT: list(PROBES)}
+    visits._treat(found, patient, "", driver, seed=0)
+    assert f"Your proposal, FollowPath.CostCritic.consider_footprint = true: {told}." in verdict(
+        found
+    )
+
+
+def test_in_a_file_that_departs_from_nav2_in_many_values_none_is_set_back_first(patient):
+    def back(**values):
+        patient.paths[0].write_text(nav2_text(MPPI_BLOCK | values, plugin=MPPI))
+        facts = replace(patient).facts()
+        return {
+            s.cause.place.partition(".")[2]: (s.cause.to, s.reasons[0])
+            for s in ways_back(with_differences([], facts), facts)
+        }
+
+    # The file itself has twice Nav2's patience and 0.3 m in place of 0.5 m of progress. A limit of
+    # motion counts from five times on, since robots differ: Nav2 has 1.9 rad/s.
+    usual = {"movement_time_allowance", "required_movement_radius"}
+    assert set(back()) == set(back(wz_max=0.5)) == usual
+    assert back(wz_max=0.3)["wz_max"] == (1.9, "Nav2 or nav2_bringup has 1.9.")
+    assert back(wz_max=0.3, gamma=0.15) == {}
 
 
 @pytest.mark.parametrize(("after", "pairs"), [(0.4, 1), (0.0, 0)])
@@ -483,6 +549,26 @@ def test_a_change_that_brings_a_touch_does_not_help(patient):
     assert not found.helps
 
 
+def test_where_the_best_change_brings_a_touch_the_next_one_is_judged_and_offered(patient):
+    class Mixed(Rows):
+        def drive_together(self, presets, probes, trials, *, seed, must=False):
+            rows = super().drive_together(presets, probes, trials, seed=seed)
+            if next(order):
+                rows[1] = [row | {"severity": {"collision": 2.0}} for row in rows[1]]
+            return rows
+
+    # Of each change: two seeds of its probe, eight of them, and the other probes.
+    order = iter([False, False, True, False, False, False])
+    shown = [tried(2.0, 0.0, 0.001, verdict=Verdict.SHOWN)] * 2
+    driver = Mixed(["wobble_straight"], [])
+    found = visits.Visit(patient.facts(), probes=PROBES, treated=Symptom.WOBBLE_STRAIGHT)
+    found.judged = list(
+        judge(patient, shown, Symptom.WOBBLE_STRAIGHT, PROBES, ["straight"], driver, seed=0)
+    )
+    assert [entry.worse for entry in found.judged] == [["collision"], []]
+    assert found.cure is found.judged[1]
+
+
 def test_a_touch_outweighs_what_comes_instead_and_the_price_is_told(patient):
     found = judged(patient, ["collision"], ["door_stop"], Symptom.COLLISION)
     # Every trial touched before: in none of the others anything can be worse.
@@ -580,6 +666,17 @@ def test_a_speed_beyond_what_the_file_lets_through_is_a_difference(patient):
     # The controller asks for 0.5 m/s.
     assert speeds(max_velocity=[0.25, 0.0, 1.0], min_velocity=[-0.25, 0.0, -1.0]) == [0.25]
     assert speeds(max_velocity=[0.5, 0.0, 1.0], min_velocity=[-0.5, 0.0, -1.0]) == []
+
+
+def test_a_check_that_nav2_has_off_is_not_turned_off(patient):
+    def switches(is_on):
+        block = MPPI_BLOCK | {"CostCritic": {"consider_footprint": is_on, "enabled": False}}
+        patient.paths[0].write_text(nav2_text(block, plugin=MPPI))
+        found = with_differences([], replace(patient).facts())
+        return {s.cause.place for s in found if s.cause.direction is Direction.SET}
+
+    # Nav2 has the outline's check off and the critic on.
+    assert switches(is_on=True) == switches(is_on=False) == {"controller.CostCritic.enabled"}
 
 
 def test_a_limit_of_motion_is_tried_before_unusual_values_if_it_is_far_else_when_all_else_was(
