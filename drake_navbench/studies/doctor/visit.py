@@ -177,7 +177,7 @@ def told_blindness(facts: Facts) -> list[str]:
     The lidar is the robot file's; the user's own may be lower.
     """
     return [
-        f"{place} is {remark}; give --robot a file with your own lidar's height"
+        f"{place}: {remark}; give --robot a file with your own lidar's height"
         for place, remark in facts.doubts.items()
         if LIDAR_HEIGHT in remark
     ]

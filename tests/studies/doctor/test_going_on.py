@@ -82,7 +82,7 @@ def test_a_layer_that_ends_below_the_borrowed_lidar_is_told_before_anything_is_d
     file.write_text(file.read_text().replace("obstacle_height: 2.0", "obstacle_height: 0.32"))
     out = tmp_path / "visit"
     main([str(file), "--robot", "jackal", "--out", str(out)])
-    told = "obstacle_layer.scan.max_obstacle_height is not around 0.33 m, the lidar's height"
+    told = "obstacle_layer.scan.max_obstacle_height: the lidar's height, 0.33 m, is outside of"
     printed = " ".join(capsys.readouterr().out.split())
     assert printed.index(told) < printed.index("driving 34 trials")
     assert told in (out / "doctor.html").read_text().replace("&#x27;", "'")
