@@ -13,6 +13,7 @@ from drake_navbench.studies.doctor.change import Judged
 from drake_navbench.studies.doctor.driving import Driver
 from drake_navbench.studies.doctor.files import Patient, told_files
 from drake_navbench.studies.doctor.symptoms import LOOKS_LIKE, Symptom
+from drake_navbench.studies.doctor.told import NO_FINDING, without_repeated_cures
 from drake_navbench.studies.doctor.tried import Tried
 from drake_navbench.studies.doctor.visit import Visit
 from drake_navbench.studies.doctor.words import assumed, change_told, evidence, verdict
@@ -193,12 +194,12 @@ def _link(name: str, replays: Set[str]) -> str:
 
 def _findings(visit: Visit) -> list[str]:
     if not visit.findings:
-        return ["<h2>What the rules find</h2><p>No rule fires.</p>"]
+        return [f"<h2>What the rules find</h2><p>{NO_FINDING}</p>"]
     rows = [
         f"<tr><td><code>{escape(f.rule.name)}</code></td><td>{escape(f.seen)}</td>"
         f"<td>{escape(f.cure_told)}</td>"
         f"<td><small>{escape(f.rule.source)}</small></td></tr>"
-        for f in visit.findings
+        for f in without_repeated_cures(visit.findings)
     ]
     return [
         "<h2>What the rules find</h2>",
