@@ -9,7 +9,8 @@
   const state = { chosen: 0, camera: "free" };
   const pathOf = (text) => text.split("/").filter(Boolean);
   const why = find("#navbench-why");
-  if (innerWidth < 700) legend.open = why.open = false;
+  // A small window, as one embedded in a page, shows the robot first.
+  if (innerWidth < 700 || innerHeight < 600) legend.open = why.open = false;
 
   // ---- what is shown
   function show(path, isShown) { viewer.set_property(pathOf(path), "visible", isShown); }

@@ -328,3 +328,13 @@ def test_it_fits_the_window(tab, width, height, is_dark):
     assert max(boxes) <= width
     tab.screenshot(f"replay-{width}-{'dark' if is_dark else 'light'}")
     tab.restore()
+
+
+@pytest.mark.parametrize(("height", "is_open"), [(544, False), (900, True)])
+def test_a_small_window_shows_the_robot_before_the_legend(tab, height, is_open):
+    # An embedded replay of the doctor's page is 544 pixels high.
+    page = tab.evaluate("location.pathname")
+    tab.resize(1000, height)
+    tab.open(f"file://{page}?height={height}")
+    assert tab.evaluate("document.querySelector('#navbench-legend').open") is is_open
+    tab.restore()
