@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import atexit
+import os
 import shutil
 from functools import cache
 from pathlib import Path
-from tempfile import TemporaryDirectory
+from tempfile import mkdtemp
 
 import numpy as np
 from scenes import straight_plan
@@ -126,8 +127,14 @@ def measured_folder(path: Path, *, request: dict[str, object] | None = None, **h
 
 @cache
 def _measured(how: tuple[tuple[str, object], ...]) -> Path:
-    folder = TemporaryDirectory(prefix="measured-")
-    atexit.register(folder.cleanup)
-    path = write_folder(Path(folder.name) / "results", **dict(how))
+    folder = Path(mkdtemp(prefix="measured-"))
+    atexit.register(_remove, folder, os.getpid())
+    path = write_folder(folder / "results", **dict(how))
     analyse_folder(path, jobs=1, keeps=True)
     return path
+
+
+def _remove(folder: Path, owner: int) -> None:
+    # A forked process that ends has its parent's exit handlers as well.
+    if os.getpid() == owner:
+        shutil.rmtree(folder, ignore_errors=True)
