@@ -52,7 +52,7 @@ def with_differences(suspicions: Sequence[Suspicion], facts: Facts) -> list[Susp
 def ways_back(suspicions: Sequence[Suspicion], facts: Facts) -> list[Suspicion]:
     """Returns the suspicions that set an abnormal value back to Nav2's, in their order.
 
-    None if more than `MOST_BACK` values of the file are abnormal.
+    The list is empty if more than `MOST_BACK` values of the file are abnormal.
     """
     back = {d.cause.key: d for d in _abnormal(facts)}
     if len(back) > MOST_BACK:

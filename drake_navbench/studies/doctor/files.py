@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from drake_navbench.errors import InputError
+from drake_navbench.inputs.check import Status
 from drake_navbench.inputs.presets import Preset
 from drake_navbench.inputs.robot import Robot
 from drake_navbench.nav2.patch import Place, patched
@@ -87,16 +88,27 @@ class Patient:
 
         Raises InputError where the change is refused, or asks more of the base than the file does.
         """
-        text = self.patched_text(changes)
-        release = self.release or str(self.facts().release)
-        files = [WholeFile("before", self.paths), WholeFile("after", self.paths, text)]
-        before, after = columns_of_files(files, self.robot, self.values, release=release)
+        before, after = self._with(changes)
         alone = self.columns()
         if before.setup.robot.drive != alone.setup.robot.drive:
             raise InputError("asks more of the base than the file does")
         if after.setup.robot.radii != alone.setup.robot.radii:
             raise InputError("changes the outline, which is the robot's own body here")
         return self.chosen(before), self.chosen(after)
+
+    def require_read(self, place: Place, value: Any) -> None:
+        """Raises InputError if Nav2 does not read a parameter, or refuses its value."""
+        _, after = self._with({place: value})
+        for row in after.setup.check.rows:
+            if (row.node, row.parameter, row.status) == (*place, Status.UNREAD):
+                raise InputError(f"{place.node} does not read {place.name}: {row.remark}")
+
+    def _with(self, changes: Mapping[Place, Any]) -> tuple[FileColumns, ...]:
+        """Returns the columns of the file as it is and with a change, for one base."""
+        text = self.patched_text(changes)
+        release = self.release or str(self.facts().release)
+        files = [WholeFile("before", self.paths), WholeFile("after", self.paths, text)]
+        return columns_of_files(files, self.robot, self.values, release=release)
 
 
 def speed_asked(facts: Facts, robot: Robot) -> float:

@@ -34,6 +34,7 @@ def _proposal(text: str, patient: Patient) -> Trial:
         place = _place(name, patient)
         if patient.patched_text({place: value}) == patient.text:
             raise InputError("the file has this value already")
+        patient.require_read(place, value)
         patient.before_and_after({place: value})
     except yaml.YAMLError as error:
         raise InputError(f"{OPTION} {text!r}: expected a value as in the file") from error
@@ -46,6 +47,10 @@ def _proposal(text: str, patient: Patient) -> Trial:
 
 def _place(name: str, patient: Patient) -> Place:
     """Returns the place of a parameter; one without its node is the controller server's."""
-    node = name.strip("/").partition(".")[0]
-    is_node = node in SHORT_NODES or patient.facts().has_node(node)
-    return place_of(name) if is_node else Place(SERVER, name)
+    first, dot, _ = name.strip("/").partition(".")
+    facts = patient.facts()
+    if first in SHORT_NODES or facts.has_node(first):
+        return place_of(name)
+    if dot and not any(known.startswith(f"{SERVER}.{first}.") for known in facts.raw):
+        raise InputError(f"the file has neither a node nor a controller's block {first}")
+    return Place(SERVER, name)

@@ -44,7 +44,7 @@ def _verdict(visit: Visit) -> str:
     if _is_unfinished(visit) and not any(entry.pairs for entry in visit.tried):
         return f"{what} The visit ended before a cause was tried. The same command goes on."
     outside = [e.suspicion.cause.told for e in visit.tried if e.verdict is Verdict.OUTSIDE]
-    could = f" The cause may be elsewhere: {outside[0]}." if outside else ""
+    could = f" Also possible: {outside[0]}." if outside else ""
     ended = " There was no time to try more." if _is_unfinished(visit) else ""
     return f"{what} No cause found: no change that was tried removes the symptom.{could}{ended}"
 

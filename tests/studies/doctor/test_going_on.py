@@ -97,6 +97,18 @@ def test_a_layer_that_ends_below_the_borrowed_lidar_is_told_before_anything_is_d
         ("", ["--out", "o", "--try", "lookahead"], "--try 'lookahead': expected PARAMETER=VALUE"),
         (
             "",
+            ["--out", "o", "--try", "FollowPath.lookahead_dst=0.8"],
+            "--try 'FollowPath.lookahead_dst=0.8': controller_server does not read "
+            "FollowPath.lookahead_dst: unknown; did you mean 'lookahead_dist'?",
+        ),
+        (
+            "",
+            ["--out", "o", "--try", "FolowPath.lookahead_dist=0.8"],
+            "--try 'FolowPath.lookahead_dist=0.8': the file has neither a node nor a controller's "
+            "block FolowPath",
+        ),
+        (
+            "",
             ["--out", "o", "--try", "FollowPath.lookahead_dist=0.6"],
             "--try 'FollowPath.lookahead_dist=0.6': the file has this value already",
         ),
