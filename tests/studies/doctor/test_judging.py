@@ -1,0 +1,141 @@
+"""What makes a cause shown and a change helpful: verdicts by numbers that one can count."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+from fake_drives import PROBES, Rows, judged, tried
+
+from drake_navbench.studies.doctor import visit as visits
+from drake_navbench.studies.doctor.change import judge
+from drake_navbench.studies.doctor.driving import FRESH_SEED
+from drake_navbench.studies.doctor.symptoms import Symptom
+from drake_navbench.studies.doctor.tried import Verdict, corrected
+from drake_navbench.studies.doctor.words import verdict
+
+
+def test_a_cause_is_shown_only_where_its_p_value_holds_after_correction():
+    # A visit may drive 48 changes, so Holm counts 48: 0.001 becomes 0.048, 0.01 becomes 0.47.
+    found = corrected([tried(2.0, 0.0, 0.001), tried(2.0, 0.5, 0.01)])
+    assert [e.verdict for e in found] == [Verdict.SHOWN, Verdict.NOT_SHOWN]
+    assert [e.p_value for e in found] == [pytest.approx(0.048), pytest.approx(0.47)]
+
+
+def test_a_fall_that_is_small_or_brings_touches_is_not_shown():
+    small, touching = tried(2.0, 1.7, 1e-6), tried(2.0, 0.0, 1e-6, touches=1)
+    assert {e.verdict for e in corrected([small, touching])} == {Verdict.NOT_SHOWN}
+
+
+def test_a_change_is_judged_on_the_seeds_of_the_first_look_where_nothing_was_searched(patient):
+    driven = set()
+
+    class Noted(Rows):
+        def drive(self, preset, probes, trials, *, seed, must=False):
+            driven.update((probe.name, seed) for probe in probes)
+            return super().drive(preset, probes, trials, seed=seed)
+
+    shown = [tried(2.0, 0.0, 0.001, verdict=Verdict.SHOWN)]
+    driver = Noted(["wobble_straight"], [])
+    next(judge(patient, shown, Symptom.WOBBLE_STRAIGHT, PROBES, ["straight"], driver, seed=7))
+    assert driven == {
+        ("probe_straight", 7 + FRESH_SEED), ("probe_door", 7), ("probe_corridor", 7),
+    }  # fmt: skip
+
+
+def test_a_seldom_symptom_is_judged_on_more_seeds(patient):
+    shown = [tried(2.0, 0.0, 0.001, verdict=Verdict.SHOWN)]
+    driver = Rows(["wobble_straight"], [], seldom={3, 4, 5})
+    (found,) = judge(patient, shown, Symptom.WOBBLE_STRAIGHT, PROBES, ["straight"], driver, seed=0)
+    # None of the first two seeds shows it.
+    assert (found.before_target, found.after_target, found.target_trials) == (3, 0, 8)
+    assert found.helps
+
+
+def test_two_of_eight_trials_are_too_few_to_judge_a_change(patient):
+    shown = [tried(2.0, 0.0, 0.001, verdict=Verdict.SHOWN)]
+    driver = Rows(["wobble_straight"], [], seldom={3, 4})
+    (found,) = judge(patient, shown, Symptom.WOBBLE_STRAIGHT, PROBES, ["straight"], driver, seed=0)
+    assert (found.before_target, found.after_target) == (2, 0)
+    assert found.is_rare
+    assert not found.helps
+
+
+def test_a_change_that_leaves_the_symptom_is_not_driven_through_the_other_probes(patient):
+    stays, goes = (
+        judged(patient, ["wobble_straight"], after, Symptom.WOBBLE_STRAIGHT)
+        for after in (["wobble_straight"], [])
+    )
+    assert (stays.trials, goes.trials) == (8, 12)
+    assert not stays.helps
+
+
+def test_a_symptom_that_no_fresh_seed_shows_judges_no_change(patient):
+    shown = [tried(2.0, 0.0, 0.001, verdict=Verdict.SHOWN)] * 2
+    driver = Rows(["wobble_straight"], [], seldom=())
+    (found,) = judge(patient, shown, Symptom.WOBBLE_STRAIGHT, PROBES, ["straight"], driver, seed=0)
+    assert not found.helps
+    visited = visits.Visit(patient.facts(), probes=PROBES, treated=Symptom.WOBBLE_STRAIGHT)
+    visited.seen = {Symptom.WOBBLE_STRAIGHT: ["straight"]}
+    visited.judged, visited.tried = [found], shown
+    assert "0 of 8 trials of the unchanged file show it" in verdict(visited)
+
+
+def test_a_change_that_takes_the_symptom_and_brings_no_other_helps(patient):
+    found = judged(patient, ["wobble_straight"], [], Symptom.WOBBLE_STRAIGHT)
+    # Two seeds of one probe are few: six more are driven.
+    assert (found.before_target, found.after_target, found.target_trials) == (8, 0, 8)
+    assert found.helps
+
+
+def test_a_change_that_brings_a_touch_does_not_help(patient):
+    found = judged(patient, ["wobble_straight"], ["collision"], Symptom.WOBBLE_STRAIGHT)
+    assert found.worse[0] == "collision"
+    assert not found.helps
+
+
+def test_where_the_best_change_brings_a_touch_the_next_one_is_judged_and_offered(patient):
+    class Mixed(Rows):
+        def drive_together(self, presets, probes, trials, *, seed, must=False):
+            rows = super().drive_together(presets, probes, trials, seed=seed)
+            if next(order):
+                rows[1] = [row | {"severity": {"collision": 2.0}} for row in rows[1]]
+            return rows
+
+    # Of each change: two seeds of its probe, eight of them, and the other probes.
+    order = iter([False, False, True, False, False, False])
+    shown = [tried(2.0, 0.0, 0.001, verdict=Verdict.SHOWN)] * 2
+    driver = Mixed(["wobble_straight"], [])
+    found = visits.Visit(patient.facts(), probes=PROBES, treated=Symptom.WOBBLE_STRAIGHT)
+    found.judged = list(
+        judge(patient, shown, Symptom.WOBBLE_STRAIGHT, PROBES, ["straight"], driver, seed=0)
+    )
+    assert [entry.worse for entry in found.judged] == [["collision"], []]
+    assert found.cure is found.judged[1]
+
+
+def test_a_touch_outweighs_what_comes_instead_and_the_price_is_told(patient):
+    found = judged(patient, ["collision"], ["door_stop"], Symptom.COLLISION)
+    # Every trial touched before: in none of the others anything can be worse.
+    assert found.helps
+    counts = {"collision": 0, "door_stop": 3}
+    priced = replace(found, before={"collision": 2, "door_stop": 1}, after=counts, compared=4)
+    assert priced.worse == ["door_stop"]
+    assert priced.helps
+    visited = visits.Visit(patient.facts(), probes=PROBES, treated=Symptom.COLLISION)
+    visited.seen, visited.judged = {Symptom.COLLISION: ["straight"]}, [priced, found]
+    # Of two that help the one without a price is the change.
+    assert visited.cure is found
+    visited.judged = [priced]
+    told = "(door_stop) in 3 trials, before the change in 1, in the 4 trials"
+    assert told in verdict(visited)
+    # No other symptom has this right.
+    assert not replace(priced, symptom=Symptom.SPINS).helps
+
+
+def test_what_stands_where_there_was_a_touch_is_told_and_not_held_against_the_change(patient):
+    found = judged(patient, ["collision"], ["gives_up_late"], Symptom.COLLISION)
+    assert found.helps
+    assert found.compared == 0
+    # Eight seeds of the probe that showed it, two of the other two.
+    assert found.instead == {"gives_up_late": 12}
