@@ -32,6 +32,8 @@ VOXEL_LAYER = "nav2_costmap_2d::VoxelLayer"
 # The spatio-temporal layer's number for a lidar of many layers.
 LIDAR_MODEL = 1
 MAXIMUM = 1
+# The beginning of the remark on a scan that lies beyond the heights of its source or layer.
+LIDAR_HEIGHT = "the lidar's height"
 
 
 class SensingLayers:
@@ -201,7 +203,7 @@ class SensingLayers:
         is_seen = [s.min_obstacle_height <= self._height_m <= s.max_obstacle_height for s in seeing]
         if not all(is_seen):
             remark = (
-                f"the lidar's height, {self._height_m:g} m, is outside of the obstacle heights: "
+                f"{LIDAR_HEIGHT}, {self._height_m:g} m, is outside of the obstacle heights: "
                 "this source sees nothing, as in Nav2"
             )
             self._reader.note(Status.DOUBTFUL, f"{place}max_obstacle_height", remark)

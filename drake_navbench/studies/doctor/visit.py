@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 from drake_navbench.inputs.scenario import Scenario
+from drake_navbench.nav2.sensing import LIDAR_HEIGHT
 from drake_navbench.studies.doctor.change import Judged, judge
 from drake_navbench.studies.doctor.cures import Trial
 from drake_navbench.studies.doctor.differences import ways_back, with_differences
@@ -27,8 +28,6 @@ from drake_navbench.studies.doctor.surroundings import Surroundings
 from drake_navbench.studies.doctor.symptoms import Symptom
 from drake_navbench.studies.doctor.tried import Tried, Verdict
 
-# What the file's check says of a scan that lies beyond the heights of a layer.
-LIDAR_HEIGHT = "the lidar's height"
 # Seeds in which every probe is driven at first.
 FIRST_SEEDS = 2
 # The seeds, in all, of a probe of whose first trials only some show a symptom.
@@ -179,7 +178,7 @@ def told_blindness(facts: Facts) -> list[str]:
     return [
         f"{place}: {remark}; give --robot a file with your own lidar's height"
         for place, remark in facts.doubts.items()
-        if LIDAR_HEIGHT in remark
+        if remark.startswith(LIDAR_HEIGHT)
     ]
 
 
