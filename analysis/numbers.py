@@ -12,7 +12,8 @@ PLAIN_FROM, PLAIN_BELOW = 1e-3, 1e6
 ROUNDING = 1e-12
 EMPTY = "–"
 # The parts of a unit as a page prints them: raised powers, the degree sign.
-TYPESET = (("^2", "²"), ("^3", "³"), ("deg", "°"))
+DEGREE = "°"
+TYPESET = (("^2", "²"), ("^3", "³"), ("deg", DEGREE))
 
 
 def typeset(unit: str) -> str:

@@ -133,7 +133,8 @@ def _needed(findings: Sequence[Finding]) -> str:
         text = f" in {found.pairs} pairs ({word} {' -> '.join(counts)}"
     else:
         unit = typeset(quantity.unit)
-        text = f" in {found.pairs} pairs ({word} {found.difference:+.2g} {unit}".rstrip()
+        means = f"{finding.base_mean:.3g} -> {finding.head_mean:.3g}"
+        text = f" in {found.pairs} pairs ({word} {means} {unit}".rstrip()
     if (needed := finding.trials_needed) is None:
         return f"{text})"
     # A test of ranks needs at least this many pairs, whatever their spread.

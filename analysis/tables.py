@@ -20,6 +20,8 @@ STD_HEADING_ERROR = "std_heading_error"
 TABLE_DECIMALS = 3
 # The unit of the rows that count trials.
 COUNT_UNIT = "trials"
+# Ends the name of the row that counts the trials with a value.
+DEFINED = "_defined"
 SUCCESS_RATE, TOUCH_RATE = "success_rate", "touch_rate"
 # The metrics that a run prints, unless it is the published benchmark or others are asked for.
 PRINTED = (
@@ -139,7 +141,7 @@ def _controller_column(trials: pd.DataFrame, scenario: str) -> dict[tuple[str, s
             column[name, unit] = values.std(ddof=0)
         else:
             column[name, unit] = values.mean()
-        column[f"{name}_defined", "trials"] = len(values)
+        column[f"{name}{DEFINED}", "trials"] = len(values)
     column["trials", COUNT_UNIT] = len(trials)
     for outcome in Outcome:
         column[str(outcome), "trials"] = int((trials["outcome"] == str(outcome)).sum())
@@ -149,13 +151,18 @@ def _controller_column(trials: pd.DataFrame, scenario: str) -> dict[tuple[str, s
 def _row_order(scenario: str) -> list[tuple[str, str]]:
     order = []
     for name, unit in published_rows(scenario):
-        order += [(name, unit), (f"{name}_defined", "trials")]
+        order += [(name, unit), (f"{name}{DEFINED}", "trials")]
     return [*order, ("trials", "trials"), *((str(outcome), "trials") for outcome in Outcome)]
+
+
+def count_name(row: str) -> str:
+    """Returns the words for a row of counts: 'with path_length' for `path_length_defined`."""
+    return f"with {row.removesuffix(DEFINED)}" if row.endswith(DEFINED) else row
 
 
 def _says_something(table: pd.DataFrame, key: tuple[str, str]) -> bool:
     """Whether a row is worth printing: a count of defined trials only if some are not defined."""
-    if not key[0].endswith("_defined"):
+    if not key[0].endswith(DEFINED):
         return True
     return bool((table.loc[key] < table.loc["trials", "trials"]).any())
 

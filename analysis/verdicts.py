@@ -14,7 +14,7 @@ import pandas as pd
 
 from drake_navbench.analysis.metrics.definition import Better, Metric
 from drake_navbench.analysis.metrics.registry import all_metrics, unrepeatable_names
-from drake_navbench.analysis.numbers import typeset
+from drake_navbench.analysis.numbers import DEGREE, typeset
 from drake_navbench.analysis.paired_comparison import PairedComparison, trials_needed
 from drake_navbench.analysis.pairs import (
     RELEVANT_RATIO,
@@ -28,6 +28,8 @@ from drake_navbench.analysis.statistics import ROUNDING
 from drake_navbench.logs.log import Outcome
 
 SIGNIFICANT_DIGITS = 3
+# From this number of controllers on, a list of all of them tells less than their number.
+MANY = 4
 NOTHING_RANDOM = "n = 1: nothing in these trials is random"
 NOBODY_TOUCHED: Mapping[str, int] = {}
 EXTREMES = {Better.LOWER: "lowest", Better.HIGHER: "highest"}
@@ -65,6 +67,11 @@ class MetricVerdict(NamedTuple):
     def best(self) -> str | None:
         """The controller that is shown to be best; None where the trials do not show one."""
         return self.leaders[0] if self.standing is FirstPlace.BEST else None
+
+    @property
+    def named_leaders(self) -> str:
+        """The leaders in words: their names, or 'all 6' where these would be a list of all."""
+        return _named(self.leaders, len(self.order))
 
 
 def is_failed(trials: pd.DataFrame) -> pd.Series:
@@ -210,7 +217,7 @@ def _undecided(
     confidence: float,
 ) -> str:
     leader = leaders[0]
-    text = f"not decided between {', '.join(leaders)}"
+    text = f"not decided between {_named(leaders, len(means))}"
     open_ones = [
         name for name in leaders[1:] if not gaps[name].is_level and gaps[name].comparison.pairs > 0
     ]
@@ -218,7 +225,7 @@ def _undecided(
         return f"{text}: no trial in which both have a value"
     nearest = open_ones[0]
     found = gaps[nearest].comparison
-    text += f": {nearest} {_gap(found, entry.unit)}"
+    text += f": {nearest} {_gap(found, entry.unit, against=f' against {leader}')}"
     scale = max(abs(means[leader]), abs(means[nearest]))
     bar = max(RELEVANT_RATIO * scale, entry.relevant)
     if gaps[nearest].is_ahead:
@@ -234,12 +241,16 @@ def _undecided(
     return text
 
 
-def _gap(comparison: PairedComparison, unit: str) -> str:
+def _named(leaders: Sequence[str], count: int) -> str:
+    return f"all {count}" if MANY <= count == len(leaders) else ", ".join(leaders)
+
+
+def _gap(comparison: PairedComparison, unit: str, *, against: str = "") -> str:
     difference = f"{_number(comparison.difference, unit, signed=True)}"
     if not math.isfinite(comparison.interval.low):
-        return f"{difference} in one trial"
+        return f"{difference}{against} in one trial"
     low, high = (_number(end, "", signed=True) for end in comparison.interval)
-    return f"{difference} [{low}, {high}] in {comparison.pairs} trials"
+    return f"{difference} [{low}, {high}]{against} in {comparison.pairs} trials"
 
 
 def _note_on_missing(values: pd.DataFrame, compared: Sequence[str], *, anyone_arrived: bool) -> str:
@@ -262,4 +273,5 @@ def _trial_count(count: int) -> str:
 def _number(value: float, unit: str, *, signed: bool = False) -> str:
     sign = "+" if signed else ""
     text = f"{value:{sign}.{SIGNIFICANT_DIGITS}g}" if abs(value) > ROUNDING else "0"
-    return f"{text} {typeset(unit)}".rstrip()
+    printed = typeset(unit)
+    return f"{text}{'' if printed == DEGREE else ' '}{printed}".rstrip()

@@ -72,19 +72,23 @@ def write_reproduction(
 def _in_a_sentence(own: LineupResult) -> str:
     total = shares(own.judgements)[-1]
     found = concordance(own.orderings)
-    text = f"Of the publication's {total.total} claims {total.holds} hold here"
-    if total.holds_from_one_trial:
-        text += f" ({total.holds_from_one_trial} of them by one trial, as nothing there is random)"
-    text += f", {total.level} are level, {total.contradicted} do not hold and {total.undecided} "
-    text += "are undecided"
+    if total.undecided == total.total:
+        text = f"So few trials decide none of the publication's {total.total} claims"
+    else:
+        text = f"Of the publication's {total.total} claims {total.holds} hold here"
+        if total.holds_from_one_trial:
+            count = total.holds_from_one_trial
+            text += f" ({count} of them by one trial, as nothing there is random)"
+        text += f", {total.level} are level, {total.contradicted} do not hold and "
+        text += f"{total.undecided} are undecided"
     if not found.orderings:
         return f"{text}."
-    text += f". {found.ratio:.0%} of the orderings in its tables are found again"
+    text += f". {found.ratio:.0%} of the orderings of two controllers in its tables are found again"
     if not own.baseline.permutations:
         return f"{text}."
     return (
-        f"{text}; if the controllers' names are exchanged at will, half of the exchanges find "
-        f"{own.baseline.median:.0%} or less, and the best one {own.baseline.best:.0%}."
+        f"{text}; with the controllers' names exchanged it is {own.baseline.median:.0%} in the "
+        f"median of all exchanges, and {own.baseline.best:.0%} in the best one."
     )
 
 

@@ -26,7 +26,7 @@ from rich.table import Table
 from rich.text import Text
 
 from drake_navbench.analysis.numbers import number
-from drake_navbench.analysis.tables import COUNT_UNIT, PRINTED, metrics_table
+from drake_navbench.analysis.tables import COUNT_UNIT, PRINTED, count_name, metrics_table
 from drake_navbench.campaign.driving import Progress
 from drake_navbench.logs.log import Outcome
 
@@ -184,7 +184,7 @@ def _shown(table: pd.DataFrame, best: Mapping[str, str] = NOBODY_IS_BEST) -> Tab
     shown.add_section()
     for (metric, _), values in table[counts].iterrows():
         if values.any():
-            shown.add_row(metric, "", *(f"{v:.0f}" for v in values))
+            shown.add_row(count_name(metric), "", *(f"{v:.0f}" for v in values))
     return shown
 
 
@@ -194,7 +194,7 @@ def _print_as_list(console: Console, table: pd.DataFrame) -> None:
         console.print(str(controller), soft_wrap=True)
         for (metric, unit), value in values.items():
             shown = f"{value:.0f}" if unit == COUNT_UNIT else f"{number(value)} {unit}"
-            console.print(f"  {metric}: {shown}", soft_wrap=True)
+            console.print(f"  {count_name(metric)}: {shown}", soft_wrap=True)
 
 
 class CompileProgress:

@@ -71,6 +71,7 @@ GLOBAL_COSTMAP = "global_costmap/global_costmap"
 PLANNER_SERVER = "planner_server"
 SMOOTHER_SERVER = "smoother_server"
 BT_NAVIGATOR = "bt_navigator"
+COLLISION_MONITOR = "collision_monitor"
 # The node of a behaviour tree that asks the smoother server.
 SMOOTHING_NODE = "SmoothPath"
 # The readers of further servers by the node's name.
@@ -86,12 +87,13 @@ READ = (
     PLANNER_SERVER,
     SMOOTHER_SERVER,
     BT_NAVIGATOR,
+    COLLISION_MONITOR,
     *SERVERS,
 )
 # The controllers' parameters for the least forward speed.
 LEAST_SPEEDS = ("min_vel_x", "vx_min")
 # Servers that a robot only has if its file has them.
-OPTIONAL = ("velocity_smoother", "collision_monitor")
+OPTIONAL = ("velocity_smoother", COLLISION_MONITOR)
 
 
 @dataclass(frozen=True)
@@ -330,7 +332,7 @@ class _Files:
             PLANNER_SERVER: partial(
                 read_planner_server, release=release, cell_m=self._global_cell_m(fields)
             ),
-            "collision_monitor": partial(
+            COLLISION_MONITOR: partial(
                 read_collision_monitor, range_sensors=self._base.range_sensors
             ),
             BT_NAVIGATOR: partial(read_bt_navigator, release=release),

@@ -173,7 +173,7 @@ def renamed(tmp_path_factory):
 def test_folders_with_one_column_each_are_compared_whatever_its_name(renamed, capsys):
     assert command.main([*map(str, renamed), "--jobs", "1"]) == 0
     shown = capsys.readouterr().out
-    assert "between rpp and rpp:v=0.4 in 3 pairs (time to the goal +1.5 s" in shown
+    assert "between rpp and rpp:v=0.4 in 3 pairs (time to the goal 5.99 -> 7.49 s" in shown
 
 
 def test_columns_of_other_names_are_compared_where_they_are_matched(tmp_path, capsys):

@@ -11,6 +11,7 @@ from synthetic_logs import straight_log
 
 from drake_navbench.analysis.reproduction.publication import published_findings, published_table
 from drake_navbench.analysis.tables import (
+    count_name,
     scenario_table,
     suite_tables,
     table_to_markdown,
@@ -69,6 +70,8 @@ def test_a_trial_without_a_value_is_counted_beside_the_mean_of_the_others():
     assert table.loc[("path_length", "m"), "rpp"] == pytest.approx(whole["path_length"])
     assert table.loc[("path_length_defined", "trials"), "rpp"] == 1
     assert ("time_taken_defined", "trials") not in table.index
+    assert count_name("path_length_defined") == "with path_length"
+    assert count_name("aborted") == "aborted"
 
 
 def test_heading_error_spread_is_over_the_trials():

@@ -80,6 +80,15 @@ def test_the_nearest_is_one_that_differs_by_more_than_rounding():
     assert found.text.endswith("; rpp, teb are equal")
 
 
+def test_of_many_undecided_ones_the_number_is_told_and_the_two_nearest_by_name():
+    rows = trials(rpp=[10.0], dwb=[10.5], teb=[11.0], mppi=[12.0])
+    found = verdict(rows, "empty", time_s)
+    assert found.text.startswith("not decided between all 4: dwb +0.5 s against rpp in one trial")
+    assert found.named_leaders == "all 4"
+    three = verdict(rows[rows["controller"] != "mppi"], "empty", time_s)
+    assert three.named_leaders == "rpp, dwb, teb"
+
+
 def test_the_trials_needed_are_more_than_there_are():
     # Differences 0, 1, 2 and 1: mean 1, sd 0.816, t = 2.449. t(0.975, 3) = 3.18. To be shown is
     # what exceeds 1% of 11 s.

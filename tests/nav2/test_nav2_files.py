@@ -250,6 +250,18 @@ collision_monitor:
     )
 
 
+def test_a_node_that_is_used_is_not_listed_as_one_without_effect(setup_of):
+    monitor = """
+collision_monitor:
+  ros__parameters:
+    observation_sources: [scan]
+    polygons: [Stop]
+    Stop: {type: circle, radius: 0.3, action_type: stop}
+"""
+    text = setup_of(COLUMN, monitor, "map_server: {ros__parameters: {use_sim_time: true}}")
+    assert "- whole nodes: map_server\n" in f"{text.check.as_text()}\n"
+
+
 def test_two_controllers_of_one_name_are_refused(setup_of):
     with pytest.raises(InputError, match=r"line 4: .*'FollowPath' is listed twice"):
         setup_of(COLUMN.replace("[FollowPath]", "[FollowPath, FollowPath]"))
