@@ -16,7 +16,7 @@ from drake_navbench.analysis.folder_analysis import FolderAnalysis
 from drake_navbench.analysis.html import page_environment
 from drake_navbench.analysis.metrics.definition import Better
 from drake_navbench.analysis.numbers import number, short_number, typeset
-from drake_navbench.analysis.pair_verdict import WORDS, finding_words
+from drake_navbench.analysis.pair_verdict import NO_DIFFERENCE, WORDS, finding_words
 from drake_navbench.analysis.paired_tests import Family, Finding, PairedVerdict
 from drake_navbench.analysis.paired_text import PROMISE
 from drake_navbench.analysis.paired_trials import Contest
@@ -113,7 +113,7 @@ def write_compare_page(comparison: FolderComparison, path: Path) -> None:
                         match.old if match.old != match.new else "before",
                         match.new if match.old != match.new else "after",
                         tuple(map(finding_words, _outcomes(findings))),
-                        verdict.text,
+                        verdict.text.replace(NO_DIFFERENCE, NO_DIFFERENCE.capitalize()),
                         verdict.details,
                         tuple(parameters_that_differ(folders, match)),
                         tuple(_strips(findings, rows)),

@@ -188,7 +188,7 @@ def test_a_page_says_the_verdict_first_and_names_what_makes_the_replays(renamed,
     command.main([*map(str, renamed), "--jobs", "1", "--html", str(page)])
     text = page.read_text(encoding="utf-8")
     body = text[text.index("<body>") :]
-    assert body.index('class="lead verdict"') < body.index("parameters that differ")
+    assert body.index('class="lead verdict"') < body.index("Parameters that differ")
     assert "drake-navbench replay" in body
     assert "--beside" in body
     # 3 m at 0.5 and at 0.4 m/s.
