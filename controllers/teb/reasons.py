@@ -17,7 +17,7 @@ from drake_navbench.controllers.teb.planner import BandPlanner, PlannedBand
 from drake_navbench.explanation import Cell, Explanation, command_text
 from drake_navbench.kernels.arrays import Array
 
-COLUMNS = ("constraint", "bound", "active", "of", "first at [s]", "nearest [unit]")
+COLUMNS = ("constraint", "bound", "at bound", "of", "first at [s]", "least room")
 # A row counts as active within this share of its bound, or within this distance, in its unit.
 ACTIVE_RATIO, ACTIVE = 0.01, 1e-3
 UNITS = {
@@ -180,7 +180,9 @@ def _notes(choice: Choice, planned: PlannedBand) -> tuple[str, ...]:
         notes.append("The plan is blocked: the band ends before the block.")
     accepted = [band for _, band in choice.tried if band.accepted]
     others = sorted(band.band.duration_s for band in accepted if band is not planned)
-    told = f"{len(choice.tried)} bands were tried, {len(accepted)} of them obey all limits"
+    tried, obey = len(choice.tried), len(accepted)
+    told = f"{tried} band{' was' if tried == 1 else 's were'} tried, {obey} of them obey"
+    told += f"{'s' if obey == 1 else ''} all limits"
     told += f"; the driven one takes {planned.band.duration_s:.3g} s"
     if others:
         told += f", the next {others[0]:.3g} s"
