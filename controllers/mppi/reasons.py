@@ -56,7 +56,7 @@ def explained(result: CycleResult, critics: Sequence[str], command: Array) -> Ex
     sentence = f"MPPI drives {command_text(command)}: {_comparison(means, names, titles)}."
     effective = 1.0 / float(np.sum(weights**2))
     note = (
-        f"{len(totals)} samples; the weights are as even as those of {effective:.3g} equal ones. "
+        f"{len(totals)} samples; the weights are as even as those of {effective:.0f} equal ones. "
         "A column is the mean of its samples under these weights."
     )
     return Explanation(command, sentence, columns, tuple(rows), (note,))

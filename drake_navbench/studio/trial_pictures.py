@@ -8,6 +8,7 @@ import numpy as np
 from bokeh.models import ColumnDataSource
 from markupsafe import Markup
 
+from drake_navbench.analysis.numbers import typeset
 from drake_navbench.studio import style
 from drake_navbench.studio.messages import Driven, MetricOf
 from drake_navbench.studio.scene_items import Item, bounds_of
@@ -118,11 +119,10 @@ def metrics_table(
     ]
     for metric in metrics:
         value = now.metrics.get(metric.name, np.nan)
-        unit = f" {metric.unit}" if metric.unit not in ("", "-") else ""
         rows.append(
             [
                 metric.title,
-                f"{number(value)}{unit}" if np.isfinite(value) else "–",
+                _with_unit(value, metric) if np.isfinite(value) else "–",
                 *(_change(metric, value, other) for other in known.values()),
             ]
         )
@@ -140,8 +140,13 @@ def _change(metric: MetricOf, value: float, other: Driven) -> str | Markup:
     is_good = (change > 0.0) == (metric.better == "higher")
     kind = "" if metric.better not in ("higher", "lower") else "good" if is_good else "bad"
     return Markup('<span class="{}">{}{}</span>').format(
-        kind, "+" if change > 0 else "−", number(abs(change))
+        kind, "+" if change > 0 else "−", _with_unit(abs(change), metric)
     )
+
+
+def _with_unit(value: float, metric: MetricOf) -> str:
+    unit = f" {typeset(metric.unit)}" if metric.unit not in ("", "-") else ""
+    return f"{number(value)}{unit}"
 
 
 def number(value: float) -> str:
