@@ -146,7 +146,8 @@ def _arrivals(scenarios: Sequence[ScenarioAnalysis]) -> str:
             "reached a goal."
         )
     if not others:
-        return f"All {len(driven)} controllers reached every goal that can be reached."
+        everybody = "Both" if len(driven) == 2 else f"All {len(driven)}"
+        return f"{everybody} controllers reached every goal that can be reached."
     if not always:
         return f"No controller reached every goal: {missed}."
     alone = "Only " if len(always) == 1 else ""

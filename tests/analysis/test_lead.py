@@ -47,7 +47,7 @@ NEVER = {"dwb": ["aborted"] * 4}
 def test_who_is_best_where_how_sure_and_with_which_weak_points():
     lead = summary_of([scenario("bend", time_to_goal_s=TIMES, jerk_rms_mps3=JERKS)])
     text = " ".join(lead.sentences)
-    assert text.startswith("All 2 controllers reached every goal that can be reached.")
+    assert text.startswith("Both controllers reached every goal that can be reached.")
     # Whoever is praised has the weak point in the same sentence.
     assert "rpp is quickest, but has 4.0 times dwb's jerk (4.00 against 1.00 m/s³)." in text
     assert "dwb is smoothest, but has 1.2 times rpp's time (12.0 against 10.0 s)." in text
@@ -231,7 +231,7 @@ def test_an_impossible_task_counts_for_nobody():
         time_to_goal_s=TIMES,
     )
     lead = summary_of([scenario("bend", time_to_goal_s=TIMES), walled])
-    assert lead.sentences[0].startswith("All 2 controllers")
+    assert lead.sentences[0].startswith("Both controllers")
     assert lead.tasks[1].sentence == (
         "impossible on purpose. 7 of 8 trials ended with giving up, as they should. dwb touched "
         "something in 1 of 4 trials."
