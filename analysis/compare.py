@@ -129,13 +129,15 @@ class FolderComparison:
 
     @property
     def summary(self) -> str:
-        """The whole comparison in one line."""
-        cells = {(f.label, f.scenario, f.controller) for f in self.judged.findings}
+        """The whole comparison in one line; counts of 0 only for what is worse or better."""
         count = Counter(finding.verdict for finding in self.listed_findings)
-        told = ", ".join(f"{count[verdict]} {verdict}" for verdict in PairedVerdict)
+        always = (PairedVerdict.WORSE, PairedVerdict.BETTER)
+        told = [f"{count[v]} {v}" for v in PairedVerdict if count[v] or v in always]
+        if self.not_compared:
+            told.append(f"{len(self.not_compared)} not compared")
         return (
-            f"compared {len(cells)} pairs of scenario and controller in {len(self.listed)} listed "
-            f"metrics: {told}; not compared: {len(self.not_compared)}"
+            f"{count.total()} comparisons of {len(self.listed)} listed metrics "
+            f"(each controller in each scenario): {', '.join(told)}"
         )
 
 
