@@ -128,13 +128,14 @@ def _needed(findings: Sequence[Finding]) -> str:
     finding = open_ones[0]
     quantity, found = finding.quantity, finding.comparison
     word = WORDS.get(quantity.name, quantity.name)
+    pairs = "1 pair" if found.pairs == 1 else f"{found.pairs} pairs"
     if quantity.family is Family.OUTCOMES:
         counts = (_count(mean, found.pairs) for mean in (finding.base_mean, finding.head_mean))
-        text = f" in {found.pairs} pairs ({word} {' -> '.join(counts)}"
+        text = f" in {pairs} ({word} {' -> '.join(counts)}"
     else:
         unit = typeset(quantity.unit)
         means = f"{finding.base_mean:.3g} -> {finding.head_mean:.3g}"
-        text = f" in {found.pairs} pairs ({word} {means} {unit}".rstrip()
+        text = f" in {pairs} ({word} {means} {unit}".rstrip()
     if (needed := finding.trials_needed) is None:
         return f"{text})"
     # A test of ranks needs at least this many pairs, whatever their spread.
