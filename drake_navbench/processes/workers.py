@@ -146,7 +146,9 @@ class StandingWorker:
         """Runs a task and waits for its end; raises NoWorkers where no worker can be started."""
         worker = self._worker
         if worker is not None and (
-            worker.tasks_done >= self._tasks_per_worker or worker.owner != task.owner
+            worker.tasks_done >= self._tasks_per_worker
+            or worker.owner != task.owner
+            or worker.has_died_idle
         ):
             self.close()
         try:
@@ -284,6 +286,9 @@ class _Crew:
                 continue
             if isinstance(said, Died):
                 self._drop(worker)
+                if worker.is_idle:
+                    # Its last task has ended before.
+                    continue
                 if not worker.has_begun:
                     self._waiting.put_back(task)
                     self._count_failed_start(said.sentence)
@@ -358,6 +363,11 @@ class _Worker:
     def pid(self) -> int | None:
         """The number of the process."""
         return self._process.pid
+
+    @property
+    def has_died_idle(self) -> bool:
+        """Whether the process has died between two tasks: an idle one has nothing else to say."""
+        return self.is_idle and bool(wait(self.signs, timeout=0.0))
 
     @property
     def signs(self) -> tuple[Connection, int]:
