@@ -185,11 +185,18 @@ class _BaseState(LeafSystem):
         self._parts += [velocity + part for part in (3, 4, 2)]
         self._frame_id = frame_id
         self._port = self.DeclareVectorInputPort("plant_state", size)
-        self.DeclareVectorOutputPort("state", STATE_SIZE, weakly_bound(self._calc_state))
+        plant_state = {self.input_port_ticket(self._port.get_index())}
+        self.DeclareVectorOutputPort(
+            "state",
+            STATE_SIZE,
+            weakly_bound(self._calc_state),
+            prerequisites_of_calc=plant_state,
+        )
         self.DeclareAbstractOutputPort(
             "geometry_pose",
             lambda: AbstractValue.Make(FramePoseVector()),
             weakly_bound(self._calc_geometry_pose),
+            prerequisites_of_calc=plant_state,
         )
 
     def _calc_state(self, context: Context, output: BasicVector) -> None:
