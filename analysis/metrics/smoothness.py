@@ -7,7 +7,14 @@ import math
 import numpy as np
 
 from drake_navbench.analysis.metrics.definition import Undefined, metric
-from drake_navbench.analysis.metrics.signals import column, driven_length, motion, rms, sign_changes
+from drake_navbench.analysis.metrics.signals import (
+    column,
+    driven_length,
+    is_carried,
+    motion,
+    rms,
+    sign_changes,
+)
 from drake_navbench.kernels.arrays import Array
 from drake_navbench.logs.log import TrialLog
 
@@ -111,7 +118,7 @@ def command_w_variation_radps(log: TrialLog) -> float:
 def heading_change_rad(log: TrialLog) -> float:
     """Total angle through which the robot turned, left and right turns both counted as positive.
 
-    Formula: sum |dyaw|.
+    Formula: sum |dyaw|, without the rides in lifts.
     """
     return _heading_change_rad(log)
 
@@ -181,4 +188,4 @@ def dimensionless_jerk(speed: Array, period_s: float) -> float:
 
 
 def _heading_change_rad(log: TrialLog) -> float:
-    return float(np.abs(np.diff(column(log, "yaw_rad"))).sum())
+    return float(np.abs(np.diff(column(log, "yaw_rad")))[~is_carried(log)].sum())
