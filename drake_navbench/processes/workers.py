@@ -24,7 +24,7 @@ from multiprocessing.connection import Connection, wait
 from types import ModuleType
 from typing import Any, Literal, NamedTuple
 
-from drake_navbench.errors import OUTSIDE_SIGNALS, NavbenchError, one_line
+from drake_navbench.errors import OUTSIDE_SIGNALS, InputError, NavbenchError, one_line
 from drake_navbench.processes.worker_process import BEGUN, Raised, Returned, serve
 
 # If this many workers in a row end before their first task, it is no accident.
@@ -115,8 +115,10 @@ def run_tasks(
     keep their order.
 
     tasks_per_worker: a worker is replaced after so many. When the iterator is closed, also by an
-    exception, all workers are gone. Raises NoWorkers where no worker can be started.
+    exception, all workers are gone. Raises InputError for less than one worker, NoWorkers where no
+    worker can be started.
     """
+    require_workers(jobs)
     crew = _Crew(tasks, jobs, tasks_per_worker)
     try:
         while crew.is_busy:
@@ -124,6 +126,12 @@ def run_tasks(
             yield from crew.collect()
     finally:
         crew.dismiss()
+
+
+def require_workers(jobs: int) -> None:
+    """Raises InputError unless `jobs` is a number of workers, at least 1."""
+    if jobs < 1:
+        raise InputError(f"jobs: expected at least 1, got {jobs}")
 
 
 class StandingWorker:
