@@ -262,10 +262,7 @@ def _contact(log: TrialLog) -> dict[str, float]:
 def _share_of_time(log: TrialLog, low_m: float, high_m: float) -> float:
     """Returns the share of the time with the least gap from `low_m` up to `high_m`."""
     closest = people_of(log).gaps_m.min(axis=1)
-    within = (closest >= low_m) & (closest < high_m)
-    if math.isinf(high_m):
-        within = closest >= low_m
-    return _share(log, within)
+    return _share(log, (closest >= low_m) & ((closest < high_m) | math.isinf(high_m)))
 
 
 def _share(log: TrialLog, holds: NDArray[np.bool_]) -> float:
