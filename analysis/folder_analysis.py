@@ -7,6 +7,7 @@ from contextlib import closing
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
+from shlex import quote
 from typing import Any, NamedTuple
 
 import pandas as pd
@@ -189,7 +190,7 @@ def find_logs(path: Path) -> tuple[Mapping[str, Any], dict[Path, list[Path]]]:
     if not files:
         raise InputError(
             f"{path}: none of its trials has ended; if the run was stopped, "
-            f"`drake-navbench run --resume {path}` continues it"
+            f"`drake-navbench run --resume {quote(str(path))}` continues it"
         )
     return manifest, files
 

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from drake_navbench.analysis.metrics.body import gyration_squared_m2, outline_of
 from drake_navbench.analysis.metrics.movers import movers_of
-from drake_navbench.analysis.metrics.signals import is_carried
+from drake_navbench.analysis.metrics.signals import is_carried, speed
 from drake_navbench.kernels.arrays import Array
 from drake_navbench.logs.log import TrialLog
 
@@ -103,7 +103,7 @@ def _command_beyond_the_drive(log: TrialLog) -> Flags:
 def _motion_after_the_end(log: TrialLog) -> Flags:
     """Flags rows after the end of the trial in which the robot moves."""
     is_late = ~(_column(log, "time_s") <= log.end_time_s + END_GRACE_S)
-    v, w = _speed(log), np.abs(_column(log, "w_radps"))
+    v, w = speed(log), np.abs(_column(log, "w_radps"))
     return is_late & ~((v <= REST_MPS) & (w <= REST_RADPS))
 
 
@@ -115,7 +115,7 @@ def _clearance_jumps(log: TrialLog) -> Flags:
     """
     time_s = _column(log, "time_s")
     radius_m = float(np.hypot(*outline_of(log).T).max())
-    v, w = _speed(log), np.abs(_column(log, "w_radps"))
+    v, w = speed(log), np.abs(_column(log, "w_radps"))
     speed_mps = np.maximum(v[1:], v[:-1]) + radius_m * np.maximum(w[1:], w[:-1])
     speed_mps += movers_of(log).top_speed_mps
     moved_m = np.concatenate([[0.0], np.cumsum(speed_mps * np.diff(time_s))])
@@ -159,7 +159,7 @@ def _energy_from_nowhere(log: TrialLog) -> Flags:
     """
     limits = _Limits.of(log)
     step_s = np.diff(_column(log, "time_s"))
-    v, w = _speed(log), np.abs(_column(log, "w_radps"))
+    v, w = speed(log), np.abs(_column(log, "w_radps"))
     way_x, way_y, turn = (np.diff(_column(log, name)) for name in ("x_m", "y_m", "yaw_rad"))
     gyration = gyration_squared_m2(log)
     energy = _kinetic_energy(v, w, gyration)
@@ -243,10 +243,6 @@ def _lateral(log: TrialLog, name: str) -> Array:
     """Returns a column of velocities to the left; zeros where the robot cannot move sideways."""
     has_it = name in log.samples.columns
     return _column(log, name) if has_it else np.zeros(len(log.samples))
-
-
-def _speed(log: TrialLog) -> Array:
-    return np.hypot(_column(log, "v_mps"), _lateral(log, "vy_mps"))
 
 
 def _from_second(flags: Flags) -> Flags:

@@ -2,8 +2,11 @@
 
 A controller's rank in a scenario is 1 + the number of controllers that beat it there. One beats
 another if it reaches the goal in more trials, or in as many trials and faster: its mean time over
-the trials that arrive is shorter by more than RELEVANT_RATIO. The intervals come from a bootstrap
-over the seeds. Each resample draws the same seeds in both scenarios, so that trials stay paired.
+the trials that arrive is shorter by more than RELEVANT_RATIO.
+
+Whether a change is shown is decided from the ranks in each single seed, which both scenarios share:
+Wilcoxon's test of their changes, corrected for all controllers and scenarios together (`pairs`). So
+fewer than six seeds show no change, unless nothing in the trials is random.
 """
 
 from __future__ import annotations
@@ -15,51 +18,49 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from drake_navbench.analysis.pairs import RELEVANT_RATIO
-from drake_navbench.analysis.statistics import CONFIDENCE, Interval
+from drake_navbench.analysis.paired_comparison import compare_differences
+from drake_navbench.analysis.pairs import RELEVANT_RATIO, holm, smallest_p_value, values_by_seed
+from drake_navbench.analysis.repeats import repeated_cells
+from drake_navbench.analysis.statistics import CONFIDENCE
 from drake_navbench.analysis.verdicts import is_failed
-
-# More resamples do not move the ends of an interval of whole ranks.
-RESAMPLES = 1000
-MIN_SEEDS = 2
+from drake_navbench.kernels.arrays import Array
 
 
 class Placing(NamedTuple):
-    """The rank of a controller in a scenario, with its 95% interval."""
+    """The rank of a controller in a scenario, and in how many of its trials it arrived."""
 
     arrived: int
     trials: int
     rank: int
-    interval: Interval
-
-    @property
-    def text(self) -> str:
-        """The rank with its interval."""
-        low, high = (int(end) for end in self.interval)
-        return f"{self.rank}" if low == high else f"{self.rank} ({low} to {high})"
 
 
 class RankChange(NamedTuple):
-    """A controller in a clean and in a harsher scenario; change: of the rank, 95% interval."""
+    """A controller in a clean and in a harsher scenario.
+
+    by_seed: (seeds,) the change of its rank in each seed alone. p_value: of these changes, adjusted
+    for all changes of a call; 0 or 1 where nothing in the trials is random.
+    """
 
     clean_scenario: str
     scenario: str
     controller: str
     clean: Placing
     harsh: Placing
-    change: Interval
+    by_seed: Array
+    p_value: float
 
     @property
     def is_shown(self) -> bool:
-        """Whether the trials show that the rank changes."""
-        return self.change.excludes(0.0)
+        """Whether the trials show that the rank changes, in the direction in which it does."""
+        is_same_way = (self.harsh.rank - self.clean.rank) * self.by_seed.sum() > 0.0
+        return is_same_way and self.p_value < 1.0 - CONFIDENCE
 
     @property
     def words(self) -> str:
         """The change of the controller's place, as far as the trials show it."""
         if not self.is_shown:
             return "no change shown"
-        return "falls" if self.change.low > 0.0 else "rises"
+        return "falls" if self.harsh.rank > self.clean.rank else "rises"
 
 
 def rank_changes(trials: pd.DataFrame, clean_of: Mapping[str, str]) -> list[RankChange]:
@@ -68,11 +69,15 @@ def rank_changes(trials: pd.DataFrame, clean_of: Mapping[str, str]) -> list[Rank
     trials: rows as in trials.parquet. clean_of: harsher scenario -> its clean scenario.
     """
     driven = set(trials["scenario"]) if len(trials) else set()
-    changes = []
-    for scenario, clean in clean_of.items():
-        if {scenario, clean} <= driven:
-            changes += _changes(trials, clean, scenario)
-    return changes
+    changes = [
+        change
+        for scenario, clean in clean_of.items()
+        if {scenario, clean} <= driven
+        for change in _changes(trials, clean, scenario)
+    ]
+    smallest = [smallest_p_value(int(np.count_nonzero(change.by_seed)), 1) for change in changes]
+    adjusted = holm([change.p_value for change in changes], smallest)
+    return [c._replace(p_value=float(p)) for c, p in zip(changes, adjusted, strict=True)]
 
 
 def sentence(changes: list[RankChange]) -> str:
@@ -91,86 +96,49 @@ def sentence(changes: list[RankChange]) -> str:
 
 
 def _changes(trials: pd.DataFrame, clean: str, scenario: str) -> list[RankChange]:
-    both = trials[trials["scenario"].isin([clean, scenario])]
-    controllers = [
-        name
-        for name in dict.fromkeys(both["controller"])
-        if both.loc[both["controller"] == name, "scenario"].nunique() == 2
-    ]
-    if not controllers:
+    """Returns the changes of all controllers of both scenarios, their p-values not yet adjusted."""
+    names = (clean, scenario)
+    rows = trials.assign(arrived=(~is_failed(trials)).astype(float))
+    arrived = [values_by_seed(rows, name, "arrived") for name in names]
+    controllers = [name for name in arrived[0] if name in arrived[1]]
+    seeds = pd.concat([table[controllers] for table in arrived], axis=1).dropna().index
+    if not controllers or seeds.empty:
         return []
-    tables = [by_seed(both[both["scenario"] == name], controllers) for name in (clean, scenario)]
-    seeds = tables[0][0].index.intersection(tables[1][0].index)
-    if seeds.empty:
-        return []
-    arrived, times = (
-        np.stack([table[part].loc[seeds].to_numpy(dtype=float) for table in tables])
-        for part in (0, 1)
-    )
-    everyone = np.arange(len(seeds))[None]
-    ranks = ranks_of(arrived, times, everyone)[:, 0]
-    drawn = everyone
-    if len(seeds) >= MIN_SEEDS:
-        drawn = np.random.default_rng(0).integers(len(seeds), size=(RESAMPLES, len(seeds)))
-    spread = ranks_of(arrived, times, drawn)
-    placings = [
-        [
-            Placing(
-                int(arrived[which, :, i].sum()),
-                len(seeds),
-                int(ranks[which, i]),
-                interval_of(spread[which, :, i]),
-            )
-            for i in range(len(controllers))
-        ]
-        for which in (0, 1)
-    ]
-    return [
-        RankChange(clean, scenario, name, placings[0][i], placings[1][i], change)
-        for i, name in enumerate(controllers)
-        for change in [interval_of(spread[1, :, i] - spread[0, :, i])]
-    ]
-
-
-def by_seed(rows: pd.DataFrame, controllers: list[str]) -> tuple[pd.DataFrame, pd.DataFrame]:
-    """Returns two tables, a row a seed and a column a controller: arrivals (0 or 1) and times, s.
-
-    The time of a trial that did not arrive is NaN.
-    """
-    rows = rows.assign(arrived=(~is_failed(rows)).astype(float))
-    rows["time"] = rows["time_to_goal_s"].where(rows["arrived"] > 0.0)
-    tables = [
-        rows.pivot_table(index="seed", columns="controller", values=name, dropna=False).reindex(
-            columns=controllers
+    times_s = [values_by_seed(rows, name, "time_to_goal_s") for name in names]
+    placings, single = [], []
+    for came, time_s in zip(arrived, times_s, strict=True):
+        came, time_s = (table.loc[seeds, controllers] for table in (came, time_s))
+        ranks = ranks_of(came.mean().to_numpy(), time_s.mean().to_numpy())
+        counts = came.sum().astype(int)
+        placings.append(
+            [Placing(n, len(seeds), int(r)) for n, r in zip(counts, ranks, strict=True)]
         )
-        for name in ("arrived", "time")
+        single.append(ranks_of(came.to_numpy(), time_s.to_numpy()))
+    cells = {(name, controller) for name in names for controller in controllers}
+    is_certain = cells <= repeated_cells(trials)
+    return [
+        RankChange(
+            clean, scenario, controller, before, after, by_seed, _p_value(by_seed, is_certain)
+        )
+        for controller, before, after, by_seed in zip(
+            controllers, *placings, (single[1] - single[0]).T.astype(float), strict=True
+        )
     ]
-    known = tables[0].dropna().index
-    return tables[0].loc[known], tables[1].reindex(known)
 
 
-def ranks_of(
-    arrived: NDArray[np.float64], times: NDArray[np.float64], drawn: NDArray[np.int64]
-) -> NDArray[np.int64]:
-    """Returns (scenarios, draws, controllers) ranks from 1.
+def _p_value(by_seed: Array, is_certain: bool) -> float:
+    """Returns the p-value of the changes of a rank; is_certain: nothing in them is random."""
+    return float(not by_seed.any()) if is_certain else compare_differences(by_seed).p_value
 
-    arrived, times: (scenarios, seeds, controllers). drawn: (draws, seeds) the indices of the seeds
-    that count.
+
+def ranks_of(arrived: Array, time_s: Array) -> NDArray[np.int64]:
+    """Returns (..., controllers) ranks from 1.
+
+    arrived, time_s: (..., controllers), the share of trials that arrived and their mean time, NaN
+    where none did.
     """
-    share = arrived[:, drawn].mean(axis=2)
-    known = np.isfinite(times)[:, drawn]
-    count = known.sum(axis=2)
-    total = np.where(known, times[:, drawn], 0.0).sum(axis=2)
-    mean = np.divide(total, count, out=np.full(total.shape, np.inf), where=count > 0)
-    # Axes: scenario, draw, the controller that may be beaten, the one that may beat it.
-    own_share, other_share = share[..., :, None], share[..., None, :]
-    own_time, other_time = mean[..., :, None], mean[..., None, :]
-    is_quicker = other_time < own_time * (1.0 - RELEVANT_RATIO)
+    # The last axes: the controller that may be beaten, the one that may beat it.
+    own_share, other_share = arrived[..., :, None], arrived[..., None, :]
+    is_quicker = time_s[..., None, :] < time_s[..., :, None] * (1.0 - RELEVANT_RATIO)
     beats = (other_share > own_share) | ((other_share == own_share) & is_quicker)
-    return np.asarray(1 + beats.sum(axis=3))
-
-
-def interval_of(values: NDArray[np.int64] | NDArray[np.float64]) -> Interval:
-    tail = 50.0 * (1.0 - CONFIDENCE)
-    low, high = np.percentile(values, [tail, 100.0 - tail], method="nearest")
-    return Interval(float(low), float(high))
+    return np.asarray(1 + beats.sum(axis=-1))

@@ -18,16 +18,14 @@ from typing import NamedTuple
 import numpy as np
 import pandas as pd
 
-from drake_navbench.analysis.rank_changes import (
-    MIN_SEEDS,
-    RESAMPLES,
-    by_seed,
-    interval_of,
-    ranks_of,
-)
-from drake_navbench.analysis.statistics import Interval
+from drake_navbench.analysis.pairs import values_by_seed
+from drake_navbench.analysis.rank_changes import ranks_of
+from drake_navbench.analysis.statistics import CONFIDENCE, Interval
+from drake_navbench.analysis.verdicts import is_failed
 from drake_navbench.inputs.scenario import PUBLISHED_SCENARIOS
 
+RESAMPLES = 1000
+MIN_SEEDS = 2
 PAGE = Path(__file__).parents[1] / "docs" / "living_world_ranks.md"
 LIVING_WORLD = (
     *("crossing", "oncoming", "overtaking"),
@@ -84,20 +82,22 @@ def mean_rank_changes(
     if not controllers:
         return []
     generator = np.random.default_rng(0)
+    driven = driven.assign(arrived=(~is_failed(driven)).astype(float))
     ranks, spread, arrivals, trial_counts = [], [], [], []
     for name in names:
-        tables = by_seed(driven[driven["scenario"] == name], controllers)
-        arrived, times = (table.to_numpy(dtype=float)[None] for table in tables)
-        count = arrived.shape[1]
+        arrived = values_by_seed(driven, name, "arrived")[controllers].dropna()
+        times = values_by_seed(driven, name, "time_to_goal_s").loc[arrived.index, controllers]
+        count = len(arrived)
         if count == 0:
             return []
         everyone = np.arange(count)[None]
         drawn = np.broadcast_to(everyone, (RESAMPLES, count))
         if count >= MIN_SEEDS:
             drawn = generator.integers(count, size=(RESAMPLES, count))
-        ranks.append(ranks_of(arrived, times, everyone)[0, 0])
-        spread.append(ranks_of(arrived, times, drawn)[0])
-        arrivals.append(arrived[0].sum(axis=0))
+        own = arrived.to_numpy(), times.to_numpy()
+        ranks.append(_ranks_of_draws(*own, everyone)[0])
+        spread.append(_ranks_of_draws(*own, drawn))
+        arrivals.append(own[0].sum(axis=0))
         trial_counts.append(count)
     parts = (slice(len(scenarios)), slice(len(scenarios), None))
     means = [np.mean(ranks[part], axis=0) for part in parts]
@@ -109,10 +109,25 @@ def mean_rank_changes(
             (float(means[0][i]), float(means[1][i])),
             (int(came[0][i]), int(came[1][i])),
             (sum(trial_counts[parts[0]]), sum(trial_counts[parts[1]])),
-            interval_of(changes[:, i]),
+            _interval(changes[:, i]),
         )
         for i, name in enumerate(controllers)
     ]
+
+
+def _ranks_of_draws(arrived: np.ndarray, times: np.ndarray, drawn: np.ndarray) -> np.ndarray:
+    """Returns (draws, controllers) ranks; drawn: (draws, seeds) the indices of rows that count."""
+    known = np.isfinite(times)[drawn]
+    count, total = known.sum(axis=1), np.where(known, times[drawn], 0.0).sum(axis=1)
+    mean = np.divide(total, count, out=np.full(total.shape, np.inf), where=count > 0)
+    return ranks_of(arrived[drawn].mean(axis=1), mean)
+
+
+def _interval(values: np.ndarray) -> Interval:
+    """Returns the 95% interval of resampled values."""
+    tail = 50.0 * (1.0 - CONFIDENCE)
+    low, high = np.percentile(values, [tail, 100.0 - tail], method="nearest")
+    return Interval(float(low), float(high))
 
 
 def page(changes: list[MeanRankChange], seed_count: int) -> str:

@@ -164,7 +164,7 @@ def _later(model: str, people: Array, ways: Array, speeds: Array, time_gap_s: fl
         above = np.array([[-far, half], [far, half], [far, half + 1.0], [-far, half + 1.0]])
         below = above - [0.0, WIDTH_M + 1.0]
         after = step_orca(
-            *(everybody, traits, goals, linked_edges([above, below]), np.empty((0, 5))),
+            *(everybody, traits, goals, (linked_edges([above, below]), np.empty((0, 5)))),
             *(NO_ROBOT[:5], OrcaSettings().as_array, PEOPLE_PERIOD_S, PEOPLE_PERIOD_S),
         )
     else:

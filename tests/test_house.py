@@ -39,14 +39,6 @@ WITH_MANY_PARAMETERS = {
     "controllers/mppi/motion_models.py:pose_lanes",
     "drake_navbench/campaign/benchmark.py:run_benchmark",
     "drake_navbench/campaign/campaign.py:plan_campaign",
-    "drake_navbench/kernels/astar.py:_relax_neighbours",
-    "drake_navbench/kernels/astar.py:_search",
-    "drake_navbench/kernels/astar.py:search",
-    "drake_navbench/kernels/hybrid_astar.py:search",
-    "drake_navbench/kernels/hybrid_smoothing.py:smooth_car_part",
-    "drake_navbench/kernels/moving_bodies.py:share_until_contact_with_moving",
-    "drake_navbench/kernels/orca.py:_add_others",
-    "drake_navbench/kernels/orca.py:step_orca",
 }
 
 # A kernel's record is made of the parameter model (`ControllerParameters.as_record`). These tuples

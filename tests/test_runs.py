@@ -7,7 +7,7 @@ import json
 import pytest
 
 from drake_navbench.commands import runs
-from drake_navbench.logs.results import ResultsFolder
+from drake_navbench.logs.results import ResultsFolder, only_run_in
 
 
 @pytest.fixture
@@ -70,6 +70,7 @@ def test_a_run_gets_another_name_and_is_deleted(results, capsys):
         (["--delete", "../results/a"], "results: no run '../results/a'"),
         (["--rename", "a", "b"], "--rename a b: results/b exists already"),
         (["--rename", "a", "../c"], "--rename a '../c': expected the name of a folder"),
+        (["--rename", "a", "x" * 300], f"results/{'x' * 300}: cannot be written: File name too"),
         (["--tag", "c", "x"], "results: no run 'c'"),
         (["--tag", "a", "x,y"], "a: got the tag 'x,y', expected a word without a comma"),
         (["nowhere"], "nowhere: no such folder; a run makes results/<time>"),
@@ -80,6 +81,13 @@ def test_wrong_names_are_one_line_and_change_nothing(results, capsys, arguments,
     assert (status, len(lines)) == (2, 1)
     assert lines[0].startswith(line)
     assert sorted(path.name for path in results.iterdir()) == ["a", "b", "notes"]
+
+
+@pytest.mark.parametrize("change", [["--rename", "a", "c"], ["--delete", "a"]])
+def test_a_run_that_is_being_written_is_left_alone(results, capsys, change):
+    with only_run_in(results / "a"):
+        assert told(capsys, *change)[0] == 2
+    assert (results / "a" / "manifest.json").is_file()
 
 
 def test_a_manifest_that_cannot_be_read_is_told_in_its_place(results, capsys):

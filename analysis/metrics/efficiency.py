@@ -50,7 +50,7 @@ def time_to_goal_s(log: TrialLog) -> float:
     Formula: end - start. A trial that failed has no time to goal, however early it gave up.
     """
     _require_success(log)
-    return _duration_s(log)
+    return duration_s(log)
 
 
 @metric(unit="s", better="neither", title="Duration")
@@ -59,7 +59,7 @@ def duration_s(log: TrialLog) -> float:
 
     Formula: end - start.
     """
-    return _duration_s(log)
+    return log.end_time_s - float(log.info["start_time_s"])
 
 
 @metric(unit="m", better="neither", title="Driven length", relevant=0.02)
@@ -238,10 +238,6 @@ def drive_power_w(
     rolling = body.rolling_resistance_ratio * body.mass_kg * GRAVITY_MPS2 * speed_mps
     drag = 0.5 * AIR_DENSITY_KGPM3 * body.drag_area_m2 * speed_mps**3
     return translation + rotation + rolling + drag
-
-
-def _duration_s(log: TrialLog) -> float:
-    return log.end_time_s - float(log.info["start_time_s"])
 
 
 def _require_success(log: TrialLog) -> None:

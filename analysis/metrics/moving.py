@@ -10,7 +10,7 @@ import numpy as np
 from drake_navbench.analysis.metrics.body import outline_of
 from drake_navbench.analysis.metrics.definition import Undefined, metric
 from drake_navbench.analysis.metrics.movers import Movers, movers_of
-from drake_navbench.analysis.metrics.signals import column, lateral_velocity, times
+from drake_navbench.analysis.metrics.signals import column, lateral_velocity, poses_at, times
 from drake_navbench.kernels.arrays import Array
 from drake_navbench.kernels.moving_bodies import clearances_of_bodies
 from drake_navbench.kernels.moving_collision_time import time_to_moving_contact
@@ -91,13 +91,6 @@ def look_times(log: TrialLog) -> Array:
     return np.append(np.arange(time_s[0], time_s[-1] - 1e-9, LOOK_PERIOD_S), time_s[-1])
 
 
-def robot_poses(log: TrialLog, time_s: Array) -> Array:
-    """Returns the robot's poses at times (T,), (T, 3): x m, y m, yaw rad."""
-    own = times(log)
-    names = ("x_m", "y_m", "yaw_rad")
-    return np.column_stack([np.interp(time_s, own, column(log, name)) for name in names])
-
-
 @lru_cache(maxsize=1)
 def clearances_m(log: TrialLog) -> Array:
     """Returns the footprint's distance from each body at `look_times`, (T, B) m; inf beyond 5 m."""
@@ -109,7 +102,7 @@ def clearances_m(log: TrialLog) -> Array:
             clearances_of_bodies(
                 outline, x, y, yaw, bodies.edges, bodies.discs, poses, MAX_CLEARANCE_M
             )
-            for (x, y, yaw), poses in zip(robot_poses(log, looks), moved, strict=True)
+            for (x, y, yaw), poses in zip(poses_at(log, looks), moved, strict=True)
         ]
     )
 
@@ -145,7 +138,7 @@ def collision_times_s(log: TrialLog, first_body: int = 0) -> Array:
                 COLLISION_TIME_HORIZON_S,
             )
             for pose, twist, poses, velocities in zip(
-                robot_poses(log, looks), twists, here, rates, strict=True
+                poses_at(log, looks), twists, here, rates, strict=True
             )
         ]
     )

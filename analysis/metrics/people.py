@@ -16,8 +16,8 @@ from drake_navbench.analysis.metrics.moving import (
     LOOK_PERIOD_S,
     clearances_m,
     look_times,
-    robot_poses,
 )
+from drake_navbench.analysis.metrics.signals import poses_at
 from drake_navbench.inputs.moving_obstacles import Bodies
 from drake_navbench.kernels.arrays import Array
 from drake_navbench.kernels.moving_bodies import clearances_of_bodies
@@ -95,7 +95,7 @@ def approaches_within(log: TrialLog, distance_m: float) -> Approaches:
     near = people.gaps_m < distance_m
     comes = near[1:] & ~near[:-1] & people.is_there[1:] & people.is_there[:-1]
     outline = np.ascontiguousarray(outline_of(log))
-    robot, bodies = robot_poses(log, people.time_s), movers.bodies
+    robot, bodies = poses_at(log, people.time_s), movers.bodies
     poses = movers.poses_at(people.time_s)
     by_robot = 0
     for row, person in np.argwhere(comes):
@@ -122,7 +122,7 @@ def gaps_to_groups_m(log: TrialLog) -> GroupGaps:
     if not members:
         raise Undefined("there were no groups")
     outline = outline_of(log)
-    poses = robot_poses(log, people.time_s)
+    poses = poses_at(log, people.time_s)
     footprints = np.array([shapely.Polygon(place_outline(outline, pose)) for pose in poses])
     gaps = GroupGaps(*(np.full((len(footprints), len(members)), np.inf) for _ in range(2)))
     for group, own in enumerate(members):

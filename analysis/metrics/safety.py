@@ -156,9 +156,7 @@ def danger_share(time_s: Array, clearance_m: Array) -> float:
 
 def shortest_collision_time_s(log: TrialLog, edges: Array) -> float:
     """Returns the shortest time to collision over samples 0.1 s apart; inf if all exceed 10 s."""
-    time_s = times(log)
-    grid = np.arange(time_s[0], time_s[-1] + 1e-9, COLLISION_TIME_STEP_S)
-    rows = np.searchsorted(time_s, grid + 1e-9, side="right") - 1
+    rows = _rows_apart(log)
     poses = np.column_stack([column(log, name)[rows] for name in ("x_m", "y_m", "yaw_rad")])
     forward, turning = (column(log, name)[rows] for name in ("v_mps", "w_radps"))
     twists = np.column_stack([forward, turning, lateral_velocity(log)[rows]])

@@ -7,7 +7,14 @@ import math
 import numpy as np
 
 from drake_navbench.analysis.metrics.definition import Undefined, metric
-from drake_navbench.analysis.metrics.signals import column, driven_length, motion, rms, sign_changes
+from drake_navbench.analysis.metrics.signals import (
+    column,
+    driven_length,
+    is_carried,
+    motion,
+    rms,
+    sign_changes,
+)
 from drake_navbench.kernels.arrays import Array
 from drake_navbench.logs.log import TrialLog
 
@@ -111,9 +118,9 @@ def command_w_variation_radps(log: TrialLog) -> float:
 def heading_change_rad(log: TrialLog) -> float:
     """Total angle through which the robot turned, left and right turns both counted as positive.
 
-    Formula: sum |dyaw|.
+    Formula: sum |dyaw|, without the rides in lifts.
     """
-    return _heading_change_rad(log)
+    return np.abs(np.diff(column(log, "yaw_rad")))[~is_carried(log)].sum()
 
 
 @metric(unit="rad/m", better="lower", title="Turning per metre")
@@ -125,7 +132,7 @@ def heading_change_per_metre_radpm(log: TrialLog) -> float:
     length_m = driven_length(log)
     if length_m == 0.0:
         raise Undefined("the robot did not move")
-    return _heading_change_rad(log) / length_m
+    return heading_change_rad(log) / length_m
 
 
 @metric(unit="", better="lower", title="Changes between left and right")
@@ -178,7 +185,3 @@ def dimensionless_jerk(speed: Array, period_s: float) -> float:
     duration_s = len(speed) * period_s
     jerk = np.diff(speed, n=2) / period_s**2
     return -float(duration_s**3 / peak**2 * (jerk**2).sum() * period_s)
-
-
-def _heading_change_rad(log: TrialLog) -> float:
-    return float(np.abs(np.diff(column(log, "yaw_rad"))).sum())

@@ -13,14 +13,20 @@ from numpy.typing import NDArray
 from drake_navbench.analysis.metrics.body import outline_of
 from drake_navbench.analysis.metrics.definition import Undefined, metric
 from drake_navbench.analysis.metrics.movers import movers_of
-from drake_navbench.analysis.metrics.moving import collision_times_s, robot_poses
+from drake_navbench.analysis.metrics.moving import collision_times_s
 from drake_navbench.analysis.metrics.people import (
     PeopleLooks,
     approaches_within,
     gaps_to_groups_m,
     people_of,
 )
-from drake_navbench.analysis.metrics.signals import column, hold_durations, lateral_velocity, times
+from drake_navbench.analysis.metrics.signals import (
+    column,
+    hold_durations,
+    lateral_velocity,
+    poses_at,
+    times,
+)
 from drake_navbench.kernels.arrays import Array
 from drake_navbench.kernels.poses import place_outline
 from drake_navbench.kernels.social_force import social_force
@@ -256,10 +262,7 @@ def _contact(log: TrialLog) -> dict[str, float]:
 def _share_of_time(log: TrialLog, low_m: float, high_m: float) -> float:
     """Returns the share of the time with the least gap from `low_m` up to `high_m`."""
     closest = people_of(log).gaps_m.min(axis=1)
-    within = (closest >= low_m) & (closest < high_m)
-    if math.isinf(high_m):
-        within = closest >= low_m
-    return _share(log, within)
+    return _share(log, (closest >= low_m) & ((closest < high_m) | math.isinf(high_m)))
 
 
 def _share(log: TrialLog, holds: NDArray[np.bool_]) -> float:
@@ -286,7 +289,7 @@ def _social_forces(log: TrialLog) -> Array:
     own = times(log)
     outline = outline_of(log)
     middle = 0.5 * (outline.min(axis=0) + outline.max(axis=0))
-    poses = robot_poses(log, people.time_s)
+    poses = poses_at(log, people.time_s)
     names = (column(log, "v_mps"), lateral_velocity(log), column(log, "w_radps"))
     v, vy, w = (np.interp(people.time_s, own, values) for values in names)
     count = people.positions_m.shape[1]

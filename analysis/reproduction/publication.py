@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from functools import lru_cache
 from importlib.resources import files
+from io import StringIO
 from typing import Any
 
 import pandas as pd
@@ -43,6 +44,5 @@ def published_findings() -> pd.DataFrame:
 
 
 def _packaged_csv(name: str, **options: Any) -> pd.DataFrame:
-    return pd.read_csv(
-        files("drake_navbench.analysis.reproduction").joinpath(name).open(), **options
-    )
+    text = files("drake_navbench.analysis.reproduction").joinpath(name).read_text(encoding="utf-8")
+    return pd.read_csv(StringIO(text), **options)

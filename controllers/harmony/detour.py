@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from drake_navbench.kernels.astar import FOUND, search
+from drake_navbench.kernels.astar import FOUND, SearchRules, search
 from drake_navbench.kernels.distance_field import DistanceField
 from drake_navbench.kernels.grid import FREE, INSCRIBED, Grid, world_to_cell
 from drake_navbench.kernels.path_geometry import path_from_polyline, path_length
@@ -173,14 +173,16 @@ def _way_between(
         cells[0],
         cells[1],
         (float(cells[1][0]), float(cells[1][1])),
-        tolerance=0.0,
-        cost_travel_multiplier=TRAVEL_MULTIPLIER,
-        allow_unknown=True,
-        corner_cutting=False,
-        max_iterations=0,
-        max_on_approach_iterations=0,
-        terminal_checking_interval=costs.size,
-        expansion_budget=costs.size,
+        SearchRules(
+            tolerance=0.0,
+            cost_travel_multiplier=TRAVEL_MULTIPLIER,
+            allow_unknown=True,
+            corner_cutting=False,
+            max_iterations=0,
+            max_on_approach_iterations=0,
+            terminal_checking_interval=costs.size,
+            expansion_budget=costs.size,
+        ),
     )
     if status != FOUND or len(found) < 2:
         return None

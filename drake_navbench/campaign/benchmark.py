@@ -5,10 +5,11 @@ from __future__ import annotations
 import argparse
 import tempfile
 import time
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from datetime import datetime
 from itertools import chain, count
 from pathlib import Path
+from shlex import quote
 from typing import Any, TypedDict, Unpack
 
 import pandas as pd
@@ -76,6 +77,7 @@ from drake_navbench.logs.results import ResultsFolder, only_run_in, require_writ
 from drake_navbench.processes import cache_folder, instruction_set
 from drake_navbench.processes.kernel_cache import notice_of_wheel
 from drake_navbench.processes.machine import available_cores
+from drake_navbench.processes.workers import require_workers
 from drake_navbench.trial.trial import DEFAULT_ROBOT
 from drake_navbench.typed_files.typed_yaml import validate
 
@@ -157,11 +159,11 @@ def run_benchmark(
             sweeps=sweeps,
             samples=samples,
         )
+    jobs = _jobs(campaign, jobs)
     temporary = tempfile.TemporaryDirectory() if out is None else None
     folder = ResultsFolder(out or Path(temporary.name if temporary else ""))
     with only_run_in(folder.path):
         require_writable(folder.path)
-        jobs = _jobs(campaign, jobs)
         begin(folder, campaign, request if is_told_by_names else None, jobs)
         table, undriven, _ = run_campaign(campaign, folder, jobs=jobs)
     if undriven:
@@ -218,22 +220,8 @@ def run_from_command_line(arguments: argparse.Namespace, *, began_s: float) -> b
     for name in ("live_port", "live_wait"):
         if getattr(arguments, name) is not None:
             raise InputError(f"--{name.replace('_', '-')}: expected --live as well")
-    for line in file_lines(request, campaign.nav2):
-        console.print(line, soft_wrap=True)
-    for preset in campaign.presets:
-        if preset.read_as:
-            told = f"{preset.source}: drives by the rules of Nav2 {preset.read_as}"
-            console.print(printable(told), soft_wrap=True)
-        if preset.ignored:
-            ignored = ", ".join(preset.ignored)
-            told = f"{preset.source}: has no use here and is ignored: {ignored}"
-            console.print(printable(told))
-    columns = {spec.preset.name: (spec.preset, spec.robot) for spec in campaign.specs}
-    for told in lines_of(columns.values()):
-        console.print(printable(told), soft_wrap=True)
-    if campaign.model is not None:
-        told = f"Robot's model: {campaign.model.summary()} (--check tells all)"
-        console.print(printable(told), soft_wrap=True)
+    for line in _lines_on_inputs(request, campaign):
+        console.print(printable(line), soft_wrap=True)
     jobs = _jobs(campaign, arguments.jobs)
     cluster = cluster_place(arguments)
     if cluster is not None and _running_stacks(campaign):
@@ -261,8 +249,28 @@ def run_from_command_line(arguments: argparse.Namespace, *, began_s: float) -> b
                 cluster=cluster,
             )
     except KeyboardInterrupt:
-        console.print(f"Continue with: drake-navbench run --resume {folder.path}", soft_wrap=True)
+        console.print(f"Continue with: {_resuming(folder)}", soft_wrap=True)
         raise
+
+
+def _lines_on_inputs(request: Request, campaign: Campaign) -> Iterator[str]:
+    """Yields the lines on files, columns and robot that are printed before anything drives."""
+    yield from file_lines(request, campaign.nav2)
+    for preset in campaign.presets:
+        if preset.read_as:
+            yield f"{preset.source}: drives by the rules of Nav2 {preset.read_as}"
+        if preset.ignored:
+            ignored = ", ".join(preset.ignored)
+            yield f"{preset.source}: has no use here and is ignored: {ignored}"
+    columns = {spec.preset.name: (spec.preset, spec.robot) for spec in campaign.specs}
+    yield from lines_of(columns.values())
+    if campaign.model is not None:
+        yield f"Robot's model: {campaign.model.summary()} (--check tells all)"
+
+
+def _resuming(folder: ResultsFolder) -> str:
+    """Returns the command that goes on with a run, for a shell."""
+    return f"drake-navbench run --resume {quote(str(folder.path))}"
 
 
 def _running_stacks(campaign: Campaign) -> list[str]:
@@ -273,8 +281,10 @@ def _running_stacks(campaign: Campaign) -> list[str]:
 def _jobs(campaign: Campaign, given: int | None) -> int:
     """Returns the number of workers: one where a running stack drives, one trial at a time.
 
-    Raises InputError where more were asked for.
+    Raises InputError where more were asked for, or none.
     """
+    if given is not None:
+        require_workers(given)
     stacks = _running_stacks(campaign)
     if not stacks:
         return given or available_cores()
@@ -333,7 +343,7 @@ def _run(
     for entry in undriven:
         _print_error(_undriven_line(entry))
     if undriven:
-        _print_error(f"{len(undriven)} trials were not driven; --resume {folder.path} drives them")
+        _print_error(f"{len(undriven)} trials were not driven; {_resuming(folder)} drives them")
     if trials.empty:
         return True
     told = scenarios_in_totals(campaign.suites)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
+from shlex import quote
 from typing import Any
 
 from rich.console import Console
@@ -68,4 +69,6 @@ def _tell(console: Console, log: TrialLog, path: Path) -> None:
     told += stack.get("faults", [])
     for line in told:
         console.print(printable(line), soft_wrap=True)
-    console.print(f"drake-navbench export {path} --mcap writes it as a bag.", soft_wrap=True)
+    console.print(
+        f"drake-navbench export {quote(str(path))} --mcap writes it as a bag.", soft_wrap=True
+    )

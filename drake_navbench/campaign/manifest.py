@@ -63,6 +63,7 @@ def complete(folder: ResultsFolder, campaign: Campaign, jobs: int) -> None:
 
 
 def require_same_inputs(folder: ResultsFolder, campaign: Campaign, begun: Begun) -> None:
+    """Raises InputError where inputs, version or trials are not those of the run that began."""
     for name, digest in _hashes(_inputs(campaign)).items():
         if begun.inputs.get(name) != digest:
             raise InputError(

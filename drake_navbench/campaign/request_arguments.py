@@ -23,6 +23,7 @@ from drake_navbench.nav2.robot import READ
 from drake_navbench.nav2.substitutions import NAME
 from drake_navbench.nav2.whole_files import FileColumns
 from drake_navbench.trial.column_controller import check_controller
+from drake_navbench.typed_files.assignments import assignments
 from drake_navbench.typed_files.typed_yaml import validate
 
 
@@ -73,14 +74,10 @@ def request_from_arguments(arguments: argparse.Namespace) -> Request:
 
 def read_assignments(texts: Sequence[str]) -> dict[str, str]:
     """Returns the values of --set name=value; raises InputError for other forms or repetition."""
-    values: dict[str, str] = {}
-    for text in texts:
-        name, equals, value = text.partition("=")
-        if not equals or not re.fullmatch(NAME, name):
-            raise InputError(f"--set {text!r}: expected name=value")
-        if name in values:
-            raise InputError(f"--set {text!r}: {name} is given twice")
-        values[name] = value
+    values = assignments(texts, "--set", "name=value", may_be_empty=True)
+    for name, value in values.items():
+        if not re.fullmatch(NAME, name):
+            raise InputError(f"--set {f'{name}={value}'!r}: expected name=value")
     return values
 
 
@@ -93,17 +90,12 @@ def _absolute(reference: str) -> str:
 def _aliases(texts: Sequence[str]) -> dict[str, str]:
     """Returns the aliases of `--name ALIAS=FILE` by file; raises InputError for a repeated one."""
     aliases: dict[str, str] = {}
-    for text in texts:
-        alias, equals, file = text.partition("=")
-        if not alias or not equals or not file:
-            raise InputError(f"--name {text!r}: expected ALIAS=FILE")
+    for alias, given in assignments(texts, "--name", "ALIAS=FILE").items():
+        file, option = str(Path(given)), f"--name {alias}={given}"
         if "/" in alias:
-            raise InputError(f"--name {text}: the alias {alias!r} has a slash; expected none")
-        file = str(Path(file))
-        if alias in aliases.values():
-            raise InputError(f"--name {text}: the alias {alias!r} is given twice")
+            raise InputError(f"{option}: the alias {alias!r} has a slash; expected none")
         if file in aliases:
-            raise InputError(f"--name {text}: the file has the alias {aliases[file]!r} already")
+            raise InputError(f"{option}: the file has the alias {aliases[file]!r} already")
         aliases[file] = alias
     return aliases
 

@@ -12,6 +12,7 @@ import pandas as pd
 from drake_navbench.analysis.compare import FolderComparison, compare_folders
 from drake_navbench.analysis.folder_analysis import analyse_folder
 from drake_navbench.analysis.metrics.registry import all_metrics
+from drake_navbench.analysis.repeats import repeated_cells, repeated_controllers
 from drake_navbench.analysis.verdicts import comparable_trials, touch_counts, verdict
 from drake_navbench.errors import InputError, nearest_name_hint
 from drake_navbench.logs.log import TrialLog
@@ -79,8 +80,9 @@ class Results:
     def best(self, metric: str = "time_to_goal_s", scenario: str | None = None) -> str | None:
         """Returns the controller that is shown to be best, None where the trials do not show one.
 
-        By the rules of the report's verdicts, over all scenarios unless one is named. Raises
-        InputError where the metric or the scenario is not known.
+        By the rules of the report's verdicts, over all scenarios unless one is named; equal trials
+        of a controller in a scenario count once. Raises InputError where the metric or the scenario
+        is not known.
         """
         found = all_metrics()
         names = [entry.name for entry in found]
@@ -94,13 +96,19 @@ class Results:
                 raise InputError(
                     f"scenario {scenario!r} was not run{nearest_name_hint(scenario, known)}"
                 )
+        entry = found[names.index(metric)]
+        repeated = repeated_cells(trials) if entry.is_repeatable else frozenset()
+        cells = pd.MultiIndex.from_frame(trials[["scenario", "controller"]])
+        trials = trials[~(cells.isin(list(repeated)) & cells.duplicated())]
+        driven = list(dict.fromkeys(trials["scenario"]))
         parts = [comparable_trials(own, names) for _, own in trials.groupby("scenario", sort=False)]
         pooled = pd.concat(parts)
         seeds = pooled["scenario"].astype(str) + "/" + pooled["seed"].astype(str)
         judged = verdict(
             pooled.assign(seed=seeds, scenario=""),
             "",
-            found[names.index(metric)],
+            entry,
+            repeated=repeated_controllers(repeated, driven[0]) if len(driven) == 1 else frozenset(),
             anyone_arrived=bool((trials["outcome"] == "succeeded").any()),
             touches=touch_counts(trials),
         )

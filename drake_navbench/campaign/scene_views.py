@@ -10,6 +10,7 @@ from drake_navbench.analysis.figures.course import Course
 from drake_navbench.analysis.figures.views import SceneView, Task
 from drake_navbench.errors import InputError, NavbenchError
 from drake_navbench.inputs.floor_scenario import FloorScenario
+from drake_navbench.inputs.moving_obstacles import circle
 from drake_navbench.inputs.recorded_people import RecordedPeople
 from drake_navbench.inputs.robot import Robot
 from drake_navbench.inputs.scenario import Scenario
@@ -160,14 +161,9 @@ def _movers(world: World) -> tuple[list[Array], list[Array]]:
             walked.setdefault(person, [ends[0]]).append(ends[1])
         for steps in walked.values():
             ways.append(np.array(steps))
-            movers.append(_disc(steps[0], float(np.max(people.radius_m))))
+            movers.append(steps[0] + circle(float(np.max(people.radius_m))))
         return ways, movers
     for walker in people.persons:
         ways.append(np.array([walker.start, *(end for _, end in walker.ways)], dtype=float))
-        movers.append(_disc(ways[-1][0], walker.radius_m))
+        movers.append(ways[-1][0] + circle(walker.radius_m))
     return ways, movers
-
-
-def _disc(centre: Array, radius_m: float) -> Array:
-    turns = np.linspace(0.0, 2.0 * np.pi, 24, endpoint=False)
-    return np.asarray(centre + radius_m * np.column_stack([np.cos(turns), np.sin(turns)]))

@@ -59,8 +59,8 @@ def print_rank_changes(console: Console, changes: Sequence[RankChange]) -> None:
                 name_lines(change.controller),
                 f"{clean.arrived}/{clean.trials}",
                 f"{harsh.arrived}/{harsh.trials}",
-                clean.text,
-                harsh.text,
+                str(clean.rank),
+                str(harsh.rank),
                 change.words,
             )
         console.print(table)

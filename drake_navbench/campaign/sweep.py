@@ -16,6 +16,7 @@ from drake_navbench.errors import InputError
 from drake_navbench.inputs.presets import Preset
 from drake_navbench.inputs.robot import Robot, merged, overridden
 from drake_navbench.inputs.scenario import Scenario
+from drake_navbench.typed_files.assignments import assignment
 from drake_navbench.typed_files.dotted_names import nested
 from drake_navbench.typed_files.typed_yaml import parse_yaml, validate
 
@@ -66,9 +67,7 @@ def parse_axis(text: str, option: str = "--sweep") -> Axis:
 
     option: the option that it was given to, for errors. Raises InputError.
     """
-    field, equals, values = text.partition("=")
-    if not field or not equals or not values:
-        raise InputError(f"{option} {text!r}: expected FIELD=VALUE,VALUE,... or FIELD=LOW:HIGH:N")
+    field, values = assignment(text, option, "FIELD=VALUE,VALUE,... or FIELD=LOW:HIGH:N")
     source = f"{option} {text!r}"
     if (found := RANGE.fullmatch(values)) is None:
         parsed = parse_yaml(f"values: [{values}]", source)["values"]

@@ -12,7 +12,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from drake_navbench.commands.command_line import CommandParser, Options, command
-from drake_navbench.errors import InputError, as_line
+from drake_navbench.errors import as_line
+from drake_navbench.typed_files.assignments import assignments
 
 if TYPE_CHECKING:
     from drake_navbench.ros2.recordings.simulation_gap import SimulationGap
@@ -122,13 +123,8 @@ def _print_gaps(gaps: Sequence[SimulationGap | None]) -> None:
 
 def topics_of(texts: Sequence[str]) -> dict[str, str]:
     """Returns role -> topic for texts such as odom=/odom; raises InputError for other texts."""
-    found = {}
-    for text in texts:
-        role, equals, topic = text.partition("=")
-        if not equals or not role:
-            raise InputError(f"--topics {text!r}: expected ROLE=TOPIC, such as odom=/robot/odom")
-        found[role] = topic
-    return found
+    form = "ROLE=TOPIC, such as odom=/robot/odom"
+    return assignments(texts, "--topics", form, may_be_empty=True)
 
 
 main = command(build_parser, _import)

@@ -6,7 +6,6 @@ Only the standard library is imported before the arguments are read, so that --h
 from __future__ import annotations
 
 import argparse
-from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -19,6 +18,7 @@ from drake_navbench.commands.command_line import (
     whole_number,
 )
 from drake_navbench.errors import InputError
+from drake_navbench.typed_files.assignments import assignments
 
 if TYPE_CHECKING:
     from drake_navbench.inputs.scenario import Scenario
@@ -148,7 +148,7 @@ def _scenario(arguments: argparse.Namespace) -> Scenario:
 
 def _parameters(arguments: argparse.Namespace) -> dict[str, Any]:
     """Returns the parameters of the column `live`; raises InputError for an unknown frame."""
-    frames = _assigned("--frame", arguments.frame)
+    frames = assignments(arguments.frame, "--frame")
     for name in frames:
         if name not in FRAMES:
             raise InputError(f"--frame {name}: expected one of {', '.join(FRAMES)}")
@@ -161,21 +161,12 @@ def _parameters(arguments: argparse.Namespace) -> dict[str, Any]:
         "peers": tuple(arguments.peer),
         "allows_listeners": arguments.allow_listeners,
         "namespace": arguments.namespace,
-        "topics": _assigned("--topic", arguments.topic),
+        "topics": assignments(arguments.topic, "--topic"),
         **{f"{name}_frame": frame for name, frame in frames.items()},
         "localization": arguments.localization,
         "rate": rate,
         "sends_goal": arguments.goal,
     }
-
-
-def _assigned(option: str, texts: Sequence[str]) -> dict[str, str]:
-    """Returns the values of NAME=VALUE texts by name; raises InputError for another form."""
-    pairs = [text.partition("=") for text in texts]
-    for (name, equals, value), text in zip(pairs, texts, strict=True):
-        if not (name and equals and value):
-            raise InputError(f"{option} {text!r}: expected NAME=VALUE")
-    return {name: value for name, _, value in pairs}
 
 
 main = command(build_parser, _live)

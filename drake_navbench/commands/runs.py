@@ -11,7 +11,7 @@ import shutil
 from pathlib import Path
 
 from drake_navbench.commands.command_line import CommandParser, Options, command
-from drake_navbench.errors import InputError, nearest_name_hint, printable
+from drake_navbench.errors import InputError, nearest_name_hint, printable, writing
 
 DEFAULT_FOLDER = Path("results")
 
@@ -89,12 +89,15 @@ def _found(folder: Path, name: str) -> Path:
 
 
 def _rename(folder: Path, old: str, new: str) -> None:
+    from drake_navbench.logs.results import only_run_in
+
     path = _found(folder, old)
     if new != Path(new).name or new.startswith(".") or not new.isprintable() or not new.strip():
         raise InputError(f"--rename {old} {new!r}: expected the name of a folder, without a path")
-    if (folder / new).exists():
-        raise InputError(f"--rename {old} {new}: {folder / new} exists already")
-    path.rename(folder / new)
+    with only_run_in(path), writing(folder / new):
+        if (folder / new).exists():
+            raise InputError(f"--rename {old} {new}: {folder / new} exists already")
+        path.rename(folder / new)
     print(folder / new)
 
 
@@ -105,7 +108,7 @@ def _delete(folder: Path, name: str) -> None:
     if path.is_symlink():
         raise InputError(f"--delete {name}: {path} is a link; delete what it leads to")
     # Not while a run writes into the folder; a link in it is removed, not its target.
-    with only_run_in(path):
+    with only_run_in(path), writing(path):
         shutil.rmtree(path)
     print(f"deleted {path}")
 

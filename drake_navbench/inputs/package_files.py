@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -16,6 +16,7 @@ from drake_navbench.inputs.descriptions.model_source import read_source
 from drake_navbench.inputs.descriptions.ros_packages import files_below
 from drake_navbench.inputs.descriptions.world import is_world
 from drake_navbench.inputs.descriptions.xacro_macro import lacking, robot_macro
+from drake_navbench.typed_files.assignments import assignments
 from drake_navbench.typed_files.input_file import MEGABYTE
 
 # The names of the kinds on the command line.
@@ -262,13 +263,9 @@ def _is_gazebo_world(file: Path) -> bool:
 
 def read_picks(texts: Sequence[str]) -> dict[str, int]:
     """Returns the numbers of `--pick kind=N`; raises InputError for any other text."""
-    return dict(_picks(texts))
-
-
-def _picks(texts: Sequence[str]) -> Iterator[tuple[str, int]]:
-    for text in texts:
-        kind, _, number = text.partition("=")
+    form = f"one of {', '.join(f'{name}=N' for name in KINDS)}, or {ROBOT}=none"
+    picks = assignments(texts, "--pick", form)
+    for kind, number in picks.items():
         if kind not in KINDS or not (number.isdecimal() or number == "none"):
-            expected = ", ".join(f"{name}=N" for name in KINDS)
-            raise InputError(f"--pick {text!r}: expected one of {expected}, or {ROBOT}=none")
-        yield kind, 0 if number == "none" else int(number)
+            raise InputError(f"--pick {f'{kind}={number}'!r}: expected {form}")
+    return {kind: 0 if number == "none" else int(number) for kind, number in picks.items()}

@@ -23,6 +23,7 @@ from drake_navbench.inputs.file_kinds import PRESET, require_kind
 from drake_navbench.inputs.named_files import YAML_SUFFIXES
 from drake_navbench.inputs.originals import is_plugin_type, names_original, original_of
 from drake_navbench.inputs.robot import Robot, merged
+from drake_navbench.typed_files.assignments import assignment
 from drake_navbench.typed_files.dotted_names import flattened, nested
 from drake_navbench.typed_files.input_file import file_digest
 from drake_navbench.typed_files.typed_yaml import FrozenModel, parse_yaml, read_yaml, validate
@@ -287,8 +288,8 @@ def original_plugin(name: str) -> str | None:
 
 def _assigned(assignments: Sequence[str], text: str) -> Mapping[str, Any]:
     assigned: Mapping[str, Any] = {}
-    for assignment in assignments:
-        assigned = merged(assigned, _parse_assignment(assignment, text))
+    for part in assignments:
+        assigned = merged(assigned, _parse_assignment(part, text))
     return assigned
 
 
@@ -307,14 +308,12 @@ def _named_content(name: str) -> tuple[PresetFile, str]:
     raise InputError(f"controller {name!r} is not known{hint}")
 
 
-def _parse_assignment(assignment: str, text: str) -> dict[str, Any]:
+def _parse_assignment(part: str, text: str) -> dict[str, Any]:
     """Returns {'a': {'b': value}} for 'a.b=value'."""
-    key, equals, value = assignment.partition("=")
-    if not key or not equals or not value:
-        raise InputError(f"controller {text!r}: got {assignment!r}, expected param=value")
+    key, value = assignment(part, f"controller {text!r}: got", "param=value")
     parsed = parse_yaml(f"value: {value}", f"controller {text!r}")["value"]
-    for part in reversed(key.split(".")):
-        parsed = {part: parsed}
+    for name in reversed(key.split(".")):
+        parsed = {name: parsed}
     return parsed
 
 

@@ -18,6 +18,7 @@ Source: nav2_smac_planner (AStarAlgorithm, Node2D, GoalManager).
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
@@ -56,6 +57,26 @@ INITIAL_HEAP_CAPACITY = 4096
 # Places in the heap are unsigned: of a signed index numba asks at every access whether it counts
 # from the end. A plain number beside an unsigned one would make both floating.
 ZERO, ONE, TWO, THREE = (np.uint64(number) for number in range(4))
+
+
+class SearchRules(NamedTuple):
+    """Parameters of Nav2 by their names, but for these.
+
+    tolerance: distance from the goal's point at which a path may end, cells. corner_cutting:
+    whether a diagonal step may pass a blocked cell beside it, as in Nav2. max_iterations,
+    max_on_approach_iterations: expansions in all, and within the tolerance; zero or less is
+    unlimited. expansion_budget: stands for Nav2's time limit, and is checked at every
+    `terminal_checking_interval`-th expansion.
+    """
+
+    tolerance: float
+    cost_travel_multiplier: float
+    allow_unknown: bool
+    corner_cutting: bool
+    max_iterations: int
+    max_on_approach_iterations: int
+    terminal_checking_interval: int
+    expansion_budget: int
 
 
 def are_free(costs: NDArray[np.uint8], allow_unknown: bool) -> NDArray[np.bool_]:
@@ -234,26 +255,16 @@ def _improved(flat_costs, columns, cell, cell_g, table, g):
 
 # Called for every cell: the call itself would cost a tenth of the search.
 @njit(cache=True, forceinline=True)
-def _relax_neighbours(
-    flat_costs,
-    columns,
-    cell,
-    cell_g,
-    goal,
-    table,
-    corner_cutting,
-    g,
-    directions,
-    heap,
-    size,
-    best,
-):
+def _relax_neighbours(flat_costs, columns, cell, cell_g, goal_point, steps, reached, best):
     """Offers the cell's cost to its neighbours. Returns (heap size, best cell, best heuristic).
 
-    goal: (x, y) in cells. best: (cell, heuristic) nearest to the goal among all cells relaxed so
-    far, the first on ties.
+    goal_point: (x, y) in cells. steps: table of `step_costs`, and whether corners may be cut.
+    reached: g and directions by cell, the heap, and its size. best: (cell, heuristic) nearest to
+    the goal among all cells relaxed so far, the first on ties.
     """
-    goal_x, goal_y = goal
+    goal_x, goal_y = goal_point
+    table, corner_cutting = steps
+    g, directions, heap, size = reached
     best_cell, best_h = best
     row = cell // columns
     column = cell - row * columns
@@ -287,24 +298,15 @@ def _relax_neighbours(
 
 
 @njit(cache=True)
-def _search(
-    flat_costs,
-    columns,
-    start,
-    goal,
-    goal_x,
-    goal_y,
-    tolerance,
-    table,
-    corner_cutting,
-    max_on_approach_iterations,
-    stop_at,
-):
+def _search(flat_costs, columns, start, goal, goal_point, steps, approach, stop_at):
     """Runs `search` on a flat grid with a blocked border, cells named by row * columns + column.
 
-    The goal is admitted. stop_at: (expansions, status) at which the search ends without a path.
-    Returns (status, last cell of the path, expansions, directions by which cells were reached).
+    The goal is admitted. steps: as of `_relax_neighbours`. approach: (tolerance in cells,
+    max_on_approach_iterations). stop_at: (expansions, status) at which the search ends without a
+    path. Returns (status, last cell of the path, expansions, directions by which cells were
+    reached).
     """
+    tolerance, max_on_approach_iterations = approach
     g = np.full(flat_costs.size, np.float32(np.inf), dtype=np.float32)
     directions = np.empty(flat_costs.size, dtype=np.uint8)
     heap = np.empty(INITIAL_HEAP_CAPACITY, dtype=np.int64)
@@ -334,8 +336,8 @@ def _search(
         if np.int64(size) + NEIGHBOURS > heap.size:
             heap = _grown(heap)
         size, best_cell, best_h = _relax_neighbours(
-            flat_costs, columns, cell, cell_g, (goal_x, goal_y), table, corner_cutting,
-            g, directions, heap, size, (best_cell, best_h),
+            flat_costs, columns, cell, cell_g, goal_point, steps,
+            (g, directions, heap, size), (best_cell, best_h),
         )  # fmt: skip
     if best_h < tolerance:
         status = FOUND
@@ -347,33 +349,20 @@ def search(
     start_cell: tuple[int, int],
     goal_cell: tuple[int, int],
     goal_point: tuple[float, float],
-    *,
-    tolerance: float,
-    cost_travel_multiplier: float,
-    allow_unknown: bool,
-    corner_cutting: bool,
-    max_iterations: int,
-    max_on_approach_iterations: int,
-    terminal_checking_interval: int,
-    expansion_budget: int,
+    rules: SearchRules,
 ) -> tuple[int, NDArray[np.int64], int]:
     """Searches a path of cells. Returns (status, cells, expansions).
 
     costs: (rows, columns) uint8, C-contiguous.
     start_cell, goal_cell: (column, row); the start is never tested itself.
     goal_point: (x, y) in cells, from which the cells' indices are measured.
-    tolerance: distance from that point at which a path may end, cells.
-    corner_cutting: whether a diagonal step may pass a blocked cell beside it, as in Nav2.
-    max_iterations, max_on_approach_iterations: expansions in all, and within the tolerance; zero or
-        less is unlimited. At every `terminal_checking_interval`-th expansion the search ends if it
-        has used `expansion_budget`, which stands for Nav2's time limit.
     status: FOUND (cells (N, 2) int64 [column, row], ending in the goal cell or within tolerance of
         the goal); GOAL_OCCUPIED; OPEN_SET_EMPTY; ITERATION_LIMIT; EXPANSION_BUDGET_SPENT.
     """
     no_cells = np.empty((0, 2), dtype=np.int64)
-    goal_x, goal_y = np.float32(goal_point[0]), np.float32(goal_point[1])
-    reach = np.float32(tolerance)
-    if not is_goal_admissible(costs, goal_cell, (goal_x, goal_y), reach, allow_unknown):
+    point = np.float32(goal_point[0]), np.float32(goal_point[1])
+    reach = np.float32(rules.tolerance)
+    if not is_goal_admissible(costs, goal_cell, point, reach, rules.allow_unknown):
         return GOAL_OCCUPIED, no_cells, 0
     walled = np.full([side + 2 * BORDER for side in costs.shape], INSCRIBED, dtype=np.uint8)
     walled[BORDER:-BORDER, BORDER:-BORDER] = costs
@@ -387,13 +376,10 @@ def search(
         np.uint64(columns),
         np.uint64(start),
         np.uint64(goal),
-        goal_x,
-        goal_y,
-        reach,
-        step_costs(cost_travel_multiplier, allow_unknown),
-        corner_cutting,
-        max_on_approach_iterations,
-        _stop_at(max_iterations, terminal_checking_interval, expansion_budget),
+        point,
+        (step_costs(rules.cost_travel_multiplier, rules.allow_unknown), rules.corner_cutting),
+        (reach, rules.max_on_approach_iterations),
+        _stop_at(rules.max_iterations, rules.terminal_checking_interval, rules.expansion_budget),
     )
     if status != FOUND:
         return status, no_cells, expansions

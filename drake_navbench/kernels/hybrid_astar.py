@@ -299,20 +299,22 @@ def _most_new_states(motions, expansion, goal_count):
 
 
 @njit(cache=True)
-def search(body, motions, rules, expansion, reached, ways, start, goal, goal_bins, slots):
+def search(body, motions, rules, expansion, heuristics, start, goal, slots):
     """Returns (status, path (N, 3) float32 in cells and rad, expansions).
 
-    start: (3,) float32, cells and bin. goal: (2,) float32. goal_bins: (G,) int64, headings that a
-    goal may have, in Nav2's order. reached, ways: heuristics for this goal, which learn. slots:
-    (columns * rows * bins,) int32, all 0, written.
+    heuristics: for this goal the ways round obstacles, and the car's on an empty floor; they learn.
+    start: (3,) float32, cells and bin. goal: its place, (2,) float32, and the headings that it may
+    have, (G,) int64 in Nav2's order. slots: (columns * rows * bins,) int32, all 0, written.
     """
+    reached, ways = heuristics
+    place, goal_bins = goal
     columns = body.grid.costs.shape[1]
     bins = motions.bins
     graph = new_graph(slots)
     nothing = np.empty((0, 3), np.float32)
     first = state_at(graph, index_of(start[0], start[1], start[2], columns, bins))
     set_pose(graph, first, start[0], start[1], start[2])
-    goals, poses, coarse = _possible_goals(graph, body, rules, goal, goal_bins, bins)
+    goals, poses, coarse = _possible_goals(graph, body, rules, place, goal_bins, bins)
     if goals.size == 0:
         return GOAL_OCCUPIED, nothing, 0
     queue = _new_queue(INITIAL_QUEUE)

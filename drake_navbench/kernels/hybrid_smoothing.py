@@ -48,25 +48,21 @@ def smooth_car_path(path, grid, footprint, radius, smoother):
             grid,
             footprint,
             radius,
-            smoother.tolerance,
-            smoother.max_iterations,
-            smoother.w_data,
-            smoother.w_smooth,
+            (smoother.tolerance, smoother.max_iterations, smoother.w_data, smoother.w_smooth),
             smoother.refinement_num if smoother.do_refinement else 0,
         )
     return result
 
 
 @njit(cache=True)
-def smooth_car_part(
-    part, grid, footprint, radius, tolerance, max_iterations, w_data, w_smooth, refinement_num
-):
-    """Returns a part (N, 3) driven in one direction, smoothed; see `smooth_car_path`."""
+def smooth_car_part(part, grid, footprint, radius, rules, refinement_num):
+    """Returns a part (N, 3) driven in one direction, smoothed; see `smooth_car_path`.
+
+    rules: tolerance, max_iterations, w_data and w_smooth.
+    """
     result, is_backward, succeeded = part.copy(), False, False
     for round_ in range(refinement_num + 1):
-        trial, ended, is_backward = _relaxed(
-            result, is_backward, grid, footprint, tolerance, max_iterations, w_data, w_smooth
-        )
+        trial, ended, is_backward = _relaxed(result, is_backward, grid, footprint, rules)
         result = trial
         if round_ == 0:
             succeeded = ended
@@ -80,12 +76,13 @@ def smooth_car_part(
 
 
 @njit(cache=True)
-def _relaxed(path, is_backward, grid, footprint, tolerance, max_iterations, w_data, w_smooth):
+def _relaxed(path, is_backward, grid, footprint, rules):
     """Returns (path, is_finished, is_backward): a path after sweeps until the points hardly move.
 
     A sweep after which the path collides is undone, and is the last one; then, and after
     max_iterations, is_finished is False.
     """
+    tolerance, max_iterations, w_data, w_smooth = rules
     trial, result = path.copy(), path.copy()
     sweeps, change = 0, tolerance
     while change >= tolerance:

@@ -125,25 +125,18 @@ def place_discs(discs, poses):
 
 @njit(cache=True)
 def share_until_contact_with_moving(
-    footprint,
-    start,
-    end,
-    start_time,
-    duration,
-    edges,
-    discs,
-    knots,
-    firsts,
-    periods,
-    moving_speed,
-    touching,
+    footprint, start, end, span, parts, tracks, moving_speed, touching
 ):
     """Returns the share, 0 to 1, of a step after which the outline first touches a moving body.
 
     As `swept_contact.share_until_contact`, with both moving: a gap closes at most by the sum of the
     outline's speed bound and `moving_speed` m/s, an upper bound of the speed of the bodies' points.
-    start_time: of the step, s.
+    span: start and duration of the step, s. parts: edges and discs of the bodies. tracks: knots,
+    firsts and periods_s of `Tracks`.
     """
+    start_time, duration = span
+    edges, discs = parts
+    knots, firsts, periods = tracks
     speed = outline_speed_bound(footprint, start, end, duration) + moving_speed
     share = 0.0
     while share < 1.0:

@@ -88,14 +88,15 @@ def linked_edges(
 
 
 @njit(cache=True)
-def step_orca(people, traits, goals, edges, discs, robot, settings, step, period):
+def step_orca(people, traits, goals, world, robot, settings, step, period):
     """Returns (P, 8) the people `step` s later, with the velocities that they then choose.
 
-    people: (P, 8), traits: (P, 9), goals: (G, 2) m of all. edges: (N, 9) and discs: (M, 5), see the
-    module. robot: (5,) x m, y m, vx m/s, vy m/s and radius m of a disc around the robot. Regular
-    people expect that it avoids them by half, impassive people that it does nothing. settings:
-    (6,). period: the time for which they will keep the velocity that they choose, s.
+    people: (P, 8), traits: (P, 9), goals: (G, 2) m of all. world: edges (N, 9) and discs (M, 5),
+    see the module. robot: (5,) x m, y m, vx m/s, vy m/s and radius m of a disc around the robot.
+    Regular people expect that it avoids them by half, impassive people that it does nothing.
+    settings: (6,). period: the time for which they will keep the velocity that they choose, s.
     """
+    edges, discs = world
     after = people_after(people, step)
     chosen = np.empty((people.shape[0], 2))
     others = people.shape[0] + discs.shape[0] + 1
@@ -104,7 +105,7 @@ def step_orca(people, traits, goals, edges, discs, robot, settings, step, period
         wished_x, wished_y, speed = _wished(i, after, traits[i], goals, period)
         top_speed = min(settings[HASTE] * speed, TOP_SPEED_MPS)
         hard_count = _add_edges(planes, after[i], traits[i, RADIUS], edges, settings, top_speed)
-        count = _add_others(planes, hard_count, i, after, traits, discs, robot, settings, period)
+        count = _add_others(planes, hard_count, i, after, traits, (discs, robot), settings, period)
         vx, vy = allowed_velocity(planes, count, hard_count, top_speed, wished_x, wished_y)
         chosen[i, 0], chosen[i, 1] = vx, vy
         if math.hypot(vx, vy) > WALKING_MPS:
@@ -134,8 +135,12 @@ def _wished(index, people, traits, goals, period):
 
 
 @njit(cache=True)
-def _add_others(planes, count, index, people, traits, discs, robot, settings, period):
-    """Adds the half-planes of the nearest others to `planes`; returns how many there are then."""
+def _add_others(planes, count, index, people, traits, world, settings, period):
+    """Adds the half-planes of the nearest others to `planes`; returns how many there are then.
+
+    world: discs and robot, as of `step_orca`.
+    """
+    discs, robot = world
     others = people.shape[0] + discs.shape[0] + 1
     seen = np.empty((others, SEEN_SIZE))
     squared = np.empty(others)

@@ -142,14 +142,16 @@ def _search_cells(
         (int(start_cell[0]), int(start_cell[1])),
         (int(goal_in_grid[0]), int(goal_in_grid[1])),
         (goal_in_grid[0] - offset, goal_in_grid[1] - offset),
-        tolerance=float(np.float32(parameters.tolerance) / np.float32(grid.resolution)),
-        cost_travel_multiplier=parameters.cost_travel_multiplier,
-        allow_unknown=parameters.allow_unknown,
-        corner_cutting=parameters.allow_corner_cutting,
-        max_iterations=parameters.max_iterations,
-        max_on_approach_iterations=parameters.max_on_approach_iterations,
-        terminal_checking_interval=parameters.terminal_checking_interval,
-        expansion_budget=budget,
+        astar.SearchRules(
+            tolerance=float(np.float32(parameters.tolerance) / np.float32(grid.resolution)),
+            cost_travel_multiplier=parameters.cost_travel_multiplier,
+            allow_unknown=parameters.allow_unknown,
+            corner_cutting=parameters.allow_corner_cutting,
+            max_iterations=parameters.max_iterations,
+            max_on_approach_iterations=parameters.max_on_approach_iterations,
+            terminal_checking_interval=parameters.terminal_checking_interval,
+            expansion_budget=budget,
+        ),
     )
     if status == astar.FOUND:
         return cells

@@ -142,11 +142,9 @@ class SmacPlannerHybrid:
             ways_of_car,
             rules,
             self._expansion(grid),
-            reached,
-            _free_ways(ways_of_car, self._table_width(grid)),
+            (reached, _free_ways(ways_of_car, self._table_width(grid))),
             first,
-            last[:2],
-            self._goal_bins(int(last[2])),
+            (last[:2], self._goal_bins(int(last[2]))),
             # Made here, not in the kernel: numpy takes memory that is 0 already, page by page.
             np.zeros(grid.costs.size * ways_of_car.bins, np.int32),
         )

@@ -24,7 +24,7 @@ from multiprocessing.connection import Connection, wait
 from types import ModuleType
 from typing import Any, Literal, NamedTuple
 
-from drake_navbench.errors import OUTSIDE_SIGNALS, NavbenchError, one_line
+from drake_navbench.errors import OUTSIDE_SIGNALS, InputError, NavbenchError, one_line
 from drake_navbench.processes.worker_process import BEGUN, Raised, Returned, serve
 
 # If this many workers in a row end before their first task, it is no accident.
@@ -115,8 +115,10 @@ def run_tasks(
     keep their order.
 
     tasks_per_worker: a worker is replaced after so many. When the iterator is closed, also by an
-    exception, all workers are gone. Raises NoWorkers where no worker can be started.
+    exception, all workers are gone. Raises InputError for less than one worker, NoWorkers where no
+    worker can be started.
     """
+    require_workers(jobs)
     crew = _Crew(tasks, jobs, tasks_per_worker)
     try:
         while crew.is_busy:
@@ -124,6 +126,12 @@ def run_tasks(
             yield from crew.collect()
     finally:
         crew.dismiss()
+
+
+def require_workers(jobs: int) -> None:
+    """Raises InputError unless `jobs` is a number of workers, at least 1."""
+    if jobs < 1:
+        raise InputError(f"jobs: expected at least 1, got {jobs}")
 
 
 class StandingWorker:
@@ -146,7 +154,9 @@ class StandingWorker:
         """Runs a task and waits for its end; raises NoWorkers where no worker can be started."""
         worker = self._worker
         if worker is not None and (
-            worker.tasks_done >= self._tasks_per_worker or worker.owner != task.owner
+            worker.tasks_done >= self._tasks_per_worker
+            or worker.owner != task.owner
+            or worker.has_died_idle
         ):
             self.close()
         try:
@@ -284,6 +294,9 @@ class _Crew:
                 continue
             if isinstance(said, Died):
                 self._drop(worker)
+                if worker.is_idle:
+                    # Its last task has ended before.
+                    continue
                 if not worker.has_begun:
                     self._waiting.put_back(task)
                     self._count_failed_start(said.sentence)
@@ -358,6 +371,11 @@ class _Worker:
     def pid(self) -> int | None:
         """The number of the process."""
         return self._process.pid
+
+    @property
+    def has_died_idle(self) -> bool:
+        """Whether the process has died between two tasks: an idle one has nothing else to say."""
+        return self.is_idle and bool(wait(self.signs, timeout=0.0))
 
     @property
     def signs(self) -> tuple[Connection, int]:

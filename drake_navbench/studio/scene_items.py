@@ -11,7 +11,7 @@ import numpy as np
 import shapely
 from pydantic import TypeAdapter
 
-from drake_navbench.inputs.moving_obstacles import MovingObstacle
+from drake_navbench.inputs.moving_obstacles import MovingObstacle, circle
 from drake_navbench.inputs.world import Obstacle
 from drake_navbench.kernels.arrays import Array
 from drake_navbench.kernels.poses import place_outline
@@ -100,7 +100,7 @@ def _movers(content: Mapping[str, Any], floor: Place) -> Iterator[Item]:
         way = np.array([person["start"], *person.get("goals", ())], dtype=float)
         place: Place = (*floor, "world", "people", "persons", index)
         radius_m = person.get("radius_m", PERSON_RADIUS_M)
-        yield Item(place, "person", _disc(way[0], radius_m), way)
+        yield Item(place, "person", way[0] + circle(radius_m), way)
     for index, thing in enumerate(_found(content, (*floor, "world", "moving_obstacles"))):
         knots = (moving := MOVING.validate_python(thing)).knots
         place = (*floor, "world", "moving_obstacles", index)
@@ -113,11 +113,6 @@ def _poses(content: Mapping[str, Any]) -> Iterator[Item]:
         yield Item(("waypoints", index), "goal", _arrow(pose), NOWAY)
     if "goal" in content:
         yield Item(("goal",), "goal", _arrow(content["goal"]), NOWAY)
-
-
-def _disc(centre: Array, radius_m: float) -> Array:
-    turns = np.linspace(0.0, 2.0 * np.pi, 24, endpoint=False)
-    return np.asarray(centre + radius_m * np.column_stack([np.cos(turns), np.sin(turns)]))
 
 
 def _arrow(pose: Sequence[float]) -> Array:

@@ -20,8 +20,7 @@ def read_input(path: Path, *, max_bytes: int) -> bytes:
     regular file: a folder, a device or a pipe, from which one could read for ever.
     """
     try:
-        # Without O_NONBLOCK, opening a pipe would wait for a writer.
-        with open(os.open(path, os.O_RDONLY | os.O_NONBLOCK), "rb") as file:
+        with open(path, "rb", opener=_opened_at_once) as file:
             if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
                 raise InputError(f"{path}: cannot be read: expected a regular file")
             content = file.read(max_bytes + 1)
@@ -32,6 +31,11 @@ def read_input(path: Path, *, max_bytes: int) -> bytes:
     if len(content) > max_bytes:
         raise InputError(f"{path}: expected at most {max_bytes // MEGABYTE} MB")
     return content
+
+
+def _opened_at_once(path: str, flags: int) -> int:
+    """Returns a descriptor; without O_NONBLOCK, opening a pipe would wait for a writer."""
+    return os.open(path, flags | os.O_NONBLOCK)
 
 
 def read_input_text(path: Path, *, max_bytes: int) -> str:

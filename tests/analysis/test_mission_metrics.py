@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from mission_scenes import small_mission
@@ -18,6 +20,7 @@ from drake_navbench.analysis.metrics.efficiency import (
 )
 from drake_navbench.analysis.metrics.mission import goals, leg_lengths_m
 from drake_navbench.analysis.metrics.signals import poses_at
+from drake_navbench.analysis.metrics.smoothness import heading_change_rad
 from drake_navbench.analysis.metrics.tracking import (
     cross_track_error_max_m,
     goal_position_error_m,
@@ -45,6 +48,12 @@ def test_the_driven_length_is_that_on_both_floors(log):
     assert path_length(log) == pytest.approx(driven_m, abs=0.07)
     # At half a metre a second the squared speed never exceeds 0.25.
     assert energy(log) < 0.25 * log.end_time_s
+
+
+def test_a_lift_that_turns_the_robot_is_no_turning_of_its_own(log):
+    yaw_rad = log.samples["yaw_rad"] + 1.5 * log.samples["floor"]
+    turned = replace(log, samples=log.samples.assign(yaw_rad=yaw_rad))
+    assert heading_change_rad(turned) == pytest.approx(heading_change_rad(log))
 
 
 def test_the_time_at_the_lift_is_that_of_the_ride(log):

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.ndimage import distance_transform_edt
 
-from drake_navbench.kernels.astar import FOUND, search
+from drake_navbench.kernels.astar import FOUND, SearchRules, search
 from drake_navbench.kernels.grid import Costmap
 from drake_navbench.navigation import constrained_smoother
 from drake_navbench.navigation.constrained_smoother import ConstrainedSmootherParameters
@@ -54,14 +54,16 @@ def test_bench_search_across_a_building(benchmark, size):
         start,
         goal,
         goal,
-        tolerance=2.5,
-        cost_travel_multiplier=1.0,
-        allow_unknown=True,
-        corner_cutting=False,
-        max_iterations=0,
-        max_on_approach_iterations=1000,
-        terminal_checking_interval=5000,
-        expansion_budget=NO_LIMIT,
+        SearchRules(
+            tolerance=2.5,
+            cost_travel_multiplier=1.0,
+            allow_unknown=True,
+            corner_cutting=False,
+            max_iterations=0,
+            max_on_approach_iterations=1000,
+            terminal_checking_interval=5000,
+            expansion_budget=NO_LIMIT,
+        ),
     )
     assert status == FOUND
     benchmark.extra_info["expansions"] = expansions

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import pandas as pd
 import pytest
 
 from drake_navbench import TrialLog, run_benchmark
@@ -52,6 +53,32 @@ def test_a_log_has_metrics_a_picture_and_a_replay(results, tmp_path):
     assert "<iframe" in page._repr_html_()
 
 
+def trials_of(*cells):
+    """Returns rows; cells: scenario, controller, time to the goal, of four trials each."""
+    return pd.DataFrame(
+        [
+            {
+                "scenario": scenario,
+                "controller": controller,
+                "trial": trial,
+                "seed": trial,
+                "outcome": "succeeded",
+                "time_to_goal_s": time_s,
+            }
+            for scenario, controller, time_s in cells
+            for trial in range(4)
+        ]
+    )
+
+
+def test_equal_trials_do_not_make_the_best_controller_surer():
+    """Of two worlds in which nothing is random, b is slower in both, by 2 s and by 1 s."""
+    cells = [("x", "a", 10.0), ("x", "b", 12.0), ("y", "a", 10.0), ("y", "b", 11.0)]
+    results = Results(trials_of(*cells), Path("mine"))
+    assert results.best() is None
+    assert results.best(scenario="x") == "a"
+
+
 def test_names_and_paths_may_be_plain_strings(tmp_path):
     """Each letter of a name was a scenario: 'e', 'm', 'p', 't', 'y'."""
     out = str(tmp_path / "out")
@@ -73,6 +100,13 @@ def test_a_temporary_folder_goes_with_its_results():
     assert path.is_dir()
     del results
     assert not path.exists()
+
+
+@pytest.mark.parametrize("jobs", [0, -1])
+def test_no_workers_are_one_line_before_anything_is_written(jobs, tmp_path):
+    with pytest.raises(InputError, match=f"jobs: expected at least 1, got {jobs}"):
+        run_benchmark("restricted_small", "rpp", jobs=jobs, out=tmp_path / "out")
+    assert not (tmp_path / "out").exists()
 
 
 def test_whole_nav2_files_and_a_map_are_asked_for_in_python(tmp_path):

@@ -164,7 +164,7 @@ def test_files_that_drive_alike_are_one_line_and_nothing_is_driven(files, capsys
 @pytest.mark.parametrize(
     ("arguments", "told"),
     [
-        (["--name", "A=a.yaml", "--name", "A=b.yaml"], "the alias 'A' is given twice"),
+        (["--name", "A=a.yaml", "--name", "A=b.yaml"], "--name 'A=b.yaml': A is given twice"),
         (["--name", "A"], "--name 'A': expected ALIAS=FILE"),
         (["--name", "A/b=b.yaml"], "the alias 'A/b' has a slash; expected none"),
         (["--name", "A=c.yaml"], "--name A=c.yaml: expected a file of --nav2 or --against"),

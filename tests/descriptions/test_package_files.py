@@ -83,6 +83,8 @@ def test_a_number_picks_another_and_none_nothing(repository):
         filled("--package", str(repository), "--pick", "world=9")
     with pytest.raises(InputError, match=r"--pick 'robt=1': expected one of robot=N, nav2=N"):
         filled("--package", str(repository), "--pick", "robt=1")
+    with pytest.raises(InputError, match=r"--pick 'world=1': world is given twice"):
+        filled("--package", str(repository), "--pick", "world=2", "--pick", "world=1")
 
 
 def test_what_the_command_line_names_itself_counts_more(repository):

@@ -119,7 +119,7 @@ def test_a_preset_file_may_name_one_beside_itself(file, tmp_path, monkeypatch):
         ("creep.py:Creep", "raise SystemExit", "cannot be loaded: SystemExit (line 1)"),
         ("creep.py:Creep:speed=no", CODE, "controller creep.py:Creep:speed=no: speed: "),
         ("creep.py:Creep:spede=1", CODE, "controller creep.py:Creep:spede=1: spede: "),
-        ("creep.py:Creep:1", CODE, "got '1', expected param=value"),
+        ("creep.py:Creep:1", CODE, "got '1': expected param=value"),
     ],
 )
 def test_what_is_wrong_is_one_line(asked, code, told, file, capsys):

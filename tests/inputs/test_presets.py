@@ -46,7 +46,7 @@ def test_a_variant_may_change_several_parameters():
         ),
         ("rpp:lookahead=1.0", r"controller rpp:lookahead=1.0: lookahead: unknown field; did you"),
         ("rpp:lookahead_dist=fast", r"lookahead_dist: input should be a valid number, got 'fast'"),
-        ("rpp:lookahead_dist", r"got 'lookahead_dist', expected param=value"),
+        ("rpp:lookahead_dist", r"got 'lookahead_dist': expected param=value"),
     ],
 )
 def test_a_wrong_name_or_value_is_one_line(text, message):

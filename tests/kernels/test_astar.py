@@ -13,6 +13,7 @@ from drake_navbench.kernels.astar import (
     GOAL_OCCUPIED,
     ITERATION_LIMIT,
     OPEN_SET_EMPTY,
+    SearchRules,
     search,
     step_costs,
 )
@@ -35,7 +36,8 @@ def run(costs, start, goal, **options):
         "expansion_budget": NO_LIMIT,
     }
     goal_cell = (int(goal[0]), int(goal[1]))
-    return search(np.ascontiguousarray(costs), start, goal_cell, goal, **{**defaults, **options})
+    rules = SearchRules(**{**defaults, **options})
+    return search(np.ascontiguousarray(costs), start, goal_cell, goal, rules)
 
 
 def is_free(costs, column, row, allow_unknown=True):

@@ -32,7 +32,7 @@ def walk(crowd, duration_s, *, edges=NO_EDGES, discs=NO_DISCS, robot=FAR_AWAY, *
     for step in range(round(duration_s / STEP_S)):
         moved = discs.copy()
         moved[:, :2] += (step + 1) * STEP_S * discs[:, 2:4]
-        world = (edges, moved, robot, settings_, STEP_S, STEP_S)
+        world = ((edges, moved), robot, settings_, STEP_S, STEP_S)
         rows.append(step_orca(rows[-1], crowd.traits, crowd.goals, *world))
     return np.array(rows)
 
@@ -231,7 +231,7 @@ def test_a_box_that_comes_is_dodged_before_it_is_there():
     for step in range(160):
         place = np.array([6.0 - (step + 1) * STEP_S, 0.0])
         edges = linked_edges([box + place], [(-1.0, 0.0)])
-        world = (edges, NO_DISCS, FAR_AWAY, settings_, STEP_S, STEP_S)
+        world = ((edges, NO_DISCS), FAR_AWAY, settings_, STEP_S, STEP_S)
         state = step_orca(state, crowd.traits, crowd.goals, *world)
         outside = np.maximum(np.abs(state[0, :2] - place) - 0.5, 0.0)
         assert np.hypot(*outside) > 0.3 - 1e-3

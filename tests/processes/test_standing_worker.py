@@ -28,3 +28,16 @@ def test_a_standing_worker_keeps_its_process_and_gets_another_after_a_death():
         assert worker.pid is None
     finally:
         worker.close()
+
+
+def test_a_worker_that_is_killed_between_two_tasks_does_not_cost_the_next_one():
+    """As when a trial is stopped in the moment in which it ends."""
+    worker = StandingWorker()
+    try:
+        first = worker.call(Task(os.getpid, ()))
+        os.kill(first.value, signal.SIGKILL)
+        while not worker._worker.has_died_idle:
+            pass
+        assert isinstance(worker.call(Task(os.getpid, ())), Returned)
+    finally:
+        worker.close()

@@ -265,6 +265,18 @@ def test_a_worker_whose_tasks_wait_for_another_stays():
     assert ended[quick].value in {ended[task].value for task in later}
 
 
+def test_a_worker_that_dies_between_two_tasks_ends_none_of_them_again():
+    slow = Task(time.sleep, (0.5,), kind="slow")
+    quick = Task(os.getpid, (), kind="quick")
+    later = Task(os.getpid, (), kind="later", after=(slow,))
+    ended = []
+    for task, ending in run_tasks([slow, quick, later], jobs=2):
+        ended.append((task.kind, type(ending)))
+        if task is quick:
+            os.kill(ending.value, signal.SIGKILL)
+    assert ended == [("quick", Returned), ("slow", Returned), ("later", Returned)]
+
+
 def test_what_waits_for_a_task_of_another_owner_does_not_keep_its_worker_from_it():
     ours = Task(math.sqrt, (4.0,), kind="ours")
     theirs = [

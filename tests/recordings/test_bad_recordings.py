@@ -139,6 +139,9 @@ def test_a_topic_of_another_type_is_told(importing, bag, make):
     assert "expected ROLE=TOPIC" in importing.fails(
         Path(importing.out.parent / "lab"), "--topics", "/odom"
     )
+    assert "--topics 'odom=/b': odom is given twice" in importing.fails(
+        Path(importing.out.parent / "lab"), "--topics", "odom=/a", "odom=/b"
+    )
 
 
 @pytest.mark.parametrize(

@@ -16,6 +16,7 @@ from drake_navbench.inputs.moving_obstacles import (
     MovingObstacles,
     TimedPose,
 )
+from drake_navbench.inputs.people import People, Person, WalkingPeople
 from drake_navbench.inputs.timeline import Timeline
 from drake_navbench.inputs.world import Cylinder, World
 from drake_navbench.trial.systems.clearance import Clearance
@@ -156,3 +157,11 @@ def test_the_lidar_looks_over_what_is_lower_than_its_plane_and_the_clearance_doe
     assert (edges.shape, circles.shape) == ((4, 4), (0, 3))
     edges, circles = moving.GetOutputPort("outlines").Eval(context)
     assert (edges.shape, circles.shape) == ((8, 4), (1, 3))
+
+
+def test_in_a_default_context_people_stand_where_the_file_has_them():
+    everybody = WalkingPeople(People(persons=[Person(start=(2.0, 1.0), goals=[(5.0, 1.0)])]))
+    world = World((), people=everybody)
+    moving = MovingWorld(world, SceneGraph(), footprint=ROBOT, scan_height_m=0.2)
+    (person,) = moving.people_at(moving.CreateDefaultContext())
+    assert person[:2].tolist() == [2.0, 1.0]

@@ -290,6 +290,46 @@ def test_a_cloned_context_goes_on_exactly_as_the_one_it_was_cloned_from():
     assert states[0].tree.statuses == states[1].tree.statuses
 
 
+def samples_of(trial, contexts) -> list[dict[str, np.ndarray]]:
+    """Returns each context's samples up to 1 s, driven in turns of a sixteenth of a second."""
+    simulators = [simulator_of(trial, context) for context in contexts]
+    for simulator in simulators:
+        simulator.Initialize()
+    for turn in range(1, 17):
+        for simulator in simulators:
+            simulator.AdvanceTo(turn / 16)
+    recorder = trial.recorder
+    recordings = [
+        recorder.find_recording(recorder.GetMyContextFromRoot(simulator.get_context())).columns()
+        for simulator in simulators
+    ]
+    return [
+        {name: values for name, values in own.items() if name not in UNREPEATABLE_COLUMNS}
+        for own in recordings
+    ]
+
+
+@pytest.mark.parametrize("preset", ["rpp", "teb"])
+def test_two_contexts_of_one_diagram_drive_as_each_does_in_a_diagram_of_its_own(preset):
+    """Nothing that evolves is kept in a system or a controller, as a solver's last result might."""
+    task = load_scenario("restricted_small_noisy")
+
+    def contexts(trial, seeds):
+        return [trial.create_context(task.start_pose(seed), seed) for seed in seeds]
+
+    alone = []
+    for seed in (1, 2):
+        trial, _ = built(task, preset)
+        alone += samples_of(trial, contexts(trial, [seed]))
+    trial, _ = built(task, preset)
+    in_turns = samples_of(trial, contexts(trial, (1, 2)))
+    again = samples_of(trial, contexts(trial, [1]))
+    for expected, found in zip([*alone, alone[0]], in_turns + again, strict=True):
+        for name, values in expected.items():
+            np.testing.assert_array_equal(values, found[name])
+    assert not np.array_equal(alone[0]["yaw_rad"], alone[1]["yaw_rad"])
+
+
 def test_equal_seeds_give_equal_logs_with_a_behaviour_tree_too(dead_end):
     again = run_trial("dead_end", "rpp", seed=1)
     varying = list(UNREPEATABLE_COLUMNS)

@@ -47,6 +47,14 @@ def test_a_folder_is_no_file(tmp_path):
     assert refusal(tmp_path).startswith("cannot be read: ")
 
 
+def test_a_refused_folder_is_closed_again(tmp_path):
+    """A studio that is asked for a folder again and again would run out of open files."""
+    before = os.listdir("/proc/self/fd")
+    with pytest.raises(InputError, match="directory"):
+        read_input(tmp_path, max_bytes=10)
+    assert os.listdir("/proc/self/fd") == before
+
+
 def test_a_file_that_does_not_exist_is_named(tmp_path):
     assert refusal(tmp_path / "missing.yaml") == "cannot be read: No such file or directory"
 

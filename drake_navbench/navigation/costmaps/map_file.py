@@ -6,6 +6,7 @@ Source: nav2_map_server (map_io).
 
 from __future__ import annotations
 
+import os
 import warnings
 from dataclasses import dataclass
 from enum import StrEnum
@@ -141,7 +142,8 @@ def load_map(path: str | Path) -> OccupancyMap:
     be read, or a field is missing or out of range. Fields that Nav2's map server does not read,
     such as `map_type`, are left out with an InputWarning; overlapping thresholds give one, too.
     """
-    path = Path(path).expanduser()
+    # Unlike Path's, it leaves a '~' alone that is nobody's.
+    path = Path(os.path.expanduser(path))
     if path.suffix == MOVINGAI_SUFFIX:
         cells = _read_only(read_movingai_map(path, occupied=OCCUPIED)[::-1])
         return OccupancyMap(cells, MOVINGAI_RESOLUTION_M, 0.0, 0.0, files=(path,))

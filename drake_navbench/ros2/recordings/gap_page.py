@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
-import io
-import json
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-import pyarrow as pa
-import pyarrow.parquet as pq
 from matplotlib.figure import Figure
 
+from drake_navbench.analysis.figures.choice import SVG
+from drake_navbench.analysis.figures.style import figure_style, write_figure
 from drake_navbench.analysis.html import page_environment
 from drake_navbench.analysis.numbers import number
 from drake_navbench.analysis.report import SIMULATION_GAP_PAGE
-from drake_navbench.logs.log import METADATA_KEY
+from drake_navbench.errors import InputError
+from drake_navbench.logs.log import read_info
 from drake_navbench.logs.results import ResultsFolder
 from drake_navbench.ros2.recordings.simulation_gap import SimulationGap
 from drake_navbench.typed_files.output_file import write_text
@@ -35,19 +34,17 @@ def as_plain(gap: SimulationGap) -> dict[str, Any]:
 
 def write_curves(gap: SimulationGap, log_path: Path) -> None:
     """Draws recorded and simulated speeds beside the log."""
-    figure = Figure(figsize=FIGURE_SIZE_IN, layout="constrained")
-    axes = figure.subplots(2, 1, sharex=True)
     since_s = gap.time_s - gap.time_s[0]
-    for index, (one, label) in enumerate(zip(axes, ("v [m/s]", "w [rad/s]"), strict=True)):
-        one.plot(since_s, gap.recorded[:, index], color=RECORDED_COLOR, lw=1.0, label="recorded")
-        one.plot(since_s, gap.simulated[:, index], color=SIMULATED_COLOR, lw=1.0, label="model")
-        one.set_ylabel(label)
-        one.grid(alpha=0.3)
-    axes[0].legend(loc="upper right", fontsize=8)
-    axes[1].set_xlabel("time [s]")
-    text = io.StringIO()
-    figure.savefig(text, format="svg", metadata={"Date": None})
-    write_text(curves_path(log_path), text.getvalue())
+    with figure_style():
+        figure = Figure(figsize=FIGURE_SIZE_IN, layout="constrained")
+        axes = figure.subplots(2, 1, sharex=True)
+        for index, (one, label) in enumerate(zip(axes, ("v [m/s]", "w [rad/s]"), strict=True)):
+            one.plot(since_s, gap.recorded[:, index], color=RECORDED_COLOR, label="recorded")
+            one.plot(since_s, gap.simulated[:, index], color=SIMULATED_COLOR, label="model")
+            one.set_ylabel(label)
+        axes[0].legend(loc="upper right")
+        axes[1].set_xlabel("time [s]")
+        write_figure(figure, curves_path(log_path).with_suffix(""), (SVG,))
 
 
 def curves_path(log_path: Path) -> Path:
@@ -74,10 +71,13 @@ def _rows(path: Path) -> Iterator[dict[str, Any]]:
     """Yields the page's entry for each recorded trial, read from the header of its log alone."""
     for file in sorted((path / "trials").glob("*/*/trial_*.parquet")):
         try:
-            info = json.loads((pq.read_metadata(file).metadata or {})[METADATA_KEY])
-            gap = info["recording"]["simulation_gap"]
-        except (OSError, KeyError, TypeError, ValueError, pa.ArrowException):
-            # Simulated, without commands, or unreadable: the report lists those.
+            info = read_info(file)
+        except InputError:
+            # The report lists what cannot be read.
+            continue
+        gap = info.get("recording", {}).get("simulation_gap")
+        if gap is None:
+            # Simulated, or without commands.
             continue
         figure = curves_path(file)
         yield {

@@ -11,9 +11,7 @@ from pydrake.systems.framework import (
     BasicVector,
     Context,
     DiscreteValues,
-    InputPort,
     LeafSystem,
-    OutputPort,
 )
 
 from drake_navbench.inputs.drive import DifferentialDrive
@@ -30,6 +28,7 @@ from drake_navbench.kernels.casters import (
 )
 from drake_navbench.trial.systems.footprint import planar_pose, register_footprint
 from drake_navbench.trial.systems.lifetime import weakly_bound
+from drake_navbench.trial.systems.mobile_base import BasePorts
 from drake_navbench.trial.systems.ports import COMMAND_SIZE, STATE_SIZE
 
 # The largest product of inner step and fastest rate: far below 2, where the midpoint rule
@@ -37,7 +36,7 @@ from drake_navbench.trial.systems.ports import COMMAND_SIZE, STATE_SIZE
 MAX_STEP_BY_RATE = 0.25
 
 
-class CasterBase(LeafSystem):
+class CasterBase(BasePorts, LeafSystem):
     """Two driven wheels and casters that roll without slip; ports as those of MobileBase.
 
     Input port `command` [v m/s, w rad/s, vy m/s], of which vy has no effect. Output port `state`
@@ -104,31 +103,19 @@ class CasterBase(LeafSystem):
         self.source_id, self.frame_id = register_footprint(scene_graph, footprint)
         self._command_port = self.DeclareVectorInputPort("command", COMMAND_SIZE)
         state = self.DeclareDiscreteState(self._at_rest)
-        self._state_port = self.DeclareVectorOutputPort(
+        self.DeclareVectorOutputPort(
             "state",
             STATE_SIZE,
             weakly_bound(self._calc_state),
             prerequisites_of_calc={self.discrete_state_ticket(state)},
         )
-        self._geometry_pose_port = self.DeclareAbstractOutputPort(
+        self.DeclareAbstractOutputPort(
             "geometry_pose",
             lambda: AbstractValue.Make(FramePoseVector()),
             weakly_bound(self._calc_geometry_pose),
             prerequisites_of_calc={self.discrete_state_ticket(state)},
         )
         self.DeclarePeriodicDiscreteUpdateEvent(self._period_s, 0.0, weakly_bound(self._on_step))
-
-    def get_command_input_port(self) -> InputPort:
-        """Returns the port of the command [v m/s, w rad/s, vy m/s]."""
-        return self._command_port
-
-    def get_state_output_port(self) -> OutputPort:
-        """Returns the port of the state [x m, y m, yaw rad, v m/s, w rad/s, vy m/s]."""
-        return self._state_port
-
-    def get_geometry_pose_output_port(self) -> OutputPort:
-        """Returns the port for SceneGraph's source pose port."""
-        return self._geometry_pose_port
 
     def set_pose(self, context: Context, pose: Array) -> None:
         """Puts the robot at rest at pose (3,) x m, y m, yaw rad, casters as they start."""

@@ -19,7 +19,23 @@ from drake_navbench.trial.systems.lifetime import weakly_bound
 from drake_navbench.trial.systems.ports import COMMAND_SIZE
 
 
-class MobileBase(SymbolicVectorSystem):
+class BasePorts:
+    """The ports of every base: `command`; `state` and `geometry_pose`, in this order."""
+
+    def get_command_input_port(self: Any) -> InputPort:
+        """Returns the port of the command [v m/s, w rad/s, vy m/s]."""
+        return self.get_input_port(0)
+
+    def get_state_output_port(self: Any) -> OutputPort:
+        """Returns the port of the state [x m, y m, yaw rad, v m/s, w rad/s, vy m/s]."""
+        return self.get_output_port(0)
+
+    def get_geometry_pose_output_port(self: Any) -> OutputPort:
+        """Returns the port for SceneGraph's source pose port."""
+        return self.get_output_port(1)
+
+
+class MobileBase(BasePorts, SymbolicVectorSystem):
     """Base of the bases: equations of motion that a subclass gives, and its footprint.
 
     Input port `command` [v m/s, w rad/s, vy m/s]. Output port `state` [x m, y m, yaw rad, v m/s,
@@ -44,24 +60,12 @@ class MobileBase(SymbolicVectorSystem):
     ) -> None:
         super().__init__(state=own_state, input=command, dynamics=dynamics, output=state)
         self.source_id, self.frame_id = register_footprint(scene_graph, footprint)
-        self._geometry_pose_port = self.DeclareAbstractOutputPort(
+        self.DeclareAbstractOutputPort(
             "geometry_pose",
             lambda: AbstractValue.Make(FramePoseVector()),
             weakly_bound(self._calc_geometry_pose),
             prerequisites_of_calc={self.xc_ticket()},
         )
-
-    def get_command_input_port(self) -> InputPort:
-        """Returns the port of the command [v m/s, w rad/s, vy m/s]."""
-        return self.get_input_port(0)
-
-    def get_state_output_port(self) -> OutputPort:
-        """Returns the port of the state [x m, y m, yaw rad, v m/s, w rad/s, vy m/s]."""
-        return self.get_output_port(0)
-
-    def get_geometry_pose_output_port(self) -> OutputPort:
-        """Returns the port for SceneGraph's source pose port."""
-        return self._geometry_pose_port
 
     def set_pose(self, context: Context, pose: Array) -> None:
         """Puts the robot at rest at pose (3,) x m, y m, yaw rad."""

@@ -81,12 +81,11 @@ class MovingWorld(LeafSystem):
         self.source_id = scene_graph.RegisterSource("moving_world")
         self._frame_ids = self._register(scene_graph)
         self._state_port = self.DeclareVectorInputPort("state", STATE_SIZE)
-        self.crowd_parameter = self.DeclareAbstractParameter(
-            AbstractValue.Make(self._walkers.crowd(seed=0))
-        )
+        crowd = self._walkers.crowd(seed=0)
+        self.crowd_parameter = self.DeclareAbstractParameter(AbstractValue.Make(crowd))
         depends = {self.time_ticket()}
         if len(self._walkers):
-            self._chosen = self.DeclareDiscreteState(1 + PERSON_SIZE * len(self._walkers))
+            self._chosen = self.DeclareDiscreteState([0.0, *crowd.state.ravel()])
             self.DeclarePeriodicDiscreteUpdateEvent(
                 PEOPLE_PERIOD_S, 0.0, weakly_bound(self._on_period)
             )

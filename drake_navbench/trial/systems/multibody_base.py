@@ -14,9 +14,7 @@ from pydrake.systems.framework import (
     Context,
     Diagram,
     DiagramBuilder,
-    InputPort,
     LeafSystem,
-    OutputPort,
 )
 from pydrake.systems.primitives import SymbolicVectorSystem
 
@@ -26,7 +24,12 @@ from drake_navbench.kernels.arrays import Array
 from drake_navbench.kernels.casters import caster_rates
 from drake_navbench.trial.systems.footprint import planar_pose, register_footprint
 from drake_navbench.trial.systems.lifetime import weakly_bound
-from drake_navbench.trial.systems.mobile_base import clamped, command_variables, response
+from drake_navbench.trial.systems.mobile_base import (
+    BasePorts,
+    clamped,
+    command_variables,
+    response,
+)
 from drake_navbench.trial.systems.ports import COMMAND_SIZE, STATE_SIZE
 from drake_navbench.trial.systems.wheeled_plant import BASE_JOINT, add_wheeled_plant
 
@@ -34,7 +37,7 @@ from drake_navbench.trial.systems.wheeled_plant import BASE_JOINT, add_wheeled_p
 SETTLING_S = 0.5
 
 
-class MultibodyBase(Diagram):
+class MultibodyBase(BasePorts, Diagram):
     """All bodies of a model on a floor; ports as those of MobileBase.
 
     Input port `command` [v m/s, w rad/s, vy m/s], of which vy has no effect. Output port `state`
@@ -90,18 +93,6 @@ class MultibodyBase(Diagram):
         builder.ExportOutput(reader.GetOutputPort("geometry_pose"), "geometry_pose")
         builder.BuildInto(self)
         plant.SetDefaultPositions(self._settled(drive))
-
-    def get_command_input_port(self) -> InputPort:
-        """Returns the port of the command [v m/s, w rad/s, vy m/s]."""
-        return self.get_input_port(0)
-
-    def get_state_output_port(self) -> OutputPort:
-        """Returns the port of the state [x m, y m, yaw rad, v m/s, w rad/s, vy m/s]."""
-        return self.get_output_port(0)
-
-    def get_geometry_pose_output_port(self) -> OutputPort:
-        """Returns the port for SceneGraph's source pose port."""
-        return self.get_output_port(1)
 
     def set_pose(self, context: Context, pose: Array) -> None:
         """Puts the robot at rest at pose (3,) x m, y m, yaw rad, casters as they start."""
@@ -185,11 +176,18 @@ class _BaseState(LeafSystem):
         self._parts += [velocity + part for part in (3, 4, 2)]
         self._frame_id = frame_id
         self._port = self.DeclareVectorInputPort("plant_state", size)
-        self.DeclareVectorOutputPort("state", STATE_SIZE, weakly_bound(self._calc_state))
+        plant_state = {self.input_port_ticket(self._port.get_index())}
+        self.DeclareVectorOutputPort(
+            "state",
+            STATE_SIZE,
+            weakly_bound(self._calc_state),
+            prerequisites_of_calc=plant_state,
+        )
         self.DeclareAbstractOutputPort(
             "geometry_pose",
             lambda: AbstractValue.Make(FramePoseVector()),
             weakly_bound(self._calc_geometry_pose),
+            prerequisites_of_calc=plant_state,
         )
 
     def _calc_state(self, context: Context, output: BasicVector) -> None:

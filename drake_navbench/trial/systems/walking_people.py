@@ -98,15 +98,13 @@ class OrcaWalk:
         self, people: Array, crowd: Crowd, time_s: float, state: Array, step_s: float
     ) -> Array:
         """Returns (P, 8) the people `step_s` later, at time_s; state: (6,) of the robot."""
-        edges, discs = self._with_things(time_s)
         seen = self._sight.of(state)
         robot = np.array([*seen.centre[:2], *seen.velocity, seen.radius_m])
         return step_orca(
             people,
             crowd.traits,
             crowd.goals,
-            edges,
-            discs,
+            self._with_things(time_s),
             robot,
             self._settings,
             step_s,
