@@ -140,7 +140,10 @@ def _meet(path, pose, is_backward, is_end, grid, radius):
     count = best.shape[0]
     first = n - 1 - best_index if is_end else 0
     for i in range(count):
-        path[first + i] = best[count - 1 - i] if is_backward else best[i]
+        source = count - 1 - i if is_backward else i
+        # A row that is set as a whole makes numba compile strings, and keep nothing of the kernel.
+        for j in range(best.shape[1]):
+            path[first + i, j] = best[source, j]
 
 
 @njit(cache=True)

@@ -251,6 +251,7 @@ COLLADA = """<?xml version="1.0"?><COLLADA xmlns="http://www.collada.org/2005/11
 """
 
 
+@pytest.mark.usefixtures("reads_meshes_here")
 def test_a_collada_mesh_has_its_unit_and_as_in_gazebo_no_upright_axis_of_its_own(tmp_path):
     """In centimetres: 0.4 m along x, 0.5 m along y, 0.4 m high, though the file says that y is up.
 
@@ -263,6 +264,7 @@ def test_a_collada_mesh_has_its_unit_and_as_in_gazebo_no_upright_axis_of_its_own
     assert describe_robot(path).height_m == pytest.approx(0.4)
 
 
+@pytest.mark.usefixtures("reads_meshes_here")
 def test_a_mesh_of_too_many_triangles_is_told(tmp_path):
     count = 1_000_001
     triangles = np.zeros(count, dtype=[("floats", "<f4", 12), ("attribute", "<u2")])
@@ -423,6 +425,7 @@ def test_a_xacro_file_that_asks_the_environment_is_told_in_words(tmp_path, monke
     assert load_robot(str(path)).outline[:, 0].max() == pytest.approx(0.4)
 
 
+@pytest.mark.usefixtures("reads_meshes_here")
 @pytest.mark.parametrize(
     "uri", ["package://cart/meshes/hull.stl", "./meshes/hull.stl", "meshes/hull.stl"]
 )
@@ -560,6 +563,7 @@ def test_the_limits_are_those_of_the_controllers_file_that_xacro_is_given(tmp_pa
     assert (drive.max_linear_velocity_mps, drive.max_linear_acceleration_mps2) == (2.0, 20.0)
 
 
+@pytest.mark.usefixtures("reads_meshes_here")
 def test_the_meshes_of_a_robot_in_xacro_are_drawn(tmp_path):
     """The drawing lies in the user's cache and names meshes in the robot's repository."""
     (tmp_path / "hull.stl").write_text(TRIANGLE)

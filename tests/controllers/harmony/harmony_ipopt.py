@@ -94,7 +94,8 @@ def rows_and_jacobian(scene, plan):
             found[place] = values[source]
             for i in range(SLOPES_A_ROW):
                 if slopes[source, i] != 0.0:
-                    jacobian[place] += slopes[source, i] * by_jerks[columns[source, i]]
+                    for j in range(2 * last):
+                        jacobian[place, j] += slopes[source, i] * by_jerks[columns[source, i], j]
     return found, jacobian
 
 
