@@ -62,7 +62,8 @@ def smooth_car_part(
     part, grid, footprint, radius, tolerance, max_iterations, w_data, w_smooth, refinement_num
 ):
     """Returns a part (N, 3) driven in one direction, smoothed; see `smooth_car_path`."""
-    result, is_backward, succeeded = part.copy(), False, False
+    # A bool of numpy, which is no constant: for one numba would compile the call a second time.
+    result, is_backward, succeeded = part.copy(), np.bool_(False), False
     for round_ in range(refinement_num + 1):
         trial, ended, is_backward = _relaxed(
             result, is_backward, grid, footprint, tolerance, max_iterations, w_data, w_smooth
