@@ -142,7 +142,7 @@ def _meet(path, pose, is_backward, is_end, grid, radius):
     first = n - 1 - best_index if is_end else 0
     for i in range(count):
         source = count - 1 - i if is_backward else i
-        # A row that is set as a whole makes numba compile strings, and keep nothing of the kernel.
+        # For a row that is set as a whole numba compiles strings of an error message.
         for j in range(best.shape[1]):
             path[first + i, j] = best[source, j]
 

@@ -137,8 +137,7 @@ def _normalized(angle):
 def _set_cell(corners, n, grid, x, y):
     """Sets a row to column and row of a point, m, which may lie outside; fractions are cut to 0.
 
-    Number by number: a row of an array that is set as a whole makes numba compile strings, and
-    keep nothing of the kernel.
+    Number by number: for a row that is set as a whole numba compiles strings of an error message.
     """
     corners[n, 0] = int((x - grid.origin_x) / grid.resolution)
     corners[n, 1] = int((y - grid.origin_y) / grid.resolution)
