@@ -10,7 +10,8 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import quote
 
-from jinja2 import Environment, PackageLoader, StrictUndefined
+from jinja2 import BytecodeCache, Environment, PackageLoader, StrictUndefined
+from jinja2.bccache import Bucket
 from markupsafe import Markup, escape
 
 from drake_navbench.analysis.colors import controller_color
@@ -24,6 +25,22 @@ TAG = re.compile(r"<[^>]*>")
 LONG_DECIMALS = re.compile(r"(\.\d\d)\d+")
 
 
+class _CompiledOnce(BytecodeCache):
+    """Templates, each compiled for the first page of a process that is made of it."""
+
+    def __init__(self) -> None:
+        self._codes: dict[tuple[str, str], Any] = {}
+
+    def load_bytecode(self, bucket: Bucket) -> None:
+        bucket.code = self._codes.get((bucket.key, bucket.checksum))
+
+    def dump_bytecode(self, bucket: Bucket) -> None:
+        self._codes[bucket.key, bucket.checksum] = bucket.code
+
+
+COMPILED = _CompiledOnce()
+
+
 def page_environment(columns: Iterable[str] = ()) -> Environment:
     """Returns the environment of the templates: text is escaped, a missing value is an error.
 
@@ -35,6 +52,7 @@ def page_environment(columns: Iterable[str] = ()) -> Environment:
         undefined=StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
+        bytecode_cache=COMPILED,
     )
     environment.filters["breakable"] = breakable
     environment.globals.update(color=partial(controller_color, beside=tuple(columns)))

@@ -3,18 +3,22 @@
 from __future__ import annotations
 
 import gc
+import json
 import os
 import shutil
 import sys
 import textwrap
 import tomllib
 from collections.abc import Callable, Iterator, Mapping
+from importlib import import_module
 from pathlib import Path
+from typing import Any
 
 import pytest
 from hypothesis import settings
 
 from drake_navbench.campaign.warm_up import OBJECTS_BETWEEN_COLLECTIONS
+from drake_navbench.inputs.descriptions import meshes
 from drake_navbench.plugins.kinds import forget_installed
 
 # From an empty cache the tests compile for minutes, and the compiler's objects live on.
@@ -42,6 +46,19 @@ def site_folder(tmp_path, monkeypatch) -> Iterator[Path]:
         if name.partition(".")[0] in packages:
             del sys.modules[name]
     forget_installed()
+
+
+@pytest.fixture
+def reads_meshes_here(monkeypatch) -> None:
+    """Meshes are read in this process, where the libraries for it are imported once."""
+
+    def call(function: str, requests: Any, source: str) -> Any:
+        module, _, name = function.partition(":")
+        # As to and from the process.
+        answers = getattr(import_module(module), name)(json.loads(json.dumps(requests)))
+        return json.loads(json.dumps(answers))
+
+    monkeypatch.setattr(meshes, "call_limited", call)
 
 
 @pytest.fixture

@@ -1,8 +1,11 @@
-"""Files of small robots and worlds, for the tests of what describes them."""
+"""Files of small robots and worlds, for the tests of what describes them, and what is told."""
 
 from __future__ import annotations
 
 from pathlib import Path
+
+from drake_navbench.inputs.check import Status
+from drake_navbench.inputs.described_robot import describe_robot
 
 # A box of 0.6 m x 0.4 m on two wheels of 0.1 m radius, 0.5 m apart, with a lidar 0.3 m over the
 # floor and 0.2 m ahead; its plugin lets it drive 0.4 m/s.
@@ -93,3 +96,29 @@ ROOM = "".join(
         )
     )
 )
+
+
+def link(body: str, name: str = "base_link") -> str:
+    """Returns a link of a robot."""
+    return f'<link name="{name}">{body}</link>'
+
+
+def collision(geometry: str, origin: str = "") -> str:
+    """Returns a shape that a link collides with."""
+    return f"<collision>{origin}<geometry>{geometry}</geometry></collision>"
+
+
+# 0.6 m x 0.4 m.
+BOX = collision('<box size="0.6 0.4 0.2"/>')
+
+
+def urdf(folder: Path, body: str, name: str = "cart.urdf") -> Path:
+    """Writes a robot of these links; returns its file."""
+    path = folder / name
+    path.write_text(f'<robot name="cart">{body}</robot>')
+    return path
+
+
+def rows(path: Path, status: Status) -> list[str]:
+    """Returns what is told of a robot's model with this status."""
+    return [row.text for row in describe_robot(path).check.of(status)]

@@ -205,12 +205,15 @@ EXPECTED = {
     SleepsWithTheLock: "no result after 15 s of wall clock; ended",
     IgnoresSignals: "no result after 15 s of wall clock; ended",
     ClosesFiles: "",
+    NotesMuch: "ValueError: diagnostics: 3000012 characters of JSON, expected at most 100000",
+}
+# What their trial notices itself, in whatever process it is driven.
+NOTICED = {
     ReturnsNothing: "AttributeError: ",
     ReturnsNaN: "ValueError: the controller returned the command array([nan,  0.])",
     ReturnsComplex: "ValueError: the controller returned the command array([0.2+1.j",
     ReturnsText: "ValueError: the controller returned the command ('0.2', '0.0')",
     ReturnsFour: "ValueError: the controller returned the command array([0., 0., 0., 0.])",
-    NotesMuch: "ValueError: diagnostics: 3000012 characters of JSON, expected at most 100000",
     NotesASet: "TypeError: a log may hold numbers, text, flags and arrays, got set",
     ChangesWhatItSees: "ValueError: assignment destination is read-only",
     Recurses: "RecursionError: maximum recursion depth exceeded",

@@ -109,7 +109,7 @@ def trial_values(
         return total / len(parts)
     # As arrays: selecting rows of a frame copies all of its columns.
     values = trials[metric].to_numpy(float) if metric in trials else np.full(len(trials), math.nan)
-    is_own = (trials["scenario"] == lineup.scenario(scenario)).to_numpy()
+    is_own = trials["scenario"].to_numpy(object) == lineup.scenario(scenario)
     numbers, controllers = trials["trial"].to_numpy(), trials["controller"].to_numpy(object)
     columns = {}
     for name, preset in lineup.presets.items():

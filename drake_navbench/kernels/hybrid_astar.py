@@ -322,7 +322,8 @@ def search(body, motions, rules, expansion, heuristics, start, goal, slots):
     _enqueue(queue, graph, first, F32(0.0))
     room = _most_new_states(motions, expansion, goals.size)
     neighbours = np.empty(motions.turn_bins.size, np.int64)
-    nearest, nearest_heuristic = NO_STATE, FARTHEST
+    # Not the constant itself, for which numba would compile the path a second time.
+    nearest, nearest_heuristic = np.int64(NO_STATE), FARTHEST
     expansions, on_approach, until_curve, least = 0, 0, 0, LARGEST_COUNT
     status = OPEN_SET_EMPTY
     while queue.counts[0] > 0:

@@ -60,7 +60,8 @@ def smooth_car_part(part, grid, footprint, radius, rules, refinement_num):
 
     rules: tolerance, max_iterations, w_data and w_smooth.
     """
-    result, is_backward, succeeded = part.copy(), False, False
+    # A bool of numpy, which is no constant: for one numba would compile the call a second time.
+    result, is_backward, succeeded = part.copy(), np.bool_(False), False
     for round_ in range(refinement_num + 1):
         trial, ended, is_backward = _relaxed(result, is_backward, grid, footprint, rules)
         result = trial
@@ -137,7 +138,10 @@ def _meet(path, pose, is_backward, is_end, grid, radius):
     count = best.shape[0]
     first = n - 1 - best_index if is_end else 0
     for i in range(count):
-        path[first + i] = best[count - 1 - i] if is_backward else best[i]
+        source = count - 1 - i if is_backward else i
+        # For a row that is set as a whole numba compiles strings of an error message.
+        for j in range(best.shape[1]):
+            path[first + i, j] = best[source, j]
 
 
 @njit(cache=True)

@@ -62,7 +62,7 @@ def _update(grid, cone, phi, inflate_cone):
     length = CONE_LENGTH_RATIO * math.sqrt(delta_x * delta_x + delta_y * delta_y)
     box = np.array([cone.x, cone.y, cone.x, cone.y])
     corners = np.empty((3, 2), dtype=np.int64)
-    corners[0] = _cell(grid, cone.x, cone.y)
+    _set_cell(corners, 0, grid, cone.x, cone.y)
     place = grid.origin_x, grid.origin_y, grid.resolution, columns, rows
     column, row = world_to_cell(target_x, target_y, *place)
     if column >= 0:
@@ -71,7 +71,7 @@ def _update(grid, cone, phi, inflate_cone):
     for n in range(2):
         side = heading - cone.half_angle if n == 0 else heading + cone.half_angle
         x, y = cone.x + math.cos(side) * length, cone.y + math.sin(side) * length
-        corners[n + 1] = _cell(grid, x, y)
+        _set_cell(corners, n + 1, grid, x, y)
         _touch(box, x, y)
     slack = -np.float32(np.float32(inflate_cone) * _area(corners))
     first_column, last_column = max(corners[:, 0].min(), 0), min(corners[:, 0].max(), columns - 1)
@@ -134,11 +134,13 @@ def _normalized(angle):
 
 
 @njit(cache=True)
-def _cell(grid, x, y):
-    """Returns column and row of a point, m, which may lie outside; fractions are cut toward 0."""
-    column = int((x - grid.origin_x) / grid.resolution)
-    row = int((y - grid.origin_y) / grid.resolution)
-    return np.array([column, row])
+def _set_cell(corners, n, grid, x, y):
+    """Sets a row to column and row of a point, m, which may lie outside; fractions are cut to 0.
+
+    Number by number: for a row that is set as a whole numba compiles strings of an error message.
+    """
+    corners[n, 0] = int((x - grid.origin_x) / grid.resolution)
+    corners[n, 1] = int((y - grid.origin_y) / grid.resolution)
 
 
 @njit(cache=True)

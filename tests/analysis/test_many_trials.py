@@ -81,7 +81,9 @@ def test_a_row_that_lacks_a_metric_is_measured(folder, opened):
 
 def test_the_page_lists_the_failed_trials_and_tells_of_the_others(folder, monkeypatch):
     monkeypatch.setattr(report_sections, "MOST_TRIALS_LISTED", 4)
-    text = build_report(folder.path, jobs=1).path.read_text(encoding="utf-8")
+    text = build_report(folder.path, figures=FigureChoice.NONE, jobs=1).path.read_text(
+        encoding="utf-8"
+    )
     listed = re.findall(r"<code>(trials/[^<]*parquet)</code></td></tr>", text)
     assert len(listed) == 4
     assert sum("trial_002" in name for name in listed) == 2

@@ -201,6 +201,7 @@ STL = (
 )
 
 
+@pytest.mark.usefixtures("reads_meshes_here")
 @pytest.mark.parametrize(
     ("stl", "extensions"),
     [(STL, [".obj"]), ("no mesh", [])],

@@ -12,12 +12,14 @@ from urllib.parse import unquote
 
 import pandas as pd
 import pytest
+from jinja2 import Environment
 from results_folders import measured_folder, trial_log, write_folder, write_manifest
 from synthetic_logs import straight_log
 
 from drake_navbench.analysis.chart_library import chart_library
 from drake_navbench.analysis.figures.choice import FigureChoice
 from drake_navbench.analysis.folder_analysis import analyse_folder
+from drake_navbench.analysis.html import page_environment
 from drake_navbench.analysis.metrics.definition import Metric
 from drake_navbench.analysis.report import build_report, render
 from drake_navbench.analysis.statistics import Interval
@@ -281,6 +283,14 @@ def test_made_again_it_is_the_same(reported, text, tmp_path):
     build_report(reported.path.parent, figures=FigureChoice.ALL, jobs=1)
     assert reported.path.read_text(encoding="utf-8") == text
     assert figure.read_bytes() == before
+
+
+def test_templates_are_compiled_for_the_first_page_of_a_process_alone(monkeypatch):
+    page_environment(["dwb"]).get_template("page.html")
+    monkeypatch.delattr(Environment, "compile")
+    again = page_environment(["rpp", "dwb"]).get_template("page.html")
+    # What a page names is its own.
+    assert again.globals["color"].keywords == {"beside": ("rpp", "dwb")}
 
 
 def test_what_was_measured_already_is_not_measured_again(reported, tmp_path, monkeypatch):

@@ -8,7 +8,7 @@ from pathlib import Path
 import hostile_controllers as hostile
 import pandas as pd
 import pytest
-from hostile_controllers import ABORTED, ALL, EXPECTED, LEFT_OUT, SPOILING
+from hostile_controllers import ABORTED, ALL, EXPECTED, LEFT_OUT, NOTICED, SPOILING
 
 from drake_navbench import run_trial
 from drake_navbench.campaign.campaign import plan_campaign
@@ -16,10 +16,14 @@ from drake_navbench.campaign.driving import Driven, run_campaign
 from drake_navbench.errors import MAX_LINE_LENGTH, InputError
 from drake_navbench.inputs.foreign_code import runs_foreign_code
 from drake_navbench.inputs.presets import Preset, load_preset
+from drake_navbench.inputs.robot import load_robot
+from drake_navbench.inputs.scenario import load_scenario
 from drake_navbench.logs.log import UNREPEATABLE_COLUMNS, Outcome, TrialLog
 from drake_navbench.logs.results import ResultsFolder
 from drake_navbench.plugins.kinds import forget_installed
 from drake_navbench.trial import task_cost
+from drake_navbench.trial.spec import TrialSpec
+from drake_navbench.trial.trial import simulate
 
 OTHERS = [f"{name} = hostile_controllers:{name}" for name in ("Honest", "KillsItself")]
 SCENARIO = "description: nothing in the way\ngoal: [1.0, 0.0, 0.0]\ntimeout_s: 4.0\n"
@@ -38,7 +42,9 @@ def installed(tmp_path_factory, patch) -> Iterator[Path]:
     metadata = path / "hostile-1.0.dist-info"
     metadata.mkdir()
     (metadata / "METADATA").write_text("Metadata-Version: 2.1\nName: hostile\nVersion: 1.0\n")
-    points = [f"{plugin.__name__} = hostile_controllers:{plugin.__name__}" for plugin in ALL]
+    points = [
+        f"{plugin.__name__} = hostile_controllers:{plugin.__name__}" for plugin in (*ALL, *NOTICED)
+    ]
     (metadata / "entry_points.txt").write_text(
         "\n".join(["[drake_navbench.controllers]", *OTHERS, *points])
     )
@@ -93,6 +99,16 @@ def test_what_it_does_is_an_error_of_its_own_trial(plugin, driven):
     assert driven[1].log_path("short", plugin.__name__, 0).stat().st_size < 120_000
 
 
+@pytest.mark.parametrize("plugin", NOTICED)
+def test_what_a_trial_notices_is_an_error_in_whatever_process_it_is_driven(plugin, installed):
+    scenario = load_scenario(str(installed / "short.yaml"))
+    spec = TrialSpec(scenario, load_robot("wheelchair"), column(plugin.__name__), seed=0)
+    log = simulate(spec)
+    assert log.outcome is Outcome.ERROR
+    assert NOTICED[plugin] in log.info["reason"]
+    assert len(log.info["reason"]) <= MAX_LINE_LENGTH
+
+
 @pytest.mark.parametrize("plugin", ABORTED)
 def test_a_reason_is_one_line_that_can_be_printed(plugin, driven):
     row = row_of(driven, plugin.__name__)
@@ -115,7 +131,9 @@ def test_memory_that_the_machine_does_not_have_is_left_to_be_driven_again(driven
     assert not driven[1].log_path("short", "RunsOutOfMemory", 0).exists()
 
 
-def test_the_others_drive_as_if_they_were_alone(driven, installed, tmp_path):
+def test_the_others_drive_as_if_they_were_alone(driven, installed, tmp_path, monkeypatch):
+    # 15 s are for those who never end; on a busy machine an honest trial may need more.
+    monkeypatch.setattr(task_cost, "MIN_WALL_CLOCK_S", 120.0)
     alone = ResultsFolder(tmp_path / "alone")
     drive(installed, [column("Honest"), load_preset("rpp")], alone, trials=1)
     for name in ("Honest", "rpp"):

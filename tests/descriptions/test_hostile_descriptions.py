@@ -47,31 +47,32 @@ HUGE = ((0, 0, 0), ("1e9", 0, 0), (0, "1e9", 0))
 CORNER = "vertex {} {} {}\n"
 
 
-@pytest.mark.parametrize(
-    ("name", "content", "reason"),
-    [
-        ("nan.stl", TRIANGLE.format(3 * CORNER.format("nan", 0, 0)), "with finite corners"),
-        (
-            "huge.stl",
-            TRIANGLE.format("".join(CORNER.format(*xyz) for xyz in HUGE)),
-            "huge.stl: reaches 1e+09 m, expected at most 1e+06 m",
-        ),
-        ("none.stl", "", "none.stl: "),
-        ("index.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 999999999\n", "index.obj: "),
-        ("index.obj", "v 0 0 0\nf -5 -6 -7\n", "index.obj: "),
-        ("bomb.dae", f"<?xml version='1.0'?>{BOMB}<COLLADA>&b;</COLLADA>", "bomb.dae: "),
-        ("deep.gltf", "[" * 100_000, "deep.gltf: "),
-    ],
-)
-def test_a_mesh_that_is_none_is_told(tmp_path, name, content, reason):
-    head, tail = ("solid a\n", "endsolid a\n") if name.endswith(".stl") else ("", "")
-    (tmp_path / name).write_text(head + content + tail)
-    line = refusal(read_robot_model, cart(tmp_path, MESH.format(name)))
+# The text of each mesh file that holds no mesh, and what is told of it.
+NO_MESHES = {
+    "nan.stl": (TRIANGLE.format(3 * CORNER.format("nan", 0, 0)), "with finite corners"),
+    "huge.stl": (
+        TRIANGLE.format("".join(CORNER.format(*xyz) for xyz in HUGE)),
+        "huge.stl: reaches 1e+09 m, expected at most 1e+06 m",
+    ),
+    "none.stl": ("", "none.stl: "),
+    "above.obj": ("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 999999999\n", "above.obj: "),
+    "below.obj": ("v 0 0 0\nf -5 -6 -7\n", "below.obj: "),
+    "bomb.dae": (f"<?xml version='1.0'?>{BOMB}<COLLADA>&b;</COLLADA>", "bomb.dae: "),
+    "deep.gltf": ("[" * 100_000, "deep.gltf: "),
+}
+
+
+def test_a_mesh_that_is_none_is_told_and_not_drawn(tmp_path):
+    for name, (content, _) in NO_MESHES.items():
+        head, tail = ("solid a\n", "endsolid a\n") if name.endswith(".stl") else ("", "")
+        (tmp_path / name).write_text(head + content + tail)
+    path = cart(tmp_path, "".join(map(MESH.format, NO_MESHES)))
+    line = refusal(read_robot_model, path)
     assert "tells no outline: left out" in line
-    assert reason in line
+    for _, reason in NO_MESHES.values():
+        assert reason in line
     # An OBJ file is drawn by the browser, as far as it goes.
-    if not name.endswith(".obj"):
-        assert list(SdfModel(cart(tmp_path, MESH.format(name))).visuals) == []
+    assert len(list(SdfModel(path).visuals)) == sum(name.endswith(".obj") for name in NO_MESHES)
 
 
 def test_a_mesh_of_a_million_triangles_and_more_is_told_by_its_head(tmp_path):
@@ -83,6 +84,7 @@ def test_a_mesh_of_a_million_triangles_and_more_is_told_by_its_head(tmp_path):
     assert "has 5000000 triangles, expected at most 1000000" in line
 
 
+@pytest.mark.usefixtures("reads_meshes_here")
 def test_a_flat_mesh_is_an_obstacle_and_a_point_is_none(tmp_path):
     flat = "solid a\n" + TRIANGLE.format("vertex 0 0 0\nvertex 2 0 0\nvertex 0 2 0\n")
     (tmp_path / "flat.stl").write_text(flat + "endsolid a\n")

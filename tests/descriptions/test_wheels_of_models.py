@@ -57,6 +57,7 @@ def test_the_separation_is_that_of_the_tyres_not_of_the_joints(tmp_path):
     assert values["wheel_radius_m"] == pytest.approx(0.0625)
 
 
+@pytest.mark.usefixtures("reads_meshes_here")
 def test_the_radius_of_a_mesh_is_measured_where_the_mesh_is_round(tmp_path):
     trimesh.creation.cylinder(radius=0.05, height=0.03).export(tmp_path / "round.stl")
     trimesh.creation.box((0.3, 0.1, 0.03)).export(tmp_path / "fender.stl")

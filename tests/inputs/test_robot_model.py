@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import os
-from importlib import import_module
 
 import numpy as np
 import pytest
 import shapely
 
 from drake_navbench.errors import InputError, InputWarning
-from drake_navbench.inputs.descriptions import meshes
 from drake_navbench.inputs.robot import load_robot
 from drake_navbench.inputs.robot_model import read_robot_model
 from drake_navbench.kernels.footprint import pad_footprint
@@ -272,20 +270,9 @@ STL_BINARY = (
 )
 
 
-@pytest.fixture
-def reads_here(monkeypatch):
-    """Meshes are read in this process; tests of described robots have them read in another."""
-
-    def call(function, requests, source):
-        module, _, name = function.partition(":")
-        return getattr(import_module(module), name)(requests)
-
-    monkeypatch.setattr(meshes, "call_limited", call)
-
-
 @pytest.mark.parametrize("data", [STL_TEXT, STL_BINARY])
 @pytest.mark.parametrize("role", ["collision", "visual"])
-@pytest.mark.usefixtures("reads_here")
+@pytest.mark.usefixtures("reads_meshes_here")
 def test_an_stl_mesh_makes_the_outline_with_its_scale(tmp_path, data, role):
     (tmp_path / "hull.STL").write_bytes(data)
     path = tmp_path / "cart.urdf"
@@ -307,7 +294,7 @@ def test_an_stl_mesh_makes_the_outline_with_its_scale(tmp_path, data, role):
     ],
 )
 @pytest.mark.parametrize("role", ["collision", "visual"])
-@pytest.mark.usefixtures("reads_here")
+@pytest.mark.usefixtures("reads_meshes_here")
 def test_a_mesh_that_cannot_be_read_is_one_line(tmp_path, name, reason, role):
     (tmp_path / name).write_bytes(b"solid of nothing")
     path = tmp_path / "cart.urdf"

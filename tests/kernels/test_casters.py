@@ -15,6 +15,7 @@ from drake_navbench.kernels.casters import (
     advanced,
     caster_rates,
 )
+from drake_navbench.kernels.read_only import read_only
 
 LIMITS = np.array([-0.5, 0.5, 2.0, 0.1, 2.5, 3.0])
 BODY = np.array([150.0, 0.2, 30.0])
@@ -36,7 +37,9 @@ def state_of(*, v=0.0, w=0.0, yaw=0.0, angles=(0.0, 0.0)):
 def after(state, command, duration, *, motors=MOTORS, frictions=FRICTIONS, count=None):
     told = np.array([*command, 0.0])
     count = count or round(duration * 1000)
-    return advanced(state, told, LIMITS, BODY, motors, CASTERS, frictions, (count, duration))
+    return advanced(
+        read_only(state), told, LIMITS, BODY, motors, CASTERS, frictions, (count, duration)
+    )
 
 
 def energy(state):

@@ -47,7 +47,9 @@ def test_point_falls_into_the_cell_that_holds_it():
     assert cell(2.99, -0.51) == (3, 2)
 
 
-@pytest.mark.parametrize(("x", "y"), [(0.99, -1), (2, -2.01), (3.0, -1), (2, -0.5), (99, 99)])
+@pytest.mark.parametrize(
+    ("x", "y"), [(0.99, -1.0), (2.0, -2.01), (3.0, -1.0), (2.0, -0.5), (99.0, 99.0)]
+)
 def test_point_off_the_grid_has_no_cell(x, y):
     assert cell(x, y) == OUTSIDE
 

@@ -13,7 +13,8 @@ CAR = motions(4.0, BINS, reverses=False, interpolates=False)
 def length(column, row, heading, goal):
     """Returns the length in cells from a cell and a bin to a goal (column, row, bin)."""
     ways = free_ways(21, BINS)
-    return float(free_way(ways, CAR, column, row, heading, np.array(goal, np.float32), 1.0))
+    place = np.array(goal, np.float32)
+    return float(free_way(ways, CAR, column, row, heading, place, np.float32(1.0)))
 
 
 @pytest.mark.parametrize(

@@ -116,7 +116,8 @@ def test_clearing_starts_at_raytrace_min_range():
 def test_ranges_shorten_the_rest_of_a_ray_in_proportion():
     # From cell 2, 6 of 8 cells are left; a limit of 4 of those 8 gives int(4 / 8 * 6) = 3 steps,
     # to cell 5: one beyond the range, as in Nav2.
-    assert cleared((0.5, 0.5), [[8.5, 0.5]], minimum=2, maximum=4) == {(x, 0) for x in range(2, 6)}
+    found = cleared((0.5, 0.5), [[8.5, 0.5]], minimum=2.0, maximum=4.0)
+    assert found == {(x, 0) for x in range(2, 6)}
 
 
 def test_hit_nearer_than_raytrace_min_range_clears_nothing():

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from drake_navbench.inputs.people import OrcaSettings, People, Person, WalkingPeople
 from drake_navbench.kernels.orca import linked_edges, step_orca
+from drake_navbench.kernels.read_only import read_only
 from drake_navbench.kernels.walking import ASIDE, VX, VY, YAW, X, Y
 
 STEP_S = 0.05
@@ -33,7 +34,7 @@ def walk(crowd, duration_s, *, edges=NO_EDGES, discs=NO_DISCS, robot=FAR_AWAY, *
         moved = discs.copy()
         moved[:, :2] += (step + 1) * STEP_S * discs[:, 2:4]
         world = ((edges, moved), robot, settings_, STEP_S, STEP_S)
-        rows.append(step_orca(rows[-1], crowd.traits, crowd.goals, *world))
+        rows.append(step_orca(read_only(rows[-1]), crowd.traits, crowd.goals, *world))
     return np.array(rows)
 
 

@@ -33,10 +33,17 @@ def closed_form(points):
     return smoothed
 
 
+def grid_of(costs):
+    """Returns the map as planners have it: nobody writes to it."""
+    costs = costs.view()
+    costs.flags.writeable = False
+    return Grid(costs, 0.0, 0.0, RESOLUTION_M)
+
+
 def smooth_grid(path, costs=EMPTY_MAP, footprint=CENTRE_ONLY, max_iterations=1000, refinements=2):
     return smooth_grid_path(
         path,
-        Grid(costs, 0.0, 0.0, RESOLUTION_M),
+        grid_of(costs),
         footprint,
         1e-10,
         max_iterations,
@@ -49,7 +56,7 @@ def smooth_grid(path, costs=EMPTY_MAP, footprint=CENTRE_ONLY, max_iterations=100
 def smooth_one_way(path, costs=EMPTY_MAP, max_iterations=1000, refinements=2):
     return smooth_segment(
         path,
-        Grid(costs, 0.0, 0.0, RESOLUTION_M),
+        grid_of(costs),
         1e-10,
         max_iterations,
         W_DATA,

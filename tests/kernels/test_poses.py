@@ -17,6 +17,7 @@ from drake_navbench.kernels.poses import (
     see_point,
     to_robot_frame,
 )
+from drake_navbench.kernels.read_only import read_only
 
 COORDINATES = st.floats(-5.0, 5.0)
 POSES = st.tuples(COORDINATES, COORDINATES, st.floats(-3.0, 3.0))
@@ -43,7 +44,7 @@ def test_a_placed_point_is_seen_where_it_was_given(point, pose):
 
 def test_a_pose_is_seen_from_a_robot_that_faces_left():
     # Robot at (1, 2), facing +y: the point one ahead of it and two to its right.
-    seen = to_robot_frame(np.array([[3.0, 3.0, 0.0]]), 1.0, 2.0, math.pi / 2.0)
+    seen = to_robot_frame(read_only([[3.0, 3.0, 0.0]]), 1.0, 2.0, math.pi / 2.0)
     np.testing.assert_allclose(seen, [[1.0, -2.0, -math.pi / 2.0]], atol=1e-15)
 
 

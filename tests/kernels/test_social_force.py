@@ -8,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from drake_navbench.inputs.people import REACTIONS, People, Person, WalkingPeople
+from drake_navbench.kernels.read_only import read_only
 from drake_navbench.kernels.social_force import social_force, step_people
 from drake_navbench.kernels.walking import TIME_GAP, VX, VY, YAW, X, Y, pace_behind_others
 
@@ -36,7 +37,9 @@ def walk(*persons, duration_s, edges=NO_EDGES, robot=FAR_AWAY):
     rows = [crowd.state]
     for _ in range(round(duration_s / STEP_S)):
         rows.append(
-            step_people(rows[-1], crowd.traits, crowd.goals, edges, NO_CIRCLES, *robot, STEP_S)
+            step_people(
+                read_only(rows[-1]), crowd.traits, crowd.goals, edges, NO_CIRCLES, *robot, STEP_S
+            )
         )
     return np.array(rows)
 
@@ -213,6 +216,6 @@ def test_who_follows_somebody_slow_with_a_time_gap_is_as_slow():
     people = crowd.state
     for _ in range(300):
         people = step_people(
-            people, crowd.traits, crowd.goals, NO_EDGES, NO_CIRCLES, *FAR_AWAY, STEP_S
+            read_only(people), crowd.traits, crowd.goals, NO_EDGES, NO_CIRCLES, *FAR_AWAY, STEP_S
         )
     assert people[0, VX] == pytest.approx(0.5, abs=0.02)

@@ -64,10 +64,10 @@ def test_a_goal_that_cannot_be_reached_ends_the_trial_with_nav2s_code(plugin):
     walls = [
         {"type": "wall", "start": start, "end": end, "thickness_m": 0.1}
         for start, end in (
-            ([3.0, -2.0], [3.0, 2.0]),
-            ([7.0, -2.0], [7.0, 2.0]),
-            ([3.0, -2.0], [7.0, -2.0]),
-            ([3.0, 2.0], [7.0, 2.0]),
+            ([-2.0, -2.0], [-2.0, 2.0]),
+            ([2.0, -2.0], [2.0, 2.0]),
+            ([-2.0, -2.0], [2.0, -2.0]),
+            ([-2.0, 2.0], [2.0, 2.0]),
         )
     ]
     log = run_trial(scenario(*walls, planner={"plugin": plugin}), "rpp", seed=2)

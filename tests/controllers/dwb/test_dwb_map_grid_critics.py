@@ -20,6 +20,7 @@ from drake_navbench.controllers.dwb.critics.map_grid import (
     PathDist,
 )
 from drake_navbench.controllers.dwb.map_grids import cell_distances, densify_plan
+from drake_navbench.kernels.read_only import read_only
 
 OFF_GRID, UNREACHABLE = 1, 2
 # Five columns, four rows; a plan along the lowest row, whose poses are one cell apart.
@@ -159,7 +160,7 @@ def test_product_stays_zero_once_it_is_zero():
 def test_holes_of_two_cells_stay_and_longer_ones_are_split():
     # D = 0.52 at 0.05 m: k = int(0.42 / 0.05) - 1 = 7, six points every 0.52 / 7 = 0.0743 m.
     plan = np.array([[0.0, 0.0, 0.0], [0.52, 0.0, 0.0], [0.62, 0.0, 0.0]])
-    points = densify_plan(plan, 0.05)
+    points = densify_plan(read_only(plan), 0.05)
     expected = [*(j * 0.52 / 7 for j in range(8)), 0.62]
     np.testing.assert_allclose(points[:, 0], expected, rtol=0, atol=1e-12)
 

@@ -86,15 +86,17 @@ def rows_and_jacobian(scene, plan):
     for k in range(last):
         slopes_of_advance(plan[k], scene.dt, step)
         by_jerks = np.ascontiguousarray(step[:, :STATE_SIZE]) @ by_jerks
-        by_jerks[:, 2 * k] += step[:, JERK]
-        by_jerks[:, 2 * k + 1] += step[:, JERK + 1]
+        for i in range(STATE_SIZE):
+            by_jerks[i, 2 * k] += step[i, JERK]
+            by_jerks[i, 2 * k + 1] += step[i, JERK + 1]
         stage_rows(scene, k + 1, plan[k + 1], values, columns, slopes)
         for row in range(count):
             source, place = FIRST_LATERAL_ROW + row, k * count + row
             found[place] = values[source]
             for i in range(SLOPES_A_ROW):
                 if slopes[source, i] != 0.0:
-                    jacobian[place] += slopes[source, i] * by_jerks[columns[source, i]]
+                    for j in range(2 * last):
+                        jacobian[place, j] += slopes[source, i] * by_jerks[columns[source, i], j]
     return found, jacobian
 
 

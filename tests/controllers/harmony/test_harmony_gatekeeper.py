@@ -22,9 +22,10 @@ from drake_navbench.controllers.harmony.gatekeeper import (
     lethal_edges,
 )
 from drake_navbench.controllers.harmony.motion import ANGULAR_JERK, JERK, A, V, W, roll_out
+from drake_navbench.kernels.read_only import read_only
 
 WHEELCHAIR = Response(0.1, 2.5, 3.0)
-OUTLINE = np.array([[0.85, 0.3], [0.85, -0.3], [-0.25, -0.3], [-0.25, 0.3]])
+OUTLINE = read_only([[0.85, 0.3], [0.85, -0.3], [-0.25, -0.3], [-0.25, 0.3]])
 REACH_M = math.hypot(0.85, 0.3)
 WALL = (1.5, -1.0, 1.6, 1.0)
 # Nothing moves.
@@ -148,8 +149,8 @@ def test_a_larger_bound_lets_less_through():
 
 # Worlds of which at least one drive with a bound of 0 ends in a contact: the last.
 TELLING_WORLDS = (0, 24, 32, 41)
-# Every fourth of sixty, with all of those.
-SOME_WORLDS = sorted({*range(0, 60, 4), *TELLING_WORLDS})
+# Every eighth of sixty, with all of those.
+SOME_WORLDS = sorted({*range(0, 60, 8), *TELLING_WORLDS})
 
 
 @pytest.mark.parametrize(
@@ -172,8 +173,7 @@ def test_no_drive_ends_in_a_contact_while_errors_are_within_the_bound(worlds):
 
 def test_with_a_bound_of_zero_drives_do_end_in_contacts():
     no_bound = {"localization_error": 0.0, "tracking_error": 0.0, "response_error": 0.0}
-    ends = [drive(s, **no_bound).end for s in TELLING_WORLDS]
-    assert "contact" in ends
+    assert any(drive(seed, **no_bound).end == "contact" for seed in reversed(TELLING_WORLDS))
 
 
 @pytest.mark.parametrize(("slowness", "strength"), [(0.7, 1.3), (1.3, 0.7)])

@@ -14,6 +14,7 @@ from drake_navbench.controllers.harmony.motion import (
 from drake_navbench.controllers.harmony.rating import cost_of_motion
 from drake_navbench.controllers.harmony.riccati import feedback_gains
 from drake_navbench.controllers.harmony.scene import heading_wanted, make_start, velocity_bounds
+from drake_navbench.kernels.read_only import read_only
 
 DT = 0.1
 
@@ -135,7 +136,7 @@ def test_a_guess_needs_the_room_of_plans_but_half_a_cell():
     # less half a cell, 0.025 m, will do. At y = 0.1 m it is 0.05 m less. The map ends at x = 3 m.
     for (x, y), has_room in {(0.0, 0.05): True, (0.0, 0.1): False, (2.5, 0.0): False}.items():
         start = make_start(np.array([x, y, 0.0]), 0.0, 0.0)
-        cost = cost_of_motion(scene, scene, straight(), at_rest, start, 20, motion)
+        cost = cost_of_motion(scene, scene, read_only(straight()), at_rest, start, 20, motion)
         assert np.isfinite(cost) == has_room
         np.testing.assert_array_equal(motion[-1], [x, y, 0.0])
 

@@ -195,7 +195,7 @@ def test_a_path_of_one_point_keeps_its_yaw():
 def test_jerk_of_a_constant_acceleration_costs_nothing():
     ramp = np.column_stack([0.35 + 0.02 * np.arange(STEPS), np.full(STEPS, 0.02)])
     situation = situation_of()._replace(
-        sampled=ramp, earlier_speed=np.array([0.33, 0.02]), speed=np.array([0.35, 0.02])
+        sampled=ramp, earlier_speed=read_only([0.33, 0.02]), speed=np.array([0.35, 0.02])
     )
     alone = Weights(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 1.0)
     assert objective(situation, alone, ramp)[0] == pytest.approx(0.0, abs=1e-18)

@@ -1,0 +1,86 @@
+"""Where a model's lidars and cameras are, and what they see."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from descriptions_scenes import BOX, XACRO, link, rows, urdf, write_repository
+
+from drake_navbench.inputs.check import Status
+from drake_navbench.inputs.robot import load_robot
+
+EYE = (
+    '<joint name="j" type="fixed"><parent link="base_link"/><child link="eye"/>'
+    '<origin xyz="0.1 0.05 0.4" rpy="{rpy}"/></joint><link name="eye"/>'
+)
+
+
+def sensor(kind: str, body: str) -> str:
+    return f'<gazebo reference="eye"><sensor name="eye" type="{kind}">{body}</sensor></gazebo>'
+
+
+def test_a_depth_camera_looks_down_as_the_model_says(tmp_path):
+    camera = (
+        "<camera><horizontal_fov>1.2</horizontal_fov><image><width>640</width>"
+        "<height>480</height></image><clip><near>0.2</near><far>4</far></clip></camera>"
+    )
+    body = link(BOX) + EYE.format(rpy="0 0.3 0") + sensor("depth_camera", camera)
+    found = load_robot(str(urdf(tmp_path, body))).depth_sensors["eye"]
+    assert found.pitch_rad == pytest.approx(0.3, abs=1e-4)
+    assert found.horizontal_fov_rad == pytest.approx(1.2)
+    # tan(v / 2) = tan(0.6) x 480 / 640
+    assert found.vertical_fov_rad == pytest.approx(2 * math.atan(0.75 * math.tan(0.6)), abs=1e-4)
+    assert (found.range_min_m, found.range_max_m) == (0.2, 4.0)
+
+
+def test_a_lidar_upside_down_counts_its_angles_the_other_way(tmp_path):
+    ray = (
+        "<ray><scan><horizontal><samples>90</samples><min_angle>-0.5</min_angle>"
+        "<max_angle>1.5</max_angle></horizontal></scan><range><max>5</max></range></ray>"
+    )
+    body = link(BOX) + EYE.format(rpy="3.1415926 0 0") + sensor("ray", ray)
+    lidar = load_robot(str(urdf(tmp_path, body))).lidar
+    assert lidar.angle_min_rad == pytest.approx(-1.5, abs=1e-4)
+    assert lidar.angle_span_rad == pytest.approx(2.0)
+
+
+def test_two_lidars_of_a_kind_scan_together_and_of_two_kinds_the_first(tmp_path):
+    path = write_repository(tmp_path)
+    second = XACRO[XACRO.index('<gazebo reference="laser">') : XACRO.index("<gazebo><plugin")]
+    second = second.replace('name="front"', 'name="rear"').replace(
+        "<update", "<pose>-0.4 0 0 0 0 3.14159265</pose><update"
+    )
+    path.write_text(XACRO.replace("<gazebo><plugin", f"{second}<gazebo><plugin"))
+    assert load_robot(str(path)).lidar.further_poses[0][0] == pytest.approx(-0.2)
+    other = second.replace("<max>8</max>", "<max>20</max>")
+    path.write_text(XACRO.replace("<gazebo><plugin", f"{other}<gazebo><plugin"))
+    assert not load_robot(str(path)).lidar.further_poses
+    assert any("of another kind than front" in row for row in rows(path, Status.STAND_IN))
+
+
+def test_a_lidar_above_two_metres_is_seen_by_the_costmaps(tmp_path):
+    mast = '<joint name="j" type="fixed"><parent link="base_link"/><child link="laser"/>'
+    top = f'{link("", "laser")}{mast}<origin xyz="0 0 2.3"/></joint>'
+    path = urdf(tmp_path, link(BOX) + top)
+    navigation = load_robot(str(path)).navigation
+    # The floor is 0.1 m below the base link.
+    for costmap in (navigation.local_costmap, navigation.global_costmap):
+        layer = costmap.obstacle_layer
+        assert layer.max_obstacle_height == pytest.approx(2.4)
+        assert layer.observation_sources["scan"].max_obstacle_height == pytest.approx(2.4)
+        assert layer.observation_sources["scan"].clearing
+    assert any("look up to 2.4 m" in row for row in rows(path, Status.OTHER_FORM))
+
+
+def test_without_a_lidar_the_default_one_is_where_its_link_is(tmp_path):
+    laser = link("", "laser") + (
+        '<joint name="j" type="fixed"><parent link="base_link"/><child link="laser"/>'
+        '<origin xyz="0.2 0 0.35" rpy="0 0 3.14159"/></joint>'
+    )
+    path = urdf(tmp_path, link(BOX) + laser)
+    lidar = load_robot(str(path)).lidar
+    assert lidar.pose == pytest.approx((0.2, 0.0, 3.14159))
+    # The box reaches from -0.1 to 0.1 m: its underside is the floor.
+    assert lidar.height_m == pytest.approx(0.45)
+    assert any("the default one where the link laser is" in r for r in rows(path, Status.STAND_IN))

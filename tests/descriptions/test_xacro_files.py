@@ -1,0 +1,234 @@
+"""xacro is expanded without ROS, as it lies in its repository; what it lacks is told in a line."""
+
+from __future__ import annotations
+
+import time
+
+import numpy as np
+import pytest
+import shapely
+from descriptions_scenes import BOX, XACRO, collision, link, rows, write_repository
+
+from drake_navbench.errors import InputError
+from drake_navbench.inputs.check import Status
+from drake_navbench.inputs.described_robot import describe_robot
+from drake_navbench.inputs.descriptions.model_source import read_source
+from drake_navbench.inputs.descriptions.xacro_file import expand_xacro
+from drake_navbench.inputs.robot import load_robot
+from drake_navbench.processes.limited_call import call_limited
+
+
+def test_xacro_finds_its_packages_by_package_xml_and_takes_arguments(tmp_path):
+    path = write_repository(tmp_path)
+    robot = load_robot(str(path), arguments={"length": "1.0"})
+    assert shapely.Polygon(robot.outline).bounds == pytest.approx((-0.5, -0.27, 0.5, 0.27))
+    assert load_robot(str(path)).outline[:, 0].max() == pytest.approx(0.3)
+    assert "xacro arguments (length=0.6)" in describe_robot(path).check.as_text(200)
+
+
+def test_a_package_elsewhere_is_found_by_packages_alone(tmp_path):
+    path = write_repository(tmp_path / "a")
+    other = tmp_path / "b" / "cart_parts"
+    (tmp_path / "b").mkdir()
+    (path.parents[2] / "deeper" / "cart_parts").rename(other)
+    with pytest.raises(InputError, match=r"needs the package 'cart_parts'.*--packages"):
+        load_robot(str(path))
+    assert load_robot(str(path), packages=[tmp_path / "b"]).mass_kg == pytest.approx(22.0)
+
+
+def test_a_comment_before_the_declaration_hinders_neither_xacro_nor_urdf(tmp_path):
+    head = '<!-- licence -->\n<?xml version="1.0"?>\n'
+    for size in ("0.6", "${0.3 * 2}"):
+        path = tmp_path / "cart.urdf"
+        box = collision(f'<box size="{size} 0.4 0.2"/>')
+        path.write_text(f'{head}<robot name="cart">{link(box)}</robot>')
+        assert load_robot(str(path)).outline[:, 0].max() == pytest.approx(0.3)
+
+
+def test_a_package_that_is_not_there_and_whose_macros_nobody_asks_for_is_told(tmp_path):
+    path = write_repository(tmp_path)
+    include = '<xacro:include filename="$(find sick_scan)/urdf/lms.xacro"/>'
+    path.write_text(XACRO.replace("<link", f"{include}<link", 1))
+    assert load_robot(str(path)).mass_kg == pytest.approx(22.0)
+    assert any("the package sick_scan describes" in row for row in rows(path, Status.STAND_IN))
+
+
+def test_a_part_of_a_package_that_is_not_there_is_left_out_and_told(tmp_path):
+    path = write_repository(tmp_path)
+    include = '<xacro:include filename="$(find realsense2_description)/urdf/d435.xacro"/>'
+    call = '<xacro:sensor_d435 parent="base_link"><origin xyz="0 0 0"/></xacro:sensor_d435>'
+    path.write_text(XACRO.replace("<link", f"{include}{call}<link", 1))
+    assert load_robot(str(path)).mass_kg == pytest.approx(22.0)
+    told = rows(path, Status.STAND_IN)
+    assert any("left out sensor_d435: defined by a package that is not found" in t for t in told)
+
+
+def test_a_relative_include_after_a_package_that_is_not_there_starts_at_its_own_file(tmp_path):
+    """The package is asked for in a file of another folder, where there is no extras.xacro."""
+    path = write_repository(tmp_path)
+    folder = path.parent / "parts"
+    folder.mkdir()
+    asks = '<robot><xacro:include filename="$(find gone)/urdf/a.xacro"/></robot>'
+    (folder / "arm.xacro").write_text(asks.replace("<robot", '<robot xmlns:xacro="x"'))
+    (path.parent / "extras.xacro").write_text("<robot/>")
+    files = ("parts/arm.xacro", "extras.xacro")
+    includes = "".join(f'<xacro:include filename="{name}"/>' for name in files)
+    path.write_text(XACRO.replace("<link", f"{includes}<link", 1))
+    assert load_robot(str(path)).mass_kg == pytest.approx(22.0)
+
+
+@pytest.mark.parametrize(
+    ("text", "reason"),
+    [
+        ('<robot xmlns:xacro="a"><xacro:include filename="gone.xacro"/></robot>', "gone.xacro"),
+        ('<robot><link name="${nothing}"/></robot>', "nothing"),
+        ('<robot><link name="$(arg arm)"/></robot>', "arm; give it by --set arm=VALUE"),
+        ("<robot><link", "xacro cannot expand it"),
+    ],
+)
+def test_xacro_that_cannot_be_expanded_is_one_line(tmp_path, text, reason):
+    path = tmp_path / "cart.urdf.xacro"
+    path.write_text(text)
+    with pytest.raises(InputError, match=reason) as caught:
+        load_robot(str(path))
+    assert "\n" not in str(caught.value)
+    assert str(path) in str(caught.value)
+
+
+def test_a_fault_in_an_included_file_names_that_file(tmp_path):
+    (tmp_path / "lidar.xacro").write_text("<robot>\n<link</robot>")
+    path = tmp_path / "cart.urdf.xacro"
+    path.write_text('<robot xmlns:xacro="a"><xacro:include filename="lidar.xacro"/></robot>')
+    with pytest.raises(InputError, match=r"cannot expand lidar\.xacro: .* line 2, column 5"):
+        load_robot(str(path))
+
+
+def test_xacro_that_never_ends_or_eats_memory_is_stopped(tmp_path):
+    path = tmp_path / "cart.urdf.xacro"
+    path.write_text('<robot><link name="${len([0]*10**9)}"/></robot>')
+    began = time.monotonic()
+    with pytest.raises(InputError, match="at most 1 GB of memory and 30 s"):
+        expand_xacro(path)
+    assert time.monotonic() - began < 30.0
+
+
+def test_a_call_that_takes_too_long_is_one_line():
+    with pytest.raises(InputError, match=r"^the file: not read within 1 s$"):
+        call_limited("time:sleep", 10, "the file", time_s=1)
+
+
+def test_xacro_of_ros_1_without_prefixes_is_read(tmp_path):
+    path = tmp_path / "cart.urdf.xacro"
+    (tmp_path / "sizes.xacro").write_text('<robot><property name="length" value="0.8"/></robot>')
+    box = collision('<box size="${length} 0.4 0.2"/>')
+    path.write_text(f'<robot name="a"><include filename="sizes.xacro"/>{link(box)}</robot>')
+    assert load_robot(str(path)).outline[:, 0].max() == pytest.approx(0.4)
+
+
+def test_a_macro_of_ros_1_is_called_without_prefix(tmp_path):
+    """Not by an element of URDF that is called as a macro and has other attributes."""
+    path = tmp_path / "cart.urdf.xacro"
+    macros = (
+        '<macro name="base" params="length"><link name="base_link">'
+        + collision('<box size="${length} 0.4 0.2"/>')
+        + '</link></macro><macro name="box" params="side"><link name="${side}"/></macro>'
+        '<xacro:macro name="tail"><link name="tail"/></xacro:macro>'
+    )
+    calls = '<base length="0.8"/><box side="left"/><tail/>'
+    path.write_text(f'<robot name="a" xmlns:xacro="http://ros.org/xacro">{macros}{calls}</robot>')
+    source = read_source(path)
+    assert list(source.model.links) == ["base_link", "left", "tail"]
+    assert source.model.links["base_link"].collisions[0].size == (0.8, 0.4, 0.2)
+
+
+def test_a_file_that_only_defines_a_macro_of_its_name_is_that_robot(tmp_path):
+    path = tmp_path / "j1.urdf.xacro"
+    head = '<robot xmlns:xacro="http://www.ros.org/wiki/xacro"><xacro:macro name='
+    body = f"{link(BOX)}</xacro:macro></robot>"
+    path.write_text(f'{head}"j1" params="wheel:=\'a b\' prefix">{body}')
+    assert load_robot(str(path)).outline[:, 0].max() == pytest.approx(0.3)
+    remark = 'only defines a macro; expanded as <xacro:j1 prefix=""/>'
+    assert any(remark in row for row in rows(path, Status.STAND_IN))
+    path.write_text(f'{head}"j1" params="side">{body}'.replace("0.6 0.4", "${side} 0.4"))
+    with pytest.raises(InputError, match=r"only defines the macro j1; .* by --set side=VALUE"):
+        load_robot(str(path))
+    told = describe_robot(path, arguments={"side": "0.8"}).check.as_text(200)
+    assert "footprint (0.8 x 0.4 m" in told
+
+
+def test_a_xacro_file_that_asks_the_environment_is_told_in_words(tmp_path, monkeypatch):
+    path = tmp_path / "cart.urdf.xacro"
+    path.write_text(f'<robot name="a">{link(BOX.replace("0.6", "$(env CART_LENGTH)"))}</robot>')
+    with pytest.raises(InputError, match="CART_LENGTH=VALUE drake-navbench"):
+        load_robot(str(path))
+    monkeypatch.setenv("CART_LENGTH", "0.8")
+    assert load_robot(str(path)).outline[:, 0].max() == pytest.approx(0.4)
+
+
+ROBOT_YAML = """serial_number: a200-0001
+version: 0
+platform:
+  attachments: [{name: plate, type: a200.plate, parent: base_link, size: 0.8}]
+mounts: {bracket: [{parent: base_link, model: horizontal}]}
+sensors:
+  lidar2d:
+    - {model: ust, parent: base_link, xyz: [0.3, 0, 0.2], rpy: [0, 0, 0],
+       ros_parameters: {driver: {angle_min: -1.5}}}
+    - {model: gone, parent: base_link}
+"""
+
+
+def test_a_robot_yaml_of_clearpath_is_the_robot_of_its_packages(tmp_path):
+    head = '<robot xmlns:xacro="http://www.ros.org/wiki/xacro"><xacro:macro name='
+    fixed = (
+        '<link name="${name}"><collision><geometry><box size="${size} 0.1 0.1"/></geometry>'
+        '</collision></link><joint name="${name}_joint" type="fixed"><parent link="${parent_link}"'
+        '/><child link="${name}"/><xacro:insert_block name="origin"/></joint></xacro:macro></robot>'
+    )
+    sensor = (
+        '<gazebo reference="${name}"><sensor type="ray" name="s"><ray><scan><horizontal>'
+        "<min_angle>${min_ang}</min_angle><max_angle>1.5</max_angle><samples>90</samples>"
+        "</horizontal></scan></ray></sensor></gazebo></xacro:macro></robot>"
+    )
+    files = {
+        "clearpath_platform_description/urdf/a200/a200": (
+            f'{head}"a200" params="wheel:=\'default\'">{link(BOX)}</xacro:macro></robot>'
+        ),
+        "clearpath_platform_description/urdf/a200/attachments/plate": (
+            f'{head}"plate" params="name parent_link size *origin">{fixed}'
+        ),
+        # Where Clearpath's generator looks for risers and brackets.
+        "clearpath_mounts_description/urdf/pacs/bracket": (
+            f'{head}"bracket" params="name parent_link size:=0.1 *origin">{fixed}'
+        ),
+        "clearpath_sensors_description/urdf/ust": (
+            f'{head}"ust" params="name parent_link size:=0.1 min_ang:=-2 *origin">'
+            + fixed.replace("</xacro:macro></robot>", sensor)
+        ),
+    }
+    for name, text in files.items():
+        file = tmp_path / "common" / f"{name}.urdf.xacro"
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_text(text)
+        package = name.partition("/")[0]
+        (tmp_path / "common" / package / "package.xml").write_text(
+            f"<package><name>{package}</name></package>"
+        )
+    path = tmp_path / "mine" / "robot.yaml"
+    path.parent.mkdir()
+    path.write_text(ROBOT_YAML)
+    robot = load_robot(str(path), packages=[tmp_path / "common"])
+    # The plate of 0.8 m, and the platform's 0.4 m.
+    assert np.ptp(robot.outline, axis=0) == pytest.approx([0.8, 0.4])
+    assert robot.lidar.pose == pytest.approx((0.3, 0.0, 0.0))
+    assert (robot.lidar.angle_min_rad, robot.lidar.beam_count) == (-1.5, 90)
+    told = describe_robot(path, folders=[tmp_path / "common"]).check.as_text(200)
+    assert "left out lidar2d_1" in told
+    assert "left out bracket_0" not in told
+    for text, reason in (
+        (ROBOT_YAML, "needs the package 'clearpath_platform_description'"),
+        (ROBOT_YAML.replace("a200-0001", "7"), "serial_number: expected one such as a200-0000"),
+    ):
+        path.write_text(text)
+        with pytest.raises(InputError, match=reason):
+            load_robot(str(path))
