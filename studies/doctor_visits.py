@@ -41,6 +41,13 @@ Written before a case was driven:
   has anyway. P37 and P35 were then gone on with by the mended doctor (`again`), which is told apart
   and not counted. The processor time of the first two cases was not measured. The study stopped for
   want of time after P17, the nineteenth case.
+- *After P17*, committed before the twentieth case was begun: a task that ends because every command
+  is refused is a weak sign of `false_abort` and of `no_recovery`. That was made with the ten cases
+  known that the probes had not shown (P01 and F32 end so); these do not count again. The eleven
+  cases that are left follow in the same order, with this doctor, which is not changed before the
+  last; the end of the time, not an answer, ends the study. Harsher probes were tried on the ten and
+  on sound files, and are not part of it: docs/doctor.md. The time ended after P41, the
+  twenty-seventh case; F10, F24 and P42 were not begun.
 """
 
 from __future__ import annotations

@@ -39,6 +39,9 @@ class Detector(NamedTuple):
 
 # What a task that was given up for want of a command counts as, s.
 REFUSED_S = 8.0
+# A task that ends because every command was refused is a weak sign of a robot that gives up or gets
+# stuck: where no recovery was tried, all of it may be a stop before a door.
+REFUSAL = 0.4
 # A swing of the heading so small nobody sees, rad.
 SEEN_RAD = 0.05
 # A straight piece that is shorter says nothing, s; and fewer reversals are a correction.
@@ -259,7 +262,9 @@ def _turning_late(d: Drive) -> float:
 
 
 def _gave_up(d: Drive) -> float:
-    return float(d.outcome is Outcome.ABORTED and not d.is_impossible and not d.is_refused)
+    if d.outcome is not Outcome.ABORTED or d.is_impossible:
+        return 0.0
+    return REFUSAL if d.is_refused else 1.0
 
 
 def _goes_on(d: Drive) -> float:
@@ -273,8 +278,11 @@ def _not_there(d: Drive) -> float:
 
 
 def _stuck(d: Drive) -> float:
-    away = d.to_goal_m[-1] >= max(1.0, 2.0 * d.tolerance_m)
-    return float(d.outcome is Outcome.TIMED_OUT and not d.is_impossible and bool(away))
+    if d.is_impossible or d.to_goal_m[-1] < max(1.0, 2.0 * d.tolerance_m):
+        return 0.0
+    if d.outcome is Outcome.TIMED_OUT:
+        return 1.0
+    return float(d.recovers or REFUSAL) if d.is_refused else 0.0
 
 
 def _late(d: Drive) -> float:

@@ -17,7 +17,10 @@ STANDS_MPS, STANDS_RADPS = 0.02, 0.06
 
 
 class Drive(NamedTuple):
-    """A log on an even clock, for detectors: arrays over time, and the outcome."""
+    """A log on an even clock, for detectors: arrays over time, and the outcome.
+
+    recovers: whether a navigator with recoveries drove.
+    """
 
     time_s: Array
     xy_m: Array
@@ -35,6 +38,7 @@ class Drive(NamedTuple):
     period_ms: float
     is_impossible: bool
     reason: str = ""
+    recovers: bool = False
 
     @property
     def is_refused(self) -> bool:
@@ -96,6 +100,7 @@ def drive_of(log: TrialLog) -> Drive:
         1000.0 / max(float(rate), 0.1),
         scenario.get("expected_outcome") == "aborted",
         str(info.get("reason", "")),
+        scenario.get("navigation_mode") == "navigate_to_pose",
     )
 
 

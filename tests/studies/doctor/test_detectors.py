@@ -106,6 +106,20 @@ def test_to_refuse_every_command_is_to_stop_and_to_run_out_of_patience_is_to_giv
     assert seen(stopped._replace(reason="failed to make progress")) == {Symptom.FALSE_ABORT}
 
 
+def test_to_refuse_every_command_is_a_weak_sign_of_giving_up_and_after_recoveries_of_being_stuck():
+    # It drives 1.5 m of 5 m.
+    stopped = drive(np.full(60, 0.5), np.zeros(60), outcome=Outcome.ABORTED)
+    refused = stopped._replace(reason="no valid control for 0.4 s: collision ahead in 0.9 s")
+    measured = {d.symptom: d.measure(refused) / d.threshold for d in DETECTORS}
+    assert measured[Symptom.FALSE_ABORT] == measured[Symptom.NO_RECOVERY] == 0.8
+    assert Symptom.NO_RECOVERY in seen(refused._replace(recovers=True))
+    # At the goal it is not stuck on the way, and before a closed way it is right.
+    assert Symptom.NO_RECOVERY not in seen(
+        refused._replace(recovers=True, goal=np.array([2.0, 0, 0]))
+    )
+    assert seen(refused._replace(recovers=True, is_impossible=True)) == set()
+
+
 def test_a_robot_that_drives_past_the_goal_and_comes_back_overshoots():
     # 0.5 m/s for 6 s is 3 m, the goal is at 2 m: 0.75 m beyond the tolerance, then back.
     v = np.concatenate([np.full(120, 0.5), np.full(40, -0.5)])
