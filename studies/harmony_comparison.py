@@ -6,7 +6,8 @@ What is driven and how it is judged was written down before, in docs/harmony_com
 worlds into FOLDER/worlds and a line for each trial into FOLDER/trials.csv, and prints the tables in
 Markdown. It goes on where the file ends, round by round: one trial of every named scenario and one
 world of every family, each by every column, so that whatever is there is paired. A column whose
-code has changed must be deleted from the file. With --judge FILE it drives nothing.
+code has changed must be deleted from the file. --columns drives these alone, so that the rivals can
+go first. With --judge FILE it drives nothing.
 """
 
 from __future__ import annotations
@@ -34,6 +35,7 @@ RIVALS = {
     "mppi_nav2": f"mppi_nav2:{OF_ROBOT}",
     "mppi_bringup": f"mppi_bringup:CostCritic.consider_footprint=true:{OF_ROBOT}",
 }
+COLUMNS = {judgement.OURS: judgement.OURS, **RIVALS}
 NAMED = (
     *("empty", "static_obstacles", "one_obstacle", "doorway", "everyday", "box_on_path", "pocket"),
     *judgement.CLOSED,
@@ -67,7 +69,7 @@ def rounds(
 def drive_missing(path: Path, asked: list[list[tuple[str, TrialSpec]]], jobs: int) -> pd.DataFrame:
     """Drives what a file of rows does not hold yet, and returns the asked ones."""
     kept = pd.read_csv(path) if path.exists() else pd.DataFrame({"identity": []})
-    names = {spec: name for name, spec in {"harmony": "harmony", **RIVALS}.items()}
+    names = {spec: name for name, spec in COLUMNS.items()}
     for number, members in enumerate(asked):
         missing = [(f, spec) for f, spec in members if spec.identity not in set(kept.identity)]
         if not missing:
@@ -104,6 +106,7 @@ def main() -> None:
     parser.add_argument("--judge", type=Path, metavar="FILE", help="rows; drives nothing")
     parser.add_argument("--try-out", action="store_true", help="two rounds that do not count")
     parser.add_argument("--jobs", type=int, default=1)
+    parser.add_argument("--columns", nargs="+", choices=COLUMNS, default=list(COLUMNS))
     arguments = parser.parse_args()
     if (arguments.folder is None) == (arguments.judge is None):
         parser.error("expected FOLDER or --judge FILE, and not both")
@@ -118,12 +121,13 @@ def main() -> None:
     settings = {"trials": TRIALS, "seed": SEED, "first_worlds": FIRST_WORLDS}
     if arguments.try_out:
         settings = {"trials": 2, "seed": 1000, "first_worlds": dict.fromkeys(FAMILIES, 8000)}
-    columns = [judgement.OURS, *RIVALS.values()]
+    columns = [COLUMNS[name] for name in arguments.columns]
     asked = rounds(arguments.folder / "worlds", columns, **settings)
     path = arguments.folder / "trials.csv"
     rows = drive_missing(path, asked, arguments.jobs)
     require_no_errors(rows, path)
-    tell(rows)
+    if judgement.OURS in arguments.columns:
+        tell(rows)
 
 
 if __name__ == "__main__":
