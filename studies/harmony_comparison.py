@@ -6,8 +6,8 @@ What is driven and how it is judged was written down before, in docs/harmony_com
 worlds into FOLDER/worlds and a line for each trial into FOLDER/trials.csv, and prints the tables in
 Markdown. It goes on where the file ends, family by family; in a family unit by unit, each by every
 column, so that whatever is there is paired. A column whose code has changed must be deleted from
-the file. --columns drives these alone, so that the rivals can go first. With --judge FILE it drives
-nothing.
+the file. --columns, --families and --units drive a part, so that the rivals can go first. With
+--judge FILE it drives nothing.
 """
 
 from __future__ import annotations
@@ -114,6 +114,8 @@ def main() -> None:
     parser.add_argument("--try-out", action="store_true", help="two rounds that do not count")
     parser.add_argument("--jobs", type=int, default=1)
     parser.add_argument("--columns", nargs="+", choices=COLUMNS, default=list(COLUMNS))
+    parser.add_argument("--families", nargs="+", choices=ORDER, default=list(ORDER))
+    parser.add_argument("--units", type=int, default=TRIALS, help="the first units of a family")
     arguments = parser.parse_args()
     if (arguments.folder is None) == (arguments.judge is None):
         parser.error("expected FOLDER or --judge FILE, and not both")
@@ -125,11 +127,12 @@ def main() -> None:
         tell(rows)
         return
     (arguments.folder / "worlds").mkdir(parents=True, exist_ok=True)
-    settings = {"trials": TRIALS, "seed": SEED, "first_worlds": FIRST_WORLDS}
+    settings = {"trials": arguments.units, "seed": SEED, "first_worlds": FIRST_WORLDS}
     if arguments.try_out:
         settings = {"trials": 2, "seed": 1000, "first_worlds": dict.fromkeys(FAMILIES, 8000)}
     columns = [COLUMNS[name] for name in arguments.columns]
     asked = trials_of(arguments.folder / "worlds", columns, **settings)
+    asked = [(family, spec) for family, spec in asked if family in arguments.families]
     path = arguments.folder / "trials.csv"
     rows = drive_missing(path, asked, arguments.jobs)
     require_no_errors(rows, path)
