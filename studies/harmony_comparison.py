@@ -136,7 +136,7 @@ def main() -> None:
     path = arguments.folder / "trials.csv"
     rows = drive_missing(path, asked, arguments.jobs)
     require_no_errors(rows, path)
-    if judgement.OURS in arguments.columns:
+    if judgement.OURS in arguments.columns and len(arguments.columns) > 1:
         tell(rows)
 
 
