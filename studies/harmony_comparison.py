@@ -96,8 +96,15 @@ def drive_missing(path: Path, asked: list[tuple[str, TrialSpec]], jobs: int) -> 
     return rows[rows["identity"].isin(list(families))]
 
 
+def whole_units(rows: pd.DataFrame) -> pd.DataFrame:
+    """Returns the rows of the units that every column of the rows has driven."""
+    driven_by = rows.groupby(["family", "scenario", "seed"])["controller"].transform("nunique")
+    return rows[driven_by == rows["controller"].nunique()]
+
+
 def tell(rows: pd.DataFrame) -> None:
     """Prints the tables: losses first, then all families, what is pooled, and touches."""
+    rows = whole_units(rows)
     rivals = [name for name in RIVALS if name in set(rows["controller"])]
     table = judgement.by_family(judgement.verdicts(rows, rivals))
     order = table["not inferior"].map({"no": 0, "yes": 1, "": 2})

@@ -43,9 +43,9 @@ START_FREE_M = 0.15
 
 
 class Keeping(NamedTuple):
-    """How far a way keeps off obstacles: costs fall to 0 over inflation_m, m.
+    """Distances from obstacles, m, that shape a way.
 
-    turning_m: from obstacles, m; farther off the way keeps to the plan.
+    inflation_m: over which costs fall to 0. turning_m: farther off the way keeps to the plan.
     """
 
     inflation_m: float
