@@ -4,15 +4,17 @@
 
 What is driven and how it is judged was written down before, in docs/harmony_comparison.md. Writes
 worlds into FOLDER/worlds and a line for each trial into FOLDER/trials.csv, and prints the tables in
-Markdown. It goes on where the file ends, round by round: one trial of every named scenario and one
-world of every family, each by every column, so that whatever is there is paired. A column whose
-code has changed must be deleted from the file. With --judge FILE it drives nothing.
+Markdown. It goes on where the file ends, family by family; in a family unit by unit, each by every
+column, so that whatever is there is paired. A column whose code has changed must be deleted from
+the file. --columns, --families and --units drive a part, so that the rivals can go first. With
+--judge FILE it drives nothing.
 """
 
 from __future__ import annotations
 
 import argparse
 from pathlib import Path
+from typing import Any
 
 import harmony_judgement as judgement
 import pandas as pd
@@ -34,9 +36,16 @@ RIVALS = {
     "mppi_nav2": f"mppi_nav2:{OF_ROBOT}",
     "mppi_bringup": f"mppi_bringup:CostCritic.consider_footprint=true:{OF_ROBOT}",
 }
+COLUMNS = {judgement.OURS: judgement.OURS, **RIVALS}
 NAMED = (
     *("empty", "static_obstacles", "one_obstacle", "doorway", "everyday", "box_on_path", "pocket"),
     *judgement.CLOSED,
+)
+# The order in which families are driven; see the page.
+ORDER = (
+    *("box_on_path", "restricted_large_noisy", "clutter", "doorway", "pocket", "u_trap"),
+    *("restricted_small_noisy", "restricted_large", "restricted_small", "one_obstacle"),
+    *("everyday", "static_obstacles", "empty", "s_curve"),
 )
 # The seed and worlds that count. Nothing was tuned on these, and nobody had looked at them; worlds
 # below 9000 and seeds from 1000 on are for trying things out.
@@ -48,47 +57,54 @@ KEPT = [
 ]
 
 
-def rounds(
+def trials_of(
     folder: Path, columns: list[str], *, trials: int, seed: int, first_worlds: dict[str, int]
-) -> list[list[tuple[str, TrialSpec]]]:
-    """Returns the trials by rounds: the family and the trial, for each of the columns."""
+) -> list[tuple[str, TrialSpec]]:
+    """Returns the family and the trial, for each of the columns: family by family, then by unit."""
     named = plan_campaign(NAMED, columns, trials=trials, seed=seed, keeps_costmaps=False)
-    found: list[list[tuple[str, TrialSpec]]] = [[] for _ in range(trials)]
-    for spec in named.specs:
-        found[spec.trial].append((spec.scenario.name, spec))
+    found = [(spec.trial, spec.scenario.name, spec) for spec in named.specs]
     for family in FAMILIES:
         for place in range(trials):
             path = write_world(folder, family, first_worlds[family] + place)
             world = plan_campaign([str(path)], columns, trials=1, seed=seed, keeps_costmaps=False)
-            found[place].extend((family, spec) for spec in world.specs)
-    return found
+            found.extend((place, family, spec) for spec in world.specs)
+    found.sort(key=lambda member: (ORDER.index(member[1]), member[0]))
+    return [(family, spec) for _, family, spec in found]
 
 
-def drive_missing(path: Path, asked: list[list[tuple[str, TrialSpec]]], jobs: int) -> pd.DataFrame:
-    """Drives what a file of rows does not hold yet, and returns the asked ones."""
-    kept = pd.read_csv(path) if path.exists() else pd.DataFrame({"identity": []})
-    names = {spec: name for name, spec in {"harmony": "harmony", **RIVALS}.items()}
-    for number, members in enumerate(asked):
-        missing = [(f, spec) for f, spec in members if spec.identity not in set(kept.identity)]
-        if not missing:
-            continue
-        rows = pd.DataFrame(drive_each([spec for _, spec in missing], table_row, jobs=jobs))
-        rows = rows.assign(
-            identity=[spec.identity for _, spec in missing],
-            family=[family for family, _ in missing],
-            controller=rows["controller"].replace(names),
-        ).reindex(columns=KEPT)
-        kept = rows if kept.empty else pd.concat([kept, rows], ignore_index=True)
-        partial = path.with_suffix(".partial")
-        kept.to_csv(partial, index=False)
-        partial.replace(path)
-        print(f"round {number + 1} of {len(asked)} is driven", flush=True)
-    identities = {spec.identity for members in asked for _, spec in members}
-    return kept[kept.identity.isin(identities)]
+def drive_missing(path: Path, asked: list[tuple[str, TrialSpec]], jobs: int) -> pd.DataFrame:
+    """Drives what a file of rows does not hold yet, and returns the asked ones.
+
+    A line is written as soon as it is known.
+    """
+    driven = set(pd.read_csv(path)["identity"]) if path.exists() else set()
+    families = {spec.identity: family for family, spec in asked}
+    names = {spec: name for name, spec in COLUMNS.items()}
+
+    def write(spec: TrialSpec, row: dict[str, Any]) -> None:
+        row = row | {
+            "identity": spec.identity,
+            "family": families[spec.identity],
+            "controller": names.get(row["controller"], row["controller"]),
+        }
+        line = pd.DataFrame([row]).reindex(columns=KEPT)
+        line.to_csv(path, mode="a", header=not path.exists(), index=False)
+
+    missing = [spec for _, spec in asked if spec.identity not in driven]
+    drive_each(missing, table_row, jobs=jobs, on_row=write)
+    rows = pd.read_csv(path)
+    return rows[rows["identity"].isin(list(families))]
+
+
+def whole_units(rows: pd.DataFrame) -> pd.DataFrame:
+    """Returns the rows of the units that every column of the rows has driven."""
+    driven_by = rows.groupby(["family", "scenario", "seed"])["controller"].transform("nunique")
+    return rows[driven_by == rows["controller"].nunique()]
 
 
 def tell(rows: pd.DataFrame) -> None:
     """Prints the tables: losses first, then all families, what is pooled, and touches."""
+    rows = whole_units(rows)
     rivals = [name for name in RIVALS if name in set(rows["controller"])]
     table = judgement.by_family(judgement.verdicts(rows, rivals))
     order = table["not inferior"].map({"no": 0, "yes": 1, "": 2})
@@ -104,6 +120,9 @@ def main() -> None:
     parser.add_argument("--judge", type=Path, metavar="FILE", help="rows; drives nothing")
     parser.add_argument("--try-out", action="store_true", help="two rounds that do not count")
     parser.add_argument("--jobs", type=int, default=1)
+    parser.add_argument("--columns", nargs="+", choices=COLUMNS, default=list(COLUMNS))
+    parser.add_argument("--families", nargs="+", choices=ORDER, default=list(ORDER))
+    parser.add_argument("--units", type=int, default=TRIALS, help="the first units of a family")
     arguments = parser.parse_args()
     if (arguments.folder is None) == (arguments.judge is None):
         parser.error("expected FOLDER or --judge FILE, and not both")
@@ -115,15 +134,17 @@ def main() -> None:
         tell(rows)
         return
     (arguments.folder / "worlds").mkdir(parents=True, exist_ok=True)
-    settings = {"trials": TRIALS, "seed": SEED, "first_worlds": FIRST_WORLDS}
+    settings = {"trials": arguments.units, "seed": SEED, "first_worlds": FIRST_WORLDS}
     if arguments.try_out:
         settings = {"trials": 2, "seed": 1000, "first_worlds": dict.fromkeys(FAMILIES, 8000)}
-    columns = [judgement.OURS, *RIVALS.values()]
-    asked = rounds(arguments.folder / "worlds", columns, **settings)
+    columns = [COLUMNS[name] for name in arguments.columns]
+    asked = trials_of(arguments.folder / "worlds", columns, **settings)
+    asked = [(family, spec) for family, spec in asked if family in arguments.families]
     path = arguments.folder / "trials.csv"
     rows = drive_missing(path, asked, arguments.jobs)
     require_no_errors(rows, path)
-    tell(rows)
+    if judgement.OURS in arguments.columns and len(arguments.columns) > 1:
+        tell(rows)
 
 
 if __name__ == "__main__":

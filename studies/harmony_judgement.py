@@ -28,6 +28,8 @@ CLOSED = (
 # Fewer units that differ by chance decide nothing. A rival that arrives in a smaller share of the
 # units is compared in success alone.
 LEAST_UNITS, LEAST_ARRIVALS = 6, 0.5
+# Sums of equal numbers differ beyond these decimals from one computer to the other.
+EQUAL_DECIMALS = 9
 # A share of units in which ours may fail where the rival does not, in a family and pooled.
 SUCCESS_MARGIN, POOLED_SUCCESS_MARGIN = 0.10, 0.02
 
@@ -84,10 +86,11 @@ def wide(rows: pd.DataFrame) -> pd.DataFrame:
 def units_of(trials: pd.DataFrame, *controllers: str) -> pd.DataFrame:
     """Returns the trials that are no repetition: each counts once that these controllers drove so.
 
-    Where nothing is by chance, all trials of a scenario are equal to the last bit.
+    Where nothing is by chance, all trials of a scenario are equal in EQUAL_DECIMALS.
     """
     known = trials.dropna(subset=[("outcome", name) for name in controllers])
     own = known.loc[:, known.columns.isin(controllers, level="controller")]
+    own = own.infer_objects().round(EQUAL_DECIMALS)
     is_repeated = own.reset_index("seed", drop=True).reset_index().duplicated()
     return known[~is_repeated.to_numpy()]
 

@@ -1,9 +1,9 @@
 """harmony among people: the eleven living scenarios, beside four rivals.
 
-`python studies/harmony_living.py FILE --rounds N` drives them and prints a table; with --judge it
+`python studies/harmony_living.py FILE --rounds N` drives them and prints tables; with --judge it
 drives nothing. A round is one trial of every scenario by each of the columns, from campaign seed
-500 on. FILE gets a line a trial, and the drive goes on where FILE ends. What the rows decide is in
-docs/harmony.md.
+500 on; columns are compared with those that have the same kind of map. FILE gets a line a trial,
+and the drive goes on where FILE ends. What the rows decide is in docs/harmony.md.
 """
 
 from __future__ import annotations
@@ -12,8 +12,8 @@ import argparse
 from pathlib import Path
 
 import pandas as pd
-from harmony_comparison import RIVALS
-from harmony_judgement import markdown
+from harmony_comparison import COLUMNS
+from harmony_judgement import OURS, markdown
 from living_world_ranks import LIVING_WORLD
 from question_trials import require_no_errors
 from scipy import stats
@@ -31,9 +31,13 @@ FIRST_SEED = 500
 SCAN = {"inf_is_valid": True, "clearing": True, "max_obstacle_height": 2.0}
 CLEARING = {"obstacle_layer": {"observation_sources": {"scan": SCAN}}}
 CLEARED = {"navigation": {"local_costmap": CLEARING, "global_costmap": CLEARING}}
-# The columns: of the controller, and whether beams without a hit clear cells.
-OURS = {"harmony": ("harmony", False), "harmony, clearing": ("harmony", True)}
-OTHERS = {name: (RIVALS[name], False) for name in ("rpp", "dwb", "teb", "mppi_nav2")}
+RIVALS_OF_LIVING = ("dwb", "teb", "mppi_nav2", "rpp")
+# The columns that are compared with each other, all with the same map: of the controller, and
+# whether beams without a hit clear cells.
+SAME_MAP = {
+    "Nav2's map": {name: (COLUMNS[name], False) for name in (OURS, *RIVALS_OF_LIVING)},
+    "clearing": {f"{name}, clearing": (COLUMNS[name], True) for name in (OURS, *RIVALS_OF_LIVING)},
+}
 KEPT = ["identity", "scenario", "seed", "column", "outcome", "time_to_goal_s", "min_clearance_m"]
 
 
@@ -116,17 +120,23 @@ def main() -> None:
     parser.add_argument("file", type=Path)
     parser.add_argument("--rounds", type=int, default=4)
     parser.add_argument("--first-round", type=int, default=0)
+    parser.add_argument("--maps", nargs="+", choices=list(SAME_MAP), default=list(SAME_MAP))
     parser.add_argument("--judge", action="store_true", help="drives nothing")
     arguments = parser.parse_args()
     if not arguments.judge:
         for number in range(arguments.first_round, arguments.first_round + arguments.rounds):
-            drive_round(arguments.file, number, OURS | OTHERS)
+            for name in arguments.maps:
+                drive_round(arguments.file, number, SAME_MAP[name])
     rows = pd.read_csv(arguments.file)
     require_no_errors(rows, arguments.file)
-    whole = whole_rounds(rows, list(OURS | OTHERS))
-    print(markdown(table(whole)), "\n")
-    for ours in OURS:
-        for other in OTHERS:
+    for name in arguments.maps:
+        ours, *others = SAME_MAP[name]
+        whole = whole_rounds(rows, [ours, *others])
+        if whole.empty:
+            print(f"{name}: no whole round is driven\n")
+            continue
+        print(f"{name}\n\n{markdown(table(whole))}\n")
+        for other in others:
             print(compared(whole, ours, other), "\n")
 
 

@@ -142,7 +142,8 @@ class Harmony:
         limits = self._planner.limits(limited_speed(parameters.max_vel_x, observation.speed_limit))
         reach_m = limits.forward_speed * parameters.horizon
         found = self._way_finder.find(observation, memory, start, field, reach_m)
-        way, memory = found.way, memory._replace(detour=found.detour)
+        way = found.way
+        memory = memory._replace(detour=found.detour, backs_up=way.backs_up)
         candidate, guesses = self._planner.candidate(
             self._planner.scene(start, way, field, limits),
             start,

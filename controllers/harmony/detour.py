@@ -7,8 +7,11 @@ a way to the path's first free point behind the obstacle. This way is the path u
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
+from scipy import ndimage
 
 from drake_navbench.kernels.astar import FOUND, SearchRules, search
 from drake_navbench.kernels.distance_field import DistanceField
@@ -19,9 +22,9 @@ from drake_navbench.kernels.read_only import read_only
 
 Array = NDArray[np.float64]
 
-# Ways keep off obstacles by costs that fall to 0 over INFLATION_M, with this weight.
-INFLATION_M = 0.4
-TRAVEL_MULTIPLIER = 4.0
+# Ways keep off obstacles by costs with this weight. Ways that keep to the plan cost more, where the
+# robot can turn in place, by this share of a metre for each metre off the plan.
+TRAVEL_MULTIPLIER, OFF_PLAN_SHARE = 4.0, 0.25
 # Nav2's smoother of grid paths: tolerance m, most sweeps, both weights, passes after the first.
 SMOOTHING = (1e-4, 1000, 0.2, 0.3, 2)
 NO_OUTLINE = np.empty((0, 2))
@@ -39,9 +42,26 @@ OFF_DETOUR_M = 0.2
 START_FREE_M = 0.15
 
 
-def detour_costs(field: DistanceField, clearance: float, start: Array) -> NDArray[np.uint8]:
-    """Returns (rows, columns) costs: INSCRIBED nearer than `clearance` m to obstacles."""
-    missing = 1.0 - (field.distances - clearance) / INFLATION_M
+class Keeping(NamedTuple):
+    """Distances from obstacles, m, that shape a way.
+
+    inflation_m: over which costs fall to 0. turning_m: farther off the way keeps to the plan.
+    """
+
+    inflation_m: float
+    turning_m: float
+
+
+def detour_costs(
+    field: DistanceField, clearance: float, start: Array, ahead: Array, keeping: Keeping
+) -> NDArray[np.uint8]:
+    """Returns (rows, columns) costs: INSCRIBED nearer than `clearance` m to obstacles.
+
+    ahead: (P, 2) m, the plan.
+    """
+    missing = np.maximum(1.0 - (field.distances - clearance) / keeping.inflation_m, 0.0)
+    off_m = np.where(field.distances > keeping.turning_m, off_plan(field, ahead), 0.0)
+    missing += OFF_PLAN_SHARE / TRAVEL_MULTIPLIER * off_m
     costs = np.clip((INSCRIBED - 1) * missing, FREE, INSCRIBED - 1).astype(np.uint8)
     costs[field.distances < clearance] = INSCRIBED
     rows, columns = np.indices(costs.shape)
@@ -50,6 +70,15 @@ def detour_costs(field: DistanceField, clearance: float, start: Array) -> NDArra
     is_here = np.hypot(x - start[0], y - start[1]) <= START_FREE_M
     costs[is_here & (costs == INSCRIBED) & (field.distances > 0.0)] = INSCRIBED - 1
     return costs
+
+
+def off_plan(field: DistanceField, points: Array) -> Array:
+    """Returns (rows, columns) m the distances of cells from those that hold points (P, 2) m."""
+    is_off = np.ones(field.distances.shape, dtype=np.bool_)
+    for column, row in (_cell_of(field, point) for point in points):
+        if column >= 0:
+            is_off[row, column] = False
+    return np.asarray(field.resolution * ndimage.distance_transform_edt(is_off))
 
 
 def beyond_map(field: DistanceField) -> DistanceField:
@@ -72,17 +101,14 @@ def beyond_map(field: DistanceField) -> DistanceField:
     )
 
 
-def points_behind(
-    plan: Array, global_plan: Array, field: DistanceField, clearance: float
-) -> tuple[Array, Array]:
-    """Returns the points (E, 2) m at which a plan has room again, and their arc lengths (E,) m.
+def points_behind(ahead: Array, field: DistanceField, clearance: float) -> tuple[Array, Array]:
+    """Returns the points (E, 2) m at which a plan (P, 2) has room again, their stations (E,), m.
 
     They begin with the first point with room behind the first points without room, and are
     REJOIN_M apart. There are none if all points have room, or if none behind has. If the robot
     itself starts too close to an obstacle, the points without room there do not count, as long as
-    there are others. global_plan: continues the plan.
+    there are others.
     """
-    ahead = whole_plan(plan, global_plan)
     stations = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(ahead, axis=0).T))])
     has_room = distances_at(field, ahead) >= clearance
     first = int(np.argmin(has_room))
@@ -127,27 +153,27 @@ def distances_at(field: DistanceField, points: Array) -> Array:
 
 
 def find_detour(
-    plan: Array, global_plan: Array, field: DistanceField, clearance: float, start: Array
+    ahead: Array, field: DistanceField, clearance: float, start: Array, keeping: Keeping
 ) -> Array | None:
     """Returns (M, 3) a way from a point (2,) m to the plan behind its points without room, or None.
 
     It ends at the first point that it can reach, unless a later one makes the whole way shorter by
     more than WORTH_M. Except near its start it is at least `clearance` m from obstacles. It may
-    lead beyond the map.
+    lead beyond the map. ahead: (P, 2) m, the whole plan.
     """
-    beyond = _find_on(plan, global_plan, beyond_map(field), clearance, start)
+    beyond = _find_on(ahead, beyond_map(field), clearance, start, keeping)
     if beyond is None or path_length(beyond) <= LONGEST_BEYOND_M:
         return beyond
-    return _find_on(plan, global_plan, field, clearance, start)
+    return _find_on(ahead, field, clearance, start, keeping)
 
 
 def _find_on(
-    plan: Array, global_plan: Array, field: DistanceField, clearance: float, start: Array
+    ahead: Array, field: DistanceField, clearance: float, start: Array, keeping: Keeping
 ) -> Array | None:
-    ends, stations = points_behind(plan, global_plan, field, clearance)
+    ends, stations = points_behind(ahead, field, clearance)
     if not len(ends):
         return None
-    costs = detour_costs(field, clearance, start)
+    costs = detour_costs(field, clearance, start, ahead, keeping)
     ways = [_way_between(costs, field, start, end) for end in ends[:MOST_ENDS]]
     lengths = np.array([np.inf if way is None else path_length(way) for way in ways])
     lengths -= stations[:MOST_ENDS]

@@ -19,8 +19,8 @@ class HarmonyMemory(NamedTuple):
     plan: (N + 1, 9) the committed plan, or None where the last command was not a plan's.
     time_s: when it was committed. sent: the last commands. refused_since_s: since when no new
     plan has been accepted; None if the last one was. is_trapped: the last
-    plan got nowhere. detour: (M, 3) the way out of a trap, or None. learnt: the errors of the
-    base's candidates.
+    plan got nowhere. detour: (M, 3) the way out of a trap, or None. backs_up: the last way was
+    driven backwards. learnt: the errors of the base's candidates.
     """
 
     plan: Array | None = None
@@ -29,4 +29,5 @@ class HarmonyMemory(NamedTuple):
     refused_since_s: float | None = None
     is_trapped: bool = False
     detour: Array | None = None
+    backs_up: bool = False
     learnt: Learnt | None = None

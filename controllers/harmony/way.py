@@ -22,6 +22,9 @@ MOST_POSES_BEHIND = 100
 # A way's direction is that to its point LOOK_BACK_M ahead, m; the turn to this direction is checked
 # at TURN_POSES poses.
 LOOK_BACK_M, TURN_POSES = 0.5, 13
+# A way that needs a larger turn than the first leads back, rad; a robot that backs up already goes
+# on until its turn is less than the second: with one limit it would turn to and fro between both.
+LEADS_BACK_RAD, STILL_BACK_RAD = 0.5 * np.pi, 0.25 * np.pi
 # A plan that ends within this of the goal ends in it, m.
 SAME_PLACE_M = 1e-6
 
@@ -143,17 +146,22 @@ def up_to_blocked(way: Way, distance_m: float) -> Way:
 
 
 def must_back_up(
-    way: Way, start: Array, field: DistanceField, discs: Array, clearance: float
+    way: Way,
+    start: Array,
+    field: DistanceField,
+    discs: Array,
+    clearance: float,
+    backs_up: bool = False,
 ) -> bool:
     """Returns whether the way leads back and the robot has no room here to turn towards it.
 
-    start: (9,) of plans. discs: (D, 2) m, which must keep `clearance` m.
+    start: (9,) of plans. discs: (D, 2) m, which must keep `clearance` m. backs_up: it does already.
     """
     stations = np.cumsum(np.hypot(*np.diff(way.path[:, :2], axis=0).T))
     ahead = way.path[min(int(np.searchsorted(stations, LOOK_BACK_M)) + 1, len(way.path) - 1)]
     heading = np.arctan2(ahead[1] - start[1], ahead[0] - start[0])
     turn = wrap(float(heading - start[2]))
-    if abs(turn) < 0.5 * np.pi:
+    if abs(turn) < (STILL_BACK_RAD if backs_up else LEADS_BACK_RAD):
         return False
     yaws = start[2] + np.linspace(0.0, turn, TURN_POSES)
     poses = np.column_stack([np.full((TURN_POSES, 2), start[:2]), yaws])

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from drake_navbench.controller import ControllerSetup, Observation
 from drake_navbench.controllers.harmony.detour import (
+    Keeping,
     beyond_map,
     distances_at,
     find_detour,
@@ -23,6 +24,7 @@ from drake_navbench.controllers.harmony.parameters import HarmonyParameters
 from drake_navbench.controllers.harmony.passage import is_connected
 from drake_navbench.controllers.harmony.way import (
     Way,
+    along_itself,
     around,
     must_back_up,
     straight_back,
@@ -30,7 +32,7 @@ from drake_navbench.controllers.harmony.way import (
     up_to_blocked,
     way_along,
 )
-from drake_navbench.kernels.distance_field import DistanceField
+from drake_navbench.kernels.distance_field import DistanceField, path_clearance
 from drake_navbench.kernels.path_geometry import path_from_polyline, path_length
 from drake_navbench.kernels.read_only import read_only
 
@@ -43,6 +45,8 @@ SLOW_AT_M = 0.2
 # if that is larger, m. It must not be longer: a costmap shows no obstacles beyond its
 # obstacle_max_range, so there is nearly always a way around the seen part of a wall.
 LOOK_PAST_M = 1.5
+# Ways past keep off obstacles over so many m where they keep to the plan, and where they do not.
+NEAR_PLAN_M, AMPLE = 0.3, Keeping(0.4, np.inf)
 # In the middle of a gap the distance field is too small by this, m.
 ROOM_IN_GAPS_M = 0.02
 
@@ -78,6 +82,7 @@ class WayFinder:
         self._half_width = half_width(setup)
         reach_m = max(parameters.top_speed * parameters.horizon, LOOK_PAST_M)
         self.longest_m = 2.0 * (reach_m + setup.circumscribed_radius_m)
+        self._near_plan = Keeping(NEAR_PLAN_M, setup.circumscribed_radius_m + clearance)
         self._detour_clearance = float(discs[:, 1].max()) + clearance + ROOM_IN_GAPS_M
 
     def find(
@@ -108,8 +113,8 @@ class WayFinder:
         nears_goal = past.nears_goal and len(whole) > len(detour)
         past = past._replace(blocked_m=np.inf, behind=None, nears_goal=nears_goal, is_detour=True)
         p = self._parameters
-        can_back_up = p.max_vel_x_backwards > 0.0
-        if can_back_up and must_back_up(past, start, field, self._discs, self._clearance):
+        room = field, self._discs, self._clearance
+        if p.max_vel_x_backwards > 0.0 and must_back_up(past, start, *room, memory.backs_up):
             past = straight_back(start, p.max_vel_x_backwards * p.horizon)
         return FoundWay(past, True, detour, way.blocked_m)
 
@@ -152,16 +157,26 @@ class WayFinder:
         is_short = anew is not None and path_length(anew) <= self.longest_m
         return anew if is_short or self._is_open(observation, way, field) else None
 
+    def _has_room_along(self, detour: Array, field: DistanceField) -> bool:
+        """Returns whether the robot has room on a detour (M, 3), turned to where it leads."""
+        poses = along_itself(detour)
+        room = path_clearance(beyond_map(field), self._discs, poses)
+        return bool(room.min() >= self._clearance)
+
     def _new_detour(
         self, observation: Observation, memory: HarmonyMemory, way: Way, field: DistanceField
     ) -> Array | None:
         """Returns a way past the place where the plan has no room, or None.
 
+        It keeps to the plan, unless the robot has no room along such a way.
         For a robot that is stuck near the goal it is the straight line to the goal.
         """
         position, goal = observation.pose[:2], observation.goal[:2]
-        plans = observation.plan, observation.global_plan
-        detour = find_detour(*plans, field, self._detour_clearance, position)
+        whole = whole_plan(observation.plan, observation.global_plan)
+        for keeping in (self._near_plan, AMPLE):
+            detour = find_detour(whole, field, self._detour_clearance, position, keeping)
+            if detour is None or self._has_room_along(detour, field):
+                break
         is_stuck = memory.is_trapped and way.nears_goal
         if detour is None and is_stuck and np.hypot(*(goal - position)) > field.resolution:
             return read_only(path_from_polyline(np.stack([position, goal]), field.resolution))

@@ -11,7 +11,14 @@ from test_harmony_controller import seen, setup_for
 from drake_navbench import run_trial
 from drake_navbench.controller import NO_PLAN
 from drake_navbench.controllers.harmony import Harmony, HarmonyParameters
-from drake_navbench.controllers.harmony.detour import find_detour, is_good, joined, still_ahead
+from drake_navbench.controllers.harmony.detour import (
+    Keeping,
+    find_detour,
+    is_good,
+    joined,
+    still_ahead,
+    whole_plan,
+)
 from drake_navbench.controllers.harmony.memory import HarmonyMemory
 from drake_navbench.controllers.harmony.scene import make_start
 from drake_navbench.controllers.harmony.way import must_back_up, way_along
@@ -30,8 +37,9 @@ def field_with(*boxes):
     return distance_field(costmap_with(*boxes))
 
 
-def detour_past(*boxes, plan=PLAN, start=HERE, global_plan=NO_PLAN):
-    return find_detour(plan, global_plan, field_with(*boxes), CLEARANCE_M, start)
+def detour_past(*boxes, plan=PLAN, start=HERE, global_plan=NO_PLAN, turning_m=np.inf):
+    ahead = whole_plan(plan, global_plan)
+    return find_detour(ahead, field_with(*boxes), CLEARANCE_M, start, Keeping(0.3, turning_m))
 
 
 def test_a_detour_keeps_its_clearance_and_ends_on_the_plan_behind():
@@ -61,6 +69,14 @@ def test_there_is_no_detour_where(boxes):
 def test_a_detour_may_end_on_the_global_plan_where_the_local_one_ends_before():
     detour = detour_past(SCREEN, plan=straight(1.0), global_plan=straight(2.5))
     assert detour[-1, 0] >= 1.3 + CLEARANCE_M
+
+
+@pytest.mark.parametrize(("turning_m", "is_on_plan"), [(1.0, True), (np.inf, False)])
+def test_a_detour_keeps_to_the_plan_where_the_robot_can_turn(turning_m, is_on_plan):
+    detour = detour_past((1.9, -0.2, 2.1, 0.2), turning_m=turning_m)
+    # Up to 1.2 m before the box; smoothing rounds the bend.
+    before = detour[detour[:, 0] < 0.7]
+    assert bool((np.abs(before[:, 1]) < 0.2).all()) is is_on_plan
 
 
 def test_a_later_end_is_taken_where_the_first_one_lies_far_back():
@@ -98,18 +114,20 @@ def test_behind_a_detour_the_plan_goes_on():
 
 
 @pytest.mark.parametrize(
-    ("yaw", "boxes", "backs_up"),
+    ("yaw", "boxes", "before", "backs_up"),
     [
-        pytest.param(0.0, DEAD_END, False, id="the way leads ahead"),
-        pytest.param(np.pi, (), False, id="it leads back and there is room to turn"),
-        pytest.param(np.pi, DEAD_END, True, id="it leads back and there is none"),
+        pytest.param(0.0, DEAD_END, True, False, id="the way leads ahead"),
+        pytest.param(np.pi, (), True, False, id="it leads back and there is room to turn"),
+        pytest.param(np.pi, DEAD_END, False, True, id="it leads back and there is none"),
+        pytest.param(1.4, DEAD_END, True, True, id="it leads aside and the robot backs up already"),
+        pytest.param(1.4, DEAD_END, False, False, id="it leads aside and the robot does not yet"),
     ],
 )
-def test_the_robot_backs_up_where(yaw, boxes, backs_up):
+def test_the_robot_backs_up_where(yaw, boxes, before, backs_up):
     field, start = field_with(*boxes), make_start(np.array([0.5, 0.0, yaw]), 0.0, 0.0)
     plan = straight(2.5) + np.array([0.5, 0.0, 0.0])
     way = way_along(plan, np.array([8.0, 0.0, 0.0]), 1.5, field, DISCS)
-    assert must_back_up(way, start, field, DISCS, 0.05) is backs_up
+    assert must_back_up(way, start, field, DISCS, 0.05, before) is backs_up
 
 
 def find_way(*boxes, detour=None, **values):
@@ -145,8 +163,10 @@ def test_a_detour_that_the_map_closes_is_replaced_only_by_a_short_one(half_width
     assert (found.detour is not None) is is_open
 
 
-def test_it_backs_out_of_a_dead_end_and_drives_around():
-    found = drive_among(np.array(DEAD_END), HarmonyParameters(), 1, error_m=ERROR_M, longest_s=60.0)
+@pytest.mark.parametrize("seed", [1, 2])
+def test_it_backs_out_of_a_dead_end_and_drives_around(seed):
+    among = {"error_m": ERROR_M, "longest_s": 20.0}
+    found = drive_among(np.array(DEAD_END), HarmonyParameters(), seed, **among)
     assert found.end == "arrived"
     assert found.least_gap_m > 0.0
 
