@@ -189,10 +189,27 @@ def line_max_cost(costs, column_0, row_0, column_1, row_1):
 
 
 @njit(cache=True)
-def nearest_distance(points, position):
-    """Returns the distance from (2,) to the nearest of (N, 2) points, m; inf without points."""
-    nearest_squared = math.inf
-    for k in range(points.shape[0]):
-        x, y = points[k, 0] - position[0], points[k, 1] - position[1]
-        nearest_squared = min(nearest_squared, x * x + y * y)
-    return math.sqrt(nearest_squared)
+def distances_to_lethal(grid, x, y):
+    """Returns the distances from (x, y) m to the nearest LETHAL cell's centre, and to the nearest
+    lower left corner of one, m; inf where there is none."""
+    costs = grid.costs
+    half = 0.5 * grid.resolution
+    to_centre = to_corner = math.inf
+    for row in range(costs.shape[0]):
+        # Most rows have none; a loop without branches looks at 32 cells at a time.
+        is_lethal = False
+        for column in range(costs.shape[1]):
+            is_lethal |= costs[row, column] == LETHAL
+        if not is_lethal:
+            continue
+        centre_y = grid.origin_y + (row + 0.5) * grid.resolution
+        for column in range(costs.shape[1]):
+            if costs[row, column] == LETHAL:
+                centre_x = grid.origin_x + (column + 0.5) * grid.resolution
+                d_x, d_y = centre_x - x, centre_y - y
+                to_centre = min(to_centre, d_x * d_x + d_y * d_y)
+                # Corners lie half a cell to the lower left; moving the point as far to the upper
+                # right is the same.
+                d_x, d_y = centre_x - (x + half), centre_y - (y + half)
+                to_corner = min(to_corner, d_x * d_x + d_y * d_y)
+    return math.sqrt(to_centre), math.sqrt(to_corner)

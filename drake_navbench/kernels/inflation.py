@@ -87,19 +87,10 @@ def inflate(
     sources = costs[seen_rows, seen_columns] == LETHAL
     if inflate_around_unknown:
         sources |= costs[seen_rows, seen_columns] == NO_INFORMATION
-    # Beyond the sides of the grid nothing is within reach.
-    distances = np.full((sources.shape[0], sources.shape[1] + 2 * reach), reach + 1, np.int32)
-    _measure_columns(distances, sources, reach)
-    _raise_costs(
-        inflated,
-        changed,
-        distances,
-        seen_rows.start,
-        seen_columns.start - reach,
-        reach,
-        table,
-        inflate_unknown,
-    )
+    if sources.any():
+        distances = _distances_in_columns(sources, reach)
+        corner = (seen_rows.start, seen_columns.start)
+        _raise_costs(inflated, changed, distances, corner, reach, table, inflate_unknown)
     return inflated
 
 
@@ -126,58 +117,49 @@ def inflation_costs(
 
 
 @njit(cache=True)
-def _measure_columns(distances, sources, margin):
-    """Writes into `distances` the cells to the nearest source in the same column.
+def _distances_in_columns(sources, reach):
+    """Returns (rows, columns) int32: the cells to the nearest source in the same column.
 
-    sources: (rows, columns) bool. distances: (rows, columns + 2 margin) int32, filled with the
-    largest distance that matters.
+    sources: (rows, columns) bool. Beyond the reach it is reach + 1.
     """
     rows, columns = sources.shape
-    inner = slice(margin, margin + columns)
+    distances = np.empty(sources.shape, np.int32)
+    nearest = np.full(columns, np.int32(reach + 1))
     for row in range(rows):
-        beside = distances[max(row - 1, 0), inner]
-        _lower_to_neighbours(distances[row, inner], beside, sources[row])
-    for row in range(rows - 2, -1, -1):
-        _lower_to_neighbours(distances[row, inner], distances[row + 1, inner], sources[row])
+        for column in range(columns):
+            farther = min(np.int32(nearest[column] + 1), np.int32(reach + 1))
+            nearest[column] = np.int32(0) if sources[row, column] else farther
+            distances[row, column] = nearest[column]
+    for row in range(rows - 1, -1, -1):
+        for column in range(columns):
+            nearest[column] = min(np.int32(nearest[column] + 1), distances[row, column])
+            distances[row, column] = nearest[column]
+    return distances
 
 
 @njit(cache=True)
-def _lower_to_neighbours(distances, neighbours, sources):
-    """Lowers a row's distances to 0 at sources, elsewhere to one more than in the row beside it."""
-    for column in range(distances.shape[0]):
-        nearest = min(distances[column], np.int32(neighbours[column] + 1))
-        distances[column] = np.int32(0) if sources[column] else nearest
-
-
-@njit(cache=True)
-def _raise_costs(
-    costs,
-    window,
-    distances,
-    distances_row,
-    distances_column,
-    reach,
-    table,
-    inflate_unknown,
-):
+def _raise_costs(costs, window, distances, corner, reach, table, inflate_unknown):
     """Raises `costs`, in place within a window, to the costs in `table`.
 
-    distances: as from `_measure_columns`; its cell (0, 0) is the cell (distances_row,
-    distances_column) of `costs`. The squared distance to the nearest source is the least, over all
-    columns within reach, of the squares along the row plus along that column.
+    distances: as from `_distances_in_columns`; its cell (0, 0) is the cell `corner`, (row, column),
+    of `costs`. The squared distance to the nearest source is the least, over all columns within
+    reach, of the squares along the row plus along that column.
     """
     first_row, last_row, first_column, last_column = window
-    squares = np.empty(distances.shape[1], dtype=np.int32)
+    columns = distances.shape[1]
+    # Beyond the sides of the grid nothing is within reach.
+    squares = np.full(columns + 2 * reach, np.int32((reach + 1) * (reach + 1)))
+    inner = squares[reach : reach + columns]
     nearest = np.empty(last_column - first_column, dtype=np.int32)
     for row in range(first_row, last_row):
         closest = np.int32(reach + 1)
-        for column in range(squares.shape[0]):
-            distance = distances[row - distances_row, column]
+        for column in range(columns):
+            distance = distances[row - corner[0], column]
             closest = min(closest, distance)
-            squares[column] = distance * distance
+            inner[column] = distance * distance
         if closest > reach:
             continue
-        _nearest_in_row(nearest, squares, first_column - distances_column, reach)
+        _nearest_in_row(nearest, squares, first_column - corner[1] + reach, reach)
         for column in range(first_column, last_column):
             squared = nearest[column - first_column]
             if squared < table.shape[0]:

@@ -54,11 +54,12 @@ def rolled_origin(
     """
     rows, columns = shape
     missing = MISSING_CELLS if is_short else 0.0
-    wanted_x = robot_pose[0] - 0.5 * ((columns - missing) * resolution)
-    wanted_y = robot_pose[1] - 0.5 * ((rows - missing) * resolution)
+    x, y, _ = robot_pose.tolist()
+    wanted_x = x - 0.5 * ((columns - missing) * resolution)
+    wanted_y = y - 0.5 * ((rows - missing) * resolution)
     shift_x = int((wanted_x - origin[0]) / resolution)
     shift_y = int((wanted_y - origin[1]) / resolution)
-    return float(origin[0] + shift_x * resolution), float(origin[1] + shift_y * resolution)
+    return origin[0] + shift_x * resolution, origin[1] + shift_y * resolution
 
 
 def moved_cells(

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from drake_navbench.kernels.grid import FREE, LETHAL, Grid, distance_to_cells, world_to_cell
 from drake_navbench.kernels.layer_grid import draw_line, fill_outline
 from drake_navbench.kernels.observation import Observation
+from drake_navbench.kernels.read_only import read_only
 
 # A ray that leaves the grid through its right or upper edge is cut this far inside of it, m.
 UPPER_EDGE_MARGIN = 0.001
@@ -47,26 +48,25 @@ def update_obstacle_layer(
     bounds = np.array(NOTHING_TOUCHED)
     for seen in observations:
         if seen.clearing:
-            points = np.array(seen.points[:, :2], dtype=np.float64, order="C")
             ranges = (float(seen.raytrace_min_range), float(seen.raytrace_max_range))
-            clear_rays(grid, bounds, seen.origin[0], seen.origin[1], points, *ranges)
+            clear_rays(grid, bounds, seen.origin, seen.points, ranges)
+    heights = (float(min_obstacle_height), float(max_obstacle_height))
     for seen in observations:
         if seen.marking:
-            heights = seen.points[:, 2]
-            is_within = (heights >= min_obstacle_height) & (heights <= max_obstacle_height)
-            points = np.array(seen.points[is_within, :2], dtype=np.float64, order="C")
             ranges = (float(seen.obstacle_min_range), float(seen.obstacle_max_range))
-            mark_points(grid, bounds, seen.origin[0], seen.origin[1], points, *ranges)
+            mark_points(grid, bounds, seen.origin, seen.points, ranges, heights)
     if outline is not None:
         free_robot(grid, bounds, outline)
     return bounds
 
 
-def free_robot(grid: Grid, bounds: NDArray[np.float64], outline: NDArray[np.float64]) -> None:
+@njit(cache=True)
+def free_robot(grid, bounds, outline):
     """Frees, in place, the cells under the robot's outline (K, 2) m; `bounds` grows around it."""
-    bounds[:2] = np.minimum(bounds[:2], outline.min(axis=0))
-    bounds[2:] = np.maximum(bounds[2:], outline.max(axis=0))
-    fill_outline(grid, outline, FREE)
+    for k in range(outline.shape[0]):
+        _grow(bounds, outline[k, 0], outline[k, 1])
+    # For a constant it would be compiled once more.
+    fill_outline(grid, outline, np.int64(FREE))
 
 
 def scan_points(
@@ -74,45 +74,67 @@ def scan_points(
     angles: NDArray[np.float64],
     ranges: NDArray[np.floating],
     *,
+    height: float,
     range_min: float,
     range_max: float,
     inf_is_valid: bool = False,
 ) -> NDArray[np.float64]:
-    """Returns the (M, 2) hits of a planar scan, m, in the frame of `sensor_pose` (3,).
+    """Returns the (M, 3) hits of a planar scan, m, in the frame of `sensor_pose` (3,).
 
-    A beam gives a point where range_min <= range < range_max; NaN and inf give none. Where
-    `inf_is_valid`, +inf counts as a hit just short of range_max.
+    All of them are `height` m high. A beam gives a point where range_min <= range < range_max; NaN
+    and inf give none. Where `inf_is_valid`, +inf counts as a hit just short of range_max.
     """
-    distances = np.array(ranges, dtype=np.float64)
-    if inf_is_valid:
-        distances[distances == np.inf] = range_max - INF_RANGE_MARGIN
-    hits = (distances >= range_min) & (distances < range_max)
-    headings = sensor_pose[2] + angles[hits]
-    points = np.empty((headings.size, 2))
-    points[:, 0] = sensor_pose[0] + distances[hits] * np.cos(headings)
-    points[:, 1] = sensor_pose[1] + distances[hits] * np.sin(headings)
-    return points
+    place = (*sensor_pose.tolist(), height)
+    farthest = range_max - INF_RANGE_MARGIN if inf_is_valid else math.inf
+    return _hits(place, read_only(angles), read_only(ranges), range_min, range_max, farthest)
 
 
 @njit(cache=True)
-def clear_rays(
-    grid,
-    bounds,
-    sensor_x,
-    sensor_y,
-    points,
-    raytrace_min_range,
-    raytrace_max_range,
-):
-    """Frees, in place, the cells of a `Grid` on the rays from a sensor to (M, 2) points, m.
+def _hits(place, angles, ranges, range_min, range_max, farthest):
+    """Returns the (M, 3) hits of a scanner at `place`, x m, y m, yaw rad, height m.
 
-    A ray is cut at the edges of the grid, then walked between the two cells, from
-    raytrace_min_range to at most raytrace_max_range m, both rounded up to cells. The cell of the
-    hit is freed too. A sensor outside the grid frees nothing. `bounds`, (4,) min_x, min_y, max_x,
-    max_y m, grows in place. (ObstacleLayer::raytraceFreespace)
+    farthest: the distance for which +inf stands, m; +inf where it stands for none.
+    """
+    x, y, yaw, height = place
+    points = np.empty((ranges.size, 3))
+    count = 0
+    for k in range(ranges.size):
+        distance = farthest if ranges[k] == math.inf else ranges[k]
+        if range_min <= distance < range_max:
+            heading = yaw + angles[k]
+            points[count, 0] = x + distance * math.cos(heading)
+            points[count, 1] = y + distance * math.sin(heading)
+            points[count, 2] = height
+            count += 1
+    return points[:count]
+
+
+@njit(cache=True)
+def points_between(points, lowest, highest):
+    """Returns the points, of (N, 3) m, that lie between two heights, m, both included."""
+    within = np.empty(points.shape)
+    count = 0
+    for k in range(points.shape[0]):
+        if lowest <= points[k, 2] <= highest:
+            for axis in range(3):
+                within[count, axis] = points[k, axis]
+            count += 1
+    return within[:count]
+
+
+@njit(cache=True)
+def clear_rays(grid, bounds, sensor, points, ranges):
+    """Frees, in place, the cells of a `Grid` on the rays from a sensor (3,) to (M, 3) points, m.
+
+    A ray is cut at the edges of the grid, then walked between the two cells, from ranges[0] to at
+    most ranges[1] m, both rounded up to cells. The cell of the hit is freed too. A sensor outside
+    the grid frees nothing. `bounds`, (4,) min_x, min_y, max_x, max_y m, grows in place.
+    (ObstacleLayer::raytraceFreespace)
     """
     costs, origin_x, origin_y, resolution = grid
     rows, columns = costs.shape
+    sensor_x, sensor_y = sensor[0], sensor[1]
+    min_range, max_range = ranges
     sensor_column, sensor_row = world_to_cell(
         sensor_x, sensor_y, origin_x, origin_y, resolution, columns, rows
     )
@@ -120,51 +142,47 @@ def clear_rays(
         return
     _grow(bounds, sensor_x, sensor_y)
     end_x, end_y = origin_x + columns * resolution, origin_y + rows * resolution
-    min_cells = distance_to_cells(raytrace_min_range, resolution)
-    max_cells = distance_to_cells(raytrace_max_range, resolution)
+    min_cells = distance_to_cells(min_range, resolution)
+    max_cells = distance_to_cells(max_range, resolution)
     for k in range(points.shape[0]):
-        x, y = _cut_ray(
-            sensor_x, sensor_y, points[k, 0], points[k, 1], origin_x, origin_y, end_x, end_y
-        )
+        x, y = np.float64(points[k, 0]), np.float64(points[k, 1])
+        x, y = _cut_ray(sensor_x, sensor_y, x, y, origin_x, origin_y, end_x, end_y)
         column, row = world_to_cell(x, y, origin_x, origin_y, resolution, columns, rows)
         if column < 0:
             continue
         _free_ray(costs, sensor_column, sensor_row, column, row, min_cells, max_cells)
         length = math.hypot(x - sensor_x, y - sensor_y)
-        if length >= raytrace_min_range:
-            part = min(1.0, raytrace_max_range / length) if length > 0.0 else 1.0
+        if length >= min_range:
+            part = min(1.0, max_range / length) if length > 0.0 else 1.0
             _grow(bounds, sensor_x + (x - sensor_x) * part, sensor_y + (y - sensor_y) * part)
 
 
 @njit(cache=True)
-def mark_points(
-    grid,
-    bounds,
-    sensor_x,
-    sensor_y,
-    points,
-    obstacle_min_range,
-    obstacle_max_range,
-):
-    """Marks, in place, the cells of a `Grid` that hold one of (M, 2) points, m, as LETHAL.
+def mark_points(grid, bounds, sensor, points, ranges, heights):
+    """Marks, in place, the cells of a `Grid` that hold one of (M, 3) points, m, as LETHAL.
 
-    A point counts within obstacle_min_range and obstacle_max_range m of the sensor, measured in m
-    and again in whole cells. Points or a sensor outside the grid mark nothing. `bounds`, (4,)
-    min_x, min_y, max_x, max_y m, grows in place. (ObstacleLayer::updateBounds)
+    A point counts between the two heights [m] and from ranges[0] to ranges[1] m off the sensor
+    (3,), measured in the plane in m and again in whole cells. Points or a sensor outside the grid
+    mark nothing. `bounds`, (4,) min_x, min_y, max_x, max_y m, grows in place.
+    (ObstacleLayer::updateBounds)
     """
     costs, origin_x, origin_y, resolution = grid
     rows, columns = costs.shape
+    sensor_x, sensor_y = sensor[0], sensor[1]
+    min_range, max_range = ranges
     sensor_column, sensor_row = world_to_cell(
         sensor_x, sensor_y, origin_x, origin_y, resolution, columns, rows
     )
     if sensor_column < 0:
         return
-    min_cells = distance_to_cells(obstacle_min_range, resolution)
-    max_cells = distance_to_cells(obstacle_max_range, resolution)
-    min_squared = obstacle_min_range * obstacle_min_range
-    max_squared = obstacle_max_range * obstacle_max_range
+    min_cells = distance_to_cells(min_range, resolution)
+    max_cells = distance_to_cells(max_range, resolution)
+    min_squared = min_range * min_range
+    max_squared = max_range * max_range
     for k in range(points.shape[0]):
-        x, y = points[k, 0], points[k, 1]
+        x, y, height = np.float64(points[k, 0]), np.float64(points[k, 1]), points[k, 2]
+        if not heights[0] <= height <= heights[1]:
+            continue
         column, row = world_to_cell(x, y, origin_x, origin_y, resolution, columns, rows)
         if column < 0:
             continue

@@ -15,6 +15,7 @@ from numba import njit
 
 from drake_navbench.kernels.angles import wrap
 from drake_navbench.kernels.arrays import Array
+from drake_navbench.kernels.read_only import read_only
 
 
 @njit(cache=True)
@@ -35,10 +36,19 @@ def see_point(point_x, point_y, x, y, cos_yaw, sin_yaw):
 
 def place_outline(outline: Array, pose: Sequence[float] | Array) -> Array:
     """Returns a (K, 2) outline, base frame, m, as it lies at a pose (3,) x m, y m, yaw rad."""
-    cos_yaw, sin_yaw = math.cos(pose[2]), math.sin(pose[2])
-    placed = np.empty(outline.shape)
-    placed[:, 0] = pose[0] + (outline[:, 0] * cos_yaw - outline[:, 1] * sin_yaw)
-    placed[:, 1] = pose[1] + (outline[:, 0] * sin_yaw + outline[:, 1] * cos_yaw)
+    x, y, yaw = pose
+    return outline_at(read_only(outline), float(x), float(y), float(yaw))
+
+
+@njit(cache=True)
+def outline_at(outline, x, y, yaw):
+    """Returns a (K, 2) outline, base frame, m, as it lies at (x, y) m, yaw rad."""
+    cos_yaw, sin_yaw = math.cos(yaw), math.sin(yaw)
+    placed = np.empty((outline.shape[0], 2))
+    for k in range(outline.shape[0]):
+        placed[k, 0], placed[k, 1] = place_point(
+            outline[k, 0], outline[k, 1], x, y, cos_yaw, sin_yaw
+        )
     return placed
 
 

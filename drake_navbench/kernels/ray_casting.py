@@ -25,11 +25,18 @@ def cast_rays(
     edge, but its neighbours at the corner.
     """
     x, y = float(origin_xy[0]), float(origin_xy[1])
+    return _cast_rays(x, y, angles, segments, circles, float(range_max))
+
+
+@njit(cache=True)
+def _cast_rays(x, y, angles, segments, circles, range_max):
     cosines, sines = np.cos(angles), np.sin(angles)
-    ranges = np.full(cosines.shape, np.inf)
-    _meet_segments(ranges, cosines, sines, x, y, segments, float(range_max))
+    ranges = np.full(angles.shape, np.inf)
+    _meet_segments(ranges, cosines, sines, x, y, segments, range_max)
     _meet_circles(ranges, cosines, sines, x, y, circles)
-    ranges[ranges > range_max] = np.inf
+    for k in range(ranges.shape[0]):
+        if ranges[k] > range_max:
+            ranges[k] = np.inf
     return ranges
 
 
@@ -89,6 +96,22 @@ def _meet_circles(ranges, cosines, sines, origin_x, origin_y, circles):
                 distance = ahead + half_chord
             if 0.0 <= distance < ranges[k]:
                 ranges[k] = distance
+
+
+@njit(cache=True)
+def reported_ranges(ranges, range_min, range_max):
+    """Returns measured ranges (K,) m as a scanner reports them, float32.
+
+    -inf is nearer than the least range, +inf farther than the greatest one. (REP 117)
+    """
+    reported = np.empty(ranges.shape, np.float32)
+    for k in range(ranges.shape[0]):
+        reported[k] = ranges[k]
+        if ranges[k] < range_min:
+            reported[k] = -np.inf
+        elif ranges[k] > range_max:
+            reported[k] = np.inf
+    return reported
 
 
 def burst_dropouts(

@@ -19,7 +19,7 @@ import numpy as np
 from numba import njit
 
 from drake_navbench.kernels.outline_distance import outline_to_circles, outline_to_edges
-from drake_navbench.kernels.poses import place_point
+from drake_navbench.kernels.poses import outline_at
 
 # A parabola stays within this factor of the largest of its values at 0, 1/2 and 1.
 PARABOLA_EXCESS = 1.25
@@ -31,12 +31,7 @@ def clearance_at(footprint, x, y, yaw, edges, circles, limit):
 
     It is 0 where they overlap, except where the footprint lies wholly inside one (see covers).
     """
-    outline = np.empty_like(footprint)
-    cos_yaw, sin_yaw = math.cos(yaw), math.sin(yaw)
-    for k in range(footprint.shape[0]):
-        outline[k, 0], outline[k, 1] = place_point(
-            footprint[k, 0], footprint[k, 1], x, y, cos_yaw, sin_yaw
-        )
+    outline = outline_at(footprint, x, y, yaw)
     to_edges = outline_to_edges(outline, edges, limit)
     return min(to_edges, outline_to_circles(outline, circles, min(limit, to_edges)))
 

@@ -104,8 +104,8 @@ def add_navigation(
     """
     if isinstance(task, FollowPlan):
         navigator = builder.AddNamedSystem("navigator", Navigator(task.make_plan))
-        status = server.GetOutputPort("status")
-        connect_inputs(builder, navigator, estimate=signals.estimate, controller_status=status)
+        state = server.GetOutputPort("server_state")
+        connect_inputs(builder, navigator, estimate=signals.estimate, server_state=state)
         command = server.GetOutputPort("command")
     else:
         navigator, command = _add_tree_navigation(
@@ -163,7 +163,7 @@ def _add_tree_navigation(
         navigator,
         estimate=signals.estimate,
         global_costmap=global_costmap.GetOutputPort("costmap"),
-        controller_status=server.GetOutputPort("status"),
+        server_state=server.GetOutputPort("server_state"),
         behavior_status=behaviors.GetOutputPort("status"),
     )
     connect_inputs(

@@ -54,8 +54,10 @@ def update(costs):
     pose = np.array([0.3, 0.1, 0.2])
     half = 0.5 * costs.shape[0] * 0.05
     grid = Grid(costs.copy(), 0.3 - half, 0.1 - half, 0.05)
-    points = scan_points(pose, BEAMS, scan_of_a_room(0.8 * half), range_min=0.1, range_max=12.0)
-    seen = seen_from(np.array([0.3, 0.1, 0.0]), np.column_stack([points, np.zeros(len(points))]))
+    points = scan_points(
+        pose, BEAMS, scan_of_a_room(0.8 * half), height=0.0, range_min=0.1, range_max=12.0
+    )
+    seen = seen_from(np.array([0.3, 0.1, 0.0]), points)
     update_obstacle_layer(grid, [seen], outline=place_outline(FOOTPRINT, pose))
     return grid.costs
 

@@ -11,9 +11,10 @@ from hypothesis import strategies as st
 from drake_navbench.kernels.grid import (
     LETHAL,
     Costmap,
+    Grid,
     distance_to_cells,
+    distances_to_lethal,
     line_max_cost,
-    nearest_distance,
     world_to_cell,
 )
 
@@ -128,13 +129,19 @@ def test_mirrored_line_visits_mirrored_cells(start, end):
     assert mirrored == {(x, 11 - y) for x, y in visited(start, end)}
 
 
-# Distances to points
+# Distances
 
 
-def test_nearest_distance_is_that_of_the_closest_point():
-    points = np.array([[3.0, 4.0], [0.0, -2.0], [9.0, 9.0]])
-    assert nearest_distance(points, np.zeros(2)) == 2.0
-    assert nearest_distance(points[:0], np.zeros(2)) == math.inf
+def test_distances_to_lethal_cells_are_those_of_the_nearest_centre_and_the_nearest_corner():
+    costs = np.zeros((8, 12), dtype=np.uint8)
+    costs[0, 0] = 253
+    # Cells of 2 m: centres at (9, 13) m and (21, 1) m, corners at (8, 12) m and (20, 0) m.
+    costs[6, 4] = costs[0, 10] = LETHAL
+    grid = Grid(costs, 0.0, 0.0, 2.0)
+    assert distances_to_lethal(grid, 9.0, 8.0) == (5.0, math.hypot(1.0, 4.0))
+    assert distances_to_lethal(grid, 8.0, 7.0) == (math.hypot(1.0, 6.0), 5.0)
+    assert distances_to_lethal(grid, 17.0, 4.0) == (5.0, 5.0)
+    assert distances_to_lethal(grid._replace(costs=costs[1:6]), 0.0, 0.0) == (math.inf, math.inf)
 
 
 # Costmap

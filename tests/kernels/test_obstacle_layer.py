@@ -11,6 +11,7 @@ from drake_navbench.kernels.observation import Observation
 from drake_navbench.kernels.obstacle_layer import (
     clear_rays,
     mark_points,
+    points_between,
     scan_points,
     update_obstacle_layer,
 )
@@ -24,16 +25,20 @@ def empty_bounds():
     return np.array([np.inf, np.inf, -np.inf, -np.inf])
 
 
+def on_the_floor(sensor, points):
+    """A sensor (3,) and points (N, 3) at height 0, of which x and y are given."""
+    flat = np.array(points, dtype=float).reshape(-1, 2)
+    return np.array([*sensor, 0.0]), np.column_stack([flat, np.zeros(len(flat))])
+
+
 def cleared(sensor, points, *, shape=(10, 10), minimum=0.0, maximum=100.0, resolution=1.0):
     """Cells that rays from a sensor clear, on a grid with its corner at (0, 0)."""
     costs = np.full(shape, LETHAL, dtype=np.uint8)
     clear_rays(
         Grid(costs, 0.0, 0.0, resolution),
         empty_bounds(),
-        *sensor,
-        np.array(points, dtype=float).reshape(-1, 2),
-        minimum,
-        maximum,
+        *on_the_floor(sensor, points),
+        (minimum, maximum),
     )
     return {(int(x), int(y)) for y, x in np.argwhere(costs == FREE)}
 
@@ -43,10 +48,9 @@ def marked(sensor, points, *, minimum=0.0, maximum=100.0, resolution=1.0):
     mark_points(
         Grid(costs, 0.0, 0.0, resolution),
         empty_bounds(),
-        *sensor,
-        np.array(points, dtype=float).reshape(-1, 2),
-        minimum,
-        maximum,
+        *on_the_floor(sensor, points),
+        (minimum, maximum),
+        (0.0, 2.0),
     )
     assert set(np.unique(costs)) <= {FREE, LETHAL}
     return {(int(x), int(y)) for y, x in np.argwhere(costs == LETHAL)}
@@ -55,26 +59,40 @@ def marked(sensor, points, *, minimum=0.0, maximum=100.0, resolution=1.0):
 # Scan to points
 
 
+def hits(pose, angles, ranges, *, height=0.0, inf_is_valid=False):
+    """What a scanner with a range from 0.1 to 10 m sees."""
+    return scan_points(
+        pose,
+        np.array(angles),
+        np.array(ranges),
+        height=height,
+        range_min=0.1,
+        range_max=10.0,
+        inf_is_valid=inf_is_valid,
+    )
+
+
 def test_beam_gives_a_point_from_the_sensor_along_its_heading():
     pose = np.array([1.0, 2.0, math.pi / 2])
-    points = scan_points(
-        pose, np.array([0.0, -math.pi / 2]), np.array([3.0, 0.5]), range_min=0.1, range_max=10.0
-    )
-    np.testing.assert_allclose(points, [[1.0, 5.0], [1.5, 2.0]], atol=1e-12)
+    points = hits(pose, [0.0, -math.pi / 2], [3.0, 0.5], height=0.4)
+    np.testing.assert_allclose(points, [[1.0, 5.0, 0.4], [1.5, 2.0, 0.4]], atol=1e-12)
 
 
 def test_beams_out_of_range_give_no_point():
-    ranges = np.array([0.1, 0.0999, 10.0, 9.999, np.inf, -np.inf, np.nan])
-    points = scan_points(np.zeros(3), np.zeros(7), ranges, range_min=0.1, range_max=10.0)
+    ranges = [0.1, 0.0999, 10.0, 9.999, np.inf, -np.inf, np.nan]
+    points = hits(np.zeros(3), np.zeros(7), ranges)
     np.testing.assert_array_equal(points[:, 0], [0.1, 9.999])
 
 
 def test_beam_without_return_reaches_the_range_where_inf_is_valid():
-    ranges = np.array([np.inf, -np.inf, np.nan])
-    points = scan_points(
-        np.zeros(3), np.zeros(3), ranges, range_min=0.1, range_max=10.0, inf_is_valid=True
-    )
-    np.testing.assert_allclose(points, [[9.9999, 0.0]])
+    ranges = [np.inf, -np.inf, np.nan]
+    points = hits(np.zeros(3), np.zeros(3), ranges, inf_is_valid=True)
+    np.testing.assert_allclose(points, [[9.9999, 0.0, 0.0]])
+
+
+def test_points_at_both_heights_are_between_them():
+    points = np.column_stack([np.arange(5.0), np.zeros(5), [0.09, 0.1, 0.5, 1.0, 1.1]])
+    assert points_between(points, 0.1, 1.0)[:, 0].tolist() == [1.0, 2.0, 3.0]
 
 
 # Clearing
@@ -172,8 +190,8 @@ def test_marking_keeps_to_its_annulus_in_cells_too():
 def test_marking_leaves_other_marks():
     costs = np.zeros((10, 10), dtype=np.uint8)
     costs[7, 7] = LETHAL
-    points = np.array([[3.5, 0.5]])
-    mark_points(Grid(costs, 0.0, 0.0, 1.0), empty_bounds(), 0.5, 0.5, points, 0.0, 9.0)
+    seen = on_the_floor((0.5, 0.5), [[3.5, 0.5]])
+    mark_points(Grid(costs, 0.0, 0.0, 1.0), empty_bounds(), *seen, (0.0, 9.0), (0.0, 2.0))
     assert costs[7, 7] == costs[0, 3] == LETHAL
 
 
@@ -189,6 +207,7 @@ def scan(ranges, *, pose=ROBOT, angles=(0.0, 0.5 * math.pi), inf_is_valid=False,
         np.array(pose),
         np.array(angles),
         np.array(ranges),
+        height=0.5,
         range_min=0.1,
         range_max=20.0,
         inf_is_valid=inf_is_valid,
@@ -197,7 +216,7 @@ def scan(ranges, *, pose=ROBOT, angles=(0.0, 0.5 * math.pi), inf_is_valid=False,
     counted |= {"raytrace_min_range": 0.0, "raytrace_max_range": 10.0}
     return Observation(
         origin=np.array([pose[0], pose[1], 0.5]),
-        points=np.column_stack([points, np.full(len(points), 0.5)]),
+        points=points,
         marking=True,
         clearing=True,
         **counted | limits,

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from drake_navbench.kernels.ray_casting import cast_rays
+from drake_navbench.kernels.ray_casting import cast_rays, reported_ranges
 
 NO_SEGMENTS = np.empty((0, 4))
 NO_CIRCLES = np.empty((0, 3))
@@ -203,3 +203,11 @@ def crosses(start, end, segment):
         return False
     s, u = np.linalg.solve(matrix, segment[:2] - start)
     return 0.0 < s < 1.0 and 1e-6 < u < 1.0 - 1e-6
+
+
+def test_ranges_beyond_both_limits_are_reported_as_infinite():
+    measured = np.array([0.04, 0.05, 12.0, 12.1, np.inf, np.nan])
+    reported = reported_ranges(measured, 0.05, 12.0)
+    assert reported.dtype == np.float32
+    expected = np.array([-np.inf, 0.05, 12.0, np.inf, np.inf, np.nan], np.float32)
+    np.testing.assert_array_equal(reported, expected)

@@ -9,6 +9,7 @@ rolled in or out.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
@@ -107,6 +108,8 @@ class LayeredCostmap:
     ) -> None:
         self._settings = settings
         self._geometry = geometry
+        self._is_short = settings.is_before_lyrical
+        self._whole = CellWindow.whole((geometry.rows, geometry.columns))
         self._default_cost = NO_INFORMATION if settings.track_unknown_space else FREE
         setup = LayerSetup(
             rows=geometry.rows,
@@ -157,8 +160,7 @@ class LayeredCostmap:
         geometry = self._geometry
         frame = SAME_FRAME if map_from_costmap is None else map_from_costmap
         origin = self._origin(state, pose)
-        whole = CellWindow.whole((geometry.rows, geometry.columns))
-        seen = Seen(time_s, pose, origin, scan, clouds, frame, whole, ranges)
+        seen = Seen(time_s, pose, origin, scan, clouds, frame, self._whole, ranges)
         layers, boxes = self._layers.observed(state.layers, seen)
         if state.plugged is not None and not geometry.rolling_window:
             seen = seen._replace(window=self._window_around(boxes))
@@ -168,7 +170,7 @@ class LayeredCostmap:
         if self._filters:
             own = grid._replace(costs=plugged.copy())
             costs = self._filters.written(
-                self._filters.initial_states(), own, seen._replace(window=whole)
+                self._filters.initial_states(), own, seen._replace(window=self._whole)
             )
         costs.flags.writeable = False
         costmap = Costmap(
@@ -191,7 +193,7 @@ class LayeredCostmap:
             (geometry.rows, geometry.columns),
             resolution=geometry.resolution,
             robot_pose=pose,
-            is_short=self._settings.is_before_lyrical,
+            is_short=self._is_short,
         )
 
     def _window_around(self, boxes: Sequence[Array]) -> CellWindow:
@@ -211,8 +213,8 @@ class LayeredCostmap:
 
     def _reset(self, plugged: Costs | None, seen: Seen) -> Costs:
         """Returns a copy of the layers' last costs with the window set to the default cost."""
-        shape = (self._geometry.rows, self._geometry.columns)
-        if plugged is None or seen.window == CellWindow.whole(shape):
+        if plugged is None or seen.window == self._whole:
+            shape = (self._geometry.rows, self._geometry.columns)
             return np.full(shape, self._default_cost, np.uint8)
         master = plugged.copy()
         master[seen.slices] = self._default_cost
@@ -301,11 +303,12 @@ class LayerStack:
         grid: the costs before; changed in place.
         """
         costs: Costs = grid.costs
+        _, *place = grid
         for name, layer in self._layers.items():
             if getattr(layer, "stays_in_window", False):
-                costs = layer.write(states[name], grid._replace(costs=costs), seen)
+                costs = layer.write(states[name], Grid(costs, *place), seen)
                 continue
-            own = layer.write(states[name], grid._replace(costs=costs.copy()), seen)
+            own = layer.write(states[name], Grid(costs.copy(), *place), seen)
             _require_costs(name, own, costs.shape)
             costs[seen.slices] = own[seen.slices]
         return costs
@@ -320,6 +323,6 @@ def _require_costs(name: str, written: Any, shape: tuple[int, ...]) -> None:
 
 def _box(name: str, touched: Any) -> Box:
     box = np.array(touched, dtype=np.float64)
-    if box.shape != (4,) or not np.all(np.isfinite(box)):
+    if box.shape != (4,) or not all(map(math.isfinite, box.tolist())):
         raise ValueError(f"costmap layer {name}: touched {box}, expected four finite numbers")
     return box

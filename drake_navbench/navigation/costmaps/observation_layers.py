@@ -144,7 +144,8 @@ class ObstacleLayer:
             self._setup.resolution,
         )
         voxels, bounds = self._updated(grid, state, observations, outline, seen)
-        touched = tuple(bounds) if np.all(np.isfinite(bounds)) else None
+        min_x, min_y, max_x, max_y = bounds.tolist()
+        touched = (min_x, min_y, max_x, max_y) if min_x <= max_x and min_y <= max_y else None
         return Observed(SensingState(grid.costs, voxels, seen.origin, buffers), touched)
 
     def write(self, state: SensingState, grid: Grid, seen: Seen) -> Costs:

@@ -12,7 +12,8 @@ from typing import Any, TypeVar
 import numpy as np
 
 from drake_navbench.kernels.observation import Observation
-from drake_navbench.kernels.obstacle_layer import scan_points
+from drake_navbench.kernels.obstacle_layer import points_between, scan_points
+from drake_navbench.kernels.read_only import read_only
 from drake_navbench.kernels.scan import Scan
 from drake_navbench.navigation.costmaps.observation_source import (
     ObservationSourceSettings,
@@ -52,28 +53,25 @@ def clouds_of(
 
 def _cloud_of(scan: Scan, lidar: RangeSensor, *, inf_is_valid: bool) -> PointCloud:
     """Returns the hits of a scan, all as high as the lidar."""
-    hits = scan_points(
+    points = scan_points(
         scan.sensor_pose,
         scan.angles_rad,
         scan.ranges_m,
+        height=lidar.height_m,
         range_min=lidar.range_min_m,
         range_max=lidar.range_max_m,
         inf_is_valid=inf_is_valid,
     )
-    heights = np.full((len(hits), 1), lidar.height_m)
-    x, y, yaw = scan.sensor_pose
-    origin = np.array([x, y, lidar.height_m])
-    return PointCloud(origin, np.hstack([hits, heights]), scan.time_s, yaw)
+    x, y, yaw = scan.sensor_pose.tolist()
+    return PointCloud(np.array([x, y, lidar.height_m]), points, scan.time_s, yaw)
 
 
 def observation_of(source: ObservationSourceSettings, cloud: PointCloud) -> Observation:
     """Returns a source's observation of a cloud: the points between its heights."""
-    points = np.ascontiguousarray(cloud.points, dtype=np.float64)
-    heights = points[:, 2]
-    is_within = (heights <= source.max_obstacle_height) & (heights >= source.min_obstacle_height)
+    lowest, highest = source.min_obstacle_height, source.max_obstacle_height
     return Observation(
         origin=np.ascontiguousarray(cloud.origin, dtype=np.float64),
-        points=points[is_within],
+        points=points_between(read_only(cloud.points), lowest, highest),
         marking=source.marking,
         clearing=source.clearing,
         obstacle_min_range=source.obstacle_min_range,

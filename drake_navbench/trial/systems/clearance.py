@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from pydrake.systems.framework import Context, DiscreteValues, State
 
 from drake_navbench.inputs.world import World
-from drake_navbench.kernels.grid import nearest_distance
+from drake_navbench.kernels.grid import distances_to_lethal
 from drake_navbench.kernels.poses import compose
 from drake_navbench.kernels.swept_contact import clearance_at
 from drake_navbench.navigation.mission import FloorSwitch
@@ -80,7 +80,7 @@ class Clearance(FloorAware):
         state.get_mutable_discrete_state(self._distances).SetFromVector(nothing)
 
     def _on_period(self, context: Context, discrete_state: DiscreteValues) -> None:
-        pose = self._state_port.Eval(context)[:3]
+        pose = self._state_port.Eval(context).tolist()[:3]
         x, y, yaw = pose
         clearance = clearance_at(
             self._footprint, x, y, yaw, self._edges, self._circles, MAX_DISTANCE_M
@@ -92,14 +92,10 @@ class Clearance(FloorAware):
             clearance = min(clearance, to_moving)
         costmap = value_or_none(self._costmap_port, context)
         to_centre = to_corner = math.inf
-        if costmap is not None and len(costmap.lethal_centres):
+        if costmap is not None:
             frame = value_or_none(self._frame_port, context)
-            position = (pose if frame is None else compose(frame, pose))[:2]
-            to_centre = nearest_distance(costmap.lethal_centres, position)
-            # Corners lie half a cell to the lower left; moving the robot as far to the upper right
-            # is the same.
-            to_corner = nearest_distance(
-                costmap.lethal_centres, position + 0.5 * costmap.resolution
-            )
-        distances = [clearance, to_centre, to_corner]
-        discrete_state.get_mutable_vector(self._distances).SetFromVector(distances)
+            if frame is not None:
+                x, y, _ = compose(frame, pose).tolist()
+            to_centre, to_corner = distances_to_lethal(costmap.grid, x, y)
+        distances = np.array([clearance, to_centre, to_corner])
+        discrete_state.set_value(self._distances, distances)

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -53,21 +52,19 @@ class PluginBroke(Exception):
         self.error = error
 
 
-@contextmanager
-def plugin_code() -> Iterator[None]:
+class PluginCode:
     """Guards calls of a plugin, which may break in any way: its own trial ends, never the campaign.
 
-    Raises PluginBroke.
+    Raises PluginBroke, but not for Ctrl-C of the user nor for a fault of the machine.
     """
-    try:
-        yield
-    except KeyboardInterrupt:
-        # Ctrl-C of the user, unless it cannot reach this process.
-        raise
-    except BaseException as error:
+
+    def __enter__(self) -> None:
+        pass
+
+    def __exit__(self, kind: object, error: BaseException | None, trace: object) -> None:
         # Drake reports a failed C++ check as SystemExit; plugins may raise anything.
-        if is_machine_fault(error):
-            raise
+        if error is None or isinstance(error, KeyboardInterrupt) or is_machine_fault(error):
+            return
         raise PluginBroke(error) from error
 
 

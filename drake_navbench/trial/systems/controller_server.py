@@ -38,9 +38,9 @@ from drake_navbench.navigation.task import ClearRequest, GlobalPlan, TaskState, 
 from drake_navbench.trial.systems.compute_clock import ComputeClock
 from drake_navbench.trial.systems.controller_call import (
     PluginBroke,
+    PluginCode,
     Stopwatch,
     checked_command,
-    plugin_code,
     require_loggable,
 )
 from drake_navbench.trial.systems.lifetime import weakly_bound
@@ -49,7 +49,6 @@ from drake_navbench.trial.systems.ports import (
     POSE_SIZE,
     STATE_SIZE,
     declare_object_input,
-    declare_state_part_output,
     read_object,
     value_or_none,
 )
@@ -107,7 +106,7 @@ class ControllerServer(LeafSystem):
     connected: the two are one), `speed_limit` (SpeedLimit or None; not connected: no limit) and
     `clear_request` (ClearRequest or None; not connected: none). As in Nav2, a controller sees
     everything in the odometry frame; the server transforms the plan in every cycle. Outputs
-    `command` [v m/s, w rad/s, vy m/s], `server_state` (ServerState) and `status` (TaskStatus).
+    `command` [v m/s, w rad/s, vy m/s] and `server_state` (ServerState, with the task's status).
     Abstract parameter `seed_parameter` holds the trial's seed.
 
     Order of a cycle as in nav2_controller's computeControl: cancel, new path, wait for a current
@@ -165,7 +164,6 @@ class ControllerServer(LeafSystem):
             "command", COMMAND_SIZE, weakly_bound(self._calc_command), prerequisites_of_calc=tickets
         )
         self.DeclareStateOutputPort("server_state", self._state)
-        declare_state_part_output(self, "status", self._state, lambda server: server.status)
         self.DeclarePeriodicUnrestrictedUpdateEvent(
             self._period_s / self._clock.ticks_a_period(self._period_s),
             offset_s,
@@ -191,21 +189,22 @@ class ControllerServer(LeafSystem):
 
     def _on_tick(self, context: Context, state: State) -> None:
         server: ServerState = context.get_abstract_state(self._state).get_value()
-        if self._takes_time and context.get_time() < server.next_cycle_s - SLACK_S:
+        now_s = context.get_time()
+        if self._takes_time and now_s < server.next_cycle_s - SLACK_S:
             return
         plan = read_object(self._plan_port, context)
         is_new_task = plan is not None and plan.task_id != server.status.task_id
         if plan is None or (server.status.state.is_final and not is_new_task):
             return
         if self._takes_over is not None:
-            self._controller = self._takes_over(context.get_time()) or self._controller
+            self._controller = self._takes_over(now_s) or self._controller
         try:
             new = self._advanced(context, server, plan, is_new_task=is_new_task)
         except PluginBroke as broken:
             new = self._broken(server, plan.task_id, broken.error)
-        new = self._with_compute_time(server, new, context.get_time())
+        new = self._with_compute_time(server, new, now_s)
         if new.status.state.is_final:
-            new = new._replace(status=replace(new.status, time_s=context.get_time()))
+            new = new._replace(status=replace(new.status, time_s=now_s))
         state.get_mutable_abstract_state(self._state).set_value(new)
 
     def _with_compute_time(
@@ -243,7 +242,7 @@ class ControllerServer(LeafSystem):
     def _may_end(self, memory: Any) -> bool:
         """Returns whether a cancelled task ends now: not while the controller slows down."""
         controller = self._controller
-        with plugin_code():
+        with PluginCode():
             return not isinstance(controller, GracefulController) or controller.is_at_rest(memory)
 
     def _cycle_on_current_costmap(
@@ -332,10 +331,12 @@ class ControllerServer(LeafSystem):
             cancel_requested=plan.cancel_requested,
             global_plan=global_plan,
         )
-        server = server._replace(
-            path=path, goal_check=goal_result.state, progress_check=progress.state
-        )
-        return self._compute(server, observation)
+        checks = {
+            "path": path,
+            "goal_check": goal_result.state,
+            "progress_check": progress.state,
+        }
+        return self._compute(server, observation, checks)
 
     def _take_plan(self, server: ServerState, plan: GlobalPlan, now_s: float) -> ServerState:
         """Returns the state at the start of a task, or with a path that preempts the one before."""
@@ -347,7 +348,7 @@ class ControllerServer(LeafSystem):
         if plan.task_id == server.status.task_id:
             # Nav2 keeps the progress baseline over a preempting path.
             return server
-        with plugin_code():
+        with PluginCode():
             memory = self._controller.initial_memory()
         return server._replace(
             status=TaskStatus(TaskState.RUNNING, task_id=plan.task_id),
@@ -368,12 +369,16 @@ class ControllerServer(LeafSystem):
             ]
         )
 
-    def _compute(self, server: ServerState, observation: Observation) -> ServerState:
+    def _compute(
+        self, server: ServerState, observation: Observation, checks: Mapping[str, Any]
+    ) -> ServerState:
+        """Returns the state after the controller's call; checks: fields that this cycle changed."""
         watch = Stopwatch.started()
-        with plugin_code():
+        with PluginCode():
             try:
                 decision = self._controller.step(observation, server.memory)
             except ControllerError as error:
+                server = server._replace(**checks)
                 self._report_cycle(observation, server.memory, None, as_line(str(error)))
                 require_loggable("details", error.details)
                 if isinstance(error, NoValidControl):
@@ -384,6 +389,7 @@ class ControllerServer(LeafSystem):
             require_loggable("diagnostics", decision.diagnostics)
         self._report_cycle(observation, server.memory, command)
         return server._replace(
+            **checks,
             memory=decision.memory,
             command=command,
             last_valid_time_s=observation.time_s,

@@ -18,7 +18,12 @@ from drake_navbench.inputs.world import World
 from drake_navbench.kernels.depth_casting import are_within
 from drake_navbench.kernels.noise import NoiseKey, NoiseStream
 from drake_navbench.kernels.poses import compose
-from drake_navbench.kernels.ray_casting import burst_dropouts, cast_rays, stuck_ranges
+from drake_navbench.kernels.ray_casting import (
+    burst_dropouts,
+    cast_rays,
+    reported_ranges,
+    stuck_ranges,
+)
 from drake_navbench.kernels.read_only import read_only
 from drake_navbench.kernels.scan import Scan
 from drake_navbench.navigation.mission import FloorSwitch
@@ -164,9 +169,7 @@ class Lidar(FloorAware):
                 generator, ranges.size, settings.stuck_beam_share, settings.range_max_m
             )
             ranges = np.where(np.isnan(stuck), ranges, stuck)
-        ranges[ranges < settings.range_min_m] = -np.inf
-        ranges[ranges > settings.range_max_m] = np.inf
-        ranges_m = ranges.astype(np.float32)
+        ranges_m = reported_ranges(ranges, settings.range_min_m, settings.range_max_m)
         ranges_m.flags.writeable = False
         return Scan(
             context.get_time(),

@@ -19,7 +19,6 @@ from drake_navbench.trial.systems.ports import (
     declare_object_input,
     declare_object_output,
     declare_state_part_output,
-    read_object,
 )
 
 
@@ -32,9 +31,9 @@ class _NavigatorState(Immutable):
 class Navigator(LeafSystem):
     """Nav2's FollowPath use: plan once at the start, follow it, end when the controller ends.
 
-    Inputs `estimate` [x m, y m, yaw rad, ...], in the map frame, and `controller_status`
-    (TaskStatus). Outputs `plan` (GlobalPlan, or None before there is one) and `task_status`
-    (TaskStatus of the whole task). The planner is a function from a start pose (3,) to plan poses
+    Inputs `estimate` [x m, y m, yaw rad, ...], in the map frame, and `server_state` (ServerState).
+    Outputs `plan` (GlobalPlan, or None before there is one) and `task_status` (TaskStatus of the
+    whole task). The planner is a function from a start pose (3,) to plan poses
     (N, 3) that raises PlanningError. The plan starts from the true pose: the localization draws its
     first noise after the planning.
     """
@@ -43,7 +42,7 @@ class Navigator(LeafSystem):
         super().__init__()
         self._make_plan = make_plan
         self._estimate_port = self.DeclareVectorInputPort("estimate", STATE_SIZE)
-        self._status_port = declare_object_input(self, "controller_status")
+        self._server_port = declare_object_input(self, "server_state")
         self._state = self.DeclareAbstractState(AbstractValue.Make(_NavigatorState()))
         declare_state_part_output(self, "plan", self._state, lambda state: state.plan)
         declare_object_output(
@@ -52,7 +51,7 @@ class Navigator(LeafSystem):
             self._calc_task_status,
             {
                 self.abstract_state_ticket(self._state),
-                self.input_port_ticket(self._status_port.get_index()),
+                self.input_port_ticket(self._server_port.get_index()),
             },
         )
         self.DeclareInitializationUnrestrictedUpdateEvent(weakly_bound(self._on_start))
@@ -71,4 +70,4 @@ class Navigator(LeafSystem):
 
     def _calc_task_status(self, context: Context) -> TaskStatus:
         failure = context.get_abstract_state(self._state).get_value().planning_failure
-        return failure or read_object(self._status_port, context)
+        return failure or self._server_port.Eval(context).status

@@ -73,11 +73,11 @@ class TreeNavigator(LeafSystem):
     """Nav2's bt_navigator with its default tree, and its waypoint follower.
 
     Inputs `estimate` [x m, y m, yaw rad, ...], in the map frame, `global_costmap` (Costmap),
-    `controller_status` and `behavior_status` (TaskStatus). Outputs `plan` (GlobalPlan or None),
-    `behavior_goal` (BehaviorGoal or None), `clear_local` and `clear_global` (ClearRequest or None),
-    `task_status` (TaskStatus of the whole task) and `navigator_state` (NavigatorState); for a
-    mission over several floors also `floor_switch` (FloorSwitch or None), the last one, whose time
-    may be yet to come.
+    `server_state` (ServerState) and `behavior_status` (TaskStatus). Outputs `plan` (GlobalPlan or
+    None), `behavior_goal` (BehaviorGoal or None), `clear_local` and `clear_global` (ClearRequest or
+    None), `task_status` (TaskStatus of the whole task) and `navigator_state` (NavigatorState); for
+    a mission over several floors also `floor_switch` (FloorSwitch or None), the last one, whose
+    time may be yet to come.
 
     The tree is ticked when the trial starts, and then once a period from `offset_s` on. The first
     tick sees the true pose: the localization draws its first noise after it. Nav2 ticks the tree
@@ -111,7 +111,7 @@ class TreeNavigator(LeafSystem):
         )
         self._estimate_port = self.DeclareVectorInputPort("estimate", STATE_SIZE)
         self._costmap_port = declare_object_input(self, "global_costmap")
-        self._controller_port = declare_object_input(self, "controller_status")
+        self._server_port = declare_object_input(self, "server_state")
         self._behavior_port = declare_object_input(self, "behavior_status")
         self._state = self.DeclareAbstractState(AbstractValue.Make(start))
         parts = {
@@ -144,7 +144,7 @@ class TreeNavigator(LeafSystem):
                 now_s=now_s,
                 pose=np.array([x, y, yaw]),
                 global_costmap=read_object(self._costmap_port, context),
-                controller_status=read_object(self._controller_port, context),
+                controller_status=self._server_port.Eval(context).status,
                 behavior_status=read_object(self._behavior_port, context),
                 twist=(forward, left),
             )
