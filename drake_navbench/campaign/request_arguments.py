@@ -189,9 +189,12 @@ def print_check(arguments: argparse.Namespace) -> None:
             # Some parameters are wrong only for this robot.
             check_controller(preset, setup.robot)
             warn_of_rotation(preset, setup.robot)
-        names = ", ".join(preset.name for preset in setup.presets) or "none"
+        names = ", ".join(preset.name for preset in setup.presets) or NO_COLUMN
         print(printable(f"Columns: {names}"))
         _print_table(setup.check)
+
+
+NO_COLUMN = "none, as the file has no controllers; --controllers NAME drives the rest of it"
 
 
 def _differences(columns: Sequence[FileColumns]) -> list[str]:

@@ -84,8 +84,8 @@ class Check:
         told = (
             Status.STAND_IN,
             Status.DOUBTFUL,
-            Status.OTHER_FORM,
             Status.UNREAD,
+            Status.OTHER_FORM,
             *LISTED,
         )
         for status in told:

@@ -287,7 +287,7 @@ def similar_name_hint(name: str, known: Iterable[str]) -> str:
 def similar_plugin_hint(plugin_type: str, known: Iterable[str]) -> str:
     """Returns '; did you mean X?' for a type that differs by a slip in its class, else ''."""
     for close in difflib.get_close_matches(plugin_type, sorted(known), n=1, cutoff=LIKE_A_SLIP):
-        named, own = (kind.rpartition("::")[2] for kind in (plugin_type, close))
+        named, own = (kind.replace("/", "::").rpartition("::")[2] for kind in (plugin_type, close))
         if difflib.SequenceMatcher(None, named, own).ratio() > LIKE_A_SLIP:
             return f"; did you mean {close!r}?"
     return ""

@@ -42,6 +42,8 @@ UNTIL |= dict.fromkeys(BEFORE_HUMBLE, Release.HUMBLE)
 # The behaviour server's name before Humble; it counts as a parameter that Humble was the last to
 # read.
 OLD_NODE = "recoveries_server"
+# Nodes and packages of plugins that came with Humble: a file with one of them is no older one.
+CAME_WITH_HUMBLE: tuple[str, ...] = tuple(_MARKS["came_with_humble"])
 INSTALLATION = re.compile(rf"/opt/ros/({'|'.join(Release)})(?=/)")
 # Packages whose plugins have a slash in their names up to Iron, and colons from Jazzy on. A
 # navigator's name tells nothing: Humble reads none, but files for Humble have some.
@@ -80,6 +82,7 @@ class _Marks(NamedTuple):
     plugins: list[Found]
     since: list[Found]
     until: list[Found]
+    came_with_humble: list[Found]
 
 
 def release_of(sections: Iterable[Section], given: str | None) -> Found:
@@ -91,7 +94,7 @@ def release_of(sections: Iterable[Section], given: str | None) -> Found:
     """
     if given is not None:
         return Found(Release(given), OPTION)
-    paths, plugins, since, until = marks = _marks(sections)
+    paths, plugins, since, until, _ = marks = _marks(sections)
     if paths:
         return paths[0]
     newest = max(plugins, key=_release, default=None)
@@ -102,7 +105,8 @@ def release_of(sections: Iterable[Section], given: str | None) -> Found:
     if needed:
         return max(needed, key=_release)
     if until:
-        return min(until, key=_release)
+        oldest = min(until, key=_release)
+        return _humble(marks) if oldest.release is Release.HUMBLE else oldest
     return Found(NEWEST_RELEASE, NO_MARK)
 
 
@@ -115,19 +119,33 @@ def _humble_or_iron(marks: _Marks) -> Found:
 
     A parameter of Humble decides for Humble; parameters of Iron alone decide for Iron; else Humble.
     """
-    of_humble = [found for found in marks.until if found.release is Release.HUMBLE]
-    if of_humble:
-        return of_humble[0]
+    if any(found.release is Release.HUMBLE for found in marks.until):
+        return _humble(marks)
     if marks.since and all(found.release is Release.IRON for found in marks.since):
         return marks.since[0]
     return Found(Release.HUMBLE, marks.plugins[0].mark)
 
 
+def _humble(marks: _Marks) -> Found:
+    """Returns Humble with the best mark: of an older release only if all in the file is as old."""
+    of_humble = [found for found in marks.until if found.release is Release.HUMBLE]
+    older = [found for found in of_humble if is_before_humble(found.mark)]
+    newer = [found for found in of_humble if not is_before_humble(found.mark)]
+    if marks.came_with_humble or marks.since:
+        return (newer or marks.came_with_humble or marks.plugins)[0]._replace(
+            release=Release.HUMBLE
+        )
+    return (older or newer)[0]
+
+
 def _marks(sections: Iterable[Section]) -> _Marks:
-    marks = _Marks([], [], [], [])
+    marks = _Marks([], [], [], [], [])
     for section in sections:
-        if section.name.rpartition("/")[2] == OLD_NODE:
+        node = section.name.rpartition("/")[2]
+        if node == OLD_NODE:
             marks.until.append(Found(Release.HUMBLE, OLD_NODE))
+        if node in CAME_WITH_HUMBLE:
+            marks.came_with_humble.append(Found(Release.HUMBLE, node))
         for place, parameter in section.parameters.items():
             name = place.rpartition(".")[2]
             if name in SINCE:
@@ -137,6 +155,11 @@ def _marks(sections: Iterable[Section]) -> _Marks:
             values = parameter.value if isinstance(parameter.value, list) else [parameter.value]
             marks.paths.extend(filter(None, map(_by_path, values)))
             marks.plugins.extend(filter(None, map(_by_plugin, values)))
+            marks.came_with_humble.extend(
+                Found(Release.HUMBLE, value)
+                for value in values
+                if isinstance(value, str) and re.split("::|/", value)[0] in CAME_WITH_HUMBLE
+            )
     return marks
 
 
@@ -185,10 +208,17 @@ def has_node(tree: Mapping[str, Any], node: str) -> bool:
     return tree["node"] == node or any(has_node(child, node) for child in tree.get("children", ()))
 
 
+def is_before_humble(mark: str) -> bool:
+    """Returns whether a mark is of a release that is older than all that are known here."""
+    return mark == OLD_NODE or mark in BEFORE_HUMBLE
+
+
 def told_by(mark: str) -> str:
     """Returns in words how the release was found."""
     if mark == NO_MARK:
         return "the newest, as nothing in the file tells the release"
+    if is_before_humble(mark):
+        return f"the oldest known here; the file is of an older one, as {mark} tells"
     return f"{'set' if mark == OPTION else 'recognised'} by {mark}"
 
 

@@ -16,6 +16,7 @@ from drake_navbench.kernels.obstacle_layer import (
     update_obstacle_layer,
 )
 from drake_navbench.kernels.poses import place_outline
+from drake_navbench.navigation.costmaps.observation_source import ObservationSourceSettings
 
 L, U = LETHAL, NO_INFORMATION
 SMALL_SQUARE = np.array([[0.2, 0.2], [-0.2, 0.2], [-0.2, -0.2], [0.2, -0.2]])
@@ -185,6 +186,12 @@ def test_marking_keeps_to_its_annulus_in_cells_too():
     # close in cells, although 1.65 m.
     assert marked((0.9, 0.5), [[2.6, 0.5]], minimum=1.6) == {(2, 0)}
     assert marked((0.3, 0.5), [[1.95, 0.5]], minimum=1.6) == set()
+
+
+def test_a_negative_least_range_counts_as_its_square_as_in_nav2():
+    ObservationSourceSettings(obstacle_min_range=-2.0, raytrace_min_range=-0.2)
+    assert marked((5.5, 5.5), [(7.0, 5.5), (8.0, 5.5)], minimum=-2.0) == {(8, 5)}
+    assert cleared((0.5, 0.5), [(2.5, 0.5)], minimum=-0.2) == {(0, 0), (1, 0), (2, 0)}
 
 
 def test_marking_leaves_other_marks():

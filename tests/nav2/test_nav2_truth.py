@@ -143,6 +143,8 @@ def test_a_preset_that_asks_for_more_than_the_base_drives_is_told():
     [
         ("neo_local_planner::NeoLocalPlanner", "has no counterpart here"),
         ("dwb_core::DWBLocalPlaner", "did you mean 'dwb_core::DWBLocalPlanner'?"),
+        # Nav2 spells planners with a slash up to Iron, but never a controller.
+        ("dwb_core/DWBLocalPlanner", "did you mean 'dwb_core::DWBLocalPlanner'?"),
     ],
 )
 def test_a_hint_at_a_controller_is_silent_rather_than_wrong(setup_in, plugin, hint):

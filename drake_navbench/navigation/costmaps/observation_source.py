@@ -46,14 +46,13 @@ class ObservationSourceSettings(SourceSettings):
     max_obstacle_height: float = Field(
         0.0, description="Height above which points are ignored [m]."
     )
-    obstacle_min_range: float = Field(
-        0.0, ge=0.0, description="Least distance of a point that marks [m]."
-    )
+    # Nav2 takes negative values of both least ranges: it squares the first.
+    obstacle_min_range: float = Field(0.0, description="Least distance of a point that marks [m].")
     obstacle_max_range: float = Field(
         2.5, gt=0.0, description="Distance from which points do not mark [m]."
     )
     raytrace_min_range: float = Field(
-        0.0, ge=0.0, description="Distance at which clearing along a ray starts [m]."
+        0.0, description="Distance at which clearing along a ray starts [m]."
     )
     raytrace_max_range: float = Field(
         3.0, gt=0.0, description="Distance at which clearing along a ray ends [m]."

@@ -215,6 +215,8 @@ def _value(cause: Cause, place: str, value: Any, facts: Facts, step: int) -> Any
     if cause.direction is Direction.SET:
         return None if step else _set_value(cause, value, facts)
     if isinstance(value, list | tuple) and value and all(_is_number(v) for v in value):
+        if isinstance(cause.to, list) and step == MILD:
+            return cause.to
         ahead = facts.axis(FORWARD, 0) or 0.0
         if cause.place == BACKWARD and not value[0]:
             return [_rounded(-ahead * BACK[step]), *value[1:]]

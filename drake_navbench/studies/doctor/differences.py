@@ -90,7 +90,7 @@ def _speed_beyond_its_limits(facts: Facts) -> list[Suspicion]:
     limits = [facts.number(place) for place in LIMITS]
     limits += [facts.axis(place, 0) or 0.0 for place in LISTS]
     least = min((limit for limit in limits if limit > 0.0), default=math.inf)
-    if facts.speed_mps <= OTHER * least:
+    if facts.asked_mps <= OTHER * least:
         return []
     why = f"The file lets nothing drive faster than {least:g} m/s."
     cause = Cause(facts.speed_place, Direction.DOWN, least, why, SOURCE)

@@ -7,7 +7,7 @@ not in the file has the default of the file's release, or of the robot that fill
 
 from __future__ import annotations
 
-from collections.abc import Container, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -15,7 +15,7 @@ from drake_navbench.inputs.check import Status
 from drake_navbench.inputs.presets import Preset
 from drake_navbench.inputs.robot import Robot
 from drake_navbench.nav2.controllers import SERVER
-from drake_navbench.nav2.release import BEFORE_HUMBLE, OLD_NODE
+from drake_navbench.nav2.release import BEFORE_HUMBLE, OLD_NODE, told_by
 from drake_navbench.nav2.robot import GLOBAL_COSTMAP, LOCAL_COSTMAP, Nav2Setup
 from drake_navbench.plugins.releases import NEWEST_RELEASE, Release
 from drake_navbench.typed_files.dotted_names import flattened
@@ -31,6 +31,8 @@ SHIM = "rotation_shim"
 KINDS = {SHIM: "shim", "teb_upstream": "teb", "external": "external"}
 # The controller's name of a file whose controllers are all unknown here.
 NO_PLUGIN = "no controller"
+# The check's remarks on the release of a file that is older than all known releases.
+WORDS_OF_OLDER = frozenset(told_by(mark) for mark in (*BEFORE_HUMBLE, OLD_NODE))
 # Older names of parameters.
 ALIASES = {"desired_linear_vel": "max_linear_vel"}
 
@@ -114,7 +116,16 @@ class Facts:
 
     @property
     def speed_mps(self) -> float:
-        """The largest speed ahead that the controller asks for; 0 where it is not known."""
+        """The largest speed ahead that the controller commands; 0 where it is not known.
+
+        DWB keeps max_speed_xy, too, unless it is negative.
+        """
+        limit = self.number(f"{CONTROLLER}.max_speed_xy")
+        return min(self.asked_mps, limit) if limit > 0.0 else self.asked_mps
+
+    @property
+    def asked_mps(self) -> float:
+        """The controller's own limit of the speed ahead; 0 where it is not known."""
         return self.number(self.speed_place)
 
     @property
@@ -166,16 +177,21 @@ def facts_of(setup: Nav2Setup, preset: Preset | None) -> Facts:
     plugin = setup.places[preset.name][1] if preset is not None else NO_PLUGIN
     names = Names(plugin, _blocks_of_checkers(setup))
     nodes = {name.rpartition("/")[2] for name, _ in setup.given}
+    rows = setup.check.of(Status.UNREAD)
+    nobodys = {(row.node, row.parameter) for row in rows}
+    unreadable = unreadable_by(preset) if preset is not None else frozenset()
     for (owner, parameter), value in setup.given.items():
         place = names.place_of(owner.rpartition("/")[2], parameter, setup)
         if place is None:
             continue
         given.add(place)
+        if place not in values and (owner, parameter) in nobodys:
+            unreadable |= {place}
         # The reader spells every plugin as from Jazzy on.
         is_spelled = place.endswith(".plugin") and isinstance(value, str)
         if place not in values or place.partition(".")[0] in COSTMAPS or is_spelled:
             values[place] = value
-    unread = {row.place: row.remark for row in setup.check.of(Status.UNREAD)}
+    unread = {row.place: row.remark for row in rows}
     return Facts(
         kinds_of(preset) if preset is not None else (),
         release_in(setup),
@@ -184,11 +200,11 @@ def facts_of(setup: Nav2Setup, preset: Preset | None) -> Facts:
         defaults_of(preset) if preset is not None else {},
         unread,
         frozenset(nodes),
-        {"release": "old"} if _is_old(setup, nodes) else {},
+        {"release": "old"} if _mark_in(setup) in WORDS_OF_OLDER else {},
         setup.robot,
         plugin,
         SERVER in nodes and "local_costmap" in nodes,
-        unreadable_by(preset) if preset is not None else frozenset(),
+        unreadable,
         {row.place: row.remark for row in setup.check.of(Status.DOUBTFUL)},
         _mark_in(setup),
         tuple(name for _, name in setup.places.values() if name != plugin),
@@ -289,12 +305,6 @@ def release_in(setup: Nav2Setup) -> Release:
     """Returns the release of Nav2 that a file was read for."""
     found = (row.parameter for row in setup.check.rows if row.node == "nav2_release")
     return Release(next(found, NEWEST_RELEASE))
-
-
-def _is_old(setup: Nav2Setup, nodes: Container[str]) -> bool:
-    """Tells whether a file is for a release before Humble."""
-    names = {name.rpartition(".")[2] for _, name in setup.given}
-    return "behavior_server" not in nodes and (OLD_NODE in nodes or bool(names & {*BEFORE_HUMBLE}))
 
 
 def _mark_in(setup: Nav2Setup) -> str:

@@ -77,7 +77,7 @@ class Patient:
         except InputError:
             found = readable_setup(self.paths, self.robot, self.values, self.release)
             return found.facts(self._chosen(found.setup))
-        return facts_of(columns.setup, self.chosen(columns))
+        return facts_of(columns.setup, self._chosen(columns.setup))
 
     def patched_text(self, changes: Mapping[Place, Any]) -> str:
         """Returns the text of the file with these values, all else as it is; raises InputError."""
@@ -113,7 +113,7 @@ class Patient:
 
 def speed_asked(facts: Facts, robot: Robot) -> float:
     """Returns the speed that probes are made for, m/s: what is asked for and the base can do."""
-    return min(facts.speed_mps or 0.3, robot.drive.max_linear_velocity_mps)
+    return min(facts.asked_mps or 0.3, robot.drive.max_linear_velocity_mps)
 
 
 def told_files(paths: Sequence[Path]) -> str:

@@ -37,7 +37,7 @@ from drake_navbench.studies.doctor.rules import (
     sources,
     startup,
 )
-from drake_navbench.studies.doctor.rules.rule import Finding, Rule
+from drake_navbench.studies.doctor.rules.rule import SURE, Finding, Rule
 from drake_navbench.studies.doctor.suspects import suspects_of
 from drake_navbench.studies.doctor.symptoms import Symptom
 from drake_navbench.studies.doctor.value_factors import BEYOND, WITHIN, value_factor
@@ -103,7 +103,10 @@ class Suspicion(NamedTuple):
 
 
 def findings_of(facts: Facts, symptom: Symptom | None = None) -> list[Finding]:
-    """Returns the rules that fire; without a symptom only those that are faults by themselves."""
+    """Returns the rules that fire; without a symptom only those that are faults by themselves.
+
+    Then what the file proves comes first, and what is only far from the usual last.
+    """
     fired = []
     for rule in RULES:
         is_wanted = rule.is_certain if symptom is None else symptom in rule.symptoms
@@ -112,7 +115,10 @@ def findings_of(facts: Facts, symptom: Symptom | None = None) -> list[Finding]:
             is_wanted = is_wanted and (bool(rule.advice) or _rests_on_given(facts, rule))
         if is_wanted and not _needs_left_out(facts, rule) and rule.fires(facts):
             fired.append(rule.finding(facts))
-    return fired if symptom is not None else [*fired, *far_values(facts, fired)]
+    if symptom is not None:
+        return fired
+    fired.sort(key=lambda finding: max(finding.rule.symptoms.values()) < SURE)
+    return [*fired, *far_values(facts, fired)]
 
 
 def _needs_left_out(facts: Facts, rule: Rule) -> bool:

@@ -56,7 +56,8 @@ def told_of_reading(
     )
     controller = f"{facts.plugin or 'controller'} ({kinds})"
     if facts.plugin == NO_PLUGIN:
-        controller = "all but the controllers, which are unknown here or left out"
+        why = "which are unknown here or left out" if facts.left_out else "of which it gives none"
+        controller = f"all but the file's controllers, {why}"
     what = f"{controller}, Nav2 {facts.release}{told_by}"
     lines = wrapped(f"Read: {what}.{lacks}{more}", rest="  ")
     lines += [part for line in facts.left_out for part in wrapped(f"Left out: {line}", rest="  ")]

@@ -42,6 +42,14 @@ def test_a_value_far_from_both_is_told_last_with_its_way_back(found):
     assert far(found(nav2_text(near, plugin=MPPI))) == []
 
 
+def test_a_value_that_nobody_reads_is_not_far(found):
+    """A tenth of DWB's usual 0.325 m, for a critic of DWB in a block of RPP."""
+    critic = {"GoalAlign": {"forward_point_distance": 0.0325}}
+    assert far(found(nav2_text(RPP_BLOCK | critic, plugin=RPP))) == []
+    listed = DWB_BLOCK | critic | {"critics": [*DWB_BLOCK["critics"], "GoalAlign"]}
+    assert len(far(found(nav2_text(listed, plugin=DWB)))) == 1
+
+
 def test_a_length_that_the_speed_explains_is_not_far(found):
     # Three times bringup's lookahead of 0.6 m, at three times its speed of 0.5 m/s.
     fast = RPP_BLOCK | {"lookahead_dist": 1.8, "desired_linear_vel": 1.5}

@@ -78,6 +78,19 @@ def test_a_controller_that_is_asked_for_must_be_readable(patient):
         patient(nav2_text(RPP_BLOCK, plugin=RPP), "Other").facts()
 
 
+def test_of_a_file_without_controllers_the_rest_is_read(tmp_path, capsys):
+    """Nav2 before Foxy had a controller's parameters in the server itself."""
+    path = tmp_path / "nav2.yaml"
+    text = nav2_text({}, plugin=RPP, **LOW).replace("controller_plugins", "older_plugins")
+    path.write_text(text.replace("FollowPath", "max_vel_x"))
+    assert main([str(path), "--read-only"]) == 0
+    told = " ".join(capsys.readouterr().out.split())
+    assert told.startswith("Read: all but the file's controllers, of which it gives none, Nav2")
+    assert "inflation-below-inscribed-radius" in told
+    assert main([str(path), "--out", str(tmp_path / "out")]) == 2
+    assert "no controller_server with controller_plugins" in capsys.readouterr().err
+
+
 def test_a_drive_needs_the_whole_file(tmp_path, capsys):
     path = tmp_path / "nav2.yaml"
     path.write_text(nav2_text(RPP_BLOCK, plugin="mine::Controller", **LOW))

@@ -191,6 +191,15 @@ def test_a_cure_leads_away_from_the_value_in_the_file(facts):
     assert told["mppi-narrow-speed-samples"] == "raise vx_std"
 
 
+def test_what_the_file_has_already_is_no_cure_beside_others(facts):
+    """The threshold of turns is Nav2's 0.001 rad/s; that of the speed ahead is not."""
+    server = {"min_x_velocity_threshold": 0.2, "min_theta_velocity_threshold": 0.001}
+    found = facts(nav2_text(RPP_BLOCK, plugin=RPP, controller_server=server))
+    assert cure_of(found, "measured-speed-cut-off") == (
+        "lower controller_server.min_x_velocity_threshold to 0.001 m/s"
+    )
+
+
 def test_what_is_not_read_is_told_to_have_no_effect_and_no_symptom(facts):
     (finding,) = findings_of(facts(nav2_text(RPP_BLOCK | {"look_ahead": 1.0}, plugin=RPP)))
     assert finding.seen == (
@@ -198,6 +207,40 @@ def test_what_is_not_read_is_told_to_have_no_effect_and_no_symptom(facts):
     )
     assert finding.likely == []
     assert "critics" not in finding.cure_told
+
+
+def test_dwb_drives_no_faster_than_its_limit_of_both_axes(facts):
+    """At 0.2 m/s and 10 Hz a command lasts 0.02 m, at 2 m/s it would be 0.2 m."""
+    block = DWB_BLOCK | {"max_vel_x": 2.0, "max_speed_xy": 0.2}
+    found = facts(nav2_text(block, plugin=DWB, controller_server={"controller_frequency": 10.0}))
+    assert (found.speed_mps, found.asked_mps) == (0.2, 2.0)
+    assert "slow-loop" not in fired(found)
+    assert "less than max_vel_x 2 m/s" in fired(found)["dwb-two-speed-limits"]
+    free = facts(nav2_text(block | {"max_speed_xy": -1.0}, plugin=DWB))
+    assert free.speed_mps == 2.0
+
+
+def test_the_smoother_is_told_the_speed_that_the_controller_asks_for(facts):
+    smoother = {"max_velocity": [0.26, 0.0, 1.0], "min_velocity": [-0.26, 0.0, -1.0]}
+    found = facts(nav2_text(DWB_BLOCK, plugin=DWB, velocity_smoother=smoother))
+    assert cure_of(found, "smoother-cuts-speed") == (
+        "raise velocity_smoother.max_velocity to [0.5, 0.0, 1.0]"
+    )
+
+
+def test_a_tolerance_of_a_critic_that_is_not_listed_is_no_fault(facts):
+    block = DWB_BLOCK | {"xy_goal_tolerance": 1.0}
+    assert "dwb-two-tolerances" in fired(facts(nav2_text(block, plugin=DWB)))
+    alone = block | {"critics": ["BaseObstacle", "PathDist", "GoalDist"]}
+    assert "dwb-two-tolerances" not in fired(facts(nav2_text(alone, plugin=DWB)))
+
+
+def test_mppi_without_critics_is_told_with_the_list_that_nobody_reads(facts):
+    block = {k: v for k, v in MPPI_BLOCK.items() if k != "critics"}
+    block["AckermannConstraints"] = {"critics": MPPI_BLOCK["critics"]}
+    seen = fired(facts(nav2_text(block, plugin=MPPI)))["mppi-no-critics"]
+    assert seen.endswith("the list FollowPath.AckermannConstraints.critics is read by nobody")
+    assert "mppi-no-critics" not in fired(facts(nav2_text(MPPI_BLOCK, plugin=MPPI)))
 
 
 def test_a_deadband_that_only_cuts_what_moves_no_robot_is_none(facts):

@@ -60,13 +60,44 @@ def test_a_planner_spelled_for_another_release_comes_first(facts):
         assert first(wrong, symptom) == "set planner.plugin to nav2_navfn_planner::NavfnPlanner"
 
 
-def test_a_name_that_only_galactic_knows_is_no_fault_of_a_file_for_galactic(facts):
+OLD = {"recovery_plugins": ["spin"], "spin": {"plugin": "nav2_recoveries/Spin"}}
+
+
+@pytest.fixture
+def galactic(tmp_path):
+    def of(**nodes):
+        path = tmp_path / "nav2.yaml"
+        text = nav2_text(RPP_BLOCK, plugin=RPP, recoveries_server=OLD, **nodes)
+        text = text.replace("progress_checker_plugins:", "goal_checker_plugin:")
+        path.write_text(text)
+        return Patient((path,), "wheelchair", {}).facts()
+
+    return of
+
+
+def test_a_name_that_only_galactic_knows_is_no_fault_of_a_file_for_galactic(facts, galactic):
     amcl = {"robot_model_type": "differential"}
     assert (
         "nav2_amcl::DifferentialMotionModel" in fired(facts("humble", amcl=amcl))["not-loaded-amcl"]
     )
-    old = {"recovery_plugins": ["spin"], "spin": {"plugin": "nav2_recoveries/Spin"}}
-    assert fired(facts("humble", amcl=amcl, recoveries_server=old)) == {}
+    assert fired(galactic(amcl=amcl)) == {}
+
+
+def test_a_file_older_than_humble_is_told_as_such_and_its_own_names_are_no_fault(galactic):
+    found = galactic()
+    assert found.mark == "the oldest known here; the file is of an older one, as " + (
+        "goal_checker_plugin tells"
+    )
+    seen = {f.rule.name: f.seen for f in findings_of(found)}
+    assert "controller-parameters-not-read" not in seen
+    assert "on Humble and newer it is called behavior_server" in seen["recoveries-server"]
+
+
+def test_a_node_that_came_with_humble_makes_a_file_with_old_names_one_for_humble(galactic):
+    found = galactic(velocity_smoother={"smoothing_frequency": 20.0})
+    assert found.mark == "recognised by velocity_smoother"
+    seen = {f.rule.name: f.seen for f in findings_of(found)}
+    assert "goal_checker_plugin" in seen["controller-parameters-not-read"]
 
 
 def test_humble_has_no_navigators_to_load(facts):
@@ -104,6 +135,12 @@ def test_a_collision_monitor_needs_polygons_with_types_and_sources(facts):
     assert "observation_sources" in fired(facts(collision_monitor=monitor))["monitor-without-zones"]
 
 
+def test_polygons_that_are_no_names_are_refused_and_make_no_further_finding(facts):
+    found = facts(collision_monitor={"polygons": [{"name": "Stop"}], "observation_sources": ["s"]})
+    assert "polygons: expected a list of names" in found.left_out[0]
+    assert "monitor-without-zones" not in fired(found)
+
+
 def test_an_initial_pose_counts_only_where_it_is_switched_on(facts):
     pose = {"initial_pose": {"x": 0.0, "y": 0.0, "z": 0.0, "yaw": 0.0}}
     told = "set amcl.set_initial_pose to true"
@@ -111,6 +148,25 @@ def test_an_initial_pose_counts_only_where_it_is_switched_on(facts):
     assert causes[0] == told
     on = pose | {"set_initial_pose": True}
     assert told not in [s.cause.told for s in suspicions_of(facts(amcl=on), Symptom.NO_START)]
+
+
+def test_a_block_that_no_source_is_called_after_is_the_one_finding_about_the_source(facts):
+    """The defaults of the source without a block are its consequence, and no further findings."""
+    layers = scan(topic="scan")
+    layers["obstacle_layer"]["observation_sources"] = "front_scan"
+    seen = fired(facts(local_costmap=layers))
+    assert list(seen) == ["source-without-a-block-local_costmap"]
+    assert seen["source-without-a-block-local_costmap"].startswith(
+        "local_costmap.obstacle_layer.observation_sources names front_scan, but the block below it "
+        "is called scan: nothing reads the block"
+    )
+
+
+def test_what_the_file_proves_is_told_before_what_is_merely_poor(facts):
+    layers = scan() | {"update_frequency": 0.0}
+    found = facts(block=DWB_BLOCK | {"sim_time": 4.0}, plugin=DWB, local_costmap=layers)
+    names = [finding.rule.name for finding in findings_of(found)]
+    assert names.index("never-updated-local_costmap") < names.index("dwb-looks-a-long-way")
 
 
 def test_a_source_without_a_height_sees_nothing_above_the_floor(facts):

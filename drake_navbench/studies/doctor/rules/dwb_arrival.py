@@ -35,7 +35,8 @@ RULES = (
     Rule(
         "dwb-two-tolerances",
         lambda f: (
-            f.number("goal_checker.xy_goal_tolerance") > 0.0
+            has_critic(f, "RotateToGoal")
+            and f.number("goal_checker.xy_goal_tolerance") > 0.0
             and f.number("controller.xy_goal_tolerance")
             > 1.2 * f.number("goal_checker.xy_goal_tolerance")
         ),
@@ -138,10 +139,10 @@ RULES = (
     ),
     Rule(
         "dwb-two-speed-limits",
-        lambda f: 0.0 < f.number("controller.max_speed_xy", 1e9) < f.speed_mps,
+        lambda f: 0.0 < f.number("controller.max_speed_xy", 1e9) < f.asked_mps,
         lambda f: (
             f"max_speed_xy is {f.controller('max_speed_xy')} m/s, less than max_vel_x "
-            f"{f.speed_mps:g} m/s: the robot never reaches max_vel_x"
+            f"{f.asked_mps:g} m/s: the robot never reaches max_vel_x"
         ),
         {S.TOO_SLOW: 1.0},
         (up("max_speed_xy", lambda f: f.number("controller.max_vel_x")),),

@@ -6,7 +6,7 @@ from drake_navbench.plugins.releases import Release
 from drake_navbench.studies.doctor.facts import Facts
 from drake_navbench.studies.doctor.rules.mppi import CODE, MPPI, PAGE
 from drake_navbench.studies.doctor.rules.quantities import has_critic, is_not_round
-from drake_navbench.studies.doctor.rules.rule import Rule, down, put, up
+from drake_navbench.studies.doctor.rules.rule import SURE, Rule, down, put, up
 from drake_navbench.studies.doctor.symptoms import Symptom
 
 S = Symptom
@@ -24,7 +24,28 @@ def _looks_where_it_costs(f: Facts) -> bool:
     )
 
 
+def _told_no_critics(f: Facts) -> str:
+    """Returns in words that no critic is listed, and where the file has a list that is not read."""
+    start = f"controller_server.{f.plugin}."
+    misplaced = [n for n in f.raw if n.startswith(start) and n.endswith(".critics")]
+    where = f"; the list {misplaced[0].partition('.')[2]} is read by nobody" if misplaced else ""
+    return (
+        f"{f.plugin}.critics is not given: MPPI scores no trajectory, so nothing draws the robot "
+        f"along its path or keeps it from obstacles{where}"
+    )
+
+
 RULES = (
+    Rule(
+        "mppi-no-critics",
+        lambda f: f.is_whole and not f.controller("critics"),
+        _told_no_critics,
+        {S.NO_START: SURE, S.GOAL_NOT_REACHED: 1.5, S.COLLISION: 1.0},
+        (put("critics"),),
+        f"{CODE}/src/critic_manager.cpp",
+        MPPI,
+        advice="list critics directly below the controller's name",
+    ),
     Rule(
         "mppi-outline-beyond-inflation",
         lambda f: (
@@ -213,7 +234,7 @@ RULES = (
             "robot from turning without need"
         ),
         {S.SPINS: 0.9, S.WOBBLE_STRAIGHT: 0.6},
-        (up("TwirlingCritic.cost_weight", 10.0), down("wz_std")),
+        (put("critics", "TwirlingCritic"), down("wz_std")),
         PAGE,
         MPPI,
     ),

@@ -43,7 +43,7 @@ RULES = (
         "pursuit-near-carrot",
         lambda f: lookahead_m(f) < LEAST_LOOKAHEAD_S * f.speed_mps,
         lambda f: (
-            f"{_names_of_lookahead(f)}: at {f.speed_mps:g} m/s the carrot is "
+            f"by {_names_of_lookahead(f)} the carrot is, at {f.speed_mps:g} m/s, "
             f"{lookahead_m(f):.2f} m ahead, less than {LEAST_LOOKAHEAD_S} s of driving, so the "
             "robot swings around the path"
         ),
@@ -60,7 +60,7 @@ RULES = (
         "pursuit-far-carrot",
         lambda f: lookahead_m(f) > FAR_M,
         lambda f: (
-            f"{_names_of_lookahead(f)}: the carrot is {lookahead_m(f):.2f} m ahead, so the "
+            f"by {_names_of_lookahead(f)} the carrot is {lookahead_m(f):.2f} m ahead, so the "
             "robot cuts bends"
         ),
         {S.CORNER_CUTTING: 1.0, S.NEAR_MISS: 0.7, S.COLLISION: 0.5, S.DOOR_STOP: 0.5},

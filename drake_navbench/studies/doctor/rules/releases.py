@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-from drake_navbench.nav2.release import OLD_NODE
+from drake_navbench.nav2.release import BEFORE_HUMBLE, OLD_NODE
 from drake_navbench.plugins.releases import Release
 from drake_navbench.studies.doctor.facts import Facts
 from drake_navbench.studies.doctor.rules.rule import Rule, down, outside, put, up, upgrade
@@ -40,8 +40,15 @@ def _unread(f: Facts, node: str) -> list[str]:
         if place.partition(":")[0].rpartition("/")[2] == node
     )
     return [
-        name for name, remark in found if UNREAD.search(remark) and not _waits_for_a_model(f, name)
+        name
+        for name, remark in found
+        if UNREAD.search(remark) and not _waits_for_a_model(f, name) and not _is_of_older(f, name)
     ]
+
+
+def _is_of_older(f: Facts, name: str) -> bool:
+    """Tells whether a file of a release before Humble has a name that this release reads."""
+    return f.told.get("release") == "old" and name.rpartition(".")[2] in BEFORE_HUMBLE
 
 
 def _waits_for_a_model(f: Facts, name: str) -> bool:
@@ -93,20 +100,20 @@ RULES = (
         "recoveries-server",
         lambda f: f.has_node(OLD_NODE),
         lambda f: (
-            f"{OLD_NODE} is a node of Galactic and older: in {f.release} it is called "
+            f"{OLD_NODE} is a node of Galactic and older; on Humble and newer it is called "
             f"behavior_server, and nothing reads the values below {OLD_NODE}"
         ),
         {S.NO_RECOVERY: 0.45},
         (put("behavior_server.behavior_plugins"),),
         "docs.nav2.org, migration to humble",
-        advice=f"on Humble and newer rename {OLD_NODE} to behavior_server; on Galactic and older "
-        "keep the name",
+        advice=f"if the robot runs Humble or newer, rename {OLD_NODE} to behavior_server; on "
+        "Galactic and older keep the name",
     ),
     Rule(
         "rpp-outline-check-of-galactic",
         lambda f: f.is_kind("rpp") and f.told.get("release") == "old",
         lambda f: (
-            "in this release RPP's collision check of the footprint stops the robot in doors "
+            "before Humble RPP's collision check of the footprint stops the robot in doors "
             "although nothing is in its way"
         ),
         {S.DOOR_STOP: 1.0, S.FALSE_ABORT: 0.5, S.STOP_START_JERK: 0.4},

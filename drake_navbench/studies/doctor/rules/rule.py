@@ -52,8 +52,10 @@ class Rule:
         A cure that a switch of the file turns off is none, and no value is lowered below 0.
         """
         cures = [c for c in self.cures if is_in_effect(facts, c.place) and not _is_zero(c, facts)]
-        cures = cures or [*self.cures]
-        return Finding(self, self.seen(facts), tuple(_fitting(c, facts) for c in cures))
+        fitting = [(c, _fitting(c, facts)) for c in cures or self.cures]
+        # A value that the file has already, or is beyond, is no cure beside others.
+        known = [fit for c, fit in fitting if c.to is None or fit.to is not None]
+        return Finding(self, self.seen(facts), tuple(known or (fit for _, fit in fitting)))
 
 
 @dataclass(frozen=True)

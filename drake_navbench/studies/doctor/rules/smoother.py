@@ -33,6 +33,11 @@ def _sideways_mps(f: Facts) -> float:
     return f.number(f"controller.{name}") if f.is_kind("mppi", "dwb", "teb") else 0.0
 
 
+def _with_the_speed_asked(f: Facts) -> list[float]:
+    """Returns max_velocity with the controller's speed ahead, m/s."""
+    return [f.speed_mps, *f["velocity_smoother.max_velocity"][1:]]
+
+
 RULES = (
     Rule(
         "smoother-forbids-sideways",
@@ -88,7 +93,7 @@ RULES = (
             f"m/s, but the controller asks for {f.speed_mps:g} m/s"
         ),
         {S.TOO_SLOW: 1.0, S.STALL_BEFORE_GOAL: 0.2},
-        (up("velocity_smoother.max_velocity"),),
+        (up("velocity_smoother.max_velocity", _with_the_speed_asked),),
         SMOOTHER,
     ),
     Rule(

@@ -45,8 +45,42 @@ def _sources(f: Facts, costmap: str) -> Iterator[Source]:
             yield Source(start[:-1], own)
 
 
+def _misnamed(f: Facts, costmap: str) -> list[tuple[Source, str]]:
+    """Returns the sources without a block, with a block of their layer that no list names."""
+    listed = {source.block for source in _sources(f, costmap)}
+    found = []
+    for source in _sources(f, costmap):
+        layer = source.block.rpartition(".")[0]
+        blocks = {
+            name.removesuffix(".topic")
+            for name in f.raw
+            if name.startswith(f"{layer}.") and name.endswith(".topic")
+        }
+        free = sorted(blocks - listed)
+        if free and not source.given:
+            found.append((source, free[0].rpartition(".")[2]))
+    return found
+
+
+def _known(f: Facts, costmap: str) -> list[Source]:
+    """Returns the sources but those whose block has another name, and is not read."""
+    misnamed = {source.block for source, _ in _misnamed(f, costmap)}
+    return [source for source in _sources(f, costmap) if source.block not in misnamed]
+
+
+def _told_misnamed(f: Facts, costmap: str) -> str:
+    """Returns in words which source has no block, and which block no source."""
+    source, block = _misnamed(f, costmap)[0]
+    layer, _, name = source.block.rpartition(".")
+    return (
+        f"{layer}.observation_sources names {name}, but the block below it is called {block}: "
+        f"nothing reads the block, and {name} has Nav2's defaults (topic {name}, no clearing, "
+        "max_obstacle_height 0 m)"
+    )
+
+
 def _marking(f: Facts, costmap: str) -> list[Source]:
-    return [source for source in _sources(f, costmap) if source.given.get("marking") is not False]
+    return [source for source in _known(f, costmap) if source.given.get("marking") is not False]
 
 
 def _below_all(f: Facts, costmap: str) -> list[Source]:
@@ -60,19 +94,19 @@ def _below_all(f: Facts, costmap: str) -> list[Source]:
 
 def _all_blind(f: Facts, costmap: str) -> bool:
     """Tells whether no source of a costmap marks anything, although some are listed."""
-    return bool([*_sources(f, costmap)]) and not _marking(f, costmap)
+    return bool(_known(f, costmap)) and not _marking(f, costmap)
 
 
 def _never_clearing(f: Facts, costmap: str) -> list[Source]:
     """Returns the sources of a costmap if none of them clears."""
-    found = [*_sources(f, costmap)]
+    found = _known(f, costmap)
     return [] if any(source.given.get("clearing") is True for source in found) else found
 
 
 def _relative(f: Facts, costmap: str) -> dict[str, str]:
     """Returns topics that the release looks for below the costmap's name, by their parameter."""
     if f.is_whole:
-        topics = {f"{s.block}.topic": s.given.get("topic", "") for s in _sources(f, costmap)}
+        topics = {f"{s.block}.topic": s.given.get("topic", "") for s in _known(f, costmap)}
     else:
         topics = {
             name: value
@@ -129,6 +163,15 @@ def _rules(costmap: str) -> tuple[Rule, ...]:
             {S.IGNORES_OBSTACLES: SURE, S.PLANNER_FAILS: SURE, S.NO_START: SURE, S.COLLISION: 1.3},
             (up(f"{costmap}.update_frequency", 5.0),),
             "nav2_costmap_2d: costmap_2d_ros.cpp, mapUpdateLoop",
+        ),
+        Rule(
+            f"source-without-a-block-{costmap}",
+            lambda f: bool(_misnamed(f, costmap)),
+            lambda f: _told_misnamed(f, costmap),
+            blind | {S.GHOST_OBSTACLES: 1.0},
+            (put(f"{costmap}.observation_sources"),),
+            CODE,
+            advice="give the block the name that observation_sources has, or the other way round",
         ),
         Rule(
             f"source-below-the-floor-{costmap}",

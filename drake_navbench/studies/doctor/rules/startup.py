@@ -110,6 +110,7 @@ def _not_loaded(place: str, symptoms: Mapping[Symptom, float]) -> Rule:
         symptoms,
         (put(place, lambda f: slips(f)[0].right),),
         SOURCE,
+        advice="write each name as it stands in brackets",
     )
 
 
@@ -163,7 +164,8 @@ def _missing(f: Facts) -> list[str]:
     # Up to Iron it starts without polygons.
     needed = ("polygons", "observation_sources")[f.release < Release.JAZZY :]
     names = f.raw.get("collision_monitor.polygons")
-    types = [f"{name}.type" for name in names if name] if isinstance(names, list) else []
+    listed = names if isinstance(names, list) else []
+    types = [f"{name}.type" for name in listed if name and isinstance(name, str)]
     return [name for name in (*needed, *types) if f"collision_monitor.{name}" not in f.raw]
 
 
