@@ -98,4 +98,4 @@ def test_a_drive_needs_the_whole_file(tmp_path, capsys):
     assert "\nLeft out:" in capsys.readouterr().out
     assert main([str(path), "--out", str(tmp_path / "out")]) == 2
     (line,) = capsys.readouterr().err.splitlines()
-    assert line.endswith("'mine::Controller' has no counterpart here")
+    assert "'mine::Controller' has no counterpart here; name another controller" in line
