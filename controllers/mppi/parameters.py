@@ -19,6 +19,7 @@ from drake_navbench.plugins.releases import (
     Release,
     before,
     defaults_in,
+    release_in,
     since,
     until,
 )
@@ -146,7 +147,7 @@ def _resolve_motion_model(raw: dict[str, Any]) -> None:
     plugin = block.get("plugin")
     if not isinstance(plugin, str) or plugin not in MOTION_MODEL_PLUGINS:
         known = ", ".join(MOTION_MODEL_PLUGINS)
-        raise ValueError(f"{name}.plugin: got {plugin!r}, expected one of {known}")
+        raise ValueError(f"motion_model: {name}.plugin: got {plugin!r}, expected one of {known}")
     raw["motion_model"] = MOTION_MODEL_PLUGINS[plugin]
     values = {key: value for key, value in block.items() if key != "plugin"}
     is_car = raw["motion_model"] == "Ackermann"
@@ -391,8 +392,13 @@ class MppiParameters(ParametersWithCritics):
     def keys_not_read(cls, values: Mapping[str, Any]) -> list[str]:
         """Returns the blocks of critics that are not listed and of other motion models."""
         name = values.get("motion_model", DEFAULT_MOTION_MODEL)
-        not_read = [key for key in super().keys_not_read(values) if key != name]
-        if "AckermannConstraints" in values and (name != "Ackermann" or name in values):
+        # Before Lyrical the named models have no blocks.
+        has_block = name in list(values) and (
+            name not in MOTION_MODEL_PLUGINS.values()
+            or release_in(values) >= MOTION_MODEL_PLUGINS_SINCE
+        )
+        not_read = [key for key in super().keys_not_read(values) if key != name or not has_block]
+        if "AckermannConstraints" in values and (name != "Ackermann" or has_block):
             not_read.append("AckermannConstraints")
         return not_read
 

@@ -200,10 +200,12 @@ def _counterpart(plugin_type: str, where: str) -> tuple[str, type[ControllerPara
     controllers = installed_controllers()
     by_type = {c.nav2_plugin: name for name, c in controllers.items() if c.nav2_plugin}
     if plugin_type not in by_type:
-        raise NoCounterpart(
-            f"{where}: {plugin_type!r} has no counterpart here"
-            f"{similar_plugin_hint(plugin_type, by_type)}"
+        advice = (
+            "; name another controller in a further --nav2 file, or install one with "
+            f"nav2_plugin = {plugin_type!r} (docs/controllers.md)"
         )
+        hint = similar_plugin_hint(plugin_type, by_type) or advice
+        raise NoCounterpart(f"{where}: {plugin_type!r} has no counterpart here{hint}")
     name = by_type[plugin_type]
     return name, controllers[name].Parameters
 

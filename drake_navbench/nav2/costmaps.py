@@ -236,13 +236,14 @@ class _CostmapReader:
         return True
 
     def _stand_in(self, name: str, plugin_type: str, place: int) -> None:
-        """Puts an obstacle layer in place of a seeing layer that does not exist here."""
+        """Puts an obstacle layer in place of the seeing layers that do not exist here."""
         types = [block.get("plugin") for block in self._settings.values() if type(block) is dict]
         if not (SENSING.keys().isdisjoint(types) and SENSING_ELSEWHERE.search(plugin_type)):
             self._leave_out(name, plugin_type)
             return
-        self._settings["obstacle_layer"] = {}
-        self._lists["plugins"].insert(place, "obstacle_layer")
+        if "obstacle_layer" not in self._lists["plugins"]:
+            self._settings["obstacle_layer"] = {}
+            self._lists["plugins"].insert(place, "obstacle_layer")
         remark = f"{plugin_type}: an obstacle layer with the robot's lidar is used instead"
         self._reader.note_block(Status.STAND_IN, name, remark)
 

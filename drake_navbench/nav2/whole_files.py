@@ -14,8 +14,8 @@ from typing import Any, NamedTuple
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.check import Check, CheckRow
 from drake_navbench.inputs.presets import Preset
-from drake_navbench.inputs.robot import Robot, load_robot
-from drake_navbench.nav2.robot import Nav2Setup, read_sections, setup_of
+from drake_navbench.inputs.robot import Robot, is_model, load_robot
+from drake_navbench.nav2.robot import Nav2Setup, known_base_of, read_sections, setup_of
 from drake_navbench.nav2.substitutions import Substitutions
 
 
@@ -81,6 +81,11 @@ class FileColumns:
         return replace(self, setup=replace(self.setup, check=check))
 
 
+def robot_of_files(robot: str, paths: Sequence[Path]) -> Robot:
+    """Returns a robot by name or file; a model's base link and outline may be in Nav2 files."""
+    return load_robot(robot, known=known_base_of(paths)) if is_model(robot) else load_robot(robot)
+
+
 def columns_of_files(
     files: Sequence[WholeFile],
     robot: str,
@@ -109,7 +114,7 @@ def columns_of_files(
 
     Raises InputError where a file is wrong, or two have one name.
     """
-    base = base or load_robot(robot)
+    base = base or robot_of_files(robot, [path for file in files for path in file.paths])
     _require_different_names(files)
     substitutions = Substitutions(values or {})
 

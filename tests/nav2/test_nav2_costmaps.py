@@ -272,6 +272,17 @@ def test_an_obstacle_layer_stands_in_for_one_of_others_that_sees(setup_of):
     assert not setup.check.is_whole
 
 
+def test_one_obstacle_layer_stands_in_for_two_of_others_that_see(setup_of):
+    nvblox = "{plugin: 'nvblox::nav2::NvbloxCostmapLayer'}"
+    inflation = "{plugin: 'nav2_costmap_2d::InflationLayer'}"
+    layers = f"plugins: [walls, people, halo], walls: {nvblox}, people: {nvblox}, halo: {inflation}"
+    setup = setup_of(COLUMN, LOCAL % f"rolling_window: true, {layers}")
+    assert setup.robot.navigation.local_costmap.plugins == ["obstacle_layer", "inflation_layer"]
+    remark = "NvbloxCostmapLayer: an obstacle layer with the robot's lidar is used instead"
+    told = {row.parameter for row in setup.check.stand_ins if row.remark.endswith(remark)}
+    assert told == {"walls", "people"}
+
+
 def test_a_global_costmap_that_rolls_is_taken_with_its_size(setup_of):
     rolls = "global_costmap: {global_costmap: {ros__parameters: {rolling_window: true, width: 9}}}"
     setup = setup_of(COLUMN, rolls)

@@ -67,6 +67,17 @@ def test_the_motion_model_of_mppi_may_be_named_as_before_lyrical(preset_of):
     assert preset.ignored == ("AckermannConstraints.min_turning_r",)
 
 
+def test_before_lyrical_no_block_belongs_to_a_motion_model(preset_of):
+    car = {"motion_model": "Ackermann", "Ackermann": {"min_turning_r": 0.7}}
+    limits = {"AckermannConstraints.min_turning_r": 0.4}
+    preset = preset_of(MPPI, car | limits | {"nav2_release": "jazzy"})
+    assert preset.parameters.motion_model == "Ackermann"
+    assert preset.parameters.AckermannConstraints.min_turning_r == 0.4
+    assert preset.ignored == ("Ackermann.min_turning_r",)
+    with pytest.raises(InputError, match=r"motion_model: Ackermann\.plugin: got None"):
+        preset_of(MPPI, car | {"nav2_release": "lyrical"})
+
+
 def test_parameters_that_a_motion_model_does_not_have_are_told(preset_of):
     preset = preset_of(MPPI, '{diff_drive: {plugin: "mppi::DiffDriveMotionModel", radius: 1.0}}')
     assert preset.parameters.motion_model == "DiffDrive"

@@ -141,13 +141,18 @@ def test_a_preset_that_asks_for_more_than_the_base_drives_is_told():
 @pytest.mark.parametrize(
     ("plugin", "hint"),
     [
-        ("neo_local_planner::NeoLocalPlanner", "has no counterpart here"),
+        (
+            "neo_local_planner::NeoLocalPlanner",
+            "has no counterpart here; name another controller in a further --nav2 file, or "
+            "install one with nav2_plugin = 'neo_local_planner::NeoLocalPlanner' "
+            "(docs/controllers.md)",
+        ),
         ("dwb_core::DWBLocalPlaner", "did you mean 'dwb_core::DWBLocalPlanner'?"),
         # Nav2 spells planners with a slash up to Iron, but never a controller.
         ("dwb_core/DWBLocalPlanner", "did you mean 'dwb_core::DWBLocalPlanner'?"),
     ],
 )
-def test_a_hint_at_a_controller_is_silent_rather_than_wrong(setup_in, plugin, hint):
+def test_an_unknown_controller_is_told_with_a_near_name_or_what_to_do(setup_in, plugin, hint):
     with pytest.raises(InputError) as refused:
         setup_in(f"{CONTROLLER}      {{plugin: '{plugin}'}}\n", "humble")
     assert str(refused.value).endswith(hint)

@@ -13,11 +13,11 @@ from typing import Any, NamedTuple
 
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.presets import Preset
-from drake_navbench.inputs.robot import load_robot
 from drake_navbench.nav2.controllers import PLUGINS, NoCounterpart
 from drake_navbench.nav2.parameters import Parameter, Section
 from drake_navbench.nav2.robot import Nav2Setup, ReadFiles, read_sections, setup_of
 from drake_navbench.nav2.substitutions import Substitutions
+from drake_navbench.nav2.whole_files import robot_of_files
 from drake_navbench.studies.doctor.facts import Facts, facts_of, raw_name
 
 # At most so many things are left out; a file that has more is hardly one of Nav2.
@@ -57,7 +57,7 @@ def readable_setup(
 
     Raises InputError where a file is no Nav2 file, or where no parameter is to blame.
     """
-    base = load_robot(robot)
+    base = robot_of_files(robot, paths)
     whole = read = read_sections(paths, Substitutions(values or {}))
     told: list[str] = []
     while True:

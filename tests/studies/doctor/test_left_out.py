@@ -98,4 +98,28 @@ def test_a_drive_needs_the_whole_file(tmp_path, capsys):
     assert "\nLeft out:" in capsys.readouterr().out
     assert main([str(path), "--out", str(tmp_path / "out")]) == 2
     (line,) = capsys.readouterr().err.splitlines()
-    assert line.endswith("'mine::Controller' has no counterpart here")
+    assert "'mine::Controller' has no counterpart here; name another controller" in line
+
+
+# A disc without collision or visual shapes; only its wheels' joints tell how it drives.
+BARE_MODEL = """
+<robot name="bare">
+  <link name="base_link"/>
+  <link name="left_wheel"/><link name="right_wheel"/>
+  <joint name="left_wheel_joint" type="continuous">
+    <parent link="base_link"/><child link="left_wheel"/><origin xyz="0 0.2 0.1"/><axis xyz="0 1 0"/>
+  </joint>
+  <joint name="right_wheel_joint" type="continuous">
+    <parent link="base_link"/><child link="right_wheel"/><origin xyz="0 -0.2 0.1"/>
+    <axis xyz="0 1 0"/>
+  </joint>
+</robot>
+"""
+
+
+def test_the_outline_of_a_model_without_shapes_is_that_of_the_nav2_file(tmp_path, capsys):
+    path, model = tmp_path / "nav2.yaml", tmp_path / "bare.urdf"
+    model.write_text(BARE_MODEL)
+    path.write_text(nav2_text(RPP_BLOCK, plugin=RPP, **LOW))
+    assert main([str(path), "--robot", str(model), "--read-only"]) == 0
+    assert "inflation-below-inscribed-radius" in capsys.readouterr().out
