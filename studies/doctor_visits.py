@@ -46,7 +46,7 @@ Written before a case was driven:
   known that the probes had not shown (P01 and F32 end so); these do not count again. The eleven
   cases that are left follow in the same order, with this doctor, which is not changed before the
   last; the end of the time, not an answer, ends the study. Harsher probes were tried on the ten and
-  on sound files, and are not part of it: docs/doctor.md. The time ended after P41, the
+  on sound files, and are not part of it: docs/doctor_evidence.md. The time ended after P41, the
   twenty-seventh case; F10, F24 and P42 were not begun.
 """
 
