@@ -81,9 +81,21 @@ class FileColumns:
         return replace(self, setup=replace(self.setup, check=check))
 
 
-def robot_of_files(robot: str, paths: Sequence[Path]) -> Robot:
-    """Returns a robot by name or file; a model's base link and outline may be in Nav2 files."""
-    return load_robot(robot, known=known_base_of(paths)) if is_model(robot) else load_robot(robot)
+def robot_of_files(
+    robot: str, paths: Sequence[Path], values: Mapping[str, str] | None = None
+) -> tuple[Robot, Collection[str]]:
+    """Returns a robot by name or file, and the names of its xacro arguments.
+
+    A model's base link and outline may be in Nav2 files. values: of xacro arguments.
+    """
+    if not is_model(robot):
+        return load_robot(robot), ()
+    # Imported here, as Drake and the model's readers are only needed for a model.
+    from drake_navbench.inputs.described_robot import describe_robot
+
+    known = known_base_of(paths)
+    described = describe_robot(Path(robot), values, (), known)
+    return load_robot(robot, arguments=values, known=known), described.source.arguments
 
 
 def columns_of_files(
@@ -99,8 +111,8 @@ def columns_of_files(
 
     robot: name or file of the robot that supplies all that no Nav2 file contains. values: for the
     files' substitutions. release: Nav2's; by default the one that each file's own marks tell. base:
-    the robot, if it is loaded already. other_names: names in `values` that others use, such as the
-    arguments of the robot's model.
+    the robot, if it is loaded already; then other_names are the names in `values` that others use,
+    such as the arguments of the robot's model.
 
     All drive the same base, whose speeds are those that the controllers of all files ask for. One
     file alone drives as by `--nav2`. To drive a patched file against the original:
@@ -114,7 +126,9 @@ def columns_of_files(
 
     Raises InputError where a file is wrong, or two have one name.
     """
-    base = base or robot_of_files(robot, [path for file in files for path in file.paths])
+    if base is None:
+        paths = [path for file in files for path in file.paths]
+        base, other_names = robot_of_files(robot, paths, values)
     _require_different_names(files)
     substitutions = Substitutions(values or {})
 

@@ -57,7 +57,7 @@ def readable_setup(
 
     Raises InputError where a file is no Nav2 file, or where no parameter is to blame.
     """
-    base = robot_of_files(robot, paths)
+    base, _ = robot_of_files(robot, paths, values)
     whole = read = read_sections(paths, Substitutions(values or {}))
     told: list[str] = []
     while True:

@@ -123,3 +123,17 @@ def test_the_outline_of_a_model_without_shapes_is_that_of_the_nav2_file(tmp_path
     path.write_text(nav2_text(RPP_BLOCK, plugin=RPP, **LOW))
     assert main([str(path), "--robot", str(model), "--read-only"]) == 0
     assert "inflation-below-inscribed-radius" in capsys.readouterr().out
+
+
+def test_a_xacro_argument_of_the_model_is_given_by_set(tmp_path, capsys):
+    path, model = tmp_path / "nav2.yaml", tmp_path / "bare.urdf.xacro"
+    wanted = '<robot xmlns:xacro="http://www.ros.org/wiki/xacro" name="$(arg kind)">'
+    model.write_text(
+        BARE_MODEL[BARE_MODEL.index("<robot") :].replace('<robot name="bare">', wanted)
+    )
+    path.write_text(nav2_text(RPP_BLOCK, plugin=RPP, **LOW))
+    command = [str(path), "--robot", str(model), "--read-only"]
+    assert main([*command, "--set", "kind=bare"]) == 0
+    assert "inflation-below-inscribed-radius" in capsys.readouterr().out
+    assert main(command) == 2
+    assert "kind" in capsys.readouterr().err
