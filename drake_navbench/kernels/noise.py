@@ -7,7 +7,7 @@ of another, and a Context can be cloned and replayed.
 from __future__ import annotations
 
 from enum import IntEnum
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.random.bit_generator import ISeedSequence
@@ -53,35 +53,9 @@ class NoiseKey(NamedTuple):
 
     def generator(self) -> np.random.Generator:
         """Returns a fresh generator that depends on the key alone."""
+        words = _PhiloxKey((self.seed, self.stream | self.step << STEP_SHIFT))
         # Philox takes any ISeedSequence; numpy's stubs know only its own class.
-        return np.random.Generator(np.random.Philox(_PhiloxKey(self.words)))  # type: ignore[arg-type]
-
-    @property
-    def words(self) -> tuple[int, int]:
-        """The two words of Philox's key."""
-        return self.seed, self.stream | self.step << STEP_SHIFT
-
-
-class NoiseSource:
-    """One generator, which is set to one key after the other: five times as fast as new ones."""
-
-    def __init__(self) -> None:
-        self._philox = np.random.Philox(0)
-        self._generator = np.random.Generator(self._philox)
-
-    def at(self, key: NoiseKey) -> np.random.Generator:
-        """Returns the generator with the numbers of `key.generator()`, until the next call."""
-        # numpy's stubs know arrays alone, which take twice as long to read as tuples.
-        state: Any = {
-            "bit_generator": "Philox",
-            "state": {"counter": (0, 0, 0, 0), "key": key.words},
-            "buffer": (0, 0, 0, 0),
-            "buffer_pos": 4,
-            "has_uint32": 0,
-            "uinteger": 0,
-        }
-        self._philox.state = state
-        return self._generator
+        return np.random.Generator(np.random.Philox(words))  # type: ignore[arg-type]
 
 
 class _PhiloxKey(ISeedSequence):

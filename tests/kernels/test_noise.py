@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from drake_navbench.kernels.noise import NoiseKey, NoiseSource, NoiseStream
+from drake_navbench.kernels.noise import NoiseKey, NoiseStream
 
 
 def draw(key: NoiseKey) -> np.ndarray:
@@ -36,12 +36,3 @@ def test_seed_stream_and_step_are_the_words_of_the_generators_key():
     np.testing.assert_array_equal(
         draw(NoiseKey(seed, stream, step)), np.random.Generator(expected).standard_normal(4)
     )
-
-
-def test_a_source_gives_the_numbers_of_each_key_whatever_was_drawn_before():
-    source = NoiseSource()
-    for step, drawn in enumerate((1, 2, 3, 7)):
-        key = NoiseKey(2**64 - 1, NoiseStream.LOCALIZATION, step)
-        np.testing.assert_array_equal(source.at(key).standard_normal(4), draw(key))
-        # Half of a word of 64 bits is left over for the next number of 32 bits.
-        source.at(key).integers(100, size=drawn, dtype=np.uint32)

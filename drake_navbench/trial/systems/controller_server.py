@@ -331,12 +331,10 @@ class ControllerServer(LeafSystem):
             cancel_requested=plan.cancel_requested,
             global_plan=global_plan,
         )
-        checks = {
-            "path": path,
-            "goal_check": goal_result.state,
-            "progress_check": progress.state,
-        }
-        return self._compute(server, observation, checks)
+        server = server._replace(
+            path=path, goal_check=goal_result.state, progress_check=progress.state
+        )
+        return self._compute(server, observation)
 
     def _take_plan(self, server: ServerState, plan: GlobalPlan, now_s: float) -> ServerState:
         """Returns the state at the start of a task, or with a path that preempts the one before."""
@@ -369,16 +367,12 @@ class ControllerServer(LeafSystem):
             ]
         )
 
-    def _compute(
-        self, server: ServerState, observation: Observation, checks: Mapping[str, Any]
-    ) -> ServerState:
-        """Returns the state after the controller's call; checks: fields that this cycle changed."""
+    def _compute(self, server: ServerState, observation: Observation) -> ServerState:
         watch = Stopwatch.started()
         with PluginCode():
             try:
                 decision = self._controller.step(observation, server.memory)
             except ControllerError as error:
-                server = server._replace(**checks)
                 self._report_cycle(observation, server.memory, None, as_line(str(error)))
                 require_loggable("details", error.details)
                 if isinstance(error, NoValidControl):
@@ -389,7 +383,6 @@ class ControllerServer(LeafSystem):
             require_loggable("diagnostics", decision.diagnostics)
         self._report_cycle(observation, server.memory, command)
         return server._replace(
-            **checks,
             memory=decision.memory,
             command=command,
             last_valid_time_s=observation.time_s,

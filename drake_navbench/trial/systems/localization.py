@@ -10,7 +10,7 @@ from pydrake.systems.primitives import Adder
 
 from drake_navbench.inputs.localization import LocalizationSettings
 from drake_navbench.inputs.timeline import Timeline
-from drake_navbench.kernels.noise import NoiseKey, NoiseSource, NoiseStream
+from drake_navbench.kernels.noise import NoiseKey, NoiseStream
 from drake_navbench.trial.systems.lifetime import weakly_bound
 from drake_navbench.trial.systems.ports import STATE_SIZE
 
@@ -68,7 +68,6 @@ class HeldNoise(LeafSystem):
         self._offset_s = offset_s
         self._moves_sideways = moves_sideways
         self.seed_parameter = self.DeclareAbstractParameter(AbstractValue.Make(0))
-        self._source = NoiseSource()
         first = settings.at(0.0)
         # The settings at the last call, and their deviations.
         self._known = first, self._std(first)
@@ -89,7 +88,7 @@ class HeldNoise(LeafSystem):
 
     def _draw(self, context: Context, discrete_state: DiscreteValues, *, step: int) -> None:
         seed = context.get_abstract_parameter(self.seed_parameter).get_value()
-        generator = self._source.at(NoiseKey(seed, NoiseStream.LOCALIZATION, step))
+        generator = NoiseKey(seed, NoiseStream.LOCALIZATION, step).generator()
         settings = self._settings.at(context.get_time())
         if settings is not self._known[0]:
             self._known = settings, self._std(settings)
