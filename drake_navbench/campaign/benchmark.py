@@ -5,27 +5,16 @@ from __future__ import annotations
 import argparse
 import tempfile
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from datetime import datetime
 from itertools import chain, count
 from pathlib import Path
 from shlex import quote
 from typing import Any, TypedDict, Unpack
 
-import pandas as pd
 from rich.console import Console
 
-from drake_navbench.analysis.pair_verdict import verdicts_within
-from drake_navbench.analysis.rank_changes import rank_changes
-from drake_navbench.analysis.sweeps import SUCCEEDED, long_table, response_table, swept_fields
-from drake_navbench.analysis.tables import (
-    PRINTED,
-    best_of,
-    metrics_table,
-    scenario_table,
-    suite_tables,
-)
-from drake_navbench.analysis.totals import scenarios_in_totals, totals
+from drake_navbench.analysis.totals import scenarios_in_totals
 from drake_navbench.campaign.campaign import DEFAULT_TRIALS, Campaign, plan_campaign
 from drake_navbench.campaign.cluster_connection import (
     ClusterPlace,
@@ -33,34 +22,35 @@ from drake_navbench.campaign.cluster_connection import (
     require_cluster,
 )
 from drake_navbench.campaign.console import (
-    BEST_MARK,
     CampaignProgress,
     CompileProgress,
     print_first_column,
-    print_scenario,
     terminal,
-    unsuccessful_lines,
 )
-from drake_navbench.campaign.driving import Undriven, run_campaign
+from drake_navbench.campaign.driving import run_campaign
 from drake_navbench.campaign.manifest import (
     Begun,
     add_cluster,
-    add_verdict,
     add_wall_clock,
     begin,
-    columns_by_file,
     complete,
     require_same_inputs,
 )
 from drake_navbench.campaign.replays import write_replays
 from drake_navbench.campaign.request import Request
 from drake_navbench.campaign.request_arguments import (
-    file_lines,
     listed_controllers,
     request_from_arguments,
 )
+from drake_navbench.campaign.run_console import (
+    lines_on_inputs,
+    print_error,
+    print_tables,
+    printed_metrics,
+    tell_verdict,
+    undriven_line,
+)
 from drake_navbench.campaign.run_results import Results
-from drake_navbench.campaign.suite_console import print_rank_changes, print_totals
 from drake_navbench.campaign.warm_up import (
     Compiling,
     cold_parts,
@@ -70,8 +60,7 @@ from drake_navbench.campaign.warm_up import (
 )
 from drake_navbench.errors import InputError, NavbenchError, printable
 from drake_navbench.inputs.presets import Preset, resolved_parameters
-from drake_navbench.inputs.scenario import PUBLISHED_SCENARIOS, Scenario
-from drake_navbench.inputs.speed_check import lines_of
+from drake_navbench.inputs.scenario import Scenario
 from drake_navbench.logs.log import Outcome
 from drake_navbench.logs.results import ResultsFolder, only_run_in, require_writable
 from drake_navbench.processes import cache_folder, instruction_set
@@ -80,10 +69,6 @@ from drake_navbench.processes.machine import available_cores
 from drake_navbench.processes.workers import require_workers
 from drake_navbench.trial.trial import DEFAULT_ROBOT
 from drake_navbench.typed_files.typed_yaml import validate
-
-# Sentences of the report's verdict: who arrived, and who touched something or is best.
-TOLD_OF_REPORT = 2
-PRINTED_IN_SWEEP = {SUCCEEDED: "share", "time_to_goal_s": "s", "min_clearance_m": "m"}
 
 
 class NavigationFiles(TypedDict, total=False):
@@ -167,7 +152,7 @@ def run_benchmark(
         begin(folder, campaign, request if is_told_by_names else None, jobs)
         table, undriven, _ = run_campaign(campaign, folder, jobs=jobs)
     if undriven:
-        raise NavbenchError("\n".join(_undriven_line(entry) for entry in undriven))
+        raise NavbenchError("\n".join(undriven_line(entry) for entry in undriven))
     return Results(table, folder.path, temporary)
 
 
@@ -220,7 +205,7 @@ def run_from_command_line(arguments: argparse.Namespace, *, began_s: float) -> b
     for name in ("live_port", "live_wait"):
         if getattr(arguments, name) is not None:
             raise InputError(f"--{name.replace('_', '-')}: expected --live as well")
-    for line in _lines_on_inputs(request, campaign):
+    for line in lines_on_inputs(request, campaign):
         console.print(printable(line), soft_wrap=True)
     jobs = _jobs(campaign, arguments.jobs)
     cluster = cluster_place(arguments)
@@ -251,21 +236,6 @@ def run_from_command_line(arguments: argparse.Namespace, *, began_s: float) -> b
     except KeyboardInterrupt:
         console.print(f"Continue with: {_resuming(folder)}", soft_wrap=True)
         raise
-
-
-def _lines_on_inputs(request: Request, campaign: Campaign) -> Iterator[str]:
-    """Yields the lines on files, columns and robot that are printed before anything drives."""
-    yield from file_lines(request, campaign.nav2)
-    for preset in campaign.presets:
-        if preset.read_as:
-            yield f"{preset.source}: drives by the rules of Nav2 {preset.read_as}"
-        if preset.ignored:
-            ignored = ", ".join(preset.ignored)
-            yield f"{preset.source}: has no use here and is ignored: {ignored}"
-    columns = {spec.preset.name: (spec.preset, spec.robot) for spec in campaign.specs}
-    yield from lines_of(columns.values())
-    if campaign.model is not None:
-        yield f"Robot's model: {campaign.model.summary()} (--check tells all)"
 
 
 def _resuming(folder: ResultsFolder) -> str:
@@ -332,22 +302,22 @@ def _run(
             jobs=jobs,
             compiling=compiling,
             on_progress=progress.update,
-            on_refused_log=_print_error,
+            on_refused_log=print_error,
             cluster=cluster,
-            on_refused_worker=_print_error,
+            on_refused_worker=print_error,
         )
     wall_s = time.perf_counter() - started
     add_wall_clock(folder, wall_s)
     if machines and (warning := add_cluster(folder, machines)):
-        _print_error(warning)
+        print_error(warning)
     for entry in undriven:
-        _print_error(_undriven_line(entry))
+        print_error(undriven_line(entry))
     if undriven:
-        _print_error(f"{len(undriven)} trials were not driven; {_resuming(folder)} drives them")
+        print_error(f"{len(undriven)} trials were not driven; {_resuming(folder)} drives them")
     if trials.empty:
         return True
     told = scenarios_in_totals(campaign.suites)
-    _print_tables(console, campaign, trials, told, _printed_metrics(request, campaign))
+    print_tables(console, campaign, trials, told, printed_metrics(request, campaign))
     _write_wanted_replays(console, request, campaign, folder, told, jobs)
     console.print("Writing the report ...")
     report = build_report(
@@ -366,38 +336,12 @@ def _run(
     # The path is on a line of its own, which no terminal breaks as long as it fits.
     page = folder.path / ("sweep.html" if campaign.sweep else "report.html")
     console.print(f"Open {page}", soft_wrap=True)
-    _tell_verdict(console, campaign, folder, trials, report.verdict)
+    tell_verdict(console, campaign, folder, trials, report.verdict)
     errors = trials[trials["outcome"] == Outcome.ERROR]
     for row in errors.itertuples():
         where = f"{row.scenario}, {row.controller}, trial {row.trial}"
-        _print_error(f"error: {where}: {row.reason}")
+        print_error(f"error: {where}: {row.reason}")
     return bool(undriven) or not errors.empty
-
-
-def _tell_verdict(
-    console: Console,
-    campaign: Campaign,
-    folder: ResultsFolder,
-    trials: pd.DataFrame,
-    of_report: Sequence[str],
-) -> None:
-    """Prints the verdict and keeps it in the manifest.
-
-    Whole Nav2 files are each judged against the first; otherwise it is the report's verdict,
-    shortened.
-    """
-    if campaign.sweep or len(campaign.columns) < 2:
-        return
-    details: list[str] = []
-    if len(campaign.nav2) > 1:
-        verdicts = verdicts_within(trials, columns_by_file(campaign), campaign.suites)
-        told = [verdict.text for verdict in verdicts]
-        details = [detail for verdict in verdicts for detail in verdict.details]
-    else:
-        told = list(of_report[:TOLD_OF_REPORT])
-    add_verdict(folder, " ".join(told))
-    for line in [f"Verdict: {' '.join(told)}", *(f"  {detail}" for detail in details)]:
-        console.print(printable(line), soft_wrap=True)
 
 
 def _begin_compiling(
@@ -423,59 +367,6 @@ def _begin_compiling(
     return None
 
 
-def _print_tables(
-    console: Console,
-    campaign: Campaign,
-    trials: pd.DataFrame,
-    told: frozenset[str],
-    names: Sequence[str],
-) -> None:
-    """Prints a table a scenario, but for those that the totals tell of, then the totals.
-
-    names: of the metrics in the tables; () for those of the publication.
-    """
-    impossible = {spec.scenario.name for spec in campaign.specs if spec.scenario.is_impossible}
-    if campaign.sweep:
-        for scenario, rows in long_table(trials, campaign.sweep).groupby("scenario", sort=False):
-            table = response_table(rows, swept_fields(campaign.sweep), PRINTED_IN_SWEEP)
-            print_scenario(console, table, str(scenario))
-    else:
-        marks = False
-        for scenario in dict.fromkeys(trials["scenario"]):
-            if scenario not in told:
-                best = best_of(trials, scenario, names)
-                marks = marks or bool(best)
-                print_scenario(
-                    console,
-                    metrics_table(trials, scenario, names)
-                    if names
-                    else scenario_table(trials, scenario),
-                    scenario,
-                    is_impossible=scenario in impossible,
-                    best=best,
-                )
-        if marks:
-            console.print(f"{BEST_MARK} shown to be best, with 95% confidence against all others")
-        for suite, table in suite_tables(trials, names or PRINTED).items():
-            print_scenario(console, table, f"{suite}: means over its worlds")
-    print_totals(console, totals(trials))
-    if lines := () if campaign.sweep else unsuccessful_lines(trials, impossible):
-        console.print("Trials that did not reach the goal")
-        for line in lines:
-            console.print(f"- {line}", soft_wrap=True, highlight=False, markup=False)
-        console.print()
-    print_rank_changes(console, rank_changes(trials, campaign.clean_of))
-
-
-def _printed_metrics(request: Request, campaign: Campaign) -> tuple[str, ...]:
-    """Returns the metrics that the tables show, () for those of the published benchmark."""
-    own = [reference.rpartition(":")[2] for reference in request.metrics]
-    if request.columns:
-        return tuple(dict.fromkeys([*request.columns, *own]))
-    is_published = set(campaign.scenarios) <= set(PUBLISHED_SCENARIOS) and not campaign.nav2
-    return () if is_published and not own else (*PRINTED, *own)
-
-
 def _write_wanted_replays(
     console: Console,
     request: Request,
@@ -492,16 +383,4 @@ def _write_wanted_replays(
     left_out = told if is_race else frozenset()
     failures = write_replays(folder, campaign, each=is_each, jobs=jobs, left_out=left_out)
     for scenario, reason in failures.items():
-        _print_error(f"no replay: {scenario}: {reason}")
-
-
-def _undriven_line(entry: Undriven) -> str:
-    spec = entry.spec
-    where = f"{spec.scenario.name}, {spec.preset.name}, trial {spec.trial}"
-    return f"not driven: {where}: {entry.reason}"
-
-
-def _print_error(text: str) -> None:
-    """Prints lines that may contain anything, however quiet the run is."""
-    for line in text.split("\n"):
-        terminal(stderr=True).print(printable(line), soft_wrap=True)
+        print_error(f"no replay: {scenario}: {reason}")
