@@ -84,7 +84,7 @@ def _best_ones(scenario: ScenarioAnalysis) -> str:
     means = means_of(scenario)
     best = best_ones(scenario)
     if not best:
-        return "Nobody is shown to be best at anything"
+        return "In how they drive nobody is shown to be best"
     told: dict[str, list[str]] = {}
     for metric, name in best.items():
         value = number(float(means.loc[name, metric]), DIGITS)

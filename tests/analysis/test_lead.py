@@ -130,8 +130,8 @@ def test_a_touch_is_told_with_what_the_preset_says_and_takes_the_first_place():
         "The preset rpp: looks at its centre alone.",
     ]
     assert lead.tasks[0].sentence == (
-        "dwb always arrives, rpp 3 of 4. rpp touched something in 1 of 4 trials. Nobody is shown "
-        "to be best at anything."
+        "dwb always arrives, rpp 3 of 4. rpp touched something in 1 of 4 trials. In how they "
+        "drive nobody is shown to be best."
     )
 
 
