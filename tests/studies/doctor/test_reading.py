@@ -163,7 +163,7 @@ def test_what_a_switch_turns_off_is_no_suspect(facts):
 
 def test_what_nav2_bringup_ships_is_no_fault(facts):
     # trans_stopped_velocity 0.25 of 0.26 m/s: it stops within 0.25^2 / 5 + 0.25 / 20 = 0.025 m.
-    block = DWB_BLOCK | {"max_vel_x": 0.26, "trans_stopped_velocity": 0.25}
+    block = DWB_BLOCK | {"max_vel_x": 0.26, "max_speed_xy": 0.26, "trans_stopped_velocity": 0.25}
     block["critics"] = [*DWB_BLOCK["critics"], "ObstacleFootprint"]
     assert fired(facts(nav2_text(block, plugin=DWB))) == {}
     slow = nav2_text(block, plugin=DWB).replace("frequency: 20.0", "frequency: 2.0")
@@ -218,6 +218,14 @@ def test_dwb_drives_no_faster_than_its_limit_of_both_axes(facts):
     assert "less than max_vel_x 2 m/s" in fired(found)["dwb-two-speed-limits"]
     free = facts(nav2_text(block | {"max_speed_xy": -1.0}, plugin=DWB))
     assert free.speed_mps == 2.0
+
+
+def test_dwb_without_max_speed_xy_never_drives(facts):
+    assert "max_speed_xy" not in DWB_BLOCK
+    finding = fired(facts(nav2_text(DWB_BLOCK, plugin=DWB)))["dwb-speed-limit-of-zero"]
+    assert "so the robot never drives" in finding
+    unlimited = facts(nav2_text(DWB_BLOCK | {"max_speed_xy": -1.0}, plugin=DWB))
+    assert "dwb-speed-limit-of-zero" not in fired(unlimited)
 
 
 def test_the_smoother_is_told_the_speed_that_the_controller_asks_for(facts):

@@ -5,7 +5,7 @@ from __future__ import annotations
 from drake_navbench.studies.doctor.facts import Facts
 from drake_navbench.studies.doctor.rules.dwb import CODE, DWB, deceleration
 from drake_navbench.studies.doctor.rules.quantities import has_critic
-from drake_navbench.studies.doctor.rules.rule import Rule, add, down, put, up
+from drake_navbench.studies.doctor.rules.rule import SURE, Rule, add, down, put, up
 from drake_navbench.studies.doctor.symptoms import Symptom
 
 S = Symptom
@@ -135,6 +135,18 @@ RULES = (
         {S.NO_START: 1.0, S.TOO_SLOW: 0.8, S.NO_TURNING: 0.8},
         (up("acc_lim_x", 2.5), up("acc_lim_theta", 3.2)),
         CODE,
+        DWB,
+    ),
+    Rule(
+        "dwb-speed-limit-of-zero",
+        lambda f: f.is_whole and f.number("controller.max_speed_xy", 1e9) == 0.0,
+        lambda f: (
+            "max_speed_xy is 0 m/s, Nav2's default where none is given: DWB samples no speed but "
+            "turns on the spot, so the robot never drives"
+        ),
+        {S.NO_START: SURE, S.FALSE_ABORT: 1.0, S.TOO_SLOW: 1.0},
+        (up("max_speed_xy", lambda f: f.number("controller.max_vel_x")),),
+        f"{CODE}: kinematic_parameters.cpp, xy_theta_iterator.cpp",
         DWB,
     ),
     Rule(
