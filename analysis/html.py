@@ -26,7 +26,7 @@ LONG_DECIMALS = re.compile(r"(\.\d\d)\d+")
 
 
 class _CompiledOnce(BytecodeCache):
-    """Templates, each compiled for the first page of a process that is made of it."""
+    """Keeps compiled templates, so that a process compiles each template once."""
 
     def __init__(self) -> None:
         self._codes: dict[tuple[str, str], Any] = {}

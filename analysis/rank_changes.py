@@ -51,7 +51,7 @@ class RankChange(NamedTuple):
 
     @property
     def is_shown(self) -> bool:
-        """Whether the trials show that the rank changes, in the direction in which it does."""
+        """Whether the trials show the change: ranks in single seeds move as the rank of all does."""
         is_same_way = (self.harsh.rank - self.clean.rank) * self.by_seed.sum() > 0.0
         return is_same_way and self.p_value < 1.0 - CONFIDENCE
 

@@ -62,9 +62,9 @@ def print_tables(
     told: frozenset[str],
     names: Sequence[str],
 ) -> None:
-    """Prints a table a scenario, but for those that the totals tell of, then the totals.
+    """Prints a table for each scenario that the totals leave out, then the totals.
 
-    names: of the metrics in the tables; () for those of the publication.
+    told: the scenarios in the totals. names: of the metrics in the tables; () for those of the publication.
     """
     impossible = {spec.scenario.name for spec in campaign.specs if spec.scenario.is_impossible}
     if campaign.sweep:

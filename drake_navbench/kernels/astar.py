@@ -60,7 +60,7 @@ ZERO, ONE, TWO, THREE = (np.uint64(number) for number in range(4))
 
 
 class SearchRules(NamedTuple):
-    """Parameters of Nav2 by their names, but for these.
+    """Parameters of the search, named as in Nav2's Smac 2D planner.
 
     tolerance: distance from the goal's point at which a path may end, cells. corner_cutting:
     whether a diagonal step may pass a blocked cell beside it, as in Nav2. max_iterations,

@@ -127,7 +127,7 @@ def _humble_or_iron(marks: _Marks) -> Found:
 
 
 def _humble(marks: _Marks) -> Found:
-    """Returns Humble with the best mark: of an older release only if all in the file is as old."""
+    """Returns Humble and its mark: an older release's if nothing in the file came with Humble."""
     of_humble = [found for found in marks.until if found.release is Release.HUMBLE]
     older = [found for found in of_humble if is_before_humble(found.mark)]
     newer = [found for found in of_humble if not is_before_humble(found.mark)]
@@ -218,7 +218,7 @@ def told_by(mark: str) -> str:
     if mark == NO_MARK:
         return "the newest, as nothing in the file tells the release"
     if is_before_humble(mark):
-        return f"the oldest known here; the file is of an older one, as {mark} tells"
+        return f"the oldest release known here; {mark} shows that the file is of an older one"
     return f"{'set' if mark == OPTION else 'recognised'} by {mark}"
 
 

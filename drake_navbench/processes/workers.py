@@ -374,7 +374,7 @@ class _Worker:
 
     @property
     def has_died_idle(self) -> bool:
-        """Whether the process has died between two tasks: an idle one has nothing else to say."""
+        """Whether the process has died since its last task: an idle one sends nothing."""
         return self.is_idle and bool(wait(self.signs, timeout=0.0))
 
     @property

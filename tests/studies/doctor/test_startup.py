@@ -85,8 +85,8 @@ def test_a_name_that_only_galactic_knows_is_no_fault_of_a_file_for_galactic(fact
 
 def test_a_file_older_than_humble_is_told_as_such_and_its_own_names_are_no_fault(galactic):
     found = galactic()
-    assert found.mark == "the oldest known here; the file is of an older one, as " + (
-        "goal_checker_plugin tells"
+    assert found.mark == (
+        "the oldest release known here; goal_checker_plugin shows that the file is of an older one"
     )
     seen = {f.rule.name: f.seen for f in findings_of(found)}
     assert "controller-parameters-not-read" not in seen
