@@ -51,7 +51,7 @@ class RankChange(NamedTuple):
 
     @property
     def is_shown(self) -> bool:
-        """Whether the trials show the change: ranks in single seeds move as the rank of all does."""
+        """Whether the change is shown: ranks in single seeds move as the rank over all does."""
         is_same_way = (self.harsh.rank - self.clean.rank) * self.by_seed.sum() > 0.0
         return is_same_way and self.p_value < 1.0 - CONFIDENCE
 

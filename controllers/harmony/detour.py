@@ -102,7 +102,7 @@ def beyond_map(field: DistanceField) -> DistanceField:
 
 
 def points_behind(ahead: Array, field: DistanceField, clearance: float) -> tuple[Array, Array]:
-    """Returns points (E, 2) m at which a plan (P, 2) has room again, and their stations (E,), m.
+    """Returns points (E, 2) m at which a plan (P, 2) has room again, and their stations (E,) m.
 
     They begin with the first point with room behind the first points without room, and are
     REJOIN_M apart. There are none if all points have room, or if none behind has. If the robot

@@ -127,7 +127,7 @@ def _humble_or_iron(marks: _Marks) -> Found:
 
 
 def _humble(marks: _Marks) -> Found:
-    """Returns Humble and its mark: an older release's if nothing in the file came with Humble."""
+    """Returns Humble and a mark, an older release's if nothing in the file came with Humble."""
     of_humble = [found for found in marks.until if found.release is Release.HUMBLE]
     older = [found for found in of_humble if is_before_humble(found.mark)]
     newer = [found for found in of_humble if not is_before_humble(found.mark)]
