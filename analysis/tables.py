@@ -23,10 +23,8 @@ COUNT_UNIT = "trials"
 # Ends the name of the row that counts the trials with a value.
 DEFINED = "_defined"
 SUCCESS_RATE, TOUCH_RATE = "success_rate", "touch_rate"
-# The metrics that a run prints, unless it is the published benchmark or others are asked for.
+# The metrics that a run prints beside how its trials ended, unless others are asked for.
 PRINTED = (
-    SUCCESS_RATE,
-    TOUCH_RATE,
     "time_to_goal_s",
     "min_clearance_m",
     "driven_length_m",
@@ -73,7 +71,7 @@ def metrics_table(trials: pd.DataFrame, scenario: str, names: Sequence[str]) -> 
 
     A cell is the mean over the controller's trials that have a value; for metrics that mean
     something only for trials that arrived, over those. `touch_rate` is the share of trials that
-    ended in contact.
+    ended in contact. The last rows count the outcomes.
     """
     own = trials[trials["scenario"] == scenario]
     units = {entry.name: entry.unit for entry in all_metrics()} | {TOUCH_RATE: "%"}
@@ -92,7 +90,6 @@ def metrics_table(trials: pd.DataFrame, scenario: str, names: Sequence[str]) -> 
                 column[name, units.get(name, "")] = (
                     source[name].mean() if name in source else math.nan
                 )
-        column["trials", COUNT_UNIT] = len(rows)
         column |= {(str(o), COUNT_UNIT): int(outcomes.get(str(o), 0)) for o in Outcome}
         columns[controller] = column
     return pd.DataFrame(columns).rename_axis(["metric", "unit"])

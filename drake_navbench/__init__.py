@@ -12,15 +12,17 @@ from drake_navbench.processes.version import __version__
 
 if TYPE_CHECKING:
     from drake_navbench.campaign.benchmark import run_benchmark
+    from drake_navbench.campaign.run_results import Results
     from drake_navbench.logs.log import TrialLog
     from drake_navbench.trial.trial import run_trial
 
 # numpy and numba read the environment when they are imported, so it is set before either.
 hold_to_baseline()
 
-__all__ = ["TrialLog", "__version__", "run_benchmark", "run_trial"]
+__all__ = ["Results", "TrialLog", "__version__", "run_benchmark", "run_trial"]
 
 _HOMES = {
+    "Results": "drake_navbench.campaign.run_results",
     "TrialLog": "drake_navbench.logs.log",
     "run_benchmark": "drake_navbench.campaign.benchmark",
     "run_trial": "drake_navbench.trial.trial",

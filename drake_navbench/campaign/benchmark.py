@@ -21,12 +21,7 @@ from drake_navbench.campaign.cluster_connection import (
     cluster_place,
     require_cluster,
 )
-from drake_navbench.campaign.console import (
-    CampaignProgress,
-    CompileProgress,
-    print_first_column,
-    terminal,
-)
+from drake_navbench.campaign.console import CampaignProgress, CompileProgress, terminal
 from drake_navbench.campaign.driving import run_campaign
 from drake_navbench.campaign.manifest import (
     Begun,
@@ -51,6 +46,7 @@ from drake_navbench.campaign.run_console import (
     undriven_line,
 )
 from drake_navbench.campaign.run_results import Results
+from drake_navbench.campaign.table_console import print_first_column
 from drake_navbench.campaign.warm_up import (
     Compiling,
     cold_parts,
@@ -317,7 +313,7 @@ def _run(
     if trials.empty:
         return True
     told = scenarios_in_totals(campaign.suites)
-    print_tables(console, campaign, trials, told, printed_metrics(request, campaign))
+    print_tables(console, campaign, trials, told, printed_metrics(request))
     _write_wanted_replays(console, request, campaign, folder, told, jobs)
     console.print("Writing the report ...")
     report = build_report(

@@ -1,17 +1,14 @@
-"""Prints to the terminal: the progress of compiling and of trials, tables, failed trials."""
+"""Prints to the terminal: the progress of compiling and of trials, failed trials."""
 
 from __future__ import annotations
 
 import os
 import re
-from collections.abc import Collection, Mapping
-from itertools import pairwise
+from collections.abc import Collection
 from pathlib import Path
 
 import pandas as pd
-from rich.box import SIMPLE_HEAD
 from rich.console import Console
-from rich.measure import Measurement
 from rich.progress import (
     BarColumn,
     MofNCompleteColumn,
@@ -22,24 +19,13 @@ from rich.progress import (
     TimeRemainingColumn,
 )
 from rich.progress import Progress as RichProgress
-from rich.table import Table
 from rich.text import Text
 
-from drake_navbench.analysis.numbers import number
-from drake_navbench.analysis.tables import COUNT_UNIT, PRINTED, count_name, metrics_table
 from drake_navbench.campaign.driving import Progress
 from drake_navbench.logs.log import Outcome
 
-BEST_MARK = "★"
-NOBODY_IS_BEST: Mapping[str, str] = {}
-IMPOSSIBLE = "impossible on purpose, every trial should be aborted"
 # The width for a file or a pipe, unless COLUMNS gives one.
 PIPE_WIDTH = 160
-# A longer name of a controller takes several lines.
-NAME_WIDTH = 12
-NAME_WORD = re.compile(r"[^:_=/-]*[:_=/-]|[^:_=/-]+")
-# No table is wider than this.
-MAX_WIDTH = 100_000
 # The pattern of the files of numba's compiled kernels in their folder.
 KERNEL_FILES = "*/*.nbc"
 # The most lines on unsuccessful trials, and the most scenarios in a line.
@@ -97,104 +83,6 @@ class CampaignProgress:
             failed=progress.failed,
             compiling=f", compiling {', '.join(progress.compiling)}" if progress.compiling else "",
         )
-
-
-def print_first_column(console: Console, trials: pd.DataFrame) -> None:
-    """Prints the trials of one column, a column of the table for each scenario.
-
-    trials: rows as from `trial_row`, of one controller.
-    """
-    name = str(trials["controller"].iloc[0])
-    scenarios = list(dict.fromkeys(trials["scenario"]))
-    tables = {one: metrics_table(trials, one, PRINTED)[name] for one in scenarios}
-    print_scenario(console, pd.DataFrame(tables), f"{name}, the first column")
-
-
-def print_scenario(
-    console: Console,
-    table: pd.DataFrame,
-    scenario: str,
-    *,
-    is_impossible: bool = False,
-    best: Mapping[str, str] = NOBODY_IS_BEST,
-) -> None:
-    """Prints one scenario's table: metrics by controllers, then how the trials ended.
-
-    Where not all controllers fit beside one another, they are spread evenly over several tables. No
-    number is ever wrapped or cut.
-
-    is_impossible: whether the task is meant to be given up. best: the controller that is shown to
-    be best, by metric; its number gets a star.
-    """
-    note = f": {IMPOSSIBLE}" if is_impossible else ""
-    console.print(Text(f"{scenario}{note}", style="bold"))
-    for block in _blocks(console, table):
-        if fits(console, _shown(block, best)):
-            console.print(_shown(block, best))
-        else:
-            _print_as_list(console, block)
-        console.print()
-
-
-def _blocks(console: Console, table: pd.DataFrame) -> list[pd.DataFrame]:
-    """Returns the columns in as few blocks of about equal size as fit the console's width."""
-    count = len(table.columns)
-    for parts in range(1, count + 1):
-        bounds = [round(part * count / parts) for part in range(parts + 1)]
-        blocks = [table.iloc[:, first:last] for first, last in pairwise(bounds)]
-        if all(fits(console, _shown(block)) for block in blocks):
-            break
-    return blocks
-
-
-def name_lines(name: str) -> str:
-    """Returns a name on lines of at most NAME_WIDTH letters, broken behind : _ = / and -.
-
-    A word that is longer than a line is broken within.
-    """
-    lines = [""]
-    for word in NAME_WORD.findall(name):
-        if lines[-1] and len(lines[-1]) + len(word) > NAME_WIDTH:
-            lines.append("")
-        line = lines.pop() + word
-        lines += [line[at : at + NAME_WIDTH] for at in range(0, len(line), NAME_WIDTH)]
-    return "\n".join(lines)
-
-
-def fits(console: Console, table: Table) -> bool:
-    """Returns whether a table can be printed with nothing in it wrapped."""
-    unlimited = console.options.update(max_width=MAX_WIDTH)
-    return Measurement.get(console, unlimited, table).maximum <= console.width
-
-
-def _shown(table: pd.DataFrame, best: Mapping[str, str] = NOBODY_IS_BEST) -> Table:
-    shown = Table(box=SIMPLE_HEAD, show_edge=False, pad_edge=False, padding=(0, 1, 0, 0))
-    shown.add_column("metric", no_wrap=True)
-    shown.add_column("unit", no_wrap=True)
-    for controller in table.columns:
-        name = name_lines(str(controller))
-        shown.add_column(name, justify="right", no_wrap=True)
-    counts = table.index.get_level_values("unit") == COUNT_UNIT
-    for (metric, unit), values in table[~counts].iterrows():
-        cells = [
-            f"{BEST_MARK} {number(value)}" if best.get(metric) == name else number(value)
-            for name, value in values.items()
-        ]
-        shown.add_row(metric, unit, *cells)
-    shown.add_section()
-    for (metric, _), values in table[counts].iterrows():
-        if values.any():
-            shown.add_row(count_name(metric), "", *(f"{v:.0f}" for v in values))
-    return shown
-
-
-def _print_as_list(console: Console, table: pd.DataFrame) -> None:
-    """Prints one line for each number, where a terminal is too narrow even for one controller."""
-    for controller, values in table.items():
-        console.print(str(controller), soft_wrap=True)
-        for (metric, unit), value in values.items():
-            shown = f"{value:.0f}" if unit == COUNT_UNIT else f"{number(value)} {unit}"
-            console.print(f"  {count_name(metric)}: {shown}", soft_wrap=True)
 
 
 class CompileProgress:

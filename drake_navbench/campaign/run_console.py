@@ -10,33 +10,24 @@ from rich.console import Console
 from drake_navbench.analysis.pair_verdict import verdicts_within
 from drake_navbench.analysis.rank_changes import rank_changes
 from drake_navbench.analysis.sweeps import SUCCEEDED, long_table, response_table, swept_fields
-from drake_navbench.analysis.tables import (
-    PRINTED,
-    best_of,
-    metrics_table,
-    scenario_table,
-    suite_tables,
-)
+from drake_navbench.analysis.tables import PRINTED, best_of, metrics_table, suite_tables
 from drake_navbench.analysis.totals import totals
 from drake_navbench.campaign.campaign import Campaign
-from drake_navbench.campaign.console import (
-    BEST_MARK,
-    print_scenario,
-    terminal,
-    unsuccessful_lines,
-)
+from drake_navbench.campaign.console import terminal, unsuccessful_lines
 from drake_navbench.campaign.driving import Undriven
 from drake_navbench.campaign.manifest import add_verdict, columns_by_file
 from drake_navbench.campaign.request import Request
 from drake_navbench.campaign.request_arguments import file_lines
 from drake_navbench.campaign.suite_console import print_rank_changes, print_totals
+from drake_navbench.campaign.table_console import BEST_MARK, IMPOSSIBLE, print_table
 from drake_navbench.errors import printable
-from drake_navbench.inputs.scenario import PUBLISHED_SCENARIOS
 from drake_navbench.inputs.speed_check import lines_of
 from drake_navbench.logs.results import ResultsFolder
 
 # Sentences of the report's verdict: who arrived, and who touched something or is best.
 TOLD_OF_REPORT = 2
+# What a table shows in place of another metric, where nobody can reach the goal.
+IN_IMPOSSIBLE = {"time_to_goal_s": "stall_time_s"}
 PRINTED_IN_SWEEP = {SUCCEEDED: "share", "time_to_goal_s": "s", "min_clearance_m": "m"}
 
 
@@ -64,33 +55,29 @@ def print_tables(
 ) -> None:
     """Prints a table for each scenario that the totals leave out, then the totals.
 
-    told: the scenarios in the totals. names: of the metrics in the tables; () for those of the
-    publication.
+    told: the scenarios in the totals. names: of the metrics in the tables.
     """
     impossible = {spec.scenario.name for spec in campaign.specs if spec.scenario.is_impossible}
     if campaign.sweep:
         for scenario, rows in long_table(trials, campaign.sweep).groupby("scenario", sort=False):
             table = response_table(rows, swept_fields(campaign.sweep), PRINTED_IN_SWEEP)
-            print_scenario(console, table, str(scenario))
+            print_table(console, table, str(scenario))
     else:
         marks = False
         for scenario in dict.fromkeys(trials["scenario"]):
-            if scenario not in told:
-                best = best_of(trials, scenario, names)
-                marks = marks or bool(best)
-                print_scenario(
-                    console,
-                    metrics_table(trials, scenario, names)
-                    if names
-                    else scenario_table(trials, scenario),
-                    scenario,
-                    is_impossible=scenario in impossible,
-                    best=best,
-                )
+            if scenario in told:
+                continue
+            title, own = scenario, names
+            if scenario in impossible:
+                title = f"{scenario}: {IMPOSSIBLE}"
+                own = [IN_IMPOSSIBLE.get(name, name) for name in names]
+            best = best_of(trials, scenario, own)
+            marks = marks or bool(best)
+            print_table(console, metrics_table(trials, scenario, own), title, best=best)
         if marks:
             console.print(f"{BEST_MARK} shown to be best, with 95% confidence against all others")
-        for suite, table in suite_tables(trials, names or PRINTED).items():
-            print_scenario(console, table, f"{suite}: means over its worlds")
+        for suite, table in suite_tables(trials, names).items():
+            print_table(console, table, f"{suite}: means over its worlds")
     print_totals(console, totals(trials))
     if lines := () if campaign.sweep else unsuccessful_lines(trials, impossible):
         console.print("Trials that did not reach the goal")
@@ -100,13 +87,10 @@ def print_tables(
     print_rank_changes(console, rank_changes(trials, campaign.clean_of))
 
 
-def printed_metrics(request: Request, campaign: Campaign) -> tuple[str, ...]:
-    """Returns the metrics that the tables show, () for those of the published benchmark."""
+def printed_metrics(request: Request) -> tuple[str, ...]:
+    """Returns the metrics that the tables show."""
     own = [reference.rpartition(":")[2] for reference in request.metrics]
-    if request.columns:
-        return tuple(dict.fromkeys([*request.columns, *own]))
-    is_published = set(campaign.scenarios) <= set(PUBLISHED_SCENARIOS) and not campaign.nav2
-    return () if is_published and not own else (*PRINTED, *own)
+    return tuple(dict.fromkeys([*(request.columns or PRINTED), *own]))
 
 
 def tell_verdict(

@@ -13,7 +13,7 @@ from drake_navbench.analysis.numbers import number
 from drake_navbench.analysis.rank_changes import RankChange, sentence
 from drake_navbench.analysis.statistics import Interval, Summary
 from drake_navbench.analysis.totals import Share, Total
-from drake_navbench.campaign.console import fits, name_lines
+from drake_navbench.campaign.table_console import fits, name_lines
 
 HEADINGS = ("controller", "density", "worlds", "success", "collided", "scored", "BARN score")
 

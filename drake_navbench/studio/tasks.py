@@ -12,7 +12,7 @@ import shapely
 
 from drake_navbench.analysis.metrics.registry import all_metrics
 from drake_navbench.analysis.replay.reasons import shown_reasons
-from drake_navbench.analysis.tables import PRINTED, SUCCESS_RATE
+from drake_navbench.analysis.tables import PRINTED
 from drake_navbench.analysis.trial_rows import trial_row
 from drake_navbench.campaign.campaign import plan_campaign
 from drake_navbench.campaign.logged_trial import logged_trial, trial_of_log
@@ -68,8 +68,7 @@ def warm(column: str) -> list[MetricOf]:
     return [
         MetricOf(name, entries[name].title, entries[name].unit, str(entries[name].better))
         for name in names
-        # For a single trial the outcome says the same.
-        if name in entries and name != SUCCESS_RATE
+        if name in entries
     ]
 
 
