@@ -280,3 +280,17 @@ def test_a_controller_that_cuts_the_plan_itself_decides_that():
     assert rig.run(2).status.state is TaskState.RUNNING
     (first, *_) = controller.seen
     assert first.plan is first.global_plan
+
+
+def test_a_controller_that_takes_over_keeps_the_memory_and_drives_in_this_context_alone():
+    first, second = Counter(), Counter()
+    rig = Rig(first)
+    rig.give(plan=plan())
+    untouched = rig.context.Clone()
+    rig.server.listen(None, lambda time_s: second if time_s > 1.5 * PERIOD_S else None)
+    state = rig.run(4)
+    # The cycles at 0.00 and 0.05 s are the first one's, those at 0.10 and 0.15 s the second one's.
+    assert (len(first.seen), len(second.seen), state.memory) == (2, 2, 4)
+    rig.server.listen(None, None)
+    Simulator(rig.server, untouched).AdvanceTo(1.5 * PERIOD_S)
+    assert (len(first.seen), len(second.seen)) == (4, 2)

@@ -66,7 +66,8 @@ class ServerState(NamedTuple):
     command: (3,) last command published, v m/s, w rad/s, vy m/s. cycle_count: cycles computed so
     far. compute_time_ms, compute_cpu_time_ms: wall-clock time of the last call of the controller,
     and the time for which its thread had a processor. diagnostics: of the controller in that cycle.
-    waiting_since_s: when the wait for a current costmap began, None where there is none. Where
+    waiting_since_s: when the wait for a current costmap began, None where there is none.
+    controller: the one that a listener has put in place of the server's own, None until then. Where
     cycles take time: next_cycle_s: earliest start of the next cycle; command_due_s: when the
     command is published; earlier_command: the command in force until then.
     """
@@ -84,6 +85,7 @@ class ServerState(NamedTuple):
     compute_cpu_time_ms: float = 0.0
     diagnostics: Mapping[str, Any] = MappingProxyType({})
     waiting_since_s: float | None = None
+    controller: Controller | None = None
     next_cycle_s: float = 0.0
     command_due_s: float = 0.0
     earlier_command: NDArray[np.float64] = STANDSTILL
@@ -196,8 +198,8 @@ class ControllerServer(LeafSystem):
         is_new_task = plan is not None and plan.task_id != server.status.task_id
         if plan is None or (server.status.state.is_final and not is_new_task):
             return
-        if self._takes_over is not None:
-            self._controller = self._takes_over(now_s) or self._controller
+        if self._takes_over is not None and (other := self._takes_over(now_s)) is not None:
+            server = server._replace(controller=other)
         try:
             new = self._advanced(context, server, plan, is_new_task=is_new_task)
         except PluginBroke as broken:
@@ -235,15 +237,21 @@ class ControllerServer(LeafSystem):
         """Returns the state after a cycle; raises PluginBroke."""
         if plan.plan_id != server.plan_id or is_new_task:
             server = self._take_plan(server, plan, context.get_time())
-        if plan.cancel_requested and self._may_end(server.memory):
+        if plan.cancel_requested and self._may_end(server):
             return self._end(server, TaskState.CANCELED, 0, "canceled")
         return self._cycle_on_current_costmap(context, server, plan)
 
-    def _may_end(self, memory: Any) -> bool:
+    def _driving(self, server: ServerState) -> Controller:
+        """Returns the controller that drives."""
+        return self._controller if server.controller is None else server.controller
+
+    def _may_end(self, server: ServerState) -> bool:
         """Returns whether a cancelled task ends now: not while the controller slows down."""
-        controller = self._controller
+        controller = self._driving(server)
         with PluginCode():
-            return not isinstance(controller, GracefulController) or controller.is_at_rest(memory)
+            return not isinstance(controller, GracefulController) or controller.is_at_rest(
+                server.memory
+            )
 
     def _cycle_on_current_costmap(
         self, context: Context, server: ServerState, plan: GlobalPlan
@@ -347,7 +355,7 @@ class ControllerServer(LeafSystem):
             # Nav2 keeps the progress baseline over a preempting path.
             return server
         with PluginCode():
-            memory = self._controller.initial_memory()
+            memory = self._driving(server).initial_memory()
         return server._replace(
             status=TaskStatus(TaskState.RUNNING, task_id=plan.task_id),
             progress_check=self._progress_checker.initial_state(),
@@ -371,7 +379,7 @@ class ControllerServer(LeafSystem):
         watch = Stopwatch.started()
         with PluginCode():
             try:
-                decision = self._controller.step(observation, server.memory)
+                decision = self._driving(server).step(observation, server.memory)
             except ControllerError as error:
                 self._report_cycle(observation, server.memory, None, as_line(str(error)))
                 require_loggable("details", error.details)
