@@ -42,7 +42,7 @@ ROUNDING_S = 1e-9
 
 @metric(unit="m", better="higher", title="Smallest clearance", relevant=0.01)
 def min_clearance_m(log: TrialLog) -> float:
-    """Smallest distance between footprint and obstacle: the true form of the published one.
+    """Smallest distance between the robot's footprint and an obstacle.
 
     Formula: minimum over the trial of the distance in the plane, up to 5 m, to 0.1 mm: at the
     samples, one every 0.05 s, and in between on the cubic through the log's poses and velocities; 0

@@ -32,10 +32,10 @@ TURN_DEAD_BAND_RADPS = 0.05
 
 @metric(unit="m/s^3", better="lower", title="Jerk, r.m.s.", relevant=0.01)
 def jerk_rms_mps3(log: TrialLog) -> float:
-    """Root mean square of the jerk of the true forward velocity, at any sampling period.
+    """Root mean square of the jerk of the true forward velocity.
 
-    Formula: sqrt(mean(j^2)), j = d2v/dt2 of parabolas fitted over 0.3 s, which the sampling period
-    does not change, as it does the published jerk.
+    Formula: sqrt(mean(j^2)), j = d2v/dt2 of parabolas fitted over 0.3 s. Unlike the published
+    jerk, it does not depend on the sampling period.
     """
     return rms(motion(log).jerk_mps3)
 

@@ -95,9 +95,10 @@ def cross_track_error_max_m(log: TrialLog) -> float:
 
 @metric(unit="deg", better="lower", title="Heading error, mean", relevant=0.5)
 def heading_error_mean_deg(log: TrialLog) -> float:
-    """Mean over time of the angle between heading and plan: the published error, but wrapped.
+    """Mean over time of the angle between the robot's heading and the plan.
 
-    Formula: mean |wrap(yaw - tangent of the plan in force at its point nearest to the robot)|.
+    Formula: mean |wrap(yaw - tangent of the plan in force at its point nearest to the robot)|,
+    wrapped to (-180, 180] deg, as the published error is not.
     """
     return _mean_while_planned(log, np.abs(_heading_errors_deg(log)))
 
