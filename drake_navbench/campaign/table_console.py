@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -66,7 +66,11 @@ def print_table(
     metric; its number gets a star.
     """
     console.print(Text(title, style="bold"))
-    layouts = [_by_controller(table, lines_of, best), _by_metric(table, best)]
+    layouts = [
+        _by_controller(table, lines_of, best, in_lines=str),
+        _by_controller(table, lines_of, best, in_lines=name_lines),
+        _by_metric(table, best),
+    ]
     spread = [blocks for cells in layouts if (blocks := _blocks(console, cells))]
     if not spread:
         _print_as_list(console, table)
@@ -96,13 +100,21 @@ def fits(console: Console, table: Table) -> bool:
     return Measurement.get(console, unlimited, table).maximum <= console.width
 
 
-def _by_controller(table: pd.DataFrame, lines_of: str, best: Mapping[str, str]) -> _Cells:
-    """Returns a line for each controller: how its trials ended, then its metrics."""
+def _by_controller(
+    table: pd.DataFrame,
+    lines_of: str,
+    best: Mapping[str, str],
+    in_lines: Callable[[str], str],
+) -> _Cells:
+    """Returns a line for each controller: how its trials ended, then its metrics.
+
+    in_lines: writes a controller's name, on one line or on several.
+    """
     told = [key for key, values in table.iterrows() if key[1] != COUNT_UNIT or values.any()]
     told.sort(key=lambda key: key[1] != COUNT_UNIT)
     headings = [_heading(*key) for key in told]
     rows = [
-        ([name_lines(str(name))], [_cell(table, key, name, best) for key in told])
+        ([in_lines(str(name))], [_cell(table, key, name, best) for key in told])
         for name in table.columns
     ]
     return _Cells([lines_of], headings, rows)

@@ -69,6 +69,12 @@ def test_controllers_stand_below_one_another_where_they_do_not_fit_side_by_side(
     ]
 
 
+def test_a_long_name_is_broken_only_where_the_table_would_be_too_wide():
+    table = few_metrics(2).rename(columns={"rpp": "rpp:lookahead_dist=0.9"})
+    assert "rpp:lookahead_dist=0.9         4    1.500       1.500" in printed(table, 60)
+    assert "\nrpp:               4    1.500       1.500\nlookahead_" in printed(table, 45)
+
+
 def test_a_heading_has_its_unit_below_it_where_its_name_does_not_end_with_one():
     rows = [("success_rate", "%"), ("min_clearance_m", "m"), ("jerk_rms_mps3", "m/s^3")]
     index = pd.MultiIndex.from_tuples(rows, names=["metric", "unit"])
