@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import tempfile
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Sequence
 from datetime import datetime
 from itertools import chain, count
 from pathlib import Path
@@ -59,6 +59,7 @@ from drake_navbench.inputs.presets import Preset, resolved_parameters
 from drake_navbench.inputs.scenario import Scenario
 from drake_navbench.logs.log import Outcome
 from drake_navbench.logs.results import ResultsFolder, only_run_in, require_writable
+from drake_navbench.nav2.whole_files import FileColumns
 from drake_navbench.processes import cache_folder, instruction_set
 from drake_navbench.processes.kernel_cache import notice_of_wheel
 from drake_navbench.processes.machine import available_cores
@@ -170,11 +171,17 @@ def _asked_of_files(files: NavigationFiles) -> dict[str, Any]:
     }
 
 
-def run_from_command_line(arguments: argparse.Namespace, *, began_s: float) -> bool:
+def run_from_command_line(
+    arguments: argparse.Namespace,
+    *,
+    began_s: float,
+    remarks: Callable[[Sequence[FileColumns]], Iterable[str]],
+) -> bool:
     """Does what the command line asks; returns whether any trial ended in an error.
 
-    began_s: `time.perf_counter()` at the command's beginning, for the total time. Raises
-    InputError, before anything is written, where the input is wrong.
+    began_s: `time.perf_counter()` at the command's beginning, for the total time. remarks: returns
+    further lines about the Nav2 files that drive. Raises InputError, before anything is written,
+    where the input is wrong.
     """
     console = terminal(quiet=arguments.quiet)
     resumed = arguments.resume is not None
@@ -201,7 +208,7 @@ def run_from_command_line(arguments: argparse.Namespace, *, began_s: float) -> b
     for name in ("live_port", "live_wait"):
         if getattr(arguments, name) is not None:
             raise InputError(f"--{name.replace('_', '-')}: expected --live as well")
-    for line in lines_on_inputs(request, campaign):
+    for line in (*lines_on_inputs(request, campaign), *remarks(campaign.nav2)):
         console.print(printable(line), soft_wrap=True)
     jobs = _jobs(campaign, arguments.jobs)
     cluster = cluster_place(arguments)

@@ -11,7 +11,7 @@ import time
 import warnings
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from drake_navbench.commands.command_line import (
     EXIT_DONE,
@@ -25,6 +25,9 @@ from drake_navbench.commands.command_line import (
 )
 from drake_navbench.errors import InputError, InputWarning
 from drake_navbench.plugins.releases import Release
+
+if TYPE_CHECKING:
+    from drake_navbench.nav2.whole_files import FileColumns
 
 ALLOWED_WITH_RESUME = {"cluster", "cluster_tls", "trust_network", "resume", "jobs", "quiet"}
 MAX_PORT = 65535
@@ -338,6 +341,15 @@ def with_package(
     return arguments
 
 
+def _remarks(files: Sequence[FileColumns]) -> list[str]:
+    """Returns a line for each of the doctor's findings that one of several Nav2 files has alone."""
+    if len(files) < 2:
+        return []
+    from drake_navbench.studies.doctor.of_change import lines_of_change
+
+    return lines_of_change(files)
+
+
 def _run(parser: argparse.ArgumentParser, arguments: argparse.Namespace) -> int:
     began_s = time.perf_counter()
     if arguments.list:
@@ -359,5 +371,5 @@ def _run(parser: argparse.ArgumentParser, arguments: argparse.Namespace) -> int:
         return EXIT_DONE
     from drake_navbench.campaign.benchmark import run_from_command_line
 
-    any_error = run_from_command_line(arguments, began_s=began_s)
+    any_error = run_from_command_line(arguments, began_s=began_s, remarks=_remarks)
     return EXIT_FAILED if any_error else EXIT_DONE

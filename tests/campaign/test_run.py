@@ -279,7 +279,7 @@ def test_resume_into_a_folder_that_is_being_written_is_refused(finished, tmp_pat
 
 
 def test_an_error_fit_to_be_shown_is_one_line_and_exit_1(monkeypatch, capsys):
-    def fail(arguments, *, began_s):
+    def fail(arguments, *, began_s, remarks):
         raise NavbenchError("nothing to be done")
 
     monkeypatch.setattr(benchmark, "run_from_command_line", fail)
