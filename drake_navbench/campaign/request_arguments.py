@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 
 from drake_navbench.campaign.request import Request
@@ -168,10 +168,13 @@ def _numbers(text: str) -> list[int]:
     return list(numbers)
 
 
-def print_check(arguments: argparse.Namespace) -> None:
+def print_check(
+    arguments: argparse.Namespace, remarks: Callable[[Sequence[FileColumns]], Iterable[str]]
+) -> None:
     """Prints for each part of the Nav2 files and of the robot's model how it is used here.
 
-    Raises InputError where there is neither a Nav2 file nor a model.
+    remarks: returns further lines about the Nav2 files, which follow their differences. Raises
+    InputError where there is neither a Nav2 file nor a model.
     """
     if not (arguments.nav2 or is_model(arguments.robot)):
         raise InputError("--check: expected a Nav2 file by --nav2, or a model by --robot")
@@ -181,7 +184,7 @@ def print_check(arguments: argparse.Namespace) -> None:
         print(printable(f"Robot: {arguments.robot}"))
         _print_table(described.check)
     columns = request.nav2_columns()
-    for line in _differences(columns):
+    for line in (*_differences(columns), *map(printable, remarks(columns))):
         print(line)
     for entry in columns:
         setup = entry.setup

@@ -367,7 +367,7 @@ def _run(parser: argparse.ArgumentParser, arguments: argparse.Namespace) -> int:
     if arguments.check:
         from drake_navbench.campaign.request_arguments import print_check
 
-        print_check(arguments)
+        print_check(arguments, _remarks)
         return EXIT_DONE
     from drake_navbench.campaign.benchmark import run_from_command_line
 
