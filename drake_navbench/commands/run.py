@@ -7,9 +7,11 @@ from __future__ import annotations
 
 import argparse
 import math
+import shlex
 import time
 import warnings
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -31,6 +33,7 @@ if TYPE_CHECKING:
 
 ALLOWED_WITH_RESUME = {"cluster", "cluster_tls", "trust_network", "resume", "jobs", "quiet"}
 MAX_PORT = 65535
+DEFAULT_ROBOT = "wheelchair"
 
 EPILOG = """\
 examples (python -m drake_navbench.run is the same):
@@ -82,7 +85,7 @@ def add_what_drives(parser: argparse.ArgumentParser) -> None:
     option(
         "--robot NAME|FILE",
         "robot: a name, a robot file, or a model in URDF, SDF or xacro (wheelchair)",
-        default="wheelchair",
+        default=DEFAULT_ROBOT,
     )
     option(
         "--package DIR ...",
@@ -341,13 +344,22 @@ def with_package(
     return arguments
 
 
-def _remarks(files: Sequence[FileColumns]) -> list[str]:
-    """Returns a line for each of the doctor's findings that one of several Nav2 files has alone."""
-    if len(files) < 2:
+def _remarks(arguments: argparse.Namespace, files: Sequence[FileColumns]) -> list[str]:
+    """Returns the lines on what the doctor's rules find in the Nav2 files of a run."""
+    if not files:
         return []
-    from drake_navbench.studies.doctor.of_change import lines_of_change
+    from drake_navbench.studies.doctor.on_files import lines_on
 
-    return lines_of_change(files)
+    options = {
+        "--robot": [arguments.robot] if arguments.robot != DEFAULT_ROBOT else [],
+        "--set": arguments.set or [],
+        "--nav2-release": [arguments.nav2_release] if arguments.nav2_release else [],
+    }
+    words = ["drake-navbench", "doctor", *map(str, arguments.nav2 or ()), "--read-only"]
+    words += [
+        word for name, values in options.items() for value in values for word in (name, value)
+    ]
+    return lines_on(files, shlex.join(map(str, words)))
 
 
 def _run(parser: argparse.ArgumentParser, arguments: argparse.Namespace) -> int:
@@ -367,9 +379,11 @@ def _run(parser: argparse.ArgumentParser, arguments: argparse.Namespace) -> int:
     if arguments.check:
         from drake_navbench.campaign.request_arguments import print_check
 
-        print_check(arguments, _remarks)
+        print_check(arguments, partial(_remarks, arguments))
         return EXIT_DONE
     from drake_navbench.campaign.benchmark import run_from_command_line
 
-    any_error = run_from_command_line(arguments, began_s=began_s, remarks=_remarks)
+    any_error = run_from_command_line(
+        arguments, began_s=began_s, remarks=partial(_remarks, arguments)
+    )
     return EXIT_FAILED if any_error else EXIT_DONE

@@ -1,14 +1,15 @@
-"""Findings that a changed file brings or takes away."""
+"""Lines about a run's Nav2 files by the doctor's rules."""
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import pytest
 from doctor_texts import DWB, nav2_text
 
 from drake_navbench.nav2.whole_files import WholeFile, columns_of_files
-from drake_navbench.studies.doctor.of_change import lines_of_change
+from drake_navbench.studies.doctor.on_files import lines_on
 
 SLOW = {
     "max_vel_x": 0.3,
@@ -28,7 +29,7 @@ def lines(tmp_path, monkeypatch):
             path = Path(f"{name}.yaml")
             path.write_text(nav2_text(SLOW | changes, plugin=DWB))
             files.append(WholeFile(name, (path,)))
-        return lines_of_change(columns_of_files(files, "wheelchair", {}, release="jazzy"))
+        return lines_on(columns_of_files(files, "wheelchair", {}, release="jazzy"), "doctor a.yaml")
 
     return read
 
@@ -55,5 +56,11 @@ def test_each_further_file_is_compared_with_the_first(lines):
     ]
 
 
-def test_a_single_file_has_no_change(lines):
-    assert lines(a={"max_vel_x": 0.5}) == []
+def test_of_a_single_file_the_number_of_findings_is_told_with_the_command_that_shows_them(lines):
+    told = re.compile(r"The doctor's rules find (\d) possible faults in the file: doctor a.yaml")
+    (sound,), (spoilt,) = lines(a={}), lines(a={"max_vel_x": 0.5})
+    assert int(told.fullmatch(spoilt)[1]) == int(told.fullmatch(sound)[1]) + 1
+
+
+def test_a_run_without_nav2_files_has_no_line():
+    assert lines_on([], "doctor") == []

@@ -1,4 +1,4 @@
-"""Findings that a changed Nav2 file has and the file before it has not, and the reverse."""
+"""The lines about a run's Nav2 files that tell what the doctor's rules find in them."""
 
 from __future__ import annotations
 
@@ -13,14 +13,20 @@ from drake_navbench.studies.doctor.rules.rule import Finding
 from drake_navbench.studies.doctor.told import without_repeated_cures
 
 
-def lines_of_change(files: Sequence[FileColumns]) -> list[str]:
-    """Returns a line for each finding that one of two files has alone.
+def lines_on(files: Sequence[FileColumns], command: str) -> list[str]:
+    """Returns the lines on a run's files.
 
-    Every file is compared with the first. Findings about values that are merely far from the usual
-    ones are left out.
+    One file: the number of findings that the command shows. Several: a line for each finding that
+    the first file has and another one has not, and the reverse, but for values that are merely far
+    from the usual ones.
     """
-    if len(files) < 2:
+    if not files:
         return []
+    if len(files) == 1:
+        facts = facts_of(files[0].setup, next(iter(files[0].presets), None))
+        count = len(without_repeated_cures(findings_of(facts)))
+        faults = f"{count} possible fault{'s' if count > 1 else ''}"
+        return [f"The doctor's rules find {faults} in the file: {command}"] if count else []
     before, *changed = [(file.name, _findings(file)) for file in files]
     return [line for after in changed for line in _lines(before, after)]
 
@@ -38,7 +44,7 @@ def _lines(before: tuple[str, dict[str, str]], after: tuple[str, dict[str, str]]
 def _findings(file: FileColumns) -> dict[str, str]:
     """Returns the sentence on each finding about any controller, by the rule's name."""
     told: dict[str, str] = {}
-    for preset in file.setup.presets or (None,):
+    for preset in file.presets or (None,):
         facts = facts_of(file.setup, preset)
         for finding in without_repeated_cures(findings_of(facts)):
             if not finding.rule.name.startswith(FAR):
