@@ -15,7 +15,9 @@ from drake_navbench.analysis.statistics import Interval, Summary
 from drake_navbench.analysis.totals import Share, Total
 from drake_navbench.campaign.table_console import fits, name_lines
 
-HEADINGS = ("controller", "density", "worlds", "success", "collided", "scored", "BARN score")
+HEADINGS = ("controller", "worlds", "success", "collided", "time to goal, s")
+# Of a suite with densities, such as BARN's.
+WITH_DENSITIES = ("controller", "density", "worlds", "success", "collided", "scored", "BARN score")
 
 
 def print_totals(console: Console, totals: Sequence[Total]) -> None:
@@ -30,12 +32,15 @@ def print_totals(console: Console, totals: Sequence[Total]) -> None:
 
 def _totals_table(totals: Sequence[Total], *, is_narrow: bool) -> Table:
     """Returns a table, a line for each total; a narrow one breaks intervals and long names."""
+    has_densities = any(total.density for total in totals)
+    headings = WITH_DENSITIES if has_densities else HEADINGS
     table = Table(box=SIMPLE_HEAD, show_edge=False, pad_edge=False, padding=(0, 1, 0, 0))
-    for heading in HEADINGS:
+    for heading in headings:
         is_name = heading in ("controller", "density")
         table.add_column(heading, justify="left" if is_name else "right", no_wrap=True)
     for total in totals:
-        cells = _cells(total)
+        told = _cells(total)
+        cells = [told[heading] for heading in headings]
         if is_narrow:
             name, *others = cells
             cells = [name_lines(name), *(text.replace(" (", "\n").rstrip(")") for text in others)]
@@ -67,16 +72,17 @@ def print_rank_changes(console: Console, changes: Sequence[RankChange]) -> None:
         console.print()
 
 
-def _cells(total: Total) -> list[str]:
-    return [
-        total.controller,
-        total.density or "all",
-        str(total.worlds),
-        _share(total.success),
-        _share(total.collision),
-        _share(total.scored),
-        _mean(total.score),
-    ]
+def _cells(total: Total) -> dict[str, str]:
+    return {
+        "controller": total.controller,
+        "density": total.density or "all",
+        "worlds": str(total.worlds),
+        "success": _share(total.success),
+        "collided": _share(total.collision),
+        "time to goal, s": _mean(total.time_s),
+        "scored": _share(total.scored),
+        "BARN score": _mean(total.score),
+    }
 
 
 def _share(share: Share) -> str:

@@ -15,7 +15,7 @@ from drake_navbench.campaign.suite_console import print_totals
 NAMES = ["rpp", "teb_upstream", "mppi_nav2", "rpp:lookahead_dist=0.35"]
 
 
-def printed(width: int) -> list[str]:
+def printed(width: int, densities: tuple[str, ...] = ("15%", "30%")) -> list[str]:
     rows = [
         {
             "suite": "BARN",
@@ -28,7 +28,7 @@ def printed(width: int) -> list[str]:
             "time_to_goal_s": 20.0 if world % 2 else np.nan,
         }
         for name in NAMES
-        for density in ("15%", "30%")
+        for density in densities
         for world in range(40)
     ]
     output = io.StringIO()
@@ -53,3 +53,11 @@ def test_controllers_keep_their_names(width):
 
 def test_wide_enough_each_total_is_a_line():
     assert len(printed(160)) == 3 + 3 * len(NAMES) + 1
+
+
+def test_worlds_without_densities_have_times_in_place_of_scores():
+    lines = printed(80, ("",))
+    # 20 of 40 worlds reach the goal, each in 20 s.
+    assert lines[1] == "controller    worlds   success  collided  time to goal, s"
+    assert lines[3].split()[:3] == ["rpp", "40", "50%"]
+    assert "20.00" in lines[3]
