@@ -28,7 +28,8 @@ STYLE = (
     "border-bottom:1px solid #ddd;vertical-align:top}td.n,th.n{text-align:right}"
     "code,pre{font:14px/1.4 ui-monospace,monospace;overflow-wrap:anywhere}"
     "iframe{width:100%;height:34rem;border:1px solid #ddd}"
-    "pre{background:#f6f6f6;padding:.8rem;overflow-x:auto}small{color:#555}"
+    "pre{background:#f6f6f6;padding:.8rem;white-space:pre-wrap}small{color:#555}"
+    "pre del,pre ins{text-decoration:none}del{background:#fbe3e3}ins{background:#dff3e0}"
 )
 
 
@@ -125,7 +126,7 @@ def _change(visit: Visit, cure: Judged, patient: Patient) -> list[str]:
         "<h2>The change</h2>",
         f"<p><code>{escape(change_told(cure.trial))}</code></p>",
         f"<p>Why: {escape(reasons)} <small>Source: {escape(_source(cure.tried))}</small></p>",
-        f"<pre>{escape(patch)}</pre>",
+        f"<pre>{_marked(patch)}</pre>",
         f"<h2>Before and after, on fresh seeds</h2><p>Number of trials, of {cure.trials}, in which "
         "the robot shows the symptom. Symptoms other than touches are counted only in the "
         f"{cure.compared} trials that touch nothing before the change.</p>",
@@ -133,6 +134,17 @@ def _change(visit: Visit, cure: Judged, patient: Patient) -> list[str]:
         *rows,
         "</table>",
     ]
+
+
+def _marked(patch: str) -> str:
+    """Returns a patch with its removed and its added lines marked."""
+    lines = []
+    for line in patch.split("\n"):
+        tag = {"-": "del", "+": "ins"}.get(line[:1])
+        text = escape(line)
+        is_name = line.startswith(("---", "+++"))
+        lines.append(f"<{tag}>{text}</{tag}>" if tag and not is_name else text)
+    return "\n".join(lines)
 
 
 def _source(entry: Tried) -> str:

@@ -91,6 +91,9 @@ def test_the_page_begins_with_the_verdict_and_the_patch_applies(patient, tmp_pat
     page = (tmp_path / "doctor.html").read_text()
     assert page.index('class="verdict"') < page.index("<h2>")
     assert "8 of 8 trials showed it before and 0 after" in page
+    # Each removed and each added line is marked, the names of the files are not.
+    assert "<del>-        consider_footprint: false</del>\n<ins>+        consider" in page
+    assert (page.count("<del>"), page.count("<ins>")) == (1, 1)
     assert "consider_footprint: true" in (tmp_path / "patched.yaml").read_text()
     patch = (tmp_path / "change.patch").read_text()
     assert "-        consider_footprint: false\n+        consider_footprint: true\n" in patch
