@@ -48,6 +48,17 @@ def test_runs_are_listed_with_what_they_are_the_newest_last(results, capsys):
     )
 
 
+def test_runs_are_in_the_order_of_time_wherever_they_were_driven(results, capsys):
+    # 11:30 in New York is 15:30 in UTC, after 14:00 in UTC.
+    for name, created in (
+        ("later", "2024-04-03T11:30:00-04:00"),
+        ("c", "2024-04-03T14:00:00+00:00"),
+    ):
+        ResultsFolder(results / name).write_manifest({"created": created})
+    names = [line.split()[0] for line in told(capsys)[1] if "T1" in line]
+    assert names == ["b", "a", "c", "later"]
+
+
 def test_tags_come_and_go_and_choose(results, capsys):
     assert told(capsys, "--tag", "b", "baseline") == (0, ["b: baseline"])
     assert told(capsys, "--only", "baseline")[1][0].startswith("b [baseline]  2024-04-01")

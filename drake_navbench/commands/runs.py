@@ -70,7 +70,7 @@ def _print(folder: Path, only: str | None) -> None:
     if not shown:
         told = f" with the tag {only!r}" if only is not None else ""
         print(f"{folder}: no runs{told}")
-    for run in sorted(shown, key=lambda run: run.created):
+    for run in sorted(shown, key=lambda run: run.created_s):
         tags = f" [{', '.join(run.tags)}]" if run.tags else ""
         print(printable(f"{run.name}{tags}  {run.created}"))
         print(printable(f"  {run.what}"))

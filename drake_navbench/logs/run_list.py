@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import math
+from datetime import datetime
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -14,13 +16,21 @@ MAX_SHOWN = 60
 
 
 class Run(NamedTuple):
-    """The line on a results folder."""
+    """The line on a results folder. created: its beginning in local time, '' if unknown."""
 
     name: str
     created: str
     tags: tuple[str, ...]
     what: str
     verdict: str
+
+    @property
+    def created_s(self) -> float:
+        """The beginning as seconds since 1970; minus infinity if unknown."""
+        try:
+            return datetime.fromisoformat(self.created).timestamp()
+        except ValueError:
+            return -math.inf
 
 
 def run_folders(folder: Path) -> list[Path]:

@@ -49,7 +49,7 @@ def run_states(folder: OpenFolder) -> list[RunState]:
         for path in run_folders(place)
         if path.resolve().is_relative_to(folder.root)
     ]
-    runs = sorted(((path, run_of(path)) for path in paths), key=lambda entry: entry[1].created)
+    runs = sorted(((path, run_of(path)) for path in paths), key=lambda entry: entry[1].created_s)
     states = []
     before: Path | None = None
     for path, run in runs:
