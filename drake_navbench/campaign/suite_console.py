@@ -16,7 +16,7 @@ from drake_navbench.analysis.totals import Share, Total
 from drake_navbench.campaign.table_console import fits, name_lines
 
 HEADINGS = ("controller", "worlds", "success", "collided", "time to goal, s")
-# Of a suite with densities, such as BARN's.
+# The headings for a suite with densities, such as BARN's.
 WITH_DENSITIES = ("controller", "density", "worlds", "success", "collided", "scored", "BARN score")
 
 

@@ -111,6 +111,13 @@ def merge_layer(
 
 
 @njit(cache=True)
+def grow_box(box, x, y):
+    """Grows a box, (4,) min_x, min_y, max_x, max_y m, in place, so that it holds a point, m."""
+    box[0], box[1] = min(box[0], x), min(box[1], y)
+    box[2], box[3] = max(box[2], x), max(box[3], y)
+
+
+@njit(cache=True)
 def fill_outline(grid, outline, cost):
     """Sets, in place, the cells of a `Grid` on and within a convex outline (K, 2), m, to `cost`.
 

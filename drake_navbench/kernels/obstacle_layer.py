@@ -17,7 +17,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from drake_navbench.kernels.grid import FREE, LETHAL, Grid, distance_to_cells, world_to_cell
-from drake_navbench.kernels.layer_grid import draw_line, fill_outline
+from drake_navbench.kernels.layer_grid import draw_line, fill_outline, grow_box
 from drake_navbench.kernels.observation import Observation
 from drake_navbench.kernels.read_only import read_only
 
@@ -64,7 +64,7 @@ def update_obstacle_layer(
 def free_robot(grid, bounds, outline):
     """Frees, in place, the cells under the robot's outline (K, 2) m; `bounds` grows around it."""
     for k in range(outline.shape[0]):
-        _grow(bounds, outline[k, 0], outline[k, 1])
+        grow_box(bounds, outline[k, 0], outline[k, 1])
     # For a constant it would be compiled once more.
     fill_outline(grid, outline, np.int64(FREE))
 
@@ -140,7 +140,7 @@ def clear_rays(grid, bounds, sensor, points, ranges):
     )
     if sensor_column < 0:
         return
-    _grow(bounds, sensor_x, sensor_y)
+    grow_box(bounds, sensor_x, sensor_y)
     end_x, end_y = origin_x + columns * resolution, origin_y + rows * resolution
     min_cells = distance_to_cells(min_range, resolution)
     max_cells = distance_to_cells(max_range, resolution)
@@ -154,7 +154,7 @@ def clear_rays(grid, bounds, sensor, points, ranges):
         length = math.hypot(x - sensor_x, y - sensor_y)
         if length >= min_range:
             part = min(1.0, max_range / length) if length > 0.0 else 1.0
-            _grow(bounds, sensor_x + (x - sensor_x) * part, sensor_y + (y - sensor_y) * part)
+            grow_box(bounds, sensor_x + (x - sensor_x) * part, sensor_y + (y - sensor_y) * part)
 
 
 @njit(cache=True)
@@ -192,13 +192,7 @@ def mark_points(grid, bounds, sensor, points, ranges, heights):
         cells = int(math.hypot(column - sensor_column, row - sensor_row))
         if min_cells <= cells <= max_cells:
             costs[row, column] = LETHAL
-            _grow(bounds, x, y)
-
-
-@njit(cache=True)
-def _grow(bounds, x, y):
-    bounds[0], bounds[1] = min(bounds[0], x), min(bounds[1], y)
-    bounds[2], bounds[3] = max(bounds[2], x), max(bounds[3], y)
+            grow_box(bounds, x, y)
 
 
 @njit(cache=True)

@@ -14,6 +14,7 @@ from numba import njit
 
 from drake_navbench.kernels.arrays import Array
 from drake_navbench.kernels.grid import LETHAL, Grid, world_to_cell
+from drake_navbench.kernels.layer_grid import grow_box
 
 # The cost of the cell that a reading points at, before the cone's update.
 TARGET_COST = 233
@@ -67,12 +68,12 @@ def _update(grid, cone, phi, inflate_cone):
     column, row = world_to_cell(target_x, target_y, *place)
     if column >= 0:
         costs[row, column] = TARGET_COST
-        _touch(box, target_x, target_y)
+        grow_box(box, target_x, target_y)
     for n in range(2):
         side = heading - cone.half_angle if n == 0 else heading + cone.half_angle
         x, y = cone.x + math.cos(side) * length, cone.y + math.sin(side) * length
         _set_cell(corners, n + 1, grid, x, y)
-        _touch(box, x, y)
+        grow_box(box, x, y)
     slack = -np.float32(np.float32(inflate_cone) * _area(corners))
     first_column, last_column = max(corners[:, 0].min(), 0), min(corners[:, 0].max(), columns - 1)
     first_row, last_row = max(corners[:, 1].min(), 0), min(corners[:, 1].max(), rows - 1)
@@ -141,12 +142,6 @@ def _set_cell(corners, n, grid, x, y):
     """
     corners[n, 0] = int((x - grid.origin_x) / grid.resolution)
     corners[n, 1] = int((y - grid.origin_y) / grid.resolution)
-
-
-@njit(cache=True)
-def _touch(box, x, y):
-    box[0], box[1] = min(box[0], x), min(box[1], y)
-    box[2], box[3] = max(box[2], x), max(box[3], y)
 
 
 @njit(cache=True)

@@ -32,6 +32,7 @@ from drake_navbench.kernels.grid import (
     distance_to_cells,
     world_to_cell,
 )
+from drake_navbench.kernels.layer_grid import grow_box
 from drake_navbench.kernels.observation import Observation
 from drake_navbench.kernels.obstacle_layer import NOTHING_TOUCHED, free_robot
 
@@ -137,12 +138,6 @@ def count_bits(bits):
     return count
 
 
-@njit(cache=True)
-def _grow(bounds, x, y):
-    bounds[0], bounds[1] = min(bounds[0], x), min(bounds[1], y)
-    bounds[2], bounds[3] = max(bounds[2], x), max(bounds[3], y)
-
-
 @njit(cache=True, error_model="numpy")
 def mark_voxels(grid, bounds, origin, points, ranges, heights):
     """Marks, in place, the voxels that hold points (N, 3), m.
@@ -172,7 +167,7 @@ def mark_voxels(grid, bounds, origin, points, ranges, heights):
         grid.voxels[row, column] = marked
         if count_bits(marked >> MAX_VOXELS) > grid.mark_threshold:
             grid.costs[row, column] = LETHAL
-            _grow(bounds, x, y)
+            grow_box(bounds, x, y)
 
 
 @njit(cache=True, error_model="numpy")
@@ -255,7 +250,7 @@ def clear_voxel_rays(grid, bounds, origin, points, ranges):
         length = math.hypot(x - origin[0], y - origin[1])
         if length >= min_range:
             part = min(1.0, max_range / length) if length > 0.0 else 1.0
-            _grow(bounds, origin[0] + (x - origin[0]) * part, origin[1] + (y - origin[1]) * part)
+            grow_box(bounds, origin[0] + (x - origin[0]) * part, origin[1] + (y - origin[1]) * part)
 
 
 @njit(cache=True, error_model="numpy")
