@@ -257,7 +257,7 @@ def _add_results(parser: argparse.ArgumentParser) -> None:
     option(
         "--columns LIST",
         "metrics that the terminal shows (success, touches, time, clearance, length, distance "
-        "from the path, jerk; for the published benchmark those of the publication)",
+        "from the path, jerk)",
         listed_names,
         (),
     )
