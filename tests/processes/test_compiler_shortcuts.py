@@ -18,6 +18,7 @@ from drake_navbench.processes.kernel_cache import prepare_kernels
 
 CONTEXT = cpu_target.typing_context
 NUMBERS = (types.int8, types.uint8, types.int64, types.float32, types.float64, types.boolean)
+PERHAPS = types.Optional(types.float64)
 GRID = types.Array(types.uint8, 2, "C", readonly=True)
 
 
@@ -60,10 +61,18 @@ def test_numba_is_asked_once_what_an_operator_gives(function, operands, asked):
     assert asked == [operands]
 
 
-def test_what_is_no_number_nor_array_is_asked_each_time(asked):
-    perhaps = (types.Optional(types.float64), types.float64)
-    assert answer(operator.add, *perhaps) == answer(operator.add, *perhaps)
-    assert asked == [perhaps, perhaps]
+@pytest.mark.parametrize(
+    ("function", "operands"),
+    [
+        (operator.add, (PERHAPS, types.float64)),
+        (operator.getitem, (types.UniTuple(PERHAPS, 2), types.int64)),
+    ],
+)
+def test_what_is_no_number_nor_array_nor_a_tuple_of_them_is_asked_each_time(
+    function, operands, asked
+):
+    assert answer(function, *operands) == answer(function, *operands)
+    assert asked == [operands, operands]
 
 
 @pytest.mark.parametrize(
