@@ -19,10 +19,11 @@ def take_shortcuts() -> None:
     """Lets numba compile with less work, in this process; a second call changes nothing."""
     from numba.core import codegen, types
 
-    if "get_call_type" in vars(types.Function):
+    function: Any = types.Function
+    library: Any = codegen.CPUCodeLibrary
+    if "get_call_type" in vars(function):
         return
-    types.Function.get_call_type = _remembering(types)
-    library = codegen.CPUCodeLibrary
+    function.get_call_type = _remembering(types)
     makes_passes = inspect.signature(codegen.CPUCodegen._function_pass_manager)
     # An older numba makes the passes once a module.
     if "llvm_module" not in makes_passes.parameters:
