@@ -16,7 +16,7 @@ OPERATORS = frozenset({bool, *filter(callable, vars(operator).values())})
 
 
 def take_shortcuts() -> None:
-    """Lets numba compile with less work, in this process; a second call changes nothing."""
+    """Gives this process's numba both shortcuts, unless it has them already."""
     from numba.core import codegen, types
 
     function: Any = types.Function
