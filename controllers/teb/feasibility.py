@@ -11,7 +11,7 @@ import numpy as np
 from numba import njit
 
 from drake_navbench.kernels.arrays import Array
-from drake_navbench.kernels.footprint import footprint_cost, pad_footprint
+from drake_navbench.kernels.footprint import FROM_LAST_VERTEX, footprint_cost, pad_footprint
 from drake_navbench.kernels.grid import LETHAL, Costmap
 
 # The margin of the outline check: the error of a pose estimate within a cycle, m.
@@ -38,7 +38,7 @@ def _first_collision(grid, footprint, reach, poses):
                 poses[i, 0] + share * dx,
                 poses[i, 1] + share * dy,
                 poses[i, 2] + share * turn,
-                False,
+                FROM_LAST_VERTEX,
             )
             if cost >= LETHAL:
                 return i

@@ -9,7 +9,7 @@ from numba import njit
 
 from drake_navbench.controllers.teb_upstream.band import normalize
 from drake_navbench.kernels.arrays import Array
-from drake_navbench.kernels.footprint import footprint_cost
+from drake_navbench.kernels.footprint import FROM_LAST_VERTEX, footprint_cost
 from drake_navbench.kernels.grid import LETHAL, Costmap
 
 
@@ -46,7 +46,7 @@ def _outline_is_free(grid, footprint, poses, inscribed_radius, angular_resolutio
     """Checks poses (K, 3) and poses between those farther apart than the robot is wide."""
     for i in range(poses.shape[0]):
         x, y, yaw = poses[i, 0], poses[i, 1], poses[i, 2]
-        if footprint_cost(grid, footprint, x, y, yaw, False) >= LETHAL:
+        if footprint_cost(grid, footprint, x, y, yaw, FROM_LAST_VERTEX) >= LETHAL:
             return False
         if i == poses.shape[0] - 1:
             break
@@ -62,6 +62,6 @@ def _outline_is_free(grid, footprint, poses, inscribed_radius, angular_resolutio
             x += dx / steps
             y += dy / steps
             yaw = normalize(yaw + turn / steps)
-            if footprint_cost(grid, footprint, x, y, yaw, False) >= LETHAL:
+            if footprint_cost(grid, footprint, x, y, yaw, FROM_LAST_VERTEX) >= LETHAL:
                 return False
     return True

@@ -14,6 +14,8 @@ from drake_navbench.kernels.poses import place_point
 CIRCLE_VERTEX_COUNT = 16
 # Nav2 keeps the inscribed radius of a degenerate footprint at the largest double.
 UNBOUNDED_RADIUS = float(np.finfo(np.float64).max)
+# For `footprint_cost`. `False` itself would be a constant, for which numba compiles a second form.
+FROM_LAST_VERTEX = np.bool_(False)
 
 
 def circle_footprint(radius: float) -> NDArray[np.float64]:

@@ -17,7 +17,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
-from functools import partial
+from functools import lru_cache, partial
 from pathlib import Path
 from typing import Any, ClassVar, NamedTuple
 
@@ -29,6 +29,8 @@ from drake_navbench.typed_files.yaml_loader import MergesByDefinition, made, req
 
 LAUNCH_SUFFIXES = (".py", ".xml", ".launch")
 PARAMETERS_KEY = "ros__parameters"
+# A patch, a check and a trial of the doctor each read the same few texts several times.
+TEXTS_REMEMBERED = 16
 MERGE_TAG = "tag:yaml.org,2002:merge"
 # The wildcards in a node's name -> the patterns that they stand for.
 WILDCARDS = {"/**": "(/[^/]+)*", "/*": "/[^/]+"}
@@ -135,9 +137,11 @@ def read_parameter_file(path: Path, prepare: Callable[[str], str] | None = None)
     return read_parameter_text(text if prepare is None else prepare(text), path)
 
 
+@lru_cache(maxsize=TEXTS_REMEMBERED)
 def read_parameter_text(text: str, path: Path) -> ParameterFile:
     """Returns the sections of a file's text; raises InputError where it is no YAML.
 
+    The result for a text that was read a short time ago is the same object; nobody changes it.
     path: the file that errors and parameters name.
     """
     try:

@@ -24,6 +24,7 @@ from drake_navbench.processes.cache_folder import (
     kernel_folder,
     provide_cache_folder,
 )
+from drake_navbench.processes.compiler_shortcuts import take_shortcuts
 from drake_navbench.processes.kernel_sources import compiler, digest_of_module
 
 DAY_S = 24 * 3600.0
@@ -32,8 +33,10 @@ KEPT_S = 30 * DAY_S
 
 
 def prepare_kernels() -> None:
-    """Makes numba keep our kernels, and kernels that call them, by their content."""
+    """Makes numba keep our kernels, and kernels that call them, by their content, and compile them
+    sooner."""
     provide_cache_folder()
+    take_shortcuts()
     from numba.core import caching
 
     # numba asks these in order for the place of each kernel.

@@ -1,0 +1,120 @@
+"""numba compiles with less work, and what it compiles is the same."""
+
+from __future__ import annotations
+
+import operator
+from itertools import product
+
+import llvmlite.binding as llvm
+import numpy as np
+import pytest
+from numba import njit, types
+from numba.core.errors import TypingError
+from numba.core.registry import cpu_target
+from numba.core.types.functions import BaseFunction
+
+from drake_navbench.processes import compiler_shortcuts
+from drake_navbench.processes.kernel_cache import prepare_kernels
+
+CONTEXT = cpu_target.typing_context
+NUMBERS = (types.int8, types.uint8, types.int64, types.float32, types.float64, types.boolean)
+PERHAPS = types.Optional(types.float64)
+GRID = types.Array(types.uint8, 2, "C", readonly=True)
+
+
+@pytest.fixture(scope="module", autouse=True)
+def numba_is_prepared():
+    prepare_kernels()
+    # As before the first kernel: its own operators are known.
+    CONTEXT.refresh()
+
+
+@pytest.fixture
+def asked(monkeypatch) -> list:
+    """What numba itself is asked: operands, each time."""
+    told = []
+    ask = BaseFunction.get_call_type
+
+    def listening(self, context, args, kws):
+        told.append(args)
+        return ask(self, context, args, kws)
+
+    monkeypatch.setattr(BaseFunction, "get_call_type", listening)
+    return told
+
+
+def answer(function, *operands):
+    return CONTEXT.resolve_value_type(function).get_call_type(CONTEXT, operands, {})
+
+
+@pytest.mark.parametrize(
+    ("function", "operands"),
+    [
+        (operator.add, (types.uint16, types.float32)),
+        (operator.getitem, (GRID, types.UniTuple(types.int16, 2))),
+        (bool, (types.uint16,)),
+    ],
+)
+def test_numba_is_asked_once_what_an_operator_gives(function, operands, asked):
+    first = answer(function, *operands)
+    assert answer(function, *operands) == first
+    assert asked == [operands]
+
+
+@pytest.mark.parametrize(
+    ("function", "operands"),
+    [
+        (operator.add, (PERHAPS, types.float64)),
+        (operator.getitem, (types.UniTuple(PERHAPS, 2), types.int64)),
+    ],
+)
+def test_what_is_no_number_nor_array_nor_a_tuple_of_them_is_asked_each_time(
+    function, operands, asked
+):
+    assert answer(function, *operands) == answer(function, *operands)
+    assert asked == [operands, operands]
+
+
+@pytest.mark.parametrize(
+    "function", [operator.add, operator.mul, operator.truediv, operator.floordiv, operator.lt]
+)
+def test_the_answer_is_numbas_own(function):
+    asked = CONTEXT.resolve_value_type(function)
+    for pair in product(NUMBERS, repeat=2):
+        own = BaseFunction.get_call_type(asked, CONTEXT, pair, {})
+        assert [answer(function, *pair) for _ in range(2)] == [own, own]
+
+
+def test_what_has_no_answer_is_told_each_time():
+    for _ in range(2):
+        with pytest.raises(TypingError, match="No implementation of function"):
+            answer(operator.lshift, types.float64, types.float64)
+
+
+def test_only_what_a_module_defines_is_optimized():
+    module = llvm.parse_assembly("declare i64 @f(i64)\ndefine i64 @g(i64 %x) {\n  ret i64 %x\n}\n")
+    seen = compiler_shortcuts._Definitions(module)
+    assert [function.name for function in seen.functions] == ["g"]
+    seen.data_layout = "e-m:e"
+    assert module.data_layout == seen.data_layout == "e-m:e"
+
+
+def test_a_kernel_has_the_same_instructions(monkeypatch):
+    def mean_of_squares(values):
+        total = 0.0
+        for value in values:
+            total += value * value
+        return total / len(values)
+
+    def instructions() -> list[str]:
+        kernel = njit(mean_of_squares)
+        assert kernel(np.array([3.0, 4.0])) == 12.5
+        (text,) = kernel.inspect_asm().values()
+        # Without labels and names, which count up in a process.
+        return [line.split()[0] for line in text.splitlines() if line.startswith("\t")]
+
+    with_shortcuts = instructions()
+    every = property(lambda self: self._module.functions)
+    monkeypatch.setattr(compiler_shortcuts._Definitions, "functions", every)
+    monkeypatch.setattr(types.Function, "get_call_type", BaseFunction.get_call_type)
+    assert instructions() == with_shortcuts
