@@ -6,9 +6,11 @@ import operator
 from itertools import product
 
 import llvmlite.binding as llvm
+import numba
 import numpy as np
 import pytest
 from numba import njit, types
+from numba.core import codegen
 from numba.core.errors import TypingError
 from numba.core.registry import cpu_target
 from numba.core.types.functions import BaseFunction
@@ -16,6 +18,10 @@ from numba.core.types.functions import BaseFunction
 from drake_navbench.processes import compiler_shortcuts
 from drake_navbench.processes.kernel_cache import prepare_kernels
 
+pytestmark = pytest.mark.skipif(
+    not numba.__version__.startswith(compiler_shortcuts.TRIED_WITH),
+    reason="this numba is left as it is",
+)
 CONTEXT = cpu_target.typing_context
 NUMBERS = (types.int8, types.uint8, types.int64, types.float32, types.float64, types.boolean)
 PERHAPS = types.Optional(types.float64)
@@ -118,3 +124,16 @@ def test_a_kernel_has_the_same_instructions(monkeypatch):
     monkeypatch.setattr(compiler_shortcuts._Definitions, "functions", every)
     monkeypatch.setattr(types.Function, "get_call_type", BaseFunction.get_call_type)
     assert instructions() == with_shortcuts
+
+
+@pytest.mark.parametrize(("version", "is_changed"), [("0.69.0", False), ("0.68.2", True)])
+def test_only_a_numba_that_the_shortcuts_were_tried_with_gets_them(
+    version, is_changed, monkeypatch
+):
+    library = codegen.CPUCodeLibrary
+    # Both are undone after the test.
+    monkeypatch.delattr(types.Function, "get_call_type")
+    monkeypatch.setattr(library, "_optimize_functions", library._optimize_functions)
+    monkeypatch.setattr(numba, "__version__", version)
+    compiler_shortcuts.take_shortcuts()
+    assert ("get_call_type" in vars(types.Function)) is is_changed
