@@ -90,14 +90,6 @@ def test_a_whole_number_is_set_back_to_a_whole_number(found):
     assert few.cure_told == "raise time_steps to 56"
 
 
-def test_a_tolerance_of_dwb_that_only_a_missing_critic_reads_is_not_far(found):
-    wide = DWB_BLOCK | {"xy_goal_tolerance": 2.0}
-    (own,) = far(found(nav2_text(wide, plugin=DWB)))
-    assert own.rule.name == "far-xy_goal_tolerance"
-    without = wide | {"critics": ["BaseObstacle", "PathDist", "GoalDist"]}
-    assert far(found(nav2_text(without, plugin=DWB))) == []
-
-
 def test_at_most_three_far_values_are_told_and_none_that_a_rule_tells(found):
     # Weights of 5, 14 and 5, all far below; a rule tells of PathAlignCritic's.
     block = MPPI_BLOCK | {name: {"cost_weight": 0.5} for name in MPPI_BLOCK["critics"][1:]}

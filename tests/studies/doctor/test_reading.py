@@ -21,6 +21,7 @@ from drake_navbench.inputs.robot import load_robot
 from drake_navbench.studies.doctor.causes import Direction
 from drake_navbench.studies.doctor.complaints import symptom_called, symptoms_told
 from drake_navbench.studies.doctor.facts import facts_of
+from drake_navbench.studies.doctor.in_effect import is_in_effect
 from drake_navbench.studies.doctor.reading import RULES, findings_of, suspicions_of
 from drake_navbench.studies.doctor.suspects import all_suspects, ranges
 from drake_navbench.studies.doctor.symptoms import LOOKS_LIKE, Symptom
@@ -302,6 +303,14 @@ def test_a_server_that_is_not_there_is_no_suspect(facts):
     places = {s.cause.place for s in suspicions_of(found, Symptom.STOP_START_JERK)}
     assert "velocity_smoother.velocity_timeout" not in places
     assert "velocity_smoother" in places
+
+
+def test_a_tolerance_of_dwb_that_only_a_missing_critic_reads_is_not_in_effect(facts):
+    own = DWB_BLOCK | {"xy_goal_tolerance": 0.1}
+    place = "controller.xy_goal_tolerance"
+    assert is_in_effect(facts(nav2_text(own, plugin=DWB)), place)
+    without = own | {"critics": ["BaseObstacle", "PathDist", "GoalDist"]}
+    assert not is_in_effect(facts(nav2_text(without, plugin=DWB)), place)
 
 
 def test_values_laid_over_another_file_lack_nothing(facts):
