@@ -90,6 +90,15 @@ it does harm. Written before anything was driven:
   many as the doctor, driving adds nothing here. (e) should decide in few visits. If first is below
   65%, the changes are no good.
 
+- *2031, gone on with*, written before any of these visits was driven, at 14:25 of the day of 2034:
+  so many others use the computer that the first visit of 2034, one of MPPI, takes most of an hour,
+  and few would be left. Twelve harmful faults of 2031 were found but never visited: nine of RPP, DWB
+  and Graceful, whose trials take a fifth of MPPI's. The doctor of 2034, unchanged, visits these in
+  the order of 2031 until about 14:48. They are not blind as those of 2034 are: that they do harm was
+  known when the doctor was changed, and three of them made it try critics' switches and limits of
+  motion before 2032. What a visit of them ends in was not known. They are told apart in the tables.
+  *Expected*: first in 7 of 9, gone in 7 of 9.
+
 Unit: one fault, which is one file. Intervals are Wilson's, 95%. Faults of one controller share
 their sound file, so they are less apart than the intervals suppose.
 """
@@ -390,7 +399,8 @@ def harmful_lines() -> Iterator[str]:
 
 def _seed_lines(seed: int, own: list[dict[str, Any]]) -> Iterator[str]:
     harmful = [entry for entry in own if entry["harmful"]]
-    visited = [entry for entry in harmful if "first" in entry]
+    later = [entry for entry in harmful if "by" in entry]
+    visited = [entry for entry in harmful if "first" in entry and entry not in later]
     refused = sum("refused" in entry for entry in own)
     taken = ", ".join(
         f"{sum(entry['controller'] == c for entry in own)} of {len(candidates(c))} of {c}"
@@ -404,8 +414,14 @@ def _seed_lines(seed: int, own: list[dict[str, Any]]) -> Iterator[str]:
     )
     yield f"By controller: {by_controller}."
     yield from ["", *_undriven_lines(harmful)]
-    if not visited:
-        return
+    if visited:
+        yield from _visited_lines(visited)
+    if later:
+        yield from ["", "Gone on with by the doctor of 2034, which knew that these do harm:"]
+        yield from _visited_lines(later)
+
+
+def _visited_lines(visited: list[dict[str, Any]]) -> Iterator[str]:
     yield from score_lines(visited)
     chance = np.mean([0.5 / len(candidates(entry["controller"])) for entry in visited])
     yield f"Any parameter and direction at random: {chance:.1%}."

@@ -64,9 +64,9 @@ def ways_back(suspicions: Sequence[Suspicion], facts: Facts) -> list[Suspicion]:
     back = {d.cause.key: d for d in _abnormal(facts)}
     if len(back) > MOST_BACK:
         return []
-    for found in _differences(facts):
-        if found.score == FAR_OWN_SCORE and found.cause.place != facts.speed_place:
-            back.setdefault(found.cause.key, found)
+    for other in _differences(facts):
+        if other.score == FAR_OWN_SCORE and other.cause.place != facts.speed_place:
+            back.setdefault(other.cause.key, other)
     back = dict([*back.items()][:MOST_BACK])
     found: dict[tuple[str, Direction], Suspicion] = {}
     for suspicion in suspicions:
