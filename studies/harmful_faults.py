@@ -90,14 +90,14 @@ it does harm. Written before anything was driven:
   many as the doctor, driving adds nothing here. (e) should decide in few visits. If first is below
   65%, the changes are no good.
 
-- *2031, gone on with*, written before any of these visits was driven, at 14:25 of the day of 2034:
-  so many others use the computer that the first visit of 2034, one of MPPI, takes most of an hour,
-  and few would be left. Twelve harmful faults of 2031 were found but never visited: nine of RPP, DWB
-  and Graceful, whose trials take a fifth of MPPI's. The doctor of 2034, unchanged, visits these in
-  the order of 2031 until about 14:48. They are not blind as those of 2034 are: that they do harm was
-  known when the doctor was changed, and three of them made it try critics' switches and limits of
-  motion before 2032. What a visit of them ends in was not known. They are told apart in the tables.
-  *Expected*: first in 7 of 9, gone in 7 of 9.
+- *2031, gone on with*, written before any of these visits was driven, at 14:25 of the day of
+  2034: so many others use the computer that the first visit of 2034, one of MPPI, takes most of
+  an hour, and few would be left. Twelve harmful faults of 2031 were found but never visited: nine
+  of RPP, DWB and Graceful, whose trials take a fifth of MPPI's. The doctor of 2034, unchanged,
+  visits these in the order of 2031 until about 14:48. They are not blind as those of 2034 are:
+  that they do harm was known when the doctor was changed, and three of them made it try critics'
+  switches and limits of motion before 2032. What a visit of them ends in was not known. They are
+  told apart in the tables. *Expected*: first in 7 of 9, gone in 7 of 9.
 
 Unit: one fault, which is one file. Intervals are Wilson's, 95%. Faults of one controller share
 their sound file, so they are less apart than the intervals suppose.
