@@ -34,7 +34,7 @@ from drake_navbench.typed_files.name_lists import packaged_table
 _MARKS = packaged_table(__package__, "release_marks.yaml")
 # Parameters that only releases before Humble read.
 BEFORE_HUMBLE: tuple[str, ...] = tuple(_MARKS["before_humble"])
-# All parameters of older releases that Humble does not read.
+# These and further parameters that Humble does not read; newer releases read some of them again.
 READ_BEFORE_HUMBLE = frozenset((*BEFORE_HUMBLE, *_MARKS["read_before_humble"]))
 # The last part of a parameter's name -> the first, or the last, release that reads it.
 SINCE, UNTIL = (
@@ -100,7 +100,7 @@ def release_of(sections: Iterable[Section], given: str | None) -> Found:
     paths, plugins, since, until, _ = marks = _marks(sections)
     if paths:
         return paths[0]
-    # Of names of both kinds the more frequent kind counts: the others are slips.
+    # If a file has plugins of both kinds, the more frequent kind counts: the others are slips.
     counts = Counter(map(_release, plugins))
     newest = max(plugins, key=lambda f: (counts[f.release], f.release), default=None)
     if newest is not None and newest.release is LAST_OF_OLD_NAMES:

@@ -73,7 +73,7 @@ class Judged:
 
     @property
     def left(self) -> int:
-        """How often any symptom is shown with the change, all trials together."""
+        """The number of symptoms that the trials show with the change, all together."""
         return sum(self.after.values())
 
     @property

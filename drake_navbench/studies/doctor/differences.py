@@ -94,7 +94,7 @@ def _abnormal(facts: Facts) -> Iterator[Suspicion]:
 
 
 def _contradictions(facts: Facts) -> Iterator[Suspicion]:
-    """Yields what the file contradicts itself in, which is wrong for any robot."""
+    """Yields ways out of the contradictions of a file, which are wrong for any robot."""
     yield from _speeds_that_differ(facts)
     yield from _costmaps_that_differ(facts)
 

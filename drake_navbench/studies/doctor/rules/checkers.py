@@ -27,7 +27,7 @@ OF_PATIENCE = 0.6
 
 
 def _half_turn_s(f: Facts) -> float:
-    """Returns how long the largest turn on the spot takes at full speed, s."""
+    """Returns the duration of the largest turn on the spot at full speed, s."""
     return math.pi / max(f.number("controller.rotate_to_heading_angular_vel", 2.0), 1e-3)
 
 

@@ -12,7 +12,7 @@ S = Symptom
 
 
 def _look_m(f: Facts) -> float:
-    """Returns how far ahead RPP looks for a collision at full speed, m."""
+    """Returns the way ahead that RPP looks along for a collision at full speed, m."""
     return f.speed_mps * f.number("controller.max_allowed_time_to_collision_up_to_carrot", 1.0)
 
 
