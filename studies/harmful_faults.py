@@ -65,6 +65,40 @@ it does harm. Written before anything was driven:
   files close to Nav2's: of 111 public files with a known cure 5 have three abnormal values or
   fewer, and the others are treated as before.
 
+- *Seed 2034*, and 2035 if time is left, written before any of their faults was read or driven, for
+  the doctor of the commit that adds this. What was changed, with the misses of 2030 to 2033 and the
+  parameters of all sound files known, but not the draw: (a) a DWB limit of motion has no usual
+  value of 0, so one that is too low has a way back; (b) speeds that contradict each other in the
+  file have ways out to both sides, not only downwards; (c) a number that differs between the two
+  costmaps is set to that of the other one, in each; (d) if fewer than three values are abnormal,
+  limits of motion and ranges 2.5 times off follow; (e) of several changes that take the symptom
+  away, all are judged on all probes, and one that leaves two symptoms fewer than another goes
+  first: what only makes up for a fault leaves the fault's other symptoms; (f) who still nears its
+  goal at half of its speed when a probe ends, is not stuck: a cure that lowers the speed was held
+  against it; (g) costmap outlines are tried where the robot's body is known from elsewhere (not
+  here: the robot is a built-in one). Counted over all numbers and switches of the sound files at
+  both strengths and in both directions, the way back is now among the first changes for 192 of 212
+  of RPP (151 before), 233 of 244 of DWB (191) and 171 of 183 of Graceful (136); most of the others
+  nothing reads.
+  *The census* is that of 2033, with one step more, since chance was taken for harm in 2032: a
+  probe that shows the new symptom is driven with two further seeds, in the spoilt and in the sound
+  file; the fault is harmful if at least two of the three spoilt trials show it and none of the
+  sound ones. A controller's census ends with its sixth harmful fault. Aim: twenty visits, until
+  about 14:45 of the day. The end of the time ends the study.
+  *Expected*: first 80% or more, gone 85% or more, of these nothing worse 90% or more. The method
+  without skill that does best should be the likeliest abnormal value, with some 75%; if that has as
+  many as the doctor, driving adds nothing here. (e) should decide in few visits. If first is below
+  65%, the changes are no good.
+
+- *2031, gone on with*, written before any of these visits was driven, at 14:25 of the day of
+  2034: so many others use the computer that the first visit of 2034, one of MPPI, takes most of
+  an hour, and few would be left. Twelve harmful faults of 2031 were found but never visited: nine
+  of RPP, DWB and Graceful, whose trials take a fifth of MPPI's. The doctor of 2034, unchanged,
+  visits these in the order of 2031 until about 14:48. They are not blind as those of 2034 are:
+  that they do harm was known when the doctor was changed, and three of them made it try critics'
+  switches and limits of motion before 2032. What a visit of them ends in was not known. They are
+  told apart in the tables. *Expected*: first in 7 of 9, gone in 7 of 9.
+
 Unit: one fault, which is one file. Intervals are Wilson's, 95%. Faults of one controller share
 their sound file, so they are less apart than the intervals suppose.
 """
@@ -104,23 +138,25 @@ from drake_navbench.studies.doctor.symptoms import Symptom
 from drake_navbench.studies.doctor.visit import BY_WEIGHT, FIRST_SEEDS, seen_in
 
 DRIVEN = HERE / "harmful_faults.json"
-SEEDS = (2030, 2031, 2032, 2033)
+SEEDS = (2030, 2031, 2032, 2033, 2034, 2035)
 # In the order of the turns; a controller's place in it is part of its draw.
 CONTROLLERS = ("rpp", "dwb", "graceful", "mppi", "teb")
 CONTROLLERS_OF = {2030: CONTROLLERS[:3], 2031: CONTROLLERS[:4]} | dict.fromkeys(
-    (2032, 2033), CONTROLLERS
+    SEEDS[2:], CONTROLLERS
 )
-HARMFUL_EACH = {2030: 6, 2031: 4, 2032: 3, 2033: 3}
+HARMFUL_EACH = {2030: 6, 2031: 4, 2032: 3, 2033: 3, 2034: 6, 2035: 6}
 # Trials of each probe by which a fault is found harmful.
-LOOKS = {2030: FIRST_SEEDS, 2031: FIRST_SEEDS, 2032: 1, 2033: 1}
+LOOKS = {2030: FIRST_SEEDS, 2031: FIRST_SEEDS} | dict.fromkeys(SEEDS[2:], 1)
 # The probes by which it is, of the seeds that do not have all.
 SIX_PROBES = (
     "door_rough", "right_angle", "box_on_path", "person_crossing", "closed_way", "exact_heading",
 )  # fmt: skip
-SCREENED_IN = {2032: SIX_PROBES, 2033: SIX_PROBES}
+SCREENED_IN = dict.fromkeys(SEEDS[2:], SIX_PROBES)
+# From this seed on harm is confirmed by this many trials, of which at least this share show it.
+CONFIRMED_FROM, CONFIRMING, CONFIRMED_SHARE = 2034, 3, 0.6
 MILD, STRONG = 3.0, 10.0
 # Parameters of a controller that are screened in one batch.
-TOGETHER = {2030: 8, 2031: 8, 2032: 4, 2033: 4}
+TOGETHER = {2030: 8, 2031: 8} | dict.fromkeys(SEEDS[2:], 4)
 
 
 def in_draw_order(controller: str, seed: int) -> list[tuple[str, Any, bool]]:
@@ -247,9 +283,22 @@ def _mildest(faults: list[Fault], folder: Path, sound: set[str], seed: int) -> d
         names = SCREENED_IN.get(seed, ())
         (rows,) = _rows_of([spoilt_file(fault)], folder, LOOKS[seed], names)
         new = _new(rows, sound)
+        if new and seed >= CONFIRMED_FROM:
+            new = _confirmed(fault, new, rows, folder)
         if new:
             return {"spoilt": fault.spoilt, "harmful": new}
     return {"spoilt": faults[-1].spoilt}
+
+
+def _confirmed(fault: Fault, new: list[str], rows: list[Row], folder: Path) -> list[str]:
+    """Returns the new symptoms that further seeds confirm and the sound file does not show."""
+    names = {name for s, several in seen_in(rows).items() if s.value in new for name in several}
+    probes = tuple(name for name in SIX_PROBES if name in names)
+    files = [spoilt_file(fault), sound_file(fault.controller)]
+    spoilt, sound = _rows_of(files, folder, CONFIRMING, probes)
+    sure = seen_in(spoilt, share=CONFIRMED_SHARE)
+    sound_ones = {s.value for s in seen_in(sound, share=1e-9)}
+    return [name for name in new if name in {s.value for s in sure} - sound_ones]
 
 
 def _new(rows: list[Row], sound: set[str]) -> list[str]:
@@ -350,7 +399,8 @@ def harmful_lines() -> Iterator[str]:
 
 def _seed_lines(seed: int, own: list[dict[str, Any]]) -> Iterator[str]:
     harmful = [entry for entry in own if entry["harmful"]]
-    visited = [entry for entry in harmful if "first" in entry]
+    later = [entry for entry in harmful if "by" in entry]
+    visited = [entry for entry in harmful if "first" in entry and entry not in later]
     refused = sum("refused" in entry for entry in own)
     taken = ", ".join(
         f"{sum(entry['controller'] == c for entry in own)} of {len(candidates(c))} of {c}"
@@ -364,8 +414,14 @@ def _seed_lines(seed: int, own: list[dict[str, Any]]) -> Iterator[str]:
     )
     yield f"By controller: {by_controller}."
     yield from ["", *_undriven_lines(harmful)]
-    if not visited:
-        return
+    if visited:
+        yield from _visited_lines(visited)
+    if later:
+        yield from ["", "Gone on with by the doctor of 2034, which knew that these do harm:"]
+        yield from _visited_lines(later)
+
+
+def _visited_lines(visited: list[dict[str, Any]]) -> Iterator[str]:
     yield from score_lines(visited)
     chance = np.mean([0.5 / len(candidates(entry["controller"])) for entry in visited])
     yield f"Any parameter and direction at random: {chance:.1%}."
@@ -445,7 +501,13 @@ These four were known when the doctor was changed: it now tries a speed that the
 drive, critics' switches and, last of all, limits of motion. It was also changed for reasons found
 by reading its code: a trial in which the program fails is no cure, a drive that a change cuts short
 shows no fall, and the search has seeds of its own. The changed doctor was not scored; it has the
-seed 2032.""",
+seed 2032.
+
+Of the nine faults that the doctor of 2034 was to go on with, time sufficed for one. Its way back is
+the other costmap's 0.45 m, so the contradiction of the costmaps was set right, in place of Nav2's
+0.55 m. The next visit, of DWB's `PathDist.scale`, was stopped after 350 trials: the unchanged file
+shows `no_recovery` in 11 of 52 trials beside the person. So seldom a symptom cannot be shown to
+fall in 12 pairs, and the visit tries all its changes.""",
     2032: """\
 Seven visits, of the twelve aimed at, leave the goals open: the symptom went in all seven, but
 in one of them a touch came with the change on further seeds, and the first cause is the spoilt
@@ -482,6 +544,15 @@ the change that is offered is `k_delta` (6 -> 0 of 8 fresh trials), and the scor
 first cause. DWB's `GoalDist.scale`: the way back does not help (mean severity 0.5 before, 1.0
 after, four pairs). So that symptom comes with the sound value, too: the census, with one seed of a
 probe, took chance for harm.""",
+    2034: """\
+No visit was driven to its end, so this seed says nothing about the goals. Others used the computer,
+and a trial of MPPI took ten seconds and more. Two of the parameters taken do harm, both of MPPI.
+The visit of PathFollowCritic's `cost_power` of 10 was stopped in its judgement to go on with 2031,
+of which more could be visited. It shows what the census still lacks: two of three trials had stops
+and starts, but of the first eight fresh ones one has, so two of three seeds are chance, too.
+
+The reader's part of the expectation holds: the way back is among the first changes (counted at the
+top of the study). What (e) and (f) do in visits is not known but for the one of 2031.""",
 }
 
 

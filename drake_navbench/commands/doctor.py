@@ -104,7 +104,7 @@ def _add_file(parser: argparse.ArgumentParser) -> None:
         "use another robot, nav2 or map of the list that --package prints, or none",
     )
     option("--controller NAME", "controller of the file to examine (the first one)")
-    option("--symptom CLASS", "class of the symptom; a wrong name lists all classes")
+    option("--symptom CLASS", "class of the symptom, or your own words for it")
     option("--told TEXT", "symptom and robot in your own words", default="")
     option(
         "--nav2-release",
@@ -326,9 +326,19 @@ def _proposed(arguments: argparse.Namespace, patient: Patient) -> list[Trial]:
 
 
 def _symptom(arguments: argparse.Namespace) -> Symptom | None:
-    from drake_navbench.studies.doctor.symptoms import symptom_called
+    """Returns the class of the user's symptom, and says which one was taken for words."""
+    from drake_navbench.studies.doctor.complaints import symptom_called, symptoms_told
 
-    return None if arguments.symptom is None else symptom_called(arguments.symptom)
+    if arguments.symptom is None:
+        return None
+    found = symptom_called(arguments.symptom)
+    next_ones = symptoms_told(arguments.symptom)[1:3]
+    if next_ones:
+        print_text(
+            f"Symptom: your words are taken as {found}; the next likeliest classes are "
+            f"{' and '.join(next_ones)} (--symptom NAME takes another).\n"
+        )
+    return found
 
 
 def _words(arguments: argparse.Namespace) -> str:

@@ -7,6 +7,7 @@ only some read. Source: the branches humble, iron, jazzy, kilted and lyrical of 
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Iterable, Mapping
 from typing import Any, NamedTuple
 
@@ -33,6 +34,8 @@ from drake_navbench.typed_files.name_lists import packaged_table
 _MARKS = packaged_table(__package__, "release_marks.yaml")
 # Parameters that only releases before Humble read.
 BEFORE_HUMBLE: tuple[str, ...] = tuple(_MARKS["before_humble"])
+# These and further parameters that Humble does not read; newer releases read some of them again.
+READ_BEFORE_HUMBLE = frozenset((*BEFORE_HUMBLE, *_MARKS["read_before_humble"]))
 # The last part of a parameter's name -> the first, or the last, release that reads it.
 SINCE, UNTIL = (
     {name: Release(release) for release, names in _MARKS[mark].items() for name in names}
@@ -97,7 +100,9 @@ def release_of(sections: Iterable[Section], given: str | None) -> Found:
     paths, plugins, since, until, _ = marks = _marks(sections)
     if paths:
         return paths[0]
-    newest = max(plugins, key=_release, default=None)
+    # If a file has plugins of both kinds, the more frequent kind counts: the others are slips.
+    counts = Counter(map(_release, plugins))
+    newest = max(plugins, key=lambda f: (counts[f.release], f.release), default=None)
     if newest is not None and newest.release is LAST_OF_OLD_NAMES:
         return _humble_or_iron(marks)
     # `max` takes the first of equals, in the order of the file.

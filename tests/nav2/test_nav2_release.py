@@ -107,6 +107,14 @@ def test_a_path_in_the_installation_of_a_release_tells_it_outright(tmp_path, pat
     assert found.mark in (f"/opt/ros/{release}", "nav2_navfn_planner/NavfnPlanner")
 
 
+def test_of_plugins_named_as_in_different_releases_the_more_frequent_names_tell_it(tmp_path):
+    behaviors = [f'{n}: {{plugin: "nav2_behaviors/{n}"}}' for n in ("Spin", "BackUp")]
+    planner = 'GridBased: {plugin: "nav2_navfn_planner::NavfnPlanner"}'
+    assert told_by(tmp_path, *behaviors, planner).release == "humble"
+    # One of each: the newer one.
+    assert told_by(tmp_path, behaviors[0], planner).release == "jazzy"
+
+
 def test_the_recoveries_server_is_of_before_humble(tmp_path):
     path = tmp_path / "nav2.yaml"
     path.write_text("recoveries_server:\n  ros__parameters:\n    use_sim_time: false\n")

@@ -72,6 +72,11 @@ class Judged:
         return sorted(found, key=lambda name: name != Symptom.COLLISION)
 
     @property
+    def left(self) -> int:
+        """The number of symptoms that the trials show with the change, all together."""
+        return sum(self.after.values())
+
+    @property
     def helps(self) -> bool:
         """Whether the symptom is gone or rare, and no other one has come.
 
@@ -94,6 +99,19 @@ class Judged:
         return not self.is_rare and self.after_target <= self.before_target // 2
 
 
+def best_of(judged: Sequence[Judged]) -> Judged | None:
+    """Returns the helping change that brings the fewest other symptoms; None if no change helps.
+
+    Of several the one that leaves the fewest symptoms; a difference that may be chance is none, and
+    then the likelier cause stays first.
+    """
+    helping = [entry for entry in judged if entry.helps]
+    fewest = min((len(entry.worse) for entry in helping), default=0)
+    able = [entry for entry in helping if len(entry.worse) == fewest]
+    left = min((entry.left for entry in able), default=0)
+    return next((entry for entry in able if entry.left <= left + CHANCE), None)
+
+
 def judge(
     patient: Patient,
     tried: Sequence[Tried],
@@ -107,8 +125,9 @@ def judge(
 ) -> Iterator[Judged]:
     """Yields the judgements of the best changes, until one helps and brings nothing else.
 
-    The smallest sets come first. seed: of the visit. bar: the severity above which a trial shows
-    the symptom.
+    Of several changes that take the symptom away, all are judged while the budget lasts: one may
+    only make up for the cause and leave its other symptoms. The smallest sets come first. seed: of
+    the visit. bar: the severity above which a trial shows the symptom.
     """
     shown = [e for e in tried if e.verdict is Verdict.SHOWN and e.trial is not None]
     enough = [e for e in shown if e.after <= 0.5 * bar] or shown
@@ -117,8 +136,11 @@ def judge(
     own = [probes[name] for name in showing]
     rest = [probe for name, probe in probes.items() if name not in showing]
     fresh = seed + FRESH_SEED
+    has_helped = False
     for entry in enough[:MOST_JUDGED]:
         assert entry.trial is not None
+        if has_helped and not (entry.takes_all and driver.left_s > 0.0):
+            return
         # The first look has driven the unchanged file on the other probes.
         count = (2 * len(own) + len(rest)) * FRESH_SEEDS
         driver.tell(
@@ -140,9 +162,10 @@ def judge(
             everything = [these + more for these, more in zip(rows, further, strict=True)]
             found = _judged(entry, entry.trial, everything, rows, symptom, showing, bar)
         yield found
-        if (found.helps and not found.worse) or found.is_rare:
+        if found.is_rare:
             # No change can be judged if the symptom hardly shows on fresh seeds.
             return
+        has_helped |= found.helps and not found.worse
 
 
 def _fails(old: Sequence[Row], new: Sequence[Row]) -> bool:

@@ -18,11 +18,12 @@ from typing import NamedTuple
 
 from pydantic import Field
 
+from drake_navbench.errors import InputError
 from drake_navbench.plugins.releases import Release
 from drake_navbench.studies.doctor.causes import Cause, Direction
 from drake_navbench.studies.doctor.facts import Facts
 from drake_navbench.studies.doctor.suspects import parsed_cause
-from drake_navbench.studies.doctor.symptoms import Symptom
+from drake_navbench.studies.doctor.symptoms import LOOKS_LIKE, OTHER_WORDS, Symptom
 from drake_navbench.typed_files.typed_yaml import FrozenModel, read_yaml, validate
 
 FOLDER = Path(__file__).parent / "words" / "complaints"
@@ -32,6 +33,10 @@ OTHER_SYMPTOM = 0.3
 FEW_WORDS = 250.0
 # The number of complaints, the most alike, that count.
 MOST_ALIKE = 8
+# The number of complaints, the most alike, that tell the class of a user's words.
+MOST_ALIKE_FOR_CLASS = 40
+# The factor of the line on what a class looks like, which for one or two words tells more.
+OF_THE_LINE = 2.0
 # The reason for the other cures of a complaint.
 ALSO = "A complaint like yours may have this cure as well."
 WORD = re.compile(r"[a-z]{3,}|\d{3}")
@@ -141,12 +146,51 @@ def causes_by_words(facts: Facts, symptom: Symptom, words: str) -> list[tuple[fl
     return list(best.values())
 
 
+def symptom_called(text: str) -> Symptom:
+    """Returns the class that is named or told; raises InputError with all classes."""
+    classes = symptoms_told(text)
+    if not classes:
+        raise InputError(
+            f"--symptom {text!r}: unknown class of symptoms; expected one of {', '.join(Symptom)}"
+        )
+    return classes[0]
+
+
+def symptoms_told(text: str) -> list[Symptom]:
+    """Returns the class that is named, else the classes that a user's words may tell.
+
+    The likeliest is first. Every known complaint that is like the words counts for its symptoms, by
+    the cosine, and for its second one half as much; so does the line on what each class looks like.
+    """
+    name = re.sub(r"[\s-]+", "_", text.strip().lower())
+    if name in list(Symptom):
+        return [Symptom(name)]
+    alike = sorted(_cosines(text), key=lambda item: -item[1])[:MOST_ALIKE_FOR_CLASS]
+    likeness, own = dict.fromkeys(Symptom, 0.0), terms_of(text)
+    for entry, cosine in alike:
+        for number, symptom in enumerate(entry.complaint.symptoms, 1):
+            likeness[symptom] += cosine / number
+    for symptom in Symptom:
+        line = f"{symptom} {LOOKS_LIKE[symptom]}; {OTHER_WORDS[symptom]}"
+        likeness[symptom] += OF_THE_LINE * _cosine(own, terms_of(line))
+    found = [symptom for symptom, like in likeness.items() if like > 0.0]
+    return sorted(found, key=lambda symptom: -likeness[symptom])
+
+
+def _cosine(own: frozenset[str], terms: frozenset[str]) -> float:
+    """Returns the likeness of the terms of a user's words to others, 0 to 1."""
+    weights = _weights()
+    shared = sum(weights[term] for term in own & terms if term in weights)
+    if shared == 0.0:
+        return 0.0
+    length = max(sum(weights.get(term, 0.0) for term in own), FEW_WORDS)
+    return shared / math.sqrt(length * sum(weights.get(term, 0.0) for term in terms))
+
+
 def _cosines(words: str) -> Iterator[tuple[Known, float]]:
     """Yields the known complaints that share a term with a user's words, and the cosine, 0 to 1."""
-    weights = _weights()
-    own = terms_of(words) & weights.keys()
-    length = max(sum(weights[term] for term in own), FEW_WORDS)
+    own = terms_of(words)
     for entry in known_complaints():
-        shared = sum(weights[term] for term in own & entry.terms)
-        if shared > 0.0:
-            yield entry, shared / math.sqrt(length * sum(weights[term] for term in entry.terms))
+        cosine = _cosine(own, entry.terms)
+        if cosine > 0.0:
+            yield entry, cosine

@@ -54,6 +54,9 @@ TANGENT_POINTS = 10
 STRAIGHT_RAD = 0.15
 # Who stops and turns by this much has stopped to turn, rad.
 WANTED_TURN_RAD = 0.5
+# Who comes nearer to its goal by this share of the speed that is asked for, in the last seconds of
+# a drive, is under way, and only the time was short.
+UNDER_WAY, LAST_S = 0.5, 3.0
 # What counts as at the goal beyond its tolerance, m.
 NEAR_GOAL_M = 0.6
 
@@ -271,8 +274,16 @@ def _goes_on(d: Drive) -> float:
     return float(d.outcome is Outcome.TIMED_OUT and d.is_impossible)
 
 
+def _is_under_way(d: Drive) -> bool:
+    count = round(LAST_S / d.step_s)
+    if len(d.to_goal_m) <= count:
+        return False
+    nearer_m = float(d.to_goal_m[-1 - count] - d.to_goal_m[-1])
+    return nearer_m >= UNDER_WAY * LAST_S * max(d.asked_mps, 0.1)
+
+
 def _not_there(d: Drive) -> float:
-    if d.is_impossible or d.outcome is not Outcome.TIMED_OUT:
+    if d.is_impossible or d.outcome is not Outcome.TIMED_OUT or _is_under_way(d):
         return 0.0
     return float(d.to_goal_m[-1] < max(1.0, 2.0 * d.tolerance_m))
 
@@ -281,7 +292,7 @@ def _stuck(d: Drive) -> float:
     if d.is_impossible or d.to_goal_m[-1] < max(1.0, 2.0 * d.tolerance_m):
         return 0.0
     if d.outcome is Outcome.TIMED_OUT:
-        return 1.0
+        return float(not _is_under_way(d))
     return float(d.recovers or REFUSAL) if d.is_refused else 0.0
 
 

@@ -17,7 +17,13 @@ from drake_navbench.studies.doctor.facts import Facts
 from drake_navbench.studies.doctor.far_values import is_robots_own
 from drake_navbench.studies.doctor.in_effect import is_in_effect
 from drake_navbench.studies.doctor.reading import Suspicion
-from drake_navbench.studies.doctor.usual import FAR, Unusual, unusual_value, usual_switches
+from drake_navbench.studies.doctor.usual import (
+    FAR,
+    Unusual,
+    unusual_value,
+    usual_switches,
+    usual_values,
+)
 
 # Scores of the candidates; suspects have weights of 0 to 1. FAR_SCORE: a value far from the usual
 # ones. OTHER_SCORE: any other unusual value. SWITCH_SCORE: a switch. FAR_OWN_SCORE, OWN_SCORE: a
@@ -44,19 +50,24 @@ LIMITS, LISTS = ("controller.max_speed_xy",), ("velocity_smoother.max_velocity",
 def with_differences(suspicions: Sequence[Suspicion], facts: Facts) -> list[Suspicion]:
     """Returns the suspicions with those that the file's differences from Nav2 add, by score."""
     known = {(p, s.cause.direction) for s in suspicions for p in facts.matching(s.cause.place)}
-    found = [*_differences(facts), *_speed_beyond_its_limits(facts)]
-    more = [s for s in found if s.cause.key not in known]
-    return sorted([*suspicions, *more], key=lambda s: -s.score)
+    found = [*_contradictions(facts), *_differences(facts)]
+    more = {s.cause.key: s for s in reversed(found) if s.cause.key not in known}
+    return sorted([*suspicions, *reversed(more.values())], key=lambda s: -s.score)
 
 
 def ways_back(suspicions: Sequence[Suspicion], facts: Facts) -> list[Suspicion]:
     """Returns the suspicions that set an abnormal value back to Nav2's, in their order.
 
-    The list is empty if more than `MOST_BACK` values of the file are abnormal.
+    The list is empty if more than `MOST_BACK` values of the file are abnormal. If fewer are, limits
+    of motion and ranges far from Nav2's follow, but not the speed that the file asks for.
     """
     back = {d.cause.key: d for d in _abnormal(facts)}
     if len(back) > MOST_BACK:
         return []
+    for other in _differences(facts):
+        if other.score == FAR_OWN_SCORE and other.cause.place != facts.speed_place:
+            back.setdefault(other.cause.key, other)
+    back = dict([*back.items()][:MOST_BACK])
     found: dict[tuple[str, Direction], Suspicion] = {}
     for suspicion in suspicions:
         cause = suspicion.cause
@@ -79,22 +90,64 @@ def _abnormal(facts: Facts) -> Iterator[Suspicion]:
             and (not is_own or abs(math.log(other.ratio)) >= math.log(OWN_ABNORMAL) - 1e-9)
         ):
             yield found
-    yield from _speed_beyond_its_limits(facts)
+    yield from _contradictions(facts)
 
 
-def _speed_beyond_its_limits(facts: Facts) -> list[Suspicion]:
-    """Returns a suspicion if the controller asks for a speed above another limit of the file.
+def _contradictions(facts: Facts) -> Iterator[Suspicion]:
+    """Yields ways out of the contradictions of a file, which are wrong for any robot."""
+    yield from _speeds_that_differ(facts)
+    yield from _costmaps_that_differ(facts)
 
-    The right speed depends on the robot, but a file that contradicts itself is wrong for any robot.
+
+def _speeds_that_differ(facts: Facts) -> Iterator[Suspicion]:
+    """Yields ways out if the controller asks for a speed far from what the file lets drive.
+
+    Where a limit is too low, the speed that is asked for is lowered or the limit is raised.
     """
-    limits = [facts.number(place) for place in LIMITS]
-    limits += [facts.axis(place, 0) or 0.0 for place in LISTS]
-    least = min((limit for limit in limits if limit > 0.0), default=math.inf)
-    if facts.asked_mps <= OTHER * least:
-        return []
-    why = f"The file lets nothing drive faster than {least:g} m/s."
-    cause = Cause(facts.speed_place, Direction.DOWN, least, why, SOURCE)
-    return [Suspicion(cause, FAR_SCORE, (why,))]
+    asked = facts.asked_mps
+    limits = {place: facts.number(place) for place in LIMITS}
+    limits |= {place: facts.axis(place, 0) or 0.0 for place in LISTS}
+    limits = {place: limit for place, limit in limits.items() if limit > 0.0}
+    if not limits or asked <= 0.0:
+        return
+    low = min(limits, key=lambda place: limits[place])
+    least = limits[low]
+    if asked > OTHER * least:
+        why = f"The file lets nothing drive faster than {least:g} m/s."
+        cause = Cause(facts.speed_place, Direction.DOWN, least, why, SOURCE)
+        yield Suspicion(cause, FAR_SCORE, (why,))
+        why = f"The controller asks for {asked:g} m/s."
+        to = asked if low in LIMITS else [asked, *facts[low][1:]]
+        yield Suspicion(Cause(low, Direction.UP, to, why, SOURCE), FAR_SCORE, (why,))
+    elif least > FAR * asked:
+        why = f"All else in the file lets the robot drive {least:g} m/s."
+        cause = Cause(facts.speed_place, Direction.UP, least, why, SOURCE)
+        yield Suspicion(cause, FAR_OWN_SCORE, (why,))
+
+
+def _costmaps_that_differ(facts: Facts) -> Iterator[Suspicion]:
+    """Yields each number that differs between the costmaps, to be set to that of the other one.
+
+    Both see the same robot and sensors. Where both numbers are Nav2's, as of update_frequency, they
+    differ on purpose.
+    """
+    for local in sorted(facts.given - facts.unreadable):
+        other = local.replace("local_costmap.", "global_costmap.")
+        if other == local or other not in facts.given:
+            continue
+        own, twin = facts.number(local), facts.number(other)
+        if own * twin <= 0.0 or abs(math.log(own / twin)) < math.log(ABNORMAL):
+            continue
+        places = [(local, twin), (other, own)]
+        if not all(is_in_effect(facts, place) for place, _ in places):
+            continue
+        known = usual_values(facts.kinds)
+        if all(known.get(p) and not unusual_value(facts, p, least=OTHER) for p, _ in places):
+            continue
+        for place, to in places:
+            up = Direction.UP if to > facts.number(place) else Direction.DOWN
+            why = f"The other costmap has {to:g}."
+            yield Suspicion(Cause(place, up, to, why, SOURCE), OTHER_SCORE, (why,))
 
 
 def _differences(facts: Facts) -> Iterator[Suspicion]:

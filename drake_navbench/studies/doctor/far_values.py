@@ -22,11 +22,13 @@ MOST = 3
 # A symptom is named if the way back to the usual value is its cure with at least this weight.
 LEAST_WEIGHT = 0.2
 # Parameters that depend on the robot, its sensors or its floor, so no value is unusual: speeds,
-# radii, ranges, heights, samples of a sideways drive. "*" stands for any text.
+# radii, ranges, heights, samples of a sideways drive; and numbers that name a choice. "*" stands
+# for any text.
 OF_THE_ROBOT = (
     "*vel", "*vel_[xy]", "*vel_theta", "*speed*", "v[xy]_m*", "wz_m*", "v_linear*", "v_angular*",
     "max_accel", "max_decel", "robot_radius", "*range", "*obstacle_height", "wheelbase",
     "*turning*", "vy_*", "*velocity_threshold", "weight_acc_lim*", "footprint*",
+    "combination_method",
 )  # fmt: skip
 ELSEWHERE = ("amcl.", "global_costmap.width", "global_costmap.height")
 # Low values of these may be those of a weak base; high ones are unusual for any robot.
@@ -52,7 +54,7 @@ def far_values(facts: Facts, fired: Sequence[Finding]) -> list[Finding]:
         if far is not None and not is_robots_own(far) and not _is_in_range(far):
             found.append(far)
     found.sort(key=lambda far: (-abs(math.log(far.ratio)), far.place))
-    return [_finding(far, facts.kinds) for far in found[:MOST]]
+    return [_finding(far, facts) for far in found[:MOST]]
 
 
 def is_robots_own(far: Unusual) -> bool:
@@ -79,16 +81,19 @@ def _is_in_range(far: Unusual) -> bool:
     return is_known and is_above and (high is None or far.value <= high)
 
 
-def _finding(far: Unusual, kinds: tuple[str, ...]) -> Finding:
+def _finding(far: Unusual, facts: Facts) -> Finding:
     name = far.place.removeprefix("controller.")
     seen = (
         f"{name} is {far.value:g}, {_plain(far.ratio)} times the usual {far.nearest:g} (Nav2's "
         "default or nav2_bringup's value); keep it if you chose it on purpose"
     )
-    cause = Cause(far.place, far.back, far.nearest, seen, SOURCE)
+    # A whole number stays one: Nav2 refuses a number of another type.
+    is_whole = isinstance(facts[far.place], int)
+    to = round(far.nearest) if is_whole else far.nearest
+    cause = Cause(far.place, far.back, to, seen, SOURCE)
     rule = Rule(
         f"{FAR}{far.place.rpartition('.')[2]}", lambda facts: True, lambda facts: seen,
-        _symptoms(far.place, far.back, kinds), (cause,), SOURCE,
+        _symptoms(far.place, far.back, facts.kinds), (cause,), SOURCE,
     )  # fmt: skip
     return Finding(rule, seen, (cause,))
 

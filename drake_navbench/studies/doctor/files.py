@@ -8,6 +8,8 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.check import Status
 from drake_navbench.inputs.presets import Preset
@@ -92,7 +94,7 @@ class Patient:
         alone = self.columns()
         if before.setup.robot.drive != alone.setup.robot.drive:
             raise InputError("asks more of the base than the file does")
-        if after.setup.robot.radii != alone.setup.robot.radii:
+        if not np.array_equal(after.setup.robot.outline, alone.setup.robot.outline):
             raise InputError("changes the outline, which is the robot's own body here")
         return self.chosen(before), self.chosen(after)
 

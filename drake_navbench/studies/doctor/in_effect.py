@@ -75,6 +75,10 @@ OF_THE_COSTMAP = frozenset(
 )
 
 
+# DWB's parameters that its critic RotateToGoal alone reads.
+OF_ROTATE_TO_GOAL = ("xy_goal_tolerance", "trans_stopped_velocity")
+
+
 def is_in_effect(facts: Facts, place: str) -> bool:
     """Tells whether a plugin of the file reads a parameter and no switch turns it off.
 
@@ -83,6 +87,9 @@ def is_in_effect(facts: Facts, place: str) -> bool:
     block, _, name = place.partition(".")
     if block != CONTROLLER:
         return not facts.is_whole or _has_reader(facts, block, name)
+    critics = facts[f"{CONTROLLER}.critics"] if facts.is_whole and facts.is_kind("dwb") else None
+    if isinstance(critics, list | tuple) and name in OF_ROTATE_TO_GOAL:
+        return any("RotateToGoal" in str(critic) for critic in critics)
     for switch, (on, off) in SWITCHES.items():
         own = f"{CONTROLLER}.{switch}"
         value = facts[own] if facts.is_whole or own in facts.given else None

@@ -18,6 +18,7 @@ from pydantic import BaseModel, ConfigDict
 from drake_navbench.errors import InputError
 from drake_navbench.plugins.releases import Release
 from drake_navbench.studies.doctor.causes import OUTSIDE, RELEASE, Cause, Direction
+from drake_navbench.studies.doctor.complaints import symptom_called
 from drake_navbench.studies.doctor.cures import OF_SOURCES
 from drake_navbench.studies.doctor.facts import CONTROLLER, Facts, kinds_of
 from drake_navbench.studies.doctor.left_out import readable_setup
@@ -29,7 +30,6 @@ from drake_navbench.studies.doctor.partial_files import (
 )
 from drake_navbench.studies.doctor.reading import Suspicion, suspicions_of
 from drake_navbench.studies.doctor.suspects import suspects_of
-from drake_navbench.studies.doctor.symptoms import symptom_called
 from drake_navbench.typed_files.typed_yaml import read_yaml, validate
 
 TOP = 3

@@ -13,6 +13,7 @@ from typing import Any
 
 from drake_navbench.inputs.robot import Robot, merged
 from drake_navbench.inputs.scenario import Scenario
+from drake_navbench.kernels.footprint import footprint_radii
 from drake_navbench.studies.doctor.surroundings import Surroundings, tasks_on_map
 from drake_navbench.studies.doctor.symptoms import Symptom
 from drake_navbench.typed_files.typed_yaml import validate
@@ -53,11 +54,15 @@ class Size:
 
 
 def size_of(robot: Robot, speed_mps: float) -> Size:
-    """Returns the size that probes are made for."""
+    """Returns the size that probes are made for: the true outline's, where it is known."""
     outer = robot.radii[1]
-    if robot.is_circle or robot.footprint is None:
+    outline = robot.collision_outline or robot.footprint
+    if robot.collision_outline is not None:
+        outer = footprint_radii(robot.outline)[1]
+    elif robot.is_circle or outline is None:
         return Size(outer, outer, outer, outer, speed_mps or 0.3)
-    xs, ys = zip(*robot.footprint, strict=True)
+    assert outline is not None
+    xs, ys = zip(*outline, strict=True)
     half = max(abs(y) for y in ys)
     return Size(half, outer, max(xs), -min(xs), speed_mps or 0.3)
 

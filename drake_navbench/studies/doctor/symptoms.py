@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping
 from enum import StrEnum
-
-from drake_navbench.errors import InputError
 
 
 class Symptom(StrEnum):
@@ -63,49 +60,29 @@ LOOKS_LIKE: Mapping[Symptom, str] = {
     Symptom.LOCALIZATION_JUMPS: "loses its pose, or its estimated pose jumps",
 }
 
-# Other words for the same; the first pattern that is found in a user's words counts.
-SYNONYMS: tuple[tuple[str, Symptom], ...] = (
-    (r"goal.*(oscillat|hunt|swing|back and forth)|(oscillat|hunt).*goal", Symptom.GOAL_OSCILLATION),
-    (r"overshoot|past the goal|overrun|pass(es)? the (goal|heading)", Symptom.GOAL_OVERSHOOT),
-    (r"corner|cuts|leaves the path|path_deviation|off.?path", Symptom.CORNER_CUTTING),
-    (r"wobb|weav|zig.?zag|swing|oscillat|snak|shak|s.curve", Symptom.WOBBLE_STRAIGHT),
-    (r"late.?cycle|miss(es|ed)? (its |the )?rate|loop rate|cpu|overrun", Symptom.LATE_CYCLES),
-    (
-        r"jerk|stutter|stop.?(and|&)?.?(start|go)|jump(s|y) command|not smooth",
-        Symptom.STOP_START_JERK,
-    ),
-    (r"door|narrow|passage|gap|corridor", Symptom.DOOR_STOP),
-    (r"near.?miss|too close|hug|clearance", Symptom.NEAR_MISS),
-    (r"ghost|phantom|not clear|stale|never clears", Symptom.GHOST_OBSTACLES),
-    (r"ignor|not see|blind|does not avoid", Symptom.IGNORES_OBSTACLES),
-    (r"collid|collision|touch|hits?\b|clip|crash|bump|unsafe", Symptom.COLLISION),
-    (r"reverse|backward", Symptom.REVERSE_FAILURE),
-    (r"recover|stuck|back.?up fails|does not back", Symptom.NO_RECOVERY),
-    (r"abort|fail(s|ed) to make progress|gives? up (too )?(early|soon)", Symptom.FALSE_ABORT),
-    (r"gives? up (too )?late|never aborts|for ?ever", Symptom.GIVES_UP_LATE),
-    (r"stall|creep|stops? (short|before)|inch", Symptom.STALL_BEFORE_GOAL),
-    (r"not reach|never arriv|never reach|no_arrival|goal_missed", Symptom.GOAL_NOT_REACHED),
-    (r"no.?plan|planner|planning|start occupied|no valid path", Symptom.PLANNER_FAILS),
-    (r"locali[sz]|amcl|pose jump|lost", Symptom.LOCALIZATION_JUMPS),
-    (r"spin|circl|twirl|rotates? (endless|in place)", Symptom.SPINS),
-    (r"not turn|no.?turn|no_rotation|turns? wide", Symptom.NO_TURNING),
-    (
-        r"not (start|move)|no.?start|no.?motion|stands still|never leaves|stationary",
-        Symptom.NO_START,
-    ),
-    (r"slow", Symptom.TOO_SLOW),
-)
-
-
-def symptom_called(text: str) -> Symptom:
-    """Returns the class that a user's words name; raises InputError with all classes."""
-    name = re.sub(r"[\s-]+", "_", text.strip().lower())
-    if name in list(Symptom):
-        return Symptom(name)
-    plain = text.strip().lower().replace("_", " ")
-    for pattern, symptom in SYNONYMS:
-        if re.search(pattern, plain):
-            return symptom
-    raise InputError(
-        f"--symptom {text!r}: unknown class of symptoms; expected one of {', '.join(Symptom)}"
-    )
+# Other words for the same.
+OTHER_WORDS: Mapping[Symptom, str] = {
+    Symptom.WOBBLE_STRAIGHT: "wobbles, zigzags, snakes, shakes, S-curve",
+    Symptom.STOP_START_JERK: "stutters, stop and go, jumpy commands, not smooth",
+    Symptom.LATE_CYCLES: "missed its desired rate, loop rate, overrun, CPU",
+    Symptom.TOO_SLOW: "slow",
+    Symptom.NO_START: "does not move or start, stands still, never leaves, stationary",
+    Symptom.NO_TURNING: "no rotation, turns wide",
+    Symptom.SPINS: "twirls, rotates in place endlessly",
+    Symptom.REVERSE_FAILURE: "reverses",
+    Symptom.CORNER_CUTTING: "off path",
+    Symptom.NEAR_MISS: "hugs walls, clearance",
+    Symptom.COLLISION: "collides, hits, clips, crashes into or bumps into walls and obstacles",
+    Symptom.IGNORES_OBSTACLES: "ignores obstacles, is blind, does not avoid",
+    Symptom.GHOST_OBSTACLES: "phantom or stale obstacles, costmap not cleared",
+    Symptom.DOOR_STOP: "gap, corridor",
+    Symptom.STALL_BEFORE_GOAL: "stalls, stops short of the goal, inches forward",
+    Symptom.GOAL_OVERSHOOT: "overshoots, overruns the goal",
+    Symptom.GOAL_OSCILLATION: "hunts, oscillates, back and forth at the goal",
+    Symptom.GOAL_NOT_REACHED: "never arrives, goal not reached",
+    Symptom.FALSE_ABORT: "aborts, failed to make progress, gives up too early",
+    Symptom.GIVES_UP_LATE: "never aborts, gives up too late",
+    Symptom.NO_RECOVERY: "recovery, stuck, fails to back up",
+    Symptom.PLANNER_FAILS: "no valid path, planning fails, start occupied",
+    Symptom.LOCALIZATION_JUMPS: "AMCL, lost, localization",
+}

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
+from fnmatch import fnmatchcase
 from functools import cache
 from typing import Any, NamedTuple
 
@@ -53,6 +54,9 @@ OF_CODE: Mapping[str, tuple[float, ...]] = {
 }
 # From this ratio on a value is far from the usual ones.
 FAR = 2.5
+# Limits of motion of which 0, DWB's default, is no usual value: with it the robot stands.
+NEVER_ZERO = ("max_vel_x", "max_vel_theta", "max_speed*", "acc_lim_x", "acc_lim_theta",
+    "decel_lim_x", "decel_lim_theta")  # fmt: skip
 # What the defaults are made for: 0.5 m/s, a TurtleBot's radius, 20 control cycles a second.
 USUAL_SPEED_MPS, USUAL_RADIUS_M, USUAL_PERIOD_S = 0.5, 0.22, 0.05
 # Parameters whose right value grows with the robot's speed, or with its size.
@@ -94,6 +98,8 @@ def unusual_value(facts: Facts, place: str, *, least: float = FAR) -> Unusual | 
     known = usual_values(facts.kinds).get(place, ())
     if value == 0.0 and known and min(known) > 0.0:
         return Unusual(place, 0.0, min(known), 1e-9)
+    if any(fnmatchcase(place.rpartition(".")[2], name) for name in NEVER_ZERO):
+        known = tuple(u for u in known if u != 0.0)
     usual = [u for u in known if u * value > 0.0]
     # If 0 is usual, no value between 0 and another usual value is far.
     if not usual or (0.0 in known and abs(value) < max(map(abs, known))):

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 from drake_navbench.inputs.scenario import Scenario
 from drake_navbench.nav2.sensing import LIDAR_HEIGHT
-from drake_navbench.studies.doctor.change import Judged, judge
+from drake_navbench.studies.doctor.change import Judged, best_of, judge
 from drake_navbench.studies.doctor.cures import Trial
 from drake_navbench.studies.doctor.differences import ways_back, with_differences
 from drake_navbench.studies.doctor.driving import (
@@ -92,9 +92,8 @@ class Visit:
 
     @property
     def cure(self) -> Judged | None:
-        """The helping change that brings the fewest other symptoms; None if no change helps."""
-        helping = [entry for entry in self.judged if entry.helps]
-        return min(helping, key=lambda entry: len(entry.worse), default=None)
+        """The helping change that leaves the fewest symptoms; None if no change helps."""
+        return best_of(self.judged)
 
     @property
     def shown(self) -> list[Tried]:

@@ -10,6 +10,7 @@ from drake_navbench.nav2.patch import Place
 from drake_navbench.studies.doctor.causes import Cause, Direction
 from drake_navbench.studies.doctor.cures import told_with_step, trials_of
 from drake_navbench.studies.doctor.files import Patient
+from drake_navbench.studies.doctor.probes import size_of
 
 
 @pytest.fixture
@@ -33,6 +34,20 @@ def test_a_change_of_the_outline_is_not_tried_for_it_would_change_the_robot(pati
     round_robot = patient(text.replace("rolling_window: true", "robot_radius: 0.2"))
     with pytest.raises(InputError, match="changes the outline"):
         round_robot.before_and_after({Place("local_costmap/local_costmap", "robot_radius"): 0.3})
+
+
+def test_the_costmaps_outline_is_tried_where_the_body_is_known_from_the_users_own_robot(tmp_path):
+    robot = tmp_path / "mine.yaml"
+    robot.write_text("description: mine\nrobot_radius: 0.2\ndrive: {type: differential}\n")
+    text = nav2_text(RPP_BLOCK, plugin=RPP).replace("    footprint:", "    footprint_topic:")
+    path = tmp_path / "nav2.yaml"
+    path.write_text(text.replace("rolling_window: true", "robot_radius: 0.5"))
+    patient = Patient((path,), str(robot), {}, "jazzy")
+    place = Place("local_costmap/local_costmap", "robot_radius")
+    before, after = patient.before_and_after({place: 0.2})
+    assert (before.stack.radii[0], after.stack.radii[0]) == pytest.approx((0.5, 0.2), abs=0.02)
+    # Probes are made for the body of 0.2 m.
+    assert size_of(before.stack, 0.5).half_width_m == pytest.approx(0.2, abs=0.005)
 
 
 def test_to_look_at_the_outline_is_tried_alone_and_then_with_an_inflation_that_reaches_it(patient):

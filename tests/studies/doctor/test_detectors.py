@@ -92,6 +92,13 @@ def test_a_robot_that_stands_for_20_s_does_not_start_nor_recover():
     assert Symptom.GOAL_NOT_REACHED not in found
 
 
+@pytest.mark.parametrize(("speed", "is_stuck"), [(0.3, False), (0.2, True)])
+def test_who_nears_the_goal_at_half_of_the_speed_when_time_ends_is_not_stuck(speed, is_stuck):
+    """5 s at 0.3 or 0.2 of 0.5 m/s leave more than 3 m of 5."""
+    found = seen(drive(np.full(100, speed), np.zeros(100), outcome=Outcome.TIMED_OUT))
+    assert (Symptom.NO_RECOVERY in found) == is_stuck
+
+
 def test_to_stop_before_a_closed_way_is_no_fault_but_to_wait_there_for_ever_is():
     standing = drive(np.zeros(400), np.zeros(400), outcome=Outcome.ABORTED, is_impossible=True)
     assert seen(standing) == set()

@@ -84,6 +84,12 @@ def test_what_is_the_robots_own_matter_is_never_far(found):
     assert [f.rule.name for f in far(found(nav2_text(steep, plugin=DWB)))] == ["far-acc_lim_theta"]
 
 
+def test_a_whole_number_is_set_back_to_a_whole_number(found):
+    (few,) = far(found(text := nav2_text(MPPI_BLOCK | {"time_steps": 20}, plugin=MPPI)))
+    assert "time_steps: 20" in text
+    assert few.cure_told == "raise time_steps to 56"
+
+
 def test_at_most_three_far_values_are_told_and_none_that_a_rule_tells(found):
     # Weights of 5, 14 and 5, all far below; a rule tells of PathAlignCritic's.
     block = MPPI_BLOCK | {name: {"cost_weight": 0.5} for name in MPPI_BLOCK["critics"][1:]}
@@ -108,6 +114,8 @@ def test_two_costmaps_that_inflate_differently_are_found_with_the_odder_one(foun
     assert "global_costmap.inflation_radius is 0.25, but local_costmap.inflation_radius 0.7" in (
         finding.seen
     )
+    # Bringup's 0.55 m is nearer than the local costmap's 0.7 m.
+    assert finding.cure_told == "raise global_costmap.inflation_radius to 0.55 m"
     assert finding.cures[0].key == ("global_costmap.inflation_radius", Direction.UP)
     # 0.7 / 0.35 = 2.
     assert not {f.rule.name for f in found(_with_global(0.35))} & {*told} - {"plans-inflate-little"}

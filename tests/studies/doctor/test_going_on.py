@@ -91,7 +91,7 @@ def test_a_layer_that_ends_below_the_borrowed_lidar_is_told_before_anything_is_d
 @pytest.mark.parametrize(
     ("text", "options", "told"),
     [
-        ("", ["--symptom", "dances", "--read-only"], "--symptom 'dances': unknown class of sympt"),
+        ("", ["--symptom", "purple", "--read-only"], "--symptom 'purple': unknown class of sympt"),
         (RPP, ["--out", "o"], "{path}, line 20: controller_server.ros__parameters.FollowPath."),
         ("", ["--bag", "none", "--read-only"], "none: "),
         ("", ["--out", "o", "--try", "lookahead"], "--try 'lookahead': expected PARAMETER=VALUE"),

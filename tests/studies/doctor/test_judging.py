@@ -114,6 +114,28 @@ def test_where_the_best_change_brings_a_touch_the_next_one_is_judged_and_offered
     assert found.cure is found.judged[1]
 
 
+@pytest.mark.parametrize(("left", "best"), [(["spins"], 1), ([], 0)])
+def test_of_changes_that_take_the_symptom_away_the_one_that_leaves_the_fewest_others_is_offered(
+    patient, left, best
+):
+    """The file spins as well; the first change leaves that, the second does not."""
+
+    class Mixed(Rows):
+        def drive_together(self, presets, probes, trials, *, seed, must=False):
+            self.symptoms["after"] = left if not found.judged else []
+            return super().drive_together(presets, probes, trials, seed=seed)
+
+    shown = [tried(2.0, 0.0, 0.001, verdict=Verdict.SHOWN)] * 2
+    driver = Mixed(["wobble_straight", "spins"], [])
+    found = visits.Visit(patient.facts(), probes=PROBES, treated=Symptom.WOBBLE_STRAIGHT)
+    for entry in judge(
+        patient, shown, Symptom.WOBBLE_STRAIGHT, PROBES, ["straight"], driver, seed=0
+    ):
+        found.judged.append(entry)
+    assert [entry.left for entry in found.judged] == [12 * len(left), 0]
+    assert found.cure is found.judged[best]
+
+
 def test_a_touch_outweighs_what_comes_instead_and_the_price_is_told(patient):
     found = judged(patient, ["collision"], ["door_stop"], Symptom.COLLISION)
     # Every trial touched before: in none of the others anything can be worse.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pytest
+import yaml
 from doctor_texts import (
     DWB,
     DWB_BLOCK,
@@ -18,10 +19,12 @@ from nav2_setups import read_nav2_files
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.robot import load_robot
 from drake_navbench.studies.doctor.causes import Direction
+from drake_navbench.studies.doctor.complaints import symptom_called, symptoms_told
 from drake_navbench.studies.doctor.facts import facts_of
+from drake_navbench.studies.doctor.in_effect import is_in_effect
 from drake_navbench.studies.doctor.reading import RULES, findings_of, suspicions_of
 from drake_navbench.studies.doctor.suspects import all_suspects, ranges
-from drake_navbench.studies.doctor.symptoms import LOOKS_LIKE, Symptom, symptom_called
+from drake_navbench.studies.doctor.symptoms import LOOKS_LIKE, Symptom
 
 # MPPI refuses to look at the outline of a robot that is given by its radius, where it is no use.
 FOR_ROUND = "mppi-footprint-for-a-radius"
@@ -302,11 +305,52 @@ def test_a_server_that_is_not_there_is_no_suspect(facts):
     assert "velocity_smoother" in places
 
 
+def test_a_tolerance_of_dwb_that_only_a_missing_critic_reads_is_not_in_effect(facts):
+    own = DWB_BLOCK | {"xy_goal_tolerance": 0.1}
+    place = "controller.xy_goal_tolerance"
+    assert is_in_effect(facts(nav2_text(own, plugin=DWB)), place)
+    without = own | {"critics": ["BaseObstacle", "PathDist", "GoalDist"]}
+    assert not is_in_effect(facts(nav2_text(without, plugin=DWB)), place)
+
+
+def test_values_laid_over_another_file_lack_nothing(facts):
+    own = yaml.safe_load(nav2_text(RPP_BLOCK, plugin=RPP))
+    local = own["local_costmap"]["local_costmap"]["ros__parameters"]
+    del local["footprint"], local["obstacle_layer"]["observation_sources"]
+    whole = {"outline-not-given", "layer-sees-nothing"}
+    assert whole <= fired(facts(yaml.safe_dump(own))).keys()
+    del local["plugins"]
+    assert not whole & fired(facts(yaml.safe_dump(own))).keys()
+
+
+@pytest.mark.parametrize(("release", "is_told"), [("humble", True), ("jazzy", False)])
+def test_up_to_iron_a_layer_with_an_unknown_method_adds_nothing(facts, release, is_told):
+    own = yaml.safe_load(nav2_text(RPP_BLOCK, plugin=RPP))
+    own["local_costmap"]["local_costmap"]["ros__parameters"]["obstacle_layer"][
+        "combination_method"
+    ] = 3
+    found = fired(facts(yaml.safe_dump(own), release=release))
+    assert ("layer-adds-nothing-local_costmap" in found) == is_told
+
+
+def test_an_inflation_that_is_shorter_than_the_outline_by_rounding_is_none(facts):
+    # The wheelchair-like outline is 0.21 m to the side with its padding.
+    def of(radius_m):
+        text = nav2_text(RPP_BLOCK, plugin=RPP)
+        return fired(facts(text.replace("inflation_radius: 0.7", f"inflation_radius: {radius_m}")))
+
+    assert "inflation-below-inscribed-radius" in of(0.19)
+    assert "inflation-below-inscribed-radius" not in of(0.205)
+
+
 def test_symptoms_are_known_by_their_class_and_by_other_words():
     assert symptom_called("goal_overshoot") is Symptom.GOAL_OVERSHOOT
     assert symptom_called("oscillates at the goal") is Symptom.GOAL_OSCILLATION
     assert symptom_called("weaves") is Symptom.WOBBLE_STRAIGHT
     assert symptom_called("crashes into walls") is Symptom.COLLISION
+    assert (
+        symptoms_told("it creeps the last half metre to its goal")[0] is Symptom.STALL_BEFORE_GOAL
+    )
     with pytest.raises(InputError, match=r"expected one of wobble_straight, .*localization_jumps"):
         symptom_called("purple")
 

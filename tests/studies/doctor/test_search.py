@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 import pytest
-from doctor_texts import MPPI, MPPI_BLOCK, nav2_text
+import yaml
+from doctor_texts import MPPI, MPPI_BLOCK, RPP, RPP_BLOCK, nav2_text
 from fake_drives import CAUSE, PROBES, TRIAL, Counted, Rows, judged, raced, tried
 
 from drake_navbench.nav2.patch import Place
@@ -14,6 +15,7 @@ from drake_navbench.studies.doctor.causes import Cause, Direction
 from drake_navbench.studies.doctor.cures import Trial
 from drake_navbench.studies.doctor.differences import ways_back, with_differences
 from drake_navbench.studies.doctor.experiment import TOGETHER, Experiment
+from drake_navbench.studies.doctor.files import Patient
 from drake_navbench.studies.doctor.proposals import read_proposals
 from drake_navbench.studies.doctor.race import MOST_TO_THE_END
 from drake_navbench.studies.doctor.reading import Suspicion, suspicions_of
@@ -147,9 +149,49 @@ def test_in_a_file_that_departs_from_nav2_in_many_values_none_is_set_back_first(
     # The file itself has twice Nav2's patience and 0.3 m in place of 0.5 m of progress. A limit of
     # motion counts from five times on, since robots differ: Nav2 has 1.9 rad/s.
     usual = {"movement_time_allowance", "required_movement_radius"}
-    assert set(back()) == set(back(wz_max=0.5)) == usual
+    assert set(back()) == set(back(wz_max=0.9)) == usual
     assert back(wz_max=0.3)["wz_max"] == (1.9, "Nav2 or nav2_bringup has 1.9.")
     assert back(wz_max=0.3, gamma=0.15) == {}
+    # From 2.5 times on a limit takes a place that no abnormal value needs, but not the speed.
+    assert set(back(wz_max=0.6)) == {*usual, "wz_max"}
+    assert set(back(wz_max=0.6, gamma=0.15)) == {*usual, "gamma"}
+    assert set(back(vx_max=2.0)) == usual
+
+
+def _differences_of(tmp_path, block, plugin, **nodes):
+    path = tmp_path / "other.yaml"
+    path.write_text(nav2_text(block, plugin=plugin, **nodes))
+    facts = Patient((path,), "wheelchair", {}, "jazzy").facts()
+    return {
+        (s.cause.place, s.cause.direction.value): s.cause.to for s in with_differences([], facts)
+    }
+
+
+def test_where_the_file_asks_for_more_speed_than_it_lets_drive_both_are_tried(tmp_path):
+    found = _differences_of(
+        tmp_path, RPP_BLOCK, RPP, velocity_smoother={"max_velocity": [0.1, 0.0, 1.5]}
+    )
+    assert found["controller.max_linear_vel", "down"] == 0.1
+    assert found["velocity_smoother.max_velocity", "up"] == [0.5, 0.0, 1.5]
+
+
+def test_a_source_of_which_the_costmaps_know_different_ranges_is_tried_with_both(tmp_path):
+    block = yaml.safe_load(nav2_text(RPP_BLOCK, plugin=RPP))["local_costmap"]["local_costmap"]
+    layer = block["ros__parameters"]["obstacle_layer"]
+    other = {**layer, "scan": {**layer["scan"], "obstacle_max_range": 0.5}}
+    path = tmp_path / "both.yaml"
+    content = yaml.safe_load(nav2_text(RPP_BLOCK, plugin=RPP))
+    content["global_costmap"] = {"global_costmap": {"ros__parameters": {
+        "plugins": ["obstacle_layer"], "obstacle_layer": other, "update_frequency": 1.0,
+    }}}  # fmt: skip
+    content["local_costmap"]["local_costmap"]["ros__parameters"]["update_frequency"] = 5.0
+    path.write_text(yaml.safe_dump(content, sort_keys=False))
+    facts = Patient((path,), "wheelchair", {}, "jazzy").facts()
+    found = {s.cause.place: s.cause.to for s in with_differences([], facts)}
+    assert found["local_costmap.obstacle_max_range"] == 0.5
+    assert found["global_costmap.obstacle_max_range"] == 3.0
+    # 5 and 1 Hz are Nav2's own.
+    assert not any(place.endswith("update_frequency") for place in found)
 
 
 @pytest.mark.parametrize(("after", "pairs"), [(0.4, 1), (0.0, 0)])

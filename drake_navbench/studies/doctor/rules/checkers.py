@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from drake_navbench.plugins.releases import Release
 from drake_navbench.studies.doctor.facts import Facts
 from drake_navbench.studies.doctor.rules.rule import Rule, down, put, up, upgrade
@@ -18,6 +20,19 @@ def _progress_mps(f: Facts) -> float:
     return f.number("progress_checker.required_movement_radius", 0.5) / max(
         f.number("progress_checker.movement_time_allowance", 10.0), 0.1
     )
+
+
+# A turn that takes this share of the patience leaves too little for what comes before and after.
+OF_PATIENCE = 0.6
+
+
+def _half_turn_s(f: Facts) -> float:
+    """Returns the duration of the largest turn on the spot at full speed, s."""
+    return math.pi / max(f.number("controller.rotate_to_heading_angular_vel", 2.0), 1e-3)
+
+
+def _patience_s(f: Facts) -> float:
+    return f.number("progress_checker.movement_time_allowance", 10.0)
 
 
 RULES = (
@@ -73,13 +88,11 @@ RULES = (
         "progress-forgets-turns",
         lambda f: (
             str(f["progress_checker.plugin"]).endswith("SimpleProgressChecker")
-            and f.number("controller.rotate_to_heading_angular_vel", 2.0)
-            * f.number("progress_checker.movement_time_allowance", 10.0)
-            < 6.3
+            and _half_turn_s(f) > OF_PATIENCE * _patience_s(f)
         ),
         lambda f: (
-            "SimpleProgressChecker counts turns on the spot as no progress, and a whole "
-            "turn takes longer than movement_time_allowance"
+            "SimpleProgressChecker counts turns on the spot as no progress, and half a turn takes "
+            f"{_half_turn_s(f):.1f} s; movement_time_allowance is {_patience_s(f):g} s"
         ),
         {S.FALSE_ABORT: 0.9},
         (

@@ -41,6 +41,14 @@ def _is_odd(f: Facts, costmap: str, name: str, above: bool) -> bool:
     return is_odder and (own > other) == above
 
 
+def _between(f: Facts, costmap: str, name: str) -> float:
+    """Returns the other costmap's value, or nav2_bringup's if that is nearer."""
+    own, other = (f.number(f"{c}.{name}") for c in (costmap, OTHER[costmap]))
+    choices = [other, *OF_BRINGUP.get(f"{costmap}.{name}", ())[:1]]
+    same_way = [value for value in choices if (value > own) == (other > own) and value != own]
+    return min(same_way, key=lambda value: abs(math.log(value / own)))
+
+
 def _rule(costmap: str, name: str, above: bool) -> Rule:
     cure = down if above else up
     place, other = f"{costmap}.{name}", f"{OTHER[costmap]}.{name}"
@@ -49,7 +57,7 @@ def _rule(costmap: str, name: str, above: bool) -> Rule:
         lambda f: _is_odd(f, costmap, name, above),
         lambda f: f"{place} is {f[place]}, but {other} {f[other]}: {MEANING[name]}",
         SYMPTOMS[name],
-        (cure(place),),
+        (cure(place, lambda f: _between(f, costmap, name)),),
         "nav2_costmap_2d: inflation_layer.cpp, costmap_2d_ros.cpp; nav2_bringup gives both the "
         "same value",
     )

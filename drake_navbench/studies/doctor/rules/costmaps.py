@@ -47,6 +47,11 @@ def _blind_layers(f: Facts) -> list[str]:
     ]
 
 
+def _lists_layers(f: Facts) -> bool:
+    """Tells whether the local costmap is there, and not only some values laid over another file."""
+    return "local_costmap.plugins" in f.given
+
+
 def _doubts(f: Facts) -> list[str]:
     """Returns the doubts of the check for which there is no rule."""
     return [
@@ -57,7 +62,7 @@ def _doubts(f: Facts) -> list[str]:
 RULES = (
     Rule(
         "layer-sees-nothing",
-        lambda f: bool(_blind_layers(f)),
+        lambda f: _lists_layers(f) and bool(_blind_layers(f)),
         lambda f: (
             f"{', '.join(_blind_layers(f))} of the local costmap has no observation_sources: the "
             "layer listens to no sensor and marks no obstacles"
@@ -77,7 +82,7 @@ RULES = (
     ),
     Rule(
         "outline-not-given",
-        lambda f: f.is_whole and not f.has_outline,
+        lambda f: f.is_whole and _lists_layers(f) and not f.has_outline,
         lambda f: (
             "the file gives the local costmap neither robot_radius nor footprint: Nav2 "
             "then plans for a round robot of 0.1 m radius"

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from drake_navbench.studies.doctor.facts import Facts
 from drake_navbench.studies.doctor.rules.costmaps import CODE
 from drake_navbench.studies.doctor.rules.rule import Rule, down, put, up
@@ -22,6 +24,10 @@ OBSTACLES = (
 )
 
 
+# A smaller difference of two lengths is none.
+LEAST_M = 0.01
+
+
 def _inflation_is_last(f: Facts) -> bool:
     plugins = [str(name).lower() for name in f["local_costmap.plugins"] or ()]
     places = [index for index, name in enumerate(plugins) if "inflation" in name]
@@ -31,14 +37,17 @@ def _inflation_is_last(f: Facts) -> bool:
 
 
 def _beyond_the_outline(f: Facts) -> float:
-    """Returns the least inflation radius by which a robot keeps some way from walls, m."""
-    return f.inscribed_radius_m + max(0.1, 0.25 * f.inscribed_radius_m)
+    """Returns the least inflation radius by which a robot keeps some way from walls, m, to a cm."""
+    return math.ceil(100.0 * (f.inscribed_radius_m + max(0.1, 0.25 * f.inscribed_radius_m))) / 100.0
 
 
 RULES = (
     Rule(
         "inflation-below-inscribed-radius",
-        lambda f: 0.0 < f.number("local_costmap.inflation_radius", 1.0) < f.inscribed_radius_m,
+        # A few millimetres, as by rounding, are less than a cell.
+        lambda f: (
+            0.0 < f.number("local_costmap.inflation_radius", 1.0) < f.inscribed_radius_m - LEAST_M
+        ),
         lambda f: (
             f"inflation_radius is {f['local_costmap.inflation_radius']} m, less than the "
             f"robot's inscribed radius of {f.inscribed_radius_m:.2f} m: a cell beside a wall, "

@@ -138,8 +138,9 @@ RULES = (
         "amcl-stale-transform",
         lambda f: 0.0 < f.number("amcl.transform_tolerance", 1.0) < 0.2,
         lambda f: (
-            f"amcl.transform_tolerance is {f['amcl.transform_tolerance']} s: the transform "
-            "from map to odom expires before the next update"
+            f"amcl.transform_tolerance is {f['amcl.transform_tolerance']} s: with fewer than "
+            f"{1.0 / f.number('amcl.transform_tolerance'):.0f} scans a second, or late ones, the "
+            "transform from map to odom expires before the next one comes"
         ),
         {S.FALSE_ABORT: 0.6, S.PLANNER_FAILS: 0.4, S.LOCALIZATION_JUMPS: 0.4},
         (up("amcl.transform_tolerance", 1.0),),

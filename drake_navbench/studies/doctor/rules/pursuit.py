@@ -45,7 +45,7 @@ RULES = (
         lambda f: (
             f"by {_names_of_lookahead(f)} the carrot is, at {f.speed_mps:g} m/s, "
             f"{lookahead_m(f):.2f} m ahead, less than {LEAST_LOOKAHEAD_S} s of driving, so the "
-            "robot swings around the path"
+            "robot may swing around the path"
         ),
         {S.WOBBLE_STRAIGHT: 1.0, S.GOAL_OSCILLATION: 0.6, S.GOAL_OVERSHOOT: 0.4, S.SPINS: 0.4},
         (

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-from drake_navbench.nav2.release import BEFORE_HUMBLE, OLD_NODE
+from drake_navbench.nav2.release import OLD_NODE, READ_BEFORE_HUMBLE
 from drake_navbench.plugins.releases import Release
 from drake_navbench.studies.doctor.facts import Facts
 from drake_navbench.studies.doctor.rules.rule import Rule, down, outside, put, up, upgrade
@@ -48,7 +48,7 @@ def _unread(f: Facts, node: str) -> list[str]:
 
 def _is_of_older(f: Facts, name: str) -> bool:
     """Tells whether a file of a release before Humble has a name that this release reads."""
-    return f.told.get("release") == "old" and name.rpartition(".")[2] in BEFORE_HUMBLE
+    return f.told.get("release") == "old" and name.rpartition(".")[2] in READ_BEFORE_HUMBLE
 
 
 def _waits_for_a_model(f: Facts, name: str) -> bool:

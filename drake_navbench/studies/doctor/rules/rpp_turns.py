@@ -11,6 +11,11 @@ from drake_navbench.studies.doctor.symptoms import Symptom
 S = Symptom
 
 
+def _look_m(f: Facts) -> float:
+    """Returns the way ahead that RPP looks along for a collision at full speed, m."""
+    return f.speed_mps * f.number("controller.max_allowed_time_to_collision_up_to_carrot", 1.0)
+
+
 def _turn_to_stop_rad(f: Facts) -> float:
     rate = f.number("controller.rotate_to_heading_angular_vel", 1.8)
     return rate * f.period_s + rate**2 / (
@@ -47,8 +52,8 @@ RULES = (
         lambda f: f.number("controller.max_allowed_time_to_collision_up_to_carrot", 1.0) < 0.6,
         lambda f: (
             "max_allowed_time_to_collision_up_to_carrot is "
-            f"{f.controller('max_allowed_time_to_collision_up_to_carrot')} s: the "
-            "controller sees a collision too late to brake"
+            f"{f.controller('max_allowed_time_to_collision_up_to_carrot')} s: at {f.speed_mps:g} "
+            f"m/s RPP sees a collision only {_look_m(f):.2f} m ahead"
         ),
         {S.COLLISION: 0.9},
         (up("max_allowed_time_to_collision_up_to_carrot", 1.0),),

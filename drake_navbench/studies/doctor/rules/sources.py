@@ -149,6 +149,21 @@ def _told_topic(costmap: str, topics: dict[str, str]) -> str:
     )
 
 
+def _adding_nothing(f: Facts, costmap: str) -> list[str]:
+    """Returns the places of methods by which a layer adds nothing to a costmap.
+
+    From Jazzy on, Nav2 takes the default method for an unknown one.
+    """
+    return [
+        name
+        for name, value in f.raw.items()
+        if name.startswith(f"{costmap}.")
+        and name.endswith(".combination_method")
+        and f.release <= Release.IRON
+        and value not in (0, 1)
+    ]
+
+
 def _first(names: list[str]) -> str:
     return f"{names[0]}{f' (and {len(names) - 1} more)' if len(names) > 1 else ''}"
 
@@ -182,6 +197,17 @@ def _rules(costmap: str) -> tuple[Rule, ...]:
             (up(f"{costmap}.max_obstacle_height", 2.0), put(f"{costmap}.observation_sources")),
             CODE,
             advice="write max_obstacle_height: 2.0 (m) into the block of this source",
+        ),
+        Rule(
+            f"layer-adds-nothing-{costmap}",
+            lambda f: bool(_adding_nothing(f, costmap)),
+            lambda f: (
+                f"{_first(names := _adding_nothing(f, costmap))} is {f.raw[names[0]]}: up to Iron "
+                "Nav2 knows 0 and 1, and with another number the layer adds nothing to the costmap"
+            ),
+            blind,
+            (put(f"{costmap}.combination_method", 1),),
+            CODE,
         ),
         Rule(
             f"source-without-marking-{costmap}",
