@@ -105,7 +105,11 @@ def _add_file(parser: argparse.ArgumentParser) -> None:
     )
     option("--controller NAME", "controller of the file to examine (the first one)")
     option("--symptom CLASS", "class of the symptom, or your own words for it")
-    option("--told TEXT", "symptom and robot in your own words", default="")
+    option(
+        "--told TEXT",
+        "symptom and robot in your own words; without --symptom they also tell its class",
+        default="",
+    )
     option(
         "--nav2-release",
         "Nav2 release that the file is written for (found by its parameters)",
@@ -329,16 +333,18 @@ def _symptom(arguments: argparse.Namespace) -> Symptom | None:
     """Returns the class of the user's symptom, and says which one was taken for words."""
     from drake_navbench.studies.doctor.complaints import symptom_called, symptoms_told
 
-    if arguments.symptom is None:
-        return None
-    found = symptom_called(arguments.symptom)
-    next_ones = symptoms_told(arguments.symptom)[1:3]
-    if next_ones:
-        print_text(
-            f"Symptom: your words are taken as {found}; the next likeliest classes are "
-            f"{' and '.join(next_ones)} (--symptom NAME takes another).\n"
+    from drake_navbench.studies.doctor.told import wrapped
+
+    if arguments.symptom is not None:
+        symptom_called(arguments.symptom)
+    found = symptoms_told(arguments.symptom or arguments.told)
+    if len(found) > 1:
+        line = (
+            f"Symptom: your words are taken as {found[0]}; the next likeliest classes are "
+            f"{' and '.join(found[1:3])} (--symptom NAME takes another)."
         )
-    return found
+        print_text("\n".join([*wrapped(line, rest="  "), ""]))
+    return next(iter(found), None)
 
 
 def _words(arguments: argparse.Namespace) -> str:

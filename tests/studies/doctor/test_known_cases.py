@@ -126,6 +126,24 @@ def test_the_command_reads_a_file(tmp_path, capsys):
     assert max(map(len, told.splitlines())) <= 80
 
 
+@pytest.mark.parametrize("option", ["--symptom", "--told"])
+def test_own_words_tell_the_class_with_either_option(option, tmp_path, capsys):
+    path = tmp_path / "nav2.yaml"
+    path.write_text(nav2_text(MPPI_BLOCK, plugin=MPPI))
+    assert main([str(path), "--read-only", option, "it crashes into walls"]) == 0
+    told = capsys.readouterr().out
+    assert told.startswith("Symptom: your words are taken as collision; the next likeliest")
+    assert "What may cause collision" in told
+    assert max(map(len, told.splitlines())) <= 80
+
+
+def test_words_that_tell_no_class_beside_no_symptom_are_no_symptom(tmp_path, capsys):
+    path = tmp_path / "nav2.yaml"
+    path.write_text(nav2_text(MPPI_BLOCK, plugin=MPPI))
+    assert main([str(path), "--read-only", "--told", "purple"]) == 0
+    assert "What may cause" not in capsys.readouterr().out
+
+
 @pytest.mark.parametrize(
     ("arguments", "told"),
     [
