@@ -332,7 +332,6 @@ def _proposed(arguments: argparse.Namespace, patient: Patient) -> list[Trial]:
 def _symptom(arguments: argparse.Namespace) -> Symptom | None:
     """Returns the class of the user's symptom, and says which one was taken for words."""
     from drake_navbench.studies.doctor.complaints import symptom_called, symptoms_told
-
     from drake_navbench.studies.doctor.told import wrapped
 
     if arguments.symptom is not None:
