@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence, Set
+import re
+from collections.abc import Callable, Iterator, Mapping, Sequence, Set
 from pathlib import Path
 from typing import Any, NamedTuple
 from xml.etree import ElementTree
@@ -37,6 +38,8 @@ KINDS = (
     ("skid-steer", DIFFERENTIAL),
 )
 CONTROL = ("ros2_control", "ros_control")
+# left_wheel_names, front_left_wheel_command_joint_name, traction_joints_names, rear_wheels_names.
+JOINTS_KEY = re.compile(r"(?:wheel|joint)s?_names?$")
 # Larger limits in a model are bounds of the simulator, not of the robot.
 FASTEST_MPS, FASTEST_RADPS, LARGEST_MPS2 = 20.0, 50.0, 200.0
 LEAST = 1e-3
@@ -65,14 +68,15 @@ def drive_of(
 ) -> FoundDrive:
     """Returns a model's drive, by its plugin, else its ros2_control file, else its wheels.
 
-    That file is named by the model or, where it names none, names the model's wheels.
+    That file is named by the model or, where it names none, names joints of the model alone, and
+    wheels among them.
 
     arguments: of its xacro files; one of them may be the ros2_control file.
     """
     radius_m = next((w.radius_m for w in wheels if w.radius_m is not None), None)
     files = [*_controller_files(model), *(a for a in arguments if a.endswith((".yaml", ".yml")))]
     found = _by_plugin(model) or _by_controllers(files, packages)
-    found = found or _by_wheel_names(wheels, packages)
+    found = found or _by_wheel_names(model, wheels, packages)
     if found is None:
         names = [w.joint.child.lower() for w in wheels]
         # Two driven wheels with an omni wheel as their caster are a differential base.
@@ -156,23 +160,29 @@ def _by_controllers(files: Sequence[str], packages: Packages) -> FoundDrive | No
     return None
 
 
-def _by_wheel_names(wheels: Sequence[Wheel], packages: Packages) -> FoundDrive | None:
-    """Returns the drive in the first controllers file that names these wheels and no others.
+def _by_wheel_names(model: Model, wheels: Sequence[Wheel], packages: Packages) -> FoundDrive | None:
+    """Returns the drive in the first controllers file of this model.
 
     Launch files name the controllers file where a model does not.
     """
-    joints = {wheel.joint.name for wheel in wheels}
+    driven = {wheel.joint.name for wheel in wheels}
+    joints = {joint.name for joint in model.joints}
     for file in packages.files():
-        if file.suffix not in (".yaml", ".yml") or "control" not in file.name or not joints:
+        if file.suffix not in (".yaml", ".yml") or "control" not in file.name or not driven:
             continue
-        found = _controllers_in(file, joints)
+        found = _controllers_in(file, lambda named: named <= joints and bool(named & driven))
         if found is not None:
             return found
     return None
 
 
-def _controllers_in(path: Path, joints: Set[str] | None = None) -> FoundDrive | None:
-    """Returns the first drive in a controllers file; joints: the wheels' joints, None: any."""
+def _controllers_in(
+    path: Path, is_ours: Callable[[Set[str]], bool] = lambda _: True
+) -> FoundDrive | None:
+    """Returns the first drive in a controllers file.
+
+    is_ours: tells by the joints that a controller drives and steers whether it counts.
+    """
     try:
         nodes = dict(_nodes(read_yaml(path)))
     except InputError:
@@ -189,14 +199,17 @@ def _controllers_in(path: Path, joints: Set[str] | None = None) -> FoundDrive | 
     }
     for name, kind_name in types.items():
         kind, own = _kind_of(kind_name), nodes.get(name, {})
-        if kind and (joints is None or _wheel_names(own) == joints):
+        if kind and is_ours(_named_joints(own)):
             return FoundDrive(kind, path.name, _controller_values(own))
     return None
 
 
-def _wheel_names(parameters: Mapping[str, Any]) -> set[str]:
-    sides = (parameters.get(f"{side}_wheel_names") for side in ("left", "right"))
-    return {str(name) for side in sides if isinstance(side, list) for name in side}
+def _named_joints(parameters: Mapping[str, Any]) -> set[str]:
+    """Returns the joints that a controller of ros2_control drives and steers."""
+    named = [value for key, value in parameters.items() if JOINTS_KEY.search(str(key))]
+    return {
+        str(name) for value in named for name in (value if isinstance(value, list) else [value])
+    }
 
 
 def _nodes(block: Mapping[str, Any]) -> Iterator[tuple[str, Mapping[str, Any]]]:
