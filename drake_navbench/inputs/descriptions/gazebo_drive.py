@@ -43,6 +43,10 @@ JOINTS_KEY = re.compile(r"(?:wheel|joint)s?_names?$")
 # Larger limits in a model are bounds of the simulator, not of the robot.
 FASTEST_MPS, FASTEST_RADPS, LARGEST_MPS2 = 20.0, 50.0, 200.0
 LEAST = 1e-3
+# The largest angle of the steering, rad, on the way to the turning radius.
+STEERING = "steering_limit_rad"
+# The least vertical part of the axis of a joint that steers.
+UPRIGHT = 0.9
 # The bound of every joint in ros2_control's examples, rad/s. Robots copy it for their wheels, which
 # it would hold to 3 to 10 cm/s; they drive faster.
 EXAMPLE_RADPS = 1.0
@@ -89,6 +93,8 @@ def drive_of(
     sides = [float(w.position[1]) for w in wheels]
     if len(sides) >= 2 and max(sides) - min(sides) > LEAST:
         values.setdefault("wheel_separation_m", max(sides) - min(sides))
+    if found.kind == ACKERMANN:
+        _add_turning(values, model, wheels)
     remark = _add_wheel_limits(values, model, wheels)
     return found._replace(values=_sensible(values), remark=remark)
 
@@ -132,11 +138,8 @@ def _plugin_values(plugin: ElementTree.Element, kind: str) -> dict[str, float]:
         "max_angular_acceleration_radps2": told("max_angular_acceleration"),
     }
     if kind == ACKERMANN:
-        wheelbase = told("wheel_base", "wheelbase")
-        steering = told("steering_limit", "max_steer")
-        if wheelbase and steering and 0.0 < steering < 0.5 * math.pi:
-            values["wheelbase_m"] = wheelbase
-            values["min_turning_radius_m"] = wheelbase / math.tan(steering)
+        values["wheelbase_m"] = told("wheel_base", "wheelbase")
+        values[STEERING] = told("steering_limit", "max_steer")
     return {name: value for name, value in values.items() if value is not None}
 
 
@@ -245,6 +248,22 @@ def _controller_values(parameters: Mapping[str, Any]) -> dict[str, float]:
     }
     values = {ours: told(theirs) for ours, theirs in names.items()}
     return {name: value for name, value in values.items() if value is not None}
+
+
+def _add_turning(values: dict[str, float], model: Model, wheels: Sequence[Wheel]) -> None:
+    """Adds wheelbase and least turning radius: by the wheels' places and their steering joints."""
+    along = [float(w.position[0]) for w in wheels]
+    if along and max(along) - min(along) > LEAST:
+        values.setdefault("wheelbase_m", max(along) - min(along))
+    steered = {w.joint.parent for w in wheels}
+    bounds = [
+        min(-joint.range_rad[0], joint.range_rad[1])
+        for joint in model.joints
+        if joint.child in steered and joint.kind == "revolute" and abs(joint.axis[2]) > UPRIGHT
+    ]
+    limit, wheelbase = values.pop(STEERING, min(bounds, default=0.0)), values.get("wheelbase_m")
+    if wheelbase and 0.0 < limit < 0.5 * math.pi:
+        values["min_turning_radius_m"] = wheelbase / math.tan(limit)
 
 
 def _add_wheel_limits(values: dict[str, float], model: Model, wheels: Sequence[Wheel]) -> str:

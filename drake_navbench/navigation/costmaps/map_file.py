@@ -38,7 +38,7 @@ UNKNOWN = -1
 OCCUPIED = 100
 OPAQUE = 255
 MAX_GREY = 255
-# The grey that map savers write for unknown cells, and the free_thresh up to which it stays unknown.
+# The grey of unknown cells as map savers write it, and a free_thresh with which it stays unknown.
 SAVED_UNKNOWN, SAVED_FREE_THRESH = 205, 0.196
 # A smaller share of such cells is not told: a drawing may have that grey by chance.
 LEAST_SHARE = 0.01
