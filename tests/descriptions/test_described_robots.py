@@ -80,6 +80,17 @@ def test_an_expansion_bomb_is_refused_before_it_is_expanded(tmp_path):
         load_robot(str(path))
 
 
+def test_a_body_without_collision_shapes_is_seen_where_a_wheel_alone_has_one(tmp_path):
+    """The wheel is 0.3 m beside the base link: its hull is no outline around it."""
+    wheel = collision('<cylinder radius="0.1" length="0.04"/>', '<origin xyz="0 0.3 0"/>')
+    seen = BOX.replace("collision", "visual")
+    path = urdf(tmp_path, link(wheel + seen))
+    assert shapely.Polygon(load_robot(str(path)).outline).bounds == pytest.approx(
+        (-0.3, -0.2, 0.3, 0.2)
+    )
+    assert "0.6 x 0.4 m, hull of the visual shapes" in describe_robot(path).check.as_text(300)
+
+
 def test_what_was_refused_before_is_told(tmp_path):
     """No mass, a mesh that is gone beside a box, a material twice, an element nobody knows."""
     path = urdf(
