@@ -174,7 +174,7 @@ def load_map(path: str | Path, *, as_saved: bool = False) -> OccupancyMap:
         metadata = metadata.model_copy(update={"free_thresh": SAVED_FREE_THRESH})
     named_by = place_in(text, str(path), ["image"])
     image = _image_of(path, metadata.image)
-    occupancy = _image_occupancy(image, metadata, named_by)
+    occupancy = _image_occupancy(image, metadata, named_by, path)
     # The top row of an image is the one with the highest y.
     occupancy = occupancy[::-1]
     resolution = float(np.float32(metadata.resolution))
@@ -229,11 +229,13 @@ def _image_of(path: Path, named: str) -> Path:
     return image
 
 
-def _image_occupancy(image: Path, metadata: MapMetadata, named_by: str) -> NDArray[np.int8]:
+def _image_occupancy(
+    image: Path, metadata: MapMetadata, named_by: str, path: Path
+) -> NDArray[np.int8]:
     """Returns the occupancy of a map's image, top row first.
 
     The image may be a MovingAI file, which holds occupancies. named_by: the place that names the
-    image, for errors.
+    image, for errors. path: the map's file, for warnings.
     """
     if image.suffix == MOVINGAI_SUFFIX:
         return read_movingai_map(image, occupied=OCCUPIED)
@@ -241,7 +243,7 @@ def _image_occupancy(image: Path, metadata: MapMetadata, named_by: str) -> NDArr
     share = float(np.mean(grey == SAVED_UNKNOWN))
     if _frees_unknown(metadata) and share >= LEAST_SHARE:
         warning = (
-            f"{named_by}: free_thresh {metadata.free_thresh:g} makes the grey of unknown cells, "
+            f"{path}: free_thresh {metadata.free_thresh:g} makes the grey of unknown cells, "
             f"{share:.0%} of the map, free, as in Nav2; they stay unknown with free_thresh: "
             f"{SAVED_FREE_THRESH}"
         )
