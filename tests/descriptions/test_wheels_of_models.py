@@ -57,9 +57,18 @@ def test_the_separation_is_that_of_the_tyres_not_of_the_joints(tmp_path):
     assert values["wheel_radius_m"] == pytest.approx(0.0625)
 
 
-@pytest.mark.parametrize(("told", "radius_m"), [("<max_steer>0.6</max_steer>", 0.585), ("", 0.951)])
-def test_a_steered_base_turns_as_far_as_its_wheels_allow(tmp_path, told, radius_m):
+@pytest.mark.parametrize(
+    ("plugin", "radius_m"),
+    [
+        ('<plugin filename="libackermann.so" name="a"><max_steer>0.6</max_steer></plugin>', 0.585),
+        ('<plugin filename="libackermann.so" name="a"/>', 0.951),
+        ("", 0.951),
+    ],
+)
+def test_a_steered_base_turns_as_far_as_its_wheels_allow(tmp_path, plugin, radius_m):
     """Axles 0.4 m apart, steered by 0.6 rad as the plugin tells, else by 0.4 as the joints do.
+
+    Without a plugin, the steering joint alone tells that the base is steered.
 
     0.4 m / tan(0.6) = 0.585 m; 0.4 m / tan(0.398) = 0.951 m.
     """
@@ -69,9 +78,10 @@ def test_a_steered_base_turns_as_far_as_its_wheels_allow(tmp_path, told, radius_
         '<limit lower="-0.5" upper="0.398" effort="1" velocity="1"/></joint>'
     )
     front = wheel("front", 0.2, CYLINDER.format(0.1)).replace('"base_link"', '"knuckle"')
-    plugin = f'<gazebo><plugin filename="libackermann.so" name="a">{told}</plugin></gazebo>'
     rear = (wheel(side, y, CYLINDER.format(0.1)) for side, y in (("left", 0.2), ("right", -0.2)))
-    values = drive(robot(tmp_path, *rear, steering, front, plugin)).values
+    found = drive(robot(tmp_path, *rear, steering, front, f"<gazebo>{plugin}</gazebo>"))
+    assert found.kind == "ackermann"
+    values = found.values
     assert values["wheelbase_m"] == pytest.approx(0.4)
     assert values["min_turning_radius_m"] == pytest.approx(radius_m, abs=1e-3)
 

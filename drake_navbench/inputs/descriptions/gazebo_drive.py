@@ -11,7 +11,7 @@ from xml.etree import ElementTree
 
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.descriptions.body import Wheel
-from drake_navbench.inputs.descriptions.model import Model
+from drake_navbench.inputs.descriptions.model import Joint, Model
 from drake_navbench.inputs.descriptions.poses import number
 from drake_navbench.inputs.descriptions.ros_packages import Packages
 from drake_navbench.inputs.descriptions.xml_file import text_of
@@ -86,6 +86,9 @@ def drive_of(
         # Two driven wheels with an omni wheel as their caster are a differential base.
         is_mecanum = len(names) >= 3 and all("mecanum" in n or "omni" in n for n in names)
         kind = OMNIDIRECTIONAL if is_mecanum else DIFFERENTIAL if len(wheels) >= 2 else ""
+        steered = {joint.child for joint in _steering(model, wheels)}
+        if steered and any(w.joint.parent not in steered for w in wheels):
+            kind = ACKERMANN
         found = FoundDrive(kind, f"{len(wheels)} wheels" if wheels else "", {})
     values = dict(found.values)
     if radius_m is not None:
@@ -250,17 +253,24 @@ def _controller_values(parameters: Mapping[str, Any]) -> dict[str, float]:
     return {name: value for name, value in values.items() if value is not None}
 
 
+def _steering(model: Model, wheels: Sequence[Wheel]) -> list[Joint]:
+    """Returns the joints that steer a wheel: upright, by less than a quarter of a turn."""
+    carried = {w.joint.parent for w in wheels}
+    return [
+        joint
+        for joint in model.joints
+        if joint.child in carried
+        and abs(joint.axis[2]) > UPRIGHT
+        and max(-joint.range_rad[0], joint.range_rad[1]) < 0.5 * math.pi
+    ]
+
+
 def _add_turning(values: dict[str, float], model: Model, wheels: Sequence[Wheel]) -> None:
     """Adds wheelbase and least turning radius: by the wheels' places and their steering joints."""
     along = [float(w.position[0]) for w in wheels]
     if along and max(along) - min(along) > LEAST:
         values.setdefault("wheelbase_m", max(along) - min(along))
-    steered = {w.joint.parent for w in wheels}
-    bounds = [
-        min(-joint.range_rad[0], joint.range_rad[1])
-        for joint in model.joints
-        if joint.child in steered and joint.kind == "revolute" and abs(joint.axis[2]) > UPRIGHT
-    ]
+    bounds = [min(-j.range_rad[0], j.range_rad[1]) for j in _steering(model, wheels)]
     limit, wheelbase = values.pop(STEERING, min(bounds, default=0.0)), values.get("wheelbase_m")
     if wheelbase and 0.0 < limit < 0.5 * math.pi:
         values["min_turning_radius_m"] = wheelbase / math.tan(limit)
