@@ -9,6 +9,7 @@ saver left unknown are unknown here, whatever the map's thresholds make of them.
 from __future__ import annotations
 
 import math
+import warnings
 import zlib
 from collections.abc import Sequence
 from pathlib import Path
@@ -18,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
-from drake_navbench.errors import InputError
+from drake_navbench.errors import InputError, InputWarning
 from drake_navbench.inputs.gazebo_world import GazeboWorld, occupancy_of, scenario_in_world
 from drake_navbench.inputs.robot import Robot
 from drake_navbench.inputs.scenario import Scenario, Suite, scenario_on_map
@@ -69,7 +70,7 @@ def sample_tasks(
     with outlines of their own. Raises InputError where the map has no room for so many.
     """
     grid, suite = load_map(map_file), Suite(name=map_file.stem)
-    known = load_map(map_file, as_saved=True)
+    known = _known_floor(map_file)
     pairs = _drawn_pairs(known, [robot, *beside], count, map_file, seed=seed, start=start)
     return [
         scenario_on_map(map_file, *pair, name=name, suite=suite, grid=grid)
@@ -97,12 +98,18 @@ def sample_world_tasks(
     suite = Suite(name=stem)
     floor = occupancy_of(world)
     if map_file is not None:
-        floor = free_on_both(floor, load_map(map_file, as_saved=True))
+        floor = free_on_both(floor, _known_floor(map_file))
     pairs = _drawn_pairs(floor, [robot, *beside], count, world.path, seed=seed, start=start)
     return [
         scenario_in_world(world, *pair, name=name, suite=suite, map_file=map_file)
         for name, pair in zip(_numbered(stem, count), pairs, strict=True)
     ]
+
+
+def _known_floor(map_file: Path) -> OccupancyMap:
+    """Returns a map as its saver knew it; its warnings are those of the map itself."""
+    with warnings.catch_warnings(action="ignore", category=InputWarning):
+        return load_map(map_file, as_saved=True)
 
 
 def _numbered(stem: str, count: int) -> list[str]:

@@ -73,8 +73,9 @@ def test_no_task_leads_where_the_maps_saver_knew_nothing(tmp_path):
     data = {"image": "hall.pgm", "resolution": 0.1, "origin": [0.0, 0.0, 0.0]}
     data |= {"negate": 0, "occupied_thresh": 0.65, "free_thresh": 0.25}
     (tmp_path / "hall.yaml").write_text(yaml.safe_dump(data))
-    with pytest.warns(InputWarning, match=r"hall\.yaml: free_thresh 0\.25 makes .* 50% of"):
+    with pytest.warns(InputWarning, match=r"hall\.yaml: free_thresh 0\.25 makes .* 50% of") as told:
         tasks = sample_tasks(tmp_path / "hall.yaml", load_robot("round_robot"), 20, seed=0)
+    assert len(told) == 1
     assert all(place[0] < 5.0 for task in tasks for place in (task.start, task.goal))
 
 
