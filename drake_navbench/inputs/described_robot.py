@@ -240,14 +240,15 @@ class _Table:
         self.add(Status.USED, f"lidar {first.name}", _sight(first))
         if first.remark:
             self.add(Status.OTHER_FORM, f"lidar {first.name}", first.remark)
-        if others and alike(scanners):
-            fields["further_poses"] = [other.fields["pose"] for other in others]
-            for other in others:
-                self.add(Status.USED, f"lidar {other.name}", "another of the same kind")
-        else:
-            for other in others:
+        for other in others:
+            if not alike(first, other):
                 remark = f"left out; of another kind than {first.name}: {_sight(other)}"
                 self.add(Status.STAND_IN, f"lidar {other.name}", remark)
+                continue
+            fields.setdefault("further_poses", []).append(other.fields["pose"])
+            noise = max(s.get("range_std_m", 0.0) for s in (fields, other.fields))
+            fields |= {"range_std_m": noise} if noise else {}
+            self.add(Status.USED, f"lidar {other.name}", "another of the same kind")
         return fields
 
     def _scan_of_layers(self, sensor: FoundSensor) -> dict[str, Any]:

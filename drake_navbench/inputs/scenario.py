@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+import warnings
 from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
@@ -13,7 +15,7 @@ from pydantic import (
     model_validator,
 )
 
-from drake_navbench.errors import InputError, nearest_name_hint
+from drake_navbench.errors import InputError, InputWarning, nearest_name_hint
 from drake_navbench.inputs.faults import Conditions, Fault, conditions_of
 from drake_navbench.inputs.file_kinds import SCENARIO, require_kind
 from drake_navbench.inputs.floor_scenario import SCENARIO_FILES, FloorScenario
@@ -37,7 +39,7 @@ from drake_navbench.typed_files.quantities import (
     Length,
     Pose,
 )
-from drake_navbench.typed_files.typed_yaml import FrozenModel, read_yaml, validate
+from drake_navbench.typed_files.typed_yaml import FrozenModel, parse_yaml, read_text, validate
 
 # The order of the publication; other built-in scenarios run only when named.
 PUBLISHED_SCENARIOS = (
@@ -263,26 +265,31 @@ def load_scenario(name_or_path: str) -> Scenario:
     Raises InputError where the name is unknown or the file is wrong.
     """
     path = SCENARIO_FILES.find(name_or_path)
-    return scenario_in_file(read_yaml(path), path)
+    text = read_text(path)
+    return scenario_in_file(parse_yaml(text, str(path)), path, text)
 
 
-def scenario_in_file(data: dict[str, Any], path: Path) -> Scenario:
+def scenario_in_file(data: dict[str, Any], path: Path, text: str | None = None) -> Scenario:
     """Returns the scenario of a file's content, which need not be in the file yet.
 
-    path: the file, whose name is the scenario's; other files are searched beside it. Raises
-    InputError where the content is wrong.
+    path: the file, whose name is the scenario's; other files are searched beside it. text: the
+    file's, by which errors name lines. Raises InputError where the content is wrong.
     """
     require_kind(data, SCENARIO, path)
     for field in SET_BY_LOADING:
         if field in data:
             raise InputError(f"{path}: {field}: unknown field; the loader sets it from the file")
-    scenario = validate(Scenario, data | {"name": path.stem}, str(path))
+    scenario = validate(Scenario, data | {"name": path.stem}, str(path), text)
     scenario = scenario.model_copy(update={"directory": str(path.parent)})
     if scenario.clean_scenario is not None and scenario.clean_scenario not in SCENARIO_FILES.names:
         hint = nearest_name_hint(scenario.clean_scenario, SCENARIO_FILES.names)
         raise InputError(
             f"{path}: clean_scenario: unknown scenario {scenario.clean_scenario!r}{hint}"
         )
+    for name, pose in (("start", scenario.start), ("goal", scenario.goal)):
+        if abs(pose[2]) > 2.0 * math.pi:
+            warning = f"{path}: {name}: a heading of {pose[2]:g} rad; headings are not in degrees"
+            warnings.warn(warning, InputWarning, stacklevel=2)
     # Maps and masks are read now, so that a wrong one is found before any trial.
     for one in (scenario, *scenario.floor_scenarios):
         _ = one.map, one.filter_masks

@@ -149,7 +149,7 @@ def read_parameter_text(text: str, path: Path) -> ParameterFile:
         reader = _Reader(path, text)
         sections = tuple(reader.sections())
     except yaml.YAMLError as error:
-        raise yaml_fault(error, str(path)) from error
+        raise yaml_fault(error, str(path), text) from error
     return ParameterFile(sections, tuple(reader.remarks))
 
 

@@ -2,12 +2,14 @@
 
 A cell is passable where the robot's centre is farther from occupied or unknown cells than its
 inscribed radius, as costmaps inflate; starts and goals keep the circumscribed radius, so that any
-heading is free. Both of a pair lie in one connected region of passable cells.
+heading is free. Both of a pair lie in one connected region of passable cells. Cells that the map's
+saver left unknown are unknown here, whatever the map's thresholds make of them.
 """
 
 from __future__ import annotations
 
 import math
+import warnings
 import zlib
 from collections.abc import Sequence
 from pathlib import Path
@@ -17,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
-from drake_navbench.errors import InputError
+from drake_navbench.errors import InputError, InputWarning
 from drake_navbench.inputs.gazebo_world import GazeboWorld, occupancy_of, scenario_in_world
 from drake_navbench.inputs.robot import Robot
 from drake_navbench.inputs.scenario import Scenario, Suite, scenario_on_map
@@ -67,9 +69,9 @@ def sample_tasks(
     start: of all tasks; drawn for each where not given. beside: robots that drive the same tasks,
     with outlines of their own. Raises InputError where the map has no room for so many.
     """
-    grid = load_map(map_file)
-    suite = Suite(name=map_file.stem)
-    pairs = _drawn_pairs(grid, [robot, *beside], count, map_file, seed=seed, start=start)
+    grid, suite = load_map(map_file), Suite(name=map_file.stem)
+    known = _known_floor(map_file)
+    pairs = _drawn_pairs(known, [robot, *beside], count, map_file, seed=seed, start=start)
     return [
         scenario_on_map(map_file, *pair, name=name, suite=suite, grid=grid)
         for name, pair in zip(_numbered(map_file.stem, count), pairs, strict=True)
@@ -96,12 +98,18 @@ def sample_world_tasks(
     suite = Suite(name=stem)
     floor = occupancy_of(world)
     if map_file is not None:
-        floor = free_on_both(floor, load_map(map_file))
+        floor = free_on_both(floor, _known_floor(map_file))
     pairs = _drawn_pairs(floor, [robot, *beside], count, world.path, seed=seed, start=start)
     return [
         scenario_in_world(world, *pair, name=name, suite=suite, map_file=map_file)
         for name, pair in zip(_numbered(stem, count), pairs, strict=True)
     ]
+
+
+def _known_floor(map_file: Path) -> OccupancyMap:
+    """Returns a map as its saver knew it; its warnings are those of the map itself."""
+    with warnings.catch_warnings(action="ignore", category=InputWarning):
+        return load_map(map_file, as_saved=True)
 
 
 def _numbered(stem: str, count: int) -> list[str]:
@@ -130,8 +138,9 @@ def _drawn_pairs(
         pair = _drawn_pair(places, generator, start)
         if pair is None:
             raise InputError(
-                f"--goals {count}: {file}: no two places for the robot that are "
-                f"{MIN_DISTANCE_M:g} m apart and connected"
+                f"--goals {count}: {file}: no two places with "
+                f"{2.0 * max(r.radii[1] for r in robots):.2g} m of free floor for the robot "
+                f"that are {MIN_DISTANCE_M:g} m apart and connected"
                 f"{'' if start is None else f', one of them --start {list(start)}'}; "
                 "expected a map with room for it"
             )

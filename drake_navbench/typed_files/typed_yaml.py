@@ -84,7 +84,7 @@ def parse_yaml(text: str, source: str) -> dict[str, Any]:
     try:
         data = load_yaml(text)
     except yaml.YAMLError as error:
-        raise yaml_fault(error, source) from error
+        raise yaml_fault(error, source, text) from error
     except UnicodeEncodeError as error:
         raise InputError(f"{source}: {error.reason}") from error
     if not isinstance(data, dict):
@@ -94,11 +94,14 @@ def parse_yaml(text: str, source: str) -> dict[str, Any]:
     return data
 
 
-def yaml_fault(error: yaml.YAMLError, source: str) -> InputError:
+def yaml_fault(error: yaml.YAMLError, source: str, text: str) -> InputError:
     """Returns the fault of a YAML text as one line."""
     mark = getattr(error, "problem_mark", None)
     line = f", line {mark.line + 1}" if mark else ""
     problem = getattr(error, "problem", None) or getattr(error, "reason", "not YAML")
+    faulty = text.split("\n")[mark.line : mark.line + 1] if mark else []
+    if any(row.lstrip(" ").startswith("\t") for row in faulty):
+        problem = "is indented by a tab; expected spaces"
     return InputError(f"{source}{line}: {problem}")
 
 

@@ -33,6 +33,35 @@ def test_a_package_uri_leads_out_of_no_package(tmp_path):
         assert any("no such file or package" in row for row in rows(path, Status.STAND_IN))
 
 
+@pytest.mark.usefixtures("reads_meshes_here")
+@pytest.mark.parametrize(
+    "named",
+    [
+        "/home/ann/ws/src/cart/meshes/hull.stl",
+        "file:///home/ann/ws/install/cart/share/cart/meshes/hull.stl",
+        "file:///home/ann/a_clone/meshes/hull.stl",
+    ],
+)
+def test_an_absolute_path_of_the_authors_computer_leads_to_the_file_of_the_package(tmp_path, named):
+    """The triangle reaches from -1 to 1 m along x."""
+    (tmp_path / ".git").mkdir()
+    (tmp_path / "cart/meshes").mkdir(parents=True)
+    (tmp_path / "cart/package.xml").write_text("<package><name>cart</name></package>")
+    (tmp_path / "cart/meshes/hull.stl").write_text(TRIANGLE)
+    path = urdf(tmp_path / "cart", link(collision(f'<mesh filename="{named}"/>')))
+    assert shapely.Polygon(load_robot(str(path)).outline).bounds[0::2] == pytest.approx((-1.0, 1.0))
+
+
+def test_an_absolute_path_leads_out_of_no_repository(tmp_path):
+    (tmp_path / "hull.stl").write_text(TRIANGLE)
+    folder = tmp_path / "repository" / "cart"
+    folder.mkdir(parents=True)
+    (tmp_path / "repository/.git").mkdir()
+    mesh = collision(f'<mesh filename="{tmp_path}/hull.stl"/>')
+    told = rows(urdf(folder, link(BOX + mesh)), Status.STAND_IN)
+    assert any("no such file or package" in row for row in told)
+
+
 COLLADA = """<?xml version="1.0"?><COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema"
  version="1.4.1"><asset><unit name="centimeter" meter="0.01"/><up_axis>Y_UP</up_axis></asset>
 <library_geometries><geometry id="g"><mesh>

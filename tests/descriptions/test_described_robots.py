@@ -49,12 +49,46 @@ def test_the_limits_are_those_of_the_controllers_file_that_names_the_wheels(tmp_
     assert load_robot(str(path), arguments={"length": "1"}).drive.max_linear_velocity_mps == 0.5
 
 
+MECANUM = """
+controller_manager:
+  ros__parameters:
+    base: {type: mecanum_drive_controller/MecanumDriveController}
+base:
+  ros__parameters:
+    front_left_wheel_command_joint_name: left_wheel_joint
+    rear_right_wheel_command_joint_name: right_wheel_joint
+"""
+
+
+def test_a_controllers_file_of_mecanum_wheels_makes_an_omnidirectional_base(tmp_path):
+    """It names each wheel's joint by a key of its own, not the wheels of a side."""
+    path = write_repository(tmp_path)
+    path.write_text(XACRO.replace("gz-sim-diff-drive-system", "x").replace("DiffDrive", "x"))
+    file = tmp_path / "my_controllers.yaml"
+    file.write_text(MECANUM)
+    assert "(omnidirectional, by my_controllers.yaml)" in describe_robot(path).check.as_text(300)
+    file.write_text(MECANUM.replace("left_wheel_joint", "other_wheel_joint"))
+    told = describe_robot(path, arguments={"length": "1"}).check.as_text(300)
+    assert "(differential, by 2 wheels)" in told
+
+
 def test_an_expansion_bomb_is_refused_before_it_is_expanded(tmp_path):
     path = tmp_path / "cart.urdf"
     entities = "".join(f'<!ENTITY a{i} "{f"&a{i - 1};" * 10}">' for i in range(1, 10))
     path.write_text(f'<!DOCTYPE r [<!ENTITY a0 "x">{entities}]><robot name="&a9;"/>')
     with pytest.raises(InputError, match=r"cart\.urdf: declares XML entities; expected none"):
         load_robot(str(path))
+
+
+def test_a_body_without_collision_shapes_is_seen_where_a_wheel_alone_has_one(tmp_path):
+    """The wheel is 0.3 m beside the base link: its hull is no outline around it."""
+    wheel = collision('<cylinder radius="0.1" length="0.04"/>', '<origin xyz="0 0.3 0"/>')
+    seen = BOX.replace("collision", "visual")
+    path = urdf(tmp_path, link(wheel + seen))
+    assert shapely.Polygon(load_robot(str(path)).outline).bounds == pytest.approx(
+        (-0.3, -0.2, 0.3, 0.2)
+    )
+    assert "0.6 x 0.4 m, hull of the visual shapes" in describe_robot(path).check.as_text(300)
 
 
 def test_what_was_refused_before_is_told(tmp_path):

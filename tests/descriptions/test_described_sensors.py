@@ -53,6 +53,10 @@ def test_two_lidars_of_a_kind_scan_together_and_of_two_kinds_the_first(tmp_path)
     )
     path.write_text(XACRO.replace("<gazebo><plugin", f"{second}<gazebo><plugin"))
     assert load_robot(str(path)).lidar.further_poses[0][0] == pytest.approx(-0.2)
+    noisy = second.replace("<stddev>0.02<", "<stddev>0.05<")
+    path.write_text(XACRO.replace("<gazebo><plugin", f"{noisy}<gazebo><plugin"))
+    lidar = load_robot(str(path)).lidar
+    assert (len(lidar.further_poses), lidar.range_std_m) == (1, 0.05)
     other = second.replace("<max>8</max>", "<max>20</max>")
     path.write_text(XACRO.replace("<gazebo><plugin", f"{other}<gazebo><plugin"))
     assert not load_robot(str(path)).lidar.further_poses

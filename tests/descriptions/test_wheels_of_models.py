@@ -57,6 +57,35 @@ def test_the_separation_is_that_of_the_tyres_not_of_the_joints(tmp_path):
     assert values["wheel_radius_m"] == pytest.approx(0.0625)
 
 
+@pytest.mark.parametrize(
+    ("plugin", "radius_m"),
+    [
+        ('<plugin filename="libackermann.so" name="a"><max_steer>0.6</max_steer></plugin>', 0.585),
+        ('<plugin filename="libackermann.so" name="a"/>', 0.951),
+        ("", 0.951),
+    ],
+)
+def test_a_steered_base_turns_as_far_as_its_wheels_allow(tmp_path, plugin, radius_m):
+    """Axles 0.4 m apart, steered by 0.6 rad as the plugin tells, else by 0.4 as the joints do.
+
+    Without a plugin, the steering joint alone tells that the base is steered.
+
+    0.4 m / tan(0.6) = 0.585 m; 0.4 m / tan(0.398) = 0.951 m.
+    """
+    steering = (
+        '<link name="knuckle"/><joint name="steer" type="revolute"><parent link="base_link"/>'
+        '<child link="knuckle"/><origin xyz="0.4 0 0"/><axis xyz="0 0 1"/>'
+        '<limit lower="-0.5" upper="0.398" effort="1" velocity="1"/></joint>'
+    )
+    front = wheel("front", 0.2, CYLINDER.format(0.1)).replace('"base_link"', '"knuckle"')
+    rear = (wheel(side, y, CYLINDER.format(0.1)) for side, y in (("left", 0.2), ("right", -0.2)))
+    found = drive(robot(tmp_path, *rear, steering, front, f"<gazebo>{plugin}</gazebo>"))
+    assert found.kind == "ackermann"
+    values = found.values
+    assert values["wheelbase_m"] == pytest.approx(0.4)
+    assert values["min_turning_radius_m"] == pytest.approx(radius_m, abs=1e-3)
+
+
 @pytest.mark.usefixtures("reads_meshes_here")
 def test_the_radius_of_a_mesh_is_measured_where_the_mesh_is_round(tmp_path):
     trimesh.creation.cylinder(radius=0.05, height=0.03).export(tmp_path / "round.stl")

@@ -36,6 +36,14 @@ def test_a_package_elsewhere_is_found_by_packages_alone(tmp_path):
     assert load_robot(str(path), packages=[tmp_path / "b"]).mass_kg == pytest.approx(22.0)
 
 
+def test_a_mesh_of_a_gazebo_model_is_searched_by_the_models_name(tmp_path):
+    """The library that expands xacro puts the file's folder between model:// and the name."""
+    path = write_repository(tmp_path)
+    mesh = collision('<mesh filename="model://gone/hull.stl"/>')
+    path.write_text(XACRO.replace('<link name="laser"/>', f'<link name="laser">{mesh}</link>'))
+    assert "left out model://gone/hull.stl" in " ".join(rows(path, Status.STAND_IN))
+
+
 def test_a_comment_before_the_declaration_hinders_neither_xacro_nor_urdf(tmp_path):
     head = '<!-- licence -->\n<?xml version="1.0"?>\n'
     for size in ("0.6", "${0.3 * 2}"):

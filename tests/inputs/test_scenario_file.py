@@ -7,7 +7,7 @@ import json
 import pytest
 import yaml
 
-from drake_navbench.errors import InputError
+from drake_navbench.errors import InputError, InputWarning
 from drake_navbench.inputs.floor_scenario import SCENARIO_FILES
 from drake_navbench.inputs.scenario import SET_BY_LOADING, Scenario, load_scenario
 
@@ -107,3 +107,20 @@ def test_a_plan_that_leads_nowhere_is_refused_with_its_field(plan, expected, tmp
     with pytest.raises(InputError, match=expected) as refused:
         load_scenario(str(path))
     assert str(path) in str(refused.value)
+
+
+TASK = "description: a task\nstart: [0.0, 0.0, 0.0]\ngoal: [4.0, 0.0, {heading}]\n"
+
+
+def test_a_wrong_field_is_named_with_its_line(tmp_path):
+    path = tmp_path / "task.yaml"
+    path.write_text(TASK.format(heading="east"))
+    with pytest.raises(InputError, match=r"task\.yaml, line 3: goal\[2\]: .*, got 'east'"):
+        load_scenario(str(path))
+
+
+def test_a_heading_of_more_than_a_turn_is_told_as_one_in_degrees(tmp_path):
+    path = tmp_path / "task.yaml"
+    path.write_text(TASK.format(heading="90"))
+    with pytest.warns(InputWarning, match=r"goal: a heading of 90 rad; headings are not in deg"):
+        load_scenario(str(path))

@@ -12,7 +12,7 @@ from PIL import Image
 
 from drake_navbench.campaign.request_arguments import request_from_arguments
 from drake_navbench.commands.run import build_parser
-from drake_navbench.errors import InputError
+from drake_navbench.errors import InputError, InputWarning
 from drake_navbench.inputs.robot import load_robot
 from drake_navbench.inputs.task_check import check_task
 from drake_navbench.trial.goal_sampling import MIN_DISTANCE_M, sample_tasks
@@ -65,8 +65,22 @@ def test_a_given_start_is_that_of_all_and_its_goals_lie_in_its_room(tmp_path):
     assert all(task.goal[0] > 5.1 for task in tasks)
 
 
+def test_no_task_leads_where_the_maps_saver_knew_nothing(tmp_path):
+    """Nav2's older savers wrote free_thresh: 0.25, with which their grey of unknown is free."""
+    grey = np.full((60, 100), 205, dtype=np.uint8)
+    grey[:, :50] = 254
+    Image.fromarray(grey).save(tmp_path / "hall.pgm")
+    data = {"image": "hall.pgm", "resolution": 0.1, "origin": [0.0, 0.0, 0.0]}
+    data |= {"negate": 0, "occupied_thresh": 0.65, "free_thresh": 0.25}
+    (tmp_path / "hall.yaml").write_text(yaml.safe_dump(data))
+    with pytest.warns(InputWarning, match=r"hall\.yaml: free_thresh 0\.25 makes .* 50% of") as told:
+        tasks = sample_tasks(tmp_path / "hall.yaml", load_robot("round_robot"), 20, seed=0)
+    assert len(told) == 1
+    assert all(place[0] < 5.0 for task in tasks for place in (task.start, task.goal))
+
+
 def test_a_map_without_room_is_refused(tmp_path):
-    with pytest.raises(InputError, match=r"--goals 2: .*no two places"):
+    with pytest.raises(InputError, match=r"--goals 2: .*no two places with .* m of free floor"):
         sample_tasks(write_rooms(tmp_path), WHEELCHAIR, 2, seed=0, start=(5.05, 2.0, 0.0))
 
 

@@ -105,6 +105,11 @@ def test_broken_yaml_names_the_line():
         parse_yaml("a: [1, 2", "task.yaml")
 
 
+def test_an_indentation_by_a_tab_is_named():
+    with pytest.raises(InputError, match=r"task.yaml, line 2: is indented by a tab; expected spa"):
+        parse_yaml("a:\n\tb: 1\n", "task.yaml")
+
+
 def test_a_list_at_the_top_is_refused():
     with pytest.raises(InputError, match="expected a mapping of fields to values, got list"):
         parse_yaml("- 1", "task.yaml")

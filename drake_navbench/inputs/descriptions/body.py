@@ -69,19 +69,29 @@ def to_base_of(model: Model, base: str) -> Array:
 
 
 def read_body(model: Model, base: str) -> Body:
-    """Returns the body; shapes that cannot be read are left out and listed in it."""
+    """Returns the body; shapes that cannot be read are left out and listed in it.
+
+    The outline is the hull of the collision shapes, if the base link lies in it: else wheels alone
+    may have such shapes, and it is the hull of the visual ones, if the base link lies in that.
+    """
     to_base = to_base_of(model, base)
     remarks: list[str] = []
+    found: Body | None = None
     for role in ("collisions", "visuals"):
         shapes: list[Shape] = [s for link in model.links.values() for s in getattr(link, role)]
         points, lows, highs, left_out = _extents(shapes, to_base)
         remarks += left_out
         hull = shapely.MultiPoint(np.vstack(points)).convex_hull if points else None
-        if isinstance(hull, shapely.Polygon):
-            hull = hull.simplify(TOLERANCE_M)
+        if not isinstance(hull, shapely.Polygon):
+            continue
+        hull = hull.simplify(TOLERANCE_M)
+        is_around = hull.contains(shapely.Point(0.0, 0.0))
+        if is_around or found is None:
             outline = np.round(shapely.get_coordinates(hull.normalize())[:-1], 4)[::-1]
-            return Body(base, outline, min(lows), max(highs), role, tuple(remarks))
-    return Body(base, None, 0.0, 0.0, "", tuple(remarks))
+            found = Body(base, outline, min(lows), max(highs), role, tuple(remarks))
+        if is_around:
+            break
+    return found or Body(base, None, 0.0, 0.0, "", tuple(remarks))
 
 
 def _extents(

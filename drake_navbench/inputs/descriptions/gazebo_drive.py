@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence, Set
+import re
+from collections.abc import Callable, Iterator, Mapping, Sequence, Set
 from pathlib import Path
 from typing import Any, NamedTuple
 from xml.etree import ElementTree
 
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.descriptions.body import Wheel
-from drake_navbench.inputs.descriptions.model import Model
+from drake_navbench.inputs.descriptions.model import Joint, Model
 from drake_navbench.inputs.descriptions.poses import number
 from drake_navbench.inputs.descriptions.ros_packages import Packages
 from drake_navbench.inputs.descriptions.xml_file import text_of
@@ -37,9 +38,15 @@ KINDS = (
     ("skid-steer", DIFFERENTIAL),
 )
 CONTROL = ("ros2_control", "ros_control")
+# left_wheel_names, front_left_wheel_command_joint_name, traction_joints_names, rear_wheels_names.
+JOINTS_KEY = re.compile(r"(?:wheel|joint)s?_names?$")
 # Larger limits in a model are bounds of the simulator, not of the robot.
 FASTEST_MPS, FASTEST_RADPS, LARGEST_MPS2 = 20.0, 50.0, 200.0
 LEAST = 1e-3
+# The largest angle of the steering, rad, on the way to the turning radius.
+STEERING = "steering_limit_rad"
+# The least vertical part of the axis of a joint that steers.
+UPRIGHT = 0.9
 # The bound of every joint in ros2_control's examples, rad/s. Robots copy it for their wheels, which
 # it would hold to 3 to 10 cm/s; they drive faster.
 EXAMPLE_RADPS = 1.0
@@ -65,19 +72,23 @@ def drive_of(
 ) -> FoundDrive:
     """Returns a model's drive, by its plugin, else its ros2_control file, else its wheels.
 
-    That file is named by the model or, where it names none, names the model's wheels.
+    That file is named by the model or, where it names none, names joints of the model alone, and
+    wheels among them.
 
     arguments: of its xacro files; one of them may be the ros2_control file.
     """
     radius_m = next((w.radius_m for w in wheels if w.radius_m is not None), None)
     files = [*_controller_files(model), *(a for a in arguments if a.endswith((".yaml", ".yml")))]
     found = _by_plugin(model) or _by_controllers(files, packages)
-    found = found or _by_wheel_names(wheels, packages)
+    found = found or _by_wheel_names(model, wheels, packages)
     if found is None:
         names = [w.joint.child.lower() for w in wheels]
         # Two driven wheels with an omni wheel as their caster are a differential base.
         is_mecanum = len(names) >= 3 and all("mecanum" in n or "omni" in n for n in names)
         kind = OMNIDIRECTIONAL if is_mecanum else DIFFERENTIAL if len(wheels) >= 2 else ""
+        steered = {joint.child for joint in _steering(model, wheels)}
+        if steered and any(w.joint.parent not in steered for w in wheels):
+            kind = ACKERMANN
         found = FoundDrive(kind, f"{len(wheels)} wheels" if wheels else "", {})
     values = dict(found.values)
     if radius_m is not None:
@@ -85,6 +96,8 @@ def drive_of(
     sides = [float(w.position[1]) for w in wheels]
     if len(sides) >= 2 and max(sides) - min(sides) > LEAST:
         values.setdefault("wheel_separation_m", max(sides) - min(sides))
+    if found.kind == ACKERMANN:
+        _add_turning(values, model, wheels)
     remark = _add_wheel_limits(values, model, wheels)
     return found._replace(values=_sensible(values), remark=remark)
 
@@ -128,11 +141,8 @@ def _plugin_values(plugin: ElementTree.Element, kind: str) -> dict[str, float]:
         "max_angular_acceleration_radps2": told("max_angular_acceleration"),
     }
     if kind == ACKERMANN:
-        wheelbase = told("wheel_base", "wheelbase")
-        steering = told("steering_limit", "max_steer")
-        if wheelbase and steering and 0.0 < steering < 0.5 * math.pi:
-            values["wheelbase_m"] = wheelbase
-            values["min_turning_radius_m"] = wheelbase / math.tan(steering)
+        values["wheelbase_m"] = told("wheel_base", "wheelbase")
+        values[STEERING] = told("steering_limit", "max_steer")
     return {name: value for name, value in values.items() if value is not None}
 
 
@@ -156,23 +166,29 @@ def _by_controllers(files: Sequence[str], packages: Packages) -> FoundDrive | No
     return None
 
 
-def _by_wheel_names(wheels: Sequence[Wheel], packages: Packages) -> FoundDrive | None:
-    """Returns the drive in the first controllers file that names these wheels and no others.
+def _by_wheel_names(model: Model, wheels: Sequence[Wheel], packages: Packages) -> FoundDrive | None:
+    """Returns the drive in the first controllers file of this model.
 
     Launch files name the controllers file where a model does not.
     """
-    joints = {wheel.joint.name for wheel in wheels}
+    driven = {wheel.joint.name for wheel in wheels}
+    joints = {joint.name for joint in model.joints}
     for file in packages.files():
-        if file.suffix not in (".yaml", ".yml") or "control" not in file.name or not joints:
+        if file.suffix not in (".yaml", ".yml") or "control" not in file.name or not driven:
             continue
-        found = _controllers_in(file, joints)
+        found = _controllers_in(file, lambda named: named <= joints and bool(named & driven))
         if found is not None:
             return found
     return None
 
 
-def _controllers_in(path: Path, joints: Set[str] | None = None) -> FoundDrive | None:
-    """Returns the first drive in a controllers file; joints: the wheels' joints, None: any."""
+def _controllers_in(
+    path: Path, is_ours: Callable[[Set[str]], bool] = lambda _: True
+) -> FoundDrive | None:
+    """Returns the first drive in a controllers file.
+
+    is_ours: tells by the joints that a controller drives and steers whether it counts.
+    """
     try:
         nodes = dict(_nodes(read_yaml(path)))
     except InputError:
@@ -189,14 +205,17 @@ def _controllers_in(path: Path, joints: Set[str] | None = None) -> FoundDrive | 
     }
     for name, kind_name in types.items():
         kind, own = _kind_of(kind_name), nodes.get(name, {})
-        if kind and (joints is None or _wheel_names(own) == joints):
+        if kind and is_ours(_named_joints(own)):
             return FoundDrive(kind, path.name, _controller_values(own))
     return None
 
 
-def _wheel_names(parameters: Mapping[str, Any]) -> set[str]:
-    sides = (parameters.get(f"{side}_wheel_names") for side in ("left", "right"))
-    return {str(name) for side in sides if isinstance(side, list) for name in side}
+def _named_joints(parameters: Mapping[str, Any]) -> set[str]:
+    """Returns the joints that a controller of ros2_control drives and steers."""
+    named = [value for key, value in parameters.items() if JOINTS_KEY.search(str(key))]
+    return {
+        str(name) for value in named for name in (value if isinstance(value, list) else [value])
+    }
 
 
 def _nodes(block: Mapping[str, Any]) -> Iterator[tuple[str, Mapping[str, Any]]]:
@@ -232,6 +251,29 @@ def _controller_values(parameters: Mapping[str, Any]) -> dict[str, float]:
     }
     values = {ours: told(theirs) for ours, theirs in names.items()}
     return {name: value for name, value in values.items() if value is not None}
+
+
+def _steering(model: Model, wheels: Sequence[Wheel]) -> list[Joint]:
+    """Returns the joints that steer a wheel: upright, by less than a quarter of a turn."""
+    carried = {w.joint.parent for w in wheels}
+    return [
+        joint
+        for joint in model.joints
+        if joint.child in carried
+        and abs(joint.axis[2]) > UPRIGHT
+        and max(-joint.range_rad[0], joint.range_rad[1]) < 0.5 * math.pi
+    ]
+
+
+def _add_turning(values: dict[str, float], model: Model, wheels: Sequence[Wheel]) -> None:
+    """Adds wheelbase and least turning radius: by the wheels' places and their steering joints."""
+    along = [float(w.position[0]) for w in wheels]
+    if along and max(along) - min(along) > LEAST:
+        values.setdefault("wheelbase_m", max(along) - min(along))
+    bounds = [min(-j.range_rad[0], j.range_rad[1]) for j in _steering(model, wheels)]
+    limit, wheelbase = values.pop(STEERING, min(bounds, default=0.0)), values.get("wheelbase_m")
+    if wheelbase and 0.0 < limit < 0.5 * math.pi:
+        values["min_turning_radius_m"] = wheelbase / math.tan(limit)
 
 
 def _add_wheel_limits(values: dict[str, float], model: Model, wheels: Sequence[Wheel]) -> str:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Sequence
 from typing import Any, NamedTuple
 from xml.etree import ElementTree
 
@@ -241,7 +240,8 @@ def _clamped(value: float, limit: float) -> float:
     return min(max(value, -limit), limit)
 
 
-def alike(scanners: Sequence[FoundSensor]) -> bool:
-    """Tells whether scanners differ in their places alone."""
-    kinds = [{k: v for k, v in s.fields.items() if k not in ("pose", "height_m")} for s in scanners]
-    return all(kind == kinds[0] for kind in kinds)
+def alike(one: FoundSensor, other: FoundSensor) -> bool:
+    """Tells whether two scanners differ in their places and their noise alone."""
+    own = ("pose", "height_m", "range_std_m")
+    first, second = ({k: v for k, v in s.fields.items() if k not in own} for s in (one, other))
+    return first == second

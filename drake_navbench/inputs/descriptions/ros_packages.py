@@ -53,16 +53,16 @@ class Packages:
             return self.found[name]
         if name in ("", ".", ".."):
             return None
-        for known in (packages_below, models_below):
-            for root in self._roots:
-                place = known(root).get(name)
-                if place is not None:
-                    self.found[name] = place
-                    return place
-        place = _package_nearby(name, self._folder)
+        place = self._known(name) or _package_nearby(name, self._folder)
         if place is not None:
             self.found[name] = place
         return place
+
+    def _known(self, name: str) -> Path | None:
+        """Returns the folder of a package or model in the repository or the named folders."""
+        kinds = (packages_below, models_below)
+        places = (below(root).get(name) for below in kinds for root in self._roots)
+        return next((place for place in places if place is not None), None)
 
     def all(self) -> dict[str, Path]:
         """Returns every package with a package.xml by name, in the repository and named folders."""
@@ -103,7 +103,9 @@ class Packages:
         if place is None and path.is_absolute() and path.is_relative_to(start):
             # Tools that expand xacro make a relative path absolute.
             return self._above(path.relative_to(start), self.root)
-        if place is not None or path.is_absolute():
+        if place is None and path.is_absolute():
+            return self._of_another_computer(path)
+        if place is not None:
             return place
         if not uri.startswith("file://"):
             return self._above(path, self.root)
@@ -113,6 +115,22 @@ class Packages:
             model = self.model(path.parts[1])
             places.append(None if model is None else self._inside(model.joinpath(*path.parts[2:])))
         return next((found for found in places if found is not None), None)
+
+    def _of_another_computer(self, path: Path) -> Path | None:
+        """Returns the file of this repository that an absolute path names on its author's computer.
+
+        The path leads through a package, as `ws/src/cart/meshes/hull.stl` or, installed,
+        `ws/install/cart/share/cart/meshes/hull.stl`; else its last folders are here, too.
+        """
+        for i, name in enumerate(path.parts[1:-1], 1):
+            package = self._known(name)
+            place = (
+                None if package is None else self._inside(package.joinpath(*path.parts[i + 1 :]))
+            )
+            place = place or self._above(Path(*path.parts[i:]), self.root)
+            if place is not None:
+                return place
+        return self._inside(self._folder / path.name)
 
     def _above(self, path: Path | str, end: Path) -> Path | None:
         """Returns a file by its path from the folder, or from a folder above it up to `end`.

@@ -196,7 +196,8 @@ def _expanded(path: Path, content: str, arguments: _Arguments, missing: _Missing
         undefined = UNDEFINED.search(said)
         hint = f"; give it by --set {undefined[1]}=VALUE" if undefined else ""
         raise InputError(f"xacro cannot expand {_file_of_fault(path)}: {said}{hint}") from error
-    return str(document.to_urdf_string())
+    # The library takes these for relative paths and puts the file's folder before them.
+    return str(document.to_urdf_string()).replace(f"model://{path.parent}/", "model://")
 
 
 def _file_of_fault(path: Path) -> str:

@@ -38,6 +38,10 @@ UNKNOWN = -1
 OCCUPIED = 100
 OPAQUE = 255
 MAX_GREY = 255
+# The grey of unknown cells as map savers write it, and a free_thresh with which it stays unknown.
+SAVED_UNKNOWN, SAVED_FREE_THRESH = 205, 0.196
+# A smaller share of such cells is not told: a drawing may have that grey by chance.
+LEAST_SHARE = 0.01
 # ImageMagick's weights of red, green and blue (Rec. 709), by which Nav2 makes colours grey.
 LUMA = np.array([0.212656, 0.715158, 0.072186])
 GREY_MODES = ("1", "L", "LA")
@@ -133,8 +137,11 @@ class OccupancyMap(Immutable):
         return None if column < 0 else int(self.occupancy[row, column])
 
 
-def load_map(path: str | Path) -> OccupancyMap:
+def load_map(path: str | Path, *, as_saved: bool = False) -> OccupancyMap:
     """Returns the map that a YAML file describes, or that a MovingAI file is.
+
+    as_saved: cells that the map's saver left unknown are unknown, though free_thresh makes them
+    free, with an InputWarning otherwise: up to 2025, Nav2 saved maps with such a free_thresh.
 
     A map with a yaw is turned onto a grid along the axes, with an InputWarning: Nav2's costmaps
     take no notice of a yaw. A MovingAI file has its lower left corner at (0, 0) and cells of
@@ -163,9 +170,11 @@ def load_map(path: str | Path) -> OccupancyMap:
             f"{metadata.occupied_thresh}; a grey that both claim is free, as in Nav2 from Jazzy on"
         )
         warnings.warn(warning, InputWarning, stacklevel=2)
+    if as_saved and _frees_unknown(metadata):
+        metadata = metadata.model_copy(update={"free_thresh": SAVED_FREE_THRESH})
     named_by = place_in(text, str(path), ["image"])
     image = _image_of(path, metadata.image)
-    occupancy = _image_occupancy(image, metadata, named_by)
+    occupancy = _image_occupancy(image, metadata, named_by, path)
     # The top row of an image is the one with the highest y.
     occupancy = occupancy[::-1]
     resolution = float(np.float32(metadata.resolution))
@@ -220,15 +229,25 @@ def _image_of(path: Path, named: str) -> Path:
     return image
 
 
-def _image_occupancy(image: Path, metadata: MapMetadata, named_by: str) -> NDArray[np.int8]:
+def _image_occupancy(
+    image: Path, metadata: MapMetadata, named_by: str, path: Path
+) -> NDArray[np.int8]:
     """Returns the occupancy of a map's image, top row first.
 
     The image may be a MovingAI file, which holds occupancies. named_by: the place that names the
-    image, for errors.
+    image, for errors. path: the map's file, for warnings.
     """
     if image.suffix == MOVINGAI_SUFFIX:
         return read_movingai_map(image, occupied=OCCUPIED)
     grey, alpha = _read_image(image, named_by)
+    share = float(np.mean(grey == SAVED_UNKNOWN))
+    if _frees_unknown(metadata) and share >= LEAST_SHARE:
+        warning = (
+            f"{path}: free_thresh {metadata.free_thresh:g} makes the grey of unknown cells, "
+            f"{share:.0%} of the map, free, as in Nav2; they stay unknown with free_thresh: "
+            f"{SAVED_FREE_THRESH}"
+        )
+        warnings.warn(warning, InputWarning, stacklevel=3)
     return occupancy_from_grey(
         grey,
         alpha,
@@ -237,6 +256,12 @@ def _image_occupancy(image: Path, metadata: MapMetadata, named_by: str) -> NDArr
         occupied_thresh=metadata.occupied_thresh,
         free_thresh=metadata.free_thresh,
     )
+
+
+def _frees_unknown(metadata: MapMetadata) -> bool:
+    """Tells whether the thresholds make the grey free that map savers write for unknown cells."""
+    is_free = metadata.free_thresh >= 1.0 - SAVED_UNKNOWN / MAX_GREY
+    return is_free and metadata.mode == MapMode.TRINARY and not metadata.negate
 
 
 def _read_only(cells: NDArray[np.int8]) -> NDArray[np.int8]:

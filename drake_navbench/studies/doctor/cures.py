@@ -103,7 +103,11 @@ def told_with_step(cause: Cause, facts: Facts) -> str:
     'raise FollowPath.wz_std, say from 0.1 to 0.25 rad/s'.
     """
     place = next(iter(facts.matching(cause.place)), cause.place)
-    value, told = facts[place], _as_in_the_file(cause, facts)
+    value = facts[place]
+    if _is_number(cause.to) and isinstance(value, int) and cause.to == int(cause.to):
+        # Nav2 refuses 20.0 for a parameter that is a whole number.
+        cause = cause._replace(to=int(cause.to))
+    told = _as_in_the_file(cause, facts)
     if not cause.is_number or cause.to is not None or value is None:
         return told
     step = _value(cause, place, value, facts, MILD)

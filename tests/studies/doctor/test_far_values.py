@@ -137,3 +137,11 @@ def test_the_command_tells_far_values_after_the_rules_of_the_symptom(tmp_path, c
     names = [line[2:] for line in capsys.readouterr().out.splitlines() if line.startswith("- ")]
     assert names[-1].startswith("far-cost_weight")
     assert any(name.startswith("mppi-no-reverse") for name in names[:-1])
+
+
+def test_a_whole_number_is_told_as_one_since_nav2_refuses_20_point_0_for_it(tmp_path, capsys):
+    path = tmp_path / "nav2.yaml"
+    path.write_text(nav2_text(DWB_BLOCK | {"vtheta_samples": 60}, plugin=DWB))
+    main([str(path), "--read-only"])
+    told = " ".join(capsys.readouterr().out.split())
+    assert "lower FollowPath.vtheta_samples to 20 source" in told

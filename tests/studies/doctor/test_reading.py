@@ -125,6 +125,11 @@ def test_odometry_that_only_the_navigator_is_told_of_is_found(facts):
     assert "odometry-of-another-topic" not in fired(facts(told))
 
 
+def test_no_cure_makes_the_controller_listen_to_maps_for_odometry(facts):
+    text = nav2_text(RPP_BLOCK, plugin=RPP, bt_navigator={"odom_topic": "/map"})
+    assert "odometry-of-another-topic" not in fired(facts(text))
+
+
 def test_the_gap_between_the_goals_tolerance_and_the_shims_threshold_is_found(facts):
     block = {"primary_controller": RPP, "angular_dist_threshold": 0.785, **RPP_BLOCK}
     text = nav2_text(block, plugin=SHIM)

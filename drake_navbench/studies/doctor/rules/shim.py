@@ -33,11 +33,14 @@ def _own_topic(f: Facts) -> str:
 def _topics_differ(f: Facts) -> bool:
     """Tells whether the controller listens to other odometry than the rest.
 
-    A name without a slash is within the node's namespace: 'odom' may be /robot/odom.
+    A name without a slash is within the node's namespace: 'odom' may be /robot/odom. Where the rest
+    is told the topic of maps by mistake, the controller shall not follow.
     """
     own = _own_topic(f)
     other = _others_topic(f) or own
     namespace, _, last = other.rpartition("/")
+    if last == "map":
+        return False
     if own == last and any(
         str(value).startswith(f"{namespace}/") and value != other for value in f.values.values()
     ):
