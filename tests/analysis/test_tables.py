@@ -123,5 +123,5 @@ def test_the_worlds_of_a_suite_count_as_one_scenario_and_a_lone_world_has_no_tab
     tables = suite_tables(trials, ["time_to_goal_s"])
     assert list(tables) == ["map"]
     assert tables["map"].loc[("time_to_goal_s", "s"), "rpp"] == 12.0
-    assert tables["map"].loc[("trials", "trials"), "rpp"] == 2
+    assert tables["map"].loc[("succeeded", "trials"), "rpp"] == 2
     assert suite_tables(trials.drop(columns="suite"), ["time_to_goal_s"]) == {}

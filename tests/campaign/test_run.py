@@ -179,15 +179,15 @@ WRONG_INPUTS = {
 WRONG_SCENARIOS = {
     "unknown field": (
         SCENARIO + "timeout: 3.0\n",
-        "mine.yaml: timeout: unknown field; did you mean 'timeout_s'?",
+        "mine.yaml, line 5: timeout: unknown field; did you mean 'timeout_s'?",
     ),
     "wrong type": (
         SCENARIO + "timeout_s: soon\n",
-        "mine.yaml: timeout_s: input should be a valid number, got 'soon'",
+        "mine.yaml, line 5: timeout_s: input should be a valid number, got 'soon'",
     ),
     "negative size": (
         SCENARIO + "timeout_s: -1.0\n",
-        "mine.yaml: timeout_s: input should be greater than 0, got -1.0",
+        "mine.yaml, line 5: timeout_s: input should be greater than 0, got -1.0",
     ),
     "start inside an obstacle": (
         SCENARIO + "start: [1.5, 0.0, 0.0]\n",

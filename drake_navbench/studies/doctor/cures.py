@@ -18,6 +18,8 @@ from drake_navbench.studies.doctor.usual import unusual_value
 # The steps from a value for which no usual range is known.
 FACTORS = {Direction.UP: (1.6, 2.6), Direction.DOWN: (0.6, 0.35)}
 DIGITS = 3
+# From this share on a value is too far from a whole number to be rounded.
+FAR_FROM_WHOLE = 0.25
 MILD, STRONG, NAV2S = 0, 1, 2
 # A velocity smoother that lets nothing back gets these shares of its speed ahead.
 FORWARD, BACKWARD, BACK = (
@@ -278,9 +280,13 @@ def _stepped(cause: Cause, place: str, value: float, step: int) -> float | None:
 
 
 def _like(new: float, value: Any) -> Any:
-    """Returns a whole number where the file has one."""
+    """Returns a whole number where the file has one, unless that is far from the new value.
+
+    A file may have 5 for a parameter that is no whole number: 0.2 stays 0.2.
+    """
+    whole = max(round(new), 1)
     is_whole = isinstance(value, int) and not isinstance(value, bool)
-    return max(round(new), 1) if is_whole else new
+    return whole if is_whole and abs(whole - new) <= FAR_FROM_WHOLE * new else new
 
 
 def _rounded(value: float) -> float:
