@@ -133,6 +133,8 @@ def main() -> None:
     parser.add_argument("--first", type=int, default=1, help="the first unit of a family")
     parser.add_argument("--units", type=int, default=TRIALS, help="the last unit of a family")
     arguments = parser.parse_args()
+    if not 1 <= arguments.first <= arguments.units:
+        parser.error(f"--first: got {arguments.first}, expected 1 to {arguments.units} (--units)")
     if (arguments.folder is None) == (arguments.judge is None):
         parser.error("expected FOLDER or --judge FILE, and not both")
     if arguments.judge is not None and not arguments.judge.is_file():
