@@ -105,9 +105,9 @@ def drive_missing(path: Path, asked: list[tuple[str, TrialSpec]], jobs: int) -> 
 
 
 def whole_units(rows: pd.DataFrame) -> pd.DataFrame:
-    """Returns the rows of the units that every column of the rows has driven."""
+    """Returns the rows of the units that every column of their family has driven."""
     driven_by = rows.groupby(["family", "scenario", "seed"])["controller"].transform("nunique")
-    return rows[driven_by == rows["controller"].nunique()]
+    return rows[driven_by == rows.groupby("family")["controller"].transform("nunique")]
 
 
 def tell(rows: pd.DataFrame) -> None:
