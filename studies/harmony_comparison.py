@@ -6,8 +6,8 @@ What is driven and how it is judged was written down before, in docs/harmony_com
 worlds into FOLDER/worlds and a line for each trial into FOLDER/trials.csv, and prints the tables in
 Markdown. It goes on where the file ends, family by family; in a family unit by unit, each by every
 column, so that whatever is there is paired. A column whose code has changed must be deleted from
-the file. --columns, --families and --units drive a part, so that the rivals can go first. With
---judge FILE it drives nothing.
+the file. --columns, --families, --first and --units drive a part, so that the rivals or units that
+nobody has seen can go first. With --judge FILE it drives nothing.
 """
 
 from __future__ import annotations
@@ -58,13 +58,21 @@ KEPT = [
 
 
 def trials_of(
-    folder: Path, columns: list[str], *, trials: int, seed: int, first_worlds: dict[str, int]
+    folder: Path,
+    columns: list[str],
+    *,
+    units: range,
+    seed: int,
+    first_worlds: dict[str, int],
 ) -> list[tuple[str, TrialSpec]]:
-    """Returns the family and the trial, for each of the columns: family by family, then by unit."""
-    named = plan_campaign(NAMED, columns, trials=trials, seed=seed, keeps_costmaps=False)
-    found = [(spec.trial, spec.scenario.name, spec) for spec in named.specs]
+    """Returns the family and the trial, for each of the columns: family by family, then by unit.
+
+    units: from 0 on.
+    """
+    named = plan_campaign(NAMED, columns, trials=units.stop, seed=seed, keeps_costmaps=False)
+    found = [(spec.trial, spec.scenario.name, spec) for spec in named.specs if spec.trial in units]
     for family in FAMILIES:
-        for place in range(trials):
+        for place in units:
             path = write_world(folder, family, first_worlds[family] + place)
             world = plan_campaign([str(path)], columns, trials=1, seed=seed, keeps_costmaps=False)
             found.extend((place, family, spec) for spec in world.specs)
@@ -97,9 +105,9 @@ def drive_missing(path: Path, asked: list[tuple[str, TrialSpec]], jobs: int) -> 
 
 
 def whole_units(rows: pd.DataFrame) -> pd.DataFrame:
-    """Returns the rows of the units that every column of the rows has driven."""
+    """Returns the rows of the units that every column of their family has driven."""
     driven_by = rows.groupby(["family", "scenario", "seed"])["controller"].transform("nunique")
-    return rows[driven_by == rows["controller"].nunique()]
+    return rows[driven_by == rows.groupby("family")["controller"].transform("nunique")]
 
 
 def tell(rows: pd.DataFrame) -> None:
@@ -122,8 +130,11 @@ def main() -> None:
     parser.add_argument("--jobs", type=int, default=1)
     parser.add_argument("--columns", nargs="+", choices=COLUMNS, default=list(COLUMNS))
     parser.add_argument("--families", nargs="+", choices=ORDER, default=list(ORDER))
-    parser.add_argument("--units", type=int, default=TRIALS, help="the first units of a family")
+    parser.add_argument("--first", type=int, default=1, help="the first unit of a family")
+    parser.add_argument("--units", type=int, default=TRIALS, help="the last unit of a family")
     arguments = parser.parse_args()
+    if not 1 <= arguments.first <= arguments.units:
+        parser.error(f"--first: got {arguments.first}, expected 1 to {arguments.units} (--units)")
     if (arguments.folder is None) == (arguments.judge is None):
         parser.error("expected FOLDER or --judge FILE, and not both")
     if arguments.judge is not None and not arguments.judge.is_file():
@@ -134,9 +145,10 @@ def main() -> None:
         tell(rows)
         return
     (arguments.folder / "worlds").mkdir(parents=True, exist_ok=True)
-    settings = {"trials": arguments.units, "seed": SEED, "first_worlds": FIRST_WORLDS}
+    units = range(arguments.first - 1, arguments.units)
+    settings = {"units": units, "seed": SEED, "first_worlds": FIRST_WORLDS}
     if arguments.try_out:
-        settings = {"trials": 2, "seed": 1000, "first_worlds": dict.fromkeys(FAMILIES, 8000)}
+        settings = {"units": range(2), "seed": 1000, "first_worlds": dict.fromkeys(FAMILIES, 8000)}
     columns = [COLUMNS[name] for name in arguments.columns]
     asked = trials_of(arguments.folder / "worlds", columns, **settings)
     asked = [(family, spec) for family, spec in asked if family in arguments.families]

@@ -46,7 +46,7 @@ class Weights(ControllerParameters):
         0.5, ge=0.0, description="Weight of the inflation cost under the discs [1/s]."
     )
     path_alignment: Weight = Field(
-        12.0, ge=0.0, description="Weight of the squared distance from the path [1/m^2 s]."
+        10.0, ge=0.0, description="Weight of the squared distance from the path [1/m^2 s]."
     )
     path_orientation: Weight = Field(
         0.5, ge=0.0, description="Weight of the squared heading error to the path [1/rad^2 s]."
@@ -58,7 +58,7 @@ class Weights(ControllerParameters):
     energy: Weight = Field(0.5, ge=0.0, description="Weight of speeding up and braking [s^5/m^4].")
     sharp_curves: Weight = Field(0.01, ge=0.0, description="Weight of curvature [m^2/s].")
     linear_jerk: Weight = Field(
-        0.8, ge=0.0, description="Weight of changes of acceleration [s^5/m^2]."
+        0.6, ge=0.0, description="Weight of changes of acceleration [s^5/m^2]."
     )
     maximum_velocity: Weight = Field(
         5.0, ge=0.0, description="Weight of speed below the largest one [1/s]."

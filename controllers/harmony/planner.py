@@ -49,8 +49,9 @@ WARM_BARRIER, COLD_BARRIER, LAST_BARRIER = 1e-3, 1e-2, 1e-5
 BETTER_GUESS_RATIO = 0.8
 # Segments of the path looked at from stage to stage, as the robot's reach a stage by their length.
 MOST_SEGMENTS_AHEAD = 12
-# The share of the weight `path_alignment` that holds on a detour, which nobody asked to follow.
-DETOUR_ALIGNMENT_SHARE = 0.1
+# The share of the weight `path_alignment` that holds on a detour, which nobody asked to follow, and
+# with the goal in reach: who keeps to the path up to the goal turns late to the goal's heading.
+LOOSE_ALIGNMENT_SHARE = 0.1
 
 
 class Candidate(NamedTuple):
@@ -139,8 +140,8 @@ class Planner:
 
     def _weights_on(self, way: Way) -> Array:
         weights = self._weights.copy()
-        if way.is_detour:
-            weights[PATH_ALIGNMENT] *= DETOUR_ALIGNMENT_SHARE
+        if way.is_detour or way.nears_goal:
+            weights[PATH_ALIGNMENT] *= LOOSE_ALIGNMENT_SHARE
         if way.backs_up:
             weights[FORWARD_PREFERENCE] = 0.0
         return read_only(weights)
