@@ -7,6 +7,7 @@ from doctor_texts import DWB, DWB_BLOCK, MPPI, MPPI_BLOCK, RPP, RPP_BLOCK, nav2_
 
 from drake_navbench.errors import InputError
 from drake_navbench.nav2.patch import Place
+from drake_navbench.studies.doctor import cures
 from drake_navbench.studies.doctor.causes import Cause, Direction
 from drake_navbench.studies.doctor.cures import told_with_step, trials_of
 from drake_navbench.studies.doctor.files import Patient
@@ -197,3 +198,12 @@ def test_a_cure_has_the_name_that_the_file_gives_unless_there_are_several(patien
     two = one | {"plugins": ["low", "high"], "high": layer | {"scan": {"topic": "/high"}}}
     facts = patient(nav2_text(MPPI_BLOCK, plugin=MPPI, local_costmap=two)).facts()
     assert told_with_step(cause, facts) == "set local_costmap.topic to /front"
+
+
+@pytest.mark.parametrize(
+    ("new", "in_file", "written"),
+    [(22.4, 56, 22), (0.2, 5, 0.2), (22.4, 56.0, 22.4), (0.9, 1, 1)],
+)
+def test_a_whole_number_stays_whole_unless_that_is_far_from_the_cure(new, in_file, written):
+    assert cures._like(new, in_file) == written
+    assert isinstance(cures._like(new, in_file), type(written))
