@@ -42,7 +42,8 @@ class Total(NamedTuple):
     """The totals of a controller over all worlds of a suite, or of one density of it.
 
     density: '' for all. success, collision: the shares of success and of contacts. score: the mean
-    BARN score. scored: the share with a score above 0, which is BARN's own success.
+    BARN score. scored: the share with a score above 0, which is BARN's own success. has_densities:
+    whether the suite's worlds tell their density, as BARN's do.
     """
 
     suite: str
@@ -55,6 +56,7 @@ class Total(NamedTuple):
     scored: Share
     score: Summary
     time_s: Summary
+    has_densities: bool
 
 
 class Difference(NamedTuple):
@@ -95,7 +97,8 @@ def totals(trials: pd.DataFrame) -> list[Total]:
             for controller in dict.fromkeys(own["controller"]):
                 rows = part[part["controller"] == controller]
                 if len(rows):
-                    found.append(_total(suite, density, controller, rows))
+                    total = _total(suite, density, controller, rows)
+                    found.append(total._replace(has_densities=bool(densities)))
     return found
 
 
@@ -170,6 +173,7 @@ def _total(suite: str, density: str, controller: str, trials: pd.DataFrame) -> T
         scored=_share(worlds["scored"]),
         score=_score(worlds["score"]),
         time_s=summarize(worlds["time_s"]),
+        has_densities=bool(density),
     )
 
 

@@ -32,8 +32,7 @@ def print_totals(console: Console, totals: Sequence[Total]) -> None:
 
 def _totals_table(totals: Sequence[Total], *, is_narrow: bool) -> Table:
     """Returns a table, a line for each total; a narrow one breaks intervals and long names."""
-    has_densities = any(total.density for total in totals)
-    headings = WITH_DENSITIES if has_densities else HEADINGS
+    headings = WITH_DENSITIES if totals[0].has_densities else HEADINGS
     table = Table(box=SIMPLE_HEAD, show_edge=False, pad_edge=False, padding=(0, 1, 0, 0))
     for heading in headings:
         is_name = heading in ("controller", "density")

@@ -107,7 +107,7 @@ def _add_file(parser: argparse.ArgumentParser) -> None:
     option("--symptom CLASS", "class of the symptom, or your own words for it")
     option(
         "--told TEXT",
-        "symptom and robot in your own words; without --symptom they also tell its class",
+        "symptom and robot in your own words",
         default="",
     )
     option(
@@ -330,20 +330,26 @@ def _proposed(arguments: argparse.Namespace, patient: Patient) -> list[Trial]:
 
 
 def _symptom(arguments: argparse.Namespace) -> Symptom | None:
-    """Returns the class of the user's symptom, and says which one was taken for words."""
-    from drake_navbench.studies.doctor.complaints import symptom_called, symptoms_told
+    """Returns the class of `--symptom`; prints the class that was taken for words.
+
+    Words of `--told` alone, which may be about the robot, take no class; the likeliest are printed.
+    """
+    from drake_navbench.studies.doctor.complaints import symptoms_called, symptoms_told
     from drake_navbench.studies.doctor.told import wrapped
 
     if arguments.symptom is not None:
-        symptom_called(arguments.symptom)
-    found = symptoms_told(arguments.symptom or arguments.told)
-    if len(found) > 1:
+        found = symptoms_called(arguments.symptom)
+        first = f"Symptom: your words are taken as {found[0]}; the next likeliest classes are"
+        line = f"{first} {' and '.join(found[1:3])} (--symptom NAME takes another)."
+    else:
+        found = symptoms_told(arguments.told)
         line = (
-            f"Symptom: your words are taken as {found[0]}; the next likeliest classes are "
-            f"{' and '.join(found[1:3])} (--symptom NAME takes another)."
+            f"Symptom: none is given. If your words tell one, it may be {', '.join(found[:3])} "
+            "(--symptom NAME takes it)."
         )
+    if len(found) > 1:
         print_text("\n".join([*wrapped(line, rest="  "), ""]))
-    return next(iter(found), None)
+    return found[0] if arguments.symptom is not None else None
 
 
 def _words(arguments: argparse.Namespace) -> str:

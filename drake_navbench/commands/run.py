@@ -256,8 +256,8 @@ def _add_results(parser: argparse.ArgumentParser) -> None:
     option("--metric FILE.py:NAME ...", "add a metric: a function of yours, decorated with @metric")
     option(
         "--columns LIST",
-        "metrics that the terminal shows (success, touches, time, clearance, length, distance "
-        "from the path, jerk)",
+        "metrics that the terminal shows beside how trials ended (time, clearance, length, "
+        "distance from the path, jerk)",
         listed_names,
         (),
     )
@@ -345,21 +345,31 @@ def with_package(
 
 
 def _remarks(arguments: argparse.Namespace, files: Sequence[FileColumns]) -> list[str]:
-    """Returns the lines on what the doctor's rules find in the Nav2 files of a run."""
-    if not files:
+    """Returns the lines on what the doctor's rules find in the Nav2 files of a run.
+
+    There is none where a run goes on, as it told them at its beginning.
+    """
+    if not files or arguments.resume is not None:
         return []
     from drake_navbench.studies.doctor.on_files import lines_on
 
+    return lines_on(files, _doctor_command(arguments))
+
+
+def _doctor_command(arguments: argparse.Namespace) -> str:
+    """Returns the command, for a shell, that shows the doctor's findings on the run's Nav2 file."""
     options = {
         "--robot": [arguments.robot] if arguments.robot != DEFAULT_ROBOT else [],
         "--set": arguments.set or [],
         "--nav2-release": [arguments.nav2_release] if arguments.nav2_release else [],
     }
-    words = ["drake-navbench", "doctor", *map(str, arguments.nav2 or ()), "--read-only"]
-    words += [
-        word for name, values in options.items() for value in values for word in (name, value)
-    ]
-    return lines_on(files, shlex.join(map(str, words)))
+    files = arguments.nav2
+    if arguments.package and len(arguments.package) == 1:
+        # The robot's model needs the packages that are found there.
+        options |= {"--robot": [], "--package": arguments.package, "--pick": arguments.pick or []}
+        files = []
+    words = [str(word) for name, found in options.items() for one in found for word in (name, one)]
+    return shlex.join(["drake-navbench", "doctor", *map(str, files), "--read-only", *words])
 
 
 def _run(parser: argparse.ArgumentParser, arguments: argparse.Namespace) -> int:

@@ -55,6 +55,10 @@ def test_wide_enough_each_total_is_a_line():
     assert len(printed(160)) == 3 + 3 * len(NAMES) + 1
 
 
+def test_worlds_of_a_single_density_have_scores_too():
+    assert printed(160, ("15%",))[1].split()[-2:] == ["BARN", "score"]
+
+
 def test_worlds_without_densities_have_times_in_place_of_scores():
     lines = printed(80, ("",))
     # 20 of 40 worlds reach the goal, each in 20 s.

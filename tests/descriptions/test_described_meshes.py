@@ -37,9 +37,9 @@ def test_a_package_uri_leads_out_of_no_package(tmp_path):
 @pytest.mark.parametrize(
     "named",
     [
-        "/home/ann/ws/src/cart/meshes/hull.stl",
-        "file:///home/ann/ws/install/cart/share/cart/meshes/hull.stl",
-        "file:///home/ann/a_clone/meshes/hull.stl",
+        "/elsewhere/ws/src/cart/meshes/hull.stl",
+        "file:///elsewhere/ws/install/cart/share/cart/meshes/hull.stl",
+        "file:///elsewhere/a_clone/meshes/hull.stl",
     ],
 )
 def test_an_absolute_path_of_the_authors_computer_leads_to_the_file_of_the_package(tmp_path, named):

@@ -146,14 +146,14 @@ def causes_by_words(facts: Facts, symptom: Symptom, words: str) -> list[tuple[fl
     return list(best.values())
 
 
-def symptom_called(text: str) -> Symptom:
-    """Returns the class that is named or told; raises InputError with all classes."""
+def symptoms_called(text: str) -> list[Symptom]:
+    """Returns `symptoms_told`, at least one class; raises InputError with all classes."""
     classes = symptoms_told(text)
     if not classes:
         raise InputError(
             f"--symptom {text!r}: unknown class of symptoms; expected one of {', '.join(Symptom)}"
         )
-    return classes[0]
+    return classes
 
 
 def symptoms_told(text: str) -> list[Symptom]:

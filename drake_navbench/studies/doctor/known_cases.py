@@ -18,7 +18,7 @@ from pydantic import BaseModel, ConfigDict
 from drake_navbench.errors import InputError
 from drake_navbench.plugins.releases import Release
 from drake_navbench.studies.doctor.causes import OUTSIDE, RELEASE, Cause, Direction
-from drake_navbench.studies.doctor.complaints import symptom_called
+from drake_navbench.studies.doctor.complaints import symptoms_called
 from drake_navbench.studies.doctor.cures import OF_SOURCES
 from drake_navbench.studies.doctor.facts import CONTROLLER, Facts, kinds_of
 from drake_navbench.studies.doctor.left_out import readable_setup
@@ -118,7 +118,7 @@ def score_case(case: Case, folder: Path | None) -> Scored:
     files = files_of(case, folder)
     try:
         facts = facts_of_case(case, folder)
-        symptom = symptom_called(case.symptom_class)
+        symptom = symptoms_called(case.symptom_class)[0]
     except InputError as error:
         return Scored(case, (), None, bool(files), str(error))
     found = suspicions_of(facts, symptom, case.words)
@@ -288,7 +288,7 @@ def plain_culprits(case: Case) -> list[tuple[str, str]]:
 
 def _rank_in_table(case: Case) -> int | None:
     try:
-        symptom = symptom_called(case.symptom_class)
+        symptom = symptoms_called(case.symptom_class)[0]
         facts = facts_of_values(case.controller, case.release, {})
     except InputError:
         return None

@@ -126,22 +126,33 @@ def test_the_command_reads_a_file(tmp_path, capsys):
     assert max(map(len, told.splitlines())) <= 80
 
 
-@pytest.mark.parametrize("option", ["--symptom", "--told"])
-def test_own_words_tell_the_class_with_either_option(option, tmp_path, capsys):
+def read(tmp_path, capsys, *arguments):
+    """Returns what the command prints about a file of MPPI."""
     path = tmp_path / "nav2.yaml"
     path.write_text(nav2_text(MPPI_BLOCK, plugin=MPPI))
-    assert main([str(path), "--read-only", option, "it crashes into walls"]) == 0
+    assert main([str(path), "--read-only", *arguments]) == 0
     told = capsys.readouterr().out
+    assert max(map(len, told.splitlines())) <= 80
+    return told
+
+
+def test_own_words_tell_the_class_of_the_symptom(tmp_path, capsys):
+    told = read(tmp_path, capsys, "--symptom", "it crashes into walls")
     assert told.startswith("Symptom: your words are taken as collision; the next likeliest")
     assert "What may cause collision" in told
-    assert max(map(len, told.splitlines())) <= 80
 
 
-def test_words_that_tell_no_class_beside_no_symptom_are_no_symptom(tmp_path, capsys):
-    path = tmp_path / "nav2.yaml"
-    path.write_text(nav2_text(MPPI_BLOCK, plugin=MPPI))
-    assert main([str(path), "--read-only", "--told", "purple"]) == 0
-    assert "What may cause" not in capsys.readouterr().out
+@pytest.mark.parametrize("words", ["it crashes into walls", "a heavy robot in a hospital"])
+def test_words_that_may_be_about_the_robot_take_no_class_but_name_the_likeliest(
+    words, tmp_path, capsys
+):
+    told = read(tmp_path, capsys, "--told", words)
+    assert told.startswith("Symptom: none is given. If your words tell one, it may be ")
+    assert "What may cause" not in told
+
+
+def test_words_like_no_known_complaint_name_no_class(tmp_path, capsys):
+    assert read(tmp_path, capsys, "--told", "purple").startswith("Read: ")
 
 
 @pytest.mark.parametrize(

@@ -19,7 +19,7 @@ from nav2_setups import read_nav2_files
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.robot import load_robot
 from drake_navbench.studies.doctor.causes import Direction
-from drake_navbench.studies.doctor.complaints import symptom_called, symptoms_told
+from drake_navbench.studies.doctor.complaints import symptoms_called, symptoms_told
 from drake_navbench.studies.doctor.facts import facts_of
 from drake_navbench.studies.doctor.in_effect import is_in_effect
 from drake_navbench.studies.doctor.reading import RULES, findings_of, suspicions_of
@@ -349,15 +349,15 @@ def test_an_inflation_that_is_shorter_than_the_outline_by_rounding_is_none(facts
 
 
 def test_symptoms_are_known_by_their_class_and_by_other_words():
-    assert symptom_called("goal_overshoot") is Symptom.GOAL_OVERSHOOT
-    assert symptom_called("oscillates at the goal") is Symptom.GOAL_OSCILLATION
-    assert symptom_called("weaves") is Symptom.WOBBLE_STRAIGHT
-    assert symptom_called("crashes into walls") is Symptom.COLLISION
+    assert symptoms_called("goal_overshoot") == [Symptom.GOAL_OVERSHOOT]
+    assert symptoms_called("oscillates at the goal")[0] is Symptom.GOAL_OSCILLATION
+    assert symptoms_called("weaves")[0] is Symptom.WOBBLE_STRAIGHT
+    assert symptoms_called("crashes into walls")[0] is Symptom.COLLISION
     assert (
         symptoms_told("it creeps the last half metre to its goal")[0] is Symptom.STALL_BEFORE_GOAL
     )
     with pytest.raises(InputError, match=r"expected one of wobble_straight, .*localization_jumps"):
-        symptom_called("purple")
+        symptoms_called("purple")
 
 
 def cure_of(facts, rule):
