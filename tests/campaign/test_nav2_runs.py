@@ -11,6 +11,8 @@ import pytest
 
 from drake_navbench.campaign.request import Request
 from drake_navbench.campaign.request_arguments import request_from_arguments
+from drake_navbench.commands import doctor
+from drake_navbench.commands import run as run_command
 from drake_navbench.commands.run import build_parser, main
 from drake_navbench.inputs.check import Status
 from drake_navbench.logs.log import Outcome
@@ -126,3 +128,29 @@ def test_a_file_without_controllers_needs_them_by_name(tmp_path, monkeypatch, ca
     campaign = request_of("empty", "--nav2", "part.yaml", "--controllers", "rpp").campaign()
     # Without a word on it Nav2 plans with NavFn.
     assert campaign.specs[0].robot.navigation.planner.plugin.endswith("NavfnPlanner")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        (["--nav2", "a b.yaml"], "doctor 'a b.yaml' --read-only"),
+        (
+            ["--nav2", "a.yaml", "--robot", "turtlebot4", "--set", "n=1", "--nav2-release", "iron"],
+            "doctor a.yaml --read-only --robot turtlebot4 --set n=1 --nav2-release iron",
+        ),
+        (
+            ["--package", "clone", "--nav2", "a.yaml", "--robot", "a.xacro", "--pick", "nav2=2"],
+            "doctor --read-only --package clone --pick nav2=2",
+        ),
+    ],
+)
+def test_the_doctors_command_reads_what_the_run_reads(arguments, told):
+    parsed = run_command.build_parser().parse_args(arguments)
+    assert run_command._doctor_command(parsed) == f"drake-navbench {told}"
+    doctor.build_parser().parse_args(told.replace("'", "").replace("a b", "ab").split()[1:])
+
+
+def test_a_run_that_goes_on_tells_no_findings_again():
+    parsed = run_command.build_parser().parse_args(["--resume", "results/mine"])
+    columns = request_of("--nav2", file_of("jazzy")).nav2_columns()
+    assert run_command._remarks(parsed, columns) == []
