@@ -11,6 +11,7 @@ import shlex
 import time
 import warnings
 from collections.abc import Sequence
+from contextlib import suppress
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -351,9 +352,18 @@ def _remarks(arguments: argparse.Namespace, files: Sequence[FileColumns]) -> lis
     """
     if not files or arguments.resume is not None:
         return []
-    from drake_navbench.studies.doctor.on_files import lines_on
+    from drake_navbench.campaign.request_arguments import read_assignments
+    from drake_navbench.studies.doctor.files import Patient
+    from drake_navbench.studies.doctor.on_files import lines_on_change, lines_on_file
 
-    return lines_on(files, _doctor_command(arguments))
+    if len(files) > 1:
+        return lines_on_change(files)
+    values = read_assignments(arguments.set)
+    # Read as the command reads it: what the robot's model says against the file is no finding.
+    patient = Patient(tuple(arguments.nav2), arguments.robot, values, arguments.nav2_release)
+    with suppress(InputError):
+        return lines_on_file(patient, _doctor_command(arguments))
+    return []
 
 
 def _doctor_command(arguments: argparse.Namespace) -> str:

@@ -8,25 +8,24 @@ from drake_navbench.nav2.whole_files import FileColumns
 from drake_navbench.studies.doctor.cures import told_with_step
 from drake_navbench.studies.doctor.facts import Facts, facts_of
 from drake_navbench.studies.doctor.far_values import FAR
+from drake_navbench.studies.doctor.files import Patient
 from drake_navbench.studies.doctor.reading import findings_of
 from drake_navbench.studies.doctor.rules.rule import Finding
 from drake_navbench.studies.doctor.told import without_repeated_cures
 
 
-def lines_on(files: Sequence[FileColumns], command: str) -> list[str]:
-    """Returns the lines on a run's files.
+def lines_on_file(patient: Patient, command: str) -> list[str]:
+    """Returns a line with the number of findings on a file that the doctor's command shows."""
+    count = len(without_repeated_cures(findings_of(patient.facts())))
+    faults = f"{count} possible fault{'s' if count > 1 else ''}"
+    return [f"The doctor's rules find {faults} in the file: {command}"] if count else []
 
-    One file: the number of findings that the command shows. Several: a line for each finding that
-    the first file has and another one has not, and the reverse, but for values that are merely far
-    from the usual ones.
+
+def lines_on_change(files: Sequence[FileColumns]) -> list[str]:
+    """Returns a line for each finding that only one of two files has: the first or another one.
+
+    Findings about values that are merely far from the usual ones are left out.
     """
-    if not files:
-        return []
-    if len(files) == 1:
-        facts = facts_of(files[0].setup, next(iter(files[0].presets), None))
-        count = len(without_repeated_cures(findings_of(facts)))
-        faults = f"{count} possible fault{'s' if count > 1 else ''}"
-        return [f"The doctor's rules find {faults} in the file: {command}"] if count else []
     before, *changed = [(file.name, _findings(file)) for file in files]
     return [line for after in changed for line in _lines(before, after)]
 
