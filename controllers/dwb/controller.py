@@ -54,6 +54,7 @@ class DynamicWindowApproach:
         self._wants_diagnostics = setup.wants_diagnostics
         self._planner = LocalPlanner(parameters, setup)
         self._own_plan = OwnPlan(parameters) if parameters.cuts_plan else None
+        self._no_plan = NoValidControl if parameters.is_patient else InvalidPath
 
     @property
     def cuts_plan(self) -> bool:
@@ -67,14 +68,15 @@ class DynamicWindowApproach:
     def step(self, observation: Observation, memory: DwbMemory) -> Decision:
         """Returns the command of one cycle.
 
-        Raises InvalidPath for an empty plan, and NoValidControl where every trajectory is illegal;
-        its `details` count the rejections per 'critic/reason', its `memory` is that of the critics
-        after the failed cycle.
+        Raises InvalidPath, in Humble NoValidControl, for an empty plan. Raises NoValidControl where
+        every trajectory is illegal; its `details` count the rejections per 'critic/reason', its
+        `memory` is that of the critics after the failed cycle.
         """
-        if len(observation.plan) == 0:
-            raise InvalidPath("the plan is empty")
-        evaluation, begin = self._evaluated(observation, memory)
-        after = evaluation.memory._replace(plan_begin=begin)
+        plan, memory = self._local_plan(observation, memory)
+        if len(plan) == 0:
+            raise self._no_plan("Resulting plan has 0 poses in it.", memory=memory)
+        evaluation = self._evaluated(observation, plan, memory)
+        after = evaluation.memory
         sample_count = len(evaluation.totals)
         if evaluation.best == NONE_CHOSEN:
             raise NoValidControl(
@@ -93,31 +95,33 @@ class DynamicWindowApproach:
 
     def explain(self, observation: Observation, memory: DwbMemory) -> Explanation:
         """Returns the critics' costs of the chosen trajectory and of the best others."""
-        if len(observation.plan) == 0:
+        plan, memory = self._local_plan(observation, memory)
+        if len(plan) == 0:
             return Explanation(None, "DWB stops: nothing is left of the plan.", (), ())
-        evaluation, _ = self._evaluated(observation, memory)
+        evaluation = self._evaluated(observation, plan, memory)
         command = None if evaluation.best == NONE_CHOSEN else evaluation.command[self._axes]
         rejections = self._planner.rejections(evaluation)
         return explained(evaluation, self._planner.critic_names, rejections, command)
 
-    def _evaluated(self, observation: Observation, memory: DwbMemory) -> tuple[Evaluation, int]:
-        """Returns the window of a cycle, and the index in the whole plan where the rest begins."""
-        plan, begin = self._local_plan(observation, memory)
-        evaluation = self._planner.evaluate(
-            _situation(observation, plan),
-            memory,
-            plan_id=observation.plan_id,
-            speed_limit=observation.speed_limit,
+    def _evaluated(
+        self, observation: Observation, plan: np.ndarray, memory: DwbMemory
+    ) -> Evaluation:
+        """Returns the window of a cycle along a local plan."""
+        return self._planner.evaluate(
+            _situation(observation, plan), memory, speed_limit=observation.speed_limit
         )
-        return evaluation, begin
 
-    def _local_plan(self, observation: Observation, memory: DwbMemory) -> tuple[np.ndarray, int]:
-        """Returns the local plan, and the index in the whole plan where the rest begins."""
+    def _local_plan(
+        self, observation: Observation, memory: DwbMemory
+    ) -> tuple[np.ndarray, DwbMemory]:
+        """Returns the local plan, and the memory with the index where the rest begins."""
+        memory = self._planner.with_plan(memory, observation.plan_id)
         if self._own_plan is None:
-            return observation.plan, 0
-        whole = observation.whole_plan
-        begin = memory.plan_begin if observation.plan_id == memory.plan_id else 0
-        return self._own_plan.cut(whole, begin, observation.pose, observation.costmap)
+            return observation.plan, memory
+        plan, begin = self._own_plan.cut(
+            observation.whole_plan, memory.plan_begin, observation.pose, observation.costmap
+        )
+        return plan, memory._replace(plan_begin=begin)
 
     def _window_diagnostics(self, evaluation: Evaluation) -> dict[str, Any]:
         """Returns the whole window for replay and report; K trajectories, C critics.

@@ -118,27 +118,30 @@ class LocalPlanner:
             critics=tuple(critic.initial_memory() for critic in self._critics),
         )
 
+    def with_plan(self, memory: DwbMemory, plan_id: int) -> DwbMemory:
+        """Returns the memory for a plan; of another plan than before, the critics forget."""
+        if plan_id == memory.plan_id:
+            return memory
+        pairs = zip(self._critics, memory.critics, strict=True)
+        critics = tuple(critic.reset(own) for critic, own in pairs)
+        return DwbMemory(plan_id, memory.kinematics, critics)
+
     def evaluate(
         self,
         situation: Situation,
         memory: DwbMemory,
         *,
-        plan_id: int,
         speed_limit: SpeedLimit | None = None,
     ) -> Evaluation:
         """Returns the window of one cycle with its scores and the chosen trajectory.
 
-        situation: pose and measured twist (vx, vy, wz), local plan, goal, costmap.
-        plan_id: a change makes the critics forget, as every new plan does in Nav2.
+        situation: pose and measured twist (vx, vy, wz), local plan, goal, costmap. memory: from
+        `with_plan`.
         """
-        memories = memory.critics
-        if plan_id != memory.plan_id:
-            pairs = zip(self._critics, memories, strict=True)
-            memories = tuple(critic.reset(own) for critic, own in pairs)
         kinematics = memory.kinematics.limited(self._base_kinematics, speed_limit)
         memories = tuple(
             critic.prepare(situation, own)
-            for critic, own in zip(self._critics, memories, strict=True)
+            for critic, own in zip(self._critics, memory.critics, strict=True)
         )
         window = self._generator.generate(situation.pose, situation.twist, kinematics)
         scales, raw_scores, violations = self._judge(situation, window, memories)
@@ -160,7 +163,7 @@ class LocalPlanner:
         return Evaluation(
             best=best,
             command=command,
-            memory=DwbMemory(plan_id, kinematics, memories),
+            memory=memory._replace(kinematics=kinematics, critics=memories),
             trajectories=window,
             scales=scales,
             raw_scores=raw_scores,

@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING
 
 from numba import njit
 
-from drake_navbench.controller import InvalidPath
 from drake_navbench.kernels.arrays import Array
 from drake_navbench.kernels.grid import Costmap
 from drake_navbench.kernels.path_pruning import first_pose_beyond
@@ -40,7 +39,8 @@ class OwnPlan:
         """Returns the local plan (M, 3), a view, and the index at which the next one may begin.
 
         plan: (N, 3) the whole plan. begin: index of the first pose left of it. pose: (3,) of the
-        robot. Raises InvalidPath where no pose is near enough.
+        robot. Where no pose is near enough, the local plan is empty, and as in Nav2 all poses that
+        were looked at are dropped.
         """
         reach_m = 0.5 * max(costmap.costs.shape) * costmap.resolution
         first, stop = own_plan_range(
@@ -52,8 +52,6 @@ class OwnPlan:
             min(reach_m, self._behind_m),
             min(reach_m, self._ahead_m),
         )
-        if first == stop:
-            raise InvalidPath("Resulting plan has 0 poses in it.")
         return plan[first:stop], first if self._prunes else begin
 
 

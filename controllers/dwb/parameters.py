@@ -233,6 +233,11 @@ class DynamicWindowApproachParameters(ParametersWithCritics):
         return self.nav2_release != NEWEST_RELEASE
 
     @property
+    def is_patient(self) -> bool:
+        """Whether the server's patience applies to an empty plan, as to every error in Humble."""
+        return self.nav2_release is Release.HUMBLE
+
+    @property
     def compares_plain_headings(self) -> bool:
         """Whether headings are compared unwrapped: 2 pi counts as a turn, as up to Kilted."""
         return self.nav2_release != NEWEST_RELEASE

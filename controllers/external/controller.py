@@ -60,7 +60,13 @@ class ExternalController:
         except ExternalControllerFailed as error:
             raise InputError(str(error).splitlines()[0]) from error
         self._is_graceful = answer.get("is_graceful") is True
+        self._cuts_plan = answer.get("cuts_plan") is True
         self.not_read = not_read_of(answer)
+
+    @property
+    def cuts_plan(self) -> bool:
+        """Whether the client cuts the plan itself, as originals of Nav2 do up to Kilted."""
+        return self._cuts_plan
 
     def initial_memory(self) -> ExternalMemory:
         """Tells the client to forget the last task.

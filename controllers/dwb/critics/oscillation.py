@@ -130,7 +130,8 @@ class Oscillation(Critic):
         least_m = self._parameters.oscillation_reset_dist
         least_rad = self._parameters.oscillation_reset_angle
         moved = (x - flip_x) ** 2 + (y - flip_y) ** 2 > least_m**2
-        turn = flip_yaw - yaw
+        # As Nav2 reads them from quaternions, both headings lie within half a turn.
+        turn = wrap(flip_yaw) - wrap(yaw)
         if not self._controller_parameters.compares_plain_headings:
             turn = wrap(turn)
         turned = abs(turn) > least_rad

@@ -83,14 +83,21 @@ void NewPath(Controller & controller, const nav_msgs::msg::Path & path) {
   }
 }
 
+// Whether a controller is given the path handler's local plan; those up to Kilted cut the whole one.
+template <typename Controller>
+constexpr bool kTakesLocalPlan =
+    requires(Controller & controller, geometry_msgs::msg::PoseStamped pose,
+             geometry_msgs::msg::Twist velocity, nav2_core::GoalChecker * checker,
+             nav_msgs::msg::Path path) {
+      controller.computeVelocityCommands(pose, velocity, checker, path, pose);
+    };
+
 template <typename Controller>
 geometry_msgs::msg::TwistStamped Command(Controller & controller,
                                          const geometry_msgs::msg::PoseStamped & pose,
                                          const geometry_msgs::msg::Twist & velocity,
                                          nav2_core::GoalChecker * checker, const Value & request) {
-  if constexpr (requires(nav_msgs::msg::Path path) {
-                  controller.computeVelocityCommands(pose, velocity, checker, path, pose);
-                }) {
+  if constexpr (kTakesLocalPlan<Controller>) {
     return controller.computeVelocityCommands(pose, velocity, checker, Path(request["local_plan"]),
                                               StampedPose(request["goal"]));
   } else {
@@ -156,6 +163,7 @@ Value ControllerHost::Configure(const Value & request) {
   const auto & parameters = *node_->get_node_parameters_interface();
   return Value::Map{{"protocol", 1},
                     {"is_graceful", is_graceful},
+                    {"cuts_plan", !kTakesLocalPlan<nav2_core::Controller>},
                     {"not_read", NotRead(parameters)},
                     {"defaults", Defaults(parameters)}};
 }

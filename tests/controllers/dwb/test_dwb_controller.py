@@ -74,7 +74,7 @@ def test_whole_window_agrees_with_one_trajectory_at_a_time(seed, short_circuit):
     )
     planner = LocalPlanner(p, SETUP)
     situation = situation_of(random_world(seed))
-    evaluation = planner.evaluate(situation, planner.initial_memory(), plan_id=1)
+    evaluation = planner.evaluate(situation, planner.initial_memory())
     best, totals, reasons = dwb_reference.evaluate(
         situation, evaluation.trajectories.twists, p, [tuple(c) for c in RECTANGLE.tolist()]
     )

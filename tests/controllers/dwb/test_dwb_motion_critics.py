@@ -176,6 +176,16 @@ class TestOscillation:
         # From 3.1 to -3.1 it is 2 pi - 6.2 = 0.083 rad.
         assert self.drive(self.critic, steps).trends[0].is_restricted
 
+    @pytest.mark.parametrize(("release", "ends"), [("kilted", True), ("lyrical", False)])
+    def test_up_to_kilted_the_step_at_half_a_turn_counts_as_a_turn(self, release, ends):
+        critic = Oscillation(
+            Oscillation.Parameters(), parameters(nav2_release=release), setup=SETUP
+        )
+        # The base counts on, Nav2 reads 3.15 rad from a quaternion as 3.15 - 2 pi = -3.13 rad.
+        flip, later = (0.0, 0.0, 3.13), (0.0, 0.0, 3.15)
+        steps = [(0.0, flip, (0.2, 0, 0)), (0.05, flip, (-0.2, 0, 0)), (0.1, later, (-0.2, 0, 0))]
+        assert self.drive(critic, steps).trends[0].is_restricted != ends
+
     def test_ban_ends_in_the_eighth_cycle_after_the_change_at_20_hz_and_0_35_s(self):
         critic = make(Oscillation, oscillation_reset_time=0.35)
         here = (0.0, 0.0, 0.0)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from dwb_cases import SETUP
 
-from drake_navbench.controller import InvalidPath, Observation
+from drake_navbench.controller import InvalidPath, NoValidControl, Observation
 from drake_navbench.controllers.dwb.controller import DynamicWindowApproach
 from drake_navbench.controllers.dwb.own_plan import OwnPlan
 from drake_navbench.controllers.dwb.parameters import DynamicWindowApproachParameters
@@ -38,6 +38,12 @@ def cut(release, x, begin=0, size_m=6.0, **fields):
     return local[0, 0], local[-1, 0], PLAN[left, 0]
 
 
+def length_of(release, **fields):
+    """Returns the number of poses of the local plan at (3, 0)."""
+    own = OwnPlan(parameters_of(release, **fields))
+    return len(own.cut(PLAN, 0, np.array([3.0, 0.0, 0.0]), costmap_at(3.0))[0])
+
+
 @pytest.mark.parametrize("release", ["humble", "iron", "jazzy", "kilted"])
 def test_it_reaches_two_metres_back_and_ahead(release):
     # Nearer than 2 m begins behind 2 m, no farther than 2 m ends at it; what is passed is dropped.
@@ -52,8 +58,7 @@ def test_without_pruning_the_plan_stays_whole():
     fields = {"prune_plan": False, "shorten_transformed_plan": False}
     assert cut("jazzy", 3.0, **fields) == (0.125, 6.0, 0.0)
     # Shortened, it ends where it begins: at the first pose that is farther than 2 m.
-    with pytest.raises(InvalidPath, match="0 poses"):
-        cut("jazzy", 3.0, prune_plan=False)
+    assert length_of("jazzy", prune_plan=False) == 0
 
 
 def test_without_shortening_it_ends_at_the_edge_of_the_costmap():
@@ -69,8 +74,7 @@ def test_a_robot_that_has_run_ahead_is_looked_for_only_so_far():
 
 def test_a_negative_forward_distance_means_all_of_it_since_iron():
     assert cut("iron", 3.0, forward_prune_distance=-1.0) == (1.125, 6.0, 1.125)
-    with pytest.raises(InvalidPath, match="0 poses"):
-        cut("humble", 3.0, forward_prune_distance=-1.0)
+    assert length_of("humble", forward_prune_distance=-1.0) == 0
 
 
 def observed(x, **fields):
@@ -99,6 +103,17 @@ def test_the_rest_of_the_plan_is_remembered_until_there_is_another_one():
     # ... until a new plan comes.
     new = dwb.step(replace(observed(1.0), plan_id=2), memory)
     assert new.memory.plan_begin == 0
+
+
+@pytest.mark.parametrize(("release", "error"), [("humble", NoValidControl), ("iron", InvalidPath)])
+def test_the_server_is_patient_in_humble_alone_where_nothing_is_near(release, error):
+    dwb = DynamicWindowApproach(parameters_of(release), SETUP)
+    aside = replace(observed(3.0), pose=np.array([3.0, 2.5, 0.0]))
+    with pytest.raises(error, match="0 poses") as caught:
+        dwb.step(aside, dwb.initial_memory())
+    # The first 2 m of the way were looked at, and are dropped: 2.125 m is pose 17.
+    assert caught.value.memory.plan_begin == 17
+    assert dwb.step(observed(3.0), caught.value.memory).memory.plan_begin == 17
 
 
 def test_a_newer_dwb_takes_the_path_handlers_plan():

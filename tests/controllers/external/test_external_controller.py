@@ -100,6 +100,7 @@ def step(start):
 
 def test_a_client_is_told_everything_that_a_controller_sees(start, tmp_path):
     controller = start(RECORDING, str(tmp_path / "record"), client={"gain": 2.0})
+    assert not controller.cuts_plan
     memory = controller.initial_memory()
     decision = controller.step(OBSERVATION, memory)
     controller.step(replace(OBSERVATION, time_s=0.12, speed_limit=None), decision.memory)
