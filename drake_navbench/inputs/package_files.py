@@ -24,8 +24,8 @@ ROBOT, NAV2, MAP, WORLD = "robot", "nav2", "map", "world"
 KINDS = (ROBOT, NAV2, MAP, WORLD)
 HEAD_BYTES = MEGABYTE
 MAX_LISTED = 12
-# At most so many models are read to find one that drives, and so many worlds to find one that can be
-# read; otherwise the first by name is taken.
+# At most so many models are read to find one that drives, and so many worlds to find one that is
+# readable; otherwise the first by name is taken.
 MAX_TRIED = 12
 # From so many parts on, all files are equally likely to be the robot.
 MAX_INCLUDES = 5

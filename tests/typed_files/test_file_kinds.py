@@ -12,6 +12,7 @@ from drake_navbench.inputs.presets import preset_files
 from drake_navbench.inputs.robot import ROBOT_FILES, load_robot
 from drake_navbench.inputs.scenario import load_scenario
 from drake_navbench.nav2.controllers import load_parameter_file
+from drake_navbench.navigation.costmaps.map_file import load_map
 
 SCENARIO_PATH = SCENARIO_FILES.find("one_obstacle")
 ROBOT_PATH = ROBOT_FILES.find("wheelchair")
@@ -42,6 +43,17 @@ def test_other_files_given_as_a_scenario_are_called_what_they_are(tmp_path):
     nav2.write_text("amcl: {ros__parameters: {alpha1: 0.2}}")
     told = refusal(load_scenario, str(nav2))
     assert told == f"{nav2}: is a Nav2 parameter file; expected a scenario file"
+
+
+def test_other_files_given_as_a_map_are_one_line(tmp_path):
+    path = tmp_path / "other.yaml"
+    path.write_text("amcl: {ros__parameters: {a: 1}}\nmap_server: {ros__parameters: {b: 1}}")
+    assert refusal(load_map, path) == f"{path}: is a Nav2 parameter file; expected a map file"
+    path.write_text("poses: [[1, 2]]\nframe: map\nloops: 2\nwait_s: 1\n")
+    assert refusal(load_map, path) == (
+        f"{path}: is no map file; expected image, resolution and origin, found poses, frame, loops"
+    )
+    assert refusal(load_map, ROBOT_PATH) == f"{ROBOT_PATH}: is a robot file; expected a map file"
 
 
 def test_a_scenario_given_as_a_robot_is_called_one():
