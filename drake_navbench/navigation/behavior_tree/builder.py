@@ -31,14 +31,39 @@ SELECTORS = (
 # Some are spelled like nodes that are here, but are no misspellings of these.
 # Source: nav2_behavior_tree, branches humble to lyrical.
 MISSING_NODES_OF_NAV2 = frozenset(
-    "AppendGoalPoseToGoals AreErrorCodesPresent ArePosesNear AssistedTeleop "
-    "ClearCostmapAroundRobot ClearCostmapExceptRegion ComputeAndTrackRoute "
-    "ComputePathThroughPoses ComputeRoute ConcatenatePaths DockRobot ExtractRouteNodesAsGoals "
-    "FollowObject GetCurrentPose GetNextFewGoals GetPoseFromPath InitialPoseReceived "
-    "IsBatteryCharging IsBatteryLow IsStuck NavigateThroughPoses NavigateToPose "
-    "NonblockingSequence PauseSequence ReinitializeGlobalLocalization RemoveInCollisionGoals "
-    "RemovePassedGoals ToggleCollisionMonitor TransformAvailable UndockRobot "
-    "WouldARouteRecoveryHelp".split()
+    {
+        "AppendGoalPoseToGoals",
+        "AreErrorCodesPresent",
+        "ArePosesNear",
+        "AssistedTeleop",
+        "ClearCostmapAroundRobot",
+        "ClearCostmapExceptRegion",
+        "ComputeAndTrackRoute",
+        "ComputePathThroughPoses",
+        "ComputeRoute",
+        "ConcatenatePaths",
+        "DockRobot",
+        "ExtractRouteNodesAsGoals",
+        "FollowObject",
+        "GetCurrentPose",
+        "GetNextFewGoals",
+        "GetPoseFromPath",
+        "InitialPoseReceived",
+        "IsBatteryCharging",
+        "IsBatteryLow",
+        "IsStuck",
+        "NavigateThroughPoses",
+        "NavigateToPose",
+        "NonblockingSequence",
+        "PauseSequence",
+        "ReinitializeGlobalLocalization",
+        "RemoveInCollisionGoals",
+        "RemovePassedGoals",
+        "ToggleCollisionMonitor",
+        "TransformAvailable",
+        "UndockRobot",
+        "WouldARouteRecoveryHelp",
+    }
 )
 # The share of equal letters from which an unknown name is a misspelled one.
 MISSPELLED = 0.8

@@ -45,7 +45,7 @@ COMMON = re.compile(
     "and|are|but|can|for|from|has|have|into|its|not|off|one|our|out|robots?|that|the|their|then|there|"
     "they|this|too|was|were|when|where|which|while|with|you|your|nav|navigation|ros"
 )
-# In Nav2's words, "no valid path": of "no path" the word left would be that of a robot off its path.
+# In Nav2's words, "no valid path": of "no path" only "path" counts, as of a robot that leaves it.
 NO_PLAN = re.compile(r"\bno (path|plan|route)\b", re.IGNORECASE)
 STEM = re.compile(
     r"(\w{3,}?)(?:ations?|ings?|edly|ed|ers?|ors?|ies|es|s|ly|al|ive|ments?|able|ness)?"

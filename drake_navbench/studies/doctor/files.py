@@ -61,7 +61,10 @@ class Patient:
         return preset
 
     def _chosen(self, setup: Nav2Setup) -> Preset | None:
-        plugins = {setup.places[preset.name][1]: preset for preset in setup.presets}
+        plugins: dict[str, Preset] = {}
+        for preset in setup.presets:
+            # In a file of several robots each namespace has its FollowPath: the first one is read.
+            plugins.setdefault(setup.places[preset.name][1], preset)
         if not self.plugin:
             return next(iter(plugins.values()), None)
         if self.plugin not in plugins:
