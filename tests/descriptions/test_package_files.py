@@ -198,6 +198,17 @@ def test_what_nav2_file_and_model_contradict_is_told(repository, capsys):
     assert "base frame (base_footprint)" in told
 
 
+def test_the_doctor_tells_the_same_contradictions_of_nav2_file_and_model(repository, capsys):
+    assert doctor(["--package", str(repository), "--read-only"]) == 0
+    told = " ".join(capsys.readouterr().out.split())
+    assert "Nav2 file and model cart.urdf.xacro contradict each other (2)" in told
+    assert "linear speed: asks for up to 0.9 m/s, the model allows 0.4 m/s" in told
+    assert "the costmap's padded outline reaches 0.6" in told
+    nav2 = repository / "cart_nav" / "config" / "nav2_params.yaml"
+    assert doctor([str(nav2), "--read-only"]) == 0
+    assert "contradict" not in capsys.readouterr().out
+
+
 def test_a_velocity_smoother_that_cuts_the_controller_s_turns_is_told(repository, capsys):
     """The controller turns with up to 4 rad/s and checks tight arcs; 1 rad/s comes through."""
     file = repository / "cart_nav" / "config" / "nav2_params.yaml"
