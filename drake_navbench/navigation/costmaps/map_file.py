@@ -48,7 +48,7 @@ LUMA = np.array([0.212656, 0.715158, 0.072186])
 GREY_MODES = ("1", "L", "LA")
 COLOUR_MODES = ("P", "PA", "RGB", "RGBA")
 IMAGE_SUFFIXES = (".pgm", ".png", ".bmp", ".jpg", ".jpeg", ".gif", ".tif", ".tiff")
-# Of a file without a map's fields so many are named.
+# The number of a wrong file's fields that its error names.
 MOST_FIELDS_NAMED = 3
 # MovingAI's maps do not tell how large a cell is: corridors of a few cells fit a small robot, m.
 MOVINGAI_RESOLUTION_M = 0.2
