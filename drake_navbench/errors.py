@@ -13,6 +13,9 @@ MAX_LINE_LENGTH = 1000
 MAX_LINES = 100
 # A longer name is no misspelling, and comparing it would take long.
 MAX_HINTED_LENGTH = 100
+# A longer list of known names is cut to those most like the given one.
+MAX_LIST_LENGTH = 300
+MOST_NAMED = 5
 # The share of equal letters from which one name is offered for another.
 LIKENESS = 0.6
 
@@ -86,8 +89,13 @@ def is_machine_fault(error: BaseException) -> bool:
     return isinstance(error, MemoryError | EndedFromOutside)
 
 
-def nearest_name_hint(name: str, known_names: Iterable[str], *, likeness: float = LIKENESS) -> str:
+def nearest_name_hint(
+    name: str, known_names: Iterable[str], *, likeness: float = LIKENESS, listed_by: str = ""
+) -> str:
     """Returns '; did you mean X?' for the known name closest to `name`, else the list of names.
+
+    Of a list longer than MAX_LIST_LENGTH, the names most like `name` are told, and `listed_by`,
+    the command or page that lists all.
 
     likeness: from which a name counts as close; more where a wrong hint is worse than none.
     """
@@ -97,7 +105,12 @@ def nearest_name_hint(name: str, known_names: Iterable[str], *, likeness: float 
     close = difflib.get_close_matches(str(name), known, n=1, cutoff=likeness)
     if close:
         return f"; did you mean {close[0]!r}?"
-    return f"; known: {', '.join(known)}" if known else ""
+    listed = ", ".join(known)
+    if len(listed) > MAX_LIST_LENGTH:
+        nearest = difflib.get_close_matches(str(name), known, n=MOST_NAMED, cutoff=0.0)
+        where = f" ({listed_by} lists all)" if listed_by else ""
+        return f"; the nearest of {len(known)} names: {', '.join(nearest)}{where}"
+    return f"; known: {listed}" if known else ""
 
 
 def printable(text: str) -> str:

@@ -104,9 +104,9 @@ def test_an_unknown_option_of_any_command_is_one_line(command, capsys):
         (["run", "--trial", "3"], "option '--trial' is not known; did you mean '--trials'?"),
         (["run", "--control=rpp"], "option '--control' is not known; did you mean '--contr"),
         (["run", "--s", "3"], "option '--s' is not known; did you mean '--set'?"),
-        (["run", "-x"], "option '-x' is not known; known: --against, "),
+        (["run", "-x"], "option '-x' is not known; the nearest of "),
         (["run", "empty", "--seed", "1", "doorway"], "unrecognized arguments: doorway"),
-        (["run", "--robot", "--\x1b[31m"], "option '--\\x1b[31m' is not known; known: "),
+        (["run", "--robot", "--\x1b[31m"], "option '--\\x1b[31m' is not known; the nearest"),
         (["report"], "the following arguments are required: DIR"),
         (["report", "one", "two\nthree"], "unrecognized arguments: two three"),
         (

@@ -53,6 +53,16 @@ def test_a_name_of_any_length_is_no_misspelt_one():
     assert nearest_name_hint("x" * 1_000_000, ["speed"]) == ""
 
 
+def test_of_a_long_list_the_names_most_like_the_given_one_are_told():
+    """Six names of 100 letters are longer than a hint; of a short list all are told."""
+    names = [letter * 100 for letter in "abcdef"]
+    hint = nearest_name_hint("fffff", names, listed_by="a page")
+    assert hint.startswith(f"; the nearest of 6 names: {'f' * 100}, ")
+    assert hint.endswith(" (a page lists all)")
+    assert hint.count(",") == 4
+    assert nearest_name_hint("zz", ["b", "a"], listed_by="a page") == "; known: a, b"
+
+
 @pytest.mark.parametrize(
     ("error", "is_fault"),
     [

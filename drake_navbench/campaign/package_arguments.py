@@ -12,6 +12,7 @@ from drake_navbench.inputs.package_files import (
     WORLD,
     find_package_files,
     read_picks,
+    readable_world,
 )
 
 DEFAULT_GOALS = 5
@@ -38,12 +39,15 @@ def with_package(
         taken[WORLD] = None
     if has_place or (taken[WORLD] is not None and MAP not in picks):
         taken[MAP] = None
+    left_out: list[str] = []
+    if taken[WORLD] is not None and WORLD not in picks:
+        taken[WORLD], left_out = readable_world(found.files[WORLD], found.roots)
     values = vars(arguments) | found.options(taken, nav2="nav2")
     values["packages"] = [*arguments.packages, *arguments.package]
     if taken[WORLD] is not None:
         values["scenarios"] = [str(taken[WORLD])]
     found.require_robot(values["robot"], default_robot)
-    lines = found.lines(taken)
+    lines = [*found.lines(taken), *left_out]
     if taken[MAP] is None and taken[WORLD] is None and not has_place:
         values["scenarios"] = [ELSEWHERE]
         lines.append(f"neither map nor world: drives in the built-in scenario {ELSEWHERE}")

@@ -190,9 +190,8 @@ class Request(FrozenModel):
         known = [*(entry.name for entry in all_metrics()), TOUCH_RATE]
         for name in self.columns:
             if name not in known:
-                raise InputError(
-                    f"--columns: metric {name!r} is unknown{nearest_name_hint(name, known)}"
-                )
+                hint = nearest_name_hint(name, known, listed_by="docs/metrics.md")
+                raise InputError(f"--columns: metric {name!r} is unknown{hint}")
         presets, nav2 = self._presets()
         if nav2 and not presets:
             raise InputError(

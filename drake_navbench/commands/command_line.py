@@ -79,7 +79,8 @@ class CommandParser(argparse.ArgumentParser):
         name = text.partition("=")[0]
         known = [option for option in self._option_string_actions if option.startswith("--")]
         longer = [option for option in known if len(name) > 2 and option.startswith(name)]
-        return f"option {name!r} is not known{nearest_name_hint(name, longer or known)}"
+        hint = nearest_name_hint(name, longer or known, listed_by="--help")
+        return f"option {name!r} is not known{hint}"
 
     def _print_message(self, message: str, file: Any = None) -> None:
         """Writes the text of --help, or an error, to a reader that may have gone."""

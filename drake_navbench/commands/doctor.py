@@ -360,7 +360,7 @@ def _read(patient: Patient, symptom: Symptom | None, arguments: argparse.Namespa
     """Prints the first look: the rules that fire, and the possible causes of the symptom."""
     from drake_navbench.studies.doctor.far_values import FAR
     from drake_navbench.studies.doctor.reading import findings_of, suspicions_of
-    from drake_navbench.studies.doctor.told import told_of_reading
+    from drake_navbench.studies.doctor.told import told_of_model, told_of_reading
 
     facts = patient.facts()
     findings = findings_of(facts)
@@ -370,7 +370,8 @@ def _read(patient: Patient, symptom: Symptom | None, arguments: argparse.Namespa
         known = {finding.rule.name for finding in findings}
         findings += [f for f in findings_of(facts, symptom) if f.rule.name not in known]
         findings.sort(key=lambda finding: finding.rule.name.startswith(FAR))
-    print_text("\n".join(told_of_reading(facts, findings, suspects, symptom)) + "\n")
+    lines = told_of_reading(facts, findings, suspects, symptom)
+    print_text("\n".join([*lines, *told_of_model(patient.contradictions())]) + "\n")
 
 
 def _visit(

@@ -50,6 +50,8 @@ LIMITS = (
 TURNING = ("max_angular_velocity_radps", "max_angular_acceleration_radps2")
 # The least distance of the base origin from the outline around it, m.
 ORIGIN_MARGIN_M = 0.01
+# The largest distance of an axle from the base frame's origin that is rounding, m.
+AXLE_TOLERANCE_M = 0.005
 DEFAULTS = "not told; the default"
 
 
@@ -283,6 +285,7 @@ class _Table:
         fields |= {name: values[name] for name in names if name in values}
         if kind == ACKERMANN:
             fields |= {name: values[name] for name in ("wheelbase_m", "min_turning_radius_m")}
+            fields |= self._axle(values.get("rear_axle_x_m", 0.0))
         if kind == OMNIDIRECTIONAL and "max_linear_velocity_mps" in values:
             fields["max_lateral_velocity_mps"] = values["max_linear_velocity_mps"]
         limits = [f"{name} {fields[name]:.4g}" for name in names if name in fields]
@@ -294,6 +297,15 @@ class _Table:
         if found.remark:
             self.add(Status.STAND_IN, "limits", found.remark)
         return {"drive": fields} if fields else {}
+
+    def _axle(self, ahead_m: float) -> dict[str, float]:
+        """Returns the field of an axle that is not at the base frame's origin."""
+        if abs(ahead_m) < AXLE_TOLERANCE_M:
+            return {}
+        side = "ahead of" if ahead_m > 0.0 else "behind"
+        remark = f"{abs(ahead_m):.3g} m {side} the base frame; the base turns about it"
+        self.add(Status.USED, "rear axle", remark)
+        return {"rear_axle_x_m": round(ahead_m, 4)}
 
 
 def _sight(sensor: FoundSensor) -> str:

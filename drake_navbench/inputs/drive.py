@@ -186,13 +186,19 @@ class OmnidirectionalDrive(_TurningDrive):
         )
 
 
-class AckermannDrive(_Drive):
-    """Car-like: steered front wheels, and the base origin in the middle of the rear axle."""
+class AckermannDrive(QuietModel, _Drive):
+    """Car-like: steered front wheels; turns about a point on its rear axle."""
+
+    quiet: ClassVar = frozenset({"rear_axle_x_m"})
 
     type: Literal["ackermann"] = Field(description="Kind of base.")
     wheelbase_m: Length = Field(gt=0.0, description="Distance from the rear to the front axle [m].")
     min_turning_radius_m: Length = Field(
-        gt=0.0, description="Turning radius of the base origin at full lock [m]."
+        gt=0.0, description="Turning radius of the rear axle's middle at full lock [m]."
+    )
+    rear_axle_x_m: Length = Field(
+        0.0,
+        description="Distance of the rear axle ahead of the base origin [m]; negative: behind.",
     )
     max_steering_rate_radps: AngularSpeed | None = Field(
         1.0, gt=0.0, description="Largest rate of the steering angle [rad/s]; null: no limit."
@@ -217,11 +223,19 @@ class AckermannDrive(_Drive):
         # The curvature's derivative by the steering angle is largest at full lock.
         per_angle = (1.0 + (wheelbase_m / radius_m) ** 2) / wheelbase_m
         curvature_rate = per_angle * (self.max_steering_rate_radps or math.inf)
+        yaw_acceleration_radps2 = acceleration_mps2 / radius_m + speed_mps * curvature_rate
+        if self.rear_axle_x_m:
+            # Turning moves the base origin sideways.
+            arm_m = abs(self.rear_axle_x_m)
+            speed_mps, acceleration_mps2 = (
+                math.hypot(speed_mps, arm_m * speed_mps / radius_m),
+                math.hypot(acceleration_mps2, arm_m * yaw_acceleration_radps2),
+            )
         return MotionBounds(
             speed_mps,
             acceleration_mps2,
-            speed_mps / radius_m,
-            acceleration_mps2 / radius_m + speed_mps * curvature_rate,
+            self._forward_speed_mps / radius_m,
+            yaw_acceleration_radps2,
         )
 
 

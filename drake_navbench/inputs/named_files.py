@@ -68,7 +68,7 @@ class NamedFiles:
             raise InputError(f"{self.kind} {name_or_path}: {_instead(path)}")
         raise InputError(
             f"{self.kind} {name_or_path!r} is not known"
-            + nearest_name_hint(name_or_path, self.names)
+            + nearest_name_hint(name_or_path, self.names, listed_by="drake-navbench list")
         )
 
 

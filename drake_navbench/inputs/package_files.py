@@ -14,7 +14,7 @@ from drake_navbench.inputs.descriptions.gazebo_drive import has_drive
 from drake_navbench.inputs.descriptions.gazebo_sensors import LIDARS
 from drake_navbench.inputs.descriptions.model_source import read_source
 from drake_navbench.inputs.descriptions.ros_packages import files_below
-from drake_navbench.inputs.descriptions.world import is_world
+from drake_navbench.inputs.descriptions.world import is_world, read_world
 from drake_navbench.inputs.descriptions.xacro_macro import lacking, robot_macro
 from drake_navbench.typed_files.assignments import assignments
 from drake_navbench.typed_files.input_file import MEGABYTE
@@ -24,7 +24,8 @@ ROBOT, NAV2, MAP, WORLD = "robot", "nav2", "map", "world"
 KINDS = (ROBOT, NAV2, MAP, WORLD)
 HEAD_BYTES = MEGABYTE
 MAX_LISTED = 12
-# At most so many models are read to find one that drives; otherwise the first by name is taken.
+# At most so many models are read to find one that drives, and so many worlds to find one that is
+# readable; otherwise the first by name is taken.
 MAX_TRIED = 12
 # From so many parts on, all files are equally likely to be the robot.
 MAX_INCLUDES = 5
@@ -181,7 +182,8 @@ def _is_robot(file: Path) -> bool:
         return False
     if file.name == "model.sdf":
         return re.search(r"diff_drive|diff-drive|DiffDrive|planar_move|mecanum", text) is not None
-    return file.suffix == ".urdf" or BUILDS.search(MACROS.sub("", text)) is not None
+    is_plain = file.suffix == ".urdf" and "<link" in text
+    return is_plain or BUILDS.search(MACROS.sub("", text)) is not None
 
 
 def _robot_rank(file: Path, words: set[str]) -> tuple[bool, bool, int, int]:
@@ -259,6 +261,22 @@ def _is_map(file: Path) -> bool:
 
 def _is_gazebo_world(file: Path) -> bool:
     return is_world(file) and "<world" in _head(file)
+
+
+def readable_world(worlds: Sequence[Path], roots: Sequence[Path]) -> tuple[Path, list[str]]:
+    """Returns the first of a repository's worlds that can be read, and a line on each before it.
+
+    Where none can be read, it is the first, without a line: its own error says why.
+    """
+    left_out: list[str] = []
+    for world in worlds[:MAX_TRIED]:
+        try:
+            read_world(world, [root.absolute() for root in roots])
+        except InputError as error:
+            left_out.append(f"left out, the next world is taken: {error}")
+        else:
+            return world, left_out
+    return worlds[0], []
 
 
 def read_picks(texts: Sequence[str]) -> dict[str, int]:

@@ -19,12 +19,12 @@ from drake_navbench.inputs.controller_file import (
     names_file,
     split_reference,
 )
-from drake_navbench.inputs.file_kinds import PRESET, require_kind
 from drake_navbench.inputs.named_files import YAML_SUFFIXES
 from drake_navbench.inputs.originals import is_plugin_type, names_original, original_of
 from drake_navbench.inputs.robot import Robot, merged
 from drake_navbench.typed_files.assignments import assignment
 from drake_navbench.typed_files.dotted_names import flattened, nested
+from drake_navbench.typed_files.file_kinds import PRESET, require_kind
 from drake_navbench.typed_files.input_file import file_digest
 from drake_navbench.typed_files.typed_yaml import FrozenModel, parse_yaml, read_yaml, validate
 
@@ -304,7 +304,8 @@ def _named_content(name: str) -> tuple[PresetFile, str]:
         raise InputError(
             f"controller {name}: expected a name; a file of parameters is for --params"
         )
-    hint = nearest_name_hint(name, {*files, *CONTROLLERS.names})
+    known = {*files, *CONTROLLERS.names}
+    hint = nearest_name_hint(name, known, listed_by="drake-navbench list")
     raise InputError(f"controller {name!r} is not known{hint}")
 
 

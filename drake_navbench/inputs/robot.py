@@ -21,7 +21,6 @@ from drake_navbench.inputs.actuators import ActuatorSettings
 from drake_navbench.inputs.depth_sensor import DepthSensorSettings
 from drake_navbench.inputs.descriptions.model_source import is_model_file
 from drake_navbench.inputs.drive import DifferentialDrive, Drive, overrides_for
-from drake_navbench.inputs.file_kinds import ROBOT, require_kind
 from drake_navbench.inputs.known_base import NOTHING_KNOWN, KnownBase
 from drake_navbench.inputs.lidar import LidarSettings
 from drake_navbench.inputs.localization import LocalizationSettings
@@ -35,6 +34,7 @@ from drake_navbench.navigation.costmaps.observation_source import ObservationSou
 from drake_navbench.navigation.costmaps.range_sensor_layer import RangeSensorLayerParameters
 from drake_navbench.plugins.kinds import foreign_plugins
 from drake_navbench.plugins.parameters import normalized
+from drake_navbench.typed_files.file_kinds import ROBOT, require_kind
 from drake_navbench.typed_files.quantities import (
     Length,
     Mass,

@@ -17,7 +17,6 @@ from pydantic import (
 
 from drake_navbench.errors import InputError, InputWarning, nearest_name_hint
 from drake_navbench.inputs.faults import Conditions, Fault, conditions_of
-from drake_navbench.inputs.file_kinds import SCENARIO, require_kind
 from drake_navbench.inputs.floor_scenario import SCENARIO_FILES, FloorScenario
 from drake_navbench.inputs.floors import (
     PlacedFloor,
@@ -34,6 +33,7 @@ from drake_navbench.inputs.scenario_world import Floor
 from drake_navbench.inputs.world import World
 from drake_navbench.kernels.noise import NoiseKey, NoiseStream
 from drake_navbench.navigation.costmaps.map_file import OccupancyMap
+from drake_navbench.typed_files.file_kinds import SCENARIO, require_kind
 from drake_navbench.typed_files.quantities import (
     Angle,
     Length,

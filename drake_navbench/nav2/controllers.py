@@ -36,6 +36,8 @@ from drake_navbench.typed_files.typed_yaml import read_yaml, unknown_fields
 
 SERVER = "controller_server"
 PLUGINS = "controller_plugins"
+# Where Dashing and Eloquent, the releases of 2019, had the names and the types of controllers.
+LISTS_OF_2019 = ("controller_plugin_ids", "controller_plugin_types")
 # The plugins that Nav2 loads where the file names none.
 DEFAULT_PLUGINS = ["FollowPath"]
 DEFAULT_TYPE = "dwb_core::DWBLocalPlanner"
@@ -123,7 +125,16 @@ def has_controllers(node: Node) -> bool:
 
 
 def listed_plugins(server: Node) -> list[str]:
-    """Returns the names of its controllers; raises InputError where one is listed twice."""
+    """Returns the names of its controllers; raises InputError where one is listed twice.
+
+    Nav2 reads nothing of the lists of 2019, and loads DWB without critics instead.
+    """
+    old = [name for name in LISTS_OF_2019 if name in server.parameters]
+    if old and PLUGINS not in server.parameters:
+        raise InputError(
+            f"{server.where(old[0])}: is of 2019, before Foxy: no release from Humble on reads it; "
+            f"expected {PLUGINS}: [FollowPath], and the type as FollowPath.plugin"
+        )
     plugins = server.get(PLUGINS, DEFAULT_PLUGINS)
     if not isinstance(plugins, list) or not all(isinstance(name, str) for name in plugins):
         raise InputError(f"{server.where(PLUGINS)}: expected a list of names, got {plugins!r}")

@@ -117,6 +117,19 @@ class Nav2Setup:
     spin_radps: float = 0.0
     namespace: str = ""
 
+    @property
+    def controllers(self) -> dict[str, Preset]:
+        """The columns by their controller's name in the files, 'FollowPath'.
+
+        In files of several robots those after the first are 'robot2/FollowPath'.
+        """
+        named: dict[str, Preset] = {}
+        for preset in self.presets:
+            node, name = self.places[preset.name]
+            namespace = node.removesuffix(SERVER)
+            named[f"{namespace}{name}" if name in named else name] = preset
+        return named
+
     def stand_ins_of(self, column: str) -> list[str]:
         """Returns a line for each stand-in within a column's controller."""
         node, block = self.places.get(column, ("", ""))

@@ -59,7 +59,7 @@ class FileColumns:
     @property
     def plugins(self) -> dict[str, Preset]:
         """The columns by the name of their plugin in the file, 'FollowPath'."""
-        return {self.setup.places[preset.name][1]: preset for preset in self.presets}
+        return self.setup.controllers
 
     @property
     def drives_as(self) -> dict[str, Any]:

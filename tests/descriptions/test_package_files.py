@@ -75,6 +75,35 @@ def test_a_repository_gives_robot_nav2_file_and_world(repository):
     assert any(line.startswith("  *  1") and "room.world" in line for line in lines)
 
 
+def test_the_next_world_is_taken_for_one_of_broken_xml(repository):
+    worlds = repository / "cart_gazebo" / "worlds"
+    (worlds / "a.world").write_text(world(ROOM).replace("</world>", "<<<<<<< HEAD</world>"))
+    arguments, lines = filled("--package", str(repository))
+    assert arguments.scenarios[0].endswith("room.world")
+    assert "  *  2 cart_gazebo/worlds/room.world" in lines
+    (left_out,) = [line for line in lines if line.startswith("left out, the next world is taken:")]
+    assert f"{worlds}/a.world: " in left_out
+    arguments, lines = filled("--package", str(repository), "--pick", "world=1")
+    assert arguments.scenarios[0].endswith("a.world")
+
+
+def test_of_worlds_that_cannot_be_read_the_first_tells_why(repository, capsys):
+    for name in ("empty", "room"):
+        (repository / "cart_gazebo" / "worlds" / f"{name}.world").write_text("<sdf><world")
+    assert main(["--package", str(repository), "--trials", "1"]) == 2
+    told = capsys.readouterr()
+    assert "room.world: " in told.err
+    assert "left out" not in told.out
+
+
+def test_a_urdf_without_links_is_no_robot(tmp_path):
+    """Webots takes the robot from its world, and only its plugins from such a file."""
+    (tmp_path / "cart.urdf").write_text(
+        '<robot name="cart"><webots><plugin type="cart_driver.Driver"/></webots></robot>'
+    )
+    assert find_package_files([tmp_path]).files["robot"] == ()
+
+
 def test_a_number_picks_another_and_none_nothing(repository):
     arguments, _ = filled("--package", str(repository), "--pick", "world=2", "--pick", "nav2=none")
     assert arguments.scenarios[0].endswith("empty.world")
@@ -167,6 +196,17 @@ def test_what_nav2_file_and_model_contradict_is_told(repository, capsys):
     assert "linear speed: asks for up to 0.9 m/s, the model allows 0.4 m/s" in told
     assert "the costmap's padded outline reaches 0.6" in told
     assert "base frame (base_footprint)" in told
+
+
+def test_the_doctor_tells_the_same_contradictions_of_nav2_file_and_model(repository, capsys):
+    assert doctor(["--package", str(repository), "--read-only"]) == 0
+    told = " ".join(capsys.readouterr().out.split())
+    assert "Nav2 file and model cart.urdf.xacro contradict each other (2)" in told
+    assert "linear speed: asks for up to 0.9 m/s, the model allows 0.4 m/s" in told
+    assert "the costmap's padded outline reaches 0.6" in told
+    nav2 = repository / "cart_nav" / "config" / "nav2_params.yaml"
+    assert doctor([str(nav2), "--read-only"]) == 0
+    assert "contradict" not in capsys.readouterr().out
 
 
 def test_a_velocity_smoother_that_cuts_the_controller_s_turns_is_told(repository, capsys):

@@ -57,6 +57,19 @@ def test_the_separation_is_that_of_the_tyres_not_of_the_joints(tmp_path):
     assert values["wheel_radius_m"] == pytest.approx(0.0625)
 
 
+def steered(rear_m, front_m):
+    """The wheels of a steered base: two on the rear axle, one in front that turns by 0.398 rad."""
+    knuckle = (
+        '<link name="knuckle"/><joint name="steer" type="revolute"><parent link="base_link"/>'
+        f'<child link="knuckle"/><origin xyz="{front_m} 0 0"/><axis xyz="0 0 1"/>'
+        '<limit lower="-0.5" upper="0.398" effort="1" velocity="1"/></joint>'
+    )
+    front = wheel("front", 0.2, CYLINDER.format(0.1)).replace('"base_link"', '"knuckle"')
+    rear = [wheel(side, y, CYLINDER.format(0.1)) for side, y in (("left", 0.2), ("right", -0.2))]
+    joint = '_wheel"/><origin xyz="'
+    return *(text.replace(f"{joint}0 ", f"{joint}{rear_m} ") for text in rear), knuckle, front
+
+
 @pytest.mark.parametrize(
     ("plugin", "radius_m"),
     [
@@ -72,18 +85,25 @@ def test_a_steered_base_turns_as_far_as_its_wheels_allow(tmp_path, plugin, radiu
 
     0.4 m / tan(0.6) = 0.585 m; 0.4 m / tan(0.398) = 0.951 m.
     """
-    steering = (
-        '<link name="knuckle"/><joint name="steer" type="revolute"><parent link="base_link"/>'
-        '<child link="knuckle"/><origin xyz="0.4 0 0"/><axis xyz="0 0 1"/>'
-        '<limit lower="-0.5" upper="0.398" effort="1" velocity="1"/></joint>'
-    )
-    front = wheel("front", 0.2, CYLINDER.format(0.1)).replace('"base_link"', '"knuckle"')
-    rear = (wheel(side, y, CYLINDER.format(0.1)) for side, y in (("left", 0.2), ("right", -0.2)))
-    found = drive(robot(tmp_path, *rear, steering, front, f"<gazebo>{plugin}</gazebo>"))
+    found = drive(robot(tmp_path, *steered(rear_m=0.0, front_m=0.4), f"<gazebo>{plugin}</gazebo>"))
     assert found.kind == "ackermann"
     values = found.values
     assert values["wheelbase_m"] == pytest.approx(0.4)
     assert values["min_turning_radius_m"] == pytest.approx(radius_m, abs=1e-3)
+
+
+def test_a_steered_base_turns_about_its_rear_axle_wherever_the_base_frame_is(tmp_path):
+    for rear_m, front_m, told in (
+        (-0.3, 0.25, "0.3 m behind the base frame; the base turns about it"),
+        (0.1, 0.65, "0.1 m ahead of the base frame; the base turns about it"),
+        (0.0, 0.55, None),
+    ):
+        found = describe_robot(robot(tmp_path, *steered(rear_m, front_m), name=f"{rear_m}.urdf"))
+        fields = found.fields["drive"]
+        assert fields["wheelbase_m"] == pytest.approx(0.55)
+        assert fields.get("rear_axle_x_m", 0.0) == pytest.approx(rear_m)
+        rows = [row.remark for row in found.check.rows if row.parameter == "rear axle"]
+        assert rows == ([told] if told else [])
 
 
 @pytest.mark.usefixtures("reads_meshes_here")

@@ -64,7 +64,9 @@ def test_other_trees_of_the_file_stand_where_they_are_named(tmp_path):
     ("old", "new", "told"),
     [
         ('ID="Spin"', 'ID="Spiin"', "line 13, Spiin: no such node here; did you mean 'Spin'?"),
-        ("<FollowPath", "<DockRobot", "line 11, DockRobot: no such node here"),
+        ("<FollowPath", "<DockRobot", "line 11, DockRobot: this node of Nav2 is missing here"),
+        ("<FollowPath", "<ComputeRoute", "ComputeRoute: this node of Nav2 is missing here"),
+        ("<FollowPath", "<TurnRobot", "line 11, TurnRobot: no such node here; Nav2's"),
         ('hz="0.5"', 'hz="fast"', "line 5, RateController: hz: expected a number, got 'fast'"),
         ('hz="0.5"', 'hz="0"', "hz: expected a number above 0"),
         ('spin_dist="0.5"', 'spin="0.5"', "line 13, Spin: spin: has no effect here"),

@@ -267,6 +267,21 @@ def test_two_controllers_of_one_name_are_refused(setup_of):
         setup_of(COLUMN.replace("[FollowPath]", "[FollowPath, FollowPath]"))
 
 
+def test_controllers_listed_as_in_2019_are_called_so(setup_of):
+    """Without the refusal Nav2's default would be taken, DWB, of which critics would be missing."""
+    text = """controller_server:
+  ros__parameters:
+    controller_plugin_types: ["teb_local_planner::TebLocalPlannerROS"]
+    controller_plugin_ids: [FollowPath]
+    FollowPath.max_vel_x: 0.46
+"""
+    with pytest.raises(InputError, match=r"line 4: .*controller_plugin_ids: is of 2019, before Fo"):
+        setup_of(text)
+    named = text.replace("FollowPath.max", "controller_plugins: [FollowPath]\n    FollowPath.max")
+    with pytest.raises(InputError, match=r"FollowPath.plugin: missing|missing, but listed|critics"):
+        setup_of(named)
+
+
 def test_a_whole_float_is_taken_for_an_integer_and_told(setup_of):
     setup = setup_of(COLUMN, LOCAL % "robot_radius: 0.2, width: 4.0")
     assert setup.robot.navigation.local_costmap.width == 4

@@ -146,6 +146,16 @@ def test_poses_and_twists_are_those_of_the_log(messages):
     assert [m.pose.pose.position.y for m in estimate] == samples["estimated_y_m"].tolist()
 
 
+def test_a_command_has_a_stamp_before_the_motion_that_it_causes(messages):
+    """The first sample that shows it shows the base move already: it was given 0.02 s before."""
+    samples = short_trial().samples
+    row = int((samples["command_v_mps"] != 0.0).to_numpy().argmax())
+    assert samples["v_mps"][row] > samples["v_mps"][row - 1] == 0.0
+    first = next(m for m in of(messages, "/cmd_vel") if m.twist.linear.x != 0.0)
+    given_s = samples["time_s"][row - 1] + 0.001
+    assert seconds(first.header.stamp) == pytest.approx(given_s, abs=1e-9)
+
+
 def test_the_transforms_place_the_base_where_the_controller_was_told(
     messages,
 ):

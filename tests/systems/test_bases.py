@@ -121,6 +121,20 @@ def test_a_car_drives_a_circle_of_the_commanded_radius(v, w):
         assert rate == pytest.approx(w, abs=1e-6)
 
 
+def test_a_car_turns_about_a_point_on_its_rear_axle():
+    """0.48 m/s and 0.4 rad/s: 1.2 m beside the axle, which lies 0.5 m behind the origin.
+
+    So the origin, 1.3 m from that point, drives 0.5 m * 0.4 rad/s to the left.
+    """
+    rig = Rig(with_limits(CAR, rear_axle_x_m=-0.5), [0.48, 0.4, 0.0])
+    rig.set_state([0.0, 0.0, 0.0, 0.48, 0.4, 0.2])
+    for time_s in (0.0, 1.0, 7.0):
+        x, y, yaw, v, w, vy = rig.at(time_s)
+        assert np.hypot(x + 0.5, y - 1.2) == pytest.approx(1.3, abs=1e-5)
+        assert (v, w, vy) == pytest.approx((0.48, 0.4, 0.2), abs=1e-6)
+        assert yaw == pytest.approx(0.4 * time_s, abs=1e-5)
+
+
 def test_a_car_turns_no_tighter_than_at_full_lock():
     rig = Rig(CAR, [0.4, 2.0, 0.0])
     *_, w, _ = rig.at(3.0)
@@ -163,11 +177,20 @@ SPEEDS, RATES = st.floats(-1.0, 1.0), st.floats(-3.0, 3.0)
 
 
 @settings(max_examples=25, deadline=None)
-@given(v=SPEEDS, w=RATES, vy=SPEEDS, kind=st.sampled_from(["omni", "car", "wheelchair"]))
+@given(
+    v=SPEEDS, w=RATES, vy=SPEEDS, kind=st.sampled_from(["omni", "car", "long car", "wheelchair"])
+)
 def test_no_motion_exceeds_the_bounds_by_which_contact_is_ruled_out(v, w, vy, kind):
     drive = {
         "omni": OmnidirectionalDrive(type="omnidirectional"),
         "car": AckermannDrive(type="ackermann", wheelbase_m=0.5, min_turning_radius_m=0.8),
+        "long car": CAR.model_copy(
+            update={
+                "rear_axle_x_m": -0.6,
+                "max_steering_rate_radps": 1.0,
+                "max_linear_acceleration_mps2": 2.5,
+            }
+        ),
         "wheelchair": DifferentialDrive(),
     }[kind]
     bounds, step_s = drive.bounds, 0.02

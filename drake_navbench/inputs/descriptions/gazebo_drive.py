@@ -45,6 +45,8 @@ FASTEST_MPS, FASTEST_RADPS, LARGEST_MPS2 = 20.0, 50.0, 200.0
 LEAST = 1e-3
 # The largest angle of the steering, rad, on the way to the turning radius.
 STEERING = "steering_limit_rad"
+# Values that may be negative.
+SIGNED = ("min_linear_velocity_mps", "rear_axle_x_m")
 # The least vertical part of the axis of a joint that steers.
 UPRIGHT = 0.9
 # The bound of every joint in ros2_control's examples, rad/s. Robots copy it for their wheels, which
@@ -266,11 +268,19 @@ def _steering(model: Model, wheels: Sequence[Wheel]) -> list[Joint]:
 
 
 def _add_turning(values: dict[str, float], model: Model, wheels: Sequence[Wheel]) -> None:
-    """Adds wheelbase and least turning radius: by the wheels' places and their steering joints."""
+    """Adds wheelbase, least turning radius and rear axle, by the wheels and their steering joints.
+
+    The base turns about a point on the axle of the wheels that are not steered.
+    """
     along = [float(w.position[0]) for w in wheels]
     if along and max(along) - min(along) > LEAST:
         values.setdefault("wheelbase_m", max(along) - min(along))
-    bounds = [min(-j.range_rad[0], j.range_rad[1]) for j in _steering(model, wheels)]
+    steering = _steering(model, wheels)
+    steered = {joint.child for joint in steering}
+    fixed = [float(w.position[0]) for w in wheels if w.joint.parent not in steered]
+    if steered and fixed:
+        values["rear_axle_x_m"] = sum(fixed) / len(fixed)
+    bounds = [min(-j.range_rad[0], j.range_rad[1]) for j in steering]
     limit, wheelbase = values.pop(STEERING, min(bounds, default=0.0)), values.get("wheelbase_m")
     if wheelbase and 0.0 < limit < 0.5 * math.pi:
         values["min_turning_radius_m"] = wheelbase / math.tan(limit)
@@ -309,7 +319,7 @@ def _sensible(values: Mapping[str, float]) -> dict[str, float]:
     kept = {
         name: value
         for name, value in values.items()
-        if name == "min_linear_velocity_mps" or LEAST <= value <= most.get(name, math.inf)
+        if name in SIGNED or LEAST <= value <= most.get(name, math.inf)
     }
     back = kept.get("min_linear_velocity_mps")
     if back is not None and not -FASTEST_MPS <= back <= 0.0:

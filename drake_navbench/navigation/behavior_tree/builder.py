@@ -5,10 +5,10 @@ The selectors of plugins choose nothing and are left out.
 
 from __future__ import annotations
 
+import difflib
 from collections.abc import Iterator
 from typing import Any
 
-from drake_navbench.errors import nearest_name_hint
 from drake_navbench.navigation.behavior_tree.board import Board
 from drake_navbench.navigation.behavior_tree.control_nodes import TreeNode
 from drake_navbench.navigation.behavior_tree.description import NodeDescription
@@ -28,6 +28,45 @@ SELECTORS = (
     "ProgressCheckerSelector",
     "SmootherSelector",
 )
+# Some are spelled like nodes that are here, but are no misspellings of these.
+# Source: nav2_behavior_tree, branches humble to lyrical.
+MISSING_NODES_OF_NAV2 = frozenset(
+    {
+        "AppendGoalPoseToGoals",
+        "AreErrorCodesPresent",
+        "ArePosesNear",
+        "AssistedTeleop",
+        "ClearCostmapAroundRobot",
+        "ClearCostmapExceptRegion",
+        "ComputeAndTrackRoute",
+        "ComputePathThroughPoses",
+        "ComputeRoute",
+        "ConcatenatePaths",
+        "DockRobot",
+        "ExtractRouteNodesAsGoals",
+        "FollowObject",
+        "GetCurrentPose",
+        "GetNextFewGoals",
+        "GetPoseFromPath",
+        "InitialPoseReceived",
+        "IsBatteryCharging",
+        "IsBatteryLow",
+        "IsStuck",
+        "NavigateThroughPoses",
+        "NavigateToPose",
+        "NonblockingSequence",
+        "PauseSequence",
+        "ReinitializeGlobalLocalization",
+        "RemoveInCollisionGoals",
+        "RemovePassedGoals",
+        "ToggleCollisionMonitor",
+        "TransformAvailable",
+        "UndockRobot",
+        "WouldARouteRecoveryHelp",
+    }
+)
+# The share of equal letters from which an unknown name is a misspelled one.
+MISSPELLED = 0.8
 
 
 def build_tree(description: NodeDescription, board: Board) -> TreeNode:
@@ -46,8 +85,7 @@ def build_tree(description: NodeDescription, board: Board) -> TreeNode:
 def _built(description: NodeDescription, board: Board, variables: Variables) -> TreeNode:
     kind = NODE_KINDS.get(description.node)
     if kind is None:
-        hint = nearest_name_hint(description.node, NODE_KINDS)
-        raise NotOurs(f"{description.node}: no such node here{hint}", description.line)
+        raise _missing(description)
     children = [
         _built(child, board, variables)
         for child in description.children
@@ -65,6 +103,16 @@ def _built(description: NodeDescription, board: Board, variables: Variables) -> 
     return node
 
 
+def _missing(description: NodeDescription) -> NotOurs:
+    """Returns the fault of a node that is missing here; a likely misspelling is named."""
+    node = description.node
+    if node in MISSING_NODES_OF_NAV2:
+        return NotOurs(f"{node}: this node of Nav2 is missing here", description.line)
+    close = difflib.get_close_matches(node, NODE_KINDS, n=1, cutoff=MISSPELLED)
+    hint = f"; did you mean {close[0]!r}?" if close else ""
+    return NotOurs(f"{node}: no such node here{hint}", description.line)
+
+
 def faults_of(description: NodeDescription) -> Iterator[NotOurs]:
     """Yields the nodes and attributes of a tree that are not supported; none if it can be built."""
 
@@ -73,8 +121,7 @@ def faults_of(description: NodeDescription) -> Iterator[NotOurs]:
 
     unknown = {n.node: n for n in description.iterate() if n.node not in (*NODE_KINDS, *SELECTORS)}
     for node in unknown.values():
-        hint = nearest_name_hint(node.node, NODE_KINDS)
-        yield NotOurs(f"{node.node}: no such node here{hint}", node.line)
+        yield _missing(node)
     if unknown:
         return
     try:

@@ -25,6 +25,7 @@ from drake_navbench.navigation.costmaps.grid_size import MAX_GRID_CELLS, require
 from drake_navbench.navigation.costmaps.movingai_map import SUFFIX as MOVINGAI_SUFFIX
 from drake_navbench.navigation.costmaps.movingai_map import read_movingai_map
 from drake_navbench.navigation.costmaps.turned_map import turned_along_axes
+from drake_navbench.typed_files.file_kinds import MAP, require_kind
 from drake_navbench.typed_files.quantities import MAX_LENGTH_M, Angle, CellSize, Length
 from drake_navbench.typed_files.typed_yaml import (
     FrozenModel,
@@ -47,6 +48,8 @@ LUMA = np.array([0.212656, 0.715158, 0.072186])
 GREY_MODES = ("1", "L", "LA")
 COLOUR_MODES = ("P", "PA", "RGB", "RGBA")
 IMAGE_SUFFIXES = (".pgm", ".png", ".bmp", ".jpg", ".jpeg", ".gif", ".tif", ".tiff")
+# The number of a wrong file's fields that its error names.
+MOST_FIELDS_NAMED = 3
 # MovingAI's maps do not tell how large a cell is: corridors of a few cells fit a small robot, m.
 MOVINGAI_RESOLUTION_M = 0.2
 
@@ -158,6 +161,12 @@ def load_map(path: str | Path, *, as_saved: bool = False) -> OccupancyMap:
         raise _image_fault(path)
     text = read_text(path)
     fields = parse_yaml(text, str(path))
+    require_kind(fields, MAP, path)
+    if not fields.keys() & MapMetadata.model_fields.keys():
+        names = ", ".join(map(str, list(fields)[:MOST_FIELDS_NAMED])) or "nothing"
+        raise InputError(
+            f"{path}: is no map file; expected image, resolution and origin, found {names}"
+        )
     for name in [name for name in fields if name not in MapMetadata.model_fields]:
         del fields[name]
         hint = nearest_name_hint(name, MapMetadata.model_fields)

@@ -44,6 +44,8 @@ Message = tuple[Topic, int, Any]
 TIME_ZERO_NS = 1_704_067_200 * NANOSECONDS_PER_SECOND
 # The numbers of action_msgs/GoalStatus.
 ACCEPTED, EXECUTING, SUCCEEDED, ABORTED = 1, 2, 4, 6
+# The time from the sample before it to a command, in the stamps.
+GIVEN_AFTER_NS = 1_000_000
 MAP_MARGIN_M = 1.0
 TRUE_COLUMNS = ("x_m", "y_m", "yaw_rad")
 
@@ -185,7 +187,11 @@ class TrialMessages:
             yield topic, time_ns, self.maker.goal_status(self.start_ns, goal_id, status)
 
     def _samples(self) -> Iterator[Message]:
-        """Yields the messages of each sample: clock, transforms, odometry and commands."""
+        """Yields the messages of each sample: clock, transforms, odometry and commands.
+
+        A command that a sample shows was given after the sample before, often just after it; it is
+        stamped so. A later stamp would show a base that moves before it is told to.
+        """
         make, settings = self.maker, self.robot.localization
         variances = (settings.xy_std_m**2, settings.yaw_std_rad**2)
         twist_variances = (
@@ -193,7 +199,7 @@ class TrialMessages:
             settings.angular_velocity_std_radps**2,
         )
         sent: tuple[float, ...] | None = None
-        cycle = 0
+        cycle = before = 0
         for row in self.log.samples.itertuples(index=False):
             now = stamp_ns(row.time_s)
             truth = (row.x_m, row.y_m, row.yaw_rad)
@@ -217,8 +223,9 @@ class TrialMessages:
             yield topics.ESTIMATE, now, pose
             command = _twist(row, "command_")
             if command != sent or row.cycle_count != cycle:
-                yield topics.COMMAND, now, make.twist_stamped(now, BASE_FRAME, *command)
-            sent, cycle = command, row.cycle_count
+                given = now if sent is None else before + GIVEN_AFTER_NS
+                yield topics.COMMAND, given, make.twist_stamped(given, BASE_FRAME, *command)
+            sent, cycle, before = command, row.cycle_count, now
 
     def _scalars(self) -> Iterator[Message]:
         """Yields the log's numeric columns without a ROS message, each where its value changes."""

@@ -45,6 +45,8 @@ COMMON = re.compile(
     "and|are|but|can|for|from|has|have|into|its|not|off|one|our|out|robots?|that|the|their|then|there|"
     "they|this|too|was|were|when|where|which|while|with|you|your|nav|navigation|ros"
 )
+# In Nav2's words, "no valid path": of "no path" only "path" counts, as of a robot that leaves it.
+NO_PLAN = re.compile(r"\bno (path|plan|route)\b", re.IGNORECASE)
 STEM = re.compile(
     r"(\w{3,}?)(?:ations?|ings?|edly|ed|ers?|ors?|ies|es|s|ly|al|ive|ments?|able|ness)?"
 )
@@ -165,6 +167,7 @@ def symptoms_told(text: str) -> list[Symptom]:
     name = re.sub(r"[\s-]+", "_", text.strip().lower())
     if name in list(Symptom):
         return [Symptom(name)]
+    text = NO_PLAN.sub("no valid path", text)
     alike = sorted(_cosines(text), key=lambda item: -item[1])[:MOST_ALIKE_FOR_CLASS]
     likeness, own = dict.fromkeys(Symptom, 0.0), terms_of(text)
     for entry, cosine in alike:

@@ -207,7 +207,7 @@ def facts_of(setup: Nav2Setup, preset: Preset | None) -> Facts:
         unreadable,
         {row.place: row.remark for row in setup.check.of(Status.DOUBTFUL)},
         _mark_in(setup),
-        tuple(name for _, name in setup.places.values() if name != plugin),
+        tuple(name for name, other in setup.controllers.items() if other is not preset),
         raw={raw_name(owner, name): value for (owner, name), value in setup.given.items()},
     )
 

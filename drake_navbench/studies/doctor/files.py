@@ -11,11 +11,11 @@ from typing import Any
 import numpy as np
 
 from drake_navbench.errors import InputError
-from drake_navbench.inputs.check import Status
+from drake_navbench.inputs.check import CheckRow, Status
 from drake_navbench.inputs.presets import Preset
-from drake_navbench.inputs.robot import Robot
+from drake_navbench.inputs.robot import Robot, is_model
 from drake_navbench.nav2.patch import Place, patched
-from drake_navbench.nav2.robot import Nav2Setup
+from drake_navbench.nav2.robot import Nav2Setup, known_base_of
 from drake_navbench.nav2.whole_files import FileColumns, WholeFile, columns_of_files
 from drake_navbench.studies.doctor.facts import Facts, facts_of
 from drake_navbench.studies.doctor.left_out import readable_setup
@@ -61,7 +61,7 @@ class Patient:
         return preset
 
     def _chosen(self, setup: Nav2Setup) -> Preset | None:
-        plugins = {setup.places[preset.name][1]: preset for preset in setup.presets}
+        plugins = setup.controllers
         if not self.plugin:
             return next(iter(plugins.values()), None)
         if self.plugin not in plugins:
@@ -71,6 +71,25 @@ class Patient:
     def facts(self) -> Facts:
         """Returns the facts of what can be read of the file; raises InputError."""
         return self._facts
+
+    def contradictions(self) -> list[CheckRow]:
+        """Returns a row for each property in which file and robot's model differ.
+
+        None without a model, or where the whole file cannot be read.
+        """
+        if not is_model(self.robot):
+            return []
+        # Imported here, as Drake and the model's readers are only needed for a model.
+        from drake_navbench.inputs.described_robot import describe_robot
+        from drake_navbench.nav2.model_check import contradictions
+
+        known = known_base_of(self.paths)
+        described = describe_robot(Path(self.robot), self.values, (), known)
+        try:
+            setup = self.columns().setup
+        except InputError:
+            return []
+        return contradictions(setup, described)
 
     @cached_property
     def _facts(self) -> Facts:

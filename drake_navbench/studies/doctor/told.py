@@ -6,6 +6,7 @@ import textwrap
 from collections.abc import Iterator, Sequence
 
 from drake_navbench.errors import printable
+from drake_navbench.inputs.check import CheckRow
 from drake_navbench.studies.doctor.cures import told_with_step
 from drake_navbench.studies.doctor.facts import NO_PLUGIN, Facts
 from drake_navbench.studies.doctor.reading import Suspicion
@@ -76,6 +77,15 @@ def told_of_reading(
         if not suspects:
             lines.append("  the doctor knows no cause for this controller")
     return lines
+
+
+def told_of_model(rows: Sequence[CheckRow]) -> list[str]:
+    """Returns the lines on what the Nav2 file and the robot's model contradict each other in."""
+    if not rows:
+        return []
+    heading = f"{rows[0].node} contradict each other ({len(rows)})"
+    lines = (f"{row.parameter}: {row.remark}" for row in rows)
+    return ["", *wrapped(heading), *(part for line in lines for part in wrapped(line, "- "))]
 
 
 def without_repeated_cures(findings: Sequence[Finding]) -> list[Finding]:

@@ -137,3 +137,31 @@ def test_a_xacro_argument_of_the_model_is_given_by_set(tmp_path, capsys):
     assert "inflation-below-inscribed-radius" in capsys.readouterr().out
     assert main(command) == 2
     assert "kind" in capsys.readouterr().err
+
+
+TWO_ROBOTS = """
+robot1:
+  controller_server:
+    ros__parameters:
+      controller_plugins: [FollowPath]
+      FollowPath:
+        plugin: nav2_regulated_pure_pursuit_controller::RegulatedPurePursuitController
+        desired_linear_vel: 0.3
+robot2:
+  controller_server:
+    ros__parameters:
+      controller_plugins: [FollowPath]
+      FollowPath:
+        plugin: nav2_regulated_pure_pursuit_controller::RegulatedPurePursuitController
+        desired_linear_vel: 0.6
+"""
+
+
+def test_of_a_file_of_two_robots_the_first_is_read_and_the_second_named(patient):
+    """Both controllers are called FollowPath."""
+    facts = patient(TWO_ROBOTS).facts()
+    assert facts.asked_mps == 0.3
+    assert facts.others == ("robot2/FollowPath",)
+    facts = patient(TWO_ROBOTS, "robot2/FollowPath").facts()
+    assert facts.asked_mps == 0.6
+    assert facts.others == ("FollowPath",)

@@ -360,6 +360,12 @@ def test_symptoms_are_known_by_their_class_and_by_other_words():
         symptoms_called("purple")
 
 
+@pytest.mark.parametrize("words", ["no path", "No plan", "no route"])
+def test_a_path_that_is_not_there_is_none_that_the_robot_leaves(words):
+    assert symptoms_told(words)[0] is Symptom.PLANNER_FAILS
+    assert symptoms_told("off the path")[0] is Symptom.CORNER_CUTTING
+
+
 def cure_of(facts, rule):
     return next(f.cure_told for f in findings_of(facts) if f.rule.name == rule)
 

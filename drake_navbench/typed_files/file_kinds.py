@@ -11,13 +11,16 @@ from drake_navbench.errors import InputError
 SCENARIO: Final = "a scenario file"
 ROBOT: Final = "a robot file"
 PRESET: Final = "a preset file"
+MAP: Final = "a map file"
 NAV2: Final = "a Nav2 parameter file"
 # Fields that only files of this kind have.
 SIGNS: Final[Mapping[str, frozenset[str]]] = {
-    SCENARIO: frozenset({"goal", "world", "waypoints", "navigation_mode"}),
+    SCENARIO: frozenset({"world", "floors", "plan", "navigation_mode"}),
     ROBOT: frozenset({"drive", "lidar", "footprint", "like", "robot_radius", "navigation"}),
     PRESET: frozenset({"controller", "parameters"}),
-    "a map file": frozenset({"image", "occupied_thresh"}),
+    MAP: frozenset({"image", "occupied_thresh"}),
+    "a list of waypoints, which no option reads": frozenset({"waypoints", "goals", "poses"}),
+    "a GeoJSON file, which no option reads": frozenset({"features"}),
 }
 NAV2_SIGN = "ros__parameters"
 

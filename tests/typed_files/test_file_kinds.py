@@ -12,6 +12,7 @@ from drake_navbench.inputs.presets import preset_files
 from drake_navbench.inputs.robot import ROBOT_FILES, load_robot
 from drake_navbench.inputs.scenario import load_scenario
 from drake_navbench.nav2.controllers import load_parameter_file
+from drake_navbench.navigation.costmaps.map_file import load_map
 
 SCENARIO_PATH = SCENARIO_FILES.find("one_obstacle")
 ROBOT_PATH = ROBOT_FILES.find("wheelchair")
@@ -44,9 +45,36 @@ def test_other_files_given_as_a_scenario_are_called_what_they_are(tmp_path):
     assert told == f"{nav2}: is a Nav2 parameter file; expected a scenario file"
 
 
+def test_other_files_given_as_a_map_are_one_line(tmp_path):
+    path = tmp_path / "other.yaml"
+    path.write_text("amcl: {ros__parameters: {a: 1}}\nmap_server: {ros__parameters: {b: 1}}")
+    assert refusal(load_map, path) == f"{path}: is a Nav2 parameter file; expected a map file"
+    path.write_text("points: [[1, 2]]\nframe: map\nloops: 2\nwait_s: 1\n")
+    assert refusal(load_map, path) == (
+        f"{path}: is no map file; expected image, resolution and origin, found points, frame, loops"
+    )
+    assert refusal(load_map, ROBOT_PATH) == f"{ROBOT_PATH}: is a robot file; expected a map file"
+
+
 def test_a_scenario_given_as_a_robot_is_called_one():
     told = refusal(load_robot, str(SCENARIO_PATH))
     assert told == f"{SCENARIO_PATH}: is a scenario file; expected a robot file"
+
+
+@pytest.mark.parametrize(
+    ("text", "kind"),
+    [
+        ("waypoints: {kitchen: [-3.2, 0.2], home: [3.4, 2.8]}", "a list of waypoints"),
+        ("goals_frame: map\ngoals: [{x: 1.0, y: 0.5}]", "a list of waypoints"),
+        ('{"type": "FeatureCollection", "name": "g", "features": []}', "a GeoJSON file"),
+    ],
+)
+def test_waypoints_and_graphs_are_told_to_be_read_nowhere(tmp_path, text, kind):
+    path = tmp_path / "config.yaml"
+    path.write_text(text)
+    is_one = f"{path}: is {kind}, which no option reads; expected"
+    assert refusal(load_scenario, str(path)) == f"{is_one} a scenario file"
+    assert refusal(load_map, path) == f"{is_one} a map file"
 
 
 def test_a_nav2_file_without_controller_server_is_told_by_its_nodes(tmp_path):
