@@ -33,6 +33,7 @@ from drake_navbench.inputs.descriptions.gazebo_sensors import (
     FoundSensors,
     alike,
     lidar_link,
+    sending_to,
     sensors_of,
 )
 from drake_navbench.inputs.descriptions.model import Shape
@@ -111,6 +112,7 @@ def _described(
     fields |= table.body(body, source, known, shown)
     fields |= table.mass(model.mass_kg)
     found = sensors_of(model, to_base_of(model, base), floor_m)
+    found = found._replace(scanners=table.heard(found.scanners, known.scans))
     if found.scanners or found.clouds:
         fields |= table.sensors(found)
     else:
@@ -181,6 +183,17 @@ class _Table:
             return {}
         self.add(Status.USED, "mass", f"{mass_kg:.4g} kg")
         return {"mass_kg": mass_kg}
+
+    def heard(self, scanners: list[FoundSensor], topics: Sequence[str]) -> list[FoundSensor]:
+        """Returns the scanners that send to one of these topics or, where none does, all."""
+        chosen = sending_to(topics, scanners)
+        for other in scanners if chosen else ():
+            if other not in chosen:
+                remark = f"left out: the Nav2 file's costmaps listen to {', '.join(topics)}"
+                if other.topic:
+                    remark += f", not to its topic {other.topic}"
+                self.add(Status.OTHER_FORM, f"lidar {other.name}", remark)
+        return chosen or scanners
 
     def sensors(self, found: FoundSensors) -> dict[str, Any]:
         """Returns the fields lidar and depth_sensors."""

@@ -7,7 +7,7 @@ whole: a parameter that is missing there has Nav2's default, not the base robot'
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
@@ -141,7 +141,7 @@ class Nav2Setup:
 
 
 def known_base_of(paths: Sequence[Path]) -> KnownBase:
-    """Returns the robot's base in Nav2 files: its link, and the costmaps' outline."""
+    """Returns the robot's base in Nav2 files: its link, the costmaps' outline and scans."""
     sections = [section for path in paths for section in read_parameter_file(path).sections]
     nodes = [
         node for name in (LOCAL_COSTMAP, GLOBAL_COSTMAP) for node in nodes_called(name, sections)
@@ -150,7 +150,21 @@ def known_base_of(paths: Sequence[Path]) -> KnownBase:
     # The frame's name may have the namespace of a robot among several before it.
     links = [frame.rpartition("/")[2] for frame in frames if isinstance(frame, str) and frame]
     outlines = [outline for node in nodes for outline in (_outline_in(node),) if outline]
-    return (outlines[0] if outlines else KnownBase())._replace(link=links[0] if links else None)
+    scans = tuple(dict.fromkeys(topic for node in nodes for topic in _scans_of(node)))
+    known = outlines[0] if outlines else KnownBase()
+    return known._replace(link=links[0] if links else None, scans=scans)
+
+
+def _scans_of(node: Node) -> Iterator[str]:
+    """Yields the topics of scans that the layers of a costmap take."""
+    plugins = node.get("plugins")
+    for layer in plugins if isinstance(plugins, list) else ():
+        sources = node.get(f"{layer}.observation_sources")
+        for source in sources.split() if isinstance(sources, str) else ():
+            place = f"{layer}.{source}"
+            topic, kind = node.get(f"{place}.topic"), node.get(f"{place}.data_type", "LaserScan")
+            if isinstance(topic, str) and kind == "LaserScan":
+                yield topic
 
 
 def _outline_in(node: Node) -> KnownBase | None:

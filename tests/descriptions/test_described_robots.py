@@ -152,6 +152,12 @@ def test_the_limits_of_ros2_control_are_those_of_its_file(tmp_path):
     drive = load_robot(str(path)).drive
     assert drive.max_linear_velocity_mps == 0.7
     assert drive.max_angular_velocity_radps == 1.9
+    off = "    linear.x.has_velocity_limits: false\n    linear.x.min_velocity: 0.0\n"
+    config.write_text(config.read_text() + off)
+    drive = load_robot(str(path), arguments={"length": "1"}).drive
+    assert drive.min_linear_velocity_mps < 0.0
+    assert drive.max_linear_velocity_mps != 0.7
+    assert drive.max_angular_velocity_radps == 1.9
 
 
 def test_a_base_frame_outside_of_the_shapes_is_told_and_taken_in(tmp_path):

@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
+import math
+
 import pytest
 import trimesh
 
 from drake_navbench.inputs.described_robot import describe_robot
 from drake_navbench.inputs.descriptions.body import base_of, wheels_of
-from drake_navbench.inputs.descriptions.gazebo_drive import drive_of
+from drake_navbench.inputs.descriptions.gazebo_drive import (
+    DIFFERENTIAL,
+    OMNIDIRECTIONAL,
+    drive_of,
+)
 from drake_navbench.inputs.descriptions.model_source import read_source
 from drake_navbench.inputs.package_files import ROBOT, find_package_files
 
@@ -121,3 +127,21 @@ def test_of_two_models_in_a_folder_the_one_with_a_drive_comes_first(tmp_path):
     plugin = '<gazebo><plugin filename="libdiff-drive-system.so" name="d"/></gazebo>'
     simulated = robot(tmp_path, *wheels, plugin, name="leo_sim.urdf")
     assert find_package_files([tmp_path]).files[ROBOT][0] == simulated
+
+
+def turned(name, yaw_rad, x, y):
+    """A wheel at x, y whose axle is turned by a yaw."""
+    text = wheel(name, y, CYLINDER.format(0.05))
+    return text.replace(f'xyz="0 {y} -0.05"', f'xyz="{x} {y} -0.05" rpy="0 0 {yaw_rad}"')
+
+
+@pytest.mark.parametrize(
+    ("yaws_deg", "kind"),
+    [((90, 210, 330), OMNIDIRECTIONAL), ((45, 135, 225, 315), OMNIDIRECTIONAL), ((0, 0, 90), "")],
+)
+def test_wheels_that_point_in_many_directions_are_omni_wheels(tmp_path, yaws_deg, kind):
+    """Three wheels at 120 degrees, four in a cross; two wheels with a third across are neither."""
+    wheels = []
+    for number, yaw in enumerate(math.radians(y) for y in yaws_deg):
+        wheels.append(turned(f"w{number}", yaw, 0.2 * math.sin(yaw), 0.1 * number))
+    assert drive(robot(tmp_path, *wheels)).kind == (kind or DIFFERENTIAL)

@@ -9,12 +9,15 @@ from pathlib import Path
 from typing import Any, NamedTuple
 from xml.etree import ElementTree
 
+import numpy as np
+
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.descriptions.body import Wheel
 from drake_navbench.inputs.descriptions.model import Joint, Model
 from drake_navbench.inputs.descriptions.poses import number
 from drake_navbench.inputs.descriptions.ros_packages import Packages
 from drake_navbench.inputs.descriptions.xml_file import text_of
+from drake_navbench.kernels.arrays import Array
 from drake_navbench.typed_files.typed_yaml import read_yaml
 
 DIFFERENTIAL, OMNIDIRECTIONAL, ACKERMANN = "differential", "omnidirectional", "ackermann"
@@ -47,6 +50,8 @@ LEAST = 1e-3
 STEERING = "steering_limit_rad"
 # The least vertical part of the axis of a joint that steers.
 UPRIGHT = 0.9
+# The cosine of the angle, 15 degrees, below which two axles count as parallel.
+SAME_AXLE = math.cos(math.radians(15.0))
 # The bound of every joint in ros2_control's examples, rad/s. Robots copy it for their wheels, which
 # it would hold to 3 to 10 cm/s; they drive faster.
 EXAMPLE_RADPS = 1.0
@@ -85,8 +90,9 @@ def drive_of(
         names = [w.joint.child.lower() for w in wheels]
         # Two driven wheels with an omni wheel as their caster are a differential base.
         is_mecanum = len(names) >= 3 and all("mecanum" in n or "omni" in n for n in names)
-        kind = OMNIDIRECTIONAL if is_mecanum else DIFFERENTIAL if len(wheels) >= 2 else ""
         steered = {joint.child for joint in _steering(model, wheels)}
+        is_omni = is_mecanum or (not steered and _rolls_sideways(wheels))
+        kind = OMNIDIRECTIONAL if is_omni else DIFFERENTIAL if len(wheels) >= 2 else ""
         if steered and any(w.joint.parent not in steered for w in wheels):
             kind = ACKERMANN
         found = FoundDrive(kind, f"{len(wheels)} wheels" if wheels else "", {})
@@ -230,12 +236,21 @@ def _nodes(block: Mapping[str, Any]) -> Iterator[tuple[str, Mapping[str, Any]]]:
 
 
 def _controller_values(parameters: Mapping[str, Any]) -> dict[str, float]:
-    def told(path: str) -> float | None:
+    def at(path: str) -> Any:
         value: Any = parameters.get(path)
         if value is None:
             value = parameters
             for part in path.split("."):
                 value = value.get(part) if isinstance(value, Mapping) else None
+        return value
+
+    def is_on(path: str) -> bool:
+        axis, _, limit = path.rpartition(".")
+        kind = limit.rpartition("_")[2]
+        return not axis or at(f"{axis}.has_{kind}_limits") is not False
+
+    def told(path: str) -> float | None:
+        value = at(path)
         is_number = isinstance(value, int | float) and not isinstance(value, bool)
         return float(value) if is_number and math.isfinite(value) else None
 
@@ -249,7 +264,7 @@ def _controller_values(parameters: Mapping[str, Any]) -> dict[str, float]:
         "max_angular_acceleration_radps2": "angular.z.max_acceleration",
         "wheelbase_m": "wheelbase",
     }
-    values = {ours: told(theirs) for ours, theirs in names.items()}
+    values = {ours: told(theirs) for ours, theirs in names.items() if is_on(theirs)}
     return {name: value for name, value in values.items() if value is not None}
 
 
@@ -263,6 +278,22 @@ def _steering(model: Model, wheels: Sequence[Wheel]) -> list[Joint]:
         and abs(joint.axis[2]) > UPRIGHT
         and max(-joint.range_rad[0], joint.range_rad[1]) < 0.5 * math.pi
     ]
+
+
+def _rolls_sideways(wheels: Sequence[Wheel]) -> bool:
+    """Tells whether wheels that do not steer point as only omni wheels can.
+
+    Their axles have three directions, or two with two wheels each.
+    """
+    counts: list[tuple[Array, int]] = []
+    for wheel in wheels:
+        axle = wheel.joint.axis / float(np.linalg.norm(wheel.joint.axis))
+        place = next((n for n, (o, _) in enumerate(counts) if abs(axle @ o) > SAME_AXLE), None)
+        if place is None:
+            counts.append((axle, 1))
+        else:
+            counts[place] = (counts[place][0], counts[place][1] + 1)
+    return len(counts) >= 3 or (len(counts) == 2 and min(count for _, count in counts) >= 2)
 
 
 def _add_turning(values: dict[str, float], model: Model, wheels: Sequence[Wheel]) -> None:
