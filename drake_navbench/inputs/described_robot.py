@@ -168,7 +168,7 @@ class _Table:
         ]
         if unseen and body.role == "collisions":
             more = f" and {len(set(unseen)) - 1} more" if len(set(unseen)) > 1 else ""
-            remark = f"left out {unseen[0]}{more}, no such file or package; only seen"
+            remark = f"left out {unseen[0]}{more}, no such file or package; only looks change"
             self.add(Status.OTHER_FORM, "shapes", remark)
         size = body.outline.max(axis=0) - body.outline.min(axis=0)
         what = "collision" if body.role == "collisions" else "visual"
@@ -281,12 +281,21 @@ class _Table:
         ]
         if wheels:
             self.add(Status.USED, "wheels", ", ".join(wheels))
+        if found.differs:
+            remark = f"{found.source} gives {found.differs}: the base drives and turns otherwise"
+            self.add(Status.DOUBTFUL, "wheels", f"{remark} than commanded")
         if kind == ACKERMANN and not {"wheelbase_m", "min_turning_radius_m"} <= values.keys():
             remark = f"{found.source}: without wheelbase and steering limit; a differential base"
             self.add(Status.STAND_IN, "drive", remark)
             kind = DIFFERENTIAL
         elif kind:
-            self.add(Status.USED, "drive", f"{kind}, by {found.source}")
+            turning = ""
+            if kind == ACKERMANN:
+                turning = (
+                    f"; wheelbase {values['wheelbase_m']:.3g} m, least turning radius "
+                    f"{values['min_turning_radius_m']:.3g} m"
+                )
+            self.add(Status.USED, "drive", f"{kind}, by {found.source}{turning}")
         else:
             self.add(Status.STAND_IN, "drive", "none described; the default differential base")
         fields: dict[str, Any] = {}

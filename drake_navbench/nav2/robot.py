@@ -92,6 +92,8 @@ READ = (
 )
 # The controllers' parameters for the least forward speed.
 LEAST_SPEEDS = ("min_vel_x", "vx_min")
+# The remark on a node's parameters within those of another node, for which no node looks.
+NESTED = f"{PARAMETERS_KEY} stands within the parameters"
 # Servers that a robot only has if its file has them.
 OPTIONAL = ("velocity_smoother", COLLISION_MONITOR)
 
@@ -308,6 +310,8 @@ class _Files:
         return {
             (base, name): parameter.value
             for base in sorted(bases)
+            # A section for all nodes alone, such as /**, makes no node.
+            if any(s.name.rpartition("/")[2] == base.rpartition("/")[2] for s in self._sections)
             for node in nodes_called(base, self._sections)
             if node.name == f"{self._namespace}/{base}"
             for name, parameter in node.parameters.items()
@@ -459,9 +463,20 @@ class _Files:
         read = {f"{self._namespace}/{name}" for name in READ}
         read |= {node.name for node in self._servers}
         for section in self._sections:
+            self._note_nested(section)
             if section.name in read or section.has_wildcards:
                 continue
             self._note_unread_section(section.name.lstrip("/"))
+
+    def _note_nested(self, section: Section) -> None:
+        """Notes the nodes that stand within the parameters of another one."""
+        for name, parameter in section.parameters.items():
+            nested, found, _ = name.partition(f".{PARAMETERS_KEY}.")
+            place = section.name.lstrip("/"), nested
+            if found and place not in self._rows:
+                first = nested.partition(".")[0]
+                remark = f"{NESTED} of {place[0]}; begin {first} at the left margin"
+                self._rows[place] = CheckRow(Status.UNREAD, *place, remark, parameter.line)
 
     def _note_unread_section(self, name: str) -> None:
         if name.rpartition("/")[2] == OLD_NODE:

@@ -50,6 +50,8 @@ LEAST = 1e-3
 STEERING = "steering_limit_rad"
 # The least vertical part of the axis of a joint that steers.
 UPRIGHT = 0.9
+# The share by which wheels may differ from those of the model's links.
+WHEEL_TOLERANCE = 0.1
 # The cosine of the angle, 15 degrees, below which two axles count as parallel.
 SAME_AXLE = math.cos(math.radians(15.0))
 # The bound of every joint in ros2_control's examples, rad/s. Robots copy it for their wheels, which
@@ -63,13 +65,15 @@ class FoundDrive(NamedTuple):
     kind: '' for unknown. source: the part of the model that tells it. values: by our own names, SI
     units.
 
-    remark: a limit in the files that is not used, and why; '' without one.
+    remark: a limit in the files that is not used, and why; '' without one. differs: in what its
+    wheels are others than those of the model's links; '' without a difference.
     """
 
     kind: str
     source: str
     values: dict[str, float]
     remark: str = ""
+    differs: str = ""
 
 
 def drive_of(
@@ -97,15 +101,17 @@ def drive_of(
             kind = ACKERMANN
         found = FoundDrive(kind, f"{len(wheels)} wheels" if wheels else "", {})
     values = dict(found.values)
-    if radius_m is not None:
-        values.setdefault("wheel_radius_m", radius_m)
     sides = [float(w.position[1]) for w in wheels]
-    if len(sides) >= 2 and max(sides) - min(sides) > LEAST:
-        values.setdefault("wheel_separation_m", max(sides) - min(sides))
+    separation_m = max(sides) - min(sides) if len(sides) >= 2 else 0.0
+    modelled = {"wheel_radius_m": radius_m or 0.0, "wheel_separation_m": separation_m}
+    modelled = {name: value for name, value in modelled.items() if value > LEAST}
+    # Bases that skid are often given another separation on purpose.
+    differs = _differing(values, modelled) if len(wheels) == 2 else ""
+    values = modelled | values
     if found.kind == ACKERMANN:
         _add_turning(values, model, wheels)
     remark = _add_wheel_limits(values, model, wheels)
-    return found._replace(values=_sensible(values), remark=remark)
+    return found._replace(values=_sensible(values), remark=remark, differs=differs)
 
 
 def has_drive(model: Model) -> bool:
@@ -280,6 +286,17 @@ def _steering(model: Model, wheels: Sequence[Wheel]) -> list[Joint]:
     ]
 
 
+def _differing(values: Mapping[str, float], modelled: Mapping[str, float]) -> str:
+    """Returns in words how told wheels differ from the model's; '' where they do not."""
+    names = {"wheel_radius_m": "radius", "wheel_separation_m": "separation"}
+    told = [
+        f"{names[name]} {values[name]:.3g} m, that of the model's wheels is {value:.3g} m"
+        for name, value in modelled.items()
+        if name in values and abs(values[name] - value) > WHEEL_TOLERANCE * value
+    ]
+    return "; ".join(told)
+
+
 def _rolls_sideways(wheels: Sequence[Wheel]) -> bool:
     """Tells whether wheels that do not steer point as only omni wheels can.
 
@@ -301,25 +318,36 @@ def _add_turning(values: dict[str, float], model: Model, wheels: Sequence[Wheel]
     along = [float(w.position[0]) for w in wheels]
     if along and max(along) - min(along) > LEAST:
         values.setdefault("wheelbase_m", max(along) - min(along))
-    bounds = [min(-j.range_rad[0], j.range_rad[1]) for j in _steering(model, wheels)]
+    steering = _steering(model, wheels)
+    bounds = [min(-j.range_rad[0], j.range_rad[1]) for j in steering]
+    bounds += _command_limits(model, steering, "position")
     limit, wheelbase = values.pop(STEERING, min(bounds, default=0.0)), values.get("wheelbase_m")
     if wheelbase and 0.0 < limit < 0.5 * math.pi:
         values["min_turning_radius_m"] = wheelbase / math.tan(limit)
 
 
-def _add_wheel_limits(values: dict[str, float], model: Model, wheels: Sequence[Wheel]) -> str:
-    """Adds the speed at the wheels' limit; returns a remark on an unused limit."""
-    limits = [w.joint.velocity_radps for w in wheels if w.joint.velocity_radps]
-    names = {w.joint.name for w in wheels}
-    commands = []
+def _command_limits(model: Model, joints: Sequence[Joint], interface: str) -> list[float]:
+    """Returns the largest commands, other than 0, that ros2_control takes for joints.
+
+    interface: velocity, rad/s, or position, rad.
+    """
+    names = {joint.name for joint in joints}
+    limits = []
     for plugin in model.plugins:
         for joint in plugin.element.iter("joint"):
             if plugin.name != "ros2_control" or joint.get("name") not in names:
                 continue
-            for interface in joint.findall("command_interface"):
-                if interface.get("name") == "velocity":
-                    most = [number(p.text) for p in interface if p.get("name") == "max"]
-                    commands += [value for value in most if value]
+            for command in joint.findall("command_interface"):
+                if command.get("name") == interface:
+                    most = [number(p.text) for p in command if p.get("name") == "max"]
+                    limits += [value for value in most if value]
+    return limits
+
+
+def _add_wheel_limits(values: dict[str, float], model: Model, wheels: Sequence[Wheel]) -> str:
+    """Adds the speed at the wheels' limit; returns a remark on an unused limit."""
+    limits = [w.joint.velocity_radps for w in wheels if w.joint.velocity_radps]
+    commands = _command_limits(model, [w.joint for w in wheels], "velocity")
     limits += [value for value in commands if value != EXAMPLE_RADPS]
     radius = values.get("wheel_radius_m")
     if limits and radius and "max_linear_velocity_mps" not in values:
