@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
@@ -19,6 +20,7 @@ from drake_navbench.inputs.descriptions.body import (
     floor_of,
     read_body,
     to_base_of,
+    turning_centre,
     wheels_of,
 )
 from drake_navbench.inputs.descriptions.gazebo_drive import (
@@ -51,6 +53,8 @@ LIMITS = (
 TURNING = ("max_angular_velocity_radps", "max_angular_acceleration_radps2")
 # The least distance of the base origin from the outline around it, m.
 ORIGIN_MARGIN_M = 0.01
+# The least distance of the wheels' middle from the base origin that is told, m.
+FAR_CENTRE_M = 0.05
 DEFAULTS = "not told; the default"
 
 
@@ -119,6 +123,7 @@ def _described(
         fields |= table.sensors(found) | table.lidar_by_link(lidar_link(model, base, floor_m))
     fields |= table.layers(fields.get("lidar", {}))
     fields |= table.drive(drive_of(model, wheels, source.packages, [*source.arguments.values()]))
+    table.note_turning(turning_centre(model, wheels), fields)
     for remark in dict.fromkeys((*body.left_out, *model.remarks)):
         table.add(Status.STAND_IN, "shapes", remark)
     height_m = max(body.high_m - floor_m, 0.05)
@@ -271,6 +276,15 @@ class _Table:
         fields = {name: sensor.fields[name] for name in names if name in sensor.fields}
         return fields | {"beam_count": sensor.fields["column_count"]}
 
+    def note_turning(self, centre: Array | None, fields: Mapping[str, Any]) -> None:
+        """Notes a base that turns about another place than its frame's origin, as here."""
+        is_car = fields.get("drive", {}).get("type") == ACKERMANN
+        if centre is None or is_car or np.hypot(*centre) < FAR_CENTRE_M:
+            return
+        x, y = centre
+        remark = f"the middle of its wheels is at {x:.3g}, {y:.3g} m; here it turns about 0, 0"
+        self.add(Status.STAND_IN, "base frame's origin", remark)
+
     def drive(self, found: FoundDrive) -> dict[str, Any]:
         """Returns the field drive."""
         values, kind = found.values, found.kind
@@ -326,6 +340,9 @@ def _sight(sensor: FoundSensor) -> str:
     turned = f", turned by {yaw:.3g} rad" if abs(yaw) > 1e-3 else ""
     reach = f", {fields['range_max_m']:g} m" if "range_max_m" in fields else ""
     beams = f", {fields['beam_count']} beams" if "beam_count" in fields else ""
+    span_rad = fields.get("angle_span_rad", math.tau)
+    if beams and span_rad < math.tau:
+        beams += f" over {math.degrees(span_rad):.0f} degrees"
     more = f"; {sensor.remark}" if sensor.remark and "beam_count" not in fields else ""
     return f"{place}{turned}{reach}{beams}, {1.0 / fields['period_s']:.3g} Hz{more}"
 

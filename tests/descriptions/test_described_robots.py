@@ -66,7 +66,7 @@ def test_a_controllers_file_of_mecanum_wheels_makes_an_omnidirectional_base(tmp_
     path.write_text(XACRO.replace("gz-sim-diff-drive-system", "x").replace("DiffDrive", "x"))
     file = tmp_path / "my_controllers.yaml"
     file.write_text(MECANUM)
-    assert "(omnidirectional, by my_controllers.yaml)" in describe_robot(path).check.as_text(300)
+    assert "(omnidirectional, by my_controllers.yaml)" in describe_robot(path).check.as_text(400)
     file.write_text(MECANUM.replace("left_wheel_joint", "other_wheel_joint"))
     told = describe_robot(path, arguments={"length": "1"}).check.as_text(300)
     assert "(differential, by 2 wheels)" in told

@@ -47,6 +47,18 @@ def test_a_lidar_upside_down_counts_its_angles_the_other_way(tmp_path):
     assert lidar.angle_span_rad == pytest.approx(2.0)
 
 
+def test_a_lidar_may_scan_from_the_larger_angle_to_the_smaller_one(tmp_path):
+    ray = (
+        "<ray><scan><horizontal><samples>90</samples><min_angle>0</min_angle>"
+        "<max_angle>-1.5</max_angle></horizontal></scan><range><max>5</max></range></ray>"
+    )
+    path = urdf(tmp_path, link(BOX) + EYE.format(rpy="0 0 0") + sensor("ray", ray))
+    lidar = load_robot(str(path)).lidar
+    assert (lidar.angle_min_rad, lidar.angle_span_rad) == pytest.approx((-1.5, 1.5))
+    # 1.5 rad = 85.9 degrees
+    assert any("90 beams over 86 degrees" in row for row in rows(path, Status.USED))
+
+
 def test_two_lidars_of_a_kind_scan_together_and_of_two_kinds_the_first(tmp_path):
     path = write_repository(tmp_path)
     second = XACRO[XACRO.index('<gazebo reference="laser">') : XACRO.index("<gazebo><plugin")]

@@ -183,3 +183,13 @@ def test_ros2_control_may_bound_the_steering_more_than_its_joints(tmp_path):
     found = drive(robot(tmp_path, *parts, f'<ros2_control name="c">{control}</ros2_control>'))
     assert found.kind == "ackermann"
     assert found.values["min_turning_radius_m"] == pytest.approx(0.585, abs=1e-3)
+
+
+@pytest.mark.parametrize(("ahead_m", "is_told"), [(0.0, False), (0.1, True)])
+def test_wheels_away_from_the_base_frame_are_told(tmp_path, ahead_m, is_told):
+    """A base turns about the middle of its wheels; here it does so about the frame's origin."""
+    parts = [wheel(n, y, CYLINDER.format(0.1)) for n, y in (("left", 0.2), ("right", -0.2))]
+    parts = [part.replace('origin xyz="0 0.2 -', f'origin xyz="{ahead_m} 0.2 -') for part in parts]
+    parts = [part.replace('origin xyz="0 -0.2', f'origin xyz="{ahead_m} -0.2') for part in parts]
+    told = describe_robot(robot(tmp_path, *parts)).check.as_text(300)
+    assert ("the middle of its wheels is at 0.1, 0 m" in told) is is_told

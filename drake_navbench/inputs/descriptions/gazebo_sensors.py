@@ -169,6 +169,8 @@ def _scanner(sensor: Sensor, pose: Array, floor_m: float) -> FoundSensor:
 
     low, high = told("scan/horizontal/min_angle"), told("scan/horizontal/max_angle")
     low, high = -math.pi if low is None else low, math.pi if high is None else high
+    # Gazebo also scans from the larger angle to the smaller one.
+    low, high = min(low, high), max(low, high)
     remark = ""
     if pose[2, 2] < 0.0:
         low, high, remark = -high, -low, "hangs upside down: its angles count the other way"
