@@ -260,12 +260,16 @@ def test_a_footprint_that_nav2_cannot_read_is_not_told_as_missing(facts):
     assert seen["outline-not-given"].startswith("Nav2 cannot read the local costmap's footprint")
 
 
-@pytest.mark.parametrize(("speed_mps", "is_long"), [(0.5, True), (0.25, False)])
-def test_long_samples_of_dwb_are_told_by_their_length(facts, speed_mps, is_long):
-    """Within 3 s a robot drives 1.5 m at 0.5 m/s, and 0.75 m at 0.25 m/s."""
-    block = DWB_BLOCK | {"sim_time": 3.0, "max_vel_x": speed_mps, "max_speed_xy": speed_mps}
+@pytest.mark.parametrize(
+    ("speed_mps", "sim_time", "told"),
+    [(0.5, 3.0, "long"), (0.25, 3.0, ""), (0.5, 0.8, "short"), (2.0, 0.8, "")],
+)
+def test_samples_of_dwb_are_long_or_short_by_their_length(facts, speed_mps, sim_time, told):
+    """They are 1.5 m, 0.75 m, 0.4 m and 1.6 m long."""
+    block = DWB_BLOCK | {"sim_time": sim_time, "max_vel_x": speed_mps, "max_speed_xy": speed_mps}
     names = {f.rule.name for f in findings_of(facts(block=block, plugin=DWB))}
-    assert ("dwb-looks-a-long-way" in names) is is_long
+    found = [way for way in ("long", "short") if f"dwb-looks-a-{way}-way" in names]
+    assert found == ([told] if told else [])
 
 
 def test_a_cure_for_an_acceleration_that_the_smoother_cuts_has_its_value(facts):

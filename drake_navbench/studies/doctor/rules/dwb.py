@@ -24,6 +24,8 @@ CODE = "dwb_core, dwb_plugins, dwb_critics"
 COARSE_M = 0.1
 # Samples of up to this length bend and end as a usual robot's do: 0.5 m/s for 2.5 s.
 LONG_M = 1.25
+# Longer samples differ enough, however fast they are driven: 0.5 m/s for 1 s.
+SHORT_M = 0.5
 
 
 def _spacing_m(f: Facts) -> float:
@@ -136,10 +138,10 @@ RULES = (
     ),
     Rule(
         "dwb-looks-a-short-way",
-        lambda f: f.number("controller.sim_time", 1.7) < 1.0,
+        lambda f: f.number("controller.sim_time", 1.7) < 1.0 and _reach_m(f) < SHORT_M,
         lambda f: (
-            f"sim_time is {f.controller('sim_time')} s: DWB's trajectories are so short that they "
-            "hardly differ, so that it steers hard"
+            f"sim_time is {f.controller('sim_time')} s: DWB's trajectories are {_reach_m(f):.2f} m "
+            "long, so short that they hardly differ, so that it steers hard"
         ),
         {S.WOBBLE_STRAIGHT: 1.0, S.COLLISION: 0.5, S.STOP_START_JERK: 0.3},
         (up("sim_time", 1.7),),
