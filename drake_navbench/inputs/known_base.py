@@ -1,4 +1,4 @@
-"""What a Nav2 file tells of a robot besides its model: base link, outline, topics of scans."""
+"""A robot as known besides its model, by a Nav2 file: base link, outline, topics of scans."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which files the launch files of a repository start together, such as a Nav2 file and its map."""
+"""Launch files of a repository, and the files that they start together: a Nav2 file, its map."""
 
 from __future__ import annotations
 

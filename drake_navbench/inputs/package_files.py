@@ -280,7 +280,7 @@ def _nav2_rank(file: Path) -> tuple[bool, bool]:
 
 
 def _more(file: Path, words: set[str]) -> int:
-    """Returns how many words a Nav2 file's name has besides the usual ones and its folder's."""
+    """Returns the count of the words in a Nav2 file's name but the usual ones and its folder's."""
     return len({*re.split(r"[^a-z0-9]+", file.stem.lower())} - NAV2_WORDS - words)
 
 
