@@ -97,3 +97,12 @@ def test_a_warning_about_the_input_is_a_line_without_a_place_in_the_code(capsys)
 
     assert exit_status_of(work) == EXIT_DONE
     assert capsys.readouterr().err == "a.urdf: left out b.dae\n"
+
+
+def test_a_warning_about_the_input_is_printed_once_wherever_it_comes_from(capsys):
+    def work():
+        for level in (1, 2):
+            warnings.warn("cart.urdf: left out wheel.stl", InputWarning, stacklevel=level)
+
+    assert exit_status_of(work) == 0
+    assert capsys.readouterr().err == "cart.urdf: left out wheel.stl\n"

@@ -208,11 +208,12 @@ class DynamicWindowApproachParameters(ParametersWithCritics):
     )
 
     def asked_speeds(self) -> AskedSpeeds:
-        """Returns the limits of the velocity samples."""
-        lateral = max(abs(self.min_vel_y), abs(self.max_vel_y))
+        """Returns the limits of the velocity samples, which max_speed_xy bounds, too."""
+        most = self.max_speed_xy if self.max_speed_xy > 0.0 else math.inf
+        lateral = min(max(abs(self.min_vel_y), abs(self.max_vel_y)), most)
         return AskedSpeeds(
-            self.max_vel_x,
-            self.min_vel_x,
+            min(self.max_vel_x, most),
+            max(self.min_vel_x, -most),
             self.max_vel_theta,
             lateral,
             self.acc_lim_x,

@@ -41,7 +41,9 @@ def with_package(
         taken[MAP] = None
     left_out: list[str] = []
     if taken[WORLD] is not None and WORLD not in picks:
-        taken[WORLD], left_out = readable_world(found.files[WORLD], found.roots)
+        first = taken[WORLD]
+        worlds = [first, *(world for world in found.files[WORLD] if world != first)]
+        taken[WORLD], left_out = readable_world(worlds, found.roots)
     values = vars(arguments) | found.options(taken, nav2="nav2")
     values["packages"] = [*arguments.packages, *arguments.package]
     if taken[WORLD] is not None:

@@ -144,7 +144,8 @@ def _forget_output(file: Any) -> None:
 
 @contextmanager
 def _input_warnings_as_lines() -> Iterator[None]:
-    """Prints each warning about the input as a line on stderr."""
+    """Prints each warning about the input as a line on stderr, and equal ones once."""
+    told: set[str] = set()
     with warnings.catch_warnings():
         show_others = warnings.showwarning
 
@@ -152,7 +153,9 @@ def _input_warnings_as_lines() -> Iterator[None]:
             message: Warning | str, category: type[Warning], *where: Any, **options: Any
         ) -> None:
             if issubclass(category, InputWarning):
-                print(printable(str(message)), file=sys.stderr)
+                if str(message) not in told:
+                    print(printable(str(message)), file=sys.stderr)
+                told.add(str(message))
             else:
                 show_others(message, category, *where, **options)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
@@ -19,6 +20,7 @@ from drake_navbench.inputs.descriptions.body import (
     floor_of,
     read_body,
     to_base_of,
+    turning_centre,
     wheels_of,
 )
 from drake_navbench.inputs.descriptions.gazebo_drive import (
@@ -33,6 +35,7 @@ from drake_navbench.inputs.descriptions.gazebo_sensors import (
     FoundSensors,
     alike,
     lidar_link,
+    sending_to,
     sensors_of,
 )
 from drake_navbench.inputs.descriptions.model import Shape
@@ -52,6 +55,8 @@ TURNING = ("max_angular_velocity_radps", "max_angular_acceleration_radps2")
 ORIGIN_MARGIN_M = 0.01
 # The largest distance of an axle from the base frame's origin that is rounding, m.
 AXLE_TOLERANCE_M = 0.005
+# The least distance of the wheels' middle from the base origin that is told, m.
+FAR_CENTRE_M = 0.05
 DEFAULTS = "not told; the default"
 
 
@@ -113,12 +118,14 @@ def _described(
     fields |= table.body(body, source, known, shown)
     fields |= table.mass(model.mass_kg)
     found = sensors_of(model, to_base_of(model, base), floor_m)
+    found = found._replace(scanners=table.heard(found.scanners, known.scans))
     if found.scanners or found.clouds:
         fields |= table.sensors(found)
     else:
         fields |= table.sensors(found) | table.lidar_by_link(lidar_link(model, base, floor_m))
     fields |= table.layers(fields.get("lidar", {}))
     fields |= table.drive(drive_of(model, wheels, source.packages, [*source.arguments.values()]))
+    table.note_turning(turning_centre(model, wheels), fields)
     for remark in dict.fromkeys((*body.left_out, *model.remarks)):
         table.add(Status.STAND_IN, "shapes", remark)
     height_m = max(body.high_m - floor_m, 0.05)
@@ -168,7 +175,7 @@ class _Table:
         ]
         if unseen and body.role == "collisions":
             more = f" and {len(set(unseen)) - 1} more" if len(set(unseen)) > 1 else ""
-            remark = f"left out {unseen[0]}{more}, no such file or package; only seen"
+            remark = f"left out {unseen[0]}{more}, no such file or package; only looks change"
             self.add(Status.OTHER_FORM, "shapes", remark)
         size = body.outline.max(axis=0) - body.outline.min(axis=0)
         what = "collision" if body.role == "collisions" else "visual"
@@ -183,6 +190,17 @@ class _Table:
             return {}
         self.add(Status.USED, "mass", f"{mass_kg:.4g} kg")
         return {"mass_kg": mass_kg}
+
+    def heard(self, scanners: list[FoundSensor], topics: Sequence[str]) -> list[FoundSensor]:
+        """Returns the scanners that send to one of these topics or, where none does, all."""
+        chosen = sending_to(topics, scanners)
+        for other in scanners if chosen else ():
+            if other not in chosen:
+                remark = f"left out: the Nav2 file's costmaps listen to {', '.join(topics)}"
+                if other.topic:
+                    remark += f", not to its topic {other.topic}"
+                self.add(Status.OTHER_FORM, f"lidar {other.name}", remark)
+        return chosen or scanners
 
     def sensors(self, found: FoundSensors) -> dict[str, Any]:
         """Returns the fields lidar and depth_sensors."""
@@ -260,6 +278,15 @@ class _Table:
         fields = {name: sensor.fields[name] for name in names if name in sensor.fields}
         return fields | {"beam_count": sensor.fields["column_count"]}
 
+    def note_turning(self, centre: Array | None, fields: Mapping[str, Any]) -> None:
+        """Notes a base that turns about another place than its frame's origin, as here."""
+        is_car = fields.get("drive", {}).get("type") == ACKERMANN
+        if centre is None or is_car or np.hypot(*centre) < FAR_CENTRE_M:
+            return
+        x, y = centre
+        remark = f"the middle of its wheels is at {x:.3g}, {y:.3g} m; here it turns about 0, 0"
+        self.add(Status.STAND_IN, "base frame's origin", remark)
+
     def drive(self, found: FoundDrive) -> dict[str, Any]:
         """Returns the field drive."""
         values, kind = found.values, found.kind
@@ -270,12 +297,21 @@ class _Table:
         ]
         if wheels:
             self.add(Status.USED, "wheels", ", ".join(wheels))
+        if found.differs:
+            remark = f"{found.source} gives {found.differs}: the base drives and turns otherwise"
+            self.add(Status.DOUBTFUL, "wheels", f"{remark} than commanded")
         if kind == ACKERMANN and not {"wheelbase_m", "min_turning_radius_m"} <= values.keys():
             remark = f"{found.source}: without wheelbase and steering limit; a differential base"
             self.add(Status.STAND_IN, "drive", remark)
             kind = DIFFERENTIAL
         elif kind:
-            self.add(Status.USED, "drive", f"{kind}, by {found.source}")
+            turning = ""
+            if kind == ACKERMANN:
+                turning = (
+                    f"; wheelbase {values['wheelbase_m']:.3g} m, least turning radius "
+                    f"{values['min_turning_radius_m']:.3g} m"
+                )
+            self.add(Status.USED, "drive", f"{kind}, by {found.source}{turning}")
         else:
             self.add(Status.STAND_IN, "drive", "none described; the default differential base")
         fields: dict[str, Any] = {}
@@ -316,6 +352,9 @@ def _sight(sensor: FoundSensor) -> str:
     turned = f", turned by {yaw:.3g} rad" if abs(yaw) > 1e-3 else ""
     reach = f", {fields['range_max_m']:g} m" if "range_max_m" in fields else ""
     beams = f", {fields['beam_count']} beams" if "beam_count" in fields else ""
+    span_rad = fields.get("angle_span_rad", math.tau)
+    if beams and span_rad < math.tau:
+        beams += f" over {math.degrees(span_rad):.0f} degrees"
     more = f"; {sensor.remark}" if sensor.remark and "beam_count" not in fields else ""
     return f"{place}{turned}{reach}{beams}, {1.0 / fields['period_s']:.3g} Hz{more}"
 

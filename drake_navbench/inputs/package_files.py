@@ -16,6 +16,7 @@ from drake_navbench.inputs.descriptions.model_source import read_source
 from drake_navbench.inputs.descriptions.ros_packages import files_below
 from drake_navbench.inputs.descriptions.world import is_world, read_world
 from drake_navbench.inputs.descriptions.xacro_macro import lacking, robot_macro
+from drake_navbench.inputs.launch_files import LaunchFiles, read_launch_files
 from drake_navbench.typed_files.assignments import assignments
 from drake_navbench.typed_files.input_file import MEGABYTE
 
@@ -24,6 +25,7 @@ ROBOT, NAV2, MAP, WORLD = "robot", "nav2", "map", "world"
 KINDS = (ROBOT, NAV2, MAP, WORLD)
 HEAD_BYTES = MEGABYTE
 MAX_LISTED = 12
+MAX_NAMED = 3
 # At most so many models are read to find one that drives, and so many worlds to find one that is
 # readable; otherwise the first by name is taken.
 MAX_TRIED = 12
@@ -44,14 +46,21 @@ REPLACED = re.compile(r"backup|\bbak\b|(^|[_.-])(old|copy|orig(inal)?|deprecated
 MASKS = re.compile(r"keepout|speed|limit|mask|filter")
 EMPTY_WORLDS = re.compile(r"empty|default")
 SEPARATE = re.compile(r"slam|mapper|keepout|speed_|collision_monitor|localization|amcl")
+# Words of a name that any whole Nav2 file may have.
+NAV2_WORDS = {"nav2", "navigation", "navigation2", "nav", "param", "params", "parameters", "config"}
 
 
 @dataclass(frozen=True)
 class PackageFiles:
-    """files: of each kind, the likeliest first. roots: the folders that were looked through."""
+    """files: of each kind, the likeliest first. roots: the folders that were looked through.
+
+    launches: their launch files. without_picture: map files that name a picture that is not there.
+    """
 
     roots: tuple[Path, ...]
     files: Mapping[str, tuple[Path, ...]] = field(default_factory=dict)
+    launches: LaunchFiles = field(default_factory=LaunchFiles)
+    without_picture: tuple[Path, ...] = ()
 
     def chosen(self, kind: str, pick: int | None) -> Path | None:
         """Returns a kind's file by its number in the list, counted from 1; None without one.
@@ -70,22 +79,28 @@ class PackageFiles:
     def fitting(self, kind: str, robot: Path | None) -> Path | None:
         """Returns the first file of a kind with the robot's name in its path, else the first."""
         found = self.files[kind]
-        name = "" if robot is None else robot.name.partition(".")[0].lower()
-        if robot is not None and is_clearpath(robot):
-            name = platform_of(robot)
+        name = "" if robot is None else _name_of(robot)
         own = [file for file in found if name and name in self._short(file).as_posix().lower()]
         return next(iter((*own, *found)), None)
 
     def picked(self, texts: Sequence[str]) -> dict[str, Path | None]:
         """Returns the file of each kind by `--pick kind=N`, else the likeliest; None without one.
 
-        The Nav2 file that is not picked is one with the robot's name. Raises InputError.
+        The Nav2 file that is not picked is one with the robot's name; map and world that are not
+        picked are those that a launch file starts with the Nav2 file. Raises InputError.
         """
         picks = read_picks(texts)
         files = {kind: self.chosen(kind, picks.get(kind)) for kind in KINDS}
         if NAV2 not in picks:
             files[NAV2] = self.fitting(NAV2, files[ROBOT])
+        for kind in (MAP, WORLD):
+            together = self._started_with(files[NAV2], kind)
+            if together is not None and kind not in picks:
+                files[kind] = together[0]
         return files
+
+    def _started_with(self, nav2: Path | None, kind: str) -> tuple[Path, Path] | None:
+        return None if nav2 is None else self.launches.started_with(nav2, self.files[kind])
 
     def options(self, picked: Mapping[str, Path | None], nav2: str) -> dict[str, object]:
         """Returns the values of --robot, --map and the option `nav2` that the files give."""
@@ -112,16 +127,27 @@ class PackageFiles:
         for kind in picked:
             found = self.files[kind]
             if not found:
-                told.append(f"{kind}: none found")
+                told.append(f"{kind}: none found{self._lacking_picture(kind)}")
                 continue
             how = f", another by --pick {kind}=N" if len(found) > 1 else ""
             told.append(f"{kind}: {len(found)} found{how}")
             for number, file in enumerate(found[:MAX_LISTED], start=1):
                 mark = "*" if file == picked[kind] else " "
-                told.append(f"  {mark} {number:2} {self._short(file)}")
+                how = self._launched(file, kind, picked) if mark == "*" else ""
+                told.append(f"  {mark} {number:2} {self._short(file)}{how}")
             if len(found) > MAX_LISTED:
                 told.append(f"       and {len(found) - MAX_LISTED} more")
         return told
+
+    def _launched(self, file: Path, kind: str, picked: Mapping[str, Path | None]) -> str:
+        together = self._started_with(picked.get(NAV2), kind) if kind in (MAP, WORLD) else None
+        return f" (as in {together[1].name})" if together and together[0] == file else ""
+
+    def _lacking_picture(self, kind: str) -> str:
+        if kind != MAP or not self.without_picture:
+            return ""
+        named = ", ".join(str(self._short(file)) for file in self.without_picture[:MAX_NAMED])
+        return f"; the picture that {named} names is not there"
 
     def _short(self, file: Path) -> Path:
         root = next(root for root in self.roots if file.is_relative_to(root))
@@ -151,14 +177,21 @@ def find_package_files(roots: Sequence[Path]) -> PackageFiles:
         )
         return tuple(chosen)
 
+    launches = read_launch_files(files)
     found = {
         ROBOT: ranked(_is_robot, lambda file: _robot_rank(file, words)),
-        NAV2: ranked(_is_nav2, _nav2_rank),
-        MAP: ranked(_is_map, lambda file: (bool(MASKS.search(file.name.lower())),)),
-        WORLD: ranked(_is_gazebo_world, lambda file: (bool(EMPTY_WORLDS.search(file.stem)),)),
+        MAP: ranked(_is_map, lambda f: (_is_mask(f), not launches.name(f))),
+        WORLD: ranked(_is_gazebo_world, lambda f: (_is_empty(f), not launches.name(f))),
     }
+    places = (*found[MAP], *found[WORLD])
+
+    def nav2_rank(file: Path) -> tuple[object, ...]:
+        return *_nav2_rank(file), not (places and launches.name(file, places)), _more(file, words)
+
+    found[NAV2] = ranked(_is_nav2, nav2_rank)
     found[ROBOT] = _driving_first(found[ROBOT], roots)
-    return PackageFiles(tuple(roots), found)
+    lacking_picture = tuple(file for file in files if _is_map(file, has_picture=False))
+    return PackageFiles(tuple(roots), found, launches, lacking_picture)
 
 
 def _head(file: Path) -> str:
@@ -248,7 +281,29 @@ def _nav2_rank(file: Path) -> tuple[bool, bool]:
     return SEPARATE.search(name) is not None, "nav2" not in name and "navigation" not in name
 
 
-def _is_map(file: Path) -> bool:
+def _more(file: Path, words: set[str]) -> int:
+    """Returns the count of the words in a Nav2 file's name but the usual ones and its folder's."""
+    return len({*re.split(r"[^a-z0-9]+", file.stem.lower())} - NAV2_WORDS - words)
+
+
+def _name_of(robot: Path) -> str:
+    """Returns a robot's name, small: of its platform, its model's folder or its file."""
+    if is_clearpath(robot):
+        return platform_of(robot)
+    named = robot.parent.name if robot.name == "model.sdf" else robot.name.partition(".")[0]
+    return named.lower()
+
+
+def _is_mask(file: Path) -> bool:
+    return MASKS.search(file.name.lower()) is not None
+
+
+def _is_empty(file: Path) -> bool:
+    return EMPTY_WORLDS.search(file.stem) is not None
+
+
+def _is_map(file: Path, *, has_picture: bool = True) -> bool:
+    """Tells whether a file is a map's, and its picture is there or, for False, is not."""
     if file.suffix not in (".yaml", ".yml"):
         return False
     text = _head(file)
@@ -256,7 +311,7 @@ def _is_map(file: Path) -> bool:
     if named is None or "resolution" not in text or "origin" not in text:
         return False
     image = Path(named[1].strip("\"'"))
-    return any((file.parent / name).is_file() for name in (image, image.name))
+    return has_picture == any((file.parent / name).is_file() for name in (image, image.name))
 
 
 def _is_gazebo_world(file: Path) -> bool:

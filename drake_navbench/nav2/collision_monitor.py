@@ -72,7 +72,8 @@ def read_collision_monitor(reader: NodeReader, *, range_sensors: Collection[str]
         "visualize",
     )
     without_meaning = {f"*.{name}" for name in idle}
-    reader.finish({*without_meaning, "state_topic", "stop_pub_timeout", "toggle_topic"})
+    topics = {"cmd_vel_in_topic", "cmd_vel_out_topic", "state_topic", "toggle_topic"}
+    reader.finish({*without_meaning, *topics, "stop_pub_timeout"})
     return {"collision_monitor": values if values["polygons"] else None}
 
 

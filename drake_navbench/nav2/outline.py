@@ -64,7 +64,10 @@ def _footprint(reader: NodeReader) -> list[list[float]] | None:
         reader.note(Status.OTHER_FORM, "footprint", remark)
     if not are_corners(corners) or len(corners) < 3:
         text = "expected '[[x, y], [x, y], ...]' with at least 3 corners"
-        raise reader.fault("footprint", f"{text}, got {str(given)[:60]!r}")
+        listed = corners if isinstance(corners, list) else []
+        wrong = next((corner for corner in listed if not are_corners([corner])), None)
+        got = f"{str(given)[:60]!r}" if wrong is None else f"the corner {str(wrong)[:60]}"
+        raise reader.fault("footprint", f"{text}, got {got}")
     return [[float(x), float(y)] for x, y in corners]
 
 

@@ -7,7 +7,7 @@ whole: a parameter that is missing there has Nav2's default, not the base robot'
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
@@ -92,6 +92,8 @@ READ = (
 )
 # The controllers' parameters for the least forward speed.
 LEAST_SPEEDS = ("min_vel_x", "vx_min")
+# The remark on a node's parameters within those of another node, for which no node looks.
+NESTED = f"{PARAMETERS_KEY} stands within the parameters"
 # Servers that a robot only has if its file has them.
 OPTIONAL = ("velocity_smoother", COLLISION_MONITOR)
 
@@ -154,7 +156,7 @@ class Nav2Setup:
 
 
 def known_base_of(paths: Sequence[Path]) -> KnownBase:
-    """Returns the robot's base in Nav2 files: its link, and the costmaps' outline."""
+    """Returns the robot's base in Nav2 files: its link, the costmaps' outline and scans."""
     sections = [section for path in paths for section in read_parameter_file(path).sections]
     nodes = [
         node for name in (LOCAL_COSTMAP, GLOBAL_COSTMAP) for node in nodes_called(name, sections)
@@ -163,7 +165,21 @@ def known_base_of(paths: Sequence[Path]) -> KnownBase:
     # The frame's name may have the namespace of a robot among several before it.
     links = [frame.rpartition("/")[2] for frame in frames if isinstance(frame, str) and frame]
     outlines = [outline for node in nodes for outline in (_outline_in(node),) if outline]
-    return (outlines[0] if outlines else KnownBase())._replace(link=links[0] if links else None)
+    scans = tuple(dict.fromkeys(topic for node in nodes for topic in _scans_of(node)))
+    known = outlines[0] if outlines else KnownBase()
+    return known._replace(link=links[0] if links else None, scans=scans)
+
+
+def _scans_of(node: Node) -> Iterator[str]:
+    """Yields the topics of scans that the layers of a costmap take."""
+    plugins = node.get("plugins")
+    for layer in plugins if isinstance(plugins, list) else ():
+        sources = node.get(f"{layer}.observation_sources")
+        for source in sources.split() if isinstance(sources, str) else ():
+            place = f"{layer}.{source}"
+            topic, kind = node.get(f"{place}.topic"), node.get(f"{place}.data_type", "LaserScan")
+            if isinstance(topic, str) and kind == "LaserScan":
+                yield topic
 
 
 def _outline_in(node: Node) -> KnownBase | None:
@@ -307,6 +323,8 @@ class _Files:
         return {
             (base, name): parameter.value
             for base in sorted(bases)
+            # A section for all nodes alone, such as /**, makes no node.
+            if any(s.name.rpartition("/")[2] == base.rpartition("/")[2] for s in self._sections)
             for node in nodes_called(base, self._sections)
             if node.name == f"{self._namespace}/{base}"
             for name, parameter in node.parameters.items()
@@ -458,9 +476,20 @@ class _Files:
         read = {f"{self._namespace}/{name}" for name in READ}
         read |= {node.name for node in self._servers}
         for section in self._sections:
+            self._note_nested(section)
             if section.name in read or section.has_wildcards:
                 continue
             self._note_unread_section(section.name.lstrip("/"))
+
+    def _note_nested(self, section: Section) -> None:
+        """Notes the nodes that stand within the parameters of another one."""
+        for name, parameter in section.parameters.items():
+            nested, found, _ = name.partition(f".{PARAMETERS_KEY}.")
+            place = section.name.lstrip("/"), nested
+            if found and place not in self._rows:
+                first = nested.partition(".")[0]
+                remark = f"{NESTED} of {place[0]}; begin {first} at the left margin"
+                self._rows[place] = CheckRow(Status.UNREAD, *place, remark, parameter.line)
 
     def _note_unread_section(self, name: str) -> None:
         if name.rpartition("/")[2] == OLD_NODE:

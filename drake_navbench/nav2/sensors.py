@@ -64,8 +64,8 @@ class Nav2Sensors:
         self._range_sensors = robot.range_sensors
         self._lidar = robot.lidar
         self._listeners: dict[str, list[_Listener]] = {}
-        # The topic of the robot's only depth sensor where it is not the sensor's name.
-        self._only_topic = ""
+        # The topics of the robot's sensors that are not called so.
+        self._topics: dict[str, str] = {}
 
     @property
     def lidar(self) -> LidarSettings:
@@ -98,14 +98,28 @@ class Nav2Sensors:
             if name in self._depth_sensors:
                 reader.note(Status.OTHER_FORM, parameter, f"the robot's depth sensor {name}")
                 return name
-        if len(self._depth_sensors) == 1 and self._only_topic in ("", topic):
-            (only,), self._only_topic = self._depth_sensors, topic
-            reader.note(Status.OTHER_FORM, parameter, f"the robot's only depth sensor, {only}")
-            return only
+        names = f"{source} {topic}"
+        kind, alike = self._of_its_kind(names, sight)
+        if len(alike) == 1 and self._topics.setdefault(alike[0], topic) == topic:
+            reader.note(Status.OTHER_FORM, parameter, f"the robot's only {kind}, {alike[0]}")
+            return alike[0]
         reader.note(Status.OTHER_FORM, parameter)
-        listener = _Listener(reader, parameter, f"{source} {topic}", sight)
+        listener = _Listener(reader, parameter, names, sight)
         self._listeners.setdefault(by_topic, []).append(listener)
         return by_topic
+
+    def _of_its_kind(self, names: str, sight: Sight) -> tuple[str, list[str]]:
+        """Returns the kind that a topic's names tell, and the robot's sensors of that kind.
+
+        If the robot has but one sensor of points, it is taken for whatever kind.
+        """
+        known = {name: _is_around(sensor) for name, sensor in self._depth_sensors.items()}
+        if len(known) == 1:
+            return "depth sensor", list(known)
+        is_lidar = sight.is_lidar if sight.is_lidar is not None else _is_lidar(names)
+        is_camera = CAMERA_NAMES.search(names) is not None
+        kind = "lidar of many layers" if is_lidar else "depth camera" if is_camera else ""
+        return kind, [name for name, around in known.items() if kind and around == is_lidar]
 
     def note_added(self) -> None:
         """Notes for each source of an added sensor which sensor it is."""
@@ -119,8 +133,7 @@ class Nav2Sensors:
         names = " ".join(sorted(listener.names for listener in listeners))
         sights = [listener.sight for listener in listeners]
         told = [sight.is_lidar for sight in sights if sight.is_lidar is not None]
-        named_so = bool(LIDAR_NAMES.search(names)) and not CAMERA_NAMES.search(names)
-        is_lidar = any(told) if told else named_so
+        is_lidar = any(told) if told else _is_lidar(names)
         fields: dict[str, Any] = dict(LIDAR_SIGHT) if is_lidar else {}
         horizontal = max(sight.horizontal_fov_rad or 0.0 for sight in sights)
         vertical = max(sight.vertical_fov_rad or 0.0 for sight in sights)
@@ -152,6 +165,10 @@ def _described(name: str, sensor: DepthSensorSettings) -> str:
         f"up{turned}, of {sensor.horizontal_fov_rad:.3g} x {sensor.vertical_fov_rad:.3g} rad "
         f"and {sensor.range_max_m:g} m; depth_sensors.{name} in a robot file says otherwise"
     )
+
+
+def _is_lidar(names: str) -> bool:
+    return bool(LIDAR_NAMES.search(names)) and not CAMERA_NAMES.search(names)
 
 
 def _is_around(sensor: DepthSensorSettings) -> bool:

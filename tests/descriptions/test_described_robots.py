@@ -66,7 +66,7 @@ def test_a_controllers_file_of_mecanum_wheels_makes_an_omnidirectional_base(tmp_
     path.write_text(XACRO.replace("gz-sim-diff-drive-system", "x").replace("DiffDrive", "x"))
     file = tmp_path / "my_controllers.yaml"
     file.write_text(MECANUM)
-    assert "(omnidirectional, by my_controllers.yaml)" in describe_robot(path).check.as_text(300)
+    assert "(omnidirectional, by my_controllers.yaml)" in describe_robot(path).check.as_text(400)
     file.write_text(MECANUM.replace("left_wheel_joint", "other_wheel_joint"))
     told = describe_robot(path, arguments={"length": "1"}).check.as_text(300)
     assert "(differential, by 2 wheels)" in told
@@ -151,6 +151,12 @@ def test_the_limits_of_ros2_control_are_those_of_its_file(tmp_path):
     )
     drive = load_robot(str(path)).drive
     assert drive.max_linear_velocity_mps == 0.7
+    assert drive.max_angular_velocity_radps == 1.9
+    off = "    linear.x.has_velocity_limits: false\n    linear.x.min_velocity: 0.0\n"
+    config.write_text(config.read_text() + off)
+    drive = load_robot(str(path), arguments={"length": "1"}).drive
+    assert drive.min_linear_velocity_mps < 0.0
+    assert drive.max_linear_velocity_mps != 0.7
     assert drive.max_angular_velocity_radps == 1.9
 
 

@@ -8,7 +8,9 @@ import pytest
 from descriptions_scenes import BOX, XACRO, link, rows, urdf, write_repository
 
 from drake_navbench.inputs.check import Status
+from drake_navbench.inputs.described_robot import describe_robot
 from drake_navbench.inputs.robot import load_robot
+from drake_navbench.nav2.robot import known_base_of
 
 EYE = (
     '<joint name="j" type="fixed"><parent link="base_link"/><child link="eye"/>'
@@ -43,6 +45,18 @@ def test_a_lidar_upside_down_counts_its_angles_the_other_way(tmp_path):
     lidar = load_robot(str(urdf(tmp_path, body))).lidar
     assert lidar.angle_min_rad == pytest.approx(-1.5, abs=1e-4)
     assert lidar.angle_span_rad == pytest.approx(2.0)
+
+
+def test_a_lidar_may_scan_from_the_larger_angle_to_the_smaller_one(tmp_path):
+    ray = (
+        "<ray><scan><horizontal><samples>90</samples><min_angle>0</min_angle>"
+        "<max_angle>-1.5</max_angle></horizontal></scan><range><max>5</max></range></ray>"
+    )
+    path = urdf(tmp_path, link(BOX) + EYE.format(rpy="0 0 0") + sensor("ray", ray))
+    lidar = load_robot(str(path)).lidar
+    assert (lidar.angle_min_rad, lidar.angle_span_rad) == pytest.approx((-1.5, 1.5))
+    # 1.5 rad = 85.9 degrees
+    assert any("90 beams over 86 degrees" in row for row in rows(path, Status.USED))
 
 
 def test_two_lidars_of_a_kind_scan_together_and_of_two_kinds_the_first(tmp_path):
@@ -88,3 +102,27 @@ def test_without_a_lidar_the_default_one_is_where_its_link_is(tmp_path):
     # The box reaches from -0.1 to 0.1 m: its underside is the floor.
     assert lidar.height_m == pytest.approx(0.45)
     assert any("the default one where the link laser is" in r for r in rows(path, Status.STAND_IN))
+
+
+@pytest.mark.parametrize(("topic", "range_m"), [("/robot1/rear/scan", 8.0), ("scan", 5.0)])
+def test_of_two_lidars_the_one_counts_that_the_costmaps_listen_to(tmp_path, topic, range_m):
+    """Gazebo's own form of a topic, and the plugin's of classic Gazebo."""
+    front = (
+        "<ray><range><max>5</max></range></ray><plugin filename='a' name='b'><ros><remapping>"
+        "~/out:=scan</remapping></ros></plugin>"
+    )
+    rear = "<topic>rear/scan</topic><ray><range><max>8</max></range></ray>"
+    sensors = sensor("ray", front), sensor("gpu_lidar", rear).replace('name="eye"', 'name="back"')
+    path = urdf(tmp_path, link(BOX) + EYE.format(rpy="0 0 0") + "".join(sensors))
+    nav2 = tmp_path / "nav2.yaml"
+    nav2.write_text(
+        "local_costmap: {local_costmap: {ros__parameters: {plugins: [walls], walls: "
+        f"{{observation_sources: eyes, eyes: {{topic: {topic}}}}}}}}}}}\n"
+    )
+    known = known_base_of([nav2])
+    assert known.scans == (topic,)
+    lidar = load_robot(str(path), known=known).lidar
+    assert (lidar.range_max_m, lidar.further_poses) == (range_m, ())
+    told = describe_robot(path, known=known).check.as_text(300)
+    assert f"left out: the Nav2 file's costmaps listen to {topic}, not to its topic" in told
+    assert load_robot(str(path)).lidar.range_max_m == 5.0

@@ -240,3 +240,59 @@ def test_a_file_that_another_has_replaced_comes_after_it(tmp_path):
         (tmp_path / name).write_text(NAV2)
     found = [path.name for path in find_package_files([tmp_path]).files["nav2"]]
     assert found[:3] == ["bold.yaml", "scopy.yaml", "z.yaml"]
+
+
+def map_files(folder, *names):
+    folder.mkdir(parents=True)
+    for name in names:
+        (folder / f"{name}.pgm").write_bytes(b"P5 2 2 255\n" + bytes(4))
+        said = f"image: {name}.pgm\nresolution: 0.05\norigin: [0, 0, 0]\n"
+        (folder / f"{name}.yaml").write_text(said)
+
+
+def test_a_launch_file_tells_which_nav2_file_and_map_belong_together(repository):
+    """By their names alone, real.yaml and attic.yaml would come first."""
+    config = repository / "cart_nav" / "config"
+    (config / "nav2_params.yaml").rename(config / "sim_nav2.yaml")
+    (config / "real_nav2.yaml").write_text(NAV2)
+    map_files(repository / "cart_nav" / "maps", "attic", "hall")
+    map_files(repository / "cart_old" / "maps", "hall")
+    launch = repository / "cart_nav" / "launch"
+    launch.mkdir()
+    (launch / "sim.launch.py").write_text(
+        "# default: attic.yaml\n"
+        "share = get_package_share_directory('cart_nav')\n"
+        "nav2 = os.path.join(share, 'config', 'sim_nav2.yaml')\n"
+        "map = share + '/maps/hall.yaml'\n"
+    )
+    arguments, lines = filled("--package", str(repository))
+    assert [path.name for path in arguments.nav2] == ["sim_nav2.yaml"]
+    assert arguments.map == repository / "cart_nav" / "maps" / "hall.yaml"
+    assert any("cart_nav/maps/hall.yaml (as in sim.launch.py)" in line for line in lines)
+    picked, _ = filled("--package", str(repository), "--pick", "map=2")
+    assert picked.map != arguments.map
+
+
+def test_without_launch_files_the_plainest_name_of_a_nav2_file_counts(repository):
+    config = repository / "cart_nav" / "config"
+    (config / "nav2_explore_params.yaml").write_text(NAV2)
+    arguments, _ = filled("--package", str(repository))
+    assert [path.name for path in arguments.nav2] == ["nav2_params.yaml"]
+
+
+def test_the_nav2_file_of_a_model_in_gazebo_s_form_is_found_by_its_folder(repository):
+    model = repository / "models" / "cart_mini" / "model.sdf"
+    model.parent.mkdir(parents=True)
+    model.write_text("")
+    config = repository / "cart_nav" / "config"
+    (config / "cart_mini_nav2.yaml").write_text(NAV2)
+    fitting = find_package_files([repository]).fitting("nav2", model)
+    assert fitting == config / "cart_mini_nav2.yaml"
+
+
+def test_a_map_without_its_picture_is_told(repository):
+    map_files(repository / "cart_nav" / "maps", "hall")
+    (repository / "cart_nav" / "maps" / "hall.pgm").unlink()
+    _, lines = filled("--package", str(repository))
+    said = "the picture that cart_nav/maps/hall.yaml names is not there"
+    assert f"map: none found; {said}" in lines

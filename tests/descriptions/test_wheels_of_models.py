@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
+import math
+
 import pytest
 import trimesh
 
 from drake_navbench.inputs.described_robot import describe_robot
 from drake_navbench.inputs.descriptions.body import base_of, wheels_of
-from drake_navbench.inputs.descriptions.gazebo_drive import drive_of
+from drake_navbench.inputs.descriptions.gazebo_drive import (
+    DIFFERENTIAL,
+    OMNIDIRECTIONAL,
+    drive_of,
+)
 from drake_navbench.inputs.descriptions.model_source import read_source
 from drake_navbench.inputs.package_files import ROBOT, find_package_files
 
@@ -141,3 +147,69 @@ def test_of_two_models_in_a_folder_the_one_with_a_drive_comes_first(tmp_path):
     plugin = '<gazebo><plugin filename="libdiff-drive-system.so" name="d"/></gazebo>'
     simulated = robot(tmp_path, *wheels, plugin, name="leo_sim.urdf")
     assert find_package_files([tmp_path]).files[ROBOT][0] == simulated
+
+
+def turned(name, yaw_rad, x, y):
+    """A wheel at x, y whose axle is turned by a yaw."""
+    text = wheel(name, y, CYLINDER.format(0.05))
+    return text.replace(f'xyz="0 {y} -0.05"', f'xyz="{x} {y} -0.05" rpy="0 0 {yaw_rad}"')
+
+
+@pytest.mark.parametrize(
+    ("yaws_deg", "kind"),
+    [((90, 210, 330), OMNIDIRECTIONAL), ((45, 135, 225, 315), OMNIDIRECTIONAL), ((0, 0, 90), "")],
+)
+def test_wheels_that_point_in_many_directions_are_omni_wheels(tmp_path, yaws_deg, kind):
+    """Three wheels at 120 degrees, four in a cross; two wheels with a third across are neither."""
+    wheels = []
+    for number, yaw in enumerate(math.radians(y) for y in yaws_deg):
+        wheels.append(turned(f"w{number}", yaw, 0.2 * math.sin(yaw), 0.1 * number))
+    assert drive(robot(tmp_path, *wheels)).kind == (kind or DIFFERENTIAL)
+
+
+def test_wheels_that_a_plugin_tells_otherwise_than_the_model_are_doubtful(tmp_path):
+    """Links 0.4 m apart; a plugin of 0.41 m is near enough, one of 0.2 m is not."""
+    wheels = [wheel(n, y, CYLINDER.format(0.1)) for n, y in (("left", 0.2), ("right", -0.2))]
+    plugin = (
+        '<gazebo><plugin filename="libdiff_drive.so" name="d"><wheel_separation>{}'
+        "</wheel_separation></plugin></gazebo>"
+    )
+    assert drive(robot(tmp_path, *wheels, plugin.format(0.41))).differs == ""
+    path = robot(tmp_path, *wheels, plugin.format(0.2))
+    said = "separation 0.2 m, that of the model's wheels is 0.4 m"
+    assert drive(path).differs == said
+    assert f"libdiff_drive.so gives {said}" in describe_robot(path).check.as_text(300)
+
+
+def test_ros2_control_may_bound_the_steering_more_than_its_joints(tmp_path):
+    """Axles 0.4 m apart; joints turn by 1.2 rad, commands by 0.6: 0.4 m / tan(0.6) = 0.585 m."""
+    steering = (
+        '<link name="{0}"/><joint name="{0}_joint" type="revolute"><parent link="base_link"/>'
+        '<child link="{0}"/><origin xyz="0.4 {1} 0"/><axis xyz="0 0 1"/>'
+        '<limit lower="-1.2" upper="1.2" velocity="1" effort="1"/></joint>'
+    )
+    parts = [wheel(n, y, CYLINDER.format(0.1)) for n, y in (("left", 0.2), ("right", -0.2))]
+    control = ""
+    for side, y in (("knuckle_left", 0.2), ("knuckle_right", -0.2)):
+        front = wheel(f"front_{side}", 0.0, CYLINDER.format(0.1))
+        parts += [
+            steering.format(side, y),
+            front.replace('parent link="base_link"', f'parent link="{side}"'),
+        ]
+        control += (
+            f'<joint name="{side}_joint"><command_interface name="position">'
+            '<param name="max">0.6</param></command_interface></joint>'
+        )
+    found = drive(robot(tmp_path, *parts, f'<ros2_control name="c">{control}</ros2_control>'))
+    assert found.kind == "ackermann"
+    assert found.values["min_turning_radius_m"] == pytest.approx(0.585, abs=1e-3)
+
+
+@pytest.mark.parametrize(("ahead_m", "is_told"), [(0.0, False), (0.1, True)])
+def test_wheels_away_from_the_base_frame_are_told(tmp_path, ahead_m, is_told):
+    """A base turns about the middle of its wheels; here it does so about the frame's origin."""
+    parts = [wheel(n, y, CYLINDER.format(0.1)) for n, y in (("left", 0.2), ("right", -0.2))]
+    parts = [part.replace('origin xyz="0 0.2 -', f'origin xyz="{ahead_m} 0.2 -') for part in parts]
+    parts = [part.replace('origin xyz="0 -0.2', f'origin xyz="{ahead_m} -0.2') for part in parts]
+    told = describe_robot(robot(tmp_path, *parts)).check.as_text(300)
+    assert ("the middle of its wheels is at 0.1, 0 m" in told) is is_told

@@ -401,3 +401,18 @@ def test_up_to_iron_a_range_that_cannot_be_measured_does_not_stop_the_robot(setu
     old = "controller_server: {ros__parameters: {progress_checker_plugin: progress_checker}}\n"
     setup = setup_of(COLUMN + MONITOR % "[left, scan]", old, base=with_sonars)
     assert sources_of(setup)["left"] == ("range", "sonar_left", 0.0)
+
+
+def test_a_topic_of_a_lidar_is_that_of_the_robots_only_lidar_of_many_layers(setup_of, tmp_path):
+    """The robot has a camera as well; a third sensor is not added."""
+    robot = tmp_path / "seeing.yaml"
+    robot.write_text(
+        "description: r\nrobot_radius: 0.2\ndepth_sensors: {eye: {height_m: 0.9}, "
+        "top: {height_m: 0.8, horizontal_fov_rad: 6.2831853}}\n"
+    )
+    source = "observation_sources: a, a: {data_type: PointCloud2, topic: /atlas/velodyne_points}"
+    text = LOCAL % (SEEING % ("nav2_costmap_2d::VoxelLayer", source))
+    setup = setup_of(COLUMN, text, base=str(robot))
+    assert sorted(setup.robot.depth_sensors) == ["eye", "top"]
+    remark = row_of(setup, "obstacles.a.topic").remark
+    assert remark == "the robot's only lidar of many layers, top"

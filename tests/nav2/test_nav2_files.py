@@ -342,3 +342,34 @@ def test_what_stands_in_is_told_of_the_column_whose_controller_it_is_in():
         "controller_server: Slower.motion_model",
         "planner_server: Slow",
     ]
+
+
+def test_a_parameter_that_was_renamed_is_told_with_todays_name(setup_of):
+    """`obstacle_min_range` is more alike to the old name, but has another meaning."""
+    layers = (
+        "robot_radius: 0.3, plugins: [walls], walls: {plugin: 'nav2_costmap_2d::ObstacleLayer', "
+        "observation_sources: scan, scan: {topic: /scan, obstacle_range: 8.0}}"
+    )
+    row = row_of(setup_of(COLUMN, LOCAL % layers), "walls.scan.obstacle_range")
+    assert row.status == Status.UNREAD
+    assert row.remark == "no effect: since Galactic it is called obstacle_max_range"
+
+
+def test_a_topic_of_the_collision_monitor_is_not_offered_to_another_server(setup_of):
+    override = "velocity_smoother: {ros__parameters: {cmd_vel_topic: /cmd_vel}}"
+    assert row_of(setup_of(COLUMN, override), "cmd_vel_topic").remark == "unknown"
+
+
+def test_a_node_within_the_parameters_of_another_is_not_read(setup_of):
+    override = "/**:\n  ros__parameters:\n    amcl:\n      ros__parameters: {alpha1: 0.1}"
+    row = row_of(setup_of(COLUMN, override), "amcl")
+    assert (row.status, row.line) == (Status.UNREAD, 4)
+    said = "ros__parameters stands within the parameters of **; begin amcl at the left margin"
+    assert row.remark == said
+
+
+def test_a_corner_that_is_none_is_named(setup_of):
+    """A comma in place of a point makes three numbers of two."""
+    corners = "'[[0.5, 0.2], [0.5, -0,2], [-0.5, 0.0]]'"
+    with pytest.raises(InputError, match=r"at least 3 corners, got the corner \[0.5, -0.0, 2.0\]"):
+        setup_of(COLUMN, LOCAL % f"footprint: {corners}")

@@ -9,12 +9,15 @@ from pathlib import Path
 from typing import Any, NamedTuple
 from xml.etree import ElementTree
 
+import numpy as np
+
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.descriptions.body import Wheel
 from drake_navbench.inputs.descriptions.model import Joint, Model
 from drake_navbench.inputs.descriptions.poses import number
 from drake_navbench.inputs.descriptions.ros_packages import Packages
 from drake_navbench.inputs.descriptions.xml_file import text_of
+from drake_navbench.kernels.arrays import Array
 from drake_navbench.typed_files.typed_yaml import read_yaml
 
 DIFFERENTIAL, OMNIDIRECTIONAL, ACKERMANN = "differential", "omnidirectional", "ackermann"
@@ -49,6 +52,10 @@ STEERING = "steering_limit_rad"
 SIGNED = ("min_linear_velocity_mps", "rear_axle_x_m")
 # The least vertical part of the axis of a joint that steers.
 UPRIGHT = 0.9
+# The share by which wheels may differ from those of the model's links.
+WHEEL_TOLERANCE = 0.1
+# The cosine of the angle, 15 degrees, below which two axles count as parallel.
+SAME_AXLE = math.cos(math.radians(15.0))
 # The bound of every joint in ros2_control's examples, rad/s. Robots copy it for their wheels, which
 # it would hold to 3 to 10 cm/s; they drive faster.
 EXAMPLE_RADPS = 1.0
@@ -60,13 +67,15 @@ class FoundDrive(NamedTuple):
     kind: '' for unknown. source: the part of the model that tells it. values: by our own names, SI
     units.
 
-    remark: a limit in the files that is not used, and why; '' without one.
+    remark: a limit in the files that is not used, and why; '' without one. differs: in what its
+    wheels are others than those of the model's links; '' without a difference.
     """
 
     kind: str
     source: str
     values: dict[str, float]
     remark: str = ""
+    differs: str = ""
 
 
 def drive_of(
@@ -87,21 +96,24 @@ def drive_of(
         names = [w.joint.child.lower() for w in wheels]
         # Two driven wheels with an omni wheel as their caster are a differential base.
         is_mecanum = len(names) >= 3 and all("mecanum" in n or "omni" in n for n in names)
-        kind = OMNIDIRECTIONAL if is_mecanum else DIFFERENTIAL if len(wheels) >= 2 else ""
         steered = {joint.child for joint in _steering(model, wheels)}
+        is_omni = is_mecanum or (not steered and _rolls_sideways(wheels))
+        kind = OMNIDIRECTIONAL if is_omni else DIFFERENTIAL if len(wheels) >= 2 else ""
         if steered and any(w.joint.parent not in steered for w in wheels):
             kind = ACKERMANN
         found = FoundDrive(kind, f"{len(wheels)} wheels" if wheels else "", {})
     values = dict(found.values)
-    if radius_m is not None:
-        values.setdefault("wheel_radius_m", radius_m)
     sides = [float(w.position[1]) for w in wheels]
-    if len(sides) >= 2 and max(sides) - min(sides) > LEAST:
-        values.setdefault("wheel_separation_m", max(sides) - min(sides))
+    separation_m = max(sides) - min(sides) if len(sides) >= 2 else 0.0
+    modelled = {"wheel_radius_m": radius_m or 0.0, "wheel_separation_m": separation_m}
+    modelled = {name: value for name, value in modelled.items() if value > LEAST}
+    # Bases that skid are often given another separation on purpose.
+    differs = _differing(values, modelled) if len(wheels) == 2 else ""
+    values = modelled | values
     if found.kind == ACKERMANN:
         _add_turning(values, model, wheels)
     remark = _add_wheel_limits(values, model, wheels)
-    return found._replace(values=_sensible(values), remark=remark)
+    return found._replace(values=_sensible(values), remark=remark, differs=differs)
 
 
 def has_drive(model: Model) -> bool:
@@ -232,12 +244,21 @@ def _nodes(block: Mapping[str, Any]) -> Iterator[tuple[str, Mapping[str, Any]]]:
 
 
 def _controller_values(parameters: Mapping[str, Any]) -> dict[str, float]:
-    def told(path: str) -> float | None:
+    def at(path: str) -> Any:
         value: Any = parameters.get(path)
         if value is None:
             value = parameters
             for part in path.split("."):
                 value = value.get(part) if isinstance(value, Mapping) else None
+        return value
+
+    def is_on(path: str) -> bool:
+        axis, _, limit = path.rpartition(".")
+        kind = limit.rpartition("_")[2]
+        return not axis or at(f"{axis}.has_{kind}_limits") is not False
+
+    def told(path: str) -> float | None:
+        value = at(path)
         is_number = isinstance(value, int | float) and not isinstance(value, bool)
         return float(value) if is_number and math.isfinite(value) else None
 
@@ -251,7 +272,7 @@ def _controller_values(parameters: Mapping[str, Any]) -> dict[str, float]:
         "max_angular_acceleration_radps2": "angular.z.max_acceleration",
         "wheelbase_m": "wheelbase",
     }
-    values = {ours: told(theirs) for ours, theirs in names.items()}
+    values = {ours: told(theirs) for ours, theirs in names.items() if is_on(theirs)}
     return {name: value for name, value in values.items() if value is not None}
 
 
@@ -265,6 +286,33 @@ def _steering(model: Model, wheels: Sequence[Wheel]) -> list[Joint]:
         and abs(joint.axis[2]) > UPRIGHT
         and max(-joint.range_rad[0], joint.range_rad[1]) < 0.5 * math.pi
     ]
+
+
+def _differing(values: Mapping[str, float], modelled: Mapping[str, float]) -> str:
+    """Returns in words how told wheels differ from the model's; '' where they do not."""
+    names = {"wheel_radius_m": "radius", "wheel_separation_m": "separation"}
+    told = [
+        f"{names[name]} {values[name]:.3g} m, that of the model's wheels is {value:.3g} m"
+        for name, value in modelled.items()
+        if name in values and abs(values[name] - value) > WHEEL_TOLERANCE * value
+    ]
+    return "; ".join(told)
+
+
+def _rolls_sideways(wheels: Sequence[Wheel]) -> bool:
+    """Tells whether wheels that do not steer point as only omni wheels can.
+
+    Their axles have three directions, or two with two wheels each.
+    """
+    counts: list[tuple[Array, int]] = []
+    for wheel in wheels:
+        axle = wheel.joint.axis / float(np.linalg.norm(wheel.joint.axis))
+        place = next((n for n, (o, _) in enumerate(counts) if abs(axle @ o) > SAME_AXLE), None)
+        if place is None:
+            counts.append((axle, 1))
+        else:
+            counts[place] = (counts[place][0], counts[place][1] + 1)
+    return len(counts) >= 3 or (len(counts) == 2 and min(count for _, count in counts) >= 2)
 
 
 def _add_turning(values: dict[str, float], model: Model, wheels: Sequence[Wheel]) -> None:
@@ -281,24 +329,34 @@ def _add_turning(values: dict[str, float], model: Model, wheels: Sequence[Wheel]
     if steered and fixed:
         values["rear_axle_x_m"] = sum(fixed) / len(fixed)
     bounds = [min(-j.range_rad[0], j.range_rad[1]) for j in steering]
+    bounds += _command_limits(model, steering, "position")
     limit, wheelbase = values.pop(STEERING, min(bounds, default=0.0)), values.get("wheelbase_m")
     if wheelbase and 0.0 < limit < 0.5 * math.pi:
         values["min_turning_radius_m"] = wheelbase / math.tan(limit)
 
 
-def _add_wheel_limits(values: dict[str, float], model: Model, wheels: Sequence[Wheel]) -> str:
-    """Adds the speed at the wheels' limit; returns a remark on an unused limit."""
-    limits = [w.joint.velocity_radps for w in wheels if w.joint.velocity_radps]
-    names = {w.joint.name for w in wheels}
-    commands = []
+def _command_limits(model: Model, joints: Sequence[Joint], interface: str) -> list[float]:
+    """Returns the largest commands, other than 0, that ros2_control takes for joints.
+
+    interface: velocity, rad/s, or position, rad.
+    """
+    names = {joint.name for joint in joints}
+    limits = []
     for plugin in model.plugins:
         for joint in plugin.element.iter("joint"):
             if plugin.name != "ros2_control" or joint.get("name") not in names:
                 continue
-            for interface in joint.findall("command_interface"):
-                if interface.get("name") == "velocity":
-                    most = [number(p.text) for p in interface if p.get("name") == "max"]
-                    commands += [value for value in most if value]
+            for command in joint.findall("command_interface"):
+                if command.get("name") == interface:
+                    most = [number(p.text) for p in command if p.get("name") == "max"]
+                    limits += [value for value in most if value]
+    return limits
+
+
+def _add_wheel_limits(values: dict[str, float], model: Model, wheels: Sequence[Wheel]) -> str:
+    """Adds the speed at the wheels' limit; returns a remark on an unused limit."""
+    limits = [w.joint.velocity_radps for w in wheels if w.joint.velocity_radps]
+    commands = _command_limits(model, [w.joint for w in wheels], "velocity")
     limits += [value for value in commands if value != EXAMPLE_RADPS]
     radius = values.get("wheel_radius_m")
     if limits and radius and "max_linear_velocity_mps" not in values:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 from xml.etree import ElementTree
 
@@ -33,11 +34,15 @@ LEVEL_RAD = math.radians(10.0)
 
 
 class FoundSensor(NamedTuple):
-    """A sensor as fields of a robot file; name: as in the model. remark: a difference, or ''."""
+    """A sensor as fields of a robot file; name: as in the model. remark: a difference, or ''.
+
+    topic: to which it sends, '' where the model does not tell.
+    """
 
     name: str
     fields: dict[str, Any]
     remark: str = ""
+    topic: str = ""
 
 
 class FoundSensors(NamedTuple):
@@ -85,6 +90,20 @@ def lidar_link(model: Model, base: str, floor_m: float) -> FoundSensor | None:
     return FoundSensor(link, _place(pose, floor_m))
 
 
+def sending_to(topics: Sequence[str], scanners: Sequence[FoundSensor]) -> list[FoundSensor]:
+    """Returns the scanners that send to topics, whatever namespaces stand before theirs.
+
+    For /robot1/rear/scan, one that sends to rear/scan counts, and one that sends to scan does not.
+    """
+    chosen = []
+    for topic in topics:
+        whole = f"/{topic.strip('/')}"
+        fits = [s for s in scanners if s.topic and whole.endswith(f"/{s.topic.strip('/')}")]
+        most = max((s.topic.strip("/").count("/") for s in fits), default=0)
+        chosen += [s for s in fits if s.topic.strip("/").count("/") == most]
+    return [scanner for scanner in scanners if scanner in chosen]
+
+
 def _is_proximity(sensor: Sensor) -> bool:
     """Tells whether a ray sensor is one for cliffs or bumps, with a short reach or few beams."""
     reach_m = number(text_of(_block(sensor), "range/max"))
@@ -105,6 +124,15 @@ def _block(sensor: Sensor) -> ElementTree.Element:
         if block is not None:
             return block
     return sensor.element
+
+
+def _topic(sensor: Sensor) -> str:
+    """Returns the topic of a sensor, by its own element or by the plugin of classic Gazebo."""
+    for place in ("topic", "plugin/topicName", "plugin/topic"):
+        if told := text_of(sensor.element, place):
+            return told
+    remapped = (element.text or "" for element in sensor.element.iter("remapping"))
+    return next((text.partition(":=")[2].strip() for text in remapped if "out:=" in text), "")
 
 
 def _layers(sensor: Sensor) -> int:
@@ -141,6 +169,8 @@ def _scanner(sensor: Sensor, pose: Array, floor_m: float) -> FoundSensor:
 
     low, high = told("scan/horizontal/min_angle"), told("scan/horizontal/max_angle")
     low, high = -math.pi if low is None else low, math.pi if high is None else high
+    # Gazebo also scans from the larger angle to the smaller one.
+    low, high = min(low, high), max(low, high)
     remark = ""
     if pose[2, 2] < 0.0:
         low, high, remark = -high, -low, "hangs upside down: its angles count the other way"
@@ -168,7 +198,8 @@ def _scanner(sensor: Sensor, pose: Array, floor_m: float) -> FoundSensor:
     if period_s < LEAST_PERIOD_S:
         rates = f"{1.0 / period_s:.3g} Hz, here {1.0 / LEAST_PERIOD_S:g} Hz"
         remark = f"{remark}; {rates}" if remark else rates
-    return FoundSensor(sensor.name, fields | {"period_s": max(period_s, LEAST_PERIOD_S)}, remark)
+    fields["period_s"] = max(period_s, LEAST_PERIOD_S)
+    return FoundSensor(sensor.name, fields, remark, _topic(sensor))
 
 
 def _layered(sensor: Sensor, pose: Array, floor_m: float) -> FoundSensor:

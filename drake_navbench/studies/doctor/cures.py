@@ -11,7 +11,7 @@ from drake_navbench.nav2.patch import Place
 from drake_navbench.nav2.robot import BT_NAVIGATOR, PLANNER_SERVER, Nav2Setup
 from drake_navbench.plugins.releases import Release
 from drake_navbench.studies.doctor.causes import COPIES, UNITS, Cause, Direction
-from drake_navbench.studies.doctor.facts import CONTROLLER, COSTMAPS, Facts
+from drake_navbench.studies.doctor.facts import ALIASES, CONTROLLER, COSTMAPS, Facts
 from drake_navbench.studies.doctor.suspects import ranges
 from drake_navbench.studies.doctor.usual import unusual_value
 
@@ -129,12 +129,14 @@ def _as_in_the_file(cause: Cause, facts: Facts) -> str:
     start, short = f"{first}.", cause.place
     if first == CONTROLLER:
         start, short = f"{SERVER}.{facts.plugin}.", name
+    names = (name, *(older for older, newer in ALIASES.items() if newer == name))
     layers = facts.raw.get(f"{first}.plugins") if first in COSTMAPS else None
     starts = [f"{start}{layer}." for layer in layers] if isinstance(layers, list) else []
     found = [
         raw
         for raw in facts.raw
-        if raw == f"{start}{name}" or (raw.startswith((*starts,)) and raw.endswith(f".{name}"))
+        if raw in [f"{start}{own}" for own in names]
+        or (raw.startswith((*starts,)) and raw.endswith(f".{name}"))
     ]
     if len(found) != 1:
         return cause.told

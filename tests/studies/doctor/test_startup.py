@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from doctor_texts import DWB, DWB_BLOCK, RPP, RPP_BLOCK, nav2_text
+from doctor_texts import DWB, DWB_BLOCK, MPPI, MPPI_BLOCK, RPP, RPP_BLOCK, nav2_text
 
 from drake_navbench.commands.doctor import main
 from drake_navbench.studies.doctor.files import Patient
@@ -238,3 +238,50 @@ def test_a_smoother_may_forbid_driving_to_the_side(facts):
     assert "0.3 m/s to the side" in str([f.seen for f in findings_of(found)])
     free = facts(block=DWB_BLOCK, plugin=DWB, velocity_smoother=smoother)
     assert "to the side" not in str([f.seen for f in findings_of(free)])
+
+
+def test_nodes_within_the_parameters_of_another_are_no_nodes(tmp_path):
+    """A section for all nodes is none of a collision monitor, which then lacks nothing."""
+    path = tmp_path / "nav2.yaml"
+    path.write_text(
+        "/**:\n  ros__parameters:\n    use_sim_time: true\n    controller_server:\n"
+        "      ros__parameters: {controller_plugins: [FollowPath]}\n"
+    )
+    found = Patient((path,), "wheelchair", {}).facts()
+    names = {f.rule.name: f.seen for f in findings_of(found)}
+    assert names["nodes-within-parameters"].startswith("controller_server and their")
+    assert "monitor-without-zones" not in names
+
+
+def test_a_footprint_that_nav2_cannot_read_is_not_told_as_missing(facts):
+    layers = scan() | {"plugins": ["obstacle_layer"], "footprint": "[[0.5, 0.2], [0.5, -0,2]]"}
+    found = facts(local_costmap=layers)
+    seen = {f.rule.name: f.seen for f in findings_of(found)}
+    assert seen["outline-not-given"].startswith("Nav2 cannot read the local costmap's footprint")
+
+
+@pytest.mark.parametrize(
+    ("speed_mps", "sim_time", "told"),
+    [(0.5, 3.0, "long"), (0.25, 3.0, ""), (0.5, 0.8, "short"), (2.0, 0.8, "")],
+)
+def test_samples_of_dwb_are_long_or_short_by_their_length(facts, speed_mps, sim_time, told):
+    """They are 1.5 m, 0.75 m, 0.4 m and 1.6 m long."""
+    block = DWB_BLOCK | {"sim_time": sim_time, "max_vel_x": speed_mps, "max_speed_xy": speed_mps}
+    names = {f.rule.name for f in findings_of(facts(block=block, plugin=DWB))}
+    found = [way for way in ("long", "short") if f"dwb-looks-a-{way}-way" in names]
+    assert found == ([told] if told else [])
+
+
+def test_a_cure_for_an_acceleration_that_the_smoother_cuts_has_its_value(facts):
+    smoother = {"max_accel": [0.5, 0.0, 3.2], "max_velocity": [0.5, 0.0, 1.0]}
+    block = MPPI_BLOCK | {"ax_max": 3.0}
+    found = facts(block=block, plugin=MPPI, velocity_smoother=smoother)
+    (cut,) = (f for f in findings_of(found) if f.rule.name == "mppi-faster-than-smoother")
+    lower, higher = (cause.to for cause in cut.cures)
+    assert (lower, higher) == (0.5, [3.0, 0.0, 3.2])
+
+
+@pytest.mark.parametrize(("name", "is_old"), [("obstacle_range", 1), ("obstacle_max_range", 0)])
+def test_ranges_by_their_old_names_are_told(facts, name, is_old):
+    seen = {f.rule.name for f in findings_of(facts(local_costmap=scan(**{name: 8.0})))}
+    assert ("ranges-by-their-old-names" in seen) == is_old

@@ -47,6 +47,12 @@ def _blind_layers(f: Facts) -> list[str]:
     ]
 
 
+def _lacking_outline(f: Facts) -> str:
+    if f.raw.get("local_costmap.footprint") in (None, "", "[]"):
+        return "the file gives the local costmap neither robot_radius nor footprint"
+    return "Nav2 cannot read the local costmap's footprint, and the file gives no robot_radius"
+
+
 def _lists_layers(f: Facts) -> bool:
     """Tells whether the local costmap is there, and not only some values laid over another file."""
     return "local_costmap.plugins" in f.given
@@ -83,10 +89,7 @@ RULES = (
     Rule(
         "outline-not-given",
         lambda f: f.is_whole and _lists_layers(f) and not f.has_outline,
-        lambda f: (
-            "the file gives the local costmap neither robot_radius nor footprint: Nav2 "
-            "then plans for a round robot of 0.1 m radius"
-        ),
+        lambda f: f"{_lacking_outline(f)}: Nav2 then plans for a round robot of 0.1 m radius",
         {S.COLLISION: 1.0, S.NEAR_MISS: 0.8},
         (put("local_costmap.footprint"), up("local_costmap.robot_radius")),
         f"{CODE}: costmap_2d_ros.cpp",

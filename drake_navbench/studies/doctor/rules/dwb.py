@@ -22,6 +22,10 @@ DWB = ("dwb",)
 CODE = "dwb_core, dwb_plugins, dwb_critics"
 # Poses of a sample that are farther apart leave room for a chair's leg between them, m.
 COARSE_M = 0.1
+# Samples of up to this length bend and end as a usual robot's do: 0.5 m/s for 2.5 s.
+LONG_M = 1.25
+# Longer samples differ enough, however fast they are driven: 0.5 m/s for 1 s.
+SHORT_M = 0.5
 
 
 def _spacing_m(f: Facts) -> float:
@@ -29,6 +33,11 @@ def _spacing_m(f: Facts) -> float:
     if f.controller("discretize_by_time"):
         return f.speed_mps * f.number("controller.time_granularity", 0.5)
     return f.number("controller.linear_granularity", 0.5)
+
+
+def _reach_m(f: Facts) -> float:
+    """Returns the length of the fastest sample, m."""
+    return f.speed_mps * f.number("controller.sim_time", 1.7)
 
 
 def deceleration(f: Facts) -> float:
@@ -129,10 +138,10 @@ RULES = (
     ),
     Rule(
         "dwb-looks-a-short-way",
-        lambda f: f.number("controller.sim_time", 1.7) < 1.0,
+        lambda f: f.number("controller.sim_time", 1.7) < 1.0 and _reach_m(f) < SHORT_M,
         lambda f: (
-            f"sim_time is {f.controller('sim_time')} s: DWB's trajectories are so short that they "
-            "hardly differ, so that it steers hard"
+            f"sim_time is {f.controller('sim_time')} s: DWB's trajectories are {_reach_m(f):.2f} m "
+            "long, so short that they hardly differ, so that it steers hard"
         ),
         {S.WOBBLE_STRAIGHT: 1.0, S.COLLISION: 0.5, S.STOP_START_JERK: 0.3},
         (up("sim_time", 1.7),),
@@ -141,10 +150,10 @@ RULES = (
     ),
     Rule(
         "dwb-looks-a-long-way",
-        lambda f: f.number("controller.sim_time", 1.7) > 2.5,
+        lambda f: f.number("controller.sim_time", 1.7) > 2.5 and _reach_m(f) > LONG_M,
         lambda f: (
-            f"sim_time is {f.controller('sim_time')} s: DWB's trajectories are so long that in a "
-            "bend or a door all of them leave the path or touch something"
+            f"sim_time is {f.controller('sim_time')} s: DWB's trajectories are {_reach_m(f):.1f} m "
+            "long, so that in a bend or a door all of them leave the path or touch something"
         ),
         {S.DOOR_STOP: 0.8, S.CORNER_CUTTING: 0.9, S.TOO_SLOW: 0.4, S.STALL_BEFORE_GOAL: 0.4},
         (down("sim_time", 1.7),),
@@ -153,10 +162,9 @@ RULES = (
     ),
     Rule(
         "dwb-beyond-window",
-        lambda f: f.speed_mps * f.number("controller.sim_time", 1.7) > half_window_m(f),
+        lambda f: _reach_m(f) > half_window_m(f),
         lambda f: (
-            "DWB's fastest trajectories reach "
-            f"{f.speed_mps * f.number('controller.sim_time', 1.7):.1f} m, but the local "
+            f"DWB's fastest trajectories reach {_reach_m(f):.1f} m, but the local "
             f"costmap only {half_window_m(f):.1f} m: DWB rejects these trajectories"
         ),
         {S.TOO_SLOW: 0.9, S.STOP_START_JERK: 0.3},

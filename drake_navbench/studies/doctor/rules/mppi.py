@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from drake_navbench.plugins.releases import Release
+from drake_navbench.studies.doctor.causes import Cause
 from drake_navbench.studies.doctor.facts import Facts
 from drake_navbench.studies.doctor.rules.quantities import braking_m, half_window_m, whole_m
 from drake_navbench.studies.doctor.rules.rule import Rule, add, down, outside, put, up, upgrade
@@ -30,6 +31,16 @@ def horizon_m(f: Facts) -> float:
 
 def _smoother(f: Facts, axis: int) -> float:
     return f.axis("velocity_smoother.max_accel", axis) or 0.0
+
+
+def _raised_accel(axis: int, name: str, default: float) -> Cause:
+    """Returns the cure that lets the velocity smoother accelerate as fast as MPPI expects."""
+
+    def raised(f: Facts) -> list[float]:
+        limits = list(f["velocity_smoother.max_accel"])
+        return [*limits[:axis], f.number(f"controller.{name}", default), *limits[axis + 1 :]]
+
+    return up("velocity_smoother.max_accel", raised)
 
 
 def _cells_per_s(f: Facts) -> float:
@@ -170,7 +181,7 @@ RULES = (
             "MPPI expects"
         ),
         {S.STOP_START_JERK: 0.5, S.GOAL_OVERSHOOT: 0.5, S.WOBBLE_STRAIGHT: 0.3},
-        (down("ax_max"), up("velocity_smoother.max_accel")),
+        (down("ax_max", lambda f: _smoother(f, 0)), _raised_accel(0, "ax_max", 3.0)),
         f"{CODE}/src/optimizer.cpp; nav2_velocity_smoother",
         MPPI,
     ),
@@ -186,7 +197,7 @@ RULES = (
             "than MPPI expects"
         ),
         {S.WOBBLE_STRAIGHT: 0.4, S.STOP_START_JERK: 0.3, S.GOAL_OSCILLATION: 0.3},
-        (down("az_max"), up("velocity_smoother.max_accel")),
+        (down("az_max", lambda f: _smoother(f, 2)), _raised_accel(2, "az_max", 3.5)),
         f"{CODE}/src/optimizer.cpp; nav2_velocity_smoother",
         MPPI,
     ),

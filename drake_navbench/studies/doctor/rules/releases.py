@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 
+from drake_navbench.nav2.node_reader import RENAMING
 from drake_navbench.nav2.release import OLD_NODE, READ_BEFORE_HUMBLE
 from drake_navbench.plugins.releases import Release
 from drake_navbench.studies.doctor.facts import Facts
@@ -44,6 +45,10 @@ def _unread(f: Facts, node: str) -> list[str]:
         for name, remark in found
         if UNREAD.search(remark) and not _waits_for_a_model(f, name) and not _is_of_older(f, name)
     ]
+
+
+def _renamed(f: Facts) -> list[str]:
+    return [place.replace(": ", ".") for place, why in f.unread.items() if RENAMING in why]
 
 
 def _is_of_older(f: Facts, name: str) -> bool:
@@ -95,6 +100,18 @@ RULES = (
         "the parameters that each release of Nav2 declares",
         is_certain=False,
         advice=OF_NAMES,
+    ),
+    Rule(
+        "ranges-by-their-old-names",
+        lambda f: bool(_renamed(f)) and f.told.get("release") != "old",
+        lambda f: (
+            f"no release since Galactic reads {_first(_renamed(f))}: the costmaps mark obstacles "
+            "up to 2.5 m and clear them up to 3 m, Nav2's defaults"
+        ),
+        {S.IGNORES_OBSTACLES: 0.9, S.GHOST_OBSTACLES: 0.5},
+        (put("local_costmap.observation_sources"),),
+        "nav2_costmap_2d: obstacle_layer.cpp",
+        advice="call them obstacle_max_range and raytrace_max_range",
     ),
     Rule(
         "recoveries-server",

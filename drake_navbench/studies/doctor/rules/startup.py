@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 from drake_navbench.nav2.loadable import OLD, PLUGIN, faults_of_libraries, loadable_name
 from drake_navbench.nav2.release import OLD_NODE
+from drake_navbench.nav2.robot import NESTED
 from drake_navbench.plugins.releases import Release
 from drake_navbench.studies.doctor.facts import COSTMAPS, Facts
 from drake_navbench.studies.doctor.rules.rule import SURE, Rule, add, put
@@ -175,6 +176,15 @@ def _named_once(f: Facts) -> list[str]:
     return [name for name in names if name in COSTMAPS]
 
 
+def _nested(f: Facts) -> list[str]:
+    """Returns the nodes whose parameters stand within those of another node."""
+    return [
+        place.partition(": ")[2].rpartition(".")[2]
+        for place, why in f.unread.items()
+        if why.startswith(NESTED)
+    ]
+
+
 def _not_started(f: Facts) -> list[str]:
     """Returns the nodes that nav2_bringup starts and that have no section in a whole file."""
     is_new = f.is_whole and f.release >= Release.JAZZY and f.has_node("bt_navigator")
@@ -243,5 +253,17 @@ RULES = (
         (put("local_costmap.plugins"),),
         "nav2_costmap_2d: costmap_2d_ros.cpp",
         advice="write the costmap's name twice: local_costmap: local_costmap: ros__parameters:",
+    ),
+    Rule(
+        "nodes-within-parameters",
+        lambda f: bool(_nested(f)),
+        lambda f: (
+            f"{', '.join(_nested(f))} and their ros__parameters stand within the ros__parameters "
+            "of another node, such as /**: no node reads them, and each takes its defaults"
+        ),
+        {S.NO_START: SURE, S.IGNORES_OBSTACLES: 1.0},
+        (put("controller_server.controller_plugins"),),
+        "rcl_yaml_param_parser: parse.c",
+        advice="begin each node's name at the left margin, with its own ros__parameters below it",
     ),
 )

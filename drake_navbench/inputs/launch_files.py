@@ -1,0 +1,59 @@
+"""Launch files of a repository, and the files that they start together: a Nav2 file, its map."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from drake_navbench.typed_files.input_file import MEGABYTE
+
+SUFFIXES = (".py", ".xml", ".launch", ".yaml", ".yml")
+LINE_REMARKS = re.compile(r"(?:^|\s)#[^\n]*")
+XML_REMARKS = re.compile(r"<!--.*?-->", re.DOTALL)
+# Names of files, folders and packages, without the slashes between them.
+WORD = re.compile(r"[\w.-]+")
+HEAD_BYTES = MEGABYTE
+
+
+@dataclass(frozen=True)
+class LaunchFiles:
+    """words: of each launch file, outside of its remarks."""
+
+    words: tuple[tuple[Path, frozenset[str]], ...] = ()
+
+    def name(self, file: Path, beside: Sequence[Path] = ()) -> bool:
+        """Tells whether a launch file names a file and, if `beside` has some, one of them."""
+        partners = {other.name for other in beside}
+        return any(
+            file.name in words and (not partners or not partners.isdisjoint(words))
+            for _, words in self.words
+        )
+
+    def started_with(self, file: Path, others: Sequence[Path]) -> tuple[Path, Path] | None:
+        """Returns the one of `others` that a launch file names beside `file`, and that launch file.
+
+        Of several with the same name, it is the one whose folders the launch file names. None where
+        no launch file names both.
+        """
+        for launch, words in self.words:
+            named = [other for other in others if file.name in words and other.name in words]
+            if named:
+                return max(named, key=lambda other: len(words & {*other.parts})), launch
+        return None
+
+
+def read_launch_files(files: Sequence[Path]) -> LaunchFiles:
+    """Returns the words of the launch files among `files`; an unreadable one has none."""
+    chosen = [file for file in files if "launch" in file.name and file.suffix in SUFFIXES]
+    return LaunchFiles(tuple((file, _words_in(file)) for file in chosen))
+
+
+def _words_in(file: Path) -> frozenset[str]:
+    try:
+        with file.open(encoding="utf-8", errors="replace") as opened:
+            text = opened.read(HEAD_BYTES)
+    except OSError:
+        return frozenset()
+    return frozenset(WORD.findall(LINE_REMARKS.sub("", XML_REMARKS.sub("", text))))
