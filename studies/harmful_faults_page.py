@@ -116,8 +116,8 @@ since a robot that gives up does not get so far. The change that is offered leav
 the three probes that it was judged by the symptom is gone (6 to 0 of 6), as the score asks.
 
 The likeliest abnormal value alone, nothing driven, is right in 3 of 3, the doctor in 2: driving
-adds nothing here but the proof, as in 2033. *Expected* were 70% first and 75% gone; 2 of 3 and 3 of 3
-neither show nor refute that. A fifth was expected to be too rare: none of three is. 100 trials a
+adds nothing here but the proof, as in 2033. *Expected* were 70% first and 75% gone; 2 of 3 and 3 of
+3 neither show nor refute that. A fifth was expected to be too rare: none of three is. 100 trials a
 visit were expected, 125 were driven.
 
 The fourth visit, of DWB's `inflation_radius` in the global costmap, was in its search when the time
