@@ -126,7 +126,7 @@ def _preferred(judged: Sequence[Judged], cure: Judged) -> str:
             f"{first.before_target} before"
         )
     elif len(first.worse) > len(cure.worse):
-        why = f"{', '.join(first.worse)} comes up in more trials"
+        why = f"more trials show {', '.join(first.worse)}"
     else:
         why = (
             f"all symptoms that all trials show add up to {first.left}, with the change offered to "

@@ -113,9 +113,7 @@ def test_where_the_best_change_brings_a_touch_the_next_one_is_judged_and_offered
     assert [entry.worse for entry in found.judged] == [["collision"], []]
     assert found.cure is found.judged[1]
     found.seen = {Symptom.WOBBLE_STRAIGHT: ["straight"]}
-    assert verdict(found).endswith(
-        "the likelier cause: with that collision comes up in more trials."
-    )
+    assert verdict(found).endswith("the likelier cause: with that more trials show collision.")
 
 
 @pytest.mark.parametrize(("left", "best"), [(["spins"], 1), ([], 0)])
