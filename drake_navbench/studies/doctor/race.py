@@ -96,9 +96,10 @@ class Race:
         self.is_out_of_time = False
 
     def rarity(self) -> Rarity:
-        """Returns how often the file as it is has any of the symptom, in the race's own trials.
+        """Returns the share of the race's own trials in which the file as it is has the symptom.
 
-        Of PAIRS trials; where these are too few for a change to be shown, of MORE_PAIRS.
+        Any severity above 0 counts. Of PAIRS trials; where these are too few for a change to be
+        shown, of MORE_PAIRS.
         """
         found = Rarity(0, 0)
         self.is_out_of_time |= self._driver.left_s < 2.0 * self._driver.trial_s

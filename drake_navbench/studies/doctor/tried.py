@@ -41,7 +41,7 @@ class Verdict(StrEnum):
 
 
 class Rarity(NamedTuple):
-    """How often the file as it is has any of a symptom: in `shown` of some trials of a race."""
+    """The trials of a race, and those, `shown`, in which the file as it is has any of a symptom."""
 
     shown: int
     trials: int
