@@ -68,6 +68,7 @@ NO_BUDGET_S = 1e9
 COUNTED: Mapping[str, Callable[[Mapping[str, Any]], bool]] = {
     "fine": lambda row: not row["worse"],
     "none": lambda row: not row["fresh"][1],
+    "rare": lambda row: "rare" in row,
 }
 
 
@@ -144,11 +145,13 @@ def visited_by(fault: Fault, complaint: Symptom, folder: Path) -> dict[str, Any]
     read = found.suspicions[0].cause if found.suspicions else None
     suspicions = with_differences(found.suspicions, facts)
     first_back = [suspicion.cause for suspicion in ways_back(suspicions, facts)]
+    is_rare = complaint in found.rare
     row: dict[str, Any] = {
-        "first": back[:1] == [True],
-        "among": any(back),
+        # What is called too rare counts as a miss, even if another symptom is treated.
+        "first": back[:1] == [True] and not is_rare,
+        "among": any(back) and not is_rare,
         "shown": found.shown[0].trial.told if found.shown and found.shown[0].trial else "",
-        "gone": found.cure is not None,
+        "gone": found.cure is not None and not is_rare,
         "change": found.cure.trial.told if found.cure is not None else "",
         "farthest": _farthest(facts, fault),
         "abnormal": any(_is_back(c.place, c.direction, fault, facts) for c in first_back[:1]),
@@ -156,7 +159,9 @@ def visited_by(fault: Fault, complaint: Symptom, folder: Path) -> dict[str, Any]
         "candidates": sum(entry.pairs > 0 for entry in found.tried),
         "trials": driver.driven,
     }
-    if found.cure is not None:
+    if is_rare:
+        row["rare"] = list(found.rare[complaint])
+    elif found.cure is not None:
         cure = found.cure
         row["fresh"] = [cure.before_target, cure.after_target, cure.target_trials]
         row["worse"] = _worse(found, patient, driver)
@@ -234,6 +239,7 @@ def driven_lines(faults: list[Fault]) -> Iterator[str]:
 def score_lines(visited: list[dict[str, Any]]) -> Iterator[str]:
     cured = [row for row in visited if row["gone"]]
     odd = [row for row in visited if "abnormal" in row]
+    early = visited if any("rare" in row for row in visited) else []
     yield from ["", "| of the harmful ones | number | of | 95% | goal |", "|---|---|---|---|---|"]
     for told, rows, key, goal in (
         ("the first cause shown is the spoilt parameter", visited, "first", "90%"),
@@ -241,6 +247,7 @@ def score_lines(visited: list[dict[str, Any]]) -> Iterator[str]:
         ("at most half as many fresh trials show the symptom: gone", visited, "gone", "90%"),
         ("of these, no fresh trial shows it", [r for r in cured if "fresh" in r], "none", ""),
         ("of these, nothing else is worse on further seeds", cured, "fine", "100%"),
+        ("called too rare to find its cause", early, "rare", ""),
         ("the first suspect by reading alone, with the symptom", visited, "read", ""),
         ("no skill: the value farthest from Nav2's default", visited, "farthest", ""),
         ("the likeliest abnormal value, nothing driven", odd, "abnormal", ""),

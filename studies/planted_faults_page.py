@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from harmful_faults import harmful_lines
+from harmful_faults_page import harmful_lines
 from planted_faults import FAULTS_EACH, HERE, drawn, read_score
 from planted_faults_driven import driven_lines
 

@@ -126,8 +126,9 @@ def judge(
     """Yields the judgements of the best changes, until one helps and brings nothing else.
 
     Of several changes that take the symptom away, all are judged while the budget lasts: one may
-    only make up for the cause and leave its other symptoms. The smallest sets come first. seed: of
-    the visit. bar: the severity above which a trial shows the symptom.
+    only make up for the cause and leave its other symptoms. If the best so far leaves none, or one
+    trial with one, no other can be offered before it. The smallest sets come first. seed: of the
+    visit. bar: the severity above which a trial shows the symptom.
     """
     shown = [e for e in tried if e.verdict is Verdict.SHOWN and e.trial is not None]
     enough = [e for e in shown if e.after <= 0.5 * bar] or shown
@@ -136,11 +137,14 @@ def judge(
     own = [probes[name] for name in showing]
     rest = [probe for name, probe in probes.items() if name not in showing]
     fresh = seed + FRESH_SEED
-    has_helped = False
+    judged: list[Judged] = []
     for entry in enough[:MOST_JUDGED]:
         assert entry.trial is not None
-        if has_helped and not (entry.takes_all and driver.left_s > 0.0):
-            return
+        best = best_of(judged)
+        if best is not None and not best.worse:
+            is_best = best.left <= CHANCE
+            if is_best or not entry.takes_all or driver.left_s <= 0.0:
+                return
         # The first look has driven the unchanged file on the other probes.
         count = (2 * len(own) + len(rest)) * FRESH_SEEDS
         driver.tell(
@@ -161,11 +165,11 @@ def judge(
             further = driver.drive_together(both, rest, FRESH_SEEDS, seed=seed, must=True)
             everything = [these + more for these, more in zip(rows, further, strict=True)]
             found = _judged(entry, entry.trial, everything, rows, symptom, showing, bar)
+        judged.append(found)
         yield found
         if found.is_rare:
             # No change can be judged if the symptom hardly shows on fresh seeds.
             return
-        has_helped |= found.helps and not found.worse
 
 
 def _fails(old: Sequence[Row], new: Sequence[Row]) -> bool:

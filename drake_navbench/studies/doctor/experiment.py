@@ -22,6 +22,7 @@ from drake_navbench.studies.doctor.symptoms import Symptom
 from drake_navbench.studies.doctor.tried import (
     LEAST_FALL,
     MOST_CHANGES,
+    Rarity,
     Tried,
     Verdict,
     corrected,
@@ -52,6 +53,7 @@ class Experiment:
         before = patient.chosen(self._columns)
         self._race = Race(before, symptom, probes, driver, seed=seed)
         self._raw: list[Tried] = []
+        self.rarity = Rarity(0, 0)
 
     @property
     def tried(self) -> list[Tried]:
@@ -69,12 +71,15 @@ class Experiment:
         first: Sequence[Suspicion] = (),
         proposed: Sequence[Trial] = (),
     ) -> None:
-        """Tries the suspicions in their order, then pairs of the best.
+        """Tries the suspicions in their order, then pairs of the best; none for a rare symptom.
 
         After a batch with a change that is shown to take the symptom away none is driven. proposed:
         the user's changes, which are in the first batch before all. first: of each of these, one
         change follows, so that it is named before others that do as much.
         """
+        self.rarity = self._race.rarity()
+        if self.rarity.is_rare:
+            return
         raw = self._raw
         batch = [c for trial in proposed for c in self._proposed(trial)]
         batch += [c for suspicion in first for c in self._candidates(suspicion)[0][:1]]

@@ -1,5 +1,6 @@
 """A race of changes: each alone against the file as it is, on the same trials.
 
+The file as it is drives first: if it shows the symptom too seldom, no change can be shown to help.
 One trial of each change tells whether it has any effect, a few more whether the symptom falls; the
 best are driven to the end. If one takes the symptom away, changes that do half as much are left.
 """
@@ -29,14 +30,16 @@ from drake_navbench.studies.doctor.tried import (
     MOST_PAIRS,
     NEARLY_ALL,
     PAIRS,
+    Rarity,
     Tried,
     Verdict,
     corrected,
 )
 
 # A candidate is dropped if the severity does not fall in its first GLANCE pairs, if these show the
-# symptom at all, or falls by less than FIRST_FALL, a share, in its first FIRST_LOOK pairs.
-GLANCE, FIRST_LOOK, FIRST_FALL = 3, 4, 0.1
+# symptom at all, or falls by less than FIRST_FALL, a share, in its first FIRST_LOOK pairs. These
+# are more, up to PAIRS, until ENOUGH of them have any of the symptom before the change.
+GLANCE, FIRST_LOOK, FIRST_FALL, ENOUGH = 3, 4, 0.1, 2
 # This many candidates of a batch, those with the largest fall so far, are driven to the end.
 MOST_TO_THE_END = 3
 # A change that lowers the severity by this share may help, and has a third look.
@@ -92,6 +95,30 @@ class Race:
         self._probes, self._driver, self._seed = list(probes), driver, seed
         self.is_out_of_time = False
 
+    def rarity(self) -> Rarity:
+        """Returns the share of the race's own trials in which the file as it is has the symptom.
+
+        Any severity above 0 counts. Of PAIRS trials; where these are too few for a change to be
+        shown, of MORE_PAIRS.
+        """
+        found = Rarity(0, 0)
+        self.is_out_of_time |= self._driver.left_s < 2.0 * self._driver.trial_s
+        if self.is_out_of_time:
+            return found
+        for pairs in (PAIRS, MORE_PAIRS):
+            seeds = self._seeds_of(pairs)
+            count = seeds * len(self._probes) - found.trials
+            self._driver.tell(
+                f"driving {count} trials of the unchanged file on the search's seeds: "
+                f"{self._driver.told_time(count)}"
+            )
+            rows = self._old(seeds, self._probes)
+            having = sum(severity(row, self._symptom) > 0.0 for row in rows)
+            found = Rarity(having, len(rows))
+            if not found.is_rare:
+                break
+        return found
+
     def run(self, batch: Sequence[Candidate]) -> list[Tried]:
         """Returns the effects of the changes of a batch, as far as the budget goes."""
         # A trial of the file as it is and one of a change are the least.
@@ -110,7 +137,7 @@ class Race:
         driven = [c for c in batch if c.is_alive and c.rows]
         if driven and any(shows(row, self._symptom) for row in self._before_of(driven[0])):
             self._leave(batch, glance, 0.0)
-        first = min(self._seeds_of(FIRST_LOOK), seeds)
+        first = min(max(self._seeds_of(FIRST_LOOK), self._seeds_that_tell()), seeds)
         self._drive(batch, first)
         self._leave(batch, first, FIRST_FALL)
         self._leave_all_but_the_best(batch)
@@ -122,6 +149,13 @@ class Race:
     def _seeds_of(self, pairs: int) -> int:
         """Returns the seeds of each probe that make at least so many pairs."""
         return -(-pairs // len(self._probes))
+
+    def _seeds_that_tell(self) -> int:
+        """Returns the seeds of each probe until ENOUGH trials before the change have any of it."""
+        rows = self._old(self._seeds_of(PAIRS), self._probes)
+        having = [n for n, row in enumerate(rows, 1) if severity(row, self._symptom) > 0.0]
+        count = having[ENOUGH - 1] if len(having) >= ENOUGH else len(rows)
+        return -(-count // len(self._probes))
 
     def _leave(self, batch: Sequence[Candidate], seeds: int, least: float) -> None:
         """Drops changes that lower the severity by at most the share `least`, or had no time."""

@@ -5,9 +5,11 @@ The correction counts as many changes as a visit may drive, so that a further ba
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import StrEnum
+from typing import NamedTuple
 
 from drake_navbench.analysis.pairs import holm
 from drake_navbench.studies.doctor.cures import Trial
@@ -21,6 +23,8 @@ MOST_CHANGES = 48
 # 1/2 + 1/4 + 1/4 = 1. Twelve pairs that all fall suffice: 2 * 2^-11 * 48 is less than 0.05.
 PAIRS, MORE_PAIRS, MOST_PAIRS = 12, 24, 48
 FIRST_FACTOR, LATER_FACTOR = 2.0, 4.0
+# The least pairs that must fall, if none rises: 4 * 2 * 2^-13 * 48 is less than 0.05.
+LEAST_FALLS = 13
 # A change by which the severity falls by a smaller share is of no use.
 LEAST_FALL = 0.3
 # A symptom counts as taken away if its severity falls by this share.
@@ -34,6 +38,23 @@ class Verdict(StrEnum):
     NOT_SHOWN = "not shown"
     OUTSIDE = "outside the file"
     NOT_TRIED = "not tried"
+
+
+class Rarity(NamedTuple):
+    """The trials of a race, and those, `shown`, in which the file as it is has any of a symptom."""
+
+    shown: int
+    trials: int
+
+    @property
+    def is_rare(self) -> bool:
+        """Whether too few of MOST_PAIRS trials should have it for a change to be shown."""
+        return self.shown * MOST_PAIRS < LEAST_FALLS * self.trials
+
+    @property
+    def needed(self) -> int | None:
+        """The pairs of which enough should have it; None if no trial has."""
+        return math.ceil(LEAST_FALLS * self.trials / self.shown) if self.shown else None
 
 
 @dataclass(frozen=True)

@@ -26,7 +26,7 @@ from drake_navbench.studies.doctor.reading import Suspicion, findings_of, suspic
 from drake_navbench.studies.doctor.rules.rule import Finding
 from drake_navbench.studies.doctor.surroundings import Surroundings
 from drake_navbench.studies.doctor.symptoms import Symptom
-from drake_navbench.studies.doctor.tried import Tried, Verdict
+from drake_navbench.studies.doctor.tried import Rarity, Tried, Verdict
 
 # Seeds in which every probe is driven at first.
 FIRST_SEEDS = 2
@@ -68,9 +68,10 @@ class Visit:
     """The findings of a visit, or of the part of it that the budget allowed.
 
     seen: by symptom, the probes that show it in at least half of their seeds. treated: the symptom
-    whose causes were tried; None if none was seen. bar: severity from which on a trial counts as
-    showing it; below 1 the sign is weak. around: the user's map, base and computer. proposed: the
-    user's own changes, tried before all. seed: of the first look.
+    whose causes were tried; None if none was seen. rare: symptoms that are too rare to try causes;
+    if all are, the first is called treated. bar: severity from which on a trial counts as showing
+    it; below 1 the sign is weak. around: the user's map, base and computer. proposed: the user's
+    own changes, tried before all. seed: of the first look.
     """
 
     facts: Facts
@@ -79,6 +80,7 @@ class Visit:
     seen: dict[Symptom, list[str]] = field(default_factory=dict)
     asked: Symptom | None = None
     treated: Symptom | None = None
+    rare: dict[Symptom, Rarity] = field(default_factory=dict)
     bar: float = 1.0
     suspicions: list[Suspicion] = field(default_factory=list)
     tried: list[Tried] = field(default_factory=list)
@@ -222,17 +224,49 @@ def _treat(found: Visit, patient: Patient, words: str, driver: Driver, *, seed: 
             names = seen_in(found.rows, share=share, bar=bar).get(found.asked)
             if names and found.asked not in found.seen:
                 found.seen[found.asked], found.bar = names, bar
-    found.treated = _to_treat(found)
-    if found.treated is None:
+    for symptom in _to_treat(found):
+        found.treated = symptom
+        showing = _most_severe(found, symptom)
+        weak = "a weak sign of " if found.bar < 1.0 else ""
+        driver.tell(f"{weak}{symptom} is seen in {', '.join(showing)}")
+        if symptom is not found.asked:
+            found.suspicions = suspicions_of(found.facts, symptom, words)
+        rarity = _try_causes(found, patient, symptom, showing, driver, seed=seed)
+        if not rarity.is_rare:
+            break
+        found.rare[symptom] = rarity
+        driver.tell(f"{symptom} is too rare: {rarity.shown} of {rarity.trials} trials have any")
+    else:
+        found.treated = next(iter(found.rare), None)
         return
-    showing = _most_severe(found, found.treated)
-    weak = "a weak sign of " if found.bar < 1.0 else ""
-    driver.tell(f"{weak}{found.treated} is seen in {', '.join(showing)}")
-    if found.treated is not found.asked:
-        found.suspicions = suspicions_of(found.facts, found.treated, words)
-    probes = [found.probes[name] for name in showing]
+    for judged in judge(
+        patient, found.tried, symptom, found.probes, showing, driver, seed=seed, bar=found.bar
+    ):
+        found.judged.append(judged)
+
+
+def _try_causes(
+    found: Visit,
+    patient: Patient,
+    symptom: Symptom,
+    showing: Sequence[str],
+    driver: Driver,
+    *,
+    seed: int,
+) -> Rarity:
+    """Tries the causes of a symptom, and returns how rare it is; if too rare, none is tried.
+
+    Where some of the probes that show it do so in every trial, on these alone.
+    """
+    sure = seen_in(found.rows, share=1.0, bar=found.bar).get(symptom, ())
+    names = [name for name in showing if name in sure] or showing
     experiment = Experiment(
-        patient, found.facts, found.treated, probes, driver, seed=seed + SEARCH_SEED
+        patient,
+        found.facts,
+        symptom,
+        [found.probes[name] for name in names],
+        driver,
+        seed=seed + SEARCH_SEED,
     )
     try:
         suspicions = with_differences(found.suspicions, found.facts)
@@ -241,23 +275,20 @@ def _treat(found: Visit, patient: Patient, words: str, driver: Driver, *, seed: 
         # The changes that were tried until Ctrl-C count, too.
         found.tried = experiment.tried
         found.is_out_of_time = experiment.is_out_of_time
-    for judged in judge(
-        patient, found.tried, found.treated, found.probes, showing, driver, seed=seed, bar=found.bar
-    ):
-        found.judged.append(judged)
+    return experiment.rarity
 
 
-def _to_treat(found: Visit) -> Symptom | None:
-    """Returns the symptom that was asked for where it is seen, else its milder form.
+def _to_treat(found: Visit) -> list[Symptom]:
+    """Returns the symptom that was asked for and its milder form, as far as they are seen.
 
-    Without one: a touch before all, then what a rule that fired leads to, then the weightiest.
+    Without one: a touch before all, then what a rule that fired leads to, then the weightiest. One
+    is treated if all before it are too rare.
     """
     if found.asked is not None:
-        return next((s for s in (found.asked, MILDER.get(found.asked)) if s in found.seen), None)
+        return [s for s in (found.asked, MILDER.get(found.asked)) if s in found.seen]
     led_to = {symptom for finding in found.findings for symptom in finding.likely}
     seen = [symptom for symptom in BY_WEIGHT if symptom in found.seen]
-    seen.sort(key=lambda s: (s is not Symptom.COLLISION, s not in led_to))
-    return seen[0] if seen else None
+    return sorted(seen, key=lambda s: (s is not Symptom.COLLISION, s not in led_to))
 
 
 def _most_severe(found: Visit, symptom: Symptom) -> list[str]:

@@ -2,13 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from drake_navbench.nav2.controllers import SERVER
 from drake_navbench.nav2.patch import Place
 from drake_navbench.studies.doctor.causes import Cause
 from drake_navbench.studies.doctor.change import Judged
 from drake_navbench.studies.doctor.cures import Trial
 from drake_navbench.studies.doctor.symptoms import LOOKS_LIKE, Symptom
-from drake_navbench.studies.doctor.tried import Tried, Verdict
+from drake_navbench.studies.doctor.tried import (
+    LEAST_FALLS,
+    MOST_PAIRS,
+    Rarity,
+    Tried,
+    Verdict,
+)
 from drake_navbench.studies.doctor.visit import Visit, told_blindness, told_failures
 
 MOST_NAMED = 3
@@ -30,11 +38,15 @@ def _verdict(visit: Visit) -> str:
         return _nothing_seen(visit)
     weak = "" if visit.bar == 1.0 else f"there is a weak sign ({visit.bar:.0%} of the threshold): "
     what = f"In {_probes(visit, visit.treated)} {weak}the robot {LOOKS_LIKE[visit.treated]}."
-    if visit.asked not in (None, visit.treated):
+    if visit.asked not in (None, visit.treated, *visit.rare):
         what = f"No probe shows {visit.asked}. {what}"
+    rare = "".join(f" {_rare_told(symptom, rarity)}" for symptom, rarity in visit.rare.items())
+    if visit.treated in visit.rare:
+        return f"{what}{rare} So no change was tried."
+    what = f"{what}{rare}"
     cure = visit.cure
     if cure is not None:
-        return f"{what} {_cured(cure)}"
+        return f"{what} {_cured(cure)}{_preferred(visit.judged, cure)}"
     if visit.shown:
         best = visit.shown[0]
         return (
@@ -89,6 +101,38 @@ def _cured(cure: Judged) -> str:
         f"{cure.after_target} after; {_others(cure)} in the {cure.compared} trials "
         f"of all probes that touched nothing before.{touched}{instead}"
     )
+
+
+def _rare_told(symptom: Symptom, rarity: Rarity) -> str:
+    """Returns why no change is tried for a symptom."""
+    needed = f"; here they need about {rarity.needed} pairs" if rarity.needed else ""
+    return (
+        f"{symptom} is too rare to find its cause: {rarity.shown} of {rarity.trials} further "
+        f"trials of the unchanged file have any of it. A change is shown to help by {LEAST_FALLS} "
+        f"pairs of trials in which it falls, and at most {MOST_PAIRS} pairs are driven{needed}."
+    )
+
+
+def _preferred(judged: Sequence[Judged], cure: Judged) -> str:
+    """Returns why a change is offered before one that was judged before it; '' if none was."""
+    first = judged[0]
+    if first is cure:
+        return ""
+    if first.fails:
+        why = "the program fails in a trial"
+    elif not first.is_gone:
+        why = (
+            f"{first.after_target} of {first.target_trials} fresh trials still show it, "
+            f"{first.before_target} before"
+        )
+    elif len(first.worse) > len(cure.worse):
+        why = f"more trials show {', '.join(first.worse)}"
+    else:
+        why = (
+            f"all symptoms that all trials show add up to {first.left}, with the change offered to "
+            f"{cure.left}"
+        )
+    return f" It is offered before {change_told(first.trial)}, the likelier cause: with that {why}."
 
 
 def _others(cure: Judged) -> str:

@@ -112,6 +112,8 @@ def test_where_the_best_change_brings_a_touch_the_next_one_is_judged_and_offered
     )
     assert [entry.worse for entry in found.judged] == [["collision"], []]
     assert found.cure is found.judged[1]
+    found.seen = {Symptom.WOBBLE_STRAIGHT: ["straight"]}
+    assert verdict(found).endswith("the likelier cause: with that more trials show collision.")
 
 
 @pytest.mark.parametrize(("left", "best"), [(["spins"], 1), ([], 0)])
@@ -128,12 +130,19 @@ def test_of_changes_that_take_the_symptom_away_the_one_that_leaves_the_fewest_ot
     shown = [tried(2.0, 0.0, 0.001, verdict=Verdict.SHOWN)] * 2
     driver = Mixed(["wobble_straight", "spins"], [])
     found = visits.Visit(patient.facts(), probes=PROBES, treated=Symptom.WOBBLE_STRAIGHT)
+    found.seen = {Symptom.WOBBLE_STRAIGHT: ["straight"]}
     for entry in judge(
         patient, shown, Symptom.WOBBLE_STRAIGHT, PROBES, ["straight"], driver, seed=0
     ):
         found.judged.append(entry)
-    assert [entry.left for entry in found.judged] == [12 * len(left), 0]
+    # What leaves no symptom is offered without a judgement of the next.
+    assert [entry.left for entry in found.judged] == [12 * len(left), 0][: best + 1]
     assert found.cure is found.judged[best]
+    told = (
+        " It is offered before FollowPath.CostCritic.consider_footprint = true, the likelier cause:"
+        " with that all symptoms that all trials show add up to 12, with the change offered to 0."
+    )
+    assert verdict(found).endswith(told) == bool(left)
 
 
 def test_a_touch_outweighs_what_comes_instead_and_the_price_is_told(patient):

@@ -20,7 +20,7 @@ from drake_navbench.studies.doctor.proposals import read_proposals
 from drake_navbench.studies.doctor.race import MOST_TO_THE_END
 from drake_navbench.studies.doctor.reading import Suspicion, suspicions_of
 from drake_navbench.studies.doctor.symptoms import Symptom
-from drake_navbench.studies.doctor.tried import Verdict, corrected
+from drake_navbench.studies.doctor.tried import LATER_FACTOR, LEAST_FALLS, Verdict, corrected
 from drake_navbench.studies.doctor.words import verdict
 
 
@@ -332,6 +332,47 @@ def test_a_change_that_takes_the_symptom_away_but_is_not_shown_does_not_end_the_
         experiment.run(suspicions_of(patient.facts(), Symptom.WOBBLE_STRAIGHT))
         return len([entry for entry in experiment.tried if entry.pairs]) // TOGETHER
 
-    # Every pair shows it, or two pairs of 48.
+    # Every pair shows it; six of the first 12 and of 48.
     assert batches(None) == 1
-    assert batches({0}) > 1
+    assert batches({0, 1}) > 1
+
+
+@pytest.mark.parametrize(
+    ("seldom", "rarity", "is_rare", "needed"),
+    [
+        # Three probes: three trials of each seed. 6 of 12 are on the way to 24 of 48.
+        ({0, 3}, (6, 12), False, 26),
+        # 3 of 12 are not, so 12 more are driven: 6 of 24 are on the way to 12 of 48.
+        ({0, 4}, (6, 24), True, 52),
+        # 9 of 24 are on the way to 18.
+        ({0, 4, 5}, (9, 24), False, 35),
+        ((), (0, 24), True, None),
+    ],
+)
+def test_a_symptom_is_rare_if_fewer_than_13_of_48_pairs_should_have_it(
+    patient, seldom, rarity, is_rare, needed
+):
+    experiment = Experiment(
+        patient, patient.facts(), Symptom.WOBBLE_STRAIGHT, list(PROBES.values()),
+        Rows(["wobble_straight"], [], seldom=seldom), seed=0,
+    )  # fmt: skip
+    experiment.run(suspicions_of(patient.facts(), Symptom.WOBBLE_STRAIGHT))
+    assert experiment.rarity == rarity
+    assert (experiment.rarity.is_rare, experiment.rarity.needed) == (is_rare, needed)
+    assert bool(experiment.tried) == (not is_rare)
+
+
+def test_thirteen_falls_are_the_fewest_that_show_a_change():
+    # Wilcoxon's p of n falls alone is 2 * 2^-n; the later looks count it four times, Holm 48 times.
+    def is_shown(falls):
+        p_value = LATER_FACTOR * 2.0 * 2.0**-falls
+        return corrected([tried(2.0, 0.0, p_value)])[0].verdict is Verdict.SHOWN
+
+    assert (is_shown(LEAST_FALLS - 1), is_shown(LEAST_FALLS)) == (False, True)
+
+
+@pytest.mark.parametrize(("seldom", "pairs"), [({0, 1}, 3), ({2, 3}, 9)])
+def test_the_first_look_at_a_change_lasts_until_two_pairs_have_the_symptom(patient, seldom, pairs):
+    """A seed has three pairs; with the symptom from the third seed on, the eighth pair suffices."""
+    found = raced(patient, Rows(["wobble_straight"], ["wobble_straight"], seldom=seldom))
+    assert (found.pairs, found.reason) == (pairs, "little or no fall in the first pairs")

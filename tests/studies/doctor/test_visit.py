@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import pytest
 from doctor_texts import MPPI, MPPI_BLOCK, nav2_text
-from fake_drives import CAUSE, PROBES, TRIAL, Counted, judged
+from fake_drives import CAUSE, PROBES, TRIAL, Counted, Rows, judged
 
 from drake_navbench.commands.doctor import main
 from drake_navbench.inputs.robot import load_robot
@@ -17,7 +17,7 @@ from drake_navbench.studies.doctor.causes import Direction
 from drake_navbench.studies.doctor.cures import Trial
 from drake_navbench.studies.doctor.detectors import detectors_digest
 from drake_navbench.studies.doctor.differences import with_differences
-from drake_navbench.studies.doctor.driving import Driver
+from drake_navbench.studies.doctor.driving import SEARCH_SEED, Driver
 from drake_navbench.studies.doctor.experiment import TOGETHER
 from drake_navbench.studies.doctor.page import write_outputs
 from drake_navbench.studies.doctor.probes import LONGEST_S, MAKERS, ROUGH, probes_for
@@ -104,16 +104,16 @@ def test_what_a_rule_leads_to_is_treated_before_what_weighs_more_and_after_a_tou
     found = visits.Visit(patient.facts(), findings=findings_of(patient.facts()))
     assert [finding.rule.name for finding in found.findings] == ["mppi-centre-alone"]
     found.seen = {Symptom.NO_START: ["door"], Symptom.CORNER_CUTTING: ["bends"]}
-    assert visits._to_treat(found) is Symptom.CORNER_CUTTING
+    assert visits._to_treat(found) == [Symptom.CORNER_CUTTING, Symptom.NO_START]
     found.seen[Symptom.COLLISION] = ["door"]
-    assert visits._to_treat(found) is Symptom.COLLISION
+    assert visits._to_treat(found)[0] is Symptom.COLLISION
     found.asked = Symptom.NO_START
-    assert visits._to_treat(found) is Symptom.NO_START
+    assert visits._to_treat(found) == [Symptom.NO_START]
     # Who complains of touches is helped where the robot passes too closely.
     found.asked, found.seen = Symptom.COLLISION, {Symptom.NEAR_MISS: ["door"]}
-    assert visits._to_treat(found) is Symptom.NEAR_MISS
+    assert visits._to_treat(found) == [Symptom.NEAR_MISS]
     found.asked = Symptom.NO_START
-    assert visits._to_treat(found) is None
+    assert visits._to_treat(found) == []
 
 
 def test_causes_are_tried_where_a_probe_was_made_for_the_symptom(patient):
@@ -121,6 +121,67 @@ def test_causes_are_tried_where_a_probe_was_made_for_the_symptom(patient):
     found.seen = {Symptom.DOOR_STOP: ["dead_end", "door"], Symptom.SPINS: ["dead_end"]}
     assert visits._most_severe(found, Symptom.DOOR_STOP) == ["door"]
     assert visits._most_severe(found, Symptom.SPINS) == ["dead_end"]
+
+
+@pytest.mark.parametrize("asked", [Symptom.COLLISION, None])
+def test_a_symptom_that_is_too_rare_for_the_search_gives_way_to_the_next(patient, asked):
+    """Of two symptoms one is in a trial of 24: 13 of 48 are needed, so 312 pairs."""
+
+    class Both(Rows):
+        def drive(self, preset, probes, trials, *, seed, must=False):
+            rows = super().drive(preset, probes, trials, seed=seed)
+            if preset.name == "before":
+                rows = [row | {"severity": {"near_miss": 2.0}} for row in rows]
+                rows[:1] = [row | {"severity": both} for row in rows[:1]]
+            return rows
+
+    both = {"near_miss": 2.0, "collision": 2.0}
+    driver = Both([], [])
+    found = visits.Visit(patient.facts(), asked=asked, probes=PROBES)
+    found.rows = driver.drive(patient.chosen(patient.columns()), PROBES.values(), 2, seed=0)
+    found.seen = {s: list(PROBES) for s in (Symptom.COLLISION, Symptom.NEAR_MISS)}
+    visits._treat(found, patient, "", driver, seed=0)
+    assert found.rare == {Symptom.COLLISION: (1, 24)}
+    assert found.treated is Symptom.NEAR_MISS
+    told = (
+        "collision is too rare to find its cause: 1 of 24 further trials of the unchanged file "
+        "have any of it. A change is shown to help by 13 pairs of trials in which it falls, and "
+        "at most 48 pairs are driven; here they need about 312 pairs."
+    )
+    assert told in verdict(found)
+    assert found.cure.after_target == 0
+
+
+def test_if_what_is_seen_is_too_rare_no_change_is_tried(patient):
+    driver = Rows(["wobble_straight"], [], seldom=())
+    found = visits.Visit(patient.facts(), asked=Symptom.WOBBLE_STRAIGHT, probes=PROBES)
+    found.seen = {Symptom.WOBBLE_STRAIGHT: ["straight"]}
+    visits._treat(found, patient, "", driver, seed=0)
+    assert found.rare == {found.treated: (0, 24)}
+    assert found.tried == []
+    assert verdict(found).endswith("at most 48 pairs are driven. So no change was tried.")
+
+
+def test_causes_are_tried_on_the_probes_that_always_show_the_symptom(patient, monkeypatch):
+    driven = set()
+    monkeypatch.setitem(visits.MADE_FOR, Symptom.WOBBLE_STRAIGHT, tuple(PROBES))
+
+    class Noted(Rows):
+        def drive(self, preset, probes, trials, *, seed, must=False):
+            if seed == SEARCH_SEED:
+                driven.update(probe.name for probe in probes)
+            return super().drive(preset, probes, trials, seed=seed)
+
+    driver = Noted(["wobble_straight"], [])
+    found = visits.Visit(patient.facts(), asked=Symptom.WOBBLE_STRAIGHT, probes=PROBES)
+    found.rows = driver.drive(patient.chosen(patient.columns()), PROBES.values(), 2, seed=0)
+    # In one of two trials the door does not show it.
+    next(row for row in found.rows if row["scenario"] == "probe_door")["severity"] = {}
+    found.seen = {Symptom.WOBBLE_STRAIGHT: list(PROBES)}
+    visits._treat(found, patient, "", driver, seed=0)
+    # The judgement has all three.
+    assert driven == {"probe_straight", "probe_corridor"}
+    assert set(found.cure.showing) == set(PROBES)
 
 
 def test_a_symptom_that_one_of_two_trials_shows_is_looked_at_again():

@@ -38,14 +38,19 @@ def _projection_m(f: Facts) -> float:
     return f.speed_mps * f.number("controller.max_allowed_time_to_collision_up_to_carrot", 1.0)
 
 
+def gentle_approach_m(f: Facts) -> float:
+    """Returns the way in which a robot slows down by GENTLE_MPS2, at least 0.8 s of driving, m."""
+    return max(0.8 * f.speed_mps, f.speed_mps**2 / (2.0 * GENTLE_MPS2))
+
+
 RULES = (
     Rule(
         "pursuit-near-carrot",
         lambda f: lookahead_m(f) < LEAST_LOOKAHEAD_S * f.speed_mps,
         lambda f: (
             f"by {_names_of_lookahead(f)} the carrot is, at {f.speed_mps:g} m/s, "
-            f"{lookahead_m(f):.2f} m ahead, less than {LEAST_LOOKAHEAD_S} s of driving, so the "
-            "robot may swing around the path"
+            f"{lookahead_m(f):.2f} m ahead, less than {LEAST_LOOKAHEAD_S} s of driving. By a "
+            "rule of thumb a robot with so near a carrot may swing around the path"
         ),
         {S.WOBBLE_STRAIGHT: 1.0, S.GOAL_OSCILLATION: 0.6, S.GOAL_OVERSHOOT: 0.4, S.SPINS: 0.4},
         (
@@ -100,21 +105,15 @@ RULES = (
     ),
     Rule(
         "rpp-late-approach",
-        lambda f: (
-            f.number("controller.approach_velocity_scaling_dist", 0.6)
-            < max(0.8 * f.speed_mps, f.speed_mps**2 / (2.0 * GENTLE_MPS2))
-        ),
+        lambda f: f.number("controller.approach_velocity_scaling_dist", 0.6) < gentle_approach_m(f),
         lambda f: (
             "approach_velocity_scaling_dist is "
-            f"{f.controller('approach_velocity_scaling_dist')} m: too short to slow down gently "
-            f"from {f.speed_mps:g} m/s"
+            f"{f.controller('approach_velocity_scaling_dist')} m. By a rule of thumb the robot "
+            f"needs {gentle_approach_m(f):.2f} m to slow down gently from {f.speed_mps:g} m/s"
         ),
         {S.GOAL_OVERSHOOT: 0.9, S.GOAL_OSCILLATION: 0.8},
         (
-            up(
-                "approach_velocity_scaling_dist",
-                lambda f: max(0.8 * f.speed_mps, f.speed_mps**2 / (2.0 * GENTLE_MPS2)),
-            ),
+            up("approach_velocity_scaling_dist", gentle_approach_m),
             down("max_linear_vel"),
         ),
         f"{CODE}; navigation2#3081",

@@ -29,7 +29,8 @@ RULES = (
         ),
         lambda f: (
             f"controller_frequency is {f['controller_server.controller_frequency']} Hz: at "
-            f"{f.speed_mps:g} m/s the robot drives {step_m(f):.2f} m between two commands"
+            f"{f.speed_mps:g} m/s the robot drives {step_m(f):.2f} m between two commands. By a "
+            "rule of thumb a loop is slow below 8 Hz, and below 20 Hz if that is more than 0.1 m"
         ),
         {
             S.WOBBLE_STRAIGHT: 1.0,
