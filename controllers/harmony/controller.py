@@ -59,6 +59,10 @@ Array = NDArray[np.float64]
 # The base counts as following a plan while its velocities differ from the plan's by no more than
 # noise (m/s, rad/s) plus the change within FOLLOWING_S, its time constant and a cycle.
 FOLLOWING_S, FOLLOWING_MPS, FOLLOWING_RADPS = 0.05, 0.03, 0.05
+# In a turn plans keep off obstacles by SWEEP_RATIO times the error of the prediction: its bound
+# grows, and a jump of the map by the corners cannot be answered. As if it grew in proportion to the
+# turn rate; at this one the ratio is exact, rad/s.
+SWEEP_RATIO, SWEEP_AT_RADPS = 3.5, 0.5
 # The command of the stop plan.
 REST = read_only(np.zeros(2))
 # A cycle is late after LATE_RATIO periods. The next one is then expected to be as late, up to
@@ -139,7 +143,8 @@ class Harmony:
         memory = memory._replace(learnt=self._learnt(observation, memory))
         check = self._check(observation, memory)
         start = self._start(observation, memory, check)
-        limits = self._planner.limits(limited_speed(parameters.max_vel_x, observation.speed_limit))
+        top_speed = limited_speed(parameters.max_vel_x, observation.speed_limit)
+        limits = self._planner.limits(top_speed, self._sweep(check))
         reach_m = limits.forward_speed * parameters.horizon
         found = self._way_finder.find(observation, memory, start, field, reach_m)
         way = found.way
@@ -220,14 +225,25 @@ class Harmony:
             possible,
         )
 
-    def _bound(self, check: Check, velocities: Array) -> float:
-        """Returns the gap, m, that a motion with these velocities (K, 2) v, w must keep until rest.
+    def _bounds(self, check: Check, plan: Array) -> Array:
+        """Returns (C + 1,) the gaps, m, to keep until rest after so many cycles of a plan.
 
-        It grows with the speed, as long as the base's response is not known well.
+        They grow with the speed until then, as long as the base's response is not known well.
         """
-        speed, turn_rate = np.abs(np.vstack([check.state[3:], velocities])).max(axis=0)
+        parameters = self._parameters
+        cycles = math.ceil(parameters.horizon / check.interval_s - 1e-9)
+        passed = np.arange(cycles + 1) * check.interval_s / parameters.time_step
+        ends = np.minimum(np.ceil(passed - 1e-9).astype(int), len(plan) - 1)
+        speeds = np.abs(np.vstack([check.state[3:], plan[:, V : W + 1]]))
+        largest = np.maximum.accumulate(speeds)[ends + 1]
         reach_m = self._setup.circumscribed_radius_m
-        return check.bound + prediction_error(check.possible, speed, turn_rate, reach_m)
+        return check.bound + prediction_error(check.possible, largest, reach_m)
+
+    def _sweep(self, check: Check) -> float:
+        """Returns by how much plans keep farther off obstacles in a turn, m for each rad/s."""
+        reach_m = self._setup.circumscribed_radius_m
+        error_m = prediction_error(check.possible, np.array([[0.0, SWEEP_AT_RADPS]]), reach_m)
+        return SWEEP_RATIO * float(error_m[0]) / SWEEP_AT_RADPS
 
     def _interval_s(self, observation: Observation, memory: HarmonyMemory) -> float:
         """Returns the time for which the next command will hold, s.
@@ -277,13 +293,12 @@ class Harmony:
                 check.edges,
                 self._outline,
                 self._setup.circumscribed_radius_m,
-                self._bound(check, plan[:, V : W + 1]),
+                self._bounds(check, plan),
                 check.response,
                 check.state,
                 plan,
                 self._parameters.time_step,
                 check.interval_s,
-                math.ceil(self._parameters.horizon / check.interval_s - 1e-9),
             )
         )
 

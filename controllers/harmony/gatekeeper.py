@@ -124,16 +124,17 @@ def is_on_free_cell(grid, x, y):
 
 
 @njit(cache=True)
-def accepted_cycles(edges, outline, reach, bound, response, state, plan, dt, period_s, longest):
+def accepted_cycles(edges, outline, reach, bounds, response, state, plan, dt, period_s):
     """Returns the number of cycles for which a plan may be followed before braking, or 0.
 
     Tries the whole plan first, then ever shorter parts, down to one cycle, which must be free in
-    any case. state: (5,) of the base. longest: cycles of the whole plan.
+    any case. bounds: (C + 1,) m, of the motion that follows the plan for so many cycles, up to the
+    whole plan, C. state: (5,) of the base.
     """
-    cycles, accepted = np.int64(1), 0
+    cycles, accepted, longest = np.int64(1), 0, bounds.shape[0] - 1
     while accepted < cycles:
         poses = follow_then_brake(response, state, plan, dt, period_s, cycles)
-        if is_clear(edges, outline, reach, poses, bound):
+        if is_clear(edges, outline, reach, poses, bounds[cycles]):
             if accepted == 1:
                 return cycles
             accepted, cycles = 1, longest

@@ -115,27 +115,29 @@ def possible_bases(learnt: Learnt, candidates: Array) -> Array:
     return np.concatenate([candidates[best : best + 1], candidates[is_other]])
 
 
-def prediction_error(possible: Array, speed: float, turn_rate: float, reach_m: float) -> float:
-    """Returns the largest error, m, of a point of the outline predicted by the first candidate.
+def prediction_error(possible: Array, velocities: Array, reach_m: float) -> Array:
+    """Returns (K,) the largest errors, m, of a point of the outline predicted by one candidate.
 
-    It is the largest one over the other candidates. Each axis adds the larger of two ways:
-    that driven in the difference of the time constants, and the difference of the ways to rest.
-    possible: (M, 3). speed m/s, turn_rate rad/s: the largest until rest. reach_m: distance of the
-    farthest corner from the base.
+    That is the first one; the error is the largest one over the others. Each axis adds the larger
+    of two ways: that driven in the difference of the time constants, and the difference of the ways
+    to rest. possible: (M, 3). velocities: (K, 2) speeds m/s and turn rates rad/s, the largest until
+    rest. reach_m: distance of the farthest corner from the base.
     """
-    lag_s = np.abs(possible[:, 0] - possible[0, 0])
-    total = np.zeros(len(possible))
-    for axis, most, lever_m in ((1, speed, 1.0), (2, turn_rate, reach_m)):
+    lag_s = np.abs(possible[:, :1] - possible[0, 0])
+    total = np.zeros((len(possible), len(velocities)))
+    for axis, lever_m in ((1, 1.0), (2, reach_m)):
+        most = velocities[:, axis - 1]
         ways = way_to_rest(possible, axis, most)
         total += lever_m * np.maximum(lag_s * most, np.abs(ways - ways[0]))
-    return float(total.max())
+    return np.asarray(total.max(axis=0))
 
 
-def way_to_rest(bases: Array, axis: int, speed: float) -> Array:
-    """Returns (M,) the way, m or rad, from a speed to rest by the command 0.
+def way_to_rest(bases: Array, axis: int, speeds: Array) -> Array:
+    """Returns (M, K) the ways, m or rad, from speeds (K,) to rest by the command 0.
 
     axis: the column of the acceleration a. With the time constant T, the speed falls by a until it
     is a T, then decays exponentially.
     """
-    knee = np.minimum(speed, bases[:, axis] * bases[:, 0])
-    return knee * bases[:, 0] + (speed**2 - knee**2) / (2.0 * bases[:, axis])
+    time_constants, limits = bases[:, :1], bases[:, axis, None]
+    knee = np.minimum(speeds, limits * time_constants)
+    return np.asarray(knee * time_constants + (speeds**2 - knee**2) / (2.0 * limits))

@@ -89,8 +89,11 @@ class Planner:
         """Stages of a plan, N + 1."""
         return self._parameters.step_count + 1
 
-    def limits(self, top_speed: float) -> Limits:
-        """Returns the limits of plans under a speed limit, m/s."""
+    def limits(self, top_speed: float, sweep: float = 0.0) -> Limits:
+        """Returns the limits of plans under a speed limit, m/s.
+
+        sweep: by how much the clearance grows in a turn, m for each rad/s.
+        """
         p = self._parameters
         scale = min(top_speed / p.max_vel_x, 1.0)
         return Limits(
@@ -105,6 +108,7 @@ class Planner:
             half_track=0.5 * p.wheel_separation,
             lateral_acceleration=p.max_lateral_acceleration,
             clearance=self.clearance,
+            sweep=sweep,
         )
 
     def scene(self, start: Array, way: Way, field: DistanceField, limits: Limits) -> Scene:
@@ -130,7 +134,7 @@ class Planner:
             references,
             field,
             self._discs,
-            required_clearances(field, self._discs, start, limits.clearance, count),
+            required_clearances(field, self._discs, start, limits, dt, count),
             low,
             high,
             limits,

@@ -2,8 +2,8 @@
 
 Rows of one stage, in order: bounds of v, w, a, alpha and of both jerks (high, low each), the wheel
 speeds (right and left, high, low each), the lateral acceleration (two), and the clearance of each
-disc. In parts of their limits, clearances in parts of CLEARANCE_SCALE_M. A row has up to three
-slopes.
+disc, more in a turn. In parts of their limits, clearances in parts of CLEARANCE_SCALE_M. A row has
+up to four slopes.
 """
 
 from __future__ import annotations
@@ -26,8 +26,10 @@ from drake_navbench.controllers.harmony.motion import (
 from drake_navbench.kernels.distance_field import sample_distance
 
 FIRST_INPUT_ROW, FIRST_WHEEL_ROW, FIRST_LATERAL_ROW, FIRST_DISC_ROW = 8, 12, 16, 18
-SLOPES_A_ROW = 3
+SLOPES_A_ROW = 4
 CLEARANCE_SCALE_M = 0.1
+# Near 0 the amount of a turn rate is rounded off, so that it has a slope there, rad/s.
+ROUNDED_RADPS = 0.1
 
 
 @njit(cache=True, error_model="numpy")
@@ -82,6 +84,8 @@ def stage_rows(scene, k, stage, values, columns, slopes):
     lateral, most = stage[V] * stage[W], limits.lateral_acceleration
     row = FIRST_LATERAL_ROW
     _bound_of_two(row, lateral, most, V, stage[W], W, stage[V], values, columns, slopes)
+    sweep = limits.sweep / CLEARANCE_SCALE_M
+    turning = math.hypot(stage[W], ROUNDED_RADPS)
     cosine, sine = math.cos(stage[YAW]), math.sin(stage[YAW])
     for d in range(scene.discs.shape[0]):
         row, along = FIRST_DISC_ROW + d, scene.discs[d, 0]
@@ -89,6 +93,9 @@ def stage_rows(scene, k, stage, values, columns, slopes):
             scene.field, stage[X] + along * cosine, stage[Y] + along * sine
         )
         values[row] = (distance - scene.discs[d, 1] - scene.required[k]) / CLEARANCE_SCALE_M
-        columns[row, 0], columns[row, 1], columns[row, 2] = X, Y, YAW
+        values[row] -= sweep * (turning - ROUNDED_RADPS)
+        for i, column in enumerate((X, Y, YAW, W)):
+            columns[row, i] = column
         slopes[row, 0], slopes[row, 1] = by_x / CLEARANCE_SCALE_M, by_y / CLEARANCE_SCALE_M
         slopes[row, 2] = (by_y * cosine - by_x * sine) * along / CLEARANCE_SCALE_M
+        slopes[row, 3] = -sweep * stage[W] / turning

@@ -21,6 +21,8 @@ REFERENCE_SIZE = 4
 REACHABLE_SLACK = 1e-3
 # How much closer than at its start a plan may come to obstacles that are too near already, m.
 START_SLACK_M = 0.01
+# How quickly a plan makes up for the clearance that its start lacks for its turn rate, m/s.
+RECOVERY_MPS = 0.03
 
 
 class Limits(NamedTuple):
@@ -28,7 +30,7 @@ class Limits(NamedTuple):
 
     Speeds m/s, turn rate rad/s, accelerations m/s^2 and rad/s^2 (lateral: v times w), jerks m/s^3
     and rad/s^3; wheel_speed of either wheel, half_track m from the middle to a wheel; clearance of
-    the discs from lethal cells, m.
+    the discs from lethal cells, m; sweep: by how much it grows in a turn, m for each rad/s.
     """
 
     forward_speed: float
@@ -42,6 +44,7 @@ class Limits(NamedTuple):
     half_track: float
     lateral_acceleration: float
     clearance: float
+    sweep: float
 
 
 class Shape(NamedTuple):
@@ -63,8 +66,8 @@ class Scene(NamedTuple):
 
     dt s. target: (3,) pose that plans aim at. nears_goal: 1 where that is the goal, and its yaw
     counts. references: (N + 1, 4), see REFERENCE_SIZE, yaw unwrapped along the guess. field, discs
-    (D, 2) offset along x and radius, m. required: (N + 1,) clearance of the discs, m. low, high:
-    (N + 1, 2) bounds of v and w. weights: (12,), in the order of `terms.TERMS`.
+    (D, 2) offset along x and radius, m. required: (N + 1,) m, clearance of discs without a turn.
+    low, high: (N + 1, 2) bounds of v and w. weights: (12,), in the order of `terms.TERMS`.
     """
 
     dt: float
@@ -188,14 +191,18 @@ def velocity_bounds(start, limits, dt, count):
 
 
 @njit(cache=True)
-def required_clearances(field, discs, start, clearance, count):
-    """Returns the required clearance at each stage, (count,) m: less if the start has less.
+def required_clearances(field, discs, start, limits, dt, count):
+    """Returns the clearance required without a turn at each stage, (count,) m.
+
+    It is less if the start has less.
 
     A plan cannot give its start more room; a moving robot may even come a bit closer before it can
-    turn away.
+    turn away. What the start lacks for its turn rate, the plan makes up for.
     """
-    here = pose_clearance(field, discs, start[X], start[Y], start[YAW])
-    return np.full(count, min(clearance, here - START_SLACK_M))
+    here = pose_clearance(field, discs, start[X], start[Y], start[YAW]) - START_SLACK_M
+    straight = min(limits.clearance, here)
+    lacking = straight + limits.sweep * abs(start[W]) - here
+    return straight - np.maximum(lacking - RECOVERY_MPS * dt * np.arange(count), 0.0)
 
 
 def make_start(pose: Array, v: float, w: float, a: float = 0.0, alpha: float = 0.0) -> Array:

@@ -106,8 +106,8 @@ def accepted(distance_m, bound=0.03, v=0.5):
     """For how many cycles a drive straight at a wall so far ahead may be followed."""
     state = np.array([1.5 - 0.85 - distance_m, 0.0, 0.0, v, 0.0])
     return accepted_cycles(
-        edges_with(WALL), OUTLINE, REACH_M, bound, WHEELCHAIR, state, straight_plan(v),
-        DT, PERIOD_S, 60,
+        edges_with(WALL), OUTLINE, REACH_M, bound * np.ones(61), WHEELCHAIR, state,
+        straight_plan(v), DT, PERIOD_S,
     )  # fmt: skip
 
 
@@ -139,12 +139,18 @@ def test_to_brake_after_one_cycle_must_be_free_where_to_follow_for_longer_is():
     assert least[1] < 0.09 < 0.1 < min(least[3], least[7])
     for bound, cycles in ((0.09, 0), (0.08, 7)):
         assert cycles == accepted_cycles(
-            edges, OUTLINE, REACH_M, bound, WHEELCHAIR, state, plan, DT, PERIOD_S, 7
+            edges, OUTLINE, REACH_M, np.full(8, bound), WHEELCHAIR, state, plan, DT, PERIOD_S
         )
 
 
 def test_a_larger_bound_lets_less_through():
     assert accepted(0.14, bound=0.06) == 0
+
+
+def test_the_bound_of_a_later_part_of_a_plan_does_not_stop_its_first_cycle():
+    # Only to follow it for three cycles or longer asks for 1 m.
+    assert accepted(0.6, bound=np.where(np.arange(61) < 3, 0.03, 1.0)) == 1
+    assert accepted(0.6, bound=np.where(np.arange(61) < 1, 0.03, 1.0)) == 0
 
 
 # Worlds of which at least one drive with a bound of 0 ends in a contact: the last.

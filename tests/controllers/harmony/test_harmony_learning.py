@@ -76,7 +76,7 @@ def test_noise_leaves_more_possible_and_not_the_wrong_one():
 
 def test_a_known_base_is_not_learnt():
     np.testing.assert_allclose(candidates_of(TOLD, 0.0), [[0.1, 2.5, 3.0]])
-    assert prediction_error(candidates_of(TOLD, 0.0), 0.5, 1.0, 0.9) == 0.0
+    assert prediction_error(candidates_of(TOLD, 0.0), np.array([[0.5, 1.0]]), 0.9) == 0.0
     # A base without a limit of its acceleration is one of numbers, too.
     assert np.isfinite(candidates_of(Response(0.1, np.inf, np.inf), 0.3)).all()
 
@@ -84,20 +84,21 @@ def test_a_known_base_is_not_learnt():
 def test_the_way_to_rest_is_the_one_driven():
     bases = np.array([[0.1, 2.5, 3.0], [0.1, 1.75, 2.1]])
     # 0.25 m/s is where 2.5 m/s^2 ends: (0.5^2 - 0.25^2) / 5 m, then 0.25 * 0.1 m.
-    assert way_to_rest(bases, 1, 0.5)[0] == pytest.approx(0.0375 + 0.025)
-    assert way_to_rest(bases, 1, 0.2)[0] == pytest.approx(0.02)
-    for base in bases:
+    speeds = np.array([0.5, 0.2])
+    np.testing.assert_allclose(way_to_rest(bases, 1, speeds)[0], [0.0375 + 0.025, 0.02])
+    for base, way_m in zip(bases, way_to_rest(bases, 1, speeds)[:, 0], strict=True):
         state = np.array([0.0, 0.0, 0.0, 0.5, 0.0])
         for _ in range(400):
             follow(Response(*base), state, 0.0, 0.0, 0.01)
-        assert state[0] == pytest.approx(way_to_rest(base[None], 1, 0.5)[0], abs=2e-3)
+        assert state[0] == pytest.approx(way_m, abs=2e-3)
 
 
 def test_the_error_is_the_way_driven_in_that_of_the_time_constant_or_of_the_brakes():
     slower = np.array([[0.1, 2.5, 3.0], [0.13, 2.5, 3.0]])
-    assert prediction_error(slower, 0.2, 0.0, 0.9) == pytest.approx(0.03 * 0.2)
-    assert prediction_error(slower, 0.2, 0.5, 0.9) == pytest.approx(0.03 * (0.2 + 0.9 * 0.5))
-    assert prediction_error(slower, 0.0, 0.0, 0.9) == 0.0
+    velocities = np.array([[0.2, 0.0], [0.2, 0.5], [0.0, 0.0]])
+    expected = [0.03 * 0.2, 0.03 * (0.2 + 0.9 * 0.5), 0.0]
+    np.testing.assert_allclose(prediction_error(slower, velocities, 0.9), expected)
     weaker = np.array([[0.1, 2.5, 3.0], [0.1, 1.75, 2.1]])
     # Rest after 0.25 / 3.5 + 0.00875 m in place of 0.0625 m.
-    assert prediction_error(weaker, 0.5, 0.0, 0.9) == pytest.approx(0.25 / 3.5 + 0.00875 - 0.0625)
+    fast = np.array([[0.5, 0.0]])
+    assert prediction_error(weaker, fast, 0.9) == pytest.approx(0.25 / 3.5 + 0.00875 - 0.0625)

@@ -11,6 +11,12 @@ from harmony_scenes import DISCS, arc, problem
 
 from drake_navbench.controllers.harmony.interior_point import SolverSettings, solve
 from drake_navbench.controllers.harmony.motion import ALPHA, ANGULAR_JERK, JERK, A, V, W, roll_out
+from drake_navbench.controllers.harmony.rows import (
+    FIRST_DISC_ROW,
+    SLOPES_A_ROW,
+    row_count,
+    stage_rows,
+)
 from drake_navbench.kernels.distance_field import path_clearance
 
 SETTINGS = SolverSettings(200, 0.1, 1e-6, 1e-3)
@@ -54,6 +60,24 @@ def test_a_plan_obeys_its_limits_and_rests_at_its_end(seed):
     clearances = path_clearance(scene.field, DISCS, plan[:, :3])
     assert (clearances[1:] >= scene.required[1:] - 1e-3).all()
     np.testing.assert_allclose(plan[-1, V:JERK], 0.0, atol=1e-3)
+
+
+def test_a_turn_takes_more_room():
+    scene, guess = problem(boxes=[BOX])
+    sweeping = scene._replace(limits=scene.limits._replace(sweep=0.2))
+    stage = guess[5].copy()
+    rows = []
+    for one, turn_rate in ((scene, 0.5), (sweeping, 0.0), (sweeping, 0.5), (sweeping, -0.5)):
+        stage[W] = turn_rate
+        values = np.empty(row_count(one))
+        columns = np.zeros((len(values), SLOPES_A_ROW), dtype=np.int64)
+        stage_rows(one, 5, stage, values, columns, np.empty(columns.shape))
+        rows.append(values[FIRST_DISC_ROW:])
+    np.testing.assert_allclose(rows[1], rows[0], atol=1e-12)
+    # 0.2 m for each rad/s, rounded off below 0.1 rad/s: sqrt(0.5^2 + 0.1^2) - 0.1 = 0.4099 rad/s.
+    # A row counts in parts of 0.1 m.
+    for turning in rows[2:]:
+        np.testing.assert_allclose(rows[0] - turning, 0.8198, atol=1e-4)
 
 
 def test_a_plan_is_the_motion_of_its_inputs_whenever_the_method_stops():
