@@ -11,15 +11,18 @@ import textwrap
 import tomllib
 from collections.abc import Callable, Iterator, Mapping
 from importlib import import_module
+from multiprocessing import forkserver
 from pathlib import Path
 from typing import Any
 
 import pytest
 from hypothesis import settings
+from worker_here import working_here
 
-from drake_navbench.campaign.warm_up import OBJECTS_BETWEEN_COLLECTIONS
+from drake_navbench.campaign.warm_up import OBJECTS_BETWEEN_COLLECTIONS, PRELOAD_MODULE
 from drake_navbench.inputs.descriptions import meshes
 from drake_navbench.plugins.kinds import forget_installed
+from drake_navbench.trial import rehearsal
 
 # From an empty cache the tests compile for minutes, and the compiler's objects live on.
 gc.set_threshold(OBJECTS_BETWEEN_COLLECTIONS)
@@ -31,8 +34,52 @@ os.environ.pop("COLUMNS", None)
 settings.register_profile("no_deadline", deadline=None, derandomize=True)
 settings.load_profile("no_deadline")
 
+SCENES_OF_REHEARSALS = rehearsal._scenes
+
 # Entry points of a package: group -> name -> value, such as "module:Class".
 EntryPoints = Mapping[str, Mapping[str, str]]
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _no_rehearsals() -> Iterator[None]:
+    """No trial is rehearsed in this process but where a test asks for `rehearsals`.
+
+    A rehearsal keeps compute times free of what a process does once. Its result is thrown away, so
+    it can make no other test fail, but it takes a quarter of a short trial.
+    """
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(rehearsal, "_scenes", lambda spec: iter(()))
+        yield
+
+
+@pytest.fixture
+def rehearsals(monkeypatch) -> None:
+    """Trials are rehearsed as in a process that has rehearsed none before."""
+    monkeypatch.setattr(rehearsal, "_scenes", SCENES_OF_REHEARSALS)
+    monkeypatch.setattr(rehearsal, "_rehearsed", set())
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _one_server() -> Iterator[None]:
+    """Workers are forked from a server that has loaded all that any of them needs.
+
+    A process has one server for its whole life. Started by the first report it would have loaded
+    no Drake, and each worker of a later campaign would import it anew.
+    """
+    forkserver.set_forkserver_preload([PRELOAD_MODULE])
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(forkserver, "set_forkserver_preload", lambda modules: None)
+        yield
+
+
+@pytest.fixture(scope="module")
+def works_here() -> Iterator[None]:
+    """Tasks of workers run in this process, for the tests of a module that are not about workers.
+
+    A worker loads kernels, and rehearses each column that it drives.
+    """
+    with working_here():
+        yield
 
 
 @pytest.fixture

@@ -13,6 +13,11 @@ KIBIBYTES_PER_MEGABYTE = 1e6 / 1024
 LOOPS = 5_000_000
 
 
+@pytest.fixture(scope="session", autouse=True)
+def _no_rehearsals() -> None:
+    """Here trials are rehearsed: what a process does once is no part of their times."""
+
+
 @pytest.fixture(autouse=True)
 def peak_memory(request: pytest.FixtureRequest) -> Iterator[None]:
     """Adds the most memory that the process has held so far to a benchmark's row."""

@@ -11,8 +11,10 @@ from drake_navbench import TrialLog, run_benchmark
 from drake_navbench.campaign.run_results import Results
 from drake_navbench.errors import InputError
 
+pytestmark = pytest.mark.usefixtures("works_here")
+
 REPOSITORY = Path(__file__).parents[2]
-JAZZY = REPOSITORY / "tests" / "nav2" / "nav2_files" / "jazzy.yaml"
+IRON = REPOSITORY / "tests" / "nav2" / "nav2_files" / "iron.yaml"
 WARD = REPOSITORY / "scenarios" / "maps" / "ward.yaml"
 
 
@@ -111,12 +113,13 @@ def test_no_workers_are_one_line_before_anything_is_written(jobs, tmp_path):
 
 def test_whole_nav2_files_and_a_map_are_asked_for_in_python(tmp_path):
     with pytest.raises(InputError, match="drive alike"):
-        run_benchmark(nav2=JAZZY, against=JAZZY, map=WARD, goals=1, trials=1)
+        run_benchmark(nav2=IRON, against=IRON, map=WARD, goals=1, trials=1)
     with pytest.raises(InputError, match="expected a map as well"):
-        run_benchmark(nav2=JAZZY, goals=1)
+        run_benchmark(nav2=IRON, goals=1)
     other = tmp_path / "other.yaml"
-    other.write_text(JAZZY.read_text().replace("vx_max: 0.4", "vx_max: 0.3"))
-    found = run_benchmark(nav2=JAZZY, against=other, map=WARD, goals=1, trials=1, jobs=1)
-    assert list(found.trials["controller"]) == ["jazzy", "other"]
+    slower = IRON.read_text().replace("desired_linear_vel: 0.4", "desired_linear_vel: 0.3")
+    other.write_text(slower)
+    found = run_benchmark(nav2=IRON, against=other, map=WARD, goals=1, trials=1, jobs=1)
+    assert list(found.trials["controller"]) == ["iron", "other"]
     speeds = found.trials.set_index("controller")["avg_linear_speed"]
-    assert speeds["other"] < speeds["jazzy"]
+    assert speeds["other"] < speeds["iron"]

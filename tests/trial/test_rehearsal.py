@@ -20,6 +20,8 @@ from drake_navbench.trial.rehearsal import rehearse
 from drake_navbench.trial.spec import TrialSpec
 from drake_navbench.trial.trial import simulate
 
+pytestmark = pytest.mark.usefixtures("rehearsals")
+
 LOADING_S = 0.5
 FIRST_SECONDS = 3.0
 
@@ -57,8 +59,7 @@ def spec_of(preset="rpp", scenario="empty"):
     return TrialSpec(loaded, loaded.load_robot("wheelchair"), preset, seed=5)
 
 
-def test_a_kind_of_trial_is_rehearsed_once_whatever_its_seed(monkeypatch):
-    monkeypatch.setattr("drake_navbench.trial.rehearsal._rehearsed", set())
+def test_a_kind_of_trial_is_rehearsed_once_whatever_its_seed():
     driven = []
     for seed in (1, 2):
         scenario = load_scenario("empty")
@@ -76,8 +77,7 @@ def test_a_kind_of_trial_is_rehearsed_once_whatever_its_seed(monkeypatch):
     ],
     ids=["another parameter", "another scenario"],
 )
-def test_what_differs_is_rehearsed_too(monkeypatch, other, count):
-    monkeypatch.setattr("drake_navbench.trial.rehearsal._rehearsed", set())
+def test_what_differs_is_rehearsed_too(other, count):
     rehearse(spec_of(load_preset("rpp")), lambda spec: None)
     driven = []
     rehearse(other, driven.append)
@@ -85,9 +85,7 @@ def test_what_differs_is_rehearsed_too(monkeypatch, other, count):
 
 
 @pytest.mark.parametrize("error", [ValueError("broken"), SystemExit(1)])
-def test_what_goes_wrong_in_a_rehearsal_is_left_to_the_trial(monkeypatch, error):
-    monkeypatch.setattr("drake_navbench.trial.rehearsal._rehearsed", set())
-
+def test_what_goes_wrong_in_a_rehearsal_is_left_to_the_trial(error):
     tried = []
 
     def fail(spec):
@@ -102,7 +100,6 @@ def test_a_rehearsed_trial_is_the_same_to_the_last_bit(monkeypatch):
     with monkeypatch.context() as unrehearsed:
         unrehearsed.setattr("drake_navbench.trial.trial.rehearse", lambda *arguments: None)
         first = run_trial(first_seconds("empty"), "mppi_nav2", seed=3)
-    monkeypatch.setattr("drake_navbench.trial.rehearsal._rehearsed", set())
     again = run_trial(first_seconds("empty"), "mppi_nav2", seed=3)
     columns = [name for name in first.samples if name not in UNREPEATABLE_COLUMNS]
     np.testing.assert_array_equal(first.samples[columns], again.samples[columns])

@@ -201,6 +201,7 @@ def test_a_given_compute_time_gives_the_same_trial_twice():
     assert without_times(logs[0]).equals(without_times(logs[1]))
 
 
+@pytest.mark.usefixtures("rehearsals")
 def test_measured_compute_times_are_replayed_to_the_same_bytes(tmp_path):
     robot = load_robot(
         "wheelchair", {"timing": {"compute_time": "scaled", "compute_time_scale": 100.0}}

@@ -23,7 +23,6 @@ from drake_navbench.studies.side_by_side.parity import (
     port_of_release,
 )
 from drake_navbench.studies.side_by_side.parity_page import to_markdown
-from drake_navbench.trial import rehearsal
 from drake_navbench.trial.column_controller import controller_setup
 from drake_navbench.trial.random_scenes import random_scenes
 
@@ -103,9 +102,9 @@ def _in_trial(first: str, second: str):
     return compare_in_trial(load_preset(first), load_preset(second), SCENARIO, 1, "wheelchair")
 
 
-def test_in_each_cycle_of_a_trial_both_see_the_same(monkeypatch):
-    # Without what the process has rehearsed already: the cycles of that are no trial's.
-    monkeypatch.setattr(rehearsal, "_rehearsed", set())
+@pytest.mark.usefixtures("rehearsals")
+def test_in_each_cycle_of_a_trial_both_see_the_same():
+    # The cycles of a rehearsal are no trial's.
     result = _in_trial("rpp:desired_linear_vel=0.3", "rpp:desired_linear_vel=0.3001")
     alone = run_trial(SCENARIO, "rpp:desired_linear_vel=0.3", seed=1)
     assert len(result.cycles) == alone.samples["cycle_count"].max()

@@ -1,0 +1,67 @@
+"""A worker that is this process: `run_tasks` without a fork, kernels and modules loaded once.
+
+A real worker is needed where a test kills it, limits it, or looks at how it ends.
+"""
+
+from __future__ import annotations
+
+import math
+import pickle
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from multiprocessing import Pipe, forkserver
+from multiprocessing.connection import Connection
+
+import pytest
+
+from drake_navbench.processes import workers
+from drake_navbench.processes.worker_process import Raised, Returned, _ending_of, _pickled
+from drake_navbench.processes.workers import Task
+
+
+class WorkerHere:
+    """What `run_tasks` sees of a worker. Calls and endings are pickled as to and from a process."""
+
+    def __init__(self, task: Task) -> None:
+        self._ours, self._theirs = Pipe()
+        self.owner = task.owner
+        self.tasks_done = 0
+        self.begin(task)
+
+    @property
+    def signs(self) -> tuple[Connection]:
+        """The handle that is ready when a task has ended."""
+        return (self._ours,)
+
+    def begin(self, task: Task) -> None:
+        """Makes the call, and keeps its ending until `listen`."""
+        self.task, self.is_idle, self.has_begun = task, False, True
+        # It has ended when this returns, however long it takes.
+        self.deadline_s = math.inf
+        function, arguments = pickle.loads(pickle.dumps((task.function, task.arguments)))
+        begun_s = time.monotonic()
+        self._ending = _pickled(_ending_of(function, arguments, math.inf))
+        self.last_task_s = time.monotonic() - begun_s
+        self._theirs.send_bytes(b"ended")
+
+    def listen(self) -> Returned | Raised:
+        """Returns how the task ended."""
+        self._ours.recv_bytes()
+        self.is_idle = True
+        self.tasks_done += 1
+        return pickle.loads(self._ending)
+
+    def stop(self) -> None:
+        """Closes both ends."""
+        self._ours.close()
+        self._theirs.close()
+
+
+@contextmanager
+def working_here() -> Iterator[None]:
+    """Lets `run_tasks` work in this process, and starts no server."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(workers, "_Worker", WorkerHere)
+        patch.setattr(forkserver, "ensure_running", lambda: None)
+        yield
