@@ -10,10 +10,9 @@ from drake_navbench.inputs.package_files import (
     NAV2,
     ROBOT,
     WORLD,
-    find_package_files,
     read_picks,
-    readable_world,
 )
+from drake_navbench.inputs.package_search import find_package_files, readable_world
 
 DEFAULT_GOALS = 5
 # The scenario for a robot whose packages hold neither a map nor a world.
@@ -40,8 +39,8 @@ def with_package(
     if has_place or (taken[WORLD] is not None and MAP not in picks):
         taken[MAP] = None
     left_out: list[str] = []
-    if taken[WORLD] is not None and WORLD not in picks:
-        first = taken[WORLD]
+    first = taken[WORLD]
+    if first is not None and WORLD not in picks:
         worlds = [first, *(world for world in found.files[WORLD] if world != first)]
         taken[WORLD], left_out = readable_world(worlds, found.roots)
     values = vars(arguments) | found.options(taken, nav2="nav2")

@@ -20,7 +20,7 @@ from drake_navbench.inputs.robot import Robot, body_top_m, is_model, load_robot
 from drake_navbench.inputs.scenario import Scenario, load_scenario, scenario_on_map
 from drake_navbench.nav2.controllers import load_parameter_file
 from drake_navbench.nav2.differences import differences, require_different
-from drake_navbench.nav2.robot import known_base_of
+from drake_navbench.nav2.known_base import known_base_of
 from drake_navbench.nav2.whole_files import (
     FileColumns,
     WholeFile,

@@ -32,6 +32,9 @@ from drake_navbench.navigation.costmaps.range_sensor_layer import RangeSensorLay
 from drake_navbench.plugins.releases import NEWEST_RELEASE, Release
 from drake_navbench.typed_files.typed_yaml import FrozenModel
 
+# The nodes of both costmaps.
+LOCAL_COSTMAP = "local_costmap/local_costmap"
+GLOBAL_COSTMAP = "global_costmap/global_costmap"
 # The layers and filters of which a costmap has one each.
 LAYERS: dict[str, tuple[str, type[FrozenModel]]] = {
     "StaticLayer": ("static_layer", StaticLayerParameters),

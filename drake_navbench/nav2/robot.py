@@ -7,7 +7,7 @@ whole: a parameter that is missing there has Nav2's default, not the base robot'
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
@@ -18,7 +18,6 @@ import yaml
 from drake_navbench.controller import AskedSpeeds
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.check import Check, CheckRow, Status
-from drake_navbench.inputs.known_base import KnownBase
 from drake_navbench.inputs.presets import Preset
 from drake_navbench.inputs.robot import Robot, merged
 from drake_navbench.nav2.body import costmap_body, drive_for, note_body, with_body
@@ -26,13 +25,16 @@ from drake_navbench.nav2.collision_monitor import read_collision_monitor
 from drake_navbench.nav2.columns import column_rows
 from drake_navbench.nav2.controller_server import read_controller_server
 from drake_navbench.nav2.controllers import SERVER, has_controllers, server_columns
-from drake_navbench.nav2.costmaps import read_global_costmap, read_local_costmap
+from drake_navbench.nav2.costmaps import (
+    GLOBAL_COSTMAP,
+    LOCAL_COSTMAP,
+    read_global_costmap,
+    read_local_costmap,
+)
 from drake_navbench.nav2.node_reader import NodeReader, Offer, Rows
 from drake_navbench.nav2.outline import (
     Outline,
-    are_corners,
     note_small_inflation,
-    parse_points,
     read_outline,
 )
 from drake_navbench.nav2.parameters import (
@@ -66,8 +68,6 @@ from drake_navbench.nav2.substitutions import Substitutions
 from drake_navbench.typed_files.dotted_names import flattened
 from drake_navbench.typed_files.typed_yaml import validate
 
-LOCAL_COSTMAP = "local_costmap/local_costmap"
-GLOBAL_COSTMAP = "global_costmap/global_costmap"
 PLANNER_SERVER = "planner_server"
 SMOOTHER_SERVER = "smoother_server"
 BT_NAVIGATOR = "bt_navigator"
@@ -153,43 +153,6 @@ class Nav2Setup:
         if self.robot.model_path is not None:
             data["model"] = str(self.robot.model_path)
         return yaml.safe_dump(data, sort_keys=False)
-
-
-def known_base_of(paths: Sequence[Path]) -> KnownBase:
-    """Returns the robot's base in Nav2 files: its link, the costmaps' outline and scans."""
-    sections = [section for path in paths for section in read_parameter_file(path).sections]
-    nodes = [
-        node for name in (LOCAL_COSTMAP, GLOBAL_COSTMAP) for node in nodes_called(name, sections)
-    ]
-    frames = [node.get("robot_base_frame") for node in nodes]
-    # The frame's name may have the namespace of a robot among several before it.
-    links = [frame.rpartition("/")[2] for frame in frames if isinstance(frame, str) and frame]
-    outlines = [outline for node in nodes for outline in (_outline_in(node),) if outline]
-    scans = tuple(dict.fromkeys(topic for node in nodes for topic in _scans_of(node)))
-    known = outlines[0] if outlines else KnownBase()
-    return known._replace(link=links[0] if links else None, scans=scans)
-
-
-def _scans_of(node: Node) -> Iterator[str]:
-    """Yields the topics of scans that the layers of a costmap take."""
-    plugins = node.get("plugins")
-    for layer in plugins if isinstance(plugins, list) else ():
-        sources = node.get(f"{layer}.observation_sources")
-        for source in sources.split() if isinstance(sources, str) else ():
-            place = f"{layer}.{source}"
-            topic, kind = node.get(f"{place}.topic"), node.get(f"{place}.data_type", "LaserScan")
-            if isinstance(topic, str) and kind == "LaserScan":
-                yield topic
-
-
-def _outline_in(node: Node) -> KnownBase | None:
-    """Returns the outline in a costmap's parameters; None where there is none, or a wrong one."""
-    given, radius_m = node.get("footprint"), node.get("robot_radius")
-    corners = parse_points(given) if isinstance(given, str) else given
-    if are_corners(corners) and len(corners) >= 3:
-        return KnownBase(footprint=tuple((float(x), float(y)) for x, y in corners))
-    is_number = isinstance(radius_m, int | float) and not isinstance(radius_m, bool)
-    return KnownBase(radius_m=float(radius_m)) if is_number and radius_m > 0.0 else None
 
 
 class ReadFiles(NamedTuple):

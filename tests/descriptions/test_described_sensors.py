@@ -10,7 +10,7 @@ from descriptions_scenes import BOX, XACRO, link, rows, urdf, write_repository
 from drake_navbench.inputs.check import Status
 from drake_navbench.inputs.described_robot import describe_robot
 from drake_navbench.inputs.robot import load_robot
-from drake_navbench.nav2.robot import known_base_of
+from drake_navbench.nav2.known_base import known_base_of
 
 EYE = (
     '<joint name="j" type="fixed"><parent link="base_link"/><child link="eye"/>'

@@ -10,7 +10,7 @@ from drake_navbench.campaign.request_arguments import request_from_arguments
 from drake_navbench.commands.doctor import main as doctor
 from drake_navbench.commands.run import build_parser, main
 from drake_navbench.errors import InputError
-from drake_navbench.inputs.package_files import find_package_files
+from drake_navbench.inputs.package_search import find_package_files
 
 NAV2 = """controller_server:
   ros__parameters:

@@ -15,7 +15,8 @@ from drake_navbench.inputs.descriptions.gazebo_drive import (
     drive_of,
 )
 from drake_navbench.inputs.descriptions.model_source import read_source
-from drake_navbench.inputs.package_files import ROBOT, find_package_files
+from drake_navbench.inputs.package_files import ROBOT
+from drake_navbench.inputs.package_search import find_package_files
 
 BODY = (
     '<link name="base_link"><collision><geometry><box size="0.6 0.4 0.2"/></geometry></collision>'

@@ -15,8 +15,9 @@ from drake_navbench.inputs.check import Status
 from drake_navbench.inputs.presets import Preset
 from drake_navbench.inputs.robot import Robot
 from drake_navbench.nav2.controllers import SERVER
+from drake_navbench.nav2.costmaps import GLOBAL_COSTMAP, LOCAL_COSTMAP
 from drake_navbench.nav2.release import BEFORE_HUMBLE, OLD_NODE, told_by
-from drake_navbench.nav2.robot import GLOBAL_COSTMAP, LOCAL_COSTMAP, Nav2Setup
+from drake_navbench.nav2.robot import Nav2Setup
 from drake_navbench.plugins.releases import NEWEST_RELEASE, Release
 from drake_navbench.typed_files.dotted_names import flattened
 

@@ -14,8 +14,9 @@ from drake_navbench.errors import InputError
 from drake_navbench.inputs.check import CheckRow, Status
 from drake_navbench.inputs.presets import Preset
 from drake_navbench.inputs.robot import Robot, is_model
+from drake_navbench.nav2.known_base import known_base_of
 from drake_navbench.nav2.patch import Place, patched
-from drake_navbench.nav2.robot import Nav2Setup, known_base_of
+from drake_navbench.nav2.robot import Nav2Setup
 from drake_navbench.nav2.whole_files import FileColumns, WholeFile, columns_of_files
 from drake_navbench.studies.doctor.facts import Facts, facts_of
 from drake_navbench.studies.doctor.left_out import readable_setup

@@ -10,9 +10,9 @@ from drake_navbench.inputs.package_files import (
     NAV2,
     ROBOT,
     WORLD,
-    find_package_files,
     read_picks,
 )
+from drake_navbench.inputs.package_search import find_package_files
 
 
 def with_package(

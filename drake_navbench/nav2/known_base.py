@@ -1,0 +1,48 @@
+"""The robot's base in Nav2 files: its link, its outline, the topics of its scans."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+from drake_navbench.inputs.known_base import KnownBase
+from drake_navbench.nav2.costmaps import GLOBAL_COSTMAP, LOCAL_COSTMAP
+from drake_navbench.nav2.outline import are_corners, parse_points
+from drake_navbench.nav2.parameters import Node, nodes_called, read_parameter_file
+
+
+def known_base_of(paths: Sequence[Path]) -> KnownBase:
+    """Returns the robot's base in Nav2 files: its link, the costmaps' outline and scans."""
+    sections = [section for path in paths for section in read_parameter_file(path).sections]
+    nodes = [
+        node for name in (LOCAL_COSTMAP, GLOBAL_COSTMAP) for node in nodes_called(name, sections)
+    ]
+    frames = [node.get("robot_base_frame") for node in nodes]
+    # The frame's name may have the namespace of a robot among several before it.
+    links = [frame.rpartition("/")[2] for frame in frames if isinstance(frame, str) and frame]
+    outlines = [outline for node in nodes for outline in (_outline_in(node),) if outline]
+    scans = tuple(dict.fromkeys(topic for node in nodes for topic in _scans_of(node)))
+    known = outlines[0] if outlines else KnownBase()
+    return known._replace(link=links[0] if links else None, scans=scans)
+
+
+def _scans_of(node: Node) -> Iterator[str]:
+    """Yields the topics of scans that the layers of a costmap take."""
+    plugins = node.get("plugins")
+    for layer in plugins if isinstance(plugins, list) else ():
+        sources = node.get(f"{layer}.observation_sources")
+        for source in sources.split() if isinstance(sources, str) else ():
+            place = f"{layer}.{source}"
+            topic, kind = node.get(f"{place}.topic"), node.get(f"{place}.data_type", "LaserScan")
+            if isinstance(topic, str) and kind == "LaserScan":
+                yield topic
+
+
+def _outline_in(node: Node) -> KnownBase | None:
+    """Returns the outline in a costmap's parameters; None where there is none, or a wrong one."""
+    given, radius_m = node.get("footprint"), node.get("robot_radius")
+    corners = parse_points(given) if isinstance(given, str) else given
+    if are_corners(corners) and len(corners) >= 3:
+        return KnownBase(footprint=tuple((float(x), float(y)) for x, y in corners))
+    is_number = isinstance(radius_m, int | float) and not isinstance(radius_m, bool)
+    return KnownBase(radius_m=float(radius_m)) if is_number and radius_m > 0.0 else None
