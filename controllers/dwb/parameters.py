@@ -6,6 +6,7 @@ import math
 from collections.abc import Mapping
 from typing import Any, ClassVar, Self
 
+import numpy as np
 from pydantic import Field, field_validator, model_validator
 
 from drake_navbench.controller import AskedSpeeds
@@ -232,6 +233,12 @@ class DynamicWindowApproachParameters(ParametersWithCritics):
     def cuts_plan(self) -> bool:
         """Whether the controller cuts the plan itself, as Nav2's does up to Kilted."""
         return self.nav2_release != NEWEST_RELEASE
+
+    @property
+    def speed_tolerance(self) -> float:
+        """The tolerance of `Kinematics`: that of float32 since Jazzy, larger before."""
+        is_old = self.nav2_release in (Release.HUMBLE, Release.IRON)
+        return 1e-5 if is_old else float(np.finfo(np.float32).eps)
 
     @property
     def is_patient(self) -> bool:

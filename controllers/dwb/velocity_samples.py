@@ -16,9 +16,8 @@ from numpy.typing import NDArray
 if TYPE_CHECKING:
     from drake_navbench.controllers.dwb.kinematics import Kinematics
 
-# Nav2's tolerances: a narrower axis has one sample; the last sample may pass the end by as much.
+# Nav2's tolerance: a narrower axis has one sample; the last sample may pass the end by as much.
 AXIS_TOLERANCE = 1e-5
-SPEED_SQUARED_TOLERANCE = float(np.finfo(np.float32).eps)
 FEWEST_SAMPLES = 2
 
 
@@ -68,11 +67,12 @@ def is_valid_speed(kinematics, vx, vy, wz):
     """Tells whether the planar speed limits admit a twist; a full stop is never admitted."""
     speed_squared = vx * vx + vy * vy
     fastest, slowest = kinematics.max_speed_xy, kinematics.min_speed_xy
-    if fastest >= 0.0 and speed_squared > fastest * fastest + SPEED_SQUARED_TOLERANCE:
+    tolerance = kinematics.speed_tolerance
+    if fastest >= 0.0 and speed_squared > fastest * fastest + tolerance:
         return False
-    is_slow = slowest >= 0.0 and speed_squared + SPEED_SQUARED_TOLERANCE < slowest * slowest
+    is_slow = slowest >= 0.0 and speed_squared + tolerance < slowest * slowest
     slowest_turn = kinematics.min_speed_theta
-    turns_slowly = slowest_turn >= 0.0 and abs(wz) + SPEED_SQUARED_TOLERANCE < slowest_turn
+    turns_slowly = slowest_turn >= 0.0 and abs(wz) + tolerance < slowest_turn
     if is_slow and turns_slowly:
         return False
     return speed_squared != 0.0 or wz != 0.0

@@ -9,7 +9,11 @@ from hypothesis import strategies as st
 from drake_navbench.controller import SpeedLimit
 from drake_navbench.controllers.dwb.kinematics import Kinematics
 from drake_navbench.controllers.dwb.trajectories import TrajectoryGenerator
-from drake_navbench.controllers.dwb.velocity_samples import project_velocity, sample_axis
+from drake_navbench.controllers.dwb.velocity_samples import (
+    is_valid_speed,
+    project_velocity,
+    sample_axis,
+)
 
 
 def axis(*, current=0.0, low=-1.0, high=1.0, accel=10.0, decel=-10.0, window_s=1.0, n=4):
@@ -148,6 +152,15 @@ def test_default_planar_speed_limit_of_zero_leaves_pure_rotation():
     twists = twists_of(parameters(max_speed_xy=0.0))
     assert len(twists) == 20
     assert (twists[:, 0] == 0.0).all()
+
+
+@pytest.mark.parametrize(
+    ("release", "admits"), [("humble", True), ("iron", True), ("jazzy", False), ("lyrical", False)]
+)
+def test_up_to_iron_a_twist_may_be_a_little_faster(release, admits):
+    # 0.3^2 + 0.002^2 = 0.090004: more than 0.09 by 4e-6, of which Iron lets 1e-5 pass.
+    p = parameters(nav2_release=release, max_speed_xy=0.3)
+    assert is_valid_speed(Kinematics.from_parameters(p), 0.3, 0.002, 0.0) is admits
 
 
 def test_negative_planar_speed_limit_is_none():
