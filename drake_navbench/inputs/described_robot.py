@@ -125,7 +125,8 @@ def _described(
         fields |= table.sensors(found) | table.lidar_by_link(lidar_link(model, base, floor_m))
     fields |= table.layers(fields.get("lidar", {}))
     fields |= table.drive(drive_of(model, wheels, source.packages, [*source.arguments.values()]))
-    table.note_turning(turning_centre(model, wheels), fields)
+    if len(wheels) >= 2:
+        table.note_turning(turning_centre(model, wheels), fields)
     for remark in dict.fromkeys((*body.left_out, *model.remarks)):
         table.add(Status.STAND_IN, "shapes", remark)
     height_m = max(body.high_m - floor_m, 0.05)

@@ -193,10 +193,10 @@ def wheels_of(model: Model, base: str) -> list[Wheel]:
 
 
 def turning_centre(model: Model, wheels: Sequence[Wheel]) -> Array | None:
-    """Returns the middle of the wheels that neither steer nor swivel, (2,) m; None without two."""
+    """Returns the middle of the wheels that neither steer nor swivel, (2,) m; None without any."""
     turned = {joint.child for joint in model.joints if joint.kind in TURNING}
     places = [wheel.position[:2] for wheel in wheels if wheel.joint.parent not in turned]
-    return np.mean(places, axis=0) if len(places) >= 2 else None
+    return np.mean(places, axis=0) if places else None
 
 
 def _round_tyre(link: Link, to_base: Array) -> tuple[Array, float] | None:

@@ -12,7 +12,7 @@ from xml.etree import ElementTree
 import numpy as np
 
 from drake_navbench.errors import InputError
-from drake_navbench.inputs.descriptions.body import Wheel
+from drake_navbench.inputs.descriptions.body import Wheel, turning_centre
 from drake_navbench.inputs.descriptions.model import Joint, Model
 from drake_navbench.inputs.descriptions.poses import number
 from drake_navbench.inputs.descriptions.ros_packages import Packages
@@ -324,10 +324,9 @@ def _add_turning(values: dict[str, float], model: Model, wheels: Sequence[Wheel]
     if along and max(along) - min(along) > LEAST:
         values.setdefault("wheelbase_m", max(along) - min(along))
     steering = _steering(model, wheels)
-    steered = {joint.child for joint in steering}
-    fixed = [float(w.position[0]) for w in wheels if w.joint.parent not in steered]
-    if steered and fixed:
-        values["rear_axle_x_m"] = sum(fixed) / len(fixed)
+    centre = turning_centre(model, wheels)
+    if steering and centre is not None:
+        values["rear_axle_x_m"] = float(centre[0])
     bounds = [min(-j.range_rad[0], j.range_rad[1]) for j in steering]
     bounds += _command_limits(model, steering, "position")
     limit, wheelbase = values.pop(STEERING, min(bounds, default=0.0)), values.get("wheelbase_m")

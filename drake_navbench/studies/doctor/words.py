@@ -128,11 +128,11 @@ def _preferred(judged: Sequence[Judged], cure: Judged) -> str:
     elif len(first.worse) > len(cure.worse):
         why = f"more trials show {', '.join(first.worse)}"
     else:
-        why = (
-            f"all symptoms that all trials show add up to {first.left}, with the change offered to "
-            f"{cure.left}"
-        )
-    return f" It is offered before {change_told(first.trial)}, the likelier cause: with that {why}."
+        why = f"the trials show {first.left} symptoms in all, with the change offered {cure.left}"
+    return (
+        f" It is offered in place of {change_told(first.trial)}, which was judged first: "
+        f"with that {why}."
+    )
 
 
 def _others(cure: Judged) -> str:

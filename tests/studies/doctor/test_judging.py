@@ -113,7 +113,7 @@ def test_where_the_best_change_brings_a_touch_the_next_one_is_judged_and_offered
     assert [entry.worse for entry in found.judged] == [["collision"], []]
     assert found.cure is found.judged[1]
     found.seen = {Symptom.WOBBLE_STRAIGHT: ["straight"]}
-    assert verdict(found).endswith("the likelier cause: with that more trials show collision.")
+    assert verdict(found).endswith("which was judged first: with that more trials show collision.")
 
 
 @pytest.mark.parametrize(("left", "best"), [(["spins"], 1), ([], 0)])
@@ -139,8 +139,8 @@ def test_of_changes_that_take_the_symptom_away_the_one_that_leaves_the_fewest_ot
     assert [entry.left for entry in found.judged] == [12 * len(left), 0][: best + 1]
     assert found.cure is found.judged[best]
     told = (
-        " It is offered before FollowPath.CostCritic.consider_footprint = true, the likelier cause:"
-        " with that all symptoms that all trials show add up to 12, with the change offered to 0."
+        " It is offered in place of FollowPath.CostCritic.consider_footprint = true, which was"
+        " judged first: with that the trials show 12 symptoms in all, with the change offered 0."
     )
     assert verdict(found).endswith(told) == bool(left)
 
