@@ -113,6 +113,23 @@ def test_a_steered_base_turns_about_its_rear_axle_wherever_the_base_frame_is(tmp
         assert rows == ([told] if told else [])
 
 
+def test_springs_do_not_steer_and_a_drivers_wheel_is_none(tmp_path):
+    """The left rear wheel hangs on a spring of 0.05 m; the driver's wheel is 0.9 m up, in front."""
+    left, right, *front = steered(rear_m=-0.3, front_m=0.25)
+    spring = (
+        '<link name="axle"/><joint name="spring" type="prismatic"><parent link="base_link"/>'
+        '<child link="axle"/><axis xyz="0 0 1"/>'
+        '<limit lower="-0.05" upper="0.05" effort="1" velocity="1"/></joint>'
+    )
+    driver = wheel("steering", 0.0, CYLINDER.format(0.1)).replace('"0 0.0 -0.05"', '"0.2 0 0.9"')
+    parts = (left.replace('"base_link"', '"axle"'), right, *front, spring, driver)
+    fields = describe_robot(robot(tmp_path, *parts)).fields["drive"]
+    assert (fields["type"], fields["wheelbase_m"]) == ("ackermann", pytest.approx(0.55))
+    # 0.55 m / tan(0.398 rad); a spring of 0.05 m read as 0.05 rad would give 11 m.
+    assert fields["min_turning_radius_m"] == pytest.approx(1.308, abs=1e-3)
+    assert fields["rear_axle_x_m"] == pytest.approx(-0.3)
+
+
 @pytest.mark.usefixtures("reads_meshes_here")
 def test_the_radius_of_a_mesh_is_measured_where_the_mesh_is_round(tmp_path):
     trimesh.creation.cylinder(radius=0.05, height=0.03).export(tmp_path / "round.stl")

@@ -181,7 +181,7 @@ def wheel_joints(model: Model, base: str) -> list[Joint]:
 
 
 def wheels_of(model: Model, base: str) -> list[Wheel]:
-    """Returns the wheels: each at its tyre or, where it has no shape, at its link."""
+    """Returns the wheels near the floor: each at its tyre or, without a shape, at its link."""
     to_base = to_base_of(model, base)
     wheels = []
     for joint in wheel_joints(model, base):
@@ -189,7 +189,22 @@ def wheels_of(model: Model, base: str) -> list[Wheel]:
         tyre = _round_tyre(link, to_base) or _mesh_tyre(link, to_base)
         position, radius_m = tyre or ((to_base @ link.pose)[:3, 3], None)
         wheels.append(Wheel(joint, position, radius_m))
-    return wheels
+    return _near_the_floor(wheels)
+
+
+def _near_the_floor(wheels: Sequence[Wheel]) -> list[Wheel]:
+    """Returns the wheels but those above all of the lowest axle, such as a driver's wheel.
+
+    A wheel of unknown radius counts as large as the largest known one.
+    """
+    lowest_m = min((wheel.position[2] for wheel in wheels), default=0.0)
+    radii = [wheel.radius_m for wheel in wheels if wheel.radius_m is not None]
+    most = max(radii, default=np.inf)
+    return [
+        wheel
+        for wheel in wheels
+        if wheel.position[2] - (most if wheel.radius_m is None else wheel.radius_m) <= lowest_m
+    ]
 
 
 def turning_centre(model: Model, wheels: Sequence[Wheel]) -> Array | None:

@@ -12,7 +12,7 @@ from xml.etree import ElementTree
 import numpy as np
 
 from drake_navbench.errors import InputError
-from drake_navbench.inputs.descriptions.body import Wheel, turning_centre
+from drake_navbench.inputs.descriptions.body import TURNING, Wheel, turning_centre
 from drake_navbench.inputs.descriptions.model import Joint, Model
 from drake_navbench.inputs.descriptions.poses import number
 from drake_navbench.inputs.descriptions.ros_packages import Packages
@@ -282,7 +282,8 @@ def _steering(model: Model, wheels: Sequence[Wheel]) -> list[Joint]:
     return [
         joint
         for joint in model.joints
-        if joint.child in carried
+        if joint.kind in TURNING
+        and joint.child in carried
         and abs(joint.axis[2]) > UPRIGHT
         and max(-joint.range_rad[0], joint.range_rad[1]) < 0.5 * math.pi
     ]
