@@ -7,6 +7,7 @@ own mean.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Iterator, Mapping
 from typing import NamedTuple
 
@@ -171,20 +172,20 @@ def _total(suite: str, density: str, controller: str, trials: pd.DataFrame) -> T
         success=_share(worlds["success"]),
         collision=_share(worlds["collision"]),
         scored=_share(worlds["scored"]),
-        score=_score(worlds["score"]),
-        time_s=summarize(worlds["time_s"]),
+        score=_within(summarize(worlds["score"]), 0.0, BEST_SCORE),
+        time_s=_within(summarize(worlds["time_s"]), 0.0, math.inf),
         has_densities=bool(density),
     )
 
 
-def _score(values: pd.Series) -> Summary:
-    """Returns the summary of BARN scores; the interval is cut to the possible scores."""
-    found = summarize(values)
-    low, high = found.interval
+def _within(found: Summary, low: float, high: float) -> Summary:
+    """Returns the summary with its interval cut to the possible values, low to high."""
     # Comparisons with NaN are false: an undefined interval stays undefined.
-    return found._replace(
-        interval=Interval(0.0 if low < 0.0 else low, BEST_SCORE if high > BEST_SCORE else high)
+    interval = Interval(
+        low if found.interval.low < low else found.interval.low,
+        high if found.interval.high > high else found.interval.high,
     )
+    return found._replace(interval=interval)
 
 
 def _share(values: Iterable[float]) -> Share:

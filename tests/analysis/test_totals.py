@@ -99,3 +99,10 @@ def test_a_scores_interval_ends_where_scores_do(scores, interval):
     low, high = total.score.interval
     assert interval in (low, high)
     assert 0.0 <= low < high <= 0.5
+
+
+def test_the_interval_of_a_time_ends_at_zero():
+    # Of 10 s and 30 s Student's interval reaches from -107 to 147 s.
+    rows = [{**row(world), "time_to_goal_s": t} for world, t in enumerate((10.0, 30.0))]
+    (total,) = totals(pd.DataFrame(rows))
+    assert total.time_s.interval == (0.0, pytest.approx(147.1, abs=0.1))
