@@ -46,6 +46,7 @@ from drake_navbench.campaign.run_console import (
     undriven_line,
 )
 from drake_navbench.campaign.run_results import Results
+from drake_navbench.campaign.sweep import swept_points
 from drake_navbench.campaign.table_console import print_first_column
 from drake_navbench.campaign.warm_up import (
     Compiling,
@@ -138,8 +139,7 @@ def run_benchmark(
             trials=trials,
             seed=seed,
             robot=robot,
-            sweeps=sweeps,
-            samples=samples,
+            points=swept_points(sweeps, samples=samples, seed=seed),
         )
     jobs = _jobs(campaign, jobs)
     temporary = tempfile.TemporaryDirectory() if out is None else None
