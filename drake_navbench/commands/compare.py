@@ -56,6 +56,7 @@ def build_parser() -> argparse.ArgumentParser:
         "results folders to judge; without one, the columns of BASELINE are compared with its "
         "first one",
         Path,
+        [],
         nargs="*",
         metavar="OTHER",
     )

@@ -6,7 +6,6 @@ Only the standard library is imported before the arguments are read, so that --h
 from __future__ import annotations
 
 import argparse
-import math
 import shlex
 import time
 import warnings
@@ -23,6 +22,7 @@ from drake_navbench.commands.command_line import (
     Options,
     exit_status_of,
     listed_names,
+    number,
     positive_number,
     whole_number,
 )
@@ -282,13 +282,7 @@ def _port(text: str) -> int:
 
 
 def _seconds(text: str) -> float:
-    try:
-        seconds = float(text)
-    except ValueError:
-        seconds = -1.0
-    if not 0.0 < seconds < math.inf:
-        raise argparse.ArgumentTypeError(f"got {text!r}, expected seconds above 0")
-    return seconds
+    return number(text, "seconds above 0", lambda seconds: seconds > 0.0)
 
 
 def _require_nothing_else(parser: argparse.ArgumentParser, arguments: argparse.Namespace) -> None:
