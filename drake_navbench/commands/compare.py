@@ -1,7 +1,4 @@
-"""The command line: `drake-navbench compare BASELINE OTHER...`.
-
-Only the standard library is imported before the arguments are read, so that --help is quick.
-"""
+"""The command line: `drake-navbench compare BASELINE OTHER...`."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""The command `live`: a scenario as a simulator for a running ROS 2 stack.
-
-Only the standard library is imported before the arguments are read, so that --help is quick.
-"""
+"""The command `live`: a scenario as a simulator for a running ROS 2 stack."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""Drives two builds of Nav2 and tests what changed: `drake-navbench nav2-gate BASE HEAD`.
-
-Only the standard library is imported before the arguments are read, so that --help is quick.
-"""
+"""Drives two builds of Nav2 and tests what changed: `drake-navbench nav2-gate BASE HEAD`."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""The results folders as a list: `drake-navbench runs`; rename, tag and delete them.
-
-Only the standard library is imported before the arguments are read, so that --help is quick.
-"""
+"""The results folders as a list: `drake-navbench runs`; rename, tag and delete them."""
 
 from __future__ import annotations
 

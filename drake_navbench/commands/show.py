@@ -1,7 +1,4 @@
-"""The command `show`: a picture of a scenario, a robot or a Nav2 file before anything drives.
-
-Only the standard library is imported before the arguments are read, so that --help is quick.
-"""
+"""The command `show`: a picture of a scenario, a robot or a Nav2 file before anything drives."""
 
 from __future__ import annotations
 

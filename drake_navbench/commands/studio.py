@@ -1,7 +1,4 @@
-"""The command `studio`: pages to draw scenarios, change parameters, drive, and look.
-
-Only the standard library is imported before the arguments are read, so that --help is quick.
-"""
+"""The command `studio`: pages to draw scenarios, change parameters, drive, and look."""
 
 from __future__ import annotations
 

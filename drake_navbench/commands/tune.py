@@ -1,7 +1,4 @@
-"""Tunes a preset: `drake-navbench tune PRESET`.
-
-Only the standard library is imported before the arguments are read, so that --help is quick.
-"""
+"""Tunes a preset: `drake-navbench tune PRESET`."""
 
 from __future__ import annotations
 
