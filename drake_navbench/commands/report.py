@@ -35,7 +35,7 @@ def build_parser() -> argparse.ArgumentParser:
         choices=("none", "key", "all"),
     )
     option("--metric FILE.py:NAME ...", "also measure a function of yours, decorated with @metric")
-    option("--jobs JOBS", "parallel processes (2)", positive_number, 2)
+    option("--jobs N", "parallel processes (2)", positive_number, 2)
     option(
         "--difference PERCENT",
         "estimate how many trials would show a difference of this size (5)",

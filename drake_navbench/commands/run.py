@@ -78,7 +78,7 @@ def add_what_drives(parser: argparse.ArgumentParser) -> None:
     )
     option(
         "--original BUILD",
-        "drive the original C++ of each column's controller, too, from a build of nav2-build",
+        "also drive each column's controller in its original C++, from a build of nav2-build",
     )
     option(
         "--robot NAME|FILE",

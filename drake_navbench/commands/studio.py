@@ -40,9 +40,10 @@ def build_parser() -> argparse.ArgumentParser:
         "folder with scenarios, Nav2 files and results (the current one)",
         Path,
         Path(),
+        metavar="FOLDER",
         nargs="?",
     )
-    option("--port N", "port (any free one)", whole_number, 0)
+    option("--port N", "port of the pages (any free one)", whole_number, 0)
     option("--no-browser", "print the address, open no browser")
     return parser
 

@@ -136,7 +136,7 @@ def _add_running(parser: argparse.ArgumentParser) -> None:
         default="tpe",
         choices=("tpe", "nsga2", "random"),
     )
-    option("--robot ROBOT", "robot by name, or a YAML file (wheelchair)", default="wheelchair")
+    option("--robot NAME|FILE", "robot that drives (wheelchair)", default="wheelchair")
     option("--jobs N", "parallel workers (all cores)", positive_number)
     option(
         "--out DIR",
