@@ -62,27 +62,22 @@ def make_base(robot: Robot, scene_graph: SceneGraph) -> Base:
 def _base_with_wheels(
     robot: Robot, drive: DifferentialDrive, scene_graph: SceneGraph
 ) -> CasterBase | MultibodyBase:
-    gear = robot.running_gear("robot")
-    resistance = robot.rolling_resistance_ratio
+    kind: type[CasterBase] | type[MultibodyBase]
     # Imported late: most robots need no such base.
     if drive.physics == "planar_casters":
         from drake_navbench.trial.systems.caster_base import CasterBase
 
-        return CasterBase(
-            drive,
-            gear,
-            scene_graph,
-            footprint=robot.outline,
-            rolling_resistance=resistance,
-        )
-    from drake_navbench.trial.systems.multibody_base import MultibodyBase
+        kind = CasterBase
+    else:
+        from drake_navbench.trial.systems.multibody_base import MultibodyBase
 
-    return MultibodyBase(
+        kind = MultibodyBase
+    return kind(
         drive,
-        gear,
+        robot.running_gear("robot"),
         scene_graph,
         footprint=robot.outline,
-        rolling_resistance=resistance,
+        rolling_resistance=robot.rolling_resistance_ratio,
     )
 
 
