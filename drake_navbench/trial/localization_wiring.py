@@ -25,9 +25,9 @@ FRAMES = ("odometry_from_world", "map_from_odometry")
 class LocalizationSystem:
     """The systems of the localization.
 
-    noise: adds noise to the base's state; it is the whole localization where map and odometry frame
-    are one, and `scripted` is None. amcl: if not None, finds the pose in place of `scripted`. late:
-    by the name of an output, the system that delays it.
+    noise: adds noise to the base's state. If map and odometry frame are one, it is the whole
+    localization, and `scripted` is None. amcl: if not None, it finds the pose in place of
+    `scripted`. late: the systems that delay outputs, by the output's name.
     """
 
     noise: Localization | HeldNoise

@@ -42,7 +42,7 @@ def add_sensors(
     localization: LocalizationSystem,
     moving_world: MovingWorld | None,
 ) -> tuple[Lidar, RangeSensors | None, Signals]:
-    """Adds the sensors, and lets the localization have the scans.
+    """Adds the sensors, and connects the scans to the localization.
 
     Returns the lidar, the range sensors, and the ports of the robot and all its senses.
     """
