@@ -81,6 +81,7 @@ def test_arguments_are_read(read, text, value):
         (positive_number, "0", "a whole number of at least 1"),
         (number, "noon", "a number"),
         (number, "inf", "a number"),
+        (number, "nan", "a number"),
         (percentage, "-0.1", "a percentage of at least 0"),
         (percentage, "inf", "a percentage of at least 0"),
         (percentage, "nan", "a percentage of at least 0"),
