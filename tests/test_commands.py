@@ -108,6 +108,9 @@ def test_an_unknown_option_of_any_command_is_one_line(command, capsys):
         (["run", "empty", "--seed", "1", "doorway"], "unrecognized arguments: doorway"),
         (["run", "--robot", "--\x1b[31m"], "option '--\\x1b[31m' is not known; the nearest"),
         (["report"], "the following arguments are required: DIR"),
+        (["report", "x", "--figures", "some"], "argument --figures: got 'some', expected none, "),
+        (["why", "x", "--at", "noon"], "argument --at: got 'noon', expected a number"),
+        (["compare"], "the following arguments are required: BASELINE"),
         (["report", "one", "two\nthree"], "unrecognized arguments: two three"),
         (
             ["tune", "rpp", "--scenaros", "doorway"],
@@ -127,7 +130,7 @@ def test_a_step_of_a_command_knows_its_own_options(capsys):
         "drake-navbench leaderboard seal: option '--scret' is not known; did you mean '--secret'?"
     )
     line = said_of_wrong_arguments(["leaderboard", "bild", "--suite", "x"], capsys)
-    assert line.startswith("drake-navbench leaderboard: argument STEP: invalid choice: 'bild'")
+    assert line.startswith("drake-navbench leaderboard: argument STEP: got 'bild', expected seal, ")
 
 
 def test_the_package_can_be_run():

@@ -38,7 +38,6 @@ WITH_MANY_PARAMETERS = {
     "controllers/mppi/motion_models.py:_step_row",
     "controllers/mppi/motion_models.py:pose_lanes",
     "drake_navbench/campaign/benchmark.py:run_benchmark",
-    "drake_navbench/campaign/campaign.py:plan_campaign",
 }
 
 # A kernel's record is made of the parameter model (`ControllerParameters.as_record`). These tuples

@@ -204,7 +204,9 @@ def _checked(path: Path, suite: Suite, seed_of: SeedOf) -> Entry:
     # The robot's file may lie anywhere; its hash shows that all entries have the same file.
     _require(path, "robot", Path(str(request.get("robot"))).name, (Path(suite.robot).name,))
     if request.get("nav2_files"):
-        raise InputError(f"{path}: nav2_files: change the robot; expected --params instead")
+        raise InputError(
+            f"{path}: nav2_files: driven with --nav2, which changes the robot; expected --params"
+        )
     driven = manifest.get("scenarios", [])
     if not manifest.get("controllers"):
         raise InputError(f"{folder.manifest_path}: controllers: missing, but required")

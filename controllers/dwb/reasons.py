@@ -109,7 +109,9 @@ def _comparison(
     if totals[other] == totals[best]:
         same = command_text(twists[other, [0, 2]])
         return f"total {total}, as {same}; of equal ones the one sampled first is taken"
-    told = f"total {total} against {totals[other]:.4g} of {command_text(twists[other, [0, 2]])}"
+    whose = "the best that turns or drives otherwise" if shown[2:] else "the next best"
+    command = command_text(twists[other, [0, 2]])
+    told = f"total {total} against {totals[other]:.4g} of {whose}, {command}"
     if not leading:
         return told
     first = [leading[0]]

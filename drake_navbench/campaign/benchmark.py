@@ -46,6 +46,7 @@ from drake_navbench.campaign.run_console import (
     undriven_line,
 )
 from drake_navbench.campaign.run_results import Results
+from drake_navbench.campaign.sweep import swept_points
 from drake_navbench.campaign.table_console import print_first_column
 from drake_navbench.campaign.warm_up import (
     Compiling,
@@ -97,10 +98,10 @@ def run_benchmark(
     """Runs a benchmark and returns its trials: a table with the metrics, and their logs.
 
     The arguments are those of the command line; several controllers may be one string with commas,
-    as there. files: see `NavigationFiles`. `out` keeps the logs in a new folder, of which
-    `drake-navbench report` makes a report; `--resume` goes on with it unless a Preset or Scenario
-    was given, which a manifest cannot name. Raises InputError where an argument is wrong,
-    NavbenchError where trials were ended by something outside of them.
+    as there. files: see `NavigationFiles`. out: a new folder that keeps the logs. `drake-navbench
+    report` makes its report, and `run --resume` continues it; the latter only if every controller
+    and scenario was given by its name, not as an object. Raises InputError where an argument is
+    wrong, NavbenchError where trials were ended by something outside of them.
     """
     out = None if out is None else Path(out).absolute()
     scenarios = [scenarios] if isinstance(scenarios, str | Scenario) else list(scenarios)
@@ -138,8 +139,7 @@ def run_benchmark(
             trials=trials,
             seed=seed,
             robot=robot,
-            sweeps=sweeps,
-            samples=samples,
+            points=swept_points(sweeps, samples=samples, seed=seed),
         )
     jobs = _jobs(campaign, jobs)
     temporary = tempfile.TemporaryDirectory() if out is None else None

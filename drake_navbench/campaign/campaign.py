@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import zlib
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from hashlib import sha256
 from typing import Any
 
 import numpy as np
 
-from drake_navbench.campaign.sweep import SweptScenario, expand, parse_axis, points_of
+from drake_navbench.campaign.sweep import SweptScenario, expand
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.check import Check
 from drake_navbench.inputs.presets import Preset, default_presets, load_preset
@@ -101,14 +101,13 @@ def plan_campaign(
     robot: str | Robot = DEFAULT_ROBOT,
     wants_diagnostics: bool = False,
     keeps_costmaps: bool = True,
-    sweeps: Sequence[str] = (),
-    samples: int | None = None,
+    points: Sequence[Mapping[str, Any]] = ({},),
 ) -> Campaign:
     """Returns every trial of a campaign, all input checked; raises InputError.
 
-    sweeps: axes from `parse_axis`. samples: number of points of a Latin hypercube over the axes.
-    Empty sequences stand for the five published scenarios and the default presets. An input given
-    twice runs once; different inputs of the same name are refused.
+    points: those of a sweep, values by field; one empty point without a sweep. Without scenarios or
+    presets the five published scenarios or the default presets drive. An input given twice runs
+    once; different inputs of the same name are refused.
     """
     entries = tuple({str(entry): entry for entry in scenarios}.values()) or PUBLISHED_SCENARIOS
     loaded = [entry if isinstance(entry, Scenario) else load_scenario(entry) for entry in entries]
@@ -124,9 +123,6 @@ def plan_campaign(
         for preset in dict.fromkeys(presets or default_presets())
     ]
     _require_different_names("controller", [(preset.name, preset.source) for preset in columns])
-    if not sweeps and samples is not None:
-        raise InputError(f"--samples {samples}: expected --sweep as well")
-    points = points_of([parse_axis(text) for text in sweeps], samples=samples, seed=seed)
     swept = list(expand(points, loaded, columns, robot))
     specs = []
     checked: list[tuple[Preset, Robot]] = []
@@ -164,7 +160,7 @@ def plan_campaign(
         for trial in range(1, trials):
             trials_own_seed = trial_seed(seed, paired_with, trial)
             specs += [first.numbered(trial, trials_own_seed) for first in firsts]
-    return Campaign(tuple(specs), sweep=_origins(swept) if sweeps else {})
+    return Campaign(tuple(specs), sweep=_origins(swept) if any(points) else {})
 
 
 def _robots_of(

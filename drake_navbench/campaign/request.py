@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Literal, NamedTuple
 
 from pydantic import Field
 
-from drake_navbench.campaign.sweep import MAX_POINTS
+from drake_navbench.campaign.sweep import MAX_POINTS, swept_points
 from drake_navbench.errors import InputError, nearest_name_hint
 from drake_navbench.inputs.barn import barn_scenarios
 from drake_navbench.inputs.check import CheckRow, Status
@@ -210,8 +210,7 @@ class Request(FrozenModel):
             seed=self.seed,
             robot=robot if nav2 or described is not None else self.robot,
             wants_diagnostics=self.replay == "each",
-            sweeps=self.sweeps,
-            samples=self.samples,
+            points=swept_points(self.sweeps, samples=self.samples, seed=self.seed),
             keeps_costmaps=self.keeps_costmaps,
         )
         if described is not None:

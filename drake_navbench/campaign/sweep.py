@@ -103,6 +103,16 @@ def _rounded(value: float) -> float:
     return float(f"{value:.{SHOWN_DIGITS}g}")
 
 
+def swept_points(sweeps: Sequence[str], *, samples: int | None, seed: int) -> list[dict[str, Any]]:
+    """Returns the points of the options --sweep and --samples; without a sweep one empty point.
+
+    sweeps: texts as for `parse_axis`. samples: as for `points_of`. Raises InputError.
+    """
+    if samples is not None and not sweeps:
+        raise InputError(f"--samples {samples}: expected --sweep as well")
+    return points_of([parse_axis(text) for text in sweeps], samples=samples, seed=seed)
+
+
 def points_of(
     axes: Sequence[Axis], *, samples: int | None = None, seed: int = 0
 ) -> list[dict[str, Any]]:

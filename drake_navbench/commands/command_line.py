@@ -82,6 +82,13 @@ class CommandParser(argparse.ArgumentParser):
         hint = nearest_name_hint(name, longer or known, listed_by="--help")
         return f"option {name!r} is not known{hint}"
 
+    def _check_value(self, action: argparse.Action, value: Any) -> None:
+        """Raises ArgumentError for a value that is none of the choices of an argument."""
+        if action.choices is not None and value not in action.choices:
+            *first, last = map(str, action.choices)
+            known = f"{', '.join(first)} or {last}" if first else last
+            raise argparse.ArgumentError(action, f"got {value!r}, expected {known}")
+
     def _print_message(self, message: str, file: Any = None) -> None:
         """Writes the text of --help, or an error, to a reader that may have gone."""
         print_text(message, file or sys.stderr)
@@ -122,7 +129,7 @@ class Options:
         elif name.startswith("-") and not more and read is None:
             more["action"] = "store_true"
         if read is not None:
-            more["type"] = read
+            more["type"] = number if read is float else read
         if default is not None:
             more["default"] = default
         self._container.add_argument(name, help=about, **more)
@@ -225,26 +232,27 @@ def positive_number(text: str) -> int:
     return whole_number(text, least=1)
 
 
+def number(
+    text: str, expected: str = "a number", is_right: Callable[[float], bool] = math.isfinite
+) -> float:
+    """Returns an argument as a finite number that `is_right`; raises ArgumentTypeError."""
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not (math.isfinite(value) and is_right(value)):
+        raise argparse.ArgumentTypeError(f"got {text!r}, expected {expected}")
+    return value
+
+
 def percentage(text: str) -> float:
     """Returns an argument in percent as a share; raises ArgumentTypeError below 0."""
-    try:
-        number = float(text)
-    except ValueError:
-        number = -1.0
-    if not 0.0 <= number < math.inf:
-        raise argparse.ArgumentTypeError(f"got {text!r}, expected a percentage of at least 0")
-    return number / PERCENT
+    return number(text, "a percentage of at least 0", lambda value: value >= 0.0) / PERCENT
 
 
 def positive_percentage(text: str) -> float:
     """Returns an argument in percent as a share; raises ArgumentTypeError unless above 0."""
-    try:
-        share = percentage(text)
-    except argparse.ArgumentTypeError:
-        share = 0.0
-    if share == 0.0:
-        raise argparse.ArgumentTypeError(f"got {text!r}, expected a percentage above 0")
-    return share
+    return number(text, "a percentage above 0", lambda value: value > 0.0) / PERCENT
 
 
 def listed_names(text: str) -> tuple[str, ...]:

@@ -1,7 +1,4 @@
-"""The command line: `drake-navbench compare BASELINE OTHER...`.
-
-Only the standard library is imported before the arguments are read, so that --help is quick.
-"""
+"""The command line: `drake-navbench compare BASELINE OTHER...`."""
 
 from __future__ import annotations
 
@@ -56,6 +53,7 @@ def build_parser() -> argparse.ArgumentParser:
         "results folders to judge; without one, the columns of BASELINE are compared with its "
         "first one",
         Path,
+        [],
         nargs="*",
         metavar="OTHER",
     )
@@ -69,9 +67,9 @@ def build_parser() -> argparse.ArgumentParser:
     option("--html FILE", "also write the comparison as an HTML page", Path)
     option(
         "--fail-on LIST",
-        "metrics, comma-separated, that count as a regression when they get worse; touch_rate and "
-        "success_rate are always among them; none: no further metric "
-        "(touch_rate,success_rate,min_clearance_m,time_to_goal_s,cross_track_error_mean_m,heading_error_mean_deg)",
+        "metrics, comma-separated, that count as a regression when they get worse, besides "
+        "touch_rate and success_rate; none: no further metric (min_clearance_m, time_to_goal_s, "
+        "cross_track_error_mean_m, heading_error_mean_deg)",
     )
     option("--tolerance PERCENT", "smaller changes of a mean do not count (1)", percentage, 0.01)
     option("--markdown FILE", "also write all changes as Markdown", Path)
@@ -81,7 +79,7 @@ def build_parser() -> argparse.ArgumentParser:
         "fail, too, for a scenario, controller or trial that only one folder has or that cannot "
         "be read",
     )
-    option("--jobs JOBS", "parallel processes (2)", positive_number, 2)
+    option("--jobs N", "parallel processes (2)", positive_number, 2)
     return parser
 
 

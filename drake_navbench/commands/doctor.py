@@ -1,7 +1,4 @@
-"""Suggests a change of a Nav2 file for a symptom: `drake-navbench doctor FILE`.
-
-Only the standard library is imported before the arguments are read, so that --help is quick.
-"""
+"""Suggests a change of a Nav2 file for a symptom: `drake-navbench doctor FILE`."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""Exports trials to other tools: `drake-navbench export LOG|DIR --mcap`.
-
-Only the standard library is imported before the arguments are read, so that --help is quick.
-"""
+"""Exports trials to other tools: `drake-navbench export LOG|DIR --mcap`."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""Imports recordings of real robots: `drake-navbench import-bag BAG... --robot FILE`.
-
-Only the standard library is imported before the arguments are read, so that --help is quick.
-"""
+"""Imports recordings of real robots: `drake-navbench import-bag BAG... --robot FILE`."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""The command `import-world`: a world of Gazebo as a scenario file, with a picture of it.
-
-Only the standard library is imported before the arguments are read, so that --help is quick.
-"""
+"""The command `import-world`: a world of Gazebo as a scenario file, with a picture of it."""
 
 from __future__ import annotations
 

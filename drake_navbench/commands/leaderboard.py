@@ -1,7 +1,4 @@
-"""A leaderboard: `drake-navbench leaderboard seal|reveal|enter|build`.
-
-Only the standard library is imported before the arguments are read, so that --help is quick.
-"""
+"""A leaderboard: `drake-navbench leaderboard seal|reveal|enter|build`."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""The command `live`: a scenario as a simulator for a running ROS 2 stack.
-
-Only the standard library is imported before the arguments are read, so that --help is quick.
-"""
+"""The command `live`: a scenario as a simulator for a running ROS 2 stack."""
 
 from __future__ import annotations
 
@@ -58,21 +55,21 @@ def _add_what(parser: argparse.ArgumentParser) -> None:
     option("--map FILE", "map as the world, with --start", Path)
     option("--start X Y YAW", "start pose on the map, m, m, rad", float)
     option("--robot NAME|FILE", "robot (wheelchair)", default="wheelchair")
-    option("--goal", "send the scenario's goal, and end with it")
+    option("--goal", "send the scenario's goal to the stack, and end when the stack has ended it")
 
 
 def _add_ros(parser: argparse.ArgumentParser) -> None:
     option = Options(parser.add_argument_group("ROS 2"))
-    option("--domain N", "as ROS_DOMAIN_ID (0)", whole_number, 0)
-    option("--peer ADDRESS ...", "other machine to speak to; without, nothing leaves this machine")
+    option("--domain N", "domain of DDS, as ROS_DOMAIN_ID (0)", whole_number, 0)
+    option("--peer ADDRESS ...", "machine to speak to; without it nothing leaves this one")
     option(
         "--allow-listeners", "begin although others listen to /cmd_vel; none of them may be a robot"
     )
-    option("--namespace NAME", "of all topics but /clock: /robot1", default="")
-    option("--topic NAME=TOPIC ...", "other name of a topic, such as scan=/front/scan")
+    option("--namespace NAME", "namespace of all topics but /clock, such as /robot1", default="")
+    option("--topic NAME=TOPIC ...", "another name for a topic, such as scan=/front/scan")
     option(
         "--frame NAME=FRAME ...",
-        "other name of a frame: map, odom, base or scan, such as base=base_footprint",
+        "another name for the frame map, odom, base or scan, such as base=base_footprint",
     )
     option(
         "--localization",
@@ -87,12 +84,12 @@ def _add_how(parser: argparse.ArgumentParser) -> None:
     option = Options(parser.add_argument_group("pace and output"))
     option(
         "--rate RATE|max",
-        "simulated seconds a second; max: as fast as the stack sends commands (1.0)",
+        "simulated seconds per second; max: as fast as the stack sends commands (1.0)",
         default="1.0",
     )
     option(
         "--duration S",
-        f"end after so many simulated seconds ({DEFAULT_DURATION_S:g}; with --goal the "
+        f"end after this many simulated seconds ({DEFAULT_DURATION_S:g}; with --goal the "
         "scenario's time)",
         float,
     )

@@ -1,7 +1,4 @@
-"""Compiles a checkout's controllers: `drake-navbench nav2-build CHECKOUT`.
-
-Only the standard library is imported before the arguments are read, so that --help is quick.
-"""
+"""Compiles a checkout's controllers: `drake-navbench nav2-build CHECKOUT`."""
 
 from __future__ import annotations
 

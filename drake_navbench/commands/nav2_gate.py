@@ -1,7 +1,4 @@
-"""Drives two builds of Nav2 and tests what changed: `drake-navbench nav2-gate BASE HEAD`.
-
-Only the standard library is imported before the arguments are read, so that --help is quick.
-"""
+"""Drives two builds of Nav2 and tests what changed: `drake-navbench nav2-gate BASE HEAD`."""
 
 from __future__ import annotations
 
@@ -61,7 +58,7 @@ def build_parser() -> argparse.ArgumentParser:
     )
     option = Options(parser)
     option("base", "build to compare with: a name of nav2-build, or a checkout", metavar="BASE")
-    option("head", "build to judge: likewise", metavar="HEAD")
+    option("head", "build to judge: a name of nav2-build, or a checkout", metavar="HEAD")
     option(
         "--controllers LIST",
         "presets whose originals drive, such as rpp,mppi_nav2",
@@ -87,7 +84,7 @@ def build_parser() -> argparse.ArgumentParser:
         "generator, equal in all trials (benchmark)",
         choices=("own", "benchmark"),
     )
-    option("--robot ROBOT", "robot by name, or a YAML file (wheelchair)")
+    option("--robot NAME|FILE", "robot that drives (wheelchair)")
     option("--seed SEED", "seed of the first trial (0)", whole_number)
     option(
         "--rows FILE",

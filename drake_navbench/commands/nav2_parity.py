@@ -1,7 +1,4 @@
-"""Holds ports against a build's originals: `drake-navbench nav2-parity NAME`.
-
-Only the standard library is imported before the arguments are read, so that --help is quick.
-"""
+"""Holds ports against a build's originals: `drake-navbench nav2-parity NAME`."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""Renders one trial: `drake-navbench replay LOG`.
-
-Only the standard library is imported before the arguments are read, so that --help is quick.
-"""
+"""Renders one trial: `drake-navbench replay LOG`."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""The command line: `drake-navbench report DIR`.
-
-Only the standard library is imported before the arguments are read, so that --help is quick.
-"""
+"""The command line: `drake-navbench report DIR`."""
 
 from __future__ import annotations
 
@@ -38,7 +35,7 @@ def build_parser() -> argparse.ArgumentParser:
         choices=("none", "key", "all"),
     )
     option("--metric FILE.py:NAME ...", "also measure a function of yours, decorated with @metric")
-    option("--jobs JOBS", "parallel processes (2)", positive_number, 2)
+    option("--jobs N", "parallel processes (2)", positive_number, 2)
     option(
         "--difference PERCENT",
         "estimate how many trials would show a difference of this size (5)",

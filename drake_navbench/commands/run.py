@@ -1,12 +1,8 @@
-"""The command line: `drake-navbench run`.
-
-Only the standard library is imported before the arguments are read, so that --help is quick.
-"""
+"""The command line: `drake-navbench run`."""
 
 from __future__ import annotations
 
 import argparse
-import math
 import shlex
 import time
 import warnings
@@ -23,6 +19,7 @@ from drake_navbench.commands.command_line import (
     Options,
     exit_status_of,
     listed_names,
+    number,
     positive_number,
     whole_number,
 )
@@ -81,7 +78,7 @@ def add_what_drives(parser: argparse.ArgumentParser) -> None:
     )
     option(
         "--original BUILD",
-        "drive the original C++ of each column's controller, too, from a build of nav2-build",
+        "also drive each column's controller in its original C++, from a build of nav2-build",
     )
     option(
         "--robot NAME|FILE",
@@ -282,13 +279,7 @@ def _port(text: str) -> int:
 
 
 def _seconds(text: str) -> float:
-    try:
-        seconds = float(text)
-    except ValueError:
-        seconds = -1.0
-    if not 0.0 < seconds < math.inf:
-        raise argparse.ArgumentTypeError(f"got {text!r}, expected seconds above 0")
-    return seconds
+    return number(text, "seconds above 0", lambda seconds: seconds > 0.0)
 
 
 def _require_nothing_else(parser: argparse.ArgumentParser, arguments: argparse.Namespace) -> None:

@@ -1,7 +1,4 @@
-"""The results folders as a list: `drake-navbench runs`; rename, tag and delete them.
-
-Only the standard library is imported before the arguments are read, so that --help is quick.
-"""
+"""The results folders as a list: `drake-navbench runs`; rename, tag and delete them."""
 
 from __future__ import annotations
 
@@ -36,7 +33,12 @@ def build_parser() -> argparse.ArgumentParser:
     )
     option = Options(parser)
     option(
-        "folder", "folder that holds the results folders (results)", Path, DEFAULT_FOLDER, nargs="?"
+        "folder",
+        "folder that holds the results folders (results)",
+        Path,
+        DEFAULT_FOLDER,
+        metavar="FOLDER",
+        nargs="?",
     )
     only = Options(parser.add_mutually_exclusive_group())
     only("--rename OLD NEW", "rename a run's folder")

@@ -1,7 +1,4 @@
-"""The command `show`: a picture of a scenario, a robot or a Nav2 file before anything drives.
-
-Only the standard library is imported before the arguments are read, so that --help is quick.
-"""
+"""The command `show`: a picture of a scenario, a robot or a Nav2 file before anything drives."""
 
 from __future__ import annotations
 
@@ -66,7 +63,7 @@ def build_parser() -> argparse.ArgumentParser:
     # None: no robot is named. A named robot is drawn where no scene is asked for.
     parser.set_defaults(robot=None)
     option = Options(parser.add_argument_group("output"))
-    option("--seed SEED", "of the tasks that --goals draws (0)", whole_number, 0)
+    option("--seed SEED", "seed of the tasks that --goals draws (0)", whole_number, 0)
     option("--quiet", "print errors only")
     option(
         "--out FILE",

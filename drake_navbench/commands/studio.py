@@ -1,7 +1,4 @@
-"""The command `studio`: pages to draw scenarios, change parameters, drive, and look.
-
-Only the standard library is imported before the arguments are read, so that --help is quick.
-"""
+"""The command `studio`: pages to draw scenarios, change parameters, drive, and look."""
 
 from __future__ import annotations
 
@@ -43,9 +40,10 @@ def build_parser() -> argparse.ArgumentParser:
         "folder with scenarios, Nav2 files and results (the current one)",
         Path,
         Path(),
+        metavar="FOLDER",
         nargs="?",
     )
-    option("--port N", "port (any free one)", whole_number, 0)
+    option("--port N", "port of the pages (any free one)", whole_number, 0)
     option("--no-browser", "print the address, open no browser")
     return parser
 

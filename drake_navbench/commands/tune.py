@@ -1,7 +1,4 @@
-"""Tunes a preset: `drake-navbench tune PRESET`.
-
-Only the standard library is imported before the arguments are read, so that --help is quick.
-"""
+"""Tunes a preset: `drake-navbench tune PRESET`."""
 
 from __future__ import annotations
 
@@ -139,7 +136,7 @@ def _add_running(parser: argparse.ArgumentParser) -> None:
         default="tpe",
         choices=("tpe", "nsga2", "random"),
     )
-    option("--robot ROBOT", "robot by name, or a YAML file (wheelchair)", default="wheelchair")
+    option("--robot NAME|FILE", "robot that drives (wheelchair)", default="wheelchair")
     option("--jobs N", "parallel workers (all cores)", positive_number)
     option(
         "--out DIR",

@@ -1,7 +1,4 @@
-"""Tells why a controller decided as it did: `drake-navbench why LOG --at 12.3`.
-
-Only the standard library is imported before the arguments are read, so that --help is quick.
-"""
+"""Tells why a controller decided as it did: `drake-navbench why LOG --at 12.3`."""
 
 from __future__ import annotations
 

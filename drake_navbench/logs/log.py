@@ -292,7 +292,12 @@ class TrialLog:
         path = Path(path)
         try:
             if not path.is_file():
-                raise InputError(f"{path}: not a readable trial log: no such file")
+                reason = (
+                    "a folder; expected trials/*/*/trial_*.parquet in it"
+                    if path.is_dir()
+                    else "no such file"
+                )
+                raise InputError(f"{path}: not a readable trial log: {reason}")
             size = pq.read_metadata(path)
             uncompressed = sum(
                 size.row_group(group).total_byte_size for group in range(size.num_row_groups)

@@ -78,11 +78,12 @@ class AdaptiveState(NamedTuple):
 
 
 class AdaptiveToleranceGoalChecker:
-    """Reached within a fine distance, or within a coarse one where the robot gets no nearer.
+    """Reached within the fine tolerance; within the coarse one if the robot gets no nearer.
 
-    It gets no nearer once it has passed the goal, seen from where it entered the coarse distance,
-    or has stood still or not come nearer for some cycles. Counts advance once a cycle; in Nav2 a
-    controller that asks again in the same cycle advances them again.
+    The robot gets no nearer if it has passed the goal, seen from the place where it entered the
+    coarse tolerance, or if for some cycles in a row it stood still or its distance did not fall.
+    The counts of cycles advance once a cycle; in Nav2 they advance each time that a controller
+    asks.
     """
 
     nav2_plugin = "nav2_controller::AdaptiveToleranceGoalChecker"

@@ -1,4 +1,4 @@
-"""Nav2's collision monitor: slows or stops a command by the points that are in shapes around.
+"""Nav2's collision monitor: slows or stops a command if points lie in shapes around the robot.
 
 Pure functions of an immutable state. Points are (N, 2) m in the base frame, commands (3,) v m/s,
 w rad/s, vy m/s. Source: nav2_collision_monitor, branch lyrical.

@@ -199,10 +199,10 @@ class AxisGoalCheckerParameters(FrozenModel):
 
 
 class AxisGoalChecker:
-    """Reached within an error along and one across the end of the path; both bounds exclusive.
+    """Reached if the errors along and across the end of the path are both below their tolerances.
 
-    The end of the path points from its last pose that is not the goal to the goal. Where there is
-    none, the distance to the goal must be less than the diagonal of the two tolerances.
+    The end of the path points from its last pose that is not the goal to the goal. If every pose is
+    the goal, the distance to the goal must be below the diagonal of the two tolerances.
     """
 
     nav2_plugin = "nav2_controller::AxisGoalChecker"

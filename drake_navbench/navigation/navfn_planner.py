@@ -1,11 +1,12 @@
 """Nav2's NavFn planner: down the slope of a navigation function, by Dijkstra's search or A*.
 
 The function spreads from the start; the path runs down its slope from the goal and is turned round.
-Nav2 names cells by the lattice point nearest to a pose, where costmaps name them by the square that
-holds it: paths lie half a cell to the lower left of the costs. In the last half cell before the
-map's upper or right edge that lattice point is off the map: on the right it means the first cell of
-the next row, as in Nav2; above, where Nav2 reads and writes memory that is not the map's, a start
-is refused here and a goal counts as not reached.
+
+Nav2's NavFn takes the lattice point nearest to a pose as the pose's cell; a costmap takes the
+square that holds the pose. So paths lie half a cell to the lower left of the costs. In the last
+half cell before the map's right or upper edge the lattice point is off the map. Beyond the right
+edge it is the first cell of the next row, as in Nav2. Beyond the upper edge Nav2 reads and writes
+memory that is not the map's; here such a start is refused, and such a goal is not reached.
 
 Nav2 frees the start's cell in the costmap for good; here the costmap stays as it is.
 Source: nav2_navfn_planner (NavfnPlanner), branch lyrical. Before it, max_cycles_factor is fixed at

@@ -1,8 +1,9 @@
 """Nav2's planner for cars: Hybrid-A*, with Dubins' or Reeds and Shepp's curves.
 
-Source: nav2_smac_planner (SmacPlannerHybrid), branch lyrical. The differences: a time limit is a
-number of expansions, and where Nav2 reads beyond its arrays, the map at its upper edge and the
-outlines at a heading rounded to a full turn, the robot does not fit, and has its outline at 0.
+Source: nav2_smac_planner (SmacPlannerHybrid), branch lyrical. There are two differences. A time
+limit is a number of expansions. And where Nav2 reads beyond its arrays, there is a value: the robot
+does not fit at the map's upper edge, and at a heading that rounds to a full turn it has the outline
+of heading 0.
 """
 
 from __future__ import annotations
@@ -53,9 +54,9 @@ _tables: OrderedDict[tuple[Any, ...], FreeWays] = OrderedDict()
 class SmacPlannerHybrid:
     """Answers requests by Hybrid-A*; see `Planner.plan`.
 
-    A robot given by a polygon is checked by its outline where the inflated cost under its centre
-    says that it may touch something; `with_inflation` tells from which cost on. Without it every
-    pose is checked.
+    The outline of a robot given by a polygon is checked only at poses where the inflated cost under
+    the centre is so high that the outline may touch something. `with_inflation` sets this cost;
+    without it the outline is checked at every pose.
     """
 
     nav2_plugin = "nav2_smac_planner::SmacPlannerHybrid"

@@ -8,7 +8,6 @@ from pydrake.geometry import SceneGraph
 from pydrake.systems.framework import DiagramBuilder, OutputPort
 
 from drake_navbench.inputs.drive import AckermannDrive, DifferentialDrive, OmnidirectionalDrive
-from drake_navbench.inputs.faults import Conditions
 from drake_navbench.inputs.robot import Robot
 from drake_navbench.trial.navigation_wiring import command_clock, connect_inputs
 from drake_navbench.trial.systems.ackermann_base import AckermannBase
@@ -19,6 +18,7 @@ from drake_navbench.trial.systems.mobile_base import MobileBase
 from drake_navbench.trial.systems.omnidirectional_base import OmnidirectionalBase
 from drake_navbench.trial.systems.wheelchair import Wheelchair
 from drake_navbench.trial.timing import CONTROLLER_OFFSET_S
+from drake_navbench.trial.wiring import Wiring
 
 if TYPE_CHECKING:
     from drake_navbench.trial.systems.caster_base import CasterBase
@@ -62,41 +62,33 @@ def make_base(robot: Robot, scene_graph: SceneGraph) -> Base:
 def _base_with_wheels(
     robot: Robot, drive: DifferentialDrive, scene_graph: SceneGraph
 ) -> CasterBase | MultibodyBase:
-    gear = robot.running_gear("robot")
-    resistance = robot.rolling_resistance_ratio
+    kind: type[CasterBase] | type[MultibodyBase]
     # Imported late: most robots need no such base.
     if drive.physics == "planar_casters":
         from drake_navbench.trial.systems.caster_base import CasterBase
 
-        return CasterBase(
-            drive,
-            gear,
-            scene_graph,
-            footprint=robot.outline,
-            rolling_resistance=resistance,
-        )
-    from drake_navbench.trial.systems.multibody_base import MultibodyBase
+        kind = CasterBase
+    else:
+        from drake_navbench.trial.systems.multibody_base import MultibodyBase
 
-    return MultibodyBase(
+        kind = MultibodyBase
+    return kind(
         drive,
-        gear,
+        robot.running_gear("robot"),
         scene_graph,
         footprint=robot.outline,
-        rolling_resistance=resistance,
+        rolling_resistance=robot.rolling_resistance_ratio,
     )
 
 
 def add_way_to_wheels(
-    builder: DiagramBuilder,
-    robot: Robot,
-    conditions: Conditions,
-    command: OutputPort,
-    state: OutputPort,
+    wiring: Wiring, command: OutputPort, state: OutputPort
 ) -> tuple[OutputPort, tuple[CommandLink | SlippingWheels, ...]]:
     """Adds the link, the motors and the wheels that a command goes through.
 
     Returns the port of the command that the base obeys, and the systems that draw with a seed.
     """
+    builder, robot, conditions = wiring.builder, wiring.robot, wiring.conditions
     seeded: list[CommandLink | SlippingWheels] = []
     if conditions.timing.any(lambda timing: timing.touches_commands):
         period_s, offset_s = command_clock(robot)

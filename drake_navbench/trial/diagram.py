@@ -27,7 +27,7 @@ from drake_navbench.navigation.costmaps.map_file import OccupancyMap
 from drake_navbench.navigation.path_handler import PathHandler
 from drake_navbench.trial.base_wiring import add_base, add_way_to_wheels
 from drake_navbench.trial.filter_wiring import add_filters
-from drake_navbench.trial.floors import TrialFloors, connect_floors
+from drake_navbench.trial.floors import connect_floors
 from drake_navbench.trial.localization_wiring import LocalizationSystem, add_localization
 from drake_navbench.trial.navigation_wiring import (
     Signals,
@@ -58,6 +58,7 @@ from drake_navbench.trial.systems.running_stack import RunningStack, RunningStac
 from drake_navbench.trial.systems.speed_filter import SpeedFilter
 from drake_navbench.trial.systems.tree_navigator import TreeNavigator
 from drake_navbench.trial.timing import CONTROLLER_OFFSET_S, COSTMAP_OFFSET_S
+from drake_navbench.trial.wiring import Wiring
 
 if TYPE_CHECKING:
     from drake_navbench.trial.base_wiring import Base
@@ -150,7 +151,7 @@ def build_trial_diagram(
     compute_times_ms: ComputeTimes | None = None,
     looks: Looks | None = None,
 ) -> TrialDiagram:
-    """Wires one trial.
+    """Wires one trial: from the base over its sensors to the command, and back to the base.
 
     task: the robot's task, which decides on the navigator, or on a running stack in its place.
     maps: the scenario's maps; by default none. conditions: the settings of the robot's parts at
@@ -162,40 +163,23 @@ def build_trial_diagram(
     scene_graph = builder.AddNamedSystem("scene_graph", SceneGraph())
     register_obstacles(scene_graph, world)
 
-    floors = NavigateToPoses.floors_of(task)
-    clock = None if floors is None else floors.clock
-    transport = None
-    if clock is not None:
-        transport = builder.AddNamedSystem("transport", FloorTransport(clock))
+    conditions, floors = conditions or conditions_of(robot), NavigateToPoses.floors_of(task)
+    wiring = Wiring(builder, scene_graph, robot, world, conditions, floors)
+
+    transport = _add_transport(wiring)
     base = add_base(builder, robot, scene_graph, transport)
     state = _state_of(base, transport)
-
-    conditions = conditions or conditions_of(robot)
-    localization = add_localization(builder, robot, conditions, state, maps.known, floors)
-    moving_world = add_moving_world(builder, robot, world, scene_graph, state)
-    lidar, range_sensors, signals = add_sensors(
-        builder,
-        robot,
-        world,
-        conditions=conditions,
-        state=state,
-        localization=localization,
-        moving_world=moving_world,
-        floors=floors,
-    )
+    localization = add_localization(wiring, state, maps.known)
+    moving_world = add_moving_world(wiring, state)
+    lidar, range_sensors, signals = add_sensors(wiring, state, localization, moving_world)
 
     times = ComputeClock(conditions.timing, compute_times_ms)
-    driver = _add_driver(builder, robot, controller, task, maps, signals, times, looks)
+    driver = _add_driver(wiring, controller, task, maps, signals, times, looks)
     navigator, server, command = driver.navigator, driver.server, driver.command
-    local_costmap = driver.local_costmap
-    costmap = None if local_costmap is None else local_costmap.GetOutputPort("costmap")
-    to_wheels = _add_way_to_base(builder, robot, conditions, command, base, localization, state)
-    filters: tuple[SpeedFilter | BinaryFilter, ...] = ()
-    if isinstance(server, ControllerServer):
-        navigation, estimate = robot.navigation, signals.estimate
-        filters = add_filters(builder, navigation, maps.masks, estimate, floors, server)
+    to_wheels = _add_way_to_base(wiring, command, base, localization, state)
+    filters = add_filters(wiring, maps.masks, signals.estimate, server)
 
-    clearance = add_clearance(builder, robot, world, moving_world, signals, costmap, clock)
+    clearance = add_clearance(wiring, moving_world, signals, driver.costmap)
     recorder = add_recorder(
         builder,
         navigator,
@@ -204,10 +188,10 @@ def build_trial_diagram(
         signals,
         command=command,
         distances=clearance.GetOutputPort("distances"),
-        costmap=costmap if looks.keeps_costmaps else None,
+        costmap=driver.costmap if looks.keeps_costmaps else None,
     )
     if looks.watch is not None:
-        add_viewer(builder, looks.watch, navigator, server, moving_world, signals, costmap)
+        add_viewer(builder, looks.watch, navigator, server, moving_world, signals, driver.costmap)
     if isinstance(navigator, TreeNavigator) and floors is not None:
         connect_floors(builder, navigator, builder.GetSystems())
 
@@ -218,7 +202,7 @@ def build_trial_diagram(
         base=base,
         lidar=lidar,
         localization=localization,
-        local_costmap=local_costmap,
+        local_costmap=driver.local_costmap,
         navigator=navigator,
         controller_server=server,
         clearance=clearance,
@@ -239,10 +223,21 @@ class _Driver(NamedTuple):
     command: OutputPort
     local_costmap: LocalCostmap | None = None
 
+    @property
+    def costmap(self) -> OutputPort | None:
+        """The port of the local costmap, None with a running stack."""
+        return None if self.local_costmap is None else self.local_costmap.GetOutputPort("costmap")
+
+
+def _add_transport(wiring: Wiring) -> FloorTransport | None:
+    """Adds the system that carries the base between floors, where there are several."""
+    if wiring.floor_clock is None:
+        return None
+    return wiring.builder.AddNamedSystem("transport", FloorTransport(wiring.floor_clock))
+
 
 def _add_driver(
-    builder: DiagramBuilder,
-    robot: Robot,
+    wiring: Wiring,
     controller: Controller | RunningStack,
     task: FollowPlan | NavigateToPoses | StackTask,
     maps: TrialMaps,
@@ -251,11 +246,11 @@ def _add_driver(
     looks: Looks,
 ) -> _Driver:
     """Adds costmaps, controller server, navigator and the chain behind them, or a running stack."""
+    builder, robot = wiring.builder, wiring.robot
     if isinstance(task, StackTask) or isinstance(controller, RunningStack):
         stack = add_running_stack(builder, controller, task, signals)
         return _Driver(stack, stack, stack.GetOutputPort("command"))
-    floors = NavigateToPoses.floors_of(task)
-    local_costmap = _add_local_costmap(builder, robot, signals, maps, floors)
+    local_costmap = _add_local_costmap(wiring, signals, maps)
     costmap = local_costmap.GetOutputPort("costmap")
     server = _add_controller_server(builder, robot, controller, signals, costmap, clock, looks)
     navigator, command = add_navigation(
@@ -273,9 +268,7 @@ def _state_of(base: Base, transport: FloorTransport | None) -> OutputPort:
 
 
 def _add_way_to_base(
-    builder: DiagramBuilder,
-    robot: Robot,
-    conditions: Conditions,
+    wiring: Wiring,
     command: OutputPort,
     base: Base,
     localization: LocalizationSystem,
@@ -285,22 +278,17 @@ def _add_way_to_base(
 
     Returns those of them that draw random numbers by the trial's seed.
     """
-    obeyed, seeded = add_way_to_wheels(builder, robot, conditions, command, state)
-    builder.Connect(obeyed, base.get_command_input_port())
+    obeyed, seeded = add_way_to_wheels(wiring, command, state)
+    wiring.builder.Connect(obeyed, base.get_command_input_port())
     for system in seeded:
         if isinstance(system, SlippingWheels):
-            localization.connect_wheels(builder, system.GetOutputPort("gains"))
+            localization.connect_wheels(wiring.builder, system.GetOutputPort("gains"))
     return seeded
 
 
-def _add_local_costmap(
-    builder: DiagramBuilder,
-    robot: Robot,
-    signals: Signals,
-    maps: TrialMaps,
-    floors: TrialFloors | None,
-) -> LocalCostmap:
+def _add_local_costmap(wiring: Wiring, signals: Signals, maps: TrialMaps) -> LocalCostmap:
     """Adds the local costmap."""
+    builder, robot, floors = wiring.builder, wiring.robot, wiring.floors
     local_costmap = builder.AddNamedSystem(
         "local_costmap",
         LocalCostmap(
@@ -313,7 +301,7 @@ def _add_local_costmap(
             floors=(
                 () if floors is None else tuple(zip(floors.static_maps, floors.masks, strict=True))
             ),
-            floor_clock=None if floors is None else floors.clock,
+            floor_clock=wiring.floor_clock,
         ),
     )
     connect_inputs(builder, local_costmap, state=signals.odometry)

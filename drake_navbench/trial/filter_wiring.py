@@ -5,30 +5,32 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from pydrake.systems.framework import DiagramBuilder, OutputPort
+from pydrake.systems.framework import OutputPort
 
-from drake_navbench.inputs.navigation_settings import NavigationSettings
 from drake_navbench.navigation.costmaps.filter_masks import FilterMask, FilterName
-from drake_navbench.trial.floors import TrialFloors
 from drake_navbench.trial.navigation_wiring import connect_inputs
 from drake_navbench.trial.systems.binary_filter import BinaryFilter
 from drake_navbench.trial.systems.controller_server import ControllerServer
+from drake_navbench.trial.systems.running_stack import RunningStackSystem
 from drake_navbench.trial.systems.speed_filter import SpeedFilter
 from drake_navbench.trial.timing import COSTMAP_OFFSET_S
+from drake_navbench.trial.wiring import Wiring
 
 
 def add_filters(
-    builder: DiagramBuilder,
-    navigation: NavigationSettings,
+    wiring: Wiring,
     masks: Sequence[FilterMask],
     estimate: OutputPort,
-    floors: TrialFloors | None,
-    server: ControllerServer,
+    server: ControllerServer | RunningStackSystem,
 ) -> tuple[SpeedFilter | BinaryFilter, ...]:
     """Adds the filters that act elsewhere than in a costmap, where the scenario has any.
 
-    Each runs at the rate of the costmap that lists it, the local one where both do.
+    Each runs at the rate of the costmap that lists it; if both list it, at the local one's rate. A
+    running stack has filters of its own.
     """
+    if isinstance(server, RunningStackSystem):
+        return ()
+    builder, floors, navigation = wiring.builder, wiring.floors, wiring.robot.navigation
     speed_filter = binary_filter = None
     if floors is not None:
         masks = [mask for of_floor in floors.masks for mask in of_floor]

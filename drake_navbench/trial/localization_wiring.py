@@ -9,17 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 from pydrake.systems.framework import Context, Diagram, DiagramBuilder, LeafSystem, OutputPort
 
-from drake_navbench.inputs.faults import Conditions
-from drake_navbench.inputs.robot import Robot
 from drake_navbench.navigation.costmaps.map_file import OccupancyMap
-from drake_navbench.trial.floors import TrialFloors
 from drake_navbench.trial.navigation_wiring import Signals, connect_inputs
 from drake_navbench.trial.systems.amcl import Amcl
 from drake_navbench.trial.systems.delays import LateOdometry
-from drake_navbench.trial.systems.floor_aware import FloorClock
 from drake_navbench.trial.systems.localization import HeldNoise, Localization
 from drake_navbench.trial.systems.scripted_localization import ScriptedLocalization
 from drake_navbench.trial.timing import CONTROLLER_OFFSET_S, COSTMAP_OFFSET_S
+from drake_navbench.trial.wiring import Wiring
 
 FRAMES = ("odometry_from_world", "map_from_odometry")
 
@@ -28,9 +25,9 @@ FRAMES = ("odometry_from_world", "map_from_odometry")
 class LocalizationSystem:
     """The systems of the localization.
 
-    noise: adds noise to the base's state; it is the whole localization where map and odometry frame
-    are one, and `scripted` is None. amcl: if not None, finds the pose in place of `scripted`. late:
-    by the name of an output, the system that delays it.
+    noise: adds noise to the base's state. If map and odometry frame are one, it is the whole
+    localization, and `scripted` is None. amcl: if not None, it finds the pose in place of
+    `scripted`. late: the systems that delay outputs, by the output's name.
     """
 
     noise: Localization | HeldNoise
@@ -85,28 +82,21 @@ class LocalizationSystem:
 
 
 def add_localization(
-    builder: DiagramBuilder,
-    robot: Robot,
-    conditions: Conditions,
-    state: OutputPort,
-    known_map: OccupancyMap | None,
-    floors: TrialFloors | None = None,
+    wiring: Wiring, state: OutputPort, known_map: OccupancyMap | None
 ) -> LocalizationSystem:
     """Adds the localization that a robot's settings ask for, behind the port of the true state.
 
-    known_map: AMCL's map. floors: those of a mission.
+    known_map: AMCL's map.
     """
-    clock = None if floors is None else floors.clock
-    moves_sideways = robot.drive.lateral_speed_mps > 0.0
+    builder, conditions, floors = wiring.builder, wiring.conditions, wiring.floors
+    moves_sideways = wiring.robot.drive.lateral_speed_mps > 0.0
     if not conditions.has_frames:
         exact = Localization(
             conditions.localization, offset_s=CONTROLLER_OFFSET_S, moves_sideways=moves_sideways
         )
         plain = builder.AddNamedSystem("localization", exact)
         connect_inputs(builder, plain, state=state)
-        return LocalizationSystem(
-            plain, late=_late(builder, conditions, plain, ("estimate",), clock)
-        )
+        return LocalizationSystem(plain, late=_late(wiring, plain, ("estimate",)))
     noise = HeldNoise(
         conditions.localization, offset_s=CONTROLLER_OFFSET_S, moves_sideways=moves_sideways
     )
@@ -116,12 +106,12 @@ def add_localization(
         ScriptedLocalization(
             conditions.localization,
             offset_s=CONTROLLER_OFFSET_S,
-            floor_clock=clock,
+            floor_clock=wiring.floor_clock,
             wheel_separation_m=conditions.actuators.at(0.0).wheel_separation_m,
         ),
     )
     connect_inputs(builder, scripted, state=state, noise=held.GetOutputPort("noise"))
-    late = _late(builder, conditions, scripted, ("estimate", "odometry_estimate"), clock)
+    late = _late(wiring, scripted, ("estimate", "odometry_estimate"))
     if known_map is None or conditions.localization.at(0.0).amcl is None:
         return LocalizationSystem(held, scripted, late=late)
     amcl = builder.AddNamedSystem(
@@ -132,7 +122,7 @@ def add_localization(
             known_map,
             offset_s=COSTMAP_OFFSET_S,
             floors=() if floors is None else floors.known_maps,
-            floor_clock=clock,
+            floor_clock=wiring.floor_clock,
         ),
     )
     if floors is not None:
@@ -144,20 +134,17 @@ def add_localization(
 
 
 def _late(
-    builder: DiagramBuilder,
-    conditions: Conditions,
-    system: Localization | ScriptedLocalization,
-    names: Sequence[str],
-    clock: FloorClock | None,
+    wiring: Wiring, system: Localization | ScriptedLocalization, names: Sequence[str]
 ) -> dict[str, LateOdometry]:
     """Adds the systems that delay these outputs, by name, where the odometry is late."""
     late: dict[str, LateOdometry] = {}
-    if not conditions.timing.any(lambda timing: timing.delays_odometry):
+    timing, clock = wiring.conditions.timing, wiring.floor_clock
+    if not timing.any(lambda timing: timing.delays_odometry):
         return late
     for name in names:
-        late[name] = builder.AddNamedSystem(
+        late[name] = wiring.builder.AddNamedSystem(
             f"late_{name}",
-            LateOdometry(conditions.timing, offset_s=CONTROLLER_OFFSET_S, floor_clock=clock),
+            LateOdometry(timing, offset_s=CONTROLLER_OFFSET_S, floor_clock=clock),
         )
-        connect_inputs(builder, late[name], estimate=system.GetOutputPort(name))
+        connect_inputs(wiring.builder, late[name], estimate=system.GetOutputPort(name))
     return late

@@ -7,13 +7,10 @@ from collections.abc import Callable
 from pydrake.systems.framework import DiagramBuilder, OutputPort
 from pydrake.systems.primitives import Multiplexer
 
-from drake_navbench.inputs.robot import Robot
-from drake_navbench.inputs.world import World
 from drake_navbench.logs.moment import Moment
 from drake_navbench.trial.navigation_wiring import Signals, connect_inputs, connect_world
 from drake_navbench.trial.systems.clearance import Clearance
 from drake_navbench.trial.systems.controller_server import ControllerServer
-from drake_navbench.trial.systems.floor_aware import FloorClock
 from drake_navbench.trial.systems.moving_world import MovingWorld
 from drake_navbench.trial.systems.navigator import Navigator
 from drake_navbench.trial.systems.recorder import SIGNAL_SIZES, Recorder
@@ -21,6 +18,7 @@ from drake_navbench.trial.systems.running_stack import RunningStackSystem
 from drake_navbench.trial.systems.tree_navigator import TreeNavigator
 from drake_navbench.trial.systems.viewer import Viewer
 from drake_navbench.trial.timing import CONTROLLER_OFFSET_S
+from drake_navbench.trial.wiring import Wiring
 
 CLEARANCE_PERIOD_S = 0.05
 CLEARANCE_OFFSET_S = CONTROLLER_OFFSET_S
@@ -28,23 +26,21 @@ RECORDER_PERIOD_S = 0.02
 
 
 def add_clearance(
-    builder: DiagramBuilder,
-    robot: Robot,
-    world: World,
+    wiring: Wiring,
     moving_world: MovingWorld | None,
     signals: Signals,
     costmap: OutputPort | None,
-    floor_clock: FloorClock | None,
 ) -> Clearance:
     """Adds the system that measures the robot's distance to the obstacles."""
+    builder = wiring.builder
     clearance = builder.AddNamedSystem(
         "clearance",
         Clearance(
-            world,
-            footprint=robot.outline,
+            wiring.world,
+            footprint=wiring.robot.outline,
             period_s=CLEARANCE_PERIOD_S,
             offset_s=CLEARANCE_OFFSET_S,
-            floor_clock=floor_clock,
+            floor_clock=wiring.floor_clock,
         ),
     )
     connect_inputs(builder, clearance, state=signals.state)

@@ -5,12 +5,9 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
-from pydrake.geometry import SceneGraph
 from pydrake.systems.framework import DiagramBuilder, OutputPort
 
-from drake_navbench.inputs.faults import Conditions
 from drake_navbench.inputs.robot import Robot
-from drake_navbench.inputs.world import World
 from drake_navbench.trial.floors import TrialFloors
 from drake_navbench.trial.localization_wiring import LocalizationSystem
 from drake_navbench.trial.navigation_wiring import Signals, connect_inputs
@@ -18,16 +15,12 @@ from drake_navbench.trial.systems.depth_sensors import DepthSensors
 from drake_navbench.trial.systems.lidar import Lidar
 from drake_navbench.trial.systems.moving_world import MovingWorld
 from drake_navbench.trial.systems.range_sensors import RangeSensors
+from drake_navbench.trial.wiring import Wiring
 
 
-def add_moving_world(
-    builder: DiagramBuilder,
-    robot: Robot,
-    world: World,
-    scene_graph: SceneGraph,
-    state: OutputPort,
-) -> MovingWorld | None:
+def add_moving_world(wiring: Wiring, state: OutputPort) -> MovingWorld | None:
     """Adds the world's moving bodies, if there are any, and shows them in SceneGraph."""
+    builder, scene_graph, robot, world = wiring[:4]
     if not world.moving_count:
         return None
     moving = builder.AddNamedSystem(
@@ -44,28 +37,18 @@ def add_moving_world(
 
 
 def add_sensors(
-    builder: DiagramBuilder,
-    robot: Robot,
-    world: World,
-    *,
-    conditions: Conditions,
+    wiring: Wiring,
     state: OutputPort,
     localization: LocalizationSystem,
     moving_world: MovingWorld | None,
-    floors: TrialFloors | None,
 ) -> tuple[Lidar, RangeSensors | None, Signals]:
-    """Adds the sensors, and lets the localization have the scans.
+    """Adds the sensors, and connects the scans to the localization.
 
     Returns the lidar, the range sensors, and the ports of the robot and all its senses.
     """
+    builder, _, robot, world, conditions, floors = wiring
     lidar = builder.AddNamedSystem(
-        "lidar",
-        Lidar(
-            conditions.lidar,
-            world,
-            conditions.timing,
-            **_on_floors(floors),
-        ),
+        "lidar", Lidar(conditions.lidar, world, conditions.timing, **_on_floors(floors))
     )
     scan = lidar.GetOutputPort("scan")
     signals = localization.signals(state, scan)

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-from importlib import import_module
-from pathlib import Path
-
 import numpy as np
 import pandas as pd
 import pytest
@@ -153,23 +150,3 @@ def test_where_everybody_ends_alike_all_share_the_first_place(arrived):
     times = [10.0 if arrived else None] * 3
     cells = ((name, c, times) for name in CLEAN_OF.keys() | {"clean"} for c in "abc")
     assert set(ranks(rank_changes(trials(*cells), CLEAN_OF)).values()) == {(1, 1)}
-
-
-def test_mean_ranks_are_over_scenarios_of_those_who_drove_in_all(monkeypatch):
-    monkeypatch.syspath_prepend(str(Path(__file__).parents[2] / "studies"))
-    mean_ranks = import_module("living_world_ranks").mean_ranks
-    table = trials(
-        ("still", "quick", [10.0] * 8),
-        ("still", "sure", [12.0] * 8),
-        ("crowd", "quick", [10.0, None] * 4),
-        ("crowd", "sure", [15.0] * 8),
-        ("hall", "quick", [10.0] * 8),
-        ("hall", "sure", [15.0] * 8),
-        ("still", "idle", [9.0] * 8),
-    )
-    quick, sure = mean_ranks(table, ["still"], ["crowd", "hall"])
-    # Second in the crowd and first in the hall; who did not drive in all of them does not count.
-    assert (quick.controller, quick.mean_ranks) == ("quick", (1.0, 1.5))
-    assert (sure.controller, sure.mean_ranks) == ("sure", (2.0, 1.5))
-    assert (quick.arrived, quick.trials) == ((8, 12), (8, 16))
-    assert mean_ranks(table, ["still"], ["ward"]) == []

@@ -3,7 +3,7 @@
 import pytest
 
 from drake_navbench.campaign.campaign import plan_campaign
-from drake_navbench.campaign.sweep import parse_axis, points_of
+from drake_navbench.campaign.sweep import parse_axis, points_of, swept_points
 from drake_navbench.errors import InputError
 
 
@@ -56,8 +56,9 @@ def test_a_latin_hypercube_has_one_point_in_each_part_of_each_axis():
     assert points != points_of(axes, samples=4, seed=2)
 
 
-def sweep(*texts, scenarios=("empty",), presets=("rpp", "dwb"), **options):
-    return plan_campaign(scenarios, presets, trials=2, sweeps=texts, **options)
+def sweep(*texts, scenarios=("empty",), presets=("rpp", "dwb"), samples=None, **options):
+    points = swept_points(texts, samples=samples, seed=options.get("seed", 0))
+    return plan_campaign(scenarios, presets, trials=2, points=points, **options)
 
 
 def test_a_field_of_the_robot_makes_scenarios_and_one_of_a_controller_columns():

@@ -105,7 +105,6 @@ def test_costmaps_are_not_needed(tmp_path, capsys):
     [
         (-1.0, "--at -1: expected a time of the trial, 0.02 to "),
         (1e6, "--at 1e+06: expected a time of the trial, 0.02 to "),
-        ("nan", "--at nan: expected a time of the trial, 0.02 to "),
         (0.0, "--at 0: expected a time of the trial, 0.02 to "),
     ],
 )

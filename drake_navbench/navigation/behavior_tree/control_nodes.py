@@ -1,8 +1,8 @@
 """The inner nodes of Nav2's behaviour trees, by the rules of BehaviorTree.CPP.
 
-py_trees has a Sequence and a Selector of its own, but they keep their children's last status, from
-which Nav2's nodes would take that a child still runs; BehaviorTree.CPP makes the children idle when
-the parent ends. Idle is `Status.INVALID` here.
+py_trees' own Sequence and Selector are not used: when they end, their children keep their last
+status, and Nav2's nodes would take a kept `RUNNING` for a child that still runs. BehaviorTree.CPP
+makes the children idle when the parent ends, and so do these nodes. Idle is `Status.INVALID` here.
 
 Everything that a node remembers beyond its status is named in its `MEMORY`, so that a snapshot can
 take it (see `drake_navbench.navigation.behavior_tree.snapshot`).
@@ -254,12 +254,13 @@ class PipelineSequence(ControlNode):
 class RoundRobinNode(ControlNode):
     """Ticks one child after another, and goes on with the next one when it is ticked again.
 
-    A child that fails is followed by the next in the same tick; a success is the node's, and the
-    index stays behind that child until the node is halted while it runs.
+    When a child fails, the next one is ticked in the same tick. When a child succeeds, the node
+    succeeds, and its next run begins with the child behind that one. The run after a failure of the
+    node, or after it was halted while it ran, begins with the first child.
 
-    wrap_around: after the last child comes the first, and the node fails when all failed in a row.
-    Without it, as in Nav2's lyrical tree, the node fails when the last child ends in any way, even
-    with success (navigation2 issues 5033 and 5308).
+    wrap_around: the first child follows the last one, and the node fails when all children failed
+    in a row. Without it, as in Nav2's lyrical tree, the node fails when the last child ends, even
+    if that child succeeds (navigation2 issues 5033 and 5308).
     """
 
     MEMORY = ("index", "failure_count")

@@ -223,9 +223,9 @@ class ForceFailure(ForcedNode):
 
 
 class _Again(ControlNode):
-    """Ticks its child again after each end with AGAIN_AFTER, up to `limit` times, then ends so too.
+    """Ticks its child again whenever it ends with AGAIN_AFTER; the `limit`th such end is its own.
 
-    Any other final status of the child is the node's at once.
+    With any other final status of the child the node ends at once, with that status.
     """
 
     AGAIN_AFTER: ClassVar[Status]

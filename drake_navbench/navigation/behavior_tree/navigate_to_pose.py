@@ -1,6 +1,7 @@
-"""Nav2's default tree navigate_to_pose_w_replanning_and_recovery, a file a release, and its nodes.
+"""Nav2's default tree navigate_to_pose_w_replanning_and_recovery, as each release ships it.
 
-The files are in default_trees/; their variables are the settings of the same names.
+The XML files are in default_trees/, one a release. A variable in a file takes the value of the
+setting of its name.
 """
 
 from __future__ import annotations

@@ -43,9 +43,9 @@ class _Element:
 def read_tree_file(path: Path, values: Mapping[str, str] | None = None) -> NodeDescription:
     """Returns the main tree of a file, with those of the files that it includes.
 
-    values: of variables, by their names; the others stay variables. Raises MissingTree where a
-    needed tree can only be in an included file that does not exist here, as that of a package
-    (`ros_pkg`), and InputError with file and line for other faults.
+    values: of variables, by name; a variable without a value stays one. Raises MissingTree if a
+    tree of the main tree can only be in an included file that does not exist here, such as a file
+    of a package (`ros_pkg`). Raises InputError with file and line for other faults.
     """
     root = _parsed(path)
     missing: list[str] = []
@@ -78,8 +78,8 @@ class _Budget:
     ) -> NodeDescription:
         """Returns an element's description with its children, SubTrees replaced by their trees.
 
-        passed: the attributes of the SubTree around the element, which give its variables of these
-        names their values.
+        passed: the attributes of the SubTree around the element. Each is the value of the element's
+        variable of that name.
         """
         self._left -= 1
         if self._left < 0 or depth > MAX_DEPTH:

@@ -153,9 +153,10 @@ class LayeredCostmap:
 
         scan: the newest one; None changes nothing. pose: (3,) of the robot, x m, y m, yaw rad.
         clouds: the newest cloud of each sensor that sends points, by its name. ranges: the readings
-        of each range sensor by its name, at least those since the update before. map_from_costmap:
-        (3,) the pose of the frame of all these in the map's frame, which is that of the static map
-        and the masks; None where they are one, as they must be unless the costmap rolls.
+        of each range sensor by its name, at least those since the update before. All these are in
+        the costmap's frame. map_from_costmap: (3,) the pose of that frame in the frame of the
+        static map and the masks; None: the two frames are one. Only a rolling costmap may have
+        another.
         """
         geometry = self._geometry
         frame = SAME_FRAME if map_from_costmap is None else map_from_costmap

@@ -49,9 +49,9 @@ class BehaviorServer(LeafSystem):
     m/s, w rad/s, vy m/s]. Outputs `command` (of the running behaviour where it moves the robot,
     otherwise of the controller) and `status` (TaskStatus).
 
-    Cycles run at cycle_frequency from `offset_s` on; a new task starts with the next of them, where
-    Nav2 starts a loop of its own at once: it is late by less than a cycle. Both servers of Nav2
-    write to one topic; a behaviour runs only while no controller does.
+    Cycles run at cycle_frequency from `offset_s` on. A new task starts with the next cycle, so less
+    than a cycle later than in Nav2, which starts a loop for it at once. Both servers of Nav2 write
+    to one topic; a behaviour runs only while no controller does.
 
     footprint: (K, 2) padded outline in the base frame, m.
     """

@@ -82,8 +82,8 @@ def checked_command(decision: Decision, *, moves_sideways: bool) -> NDArray[np.f
         )
     if command[2] != 0.0 and not moves_sideways:
         raise ValueError(
-            f"the controller commanded vy = {command[2]:g} m/s; expected 0, or an omnidirectional "
-            "base, which this robot has not"
+            f"the controller commanded vy = {command[2]:g} m/s; expected 0, because the base of "
+            "this robot does not move sideways"
         )
     return command
 

@@ -80,12 +80,13 @@ class TreeNavigator(LeafSystem):
     time may be yet to come.
 
     The tree is ticked when the trial starts, and then once a period from `offset_s` on. The first
-    tick sees the true pose: the localization draws its first noise after it. Nav2 ticks the tree
-    every 10 ms. Where the period is the controller server's and the offset follows its cycle by 10
-    ms, the servers get the same inputs: the end of a task is noticed as soon as by Nav2's next
-    tick, and a request between two ticks takes effect with a server's next cycle anyway. In the
-    scenario dead_end every task then begins and ends at the same time as with a tick of 10 ms,
-    except for decisions that depend on rounding, in two thirds of the computing time.
+    tick sees the true pose: the localization draws its first noise after it.
+
+    Nav2 ticks the tree every 10 ms. One tick a control period, 10 ms after the controller's cycle,
+    gives the servers the same inputs: the end of a task is noticed as soon as by Nav2's next tick,
+    and a request between two ticks would take effect only with a server's next cycle. In the
+    scenario dead_end every task begins and ends at the same time as with ticks of 10 ms, except
+    where a decision depends on rounding; it takes two thirds of the computing time.
 
     The py_trees tree held here is only a machine: a tick first sets it to the Context's snapshot.
     """
