@@ -9,11 +9,11 @@ from pathlib import Path
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.descriptions.body import base_of, wheel_joints
 from drake_navbench.inputs.descriptions.clearpath_robot import is_clearpath
-from drake_navbench.inputs.descriptions.gazebo_drive import has_drive
+from drake_navbench.inputs.descriptions.gazebo_drive import has_drive, names_drive
 from drake_navbench.inputs.descriptions.gazebo_sensors import LIDARS
 from drake_navbench.inputs.descriptions.model_source import read_source
 from drake_navbench.inputs.descriptions.ros_packages import files_below
-from drake_navbench.inputs.descriptions.world import is_world, read_world
+from drake_navbench.inputs.descriptions.world import WORLD_SUFFIXES, is_world, read_world
 from drake_navbench.inputs.descriptions.xacro_macro import lacking, robot_macro
 from drake_navbench.inputs.launch_files import read_launch_files
 from drake_navbench.inputs.package_files import MAP, NAV2, ROBOT, WORLD, PackageFiles
@@ -95,31 +95,33 @@ def _head(file: Path) -> str:
 def _is_robot(file: Path) -> bool:
     if is_clearpath(file):
         return True
-    if file.suffix not in (".urdf", ".xacro") and file.name != "model.sdf":
+    if file.suffix not in (*WORLD_SUFFIXES, ".urdf", ".xacro"):
         return False
     text = _head(file)
     macro = robot_macro(text, file) if file.suffix == ".xacro" and "<link" in text else None
     if macro is not None and not lacking(text, macro):
         return True
-    if "<world" in text or not WHOLE_ROBOT.search(text):
+    if not WHOLE_ROBOT.search(text):
         return False
-    if file.name == "model.sdf":
-        return re.search(r"diff_drive|diff-drive|DiffDrive|planar_move|mecanum", text) is not None
+    if file.suffix in WORLD_SUFFIXES:
+        return names_drive(text)
     is_plain = file.suffix == ".urdf" and "<link" in text
     return is_plain or BUILDS.search(MACROS.sub("", text)) is not None
 
 
-def _robot_rank(file: Path, words: set[str]) -> tuple[bool, bool, int, int]:
+def _robot_rank(file: Path, words: set[str]) -> tuple[int, bool, int, int]:
     """Returns a sorting key of a model file, smaller for a file that is more likely the robot.
 
-    Likely: a file named like its folder, or that includes many others. Unlikely: one of a part.
+    Likely: a file named like its folder, or that includes many others. Unlikely: one of a part, or
+    a world with a robot in it.
     """
     name = file.name.lower()
     stem = name.partition(".")[0]
     kinds = {".sdf": 2, ".urdf": 1}
     named = stem in words or stem.removesuffix("_robot") in words or stem == "robot"
     includes = min(_head(file).count("<xacro:include"), MAX_INCLUDES)
-    return PARTS.search(name) is not None, not named, -includes, kinds.get(file.suffix, 0)
+    likely = 2 if _is_gazebo_world(file) else int(PARTS.search(name) is not None)
+    return likely, not named, -includes, kinds.get(file.suffix, 0)
 
 
 def _driving_first(files: Sequence[Path], roots: Sequence[Path]) -> tuple[Path, ...]:

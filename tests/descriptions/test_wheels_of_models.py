@@ -113,6 +113,45 @@ def test_a_steered_base_turns_about_its_rear_axle_wherever_the_base_frame_is(tmp
         assert rows == ([told] if told else [])
 
 
+@pytest.mark.parametrize(
+    ("steered_by", "wheels", "rear_m"),
+    [
+        # Four wheels that no joint of the model steers: the rearmost axle does not either.
+        ("", [("a", -0.3, 0.2), ("b", -0.3, -0.2), ("c", 0.25, 0.2), ("d", 0.25, -0.2)], -0.3),
+        # The plugin names the joint, which turns without end in the model: a front wheel steers.
+        ("front_joint", [("a", -0.3, 0.2), ("b", -0.3, -0.2)], -0.3),
+        ("", [], None),
+    ],
+)
+def test_a_car_of_its_plugin_alone_turns_about_its_rear_axle_or_it_is_told(
+    tmp_path, steered_by, wheels, rear_m
+):
+    joint = '_wheel"/><origin xyz="'
+    parts = [
+        wheel(name, y, CYLINDER.format(0.1)).replace(f"{joint}0 ", f"{joint}{x} ")
+        for name, x, y in wheels
+    ]
+    if steered_by:
+        front = wheel("front", 0.0, CYLINDER.format(0.1)).replace(f"{joint}0 ", f"{joint}0.25 ")
+        parts.append(front.replace('axis xyz="0 1 0"', 'axis xyz="0 0 1"'))
+    plugin = (
+        '<gazebo><plugin filename="gz-sim-ackermann-steering-system" name="a">'
+        f"<left_steering_joint>{steered_by}</left_steering_joint>"
+        "<wheel_base>0.55</wheel_base><steering_limit>0.5</steering_limit></plugin></gazebo>"
+    )
+    found = describe_robot(robot(tmp_path, *parts, plugin))
+    fields = found.fields["drive"]
+    assert (fields["type"], fields.get("rear_axle_x_m")) == ("ackermann", rear_m)
+    # 0.55 m / tan(0.5 rad)
+    assert fields["min_turning_radius_m"] == pytest.approx(1.007, abs=1e-3)
+    told = [row.remark for row in found.check.rows if row.parameter == "rear axle"]
+    assert told == (
+        ["not told by the model; the base turns about its frame's origin"]
+        if rear_m is None
+        else ["0.3 m behind the base frame; the base turns about it"]
+    )
+
+
 def test_springs_do_not_steer_and_a_drivers_wheel_is_none(tmp_path):
     """The left rear wheel hangs on a spring of 0.05 m; the driver's wheel is 0.9 m up, in front."""
     left, right, *front = steered(rear_m=-0.3, front_m=0.25)

@@ -40,6 +40,7 @@ KINDS = (
     ("skid_steer", DIFFERENTIAL),
     ("skid-steer", DIFFERENTIAL),
 )
+PLUGIN_TAG = re.compile(r"<plugin\b[^>]*>")
 CONTROL = ("ros2_control", "ros_control")
 # left_wheel_names, front_left_wheel_command_joint_name, traction_joints_names, rear_wheels_names.
 JOINTS_KEY = re.compile(r"(?:wheel|joint)s?_names?$")
@@ -68,7 +69,8 @@ class FoundDrive(NamedTuple):
     units.
 
     remark: a limit in the files that is not used, and why; '' without one. differs: in what its
-    wheels are others than those of the model's links; '' without a difference.
+    wheels are others than those of the model's links; '' without a difference. steering: joints
+    that the plugin or controller steers, by its own words.
     """
 
     kind: str
@@ -76,6 +78,7 @@ class FoundDrive(NamedTuple):
     values: dict[str, float]
     remark: str = ""
     differs: str = ""
+    steering: frozenset[str] = frozenset()
 
 
 def drive_of(
@@ -111,7 +114,7 @@ def drive_of(
     differs = _differing(values, modelled) if len(wheels) == 2 else ""
     values = modelled | values
     if found.kind == ACKERMANN:
-        _add_turning(values, model, wheels)
+        _add_turning(values, model, wheels, found.steering)
     remark = _add_wheel_limits(values, model, wheels)
     return found._replace(values=_sensible(values), remark=remark, differs=differs)
 
@@ -119,6 +122,11 @@ def drive_of(
 def has_drive(model: Model) -> bool:
     """Tells whether a plugin drives a model."""
     return any(_kind_of(plugin.name) for plugin in model.plugins)
+
+
+def names_drive(text: str) -> bool:
+    """Tells whether a plugin in an XML text drives a model."""
+    return any(_kind_of(tag) for tag in PLUGIN_TAG.findall(text))
 
 
 def _kind_of(text: str) -> str:
@@ -130,7 +138,11 @@ def _by_plugin(model: Model) -> FoundDrive | None:
         kind = _kind_of(plugin.name)
         if kind:
             name = plugin.name.split()[0] if plugin.name.split() else kind
-            return FoundDrive(kind, name, _plugin_values(plugin.element, kind))
+            steering = frozenset(
+                (part.text or "").strip() for part in plugin.element.iter() if "steer" in part.tag
+            )
+            values = _plugin_values(plugin.element, kind)
+            return FoundDrive(kind, name, values, steering=steering)
     return None
 
 
@@ -220,7 +232,8 @@ def _controllers_in(
     for name, kind_name in types.items():
         kind, own = _kind_of(kind_name), nodes.get(name, {})
         if kind and is_ours(_named_joints(own)):
-            return FoundDrive(kind, path.name, _controller_values(own))
+            steers = _named_joints({key: own[key] for key in own if "steer" in str(key)})
+            return FoundDrive(kind, path.name, _controller_values(own), steering=frozenset(steers))
     return None
 
 
@@ -316,18 +329,25 @@ def _rolls_sideways(wheels: Sequence[Wheel]) -> bool:
     return len(counts) >= 3 or (len(counts) == 2 and min(count for _, count in counts) >= 2)
 
 
-def _add_turning(values: dict[str, float], model: Model, wheels: Sequence[Wheel]) -> None:
+def _add_turning(
+    values: dict[str, float], model: Model, wheels: Sequence[Wheel], named: Set[str]
+) -> None:
     """Adds wheelbase, least turning radius and rear axle, by the wheels and their steering joints.
 
-    The base turns about a point on the axle of the wheels that are not steered.
+    The base turns about a point on the axle of the wheels that are not steered or, where no joint
+    steers, on the rearmost axle. named: joints that a plugin steers, whatever their range.
     """
     along = [float(w.position[0]) for w in wheels]
     if along and max(along) - min(along) > LEAST:
         values.setdefault("wheelbase_m", max(along) - min(along))
-    steering = _steering(model, wheels)
-    centre = turning_centre(model, wheels)
+    steering = _steering(model, wheels) or [j for j in model.joints if j.name in named]
+    steered = {joint.child for joint in steering}
+    fixed = [w for w in wheels if w.joint.parent not in steered and w.joint.child not in steered]
+    centre = turning_centre(model, fixed)
     if steering and centre is not None:
         values["rear_axle_x_m"] = float(centre[0])
+    elif "wheelbase_m" in values and len(along) >= 3:
+        values["rear_axle_x_m"] = min(along)
     bounds = [min(-j.range_rad[0], j.range_rad[1]) for j in steering]
     bounds += _command_limits(model, steering, "position")
     limit, wheelbase = values.pop(STEERING, min(bounds, default=0.0)), values.get("wheelbase_m")
