@@ -316,6 +316,31 @@ def test_a_launch_file_tells_which_nav2_file_and_map_belong_together(repository)
     assert picked.map != arguments.map
 
 
+def test_of_nav2_files_of_one_name_it_is_the_one_in_the_folder_of_the_launch_file(repository):
+    map_files(repository / "cart_bringup" / "maps", "hall")
+    for package in ("cart_bringup", "cart_start"):
+        (repository / package / "config").mkdir(parents=True, exist_ok=True)
+        (repository / package / "config" / "nav2_params.yaml").write_text(NAV2)
+    (repository / "start.launch.py").write_text(
+        "share('cart_start', 'nav2_params.yaml'), 'hall.yaml'"
+    )
+    arguments, _ = filled("--package", str(repository))
+    assert arguments.nav2 == [repository / "cart_start" / "config" / "nav2_params.yaml"]
+
+
+def test_of_two_models_it_is_the_one_with_the_base_frame_of_the_nav2_file(repository):
+    cart = next(repository.rglob("cart.urdf.xacro"))
+    text = cart.read_text()
+    assert "base_link" in text
+    other = cart.with_name("other.urdf.xacro")
+    other.write_text(text.replace("base_link", "body_link"))
+    for frame, model in (("base_link", cart), ("body_link", other)):
+        nav2 = NAV2.replace("base_footprint", frame)
+        (repository / "cart_nav" / "config" / "nav2_params.yaml").write_text(nav2)
+        arguments, _ = filled("--package", str(repository))
+        assert arguments.robot == str(model)
+
+
 def test_without_launch_files_the_plainest_name_of_a_nav2_file_counts(repository):
     config = repository / "cart_nav" / "config"
     (config / "nav2_explore_params.yaml").write_text(NAV2)

@@ -152,6 +152,34 @@ def test_a_car_of_its_plugin_alone_turns_about_its_rear_axle_or_it_is_told(
     )
 
 
+def test_a_wheel_that_is_fixed_to_a_steered_part_is_steered(tmp_path):
+    """As of a forklift: a gear box hangs on the steered bearing, and the wheel on the gear box."""
+    left, right, knuckle, front = steered(rear_m=0.0, front_m=0.55)
+    gear = (
+        '<link name="gear"/><joint name="hangs" type="fixed"><parent link="knuckle"/>'
+        '<child link="gear"/></joint>'
+    )
+    parts = (
+        left,
+        right,
+        knuckle,
+        gear,
+        front.replace('parent link="knuckle"', 'parent link="gear"'),
+    )
+    found = drive(robot(tmp_path, *parts))
+    assert found.kind == "ackermann"
+    assert found.values["rear_axle_x_m"] == pytest.approx(0.0)
+    assert found.values["min_turning_radius_m"] == pytest.approx(1.308, abs=1e-3)
+
+
+def test_a_label_of_a_plugin_tells_no_drive(tmp_path):
+    plugin = '<gazebo><plugin filename="libgazebo_ros_{}.so" name="mecanum_bot"/></gazebo>'
+    wheels = [wheel(n, y, CYLINDER.format(0.1)) for n, y in (("left", 0.2), ("right", -0.2))]
+    for file, source in (("p3d", "2 wheels"), ("diff_drive", "libgazebo_ros_diff_drive.so")):
+        found = drive(robot(tmp_path, *wheels, plugin.format(file)))
+        assert (found.kind, found.source) == ("differential", source)
+
+
 def test_springs_do_not_steer_and_a_drivers_wheel_is_none(tmp_path):
     """The left rear wheel hangs on a spring of 0.05 m; the driver's wheel is 0.9 m up, in front."""
     left, right, *front = steered(rear_m=-0.3, front_m=0.25)
@@ -236,6 +264,11 @@ def test_wheels_that_a_plugin_tells_otherwise_than_the_model_are_doubtful(tmp_pa
     said = "separation 0.2 m, that of the model's wheels is 0.4 m"
     assert drive(path).differs == said
     assert f"libdiff_drive.so gives {said}" in describe_robot(path).check.as_text(300)
+    # With four wheels, which skid, another separation may be meant, another radius is not.
+    more = [wheel(n, y, CYLINDER.format(0.1)) for n, y in (("back_l", 0.2), ("back_r", -0.2))]
+    values = "0.2</wheel_separation><wheel_radius>0.3</wheel_radius><wheel_separation>0.2"
+    path = robot(tmp_path, *wheels, *more, plugin.format(values))
+    assert drive(path).differs == "radius 0.3 m, that of the model's wheels is 0.1 m"
 
 
 def test_ros2_control_may_bound_the_steering_more_than_its_joints(tmp_path):

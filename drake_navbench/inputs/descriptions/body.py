@@ -210,8 +210,17 @@ def _near_the_floor(wheels: Sequence[Wheel]) -> list[Wheel]:
 def turning_centre(model: Model, wheels: Sequence[Wheel]) -> Array | None:
     """Returns the middle of the wheels that neither steer nor swivel, (2,) m; None without any."""
     turned = {joint.child for joint in model.joints if joint.kind in TURNING}
-    places = [wheel.position[:2] for wheel in wheels if wheel.joint.parent not in turned]
+    places = [wheel.position[:2] for wheel in wheels if carrier_of(model, wheel) not in turned]
     return np.mean(places, axis=0) if places else None
+
+
+def carrier_of(model: Model, wheel: Wheel) -> str:
+    """Returns the link that carries a wheel: the first one above that is fixed to no other."""
+    above = {joint.child: joint.parent for joint in model.joints if joint.kind == "fixed"}
+    link = wheel.joint.parent
+    for _ in above:
+        link = above.get(link, link)
+    return link
 
 
 def _round_tyre(link: Link, to_base: Array) -> tuple[Array, float] | None:

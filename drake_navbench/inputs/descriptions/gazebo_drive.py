@@ -12,7 +12,7 @@ from xml.etree import ElementTree
 import numpy as np
 
 from drake_navbench.errors import InputError
-from drake_navbench.inputs.descriptions.body import TURNING, Wheel, turning_centre
+from drake_navbench.inputs.descriptions.body import TURNING, Wheel, carrier_of, turning_centre
 from drake_navbench.inputs.descriptions.model import Joint, Model
 from drake_navbench.inputs.descriptions.poses import number
 from drake_navbench.inputs.descriptions.ros_packages import Packages
@@ -40,7 +40,7 @@ KINDS = (
     ("skid_steer", DIFFERENTIAL),
     ("skid-steer", DIFFERENTIAL),
 )
-PLUGIN_TAG = re.compile(r"<plugin\b[^>]*>")
+PLUGIN_FILE = re.compile(r"<plugin\b[^>]*\bfilename\s*=\s*[\"']([^\"']+)")
 CONTROL = ("ros2_control", "ros_control")
 # left_wheel_names, front_left_wheel_command_joint_name, traction_joints_names, rear_wheels_names.
 JOINTS_KEY = re.compile(r"(?:wheel|joint)s?_names?$")
@@ -102,7 +102,7 @@ def drive_of(
         steered = {joint.child for joint in _steering(model, wheels)}
         is_omni = is_mecanum or (not steered and _rolls_sideways(wheels))
         kind = OMNIDIRECTIONAL if is_omni else DIFFERENTIAL if len(wheels) >= 2 else ""
-        if steered and any(w.joint.parent not in steered for w in wheels):
+        if steered and any(carrier_of(model, w) not in steered for w in wheels):
             kind = ACKERMANN
         found = FoundDrive(kind, f"{len(wheels)} wheels" if wheels else "", {})
     values = dict(found.values)
@@ -110,8 +110,10 @@ def drive_of(
     separation_m = max(sides) - min(sides) if len(sides) >= 2 else 0.0
     modelled = {"wheel_radius_m": radius_m or 0.0, "wheel_separation_m": separation_m}
     modelled = {name: value for name, value in modelled.items() if value > LEAST}
+    is_plain = len(wheels) == 2 or found.kind == ACKERMANN
     # Bases that skid are often given another separation on purpose.
-    differs = _differing(values, modelled) if len(wheels) == 2 else ""
+    told = {n: value for n, value in modelled.items() if is_plain or n == "wheel_radius_m"}
+    differs = _differing(values, told)
     values = modelled | values
     if found.kind == ACKERMANN:
         _add_turning(values, model, wheels, found.steering)
@@ -121,12 +123,18 @@ def drive_of(
 
 def has_drive(model: Model) -> bool:
     """Tells whether a plugin drives a model."""
-    return any(_kind_of(plugin.name) for plugin in model.plugins)
+    return any(_kind_of_plugin(plugin.name) for plugin in model.plugins)
 
 
 def names_drive(text: str) -> bool:
     """Tells whether a plugin in an XML text drives a model."""
-    return any(_kind_of(tag) for tag in PLUGIN_TAG.findall(text))
+    return any(_kind_of(file) for file in PLUGIN_FILE.findall(text))
+
+
+def _kind_of_plugin(name: str) -> str:
+    """Returns the kind of drive by a plugin's file and class; a mere label tells nothing."""
+    first, *others = name.split() or [""]
+    return _kind_of(" ".join([first, *(word for word in others if "::" in word)]))
 
 
 def _kind_of(text: str) -> str:
@@ -135,9 +143,9 @@ def _kind_of(text: str) -> str:
 
 def _by_plugin(model: Model) -> FoundDrive | None:
     for plugin in model.plugins:
-        kind = _kind_of(plugin.name)
+        kind = _kind_of_plugin(plugin.name)
         if kind:
-            name = plugin.name.split()[0] if plugin.name.split() else kind
+            name = plugin.name.split()[0]
             steering = frozenset(
                 (part.text or "").strip() for part in plugin.element.iter() if "steer" in part.tag
             )
@@ -291,7 +299,7 @@ def _controller_values(parameters: Mapping[str, Any]) -> dict[str, float]:
 
 def _steering(model: Model, wheels: Sequence[Wheel]) -> list[Joint]:
     """Returns the joints that steer a wheel: upright, by less than a quarter of a turn."""
-    carried = {w.joint.parent for w in wheels}
+    carried = {carrier_of(model, w) for w in wheels}
     return [
         joint
         for joint in model.joints
@@ -342,7 +350,7 @@ def _add_turning(
         values.setdefault("wheelbase_m", max(along) - min(along))
     steering = _steering(model, wheels) or [j for j in model.joints if j.name in named]
     steered = {joint.child for joint in steering}
-    fixed = [w for w in wheels if w.joint.parent not in steered and w.joint.child not in steered]
+    fixed = [w for w in wheels if steered.isdisjoint((carrier_of(model, w), w.joint.child))]
     centre = turning_centre(model, fixed)
     if steering and centre is not None:
         values["rear_axle_x_m"] = float(centre[0])
