@@ -168,7 +168,9 @@ def _may_replace(file: Path, best: Path, value: tuple[bool, bool, bool]) -> bool
     has_frame, *senses_or_drives = value
     if file.parent == best.parent or not has_frame or _includes(file, best):
         return True
-    return not any(senses_or_drives) and _package_of(file) == _package_of(best)
+    # SDF models beside a URDF are often of other robots, or older.
+    is_alike = file.suffix != ".sdf" and _package_of(file) == _package_of(best)
+    return is_alike and not any(senses_or_drives)
 
 
 def _package_of(file: Path) -> Path:

@@ -172,6 +172,20 @@ def test_a_wheel_that_is_fixed_to_a_steered_part_is_steered(tmp_path):
     assert found.values["min_turning_radius_m"] == pytest.approx(1.308, abs=1e-3)
 
 
+def test_joints_that_a_plugin_drives_are_wheels_whatever_their_language(tmp_path):
+    parts = [
+        wheel(name, y, CYLINDER.format(0.1)).replace("_wheel", "_teker")
+        for name, y in (("sol", 0.2), ("sag", -0.2), ("kepce", 0.0))
+    ]
+    plugin = (
+        '<gazebo><plugin filename="libgazebo_ros_diff_drive.so" name="d">'
+        "<leftJoint>sol_joint</leftJoint><rightJoint>sag_joint</rightJoint></plugin></gazebo>"
+    )
+    found = drive(robot(tmp_path, *parts, plugin))
+    assert found.values["wheel_radius_m"] == pytest.approx(0.1)
+    assert found.values["wheel_separation_m"] == pytest.approx(0.4)
+
+
 def test_a_label_of_a_plugin_tells_no_drive(tmp_path):
     plugin = '<gazebo><plugin filename="libgazebo_ros_{}.so" name="mecanum_bot"/></gazebo>'
     wheels = [wheel(n, y, CYLINDER.format(0.1)) for n, y in (("left", 0.2), ("right", -0.2))]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
@@ -22,6 +23,8 @@ TOLERANCE_M = 1e-3
 TURNING = ("continuous", "revolute")
 # Words in a joint's or link's name by which it is a wheel's or a caster's.
 ROLLING = ("wheel", "caster", "castor")
+# left_joint, leftJoint, rear_right_joint of a plugin that drives.
+DRIVEN = re.compile(r"(?i)(left|right)\w*joint$")
 # A wheel's mesh is round where its length and its height differ by less than this share.
 ROUND_SHARE = 0.05
 # The largest upright part of an axle's unit vector.
@@ -166,8 +169,13 @@ def rolls(joint: Joint) -> bool:
 
 
 def wheel_joints(model: Model, base: str) -> list[Joint]:
-    """Returns the joints of links called wheels that turn about a level axis; no casters."""
+    """Returns the joints about a level axis of links called wheels, casters left out.
+
+    A joint that a plugin drives on the left or right is one, whatever its link is called.
+    """
     turn = to_base_of(model, base)[:3, :3]
+    parts = [part for plugin in model.plugins for part in plugin.element.iter()]
+    driven = {(part.text or "").strip() for part in parts if DRIVEN.search(part.tag)}
     joints = []
     for joint in model.joints:
         name = joint.child.lower()
@@ -175,7 +183,8 @@ def wheel_joints(model: Model, base: str) -> list[Joint]:
             continue
         axis = turn @ joint.axis
         is_level = abs(axis[2]) <= LEVEL_AXIS * float(np.linalg.norm(axis))
-        if is_level and "wheel" in name and "caster" not in name:
+        is_driven = joint.name.rpartition("::")[2] in driven
+        if is_level and (is_driven or ("wheel" in name and "caster" not in name)):
             joints.append(joint)
     return joints
 

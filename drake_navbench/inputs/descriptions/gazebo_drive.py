@@ -96,7 +96,7 @@ def drive_of(
     found = _by_plugin(model) or _by_controllers(files, packages)
     found = found or _by_wheel_names(model, wheels, packages)
     if found is None:
-        names = [w.joint.child.lower() for w in wheels]
+        names = [f"{model.name} {w.joint.child}".lower() for w in wheels]
         # Two driven wheels with an omni wheel as their caster are a differential base.
         is_mecanum = len(names) >= 3 and all("mecanum" in n or "omni" in n for n in names)
         steered = {joint.child for joint in _steering(model, wheels)}
