@@ -186,6 +186,14 @@ def test_joints_that_a_plugin_drives_are_wheels_whatever_their_language(tmp_path
     assert found.values["wheel_separation_m"] == pytest.approx(0.4)
 
 
+@pytest.mark.parametrize(
+    ("size", "radius_m"), [("0.04 0.2 0.2", 0.1), ("0.2 0.04 0.2", 0.1), ("0.04 0.2 0.1", None)]
+)
+def test_a_box_with_two_equal_long_sides_is_a_tyre(tmp_path, size, radius_m):
+    parts = [wheel(n, y, f'<box size="{size}"/>') for n, y in (("left", 0.2), ("right", -0.2))]
+    assert drive(robot(tmp_path, *parts)).values.get("wheel_radius_m") == radius_m
+
+
 def test_a_label_of_a_plugin_tells_no_drive(tmp_path):
     plugin = '<gazebo><plugin filename="libgazebo_ros_{}.so" name="mecanum_bot"/></gazebo>'
     wheels = [wheel(n, y, CYLINDER.format(0.1)) for n, y in (("left", 0.2), ("right", -0.2))]

@@ -233,13 +233,23 @@ def carrier_of(model: Model, wheel: Wheel) -> str:
 
 
 def _round_tyre(link: Link, to_base: Array) -> tuple[Array, float] | None:
-    """Returns centre (3,) and radius of the largest cylinder or sphere of a wheel; None without."""
+    """Returns centre (3,) and radius of a wheel's largest cylinder, sphere or box; None without.
+
+    A box is a tyre if its two longest sides are equal.
+    """
     for shapes in (link.collisions, link.visuals):
-        tyres = [s for s in shapes if s.kind in ("cylinder", "sphere") and s.size[0] > 0.0]
+        tyres = [(radius_m, s) for s in shapes if (radius_m := _tyre_radius(s)) > 0.0]
         if tyres:
-            tyre = max(tyres, key=lambda shape: shape.size[0])
-            return (to_base @ tyre.pose)[:3, 3], float(tyre.size[0])
+            radius_m, tyre = max(tyres, key=lambda pair: pair[0])
+            return (to_base @ tyre.pose)[:3, 3], radius_m
     return None
+
+
+def _tyre_radius(shape: Shape) -> float:
+    if shape.kind in ("cylinder", "sphere"):
+        return float(shape.size[0])
+    middle, longest = sorted(shape.size)[1:] if shape.kind == "box" else (0.0, 1.0)
+    return 0.5 * float(longest) if longest - middle < ROUND_SHARE * longest else 0.0
 
 
 def _mesh_tyre(link: Link, to_base: Array) -> tuple[Array, float] | None:
