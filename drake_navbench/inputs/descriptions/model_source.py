@@ -17,7 +17,7 @@ from drake_navbench.inputs.descriptions.ros_packages import Packages
 from drake_navbench.inputs.descriptions.sdf import SdfReader
 from drake_navbench.inputs.descriptions.urdf import read_urdf
 from drake_navbench.inputs.descriptions.xacro_file import XACRO, Expanded, expand_xacro
-from drake_navbench.inputs.descriptions.xml_file import read_xml
+from drake_navbench.inputs.descriptions.xml_file import read_xml, text_of
 from drake_navbench.typed_files.input_file import MEGABYTE, read_input
 
 MAX_FILE_BYTES = 64 * MEGABYTE
@@ -74,9 +74,9 @@ def is_model_file(path: Path) -> bool:
 
 
 def _sdf_model(root: ElementTree.Element, path: Path, packages: Packages) -> Model:
-    """Returns the first model of an SDF text; of a world, the first one that drives, if one does.
+    """Returns the first model of an SDF text, which may be included.
 
-    It may be included.
+    Of a world it is the first one that drives, else that moves, else that stands.
     """
     if root.tag in OTHERS:
         raise InputError(
@@ -93,7 +93,8 @@ def _sdf_model(root: ElementTree.Element, path: Path, packages: Packages) -> Mod
     if element is None:
         standing = root.findall("world/model")
         driven = [e for e in standing if names_drive(ElementTree.tostring(e, "unicode"))]
-        element = next(iter((*driven, *standing)), None)
+        free = [e for e in standing if text_of(e, "static") not in ("1", "true")]
+        element = next(iter((*driven, *free, *standing)), None)
     folder = path.parent.absolute()
     if element is None:
         include = root.find("include")
