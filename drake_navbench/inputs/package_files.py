@@ -63,13 +63,13 @@ class PackageFiles:
             return next(iter((*own, *found)))
         together = self.launches.started_with(robot, found)
         words = self._words(robot) - {word for file in others for word in self._words(file)}
-        own = [together[0]] if together else found
+        own = [together[0]] if together else [*found]
         return max(own, key=lambda file: len(words & self._words(file)))
 
     def picked(self, texts: Sequence[str]) -> dict[str, Path | None]:
         """Returns the file of each kind by `--pick kind=N`, else the likeliest; None without one.
 
-        The Nav2 file that is not picked is one with the robot's name; map and world that are not
+        The Nav2 file that is not picked is the robot's; map and world that are not
         picked are those that a launch file starts with the Nav2 file. Raises InputError.
         """
         picks = read_picks(texts)
