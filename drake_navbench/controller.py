@@ -230,6 +230,7 @@ class ControllerParameters(BaseModel):
         block.
     STOOD_IN_FOR: by dotted name of a parameter that makes Nav2 behave differently from this
         controller, a sentence on what stands in for that behaviour.
+    READ_WITH: by a block of parameters, the value of another one with which alone Nav2 reads it.
     """
 
     WITHOUT_EFFECT: ClassVar[frozenset[str]] = frozenset()
@@ -238,6 +239,7 @@ class ControllerParameters(BaseModel):
     READ_BY: ClassVar[Mapping[str, ReadBy]] = MappingProxyType({})
     DONE_OTHERWISE: ClassVar[Mapping[str, str]] = MappingProxyType({})
     STOOD_IN_FOR: ClassVar[Mapping[str, str]] = MappingProxyType({})
+    READ_WITH: ClassVar[Mapping[str, str]] = MappingProxyType({})
     SLIDERS: ClassVar[Mapping[str, tuple[float, float]]] = MappingProxyType({})
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)

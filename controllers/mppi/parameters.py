@@ -207,6 +207,7 @@ class MppiParameters(ParametersWithCritics):
         }
     )
     PATH_HANDLER_NAMES: ClassVar[frozenset[str]] = frozenset(OF_OWN_PLAN)
+    READ_WITH: ClassVar[Mapping[str, str]] = {"AckermannConstraints": "motion_model: Ackermann"}
     READ_BY: ClassVar[Mapping[str, ReadBy]] = {
         "ObstaclesCritic.inflation_layer_name": since(Release.IRON),
         "PathAngleCritic.mode": since(Release.IRON),

@@ -322,7 +322,7 @@ class _Table:
         fields |= {name: values[name] for name in names if name in values}
         if kind == ACKERMANN:
             fields |= {name: values[name] for name in ("wheelbase_m", "min_turning_radius_m")}
-            fields |= self._axle(values.get("rear_axle_x_m", 0.0))
+            fields |= self._axle(values.get("rear_axle_x_m"))
         if kind == OMNIDIRECTIONAL and "max_linear_velocity_mps" in values:
             fields["max_lateral_velocity_mps"] = values["max_linear_velocity_mps"]
         limits = [f"{name} {fields[name]:.4g}" for name in names if name in fields]
@@ -335,8 +335,12 @@ class _Table:
             self.add(Status.STAND_IN, "limits", found.remark)
         return {"drive": fields} if fields else {}
 
-    def _axle(self, ahead_m: float) -> dict[str, float]:
-        """Returns the field of an axle that is not at the base frame's origin."""
+    def _axle(self, ahead_m: float | None) -> dict[str, float]:
+        """Returns the field of a rear axle that is not at the base frame's origin; None: untold."""
+        if ahead_m is None:
+            remark = "not told by the model; the base turns about its frame's origin"
+            self.add(Status.STAND_IN, "rear axle", remark)
+            return {}
         if abs(ahead_m) < AXLE_TOLERANCE_M:
             return {}
         side = "ahead of" if ahead_m > 0.0 else "behind"

@@ -23,12 +23,19 @@ class LaunchFiles:
 
     words: tuple[tuple[Path, frozenset[str]], ...] = ()
 
-    def name(self, file: Path, beside: Sequence[Path] = ()) -> bool:
-        """Tells whether a launch file names a file and, if `beside` has some, one of them."""
+    def folders(self, file: Path, beside: Sequence[Path] = ()) -> int:
+        """Returns the number of a file's folders that a launch file names with it; -1: none does.
+
+        beside: files of which the launch file has to name one; empty for no such condition.
+        """
         partners = {other.name for other in beside}
-        return any(
-            file.name in words and (not partners or not partners.isdisjoint(words))
-            for _, words in self.words
+        return max(
+            (
+                len(words & {*file.parent.parts})
+                for _, words in self.words
+                if file.name in words and (not partners or not partners.isdisjoint(words))
+            ),
+            default=-1,
         )
 
     def started_with(self, file: Path, others: Sequence[Path]) -> tuple[Path, Path] | None:

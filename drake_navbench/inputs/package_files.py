@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -16,6 +17,8 @@ ROBOT, NAV2, MAP, WORLD = "robot", "nav2", "map", "world"
 KINDS = (ROBOT, NAV2, MAP, WORLD)
 MAX_LISTED = 12
 MAX_NAMED = 3
+# Names of files that tell nothing of which robot it is.
+ANY_ROBOT = ("robot", "model", "base", "main")
 
 
 @dataclass(frozen=True)
@@ -45,16 +48,28 @@ class PackageFiles:
         return found[pick - 1]
 
     def fitting(self, kind: str, robot: Path | None) -> Path | None:
-        """Returns the first file of a kind with the robot's name in its path, else the first."""
+        """Returns the file of a kind that belongs to a robot, else the first.
+
+        It has the robot's name in its path or, of several robots, a launch file names both, or its
+        path shares the most words with the robot's that no other robot's path has.
+        """
         found = self.files[kind]
-        name = "" if robot is None else _name_of(robot)
-        own = [file for file in found if name and name in self._short(file).as_posix().lower()]
-        return next(iter((*own, *found)), None)
+        if robot is None or not found:
+            return next(iter(found), None)
+        name = re.compile(rf"(?<![a-z0-9]){re.escape(_name_of(robot))}(?![a-z0-9])")
+        own = [file for file in found if name.search(self._short(file).as_posix().lower())]
+        others = [file for file in self.files[ROBOT] if file.parent != robot.parent]
+        if not others or (own and _name_of(robot) not in ANY_ROBOT):
+            return next(iter((*own, *found)))
+        together = self.launches.started_with(robot, found)
+        words = self._words(robot) - {word for file in others for word in self._words(file)}
+        own = [together[0]] if together else [*found]
+        return max(own, key=lambda file: len(words & self._words(file)))
 
     def picked(self, texts: Sequence[str]) -> dict[str, Path | None]:
         """Returns the file of each kind by `--pick kind=N`, else the likeliest; None without one.
 
-        The Nav2 file that is not picked is one with the robot's name; map and world that are not
+        The Nav2 file that is not picked is the robot's; map and world that are not
         picked are those that a launch file starts with the Nav2 file. Raises InputError.
         """
         picks = read_picks(texts)
@@ -82,8 +97,8 @@ class PackageFiles:
         if robot == default:
             where = ", ".join(map(str, self.roots))
             raise InputError(
-                f"--package {where}: no robot that drives in .xacro, .urdf or model.sdf; expected "
-                "one, or --robot"
+                f"--package {where}: no robot that drives in .xacro, .urdf, .sdf or .world; "
+                "expected one, or --robot"
             )
 
     def lines(self, picked: Mapping[str, Path | None]) -> list[str]:
@@ -110,6 +125,9 @@ class PackageFiles:
     def _launched(self, file: Path, kind: str, picked: Mapping[str, Path | None]) -> str:
         together = self._started_with(picked.get(NAV2), kind) if kind in (MAP, WORLD) else None
         return f" (as in {together[1].name})" if together and together[0] == file else ""
+
+    def _words(self, file: Path) -> set[str]:
+        return set(re.findall(r"[a-z0-9]+", self._short(file).as_posix().lower()))
 
     def _lacking_picture(self, kind: str) -> str:
         if kind != MAP or not self.without_picture:

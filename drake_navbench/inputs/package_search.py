@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Sequence, Set
 from pathlib import Path
 
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.descriptions.body import base_of, wheel_joints
 from drake_navbench.inputs.descriptions.clearpath_robot import is_clearpath
-from drake_navbench.inputs.descriptions.gazebo_drive import has_drive
+from drake_navbench.inputs.descriptions.gazebo_drive import has_drive, names_drive
 from drake_navbench.inputs.descriptions.gazebo_sensors import LIDARS
 from drake_navbench.inputs.descriptions.model_source import read_source
-from drake_navbench.inputs.descriptions.ros_packages import files_below
-from drake_navbench.inputs.descriptions.world import is_world, read_world
+from drake_navbench.inputs.descriptions.ros_packages import PACKAGE_FILE, files_below
+from drake_navbench.inputs.descriptions.world import WORLD_SUFFIXES, is_world, read_world
 from drake_navbench.inputs.descriptions.xacro_macro import lacking, robot_macro
 from drake_navbench.inputs.launch_files import read_launch_files
 from drake_navbench.inputs.package_files import MAP, NAV2, ROBOT, WORLD, PackageFiles
@@ -29,6 +29,7 @@ WHOLE_ROBOT = re.compile(r"<robot\b[^>]*\bname\s*=|<model\b[^>]*\bname\s*=")
 MACROS = re.compile(r"<xacro:macro\b.*?</xacro:macro>|<!--.*?-->", re.DOTALL)
 BUILDS = re.compile(r"<link\b|<xacro:(?!arg|property|if|unless|macro)\w+")
 NAV2_MARKS = re.compile(r"controller_server\b[\s\S]*ros__parameters|FollowPath")
+BASE_FRAME = re.compile(r"^[^#\n]*robot_base_frame\s*:\s*[\"']?/?([\w/]*\w)", re.MULTILINE)
 MAP_MARKS = re.compile(r"^\s*image\s*:\s*(\S+)", re.MULTILINE)
 # Words in names of files that are parts, or not the wanted file.
 PARTS = re.compile(
@@ -70,16 +71,17 @@ def find_package_files(roots: Sequence[Path]) -> PackageFiles:
     launches = read_launch_files(files)
     found = {
         ROBOT: ranked(_is_robot, lambda file: _robot_rank(file, words)),
-        MAP: ranked(_is_map, lambda f: (_is_mask(f), not launches.name(f))),
-        WORLD: ranked(_is_gazebo_world, lambda f: (_is_empty(f), not launches.name(f))),
+        MAP: ranked(_is_map, lambda f: (_is_mask(f), launches.folders(f) < 0)),
+        WORLD: ranked(_is_gazebo_world, lambda f: (_is_empty(f), launches.folders(f) < 0)),
     }
     places = (*found[MAP], *found[WORLD])
 
     def nav2_rank(file: Path) -> tuple[object, ...]:
-        return *_nav2_rank(file), not (places and launches.name(file, places)), _more(file, words)
+        named = launches.folders(file, places) if places else -1
+        return *_nav2_rank(file), named < 0, _more(file, words), -named
 
     found[NAV2] = ranked(_is_nav2, nav2_rank)
-    found[ROBOT] = _driving_first(found[ROBOT], roots)
+    found[ROBOT] = _driving_first(found[ROBOT], roots, _base_frames(found[NAV2]))
     lacking_picture = tuple(file for file in files if _is_map(file, has_picture=False))
     return PackageFiles(tuple(roots), found, launches, lacking_picture)
 
@@ -95,46 +97,51 @@ def _head(file: Path) -> str:
 def _is_robot(file: Path) -> bool:
     if is_clearpath(file):
         return True
-    if file.suffix not in (".urdf", ".xacro") and file.name != "model.sdf":
+    if file.suffix not in (*WORLD_SUFFIXES, ".urdf", ".xacro"):
         return False
     text = _head(file)
     macro = robot_macro(text, file) if file.suffix == ".xacro" and "<link" in text else None
     if macro is not None and not lacking(text, macro):
         return True
-    if "<world" in text or not WHOLE_ROBOT.search(text):
+    if not WHOLE_ROBOT.search(text):
         return False
-    if file.name == "model.sdf":
-        return re.search(r"diff_drive|diff-drive|DiffDrive|planar_move|mecanum", text) is not None
+    if file.suffix in WORLD_SUFFIXES:
+        return names_drive(text)
     is_plain = file.suffix == ".urdf" and "<link" in text
     return is_plain or BUILDS.search(MACROS.sub("", text)) is not None
 
 
-def _robot_rank(file: Path, words: set[str]) -> tuple[bool, bool, int, int]:
+def _robot_rank(file: Path, words: set[str]) -> tuple[int, bool, int, int]:
     """Returns a sorting key of a model file, smaller for a file that is more likely the robot.
 
-    Likely: a file named like its folder, or that includes many others. Unlikely: one of a part.
+    Likely: a file named like its folder, or that includes many others. Unlikely: one of a part, or
+    a world with a robot in it.
     """
     name = file.name.lower()
     stem = name.partition(".")[0]
     kinds = {".sdf": 2, ".urdf": 1}
     named = stem in words or stem.removesuffix("_robot") in words or stem == "robot"
     includes = min(_head(file).count("<xacro:include"), MAX_INCLUDES)
-    return PARTS.search(name) is not None, not named, -includes, kinds.get(file.suffix, 0)
+    likely = 2 if _is_gazebo_world(file) else int(PARTS.search(name) is not None)
+    return likely, not named, -includes, kinds.get(file.suffix, 0)
 
 
-def _driving_first(files: Sequence[Path], roots: Sequence[Path]) -> tuple[Path, ...]:
+def _driving_first(
+    files: Sequence[Path], roots: Sequence[Path], frames: Set[str]
+) -> tuple[Path, ...]:
     """Returns models, beginning with the likeliest that drives.
 
-    Candidates are the models in one folder, and those that include the best so far. A lidar counts
-    more than a drive's plugin; of two alike models the one that includes the other is better.
+    Candidates are the models in one folder, and those that include the best so far; those of its
+    package while it has neither lidar nor drive's plugin, and all while it has no link of `frames`,
+    the base frames of a Nav2 file. Such a link counts most, then a lidar, then a plugin; of two
+    alike models the one that includes the other is better.
     """
     best: Path | None = None
-    most = (False, False)
+    most = (False, False, False)
     # A file of the same name for another robot would fail as this one did.
     tried: set[str] = set()
     for file in files:
-        is_other = best is not None and file.parent != best.parent
-        if file.name in tried or (best is not None and is_other and not _includes(file, best)):
+        if file.name in tried or (best is not None and not _may_replace(file, best, most)):
             continue
         tried.add(file.name)
         if len(tried) > MAX_TRIED:
@@ -144,14 +151,36 @@ def _driving_first(files: Sequence[Path], roots: Sequence[Path]) -> tuple[Path, 
         except InputError:
             continue
         is_driven = has_drive(model)
-        value = (any(sensor.kind in LIDARS for sensor in model.sensors), is_driven)
+        links = {name.rpartition("::")[2] for name in model.links}
+        has_lidar = any(sensor.kind in LIDARS for sensor in model.sensors)
+        value = (not frames or not links.isdisjoint(frames), has_lidar, is_driven)
         drives = is_driven or len(wheel_joints(model, base_of(model))) >= 2
         is_more = best is None or value > most or (value == most and _includes(file, best))
         if drives and is_more:
             best, most = file, value
-        if most == (True, True):
+        if all(most):
             break
     return tuple(files) if best is None else (best, *(other for other in files if other != best))
+
+
+def _may_replace(file: Path, best: Path, value: tuple[bool, bool, bool]) -> bool:
+    """Tells whether a model is a candidate beside the best so far, given the latter's value."""
+    has_frame, *senses_or_drives = value
+    if file.parent == best.parent or not has_frame or _includes(file, best):
+        return True
+    # SDF models beside a URDF are often of other robots, or older.
+    is_alike = file.suffix != ".sdf" and _package_of(file) == _package_of(best)
+    return is_alike and not any(senses_or_drives)
+
+
+def _package_of(file: Path) -> Path:
+    packages = [folder for folder in file.parents if (folder / PACKAGE_FILE).is_file()]
+    return packages[0] if packages else file.parent
+
+
+def _base_frames(nav2: Sequence[Path]) -> set[str]:
+    """Returns the base frames that the likeliest Nav2 file names."""
+    return {*BASE_FRAME.findall(_head(nav2[0]))} if nav2 else set()
 
 
 def _includes(file: Path, part: Path) -> bool:

@@ -61,6 +61,8 @@ def _rows(server: Node, plugin: str, preset: Preset) -> list[CheckRow]:
             rows.append(_row(Status.NO_MEANING, server, full))
         elif instead := model.what_is_done_instead(name, preset.values):
             rows.append(_row(Status.OTHER_FORM, server, full, instead))
+        elif condition := model.READ_WITH.get(bare.partition(".")[0]):
+            rows.append(_row(Status.UNREAD, server, full, f"only {condition} reads it"))
         else:
             what = (
                 "unknown, or of a critic or plugin that is not listed" if "." in bare else "unknown"

@@ -11,6 +11,7 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
+from drake_navbench.errors import InputError
 from drake_navbench.inputs.check import Status
 from drake_navbench.nav2.controller_server import plugin_block
 from drake_navbench.nav2.node_reader import WITHOUT_MEANING, NodeReader
@@ -19,7 +20,7 @@ from drake_navbench.navigation.behavior_tree.settings import (
     RECOVERY_ACTIONS,
     BehaviorTreeSettings,
 )
-from drake_navbench.navigation.behavior_tree.tree_file import MissingTree, read_tree_file
+from drake_navbench.navigation.behavior_tree.tree_file import read_tree_file
 from drake_navbench.navigation.behaviors import (
     BEHAVIORS,
     BehaviorServerParameters,
@@ -264,7 +265,7 @@ def _tree_of(reader: NodeReader, name: str, release: Release) -> Fields:
 
     try:
         tree = read_tree_file(found)
-    except MissingTree as error:
+    except InputError as error:
         reader.note(Status.STAND_IN, name, f"{error}; Nav2's default tree is used instead")
         return {}
     faults = list(faults_of(tree))

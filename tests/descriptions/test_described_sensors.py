@@ -104,6 +104,16 @@ def test_without_a_lidar_the_default_one_is_where_its_link_is(tmp_path):
     assert any("the default one where the link laser is" in r for r in rows(path, Status.STAND_IN))
 
 
+def test_a_sensor_of_a_link_that_is_not_there_is_left_out_and_told(tmp_path):
+    path = urdf(tmp_path, link(BOX) + sensor("depth", "<update_rate>10</update_rate>"))
+    robot = load_robot(str(path))
+    assert not robot.depth_sensors
+    assert any(
+        "left out the sensor eye: the model has no link eye" in r
+        for r in rows(path, Status.STAND_IN)
+    )
+
+
 @pytest.mark.parametrize(("topic", "range_m"), [("/robot1/rear/scan", 8.0), ("scan", 5.0)])
 def test_of_two_lidars_the_one_counts_that_the_costmaps_listen_to(tmp_path, topic, range_m):
     """Gazebo's own form of a topic, and the plugin's of classic Gazebo."""

@@ -6,13 +6,15 @@ import os
 import time
 import warnings
 
+import numpy as np
 import pytest
 from descriptions_scenes import box, world
 
 from drake_navbench.analysis.replay.robot_model import SdfModel
 from drake_navbench.errors import InputError, InputWarning
 from drake_navbench.inputs import gazebo_world
-from drake_navbench.inputs.descriptions import sdf
+from drake_navbench.inputs.descriptions import meshes, sdf
+from drake_navbench.inputs.descriptions.model import Shape
 from drake_navbench.inputs.gazebo_world import load_gazebo_world
 from drake_navbench.inputs.robot_model import read_robot_model
 
@@ -82,6 +84,29 @@ def test_a_mesh_of_a_million_triangles_and_more_is_told_by_its_head(tmp_path):
         file.truncate(84 + 50 * count)
     line = refusal(read_robot_model, cart(tmp_path, MESH.format("all.stl")))
     assert "has 5000000 triangles, expected at most 1000000" in line
+
+
+def test_a_mesh_that_takes_too_long_is_told_at_once_the_next_time_and_read_again_after_a_day(
+    tmp_path, monkeypatch
+):
+    tries, folder = [], tmp_path / "cache"
+
+    def too_long(*given):
+        tries.append(given)
+        raise InputError("meshes: not read within 30 s")
+
+    monkeypatch.setattr(meshes, "call_limited", too_long)
+    monkeypatch.setattr(meshes, "user_cache_folder", lambda: folder)
+    (tmp_path / "a.stl").write_text("solid a\nendsolid a\n")
+    shape = Shape("mesh", np.eye(4), (1.0, 1.0, 1.0), mesh=tmp_path / "a.stl")
+    for _ in range(3):
+        assert meshes.mesh_outlines([shape], np.eye(4)) == [meshes.TOO_LARGE]
+    assert len(tries) == 1
+    (kept,) = folder.rglob("*.json")
+    yesterday = time.time() - 86_401.0
+    os.utime(kept, (yesterday, yesterday))
+    meshes.mesh_outlines([shape], np.eye(4))
+    assert len(tries) == 2
 
 
 @pytest.mark.usefixtures("reads_meshes_here")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 from descriptions_scenes import ROOM, world, write_repository
 
@@ -11,6 +12,7 @@ from drake_navbench.commands.doctor import main as doctor
 from drake_navbench.commands.run import build_parser, main
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.package_search import find_package_files
+from drake_navbench.inputs.robot import load_robot
 
 NAV2 = """controller_server:
   ros__parameters:
@@ -146,9 +148,50 @@ def test_without_map_and_world_a_built_in_scenario_is_driven_and_told(tmp_path):
     assert lines[-1] == "--goals is not used: static_obstacles has its own start and goal"
 
 
+def test_a_robot_that_stands_in_a_world_alone_is_found_and_drives_there(tmp_path):
+    """Walls first, then a cart of 0.5 x 0.3 m with a plugin that drives it."""
+    path = tmp_path / "hall.world"
+    size = "<box><size>0.5 0.3 0.2</size></box>"
+    cart = (
+        '<model name="cart"><pose>1 1 0.1 0 0 0</pose><link name="chassis">'
+        f'<collision name="c"><geometry>{size}</geometry></collision></link>'
+        '<plugin filename="libgazebo_ros_diff_drive.so" name="d">'
+        "<wheel_diameter>0.2</wheel_diameter></plugin></model>"
+    )
+    path.write_text(world(ROOM + cart))
+    arguments, lines = filled("--package", str(tmp_path))
+    assert (arguments.robot, arguments.scenarios) == (str(path), [str(path)])
+    assert lines[0] == "robot: 1 found"
+    robot = load_robot(arguments.robot)
+    assert np.ptp(robot.outline, axis=0).tolist() == [0.5, 0.3]
+    path.write_text(world(ROOM))
+    with pytest.raises(InputError, match=r"no robot that drives in \.xacro, \.urdf, \.sdf or"):
+        filled("--package", str(tmp_path))
+
+
+@pytest.mark.parametrize("is_launched", [False, True])
+@pytest.mark.parametrize("name", ["robot.urdf.xacro", "hauler_base.urdf.xacro"])
+def test_of_two_robots_each_has_its_own_nav2_file(repository, name, is_launched):
+    """The words of their folders tell, not `robot`, which each robot is; a launch file as well."""
+    cart = next(repository.rglob("cart.urdf.xacro"))
+    hauler = repository / "hauler_description" / "urdf" / name
+    hauler.parent.mkdir(parents=True)
+    hauler.write_text(cart.read_text())
+    of_hauler = repository / "hauler_nav" / "params.yaml"
+    of_cart = repository / "cart_nav" / "config" / "my_robot.yaml"
+    for file in (of_hauler, of_cart):
+        file.parent.mkdir(exist_ok=True)
+        file.write_text(NAV2)
+    if is_launched:
+        (repository / "start.launch.py").write_text(f"start('{name}', 'my_robot.yaml')")
+    files = find_package_files([repository])
+    assert files.fitting("nav2", hauler) == (of_cart if is_launched else of_hauler)
+    assert files.fitting("nav2", cart) == of_cart.parent / "nav2_params.yaml"
+
+
 def test_a_folder_without_a_robot_is_one_line(tmp_path, capsys):
     assert main(["--package", str(tmp_path)]) == 2
-    assert "no robot that drives in .xacro, .urdf or model.sdf" in capsys.readouterr().err
+    assert "no robot that drives in .xacro, .urdf, .sdf or .world" in capsys.readouterr().err
     assert main(["--package", str(tmp_path / "gone")]) == 2
     assert "expected the folder of a robot's packages" in capsys.readouterr().err
     assert main(["--pick", "robot=1"]) == 2
@@ -271,6 +314,31 @@ def test_a_launch_file_tells_which_nav2_file_and_map_belong_together(repository)
     assert any("cart_nav/maps/hall.yaml (as in sim.launch.py)" in line for line in lines)
     picked, _ = filled("--package", str(repository), "--pick", "map=2")
     assert picked.map != arguments.map
+
+
+def test_of_nav2_files_of_one_name_it_is_the_one_in_the_folder_of_the_launch_file(repository):
+    map_files(repository / "cart_bringup" / "maps", "hall")
+    for package in ("cart_bringup", "cart_start"):
+        (repository / package / "config").mkdir(parents=True, exist_ok=True)
+        (repository / package / "config" / "nav2_params.yaml").write_text(NAV2)
+    (repository / "start.launch.py").write_text(
+        "share('cart_start', 'nav2_params.yaml'), 'hall.yaml'"
+    )
+    arguments, _ = filled("--package", str(repository))
+    assert arguments.nav2 == [repository / "cart_start" / "config" / "nav2_params.yaml"]
+
+
+def test_of_two_models_it_is_the_one_with_the_base_frame_of_the_nav2_file(repository):
+    cart = next(repository.rglob("cart.urdf.xacro"))
+    text = cart.read_text()
+    assert "base_link" in text
+    other = cart.with_name("other.urdf.xacro")
+    other.write_text(text.replace("base_link", "body_link"))
+    for frame, model in (("base_link", cart), ("body_link", other)):
+        nav2 = NAV2.replace("base_footprint", frame)
+        (repository / "cart_nav" / "config" / "nav2_params.yaml").write_text(nav2)
+        arguments, _ = filled("--package", str(repository))
+        assert arguments.robot == str(model)
 
 
 def test_without_launch_files_the_plainest_name_of_a_nav2_file_counts(repository):

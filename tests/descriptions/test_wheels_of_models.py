@@ -113,6 +113,95 @@ def test_a_steered_base_turns_about_its_rear_axle_wherever_the_base_frame_is(tmp
         assert rows == ([told] if told else [])
 
 
+@pytest.mark.parametrize(
+    ("steered_by", "wheels", "rear_m"),
+    [
+        # Four wheels that no joint of the model steers: the rearmost axle does not either.
+        ("", [("a", -0.3, 0.2), ("b", -0.3, -0.2), ("c", 0.25, 0.2), ("d", 0.25, -0.2)], -0.3),
+        # The plugin names the joint, which turns without end in the model: a front wheel steers.
+        ("front_joint", [("a", -0.3, 0.2), ("b", -0.3, -0.2)], -0.3),
+        ("", [], None),
+    ],
+)
+def test_a_car_of_its_plugin_alone_turns_about_its_rear_axle_or_it_is_told(
+    tmp_path, steered_by, wheels, rear_m
+):
+    joint = '_wheel"/><origin xyz="'
+    parts = [
+        wheel(name, y, CYLINDER.format(0.1)).replace(f"{joint}0 ", f"{joint}{x} ")
+        for name, x, y in wheels
+    ]
+    if steered_by:
+        front = wheel("front", 0.0, CYLINDER.format(0.1)).replace(f"{joint}0 ", f"{joint}0.25 ")
+        parts.append(front.replace('axis xyz="0 1 0"', 'axis xyz="0 0 1"'))
+    plugin = (
+        '<gazebo><plugin filename="gz-sim-ackermann-steering-system" name="a">'
+        f"<left_steering_joint>{steered_by}</left_steering_joint>"
+        "<wheel_base>0.55</wheel_base><steering_limit>0.5</steering_limit></plugin></gazebo>"
+    )
+    found = describe_robot(robot(tmp_path, *parts, plugin))
+    fields = found.fields["drive"]
+    assert (fields["type"], fields.get("rear_axle_x_m")) == ("ackermann", rear_m)
+    # 0.55 m / tan(0.5 rad)
+    assert fields["min_turning_radius_m"] == pytest.approx(1.007, abs=1e-3)
+    told = [row.remark for row in found.check.rows if row.parameter == "rear axle"]
+    assert told == (
+        ["not told by the model; the base turns about its frame's origin"]
+        if rear_m is None
+        else ["0.3 m behind the base frame; the base turns about it"]
+    )
+
+
+def test_a_wheel_that_is_fixed_to_a_steered_part_is_steered(tmp_path):
+    """As of a forklift: a gear box hangs on the steered bearing, and the wheel on the gear box."""
+    left, right, knuckle, front = steered(rear_m=0.0, front_m=0.55)
+    gear = (
+        '<link name="gear"/><joint name="hangs" type="fixed"><parent link="knuckle"/>'
+        '<child link="gear"/></joint>'
+    )
+    parts = (
+        left,
+        right,
+        knuckle,
+        gear,
+        front.replace('parent link="knuckle"', 'parent link="gear"'),
+    )
+    found = drive(robot(tmp_path, *parts))
+    assert found.kind == "ackermann"
+    assert found.values["rear_axle_x_m"] == pytest.approx(0.0)
+    assert found.values["min_turning_radius_m"] == pytest.approx(1.308, abs=1e-3)
+
+
+def test_joints_that_a_plugin_drives_are_wheels_whatever_their_language(tmp_path):
+    parts = [
+        wheel(name, y, CYLINDER.format(0.1)).replace("_wheel", "_teker")
+        for name, y in (("sol", 0.2), ("sag", -0.2), ("kepce", 0.0))
+    ]
+    plugin = (
+        '<gazebo><plugin filename="libgazebo_ros_diff_drive.so" name="d">'
+        "<leftJoint>sol_joint</leftJoint><rightJoint>sag_joint</rightJoint></plugin></gazebo>"
+    )
+    found = drive(robot(tmp_path, *parts, plugin))
+    assert found.values["wheel_radius_m"] == pytest.approx(0.1)
+    assert found.values["wheel_separation_m"] == pytest.approx(0.4)
+
+
+@pytest.mark.parametrize(
+    ("size", "radius_m"), [("0.04 0.2 0.2", 0.1), ("0.2 0.04 0.2", 0.1), ("0.04 0.2 0.1", None)]
+)
+def test_a_box_with_two_equal_long_sides_is_a_tyre(tmp_path, size, radius_m):
+    parts = [wheel(n, y, f'<box size="{size}"/>') for n, y in (("left", 0.2), ("right", -0.2))]
+    assert drive(robot(tmp_path, *parts)).values.get("wheel_radius_m") == radius_m
+
+
+def test_a_label_of_a_plugin_tells_no_drive(tmp_path):
+    plugin = '<gazebo><plugin filename="libgazebo_ros_{}.so" name="mecanum_bot"/></gazebo>'
+    wheels = [wheel(n, y, CYLINDER.format(0.1)) for n, y in (("left", 0.2), ("right", -0.2))]
+    for file, source in (("p3d", "2 wheels"), ("diff_drive", "libgazebo_ros_diff_drive.so")):
+        found = drive(robot(tmp_path, *wheels, plugin.format(file)))
+        assert (found.kind, found.source) == ("differential", source)
+
+
 def test_springs_do_not_steer_and_a_drivers_wheel_is_none(tmp_path):
     """The left rear wheel hangs on a spring of 0.05 m; the driver's wheel is 0.9 m up, in front."""
     left, right, *front = steered(rear_m=-0.3, front_m=0.25)
@@ -197,6 +286,11 @@ def test_wheels_that_a_plugin_tells_otherwise_than_the_model_are_doubtful(tmp_pa
     said = "separation 0.2 m, that of the model's wheels is 0.4 m"
     assert drive(path).differs == said
     assert f"libdiff_drive.so gives {said}" in describe_robot(path).check.as_text(300)
+    # With four wheels, which skid, another separation may be meant, another radius is not.
+    more = [wheel(n, y, CYLINDER.format(0.1)) for n, y in (("back_l", 0.2), ("back_r", -0.2))]
+    values = "0.2</wheel_separation><wheel_radius>0.3</wheel_radius><wheel_separation>0.2"
+    path = robot(tmp_path, *wheels, *more, plugin.format(values))
+    assert drive(path).differs == "radius 0.3 m, that of the model's wheels is 0.1 m"
 
 
 def test_ros2_control_may_bound_the_steering_more_than_its_joints(tmp_path):

@@ -26,6 +26,15 @@ def test_xacro_finds_its_packages_by_package_xml_and_takes_arguments(tmp_path):
     assert "xacro arguments (length=0.6)" in describe_robot(path).check.as_text(200)
 
 
+@pytest.mark.parametrize("place", ["src/deeper/cart_parts", "install/cart_parts/share/cart_parts"])
+def test_an_include_by_a_path_of_the_authors_computer_is_the_repositorys_file(tmp_path, place):
+    path = write_repository(tmp_path / "cart")
+    text = path.read_text()
+    assert "$(find cart_parts)" in text
+    path.write_text(text.replace("$(find cart_parts)", f"/home/someone/ws/{place}"))
+    assert describe_robot(path).fields["drive"]
+
+
 def test_a_package_elsewhere_is_found_by_packages_alone(tmp_path):
     path = write_repository(tmp_path / "a")
     other = tmp_path / "b" / "cart_parts"

@@ -74,6 +74,8 @@ def test_other_trees_of_the_file_stand_where_they_are_named(tmp_path):
         ("<RoundRobin>", '<RoundRobin><IsPathValid max_cost="a"/>', "max_cost: expected a number"),
         ("local_costmap/clear_entirely_local", "some/clear_entirely_some", "service_name"),
         ('<SubTree ID="Following"/>', "<RateController/>", "expected 1 children, got 0"),
+        ('Action ID="Spin"', "Action", "line 13: Action: expected an ID"),
+        ('execute="Main"', 'execute="Other"', "called 'Other'"),
     ],
 )
 def test_what_is_not_ours_is_named_with_its_line_and_the_default_tree_stands_in(

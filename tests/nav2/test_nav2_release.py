@@ -194,6 +194,7 @@ def test_what_a_release_does_not_read_is_told(tmp_path):
 MPPI = "nav2_mppi_controller::MPPIController"
 SHIM = "nav2_rotation_shim_controller::RotationShimController"
 LAYER, PERIOD = "inflation_layer_name: inflation_layer", "reset_period: 1.0"
+CAR = "AckermannConstraints.min_turning_r: 0.4"
 NOT_HERE, UNREAD = "no effect in simulation", "not read by Nav2"
 BEGINS_ANEW = "here every task resets the optimizer, in Nav2 a pause this long does"
 
@@ -209,6 +210,7 @@ BEGINS_ANEW = "here every task resets the optimizer, in Nav2 a pause this long d
         (MPPI, PERIOD, "humble", "used in another form", BEGINS_ANEW),
         (MPPI, PERIOD, "iron", UNREAD, "iron does not read it"),
         (MPPI, PERIOD, "jazzy", UNREAD, "jazzy does not read it"),
+        (MPPI, CAR, "jazzy", UNREAD, "only motion_model: Ackermann reads it"),
         (SHIM, PERIOD, "humble", "used in another form", BEGINS_ANEW),
         (SHIM, f"CostCritic.{LAYER}", "humble", NOT_HERE, ""),
     ],

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
@@ -22,6 +23,8 @@ TOLERANCE_M = 1e-3
 TURNING = ("continuous", "revolute")
 # Words in a joint's or link's name by which it is a wheel's or a caster's.
 ROLLING = ("wheel", "caster", "castor")
+# left_joint, leftJoint, rear_right_joint of a plugin that drives.
+DRIVEN = re.compile(r"(?i)(left|right)\w*joint$")
 # A wheel's mesh is round where its length and its height differ by less than this share.
 ROUND_SHARE = 0.05
 # The largest upright part of an axle's unit vector.
@@ -166,8 +169,13 @@ def rolls(joint: Joint) -> bool:
 
 
 def wheel_joints(model: Model, base: str) -> list[Joint]:
-    """Returns the joints of links called wheels that turn about a level axis; no casters."""
+    """Returns the joints about a level axis of links called wheels, casters left out.
+
+    A joint that a plugin drives on the left or right is one, whatever its link is called.
+    """
     turn = to_base_of(model, base)[:3, :3]
+    parts = [part for plugin in model.plugins for part in plugin.element.iter()]
+    driven = {(part.text or "").strip() for part in parts if DRIVEN.search(part.tag)}
     joints = []
     for joint in model.joints:
         name = joint.child.lower()
@@ -175,7 +183,8 @@ def wheel_joints(model: Model, base: str) -> list[Joint]:
             continue
         axis = turn @ joint.axis
         is_level = abs(axis[2]) <= LEVEL_AXIS * float(np.linalg.norm(axis))
-        if is_level and "wheel" in name and "caster" not in name:
+        is_driven = joint.name.rpartition("::")[2] in driven
+        if is_level and (is_driven or ("wheel" in name and "caster" not in name)):
             joints.append(joint)
     return joints
 
@@ -210,18 +219,37 @@ def _near_the_floor(wheels: Sequence[Wheel]) -> list[Wheel]:
 def turning_centre(model: Model, wheels: Sequence[Wheel]) -> Array | None:
     """Returns the middle of the wheels that neither steer nor swivel, (2,) m; None without any."""
     turned = {joint.child for joint in model.joints if joint.kind in TURNING}
-    places = [wheel.position[:2] for wheel in wheels if wheel.joint.parent not in turned]
+    places = [wheel.position[:2] for wheel in wheels if carrier_of(model, wheel) not in turned]
     return np.mean(places, axis=0) if places else None
 
 
+def carrier_of(model: Model, wheel: Wheel) -> str:
+    """Returns the link that carries a wheel: the first one above that is fixed to no other."""
+    above = {joint.child: joint.parent for joint in model.joints if joint.kind == "fixed"}
+    link = wheel.joint.parent
+    for _ in above:
+        link = above.get(link, link)
+    return link
+
+
 def _round_tyre(link: Link, to_base: Array) -> tuple[Array, float] | None:
-    """Returns centre (3,) and radius of the largest cylinder or sphere of a wheel; None without."""
+    """Returns centre (3,) and radius of a wheel's largest cylinder, sphere or box; None without.
+
+    A box is a tyre if its two longest sides are equal.
+    """
     for shapes in (link.collisions, link.visuals):
-        tyres = [s for s in shapes if s.kind in ("cylinder", "sphere") and s.size[0] > 0.0]
+        tyres = [(radius_m, s) for s in shapes if (radius_m := _tyre_radius(s)) > 0.0]
         if tyres:
-            tyre = max(tyres, key=lambda shape: shape.size[0])
-            return (to_base @ tyre.pose)[:3, 3], float(tyre.size[0])
+            radius_m, tyre = max(tyres, key=lambda pair: pair[0])
+            return (to_base @ tyre.pose)[:3, 3], radius_m
     return None
+
+
+def _tyre_radius(shape: Shape) -> float:
+    if shape.kind in ("cylinder", "sphere"):
+        return float(shape.size[0])
+    middle, longest = sorted(shape.size)[1:] if shape.kind == "box" else (0.0, 1.0)
+    return 0.5 * float(longest) if longest - middle < ROUND_SHARE * longest else 0.0
 
 
 def _mesh_tyre(link: Link, to_base: Array) -> tuple[Array, float] | None:

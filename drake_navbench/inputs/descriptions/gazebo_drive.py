@@ -12,7 +12,7 @@ from xml.etree import ElementTree
 import numpy as np
 
 from drake_navbench.errors import InputError
-from drake_navbench.inputs.descriptions.body import TURNING, Wheel, turning_centre
+from drake_navbench.inputs.descriptions.body import TURNING, Wheel, carrier_of, turning_centre
 from drake_navbench.inputs.descriptions.model import Joint, Model
 from drake_navbench.inputs.descriptions.poses import number
 from drake_navbench.inputs.descriptions.ros_packages import Packages
@@ -40,6 +40,7 @@ KINDS = (
     ("skid_steer", DIFFERENTIAL),
     ("skid-steer", DIFFERENTIAL),
 )
+PLUGIN_FILE = re.compile(r"<plugin\b[^>]*\bfilename\s*=\s*[\"']([^\"']+)")
 CONTROL = ("ros2_control", "ros_control")
 # left_wheel_names, front_left_wheel_command_joint_name, traction_joints_names, rear_wheels_names.
 JOINTS_KEY = re.compile(r"(?:wheel|joint)s?_names?$")
@@ -68,7 +69,8 @@ class FoundDrive(NamedTuple):
     units.
 
     remark: a limit in the files that is not used, and why; '' without one. differs: in what its
-    wheels are others than those of the model's links; '' without a difference.
+    wheels are others than those of the model's links; '' without a difference. steering: joints
+    that the plugin or controller steers, by its own words.
     """
 
     kind: str
@@ -76,6 +78,7 @@ class FoundDrive(NamedTuple):
     values: dict[str, float]
     remark: str = ""
     differs: str = ""
+    steering: frozenset[str] = frozenset()
 
 
 def drive_of(
@@ -93,13 +96,13 @@ def drive_of(
     found = _by_plugin(model) or _by_controllers(files, packages)
     found = found or _by_wheel_names(model, wheels, packages)
     if found is None:
-        names = [w.joint.child.lower() for w in wheels]
+        names = [f"{model.name} {w.joint.child}".lower() for w in wheels]
         # Two driven wheels with an omni wheel as their caster are a differential base.
         is_mecanum = len(names) >= 3 and all("mecanum" in n or "omni" in n for n in names)
         steered = {joint.child for joint in _steering(model, wheels)}
         is_omni = is_mecanum or (not steered and _rolls_sideways(wheels))
         kind = OMNIDIRECTIONAL if is_omni else DIFFERENTIAL if len(wheels) >= 2 else ""
-        if steered and any(w.joint.parent not in steered for w in wheels):
+        if steered and any(carrier_of(model, w) not in steered for w in wheels):
             kind = ACKERMANN
         found = FoundDrive(kind, f"{len(wheels)} wheels" if wheels else "", {})
     values = dict(found.values)
@@ -107,18 +110,31 @@ def drive_of(
     separation_m = max(sides) - min(sides) if len(sides) >= 2 else 0.0
     modelled = {"wheel_radius_m": radius_m or 0.0, "wheel_separation_m": separation_m}
     modelled = {name: value for name, value in modelled.items() if value > LEAST}
+    is_plain = len(wheels) == 2 or found.kind == ACKERMANN
     # Bases that skid are often given another separation on purpose.
-    differs = _differing(values, modelled) if len(wheels) == 2 else ""
+    told = {n: value for n, value in modelled.items() if is_plain or n == "wheel_radius_m"}
+    differs = _differing(values, told)
     values = modelled | values
     if found.kind == ACKERMANN:
-        _add_turning(values, model, wheels)
+        _add_turning(values, model, wheels, found.steering)
     remark = _add_wheel_limits(values, model, wheels)
     return found._replace(values=_sensible(values), remark=remark, differs=differs)
 
 
 def has_drive(model: Model) -> bool:
     """Tells whether a plugin drives a model."""
-    return any(_kind_of(plugin.name) for plugin in model.plugins)
+    return any(_kind_of_plugin(plugin.name) for plugin in model.plugins)
+
+
+def names_drive(text: str) -> bool:
+    """Tells whether a plugin in an XML text drives a model."""
+    return any(_kind_of(file) for file in PLUGIN_FILE.findall(text))
+
+
+def _kind_of_plugin(name: str) -> str:
+    """Returns the kind of drive by a plugin's file and class; a mere label tells nothing."""
+    first, *others = name.split() or [""]
+    return _kind_of(" ".join([first, *(word for word in others if "::" in word)]))
 
 
 def _kind_of(text: str) -> str:
@@ -127,10 +143,14 @@ def _kind_of(text: str) -> str:
 
 def _by_plugin(model: Model) -> FoundDrive | None:
     for plugin in model.plugins:
-        kind = _kind_of(plugin.name)
+        kind = _kind_of_plugin(plugin.name)
         if kind:
-            name = plugin.name.split()[0] if plugin.name.split() else kind
-            return FoundDrive(kind, name, _plugin_values(plugin.element, kind))
+            name = plugin.name.split()[0]
+            steering = frozenset(
+                (part.text or "").strip() for part in plugin.element.iter() if "steer" in part.tag
+            )
+            values = _plugin_values(plugin.element, kind)
+            return FoundDrive(kind, name, values, steering=steering)
     return None
 
 
@@ -220,7 +240,8 @@ def _controllers_in(
     for name, kind_name in types.items():
         kind, own = _kind_of(kind_name), nodes.get(name, {})
         if kind and is_ours(_named_joints(own)):
-            return FoundDrive(kind, path.name, _controller_values(own))
+            steers = _named_joints({key: own[key] for key in own if "steer" in str(key)})
+            return FoundDrive(kind, path.name, _controller_values(own), steering=frozenset(steers))
     return None
 
 
@@ -278,7 +299,7 @@ def _controller_values(parameters: Mapping[str, Any]) -> dict[str, float]:
 
 def _steering(model: Model, wheels: Sequence[Wheel]) -> list[Joint]:
     """Returns the joints that steer a wheel: upright, by less than a quarter of a turn."""
-    carried = {w.joint.parent for w in wheels}
+    carried = {carrier_of(model, w) for w in wheels}
     return [
         joint
         for joint in model.joints
@@ -316,18 +337,25 @@ def _rolls_sideways(wheels: Sequence[Wheel]) -> bool:
     return len(counts) >= 3 or (len(counts) == 2 and min(count for _, count in counts) >= 2)
 
 
-def _add_turning(values: dict[str, float], model: Model, wheels: Sequence[Wheel]) -> None:
+def _add_turning(
+    values: dict[str, float], model: Model, wheels: Sequence[Wheel], named: Set[str]
+) -> None:
     """Adds wheelbase, least turning radius and rear axle, by the wheels and their steering joints.
 
-    The base turns about a point on the axle of the wheels that are not steered.
+    The base turns about a point on the axle of the wheels that are not steered or, where no joint
+    steers, on the rearmost axle. named: joints that a plugin steers, whatever their range.
     """
     along = [float(w.position[0]) for w in wheels]
     if along and max(along) - min(along) > LEAST:
         values.setdefault("wheelbase_m", max(along) - min(along))
-    steering = _steering(model, wheels)
-    centre = turning_centre(model, wheels)
+    steering = _steering(model, wheels) or [j for j in model.joints if j.name in named]
+    steered = {joint.child for joint in steering}
+    fixed = [w for w in wheels if steered.isdisjoint((carrier_of(model, w), w.joint.child))]
+    centre = turning_centre(model, fixed)
     if steering and centre is not None:
         values["rear_axle_x_m"] = float(centre[0])
+    elif "wheelbase_m" in values and len(along) >= 3:
+        values["rear_axle_x_m"] = min(along)
     bounds = [min(-j.range_rad[0], j.range_rad[1]) for j in steering]
     bounds += _command_limits(model, steering, "position")
     limit, wheelbase = values.pop(STEERING, min(bounds, default=0.0)), values.get("wheelbase_m")

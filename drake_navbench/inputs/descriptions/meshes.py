@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import tempfile
+import time
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from hashlib import sha256
@@ -27,6 +28,9 @@ MAX_DRAWN_BYTES = 20 * MEGABYTE
 FOLDER = "meshes"
 # To be changed whenever the same file would be read differently, or the cache has another form.
 VERSION = 6
+# A mesh that took too long is tried again after a day: the computer may have been busy.
+TOO_LARGE = {"fault": "needs more than 1 GB of memory or 30 s"}
+RETRIED_AFTER_S = 86_400.0
 CHILD = "drake_navbench.inputs.descriptions.mesh_child"
 
 
@@ -103,7 +107,7 @@ def _read(function: str, requests: list[dict[str, Any]]) -> list[dict[str, Any]]
             missing, _read_now(function, [requests[i] for i in missing]), strict=True
         ):
             answers[index] = _explained(answer)
-            if "fault" not in answer:
+            if "fault" not in answer or answer == TOO_LARGE:
                 _keep(files[index], answer)
     return [answer or {} for answer in answers]
 
@@ -116,7 +120,7 @@ def _read_now(function: str, requests: list[dict[str, Any]]) -> list[dict[str, A
         return list(call_limited(f"{CHILD}:{function}", requests, "meshes"))
     except InputError:
         if len(requests) == 1:
-            return [{"fault": "needs more than 1 GB of memory or 30 s"}]
+            return [TOO_LARGE]
     half = len(requests) // 2
     return _read_now(function, requests[:half]) + _read_now(function, requests[half:])
 
@@ -140,7 +144,10 @@ def _cache_file(function: str, entry: dict[str, Any], suffix: str = ".json") -> 
 def _cached(file: Path) -> dict[str, Any] | None:
     try:
         found = json.loads(file.read_text(encoding="utf-8"))
+        age_s = time.time() - file.stat().st_mtime
     except (OSError, ValueError):
+        return None
+    if found == TOO_LARGE and age_s > RETRIED_AFTER_S:
         return None
     return found if isinstance(found, dict) else None
 

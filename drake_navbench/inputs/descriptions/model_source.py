@@ -11,16 +11,18 @@ from xml.etree import ElementTree
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.descriptions.clearpath_robot import clearpath_xacro, is_clearpath
 from drake_navbench.inputs.descriptions.drawing import is_drawing
+from drake_navbench.inputs.descriptions.gazebo_drive import names_drive
 from drake_navbench.inputs.descriptions.model import Model
 from drake_navbench.inputs.descriptions.ros_packages import Packages
 from drake_navbench.inputs.descriptions.sdf import SdfReader
 from drake_navbench.inputs.descriptions.urdf import read_urdf
 from drake_navbench.inputs.descriptions.xacro_file import XACRO, Expanded, expand_xacro
-from drake_navbench.inputs.descriptions.xml_file import read_xml
+from drake_navbench.inputs.descriptions.xml_file import read_xml, text_of
 from drake_navbench.typed_files.input_file import MEGABYTE, read_input
 
 MAX_FILE_BYTES = 64 * MEGABYTE
-MODEL_SUFFIXES = (".urdf", ".sdf", XACRO)
+# A world is the robot that stands in it.
+MODEL_SUFFIXES = (".urdf", ".sdf", ".world", XACRO)
 # Text that only xacro gives a meaning, also in files called .urdf.
 XACRO_MARKS = re.compile(r"<xacro:|=\s*[\"'][^\"']*\$[{(]")
 # The root elements of other simulators' files; see docs/robots.md.
@@ -72,7 +74,10 @@ def is_model_file(path: Path) -> bool:
 
 
 def _sdf_model(root: ElementTree.Element, path: Path, packages: Packages) -> Model:
-    """Returns the first model of an SDF text, even if it stands in a world or is included."""
+    """Returns the first model of an SDF text, which may be included.
+
+    Of a world it is the first one that drives, else that moves, else that stands.
+    """
     if root.tag in OTHERS:
         raise InputError(
             f"{path}: is a model of {OTHERS[root.tag]}; expected URDF, SDF or xacro, "
@@ -86,7 +91,10 @@ def _sdf_model(root: ElementTree.Element, path: Path, packages: Packages) -> Mod
     reader = SdfReader(packages)
     element = root if root.tag == "model" else root.find("model")
     if element is None:
-        element = root.find("world/model")
+        standing = root.findall("world/model")
+        driven = [e for e in standing if names_drive(ElementTree.tostring(e, "unicode"))]
+        free = [e for e in standing if text_of(e, "static") not in ("1", "true")]
+        element = next(iter((*driven, *free, *standing)), None)
     folder = path.parent.absolute()
     if element is None:
         include = root.find("include")

@@ -165,8 +165,13 @@ def _shape(element: ElementTree.Element, pose: Array, packages: Packages) -> Sha
 def _read_gazebo(root: ElementTree.Element, model: Model, poses: dict[str, Array]) -> None:
     """Reads the sensors and plugins in <gazebo> and <ros2_control>."""
     for gazebo in root.findall("gazebo"):
-        place = poses.get(gazebo.get("reference", ""), np.eye(4))
+        link = gazebo.get("reference", "")
+        place = poses.get(link, np.eye(4))
         for sensor in gazebo.findall("sensor"):
+            if link and link not in poses:
+                name = sensor.get("name", "")
+                model.remarks.append(f"left out the sensor {name}: the model has no link {link}")
+                continue
             own = pose_of(numbers(text_of(sensor, "pose"), 6))
             kind = sensor.get("type", "")
             model.sensors.append(Sensor(sensor.get("name", ""), kind, place @ own, sensor))

@@ -106,6 +106,12 @@ class _Missing:
             absent.append(f"left out {parts}: defined by a package that is not found")
         return absent
 
+    def parse(self, inp: Any, filename: str | None = None) -> Any:
+        """Parses as xacro does; a path of the author's computer is the repository's file."""
+        if filename is not None and os.path.isabs(filename) and not os.path.exists(filename):
+            filename = str(self._packages.place(filename) or filename)
+        return _parse_old(inp, filename)
+
     def call(self, node: Any, macros: Any, symbols: Any) -> Any:
         """Calls a macro as xacro does; leaves out a macro that a missing package defines."""
         try:
@@ -165,7 +171,7 @@ class _Arguments(dict[str, str]):
 
 
 def _expanded(path: Path, content: str, arguments: _Arguments, missing: _Missing) -> str:
-    xacro.parse, xacro.handle_macro_call = _parse_old, missing.call
+    xacro.parse, xacro.handle_macro_call = missing.parse, missing.call
     # After a failed attempt, xacro still stands in the file in which it failed.
     xacro.init_stacks(None)
     try:

@@ -26,10 +26,6 @@ WITH_ID = ("Action", "Condition", "Control", "Decorator")
 SUBTREES = ("SubTree", "SubTreePlus")
 
 
-class MissingTree(InputError):
-    """A tree that stands in an included file, which does not exist here."""
-
-
 class _Element:
     """An element of the file with its line."""
 
@@ -43,9 +39,9 @@ class _Element:
 def read_tree_file(path: Path, values: Mapping[str, str] | None = None) -> NodeDescription:
     """Returns the main tree of a file, with those of the files that it includes.
 
-    values: of variables, by name; a variable without a value stays one. Raises MissingTree if a
-    tree of the main tree can only be in an included file that does not exist here, such as a file
-    of a package (`ros_pkg`). Raises InputError with file and line for other faults.
+    values: of variables, by name; a variable without a value stays one. Raises InputError with file
+    and line, also if a tree that is needed can only be in an included file that does not exist
+    here, such as a file of a package (`ros_pkg`).
     """
     root = _parsed(path)
     missing: list[str] = []
@@ -55,7 +51,7 @@ def read_tree_file(path: Path, values: Mapping[str, str] | None = None) -> NodeD
         (named,) = trees
     if named not in trees:
         if missing:
-            raise MissingTree(missing[0])
+            raise InputError(missing[0])
         found = ", ".join(map(repr, trees)) or "none"
         wanted = f"a BehaviorTree that is called {named!r}"
         if named is None:
@@ -97,7 +93,7 @@ class _Budget:
             name = attributes.get("ID", "")
             if name not in trees:
                 if self._missing:
-                    raise MissingTree(self._missing[0])
+                    raise InputError(self._missing[0])
                 raise InputError(
                     f"{self._path}, line {element.line}: no BehaviorTree is called {name!r}"
                 )
