@@ -88,9 +88,9 @@ def parse_yaml(text: str, source: str) -> dict[str, Any]:
     except UnicodeEncodeError as error:
         raise InputError(f"{source}: {error.reason}") from error
     if not isinstance(data, dict):
-        kind = type(data).__name__
-        kind += ", such as one of waypoints, which no option reads" if kind == "list" else ""
-        raise InputError(f"{source}: expected a mapping of fields to values, got {kind}")
+        raise InputError(
+            f"{source}: expected a mapping of fields to values, got {type(data).__name__}"
+        )
     return data
 
 
