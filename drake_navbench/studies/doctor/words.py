@@ -46,12 +46,12 @@ def _verdict(visit: Visit) -> str:
     what = f"{what}{rare}"
     cure = visit.cure
     if cure is not None:
-        return f"{what} {_cured(cure)}{_preferred(visit.judged, cure)}"
+        return f"{what} {_cured(cure)}{_preferred(visit.judged, cure)}{_likeliest(visit)}"
     if visit.shown:
         best = visit.shown[0]
         return (
             f"{what} In the experiment {_cause_told(best)} reduces this, but the doctor found no "
-            f"change that makes nothing else worse{_why_not(visit)}."
+            f"change that makes nothing else worse{_why_not(visit)}.{_likeliest(visit)}"
         )
     if _is_unfinished(visit) and not any(entry.pairs for entry in visit.tried):
         return f"{what} The visit ended before a cause was tried. The same command goes on."
@@ -132,6 +132,26 @@ def _preferred(judged: Sequence[Judged], cure: Judged) -> str:
     return (
         f" It is offered in place of {change_told(first.trial)}, which was judged first: "
         f"with that {why}."
+    )
+
+
+def _likeliest(visit: Visit) -> str:
+    """Returns which shown cause is the likeliest; '' if it is the only one and its change offered.
+
+    Where driving cannot tell it from others, these are named and what speaks for it.
+    """
+    first, rivals, cure = visit.shown[0], visit.rivals, visit.cure
+    if first.trial is None or not (rivals or (cure is not None and cure.tried is not first)):
+        return ""
+    places = " and ".join(map(_name_of, first.trial.changes))
+    why = first.suspicion.reasons[0].rstrip(".")
+    told = f" The likeliest cause is {places}, by reading: {why}."
+    if not rivals:
+        return told
+    others = " or ".join(_cause_told(entry) for entry in rivals)
+    return (
+        f"{told} By driving it cannot be told from others: with {_cause_told(first)} the symptom "
+        f"goes, and with {others} as well."
     )
 
 
