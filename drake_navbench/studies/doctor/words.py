@@ -46,7 +46,8 @@ def _verdict(visit: Visit) -> str:
     what = f"{what}{rare}"
     cure = visit.cure
     if cure is not None:
-        return f"{what} {_cured(cure)}{_preferred(visit.judged, cure)}{_likeliest(visit)}"
+        told = f"{_cured(cure)}{_preferred(visit.judged, cure)}{_likeliest(visit)}"
+        return f"{what} {told}{_not_drivable(visit)}"
     if visit.shown:
         best = visit.shown[0]
         return (
@@ -58,7 +59,11 @@ def _verdict(visit: Visit) -> str:
     outside = [e.suspicion.cause.told for e in visit.tried if e.verdict is Verdict.OUTSIDE]
     could = f" Also possible: {outside[0]}." if outside else ""
     ended = " There was no time to try more." if _is_unfinished(visit) else ""
-    return f"{what} No cause found: no change that was tried removes the symptom.{could}{ended}"
+    undriven = _not_drivable(visit)
+    return (
+        f"{what} No cause found: no change that was tried removes the symptom."
+        f"{undriven}{could}{ended}"
+    )
 
 
 def _nothing_seen(visit: Visit) -> str:
@@ -153,6 +158,17 @@ def _likeliest(visit: Visit) -> str:
         f"{told} By driving it cannot be told from others: with {_cause_told(first)} the symptom "
         f"goes, and with {others} as well."
     )
+
+
+def _not_drivable(visit: Visit) -> str:
+    """Returns which change the doctor could not drive, if reading finds it likelier than others."""
+    shown = [entry.suspicion.score for entry in visit.shown[:1]]
+    able = {entry.suspicion.cause.key for entry in visit.tried if entry.pairs}
+    refused = [e for e in visit.tried if e.is_refused and e.suspicion.cause.key not in able]
+    first = max(refused, key=lambda e: e.suspicion.score, default=None)
+    if first is None or [first.suspicion.score] <= shown:
+        return ""
+    return f" Could not be driven, though likely by reading: {_cause_told(first)} ({first.reason})."
 
 
 def _others(cure: Judged) -> str:
