@@ -144,7 +144,7 @@ RULES = (
         "mppi-narrow-speed-samples",
         lambda f: (
             f.number("controller.vx_std", 0.2) < 0.18
-            or f.number("controller.vx_std", 0.2) < 0.2 * f.number("controller.vx_max", 0.5)
+            or f.number("controller.vx_std", 0.2) < 0.199 * f.number("controller.vx_max", 0.5)
         ),
         lambda f: (
             f"vx_std is {f.controller('vx_std')} m/s and vx_max {f.controller('vx_max')} "
