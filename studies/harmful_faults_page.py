@@ -160,9 +160,9 @@ def _seed_lines(seed: int, own: list[dict[str, Any]]) -> Iterator[str]:
     yield from ["", *_undriven_lines(harmful)]
     if visited:
         yield from _visited_lines(visited)
-    if later:
-        yield from ["", "Gone on with by the doctor of 2034, which knew that these do harm:"]
-        yield from _visited_lines(later)
+    for doctor in sorted({entry["by"] for entry in later}):
+        yield from ["", f"Gone on with by the doctor of {doctor}, which knew that these do harm:"]
+        yield from _visited_lines([entry for entry in later if entry["by"] == doctor])
 
 
 def _visited_lines(visited: list[dict[str, Any]]) -> Iterator[str]:
