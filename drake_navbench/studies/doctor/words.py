@@ -141,7 +141,7 @@ def _preferred(judged: Sequence[Judged], cure: Judged) -> str:
 
 
 def _likeliest(visit: Visit) -> str:
-    """Returns which shown cause is the likeliest; '' if it is the only one and its change offered.
+    """Returns a sentence on the likeliest cause; '' if it is the only one and its change offered.
 
     Where driving cannot tell it from others, these are named and what speaks for it.
     """
@@ -161,7 +161,7 @@ def _likeliest(visit: Visit) -> str:
 
 
 def _not_drivable(visit: Visit) -> str:
-    """Returns which change the doctor could not drive, if reading finds it likelier than others."""
+    """Returns a sentence on a change that could not be driven, if by reading it is likelier."""
     shown = [entry.suspicion.score for entry in visit.shown[:1]]
     able = {entry.suspicion.cause.key for entry in visit.tried if entry.pairs}
     refused = [e for e in visit.tried if e.is_refused and e.suspicion.cause.key not in able]

@@ -32,7 +32,7 @@ def horizon_m(f: Facts) -> float:
 
 
 def _steps_in_the_window(f: Facts) -> int:
-    """Returns how many steps at full speed the local costmap holds; not too few to plan with."""
+    """Returns the steps at full speed that the local costmap holds, not too few to plan with."""
     steps = f.number("controller.time_steps", 56.0) * half_window_m(f) / horizon_m(f)
     return max(int(steps), LEAST_STEPS)
 
