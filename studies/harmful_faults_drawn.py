@@ -15,15 +15,18 @@ from planted_faults import HERE, Fault, candidates, spoilt_value
 from drake_navbench.studies.doctor.visit import FIRST_SEEDS
 
 DRIVEN = HERE / "harmful_faults.json"
-SEEDS = (2030, 2031, 2032, 2033, 2034, 2035)
+SEEDS = (2030, 2031, 2032, 2033, 2034, 2035, 2036, 2037)
 # In the order of the turns; a controller's place in it is part of its draw.
 CONTROLLERS = ("rpp", "dwb", "graceful", "mppi", "teb")
-CONTROLLERS_OF = {
-    2030: CONTROLLERS[:3],
-    2031: CONTROLLERS[:4],
-    2035: CONTROLLERS[:3],
-} | dict.fromkeys(SEEDS[2:5], CONTROLLERS)
-HARMFUL_EACH = {2030: 6, 2031: 4, 2032: 3, 2033: 3, 2034: 6, 2035: 6}
+CONTROLLERS_OF = (
+    {
+        2030: CONTROLLERS[:3],
+        2031: CONTROLLERS[:4],
+    }
+    | dict.fromkeys(SEEDS[2:5], CONTROLLERS)
+    | dict.fromkeys(SEEDS[5:], CONTROLLERS[:3])
+)
+HARMFUL_EACH = {2030: 6, 2031: 4, 2032: 3, 2033: 3, 2034: 6} | dict.fromkeys(SEEDS[5:], 6)
 # Trials of each probe by which a fault is found harmful.
 LOOKS = {2030: FIRST_SEEDS, 2031: FIRST_SEEDS} | dict.fromkeys(SEEDS[2:], 1)
 # The probes by which it is, of the seeds that do not have all.

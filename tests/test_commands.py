@@ -97,6 +97,7 @@ def test_an_unknown_option_of_any_command_is_one_line(command, capsys):
 @pytest.mark.parametrize(
     ("arguments", "told"),
     [
+        (["report", "--bogus"], "option '--bogus' is not known; known: --"),
         (["run", "--trails", "8"], "option '--trails' is not known; did you mean '--trials'?"),
         (["run", "--sedd=4"], "option '--sedd' is not known; did you mean '--seed'?"),
         (["run", "--trials", "x"], "argument --trials: got 'x', expected a whole number"),

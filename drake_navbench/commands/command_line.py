@@ -16,6 +16,7 @@ from itertools import takewhile
 from typing import Any, NoReturn
 
 from drake_navbench.errors import (
+    LIKENESS,
     InputError,
     InputWarning,
     NavbenchError,
@@ -24,6 +25,8 @@ from drake_navbench.errors import (
     printable,
 )
 
+# From this likeness on an unknown option counts as a slip of a known one.
+LIKE_A_SLIP = 0.75
 EXIT_DONE = 0
 EXIT_FAILED = 1
 EXIT_WRONG_INPUT = 2
@@ -79,7 +82,9 @@ class CommandParser(argparse.ArgumentParser):
         name = text.partition("=")[0]
         known = [option for option in self._option_string_actions if option.startswith("--")]
         longer = [option for option in known if len(name) > 2 and option.startswith(name)]
-        hint = nearest_name_hint(name, longer or known, listed_by="--help")
+        # Two dashes alone make any two short options alike: --bogus is no slip of --out.
+        likeness = LIKENESS if longer else LIKE_A_SLIP
+        hint = nearest_name_hint(name, longer or known, likeness=likeness, listed_by="--help")
         return f"option {name!r} is not known{hint}"
 
     def _check_value(self, action: argparse.Action, value: Any) -> None:

@@ -24,6 +24,8 @@ RENAMED = {"obstacle_range": "obstacle_max_range", "raytrace_range": "raytrace_m
 RENAMING = "no effect: since Galactic it is called"
 # The share of equal letters from which one name counts as a slip of the other.
 LIKE_A_SLIP = 0.8
+# The share of equal letters that each of its words needs, where both have equally many.
+LIKE_A_WORD = 0.6
 
 Rows = dict[tuple[str, str], CheckRow]
 """Rows by node and parameter."""
@@ -281,21 +283,30 @@ class NodeReader:
 def similar_name_hint(name: str, known: Iterable[str]) -> str:
     """Returns '; did you mean X?' for a known name that differs by a slip only, else ''.
 
-    Both names have equally many parts; `min_vel_x` is no slip of `max_vel_x`.
+    Both names have equally many parts; `min_vel_x` is no slip of `max_vel_x`, and
+    `max_deceleration` none of `cancel_deceleration`.
     """
     alike = [n for n in known if n.count(".") == name.count(".") and n != name]
     for close in difflib.get_close_matches(name, sorted(alike), n=3, cutoff=LIKE_A_SLIP):
         last, close_last = name.rpartition(".")[2], close.rpartition(".")[2]
-        if difflib.SequenceMatcher(None, last, close_last).ratio() >= LIKE_A_SLIP:
+        words, others = last.split("_"), close_last.split("_")
+        pairs = zip(words, others, strict=True) if len(words) == len(others) else ()
+        if _likeness(last, close_last) >= LIKE_A_SLIP and all(
+            _likeness(*pair) >= LIKE_A_WORD for pair in pairs
+        ):
             return f"; did you mean {close!r}?"
     return ""
+
+
+def _likeness(one: str, other: str) -> float:
+    return difflib.SequenceMatcher(None, one, other).ratio()
 
 
 def similar_plugin_hint(plugin_type: str, known: Iterable[str]) -> str:
     """Returns '; did you mean X?' for a type that differs by a slip in its class, else ''."""
     for close in difflib.get_close_matches(plugin_type, sorted(known), n=1, cutoff=LIKE_A_SLIP):
         named, own = (kind.replace("/", "::").rpartition("::")[2] for kind in (plugin_type, close))
-        if difflib.SequenceMatcher(None, named, own).ratio() > LIKE_A_SLIP:
+        if _likeness(named, own) > LIKE_A_SLIP:
             return f"; did you mean {close!r}?"
     return ""
 

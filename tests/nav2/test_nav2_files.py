@@ -130,6 +130,8 @@ def test_a_misspelt_parameter_is_told_with_the_right_one(setup_of):
 
 def test_no_other_parameter_is_offered_for_one_that_is_no_slip():
     assert similar_name_hint("min_vel_x", ["max_vel_x", "vx_max"]) == ""
+    # Twelve letters of "_deceleration" are alike, but not the first words.
+    assert similar_name_hint("max_deceleration", ["cancel_deceleration"]) == ""
     assert similar_name_hint("a.cost_weight", ["a.cost_power"]) == ""
     assert similar_name_hint("lookahead_dits", ["lookahead_dist"]) == (
         "; did you mean 'lookahead_dist'?"

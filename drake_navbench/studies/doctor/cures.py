@@ -54,6 +54,7 @@ LOOK_AT_OUTLINE = frozenset(
 )
 # The inflation that is tried reaches this much beyond the outline, m.
 CELL_M = 0.05
+SIDES = {"width": "height", "height": "width"}
 OWN_NODES = {"planner": PLANNER_SERVER, "behavior_tree": BT_NAVIGATOR}
 
 
@@ -89,14 +90,28 @@ def trials_of(cause: Cause, facts: Facts, setup: Nav2Setup) -> list[Trial]:
             new = _value(cause, place, value, facts, step)
             if new is None or new == value:
                 continue
-            for where in file_places(place, facts, setup):
-                changes[where] = new
+            for changed in (place, _side_that_follows(cause, place, new, facts)):
+                for where in file_places(changed, facts, setup) if changed else ():
+                    changes[where] = new
         if changes and changes not in [trial.changes for trial in found]:
             found.append(Trial(cause, changes))
     if found and cause.place in LOOK_AT_OUTLINE and cause.to is True:
         wide = _inflation_for_the_outline(facts, setup)
         found += [Trial(cause, {**found[-1].changes, **wide})] if wide else []
     return found
+
+
+def _side_that_follows(cause: Cause, place: str, new: Any, facts: Facts) -> str:
+    """Returns the other side of a costmap's window if it has to change as well, else ''.
+
+    The window reaches as far as its shorter side; a square one stays square.
+    """
+    costmap, _, side = place.rpartition(".")
+    if costmap not in COSTMAPS or side not in SIDES or not _is_number(new):
+        return ""
+    other = f"{costmap}.{SIDES[side]}"
+    is_short = cause.direction is Direction.UP and 0.0 < facts.number(other) < new
+    return other if is_short or facts.number(other) == facts.number(place) else ""
 
 
 def told_with_step(cause: Cause, facts: Facts) -> str:
@@ -110,6 +125,9 @@ def told_with_step(cause: Cause, facts: Facts) -> str:
         # Nav2 refuses 20.0 for a parameter that is a whole number.
         cause = cause._replace(to=int(cause.to))
     told = _as_in_the_file(cause, facts)
+    if _side_that_follows(cause, place, cause.to, facts):
+        side = place.rpartition(".")[2]
+        told = told.replace(f".{side} to ", f".{side} and {SIDES[side]} to ")
     if not cause.is_number or cause.to is not None or value is None:
         return told
     step = _value(cause, place, value, facts, MILD)

@@ -20,6 +20,7 @@ from drake_navbench.studies.doctor.race import Candidate, Race
 from drake_navbench.studies.doctor.reading import Suspicion
 from drake_navbench.studies.doctor.symptoms import Symptom
 from drake_navbench.studies.doctor.tried import (
+    IDLE,
     LEAST_FALL,
     MOST_CHANGES,
     Rarity,
@@ -139,7 +140,7 @@ class Experiment:
         except InputError as error:
             return None, str(error)
         if _is_same(before, after):
-            return None, "no trial depends on it"
+            return None, IDLE
         return Candidate(suspicion, trial, after), ""
 
     def _pairs_of(self, raw: Sequence[Tried]) -> list[Candidate]:

@@ -27,6 +27,8 @@ FIRST_FACTOR, LATER_FACTOR = 2.0, 4.0
 LEAST_FALLS = 13
 # A change by which the severity falls by a smaller share is of no use.
 LEAST_FALL = 0.3
+# Why a change is not driven that would change nothing.
+IDLE = "no trial depends on it"
 # A symptom counts as taken away if its severity falls by this share.
 NEARLY_ALL = 0.9
 
@@ -80,6 +82,11 @@ class Tried:
     def fall(self) -> float:
         """The share by which the severity falls."""
         return (self.before - self.after) / self.before if self.before > 0.0 else 0.0
+
+    @property
+    def is_refused(self) -> bool:
+        """Whether there is a change, but it cannot be driven, as with this robot."""
+        return self.verdict is Verdict.NOT_TRIED and bool(self.trial) and self.reason != IDLE
 
     @property
     def takes_all(self) -> bool:

@@ -99,10 +99,29 @@ class Visit:
 
     @property
     def shown(self) -> list[Tried]:
-        """The causes that were shown; first the one whose change helps, then the best."""
+        """The causes that were shown, the likeliest first; what fresh seeds refute comes last.
+
+        Of those that take the symptom away the likeliest by reading, whichever change is offered:
+        with the right value a drive may go on and meet what the fault has hidden.
+        """
         found = [entry for entry in self.tried if entry.verdict is Verdict.SHOWN]
-        cure = self.cure
-        return sorted(found, key=lambda entry: cure is None or entry is not cure.tried)
+        return sorted(found, key=self._is_refuted)
+
+    @property
+    def rivals(self) -> list[Tried]:
+        """The causes that driving cannot tell from the likeliest: each takes the symptom away.
+
+        Of other parameters than that one's; none if it leaves some of the symptom.
+        """
+        able = [e for e in self.shown if e.takes_all and e.trial and not self._is_refuted(e)]
+        if not able or able[0] is not self.shown[0]:
+            return []
+        own = able[0].trial
+        return [e for e in able[1:] if own and e.trial and not {*own.changes} & {*e.trial.changes}]
+
+    def _is_refuted(self, entry: Tried) -> bool:
+        own = (j for j in self.judged if j.tried is entry)
+        return any(not (j.is_gone or j.is_rare) for j in own)
 
 
 def visit(

@@ -46,19 +46,24 @@ def _verdict(visit: Visit) -> str:
     what = f"{what}{rare}"
     cure = visit.cure
     if cure is not None:
-        return f"{what} {_cured(cure)}{_preferred(visit.judged, cure)}"
+        told = f"{_cured(cure)}{_preferred(visit.judged, cure)}{_likeliest(visit)}"
+        return f"{what} {told}{_not_drivable(visit)}"
     if visit.shown:
         best = visit.shown[0]
         return (
             f"{what} In the experiment {_cause_told(best)} reduces this, but the doctor found no "
-            f"change that makes nothing else worse{_why_not(visit)}."
+            f"change that makes nothing else worse{_why_not(visit)}.{_likeliest(visit)}"
         )
     if _is_unfinished(visit) and not any(entry.pairs for entry in visit.tried):
         return f"{what} The visit ended before a cause was tried. The same command goes on."
     outside = [e.suspicion.cause.told for e in visit.tried if e.verdict is Verdict.OUTSIDE]
     could = f" Also possible: {outside[0]}." if outside else ""
     ended = " There was no time to try more." if _is_unfinished(visit) else ""
-    return f"{what} No cause found: no change that was tried removes the symptom.{could}{ended}"
+    undriven = _not_drivable(visit)
+    return (
+        f"{what} No cause found: no change that was tried removes the symptom."
+        f"{undriven}{could}{ended}"
+    )
 
 
 def _nothing_seen(visit: Visit) -> str:
@@ -133,6 +138,37 @@ def _preferred(judged: Sequence[Judged], cure: Judged) -> str:
         f" It is offered in place of {change_told(first.trial)}, which was judged first: "
         f"with that {why}."
     )
+
+
+def _likeliest(visit: Visit) -> str:
+    """Returns a sentence on the likeliest cause; '' if it is the only one and its change offered.
+
+    Where driving cannot tell it from others, these are named and what speaks for it.
+    """
+    first, rivals, cure = visit.shown[0], visit.rivals, visit.cure
+    if first.trial is None or not (rivals or (cure is not None and cure.tried is not first)):
+        return ""
+    places = " and ".join(map(_name_of, first.trial.changes))
+    why = first.suspicion.reasons[0].rstrip(".")
+    told = f" The likeliest cause is {places}, by reading: {why}."
+    if not rivals:
+        return told
+    others = " or ".join(_cause_told(entry) for entry in rivals)
+    return (
+        f"{told} By driving it cannot be told from others: with {_cause_told(first)} the symptom "
+        f"goes, and with {others} as well."
+    )
+
+
+def _not_drivable(visit: Visit) -> str:
+    """Returns a sentence on a change that could not be driven, if by reading it is likelier."""
+    shown = [entry.suspicion.score for entry in visit.shown[:1]]
+    able = {entry.suspicion.cause.key for entry in visit.tried if entry.pairs}
+    refused = [e for e in visit.tried if e.is_refused and e.suspicion.cause.key not in able]
+    first = max(refused, key=lambda e: e.suspicion.score, default=None)
+    if first is None or [first.suspicion.score] <= shown:
+        return ""
+    return f" Could not be driven, though likely by reading: {_cause_told(first)} ({first.reason})."
 
 
 def _others(cure: Judged) -> str:

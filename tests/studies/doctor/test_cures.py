@@ -82,6 +82,26 @@ def test_of_a_number_that_is_far_from_nav2s_that_value_is_tried_as_well(patient)
     assert {place: 10.0} not in changes(patient(text), down._replace(direction=Direction.UP))
 
 
+@pytest.mark.parametrize(
+    ("height", "changed", "told"),
+    [
+        # Half the window is what the shorter side leaves, so a square one needs both.
+        (5, ["height", "width"], "local_costmap.width and height to 6"),
+        (8, ["width"], "local_costmap.width to 6"),
+    ],
+)
+def test_a_window_grows_on_both_sides_unless_the_other_one_is_long_enough(
+    patient, height, changed, told
+):
+    text = nav2_text(RPP_BLOCK, plugin=RPP).replace("height: 5", f"height: {height}")
+    found = patient(text)
+    cause = Cause("local_costmap.width", Direction.UP, 6)
+    first = changes(found, cause)[0]
+    assert sorted(place.name for place in first) == changed
+    assert {*first.values()} == {6}
+    assert told in told_with_step(cause, found.facts())
+
+
 def test_a_critic_is_added_to_the_list(patient):
     (found,) = changes(
         patient(nav2_text(DWB_BLOCK, plugin=DWB)),

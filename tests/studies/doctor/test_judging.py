@@ -5,11 +5,14 @@ from __future__ import annotations
 from dataclasses import replace
 
 import pytest
-from fake_drives import PROBES, Rows, judged, tried
+from fake_drives import CAUSE, PROBES, Rows, judged, tried
 
+from drake_navbench.nav2.patch import Place
 from drake_navbench.studies.doctor import visit as visits
 from drake_navbench.studies.doctor.change import judge
+from drake_navbench.studies.doctor.cures import Trial
 from drake_navbench.studies.doctor.driving import FRESH_SEED
+from drake_navbench.studies.doctor.reading import Suspicion
 from drake_navbench.studies.doctor.symptoms import Symptom
 from drake_navbench.studies.doctor.tried import Verdict, corrected
 from drake_navbench.studies.doctor.words import verdict
@@ -107,13 +110,14 @@ def test_where_the_best_change_brings_a_touch_the_next_one_is_judged_and_offered
     shown = [tried(2.0, 0.0, 0.001, verdict=Verdict.SHOWN)] * 2
     driver = Mixed(["wobble_straight"], [])
     found = visits.Visit(patient.facts(), probes=PROBES, treated=Symptom.WOBBLE_STRAIGHT)
+    found.tried = shown
     found.judged = list(
         judge(patient, shown, Symptom.WOBBLE_STRAIGHT, PROBES, ["straight"], driver, seed=0)
     )
     assert [entry.worse for entry in found.judged] == [["collision"], []]
     assert found.cure is found.judged[1]
     found.seen = {Symptom.WOBBLE_STRAIGHT: ["straight"]}
-    assert verdict(found).endswith("which was judged first: with that more trials show collision.")
+    assert "which was judged first: with that more trials show collision." in verdict(found)
 
 
 @pytest.mark.parametrize(("left", "best"), [(["spins"], 1), ([], 0)])
@@ -130,7 +134,7 @@ def test_of_changes_that_take_the_symptom_away_the_one_that_leaves_the_fewest_ot
     shown = [tried(2.0, 0.0, 0.001, verdict=Verdict.SHOWN)] * 2
     driver = Mixed(["wobble_straight", "spins"], [])
     found = visits.Visit(patient.facts(), probes=PROBES, treated=Symptom.WOBBLE_STRAIGHT)
-    found.seen = {Symptom.WOBBLE_STRAIGHT: ["straight"]}
+    found.seen, found.tried = {Symptom.WOBBLE_STRAIGHT: ["straight"]}, shown
     for entry in judge(
         patient, shown, Symptom.WOBBLE_STRAIGHT, PROBES, ["straight"], driver, seed=0
     ):
@@ -142,7 +146,67 @@ def test_of_changes_that_take_the_symptom_away_the_one_that_leaves_the_fewest_ot
         " It is offered in place of FollowPath.CostCritic.consider_footprint = true, which was"
         " judged first: with that the trials show 12 symptoms in all, with the change offered 0."
     )
-    assert verdict(found).endswith(told) == bool(left)
+    assert (told in verdict(found)) == bool(left)
+
+
+OTHER_TRIAL = Trial(CAUSE, {Place("controller_server", "FollowPath.vx_max"): 0.3})
+
+
+def visited(patient, entries, judgements):
+    found = visits.Visit(patient.facts(), probes=PROBES, treated=Symptom.WOBBLE_STRAIGHT)
+    found.seen = {Symptom.WOBBLE_STRAIGHT: ["straight"]}
+    found.tried, found.judged = entries, judgements
+    return found
+
+
+def test_the_likeliest_cause_is_named_although_the_change_of_another_parameter_is_offered(patient):
+    first = tried(2.0, 0.0, 0.001, verdict=Verdict.SHOWN)
+    other = tried(2.0, 0.0, 0.001, verdict=Verdict.SHOWN, trial=OTHER_TRIAL)
+    good = judged(patient, ["wobble_straight"], [], Symptom.WOBBLE_STRAIGHT)
+    # With the likeliest one a touch comes up, so it is not offered.
+    touching = replace(good, tried=first, after=good.after | {"collision": 1})
+    good = replace(good, tried=other, trial=OTHER_TRIAL)
+    found = visited(patient, [first, other], [touching, good])
+    assert found.cure is good
+    assert found.shown == [first, other]
+    assert found.rivals == [other]
+    assert verdict(found).endswith(
+        " The likeliest cause is FollowPath.CostCritic.consider_footprint, by reading: The reason."
+        " By driving it cannot be told from others: with FollowPath.CostCritic.consider_footprint"
+        " = true the symptom goes, and with FollowPath.vx_max = 0.3 as well."
+    )
+
+
+def test_a_cause_that_fresh_seeds_refute_is_not_the_likeliest(patient):
+    first = tried(2.0, 0.0, 0.001, verdict=Verdict.SHOWN)
+    other = tried(2.0, 0.0, 0.001, verdict=Verdict.SHOWN, trial=OTHER_TRIAL)
+    good = judged(patient, ["wobble_straight"], [], Symptom.WOBBLE_STRAIGHT)
+    # All eight fresh trials still show the symptom with the first one.
+    found = visited(patient, [first, other], [replace(good, tried=first, after_target=8)])
+    assert found.shown == [other, first]
+    assert found.rivals == []
+
+
+def test_a_change_that_leaves_some_of_the_symptom_is_no_rival_of_one_that_takes_it_away(patient):
+    first = tried(2.0, 0.0, 0.001, verdict=Verdict.SHOWN)
+    half = tried(2.0, 1.0, 0.001, verdict=Verdict.SHOWN, trial=OTHER_TRIAL)
+    assert visited(patient, [first, half], []).rivals == []
+
+
+@pytest.mark.parametrize(("score", "is_told"), [(2.0, True), (0.5, False)])
+def test_what_could_not_be_driven_is_told_if_reading_finds_it_likelier_than_what_is_shown(
+    patient, score, is_told
+):
+    first = tried(2.0, 0.0, 0.001, verdict=Verdict.SHOWN)
+    faster = Suspicion(CAUSE._replace(place="controller.vx_max"), score, ("The reason.",))
+    refused = tried(
+        0.0, 0.0, 1.0, verdict=Verdict.NOT_TRIED, suspicion=faster, trial=OTHER_TRIAL, pairs=0,
+        reason="asks more of the base",
+    )  # fmt: skip
+    good = judged(patient, ["wobble_straight"], [], Symptom.WOBBLE_STRAIGHT)
+    found = visited(patient, [first, refused], [replace(good, tried=first)])
+    told = "likely by reading: FollowPath.vx_max = 0.3 (asks more of the base)."
+    assert verdict(found).endswith(told) == is_told
 
 
 def test_a_touch_outweighs_what_comes_instead_and_the_price_is_told(patient):
@@ -155,6 +219,7 @@ def test_a_touch_outweighs_what_comes_instead_and_the_price_is_told(patient):
     assert priced.helps
     visited = visits.Visit(patient.facts(), probes=PROBES, treated=Symptom.COLLISION)
     visited.seen, visited.judged = {Symptom.COLLISION: ["straight"]}, [priced, found]
+    visited.tried = [found.tried]
     # Of two that help the one without a price is the change.
     assert visited.cure is found
     visited.judged = [priced]

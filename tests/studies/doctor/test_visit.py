@@ -86,6 +86,7 @@ def test_the_page_begins_with_the_verdict_and_the_patch_applies(patient, tmp_pat
     found = visits.Visit(patient.facts(), probes=PROBES, treated=Symptom.COLLISION)
     found.seen = {Symptom.COLLISION: ["straight"]}
     found.judged = [judged(patient, ["collision"], [], Symptom.COLLISION)]
+    found.tried = [entry.tried for entry in found.judged]
     written = {path.name for path in write_outputs(found, patient, tmp_path)}
     assert written == {"doctor.html", "patched.yaml", "change.patch"}
     page = (tmp_path / "doctor.html").read_text()

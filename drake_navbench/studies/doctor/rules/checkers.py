@@ -119,7 +119,12 @@ RULES = (
             S.SPINS: 0.6,
             S.STALL_BEFORE_GOAL: 0.4,
         },
-        (up("goal_checker.xy_goal_tolerance", 0.2),),
+        (
+            up(
+                "goal_checker.xy_goal_tolerance",
+                lambda f: max(0.2, round(1.1 * step_m(f) + 0.005, 2)),
+            ),
+        ),
         f"{SERVER}: simple_goal_checker.cpp",
     ),
     Rule(

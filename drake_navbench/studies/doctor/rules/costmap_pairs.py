@@ -13,13 +13,12 @@ S = Symptom
 
 # From this ratio on, the two costmaps describe different robots or distances.
 DIFFERENT = 2.5
-MEANING = {
-    "inflation_radius": "the planner plans through cells that the controller avoids, or avoids "
-    "those that the controller would take",
-    "cost_scaling_factor": "the planner plans through cells that the controller avoids, or avoids "
-    "those that the controller would take",
-    "robot_radius": "the planner and the controller plan for robots of different size",
+# Of the radius and the steepness of inflation: by whether the local costmap inflates less.
+INFLATES = {
+    True: "the controller keeps closer to obstacles than the plan does",
+    False: "the planner plans through cells that the controller avoids",
 }
+SIZES = "the planner and the controller plan for robots of different size"
 SYMPTOMS = {
     "inflation_radius": {S.DOOR_STOP: 0.6, S.NEAR_MISS: 0.6, S.STOP_START_JERK: 0.3},
     "cost_scaling_factor": {S.NEAR_MISS: 0.6, S.DOOR_STOP: 0.6, S.WOBBLE_STRAIGHT: 0.3},
@@ -52,10 +51,14 @@ def _between(f: Facts, costmap: str, name: str) -> float:
 def _rule(costmap: str, name: str, above: bool) -> Rule:
     cure = down if above else up
     place, other = f"{costmap}.{name}", f"{OTHER[costmap]}.{name}"
+    # A larger radius inflates more, a larger cost_scaling_factor less.
+    is_more = above == (name == "inflation_radius")
+    inflates_less = is_more == (costmap == "global_costmap")
+    meaning = SIZES if name == "robot_radius" else INFLATES[inflates_less]
     return Rule(
         f"{costmap.partition('_')[0]}-{name.replace('_', '-')}-{'above' if above else 'below'}",
         lambda f: _is_odd(f, costmap, name, above),
-        lambda f: f"{place} is {f[place]}, but {other} {f[other]}: {MEANING[name]}",
+        lambda f: f"{place} is {f[place]}, but {other} {f[other]}: {meaning}",
         SYMPTOMS[name],
         (cure(place, lambda f: _between(f, costmap, name)),),
         "nav2_costmap_2d: inflation_layer.cpp, costmap_2d_ros.cpp; nav2_bringup gives both the "

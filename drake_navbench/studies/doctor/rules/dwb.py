@@ -132,7 +132,10 @@ RULES = (
             "accelerates"
         ),
         {S.GOAL_OVERSHOOT: 0.6, S.STALL_BEFORE_GOAL: 0.3, S.COLLISION: 0.3},
-        (down("decel_lim_x"), down("acc_lim_x")),
+        (
+            down("decel_lim_x", lambda f: -f.number("controller.acc_lim_x")),
+            down("acc_lim_x", lambda f: abs(f.number("controller.decel_lim_x"))),
+        ),
         "dwb_plugins: xy_theta_iterator, one_d_velocity_iterator",
         DWB,
     ),

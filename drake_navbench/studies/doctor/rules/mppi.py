@@ -17,6 +17,8 @@ CODE = "nav2_mppi_controller"
 # The product of samples, steps and rate that a small board manages, 1/s: a Raspberry Pi 4 takes
 # about 25 ms for 1000 samples of 56 steps.
 BOARD_CELLS_PER_S = 1.2e6
+# With fewer steps MPPI plans no bend ahead: fewer than half of Nav2's 56 are not advised.
+LEAST_STEPS = 28
 
 
 def horizon_s(f: Facts) -> float:
@@ -27,6 +29,12 @@ def horizon_s(f: Facts) -> float:
 def horizon_m(f: Facts) -> float:
     """Returns the length of the horizon at full speed, m."""
     return horizon_s(f) * f.number("controller.vx_max", 0.5)
+
+
+def _steps_in_the_window(f: Facts) -> int:
+    """Returns the steps at full speed that the local costmap holds, not too few to plan with."""
+    steps = f.number("controller.time_steps", 56.0) * half_window_m(f) / horizon_m(f)
+    return max(int(steps), LEAST_STEPS)
 
 
 def _smoother(f: Facts, axis: int) -> float:
@@ -59,8 +67,8 @@ RULES = (
         {S.COLLISION: 0.4, S.TOO_SLOW: 0.4, S.STOP_START_JERK: 0.4, S.WOBBLE_STRAIGHT: 0.2},
         (
             up("local_costmap.width", lambda f: whole_m(2.0 * horizon_m(f))),
-            down("time_steps"),
-            down("vx_max"),
+            down("time_steps", _steps_in_the_window),
+            down("vx_max", lambda f: int(100.0 * half_window_m(f) / horizon_s(f)) / 100.0),
         ),
         PAGE,
         MPPI,
@@ -136,14 +144,14 @@ RULES = (
         "mppi-narrow-speed-samples",
         lambda f: (
             f.number("controller.vx_std", 0.2) < 0.18
-            or f.number("controller.vx_std", 0.2) < 0.2 * f.number("controller.vx_max", 0.5)
+            or f.number("controller.vx_std", 0.2) < 0.199 * f.number("controller.vx_max", 0.5)
         ),
         lambda f: (
             f"vx_std is {f.controller('vx_std')} m/s and vx_max {f.controller('vx_max')} "
             "m/s: from a low speed no sample is much faster, so the robot stays slow"
         ),
         {S.STALL_BEFORE_GOAL: 0.8, S.TOO_SLOW: 0.8, S.NO_START: 0.5},
-        (up("vx_std", 0.2),),
+        (up("vx_std", lambda f: max(0.2, 0.2 * f.number("controller.vx_max", 0.5))),),
         f"{CODE}/src/noise_generator.cpp",
         MPPI,
     ),

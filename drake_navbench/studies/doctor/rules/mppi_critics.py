@@ -228,7 +228,11 @@ RULES = (
     ),
     Rule(
         "mppi-omni-twirls",
-        lambda f: f.controller("motion_model") == "Omni" and not has_critic(f, "TwirlingCritic"),
+        lambda f: (
+            f.controller("motion_model") == "Omni"
+            and bool(f.controller("critics"))
+            and not has_critic(f, "TwirlingCritic")
+        ),
         lambda f: (
             "motion_model is Omni and critics lists no TwirlingCritic: nothing keeps the "
             "robot from turning without need"

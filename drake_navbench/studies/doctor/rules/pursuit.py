@@ -105,7 +105,9 @@ RULES = (
     ),
     Rule(
         "rpp-late-approach",
-        lambda f: f.number("controller.approach_velocity_scaling_dist", 0.6) < gentle_approach_m(f),
+        lambda f: (
+            f.number("controller.approach_velocity_scaling_dist", 0.6) < 0.99 * gentle_approach_m(f)
+        ),
         lambda f: (
             "approach_velocity_scaling_dist is "
             f"{f.controller('approach_velocity_scaling_dist')} m. By a rule of thumb the robot "
