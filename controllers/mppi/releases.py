@@ -50,9 +50,11 @@ class Rules(NamedTuple):
     filters_in_place: it reads values it has already filtered. curves_signed: a car that drives
     backwards in too tight a curve is made to turn the other way. has_validator: the averaged
     trajectory is checked. limits_axes: the constraint critic limits vx and vy; else the speed, by
-    the norm of both limits. finds_cells_in_float32: the cost critic computes cells in float32.
-    drops_last_column: it leaves out the last of an odd number of columns. heeds_inflation_radius:
-    it checks every outline where the inflation radius is less than the robot's.
+    the norm of both limits. standing_is_free: it takes no turning radius of a car that neither
+    drives nor turns; else one of 0. finds_cells_in_float32: the cost critic computes cells in
+    float32. drops_last_column: it leaves out the last of an odd number of columns.
+    heeds_inflation_radius: it checks every outline where the inflation radius is less than the
+    robot's.
     reads_inflation_layer: the obstacle critic reads radius and factor of the inflation layer; else
     parameters of its own. repels_above_least: the least repulsion of all samples counts as none,
     and repulsion adds to the margin's cost. aligns_onward: the path critic looks from the last
@@ -75,6 +77,7 @@ class Rules(NamedTuple):
     curves_signed: bool = False
     has_validator: bool = False
     limits_axes: bool = False
+    standing_is_free: bool = False
     finds_cells_in_float32: bool = True
     drops_last_column: bool = False
     heeds_inflation_radius: bool = True
@@ -90,6 +93,7 @@ _IRON = Rules(
     furthest=Furthest.ALL,
     has_accelerations=False,
     clamps_samples=False,
+    standing_is_free=True,
     filters_in_place=True,
     curves_signed=True,
     finds_cells_in_float32=False,
@@ -106,7 +110,7 @@ RULES: Mapping[Release, Rules] = {
         is_patient=False,
     ),
     Release.IRON: _IRON,
-    Release.JAZZY: Rules(drops_last_column=True),
+    Release.JAZZY: Rules(standing_is_free=True, drops_last_column=True),
     Release.KILTED: Rules(heads_as_goal=True, turns_at_inversion=True),
     Release.LYRICAL: Rules(
         cuts_plan=False,

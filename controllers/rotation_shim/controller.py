@@ -51,10 +51,10 @@ class ShimMemory(NamedTuple):
 class RotationShim:
     """Nav2's Rotation Shim over any registered controller, branches humble to lyrical.
 
-    Before Lyrical the original sees the whole plan; here it sees the path handler's part of it,
-    which begins at the robot. The original keeps `in_rotation_` from one goal to the next; here it
-    begins anew with each goal. When cancelled, the shim stops at once, whatever its primary
-    controller would do, as in Nav2.
+    Before Lyrical it looks at the whole plan, from its first pose on; since then at the path
+    handler's part, which begins at the robot. The original keeps `in_rotation_` from one goal to
+    the next; here it begins anew with each goal. When cancelled, the shim stops at once, whatever
+    its primary controller would do, as in Nav2.
     """
 
     Parameters: ClassVar[type[RotationShimParameters]] = RotationShimParameters
@@ -158,8 +158,9 @@ class RotationShim:
     def _angle_to_plan(self, observation: Observation) -> float:
         """Returns the angle to the plan's heading, rad; NaN where the plan gives no heading."""
         x, y, yaw = observation.pose.tolist()
+        plan = observation.plan if self._release.looks_always else observation.whole_plan
         angle: float = heading_of_plan(
-            read_only(observation.plan),
+            read_only(plan),
             x,
             y,
             yaw,

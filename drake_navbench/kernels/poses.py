@@ -63,6 +63,16 @@ def to_robot_frame(poses, x, y, yaw):
     return seen
 
 
+def with_wrapped_headings(poses: Array) -> Array:
+    """Returns poses (N, 3) x m, y m, yaw rad with no yaw beyond half a turn."""
+    beyond = np.abs(poses[:, 2]) > math.pi
+    if not beyond.any():
+        return poses
+    wrapped = poses.copy()
+    wrapped[beyond, 2] = [wrap(yaw) for yaw in poses[beyond, 2]]
+    return wrapped
+
+
 def compose(pose_AB: Sequence[float] | Array, pose_BC: Sequence[float] | Array) -> Array:
     """Returns the pose of C in A, X_AC = X_AB X_BC, (3,) m, m, rad; yaw unwrapped."""
     cos_yaw, sin_yaw = math.cos(pose_AB[2]), math.sin(pose_AB[2])

@@ -14,6 +14,7 @@ from drake_navbench.controllers.mppi.float32_math import ONE, ZERO
 from drake_navbench.controllers.mppi.lanes import LANES, Lanes, unpack
 from drake_navbench.controllers.mppi.releases import Furthest
 from drake_navbench.kernels.grid import INSCRIBED, LETHAL, NO_INFORMATION, OFF_MAP, Costmap, cost_at
+from drake_navbench.kernels.poses import with_wrapped_headings
 
 Float32Array = NDArray[np.float32]
 
@@ -50,18 +51,21 @@ class Scene:
     ) -> Scene:
         """Builds a scene from a local plan (n, 3) in m and rad, n >= 1.
 
-        The length is summed in double and then rounded, as Nav2 does.
+        The length is summed in double and then rounded, as Nav2 does. Headings beyond half a turn
+        are wrapped, as Nav2 reads them from quaternions: in float32 that is another number.
         """
-        plan = np.asarray(plan, dtype=np.float64)
+        plan = with_wrapped_headings(np.asarray(plan, dtype=np.float64))
+        pose = np.asarray(pose, dtype=np.float64)
+        goal = None if straight_goal is None else with_wrapped_headings(straight_goal[None])[0]
         steps = np.diff(plan[:, :2], axis=0)
         length = np.float32(np.sum(np.hypot(steps[:, 0], steps[:, 1])))
         return cls(
-            np.asarray(pose, dtype=np.float64),
+            with_wrapped_headings(pose[None])[0],
             np.ascontiguousarray(plan, dtype=np.float32),
             length,
             costmap,
             goal_xy_tolerance_m,
-            straight_goal,
+            goal,
             furthest,
         )
 

@@ -19,7 +19,7 @@ from drake_navbench.controllers.mppi.critics.batch import Float32Array, Scene
 from drake_navbench.controllers.mppi.float32_math import F32, ZERO
 from drake_navbench.controllers.mppi.lanes import LANES, Lanes
 from drake_navbench.controllers.mppi.motion_models import MotionModel
-from drake_navbench.controllers.mppi.releases import Rules
+from drake_navbench.controllers.mppi.releases import RULES, Rules
 from drake_navbench.typed_files.quantities import Length, Number
 
 # Ackermann's turning radius |vx| / |wz| is cut off where the robot does not turn.
@@ -56,7 +56,7 @@ class ConstraintCritic(PointwiseCritic):
         if self.context.motion_model is MotionModel.OMNI:
             add_excess(chunk.vy, -vy_max, vy_max, sums)
         if self.context.motion_model is MotionModel.ACKERMANN:
-            add_tight_turns(chunk.vx, chunk.wz, min_turning_r, sums)
+            add_tight_turns(chunk.vx, chunk.wz, min_turning_r, _LEAST_TURN_RATE, sums)
 
     def finish(self, cycle: tuple[Any, ...], costs: Float32Array) -> bool:
         costs *= F32(self.context.model_dt)
@@ -75,12 +75,14 @@ class SpeedConstraintCritic(ConstraintCritic):
         highest = np.sqrt(limits.vx_max * limits.vx_max + vy_squared)
         lowest = np.sqrt(limits.vx_min * limits.vx_min + vy_squared)
         sign = F32(1.0) if limits.vx_min > 0 else F32(-1.0)
-        return highest, sign * lowest, F32(self.context.min_turning_r)
+        is_free = RULES[self.context.nav2_release].standing_is_free
+        least_turn_rate = ZERO if is_free else _LEAST_TURN_RATE
+        return highest, sign * lowest, F32(self.context.min_turning_r), least_turn_rate
 
     def add(
         self, cycle: tuple[Any, ...], chunk: Trajectories, sums: Lanes, *, first_block: int
     ) -> None:
-        highest, lowest, min_turning_r = cycle
+        highest, lowest, min_turning_r, least_turn_rate = cycle
         if self.context.motion_model is MotionModel.OMNI:
             speeds = np.sqrt(chunk.vx * chunk.vx + chunk.vy * chunk.vy)
             signed = np.where(chunk.vx > 0, speeds, -speeds)
@@ -88,7 +90,7 @@ class SpeedConstraintCritic(ConstraintCritic):
         else:
             add_excess(chunk.vx, lowest, highest, sums)
         if self.context.motion_model is MotionModel.ACKERMANN:
-            add_tight_turns(chunk.vx, chunk.wz, min_turning_r, sums)
+            add_tight_turns(chunk.vx, chunk.wz, min_turning_r, least_turn_rate, sums)
 
 
 @njit(cache=True)
@@ -107,14 +109,19 @@ def _excess_row(velocities, lowest, highest, sums):
 
 
 @njit(cache=True, error_model="numpy")
-def add_tight_turns(vx, wz, min_turning_r, sums):
-    """Adds sum_t (r_min - |vx| / |wz|)+; a standing robot pays r_min each step."""
+def add_tight_turns(vx, wz, min_turning_r, least_turn_rate, sums):
+    """Adds sum_t (r_min - |vx| / max(|wz|, least_turn_rate))+.
+
+    A step that stands still costs r_min, and with a least turn rate of 0 nothing, as 0 / 0 is no
+    radius.
+    """
     for block in range(vx.shape[0]):
         for t in range(vx.shape[1]):
             for lane in range(LANES):
-                turn_rate = max(np.abs(wz[block, t, lane]), _LEAST_TURN_RATE)
-                radius = np.abs(vx[block, t, lane]) / turn_rate
-                sums[block, lane] += max(min_turning_r - radius, ZERO)
+                turn_rate = max(np.abs(wz[block, t, lane]), least_turn_rate)
+                tightness = min_turning_r - np.abs(vx[block, t, lane]) / turn_rate
+                if tightness > ZERO:
+                    sums[block, lane] += tightness
 
 
 class PreferForwardParameters(TermParameters):

@@ -6,8 +6,23 @@ import math
 
 import numpy as np
 import pytest
-from mppi_scenes import batch_of, critic_of, round_robot, scene_of
+from mppi_scenes import batch_of, costmap, critic_of, round_robot, scene_of
 from scenes import straight_plan
+
+from drake_navbench.controllers.mppi.critics.batch import Scene
+
+
+def test_a_scene_wraps_headings_beyond_half_a_turn_as_quaternions_do():
+    # 4 - 2 pi = -2.2832, 2 pi - 3.5 = 2.7832, 7 - 2 pi = 0.7168 rad; -0.5 rad stays as it is.
+    scene = Scene.from_plan(
+        [[0.0, 0.0, 4.0], [1.0, 0.0, -0.5]],
+        pose=[0.0, 0.0, -3.5],
+        costmap=costmap(),
+        straight_goal=np.array([1.0, 0.0, 7.0]),
+    )
+    assert scene.path_yaw == pytest.approx([-2.2832, -0.5], abs=1e-4)
+    assert scene.pose[2] == pytest.approx(2.7832, abs=1e-4)
+    assert scene.goal[2] == pytest.approx(0.7168, abs=1e-4)
 
 
 def score(critic, batch):

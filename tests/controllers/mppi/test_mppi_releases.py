@@ -116,6 +116,16 @@ def test_the_constraint_critic_limits_the_norm(release):
     assert cost_of(critic, batch) == pytest.approx(4.0 * 0.05 * 0.092893, rel=1e-4)
 
 
+@pytest.mark.parametrize("release", [*OLDER, "lyrical"])
+def test_up_to_jazzy_a_car_that_stands_still_breaks_no_turning_radius(release):
+    # 4.0 1/m * 0.05 s * (0.2 m, the least radius, - 0.05 m, driven at 0.1 m/s and 2 rad/s).
+    critic = critic_of(release, "ConstraintCritic", model=MotionModel.ACKERMANN)
+    columns = {"x": [0.0, 0.0, 0.1], "vx": [0.0, 0.1, 0.1], "wz": [0.0, 0.0, 2.0]}
+    batch = batch_of(scene_of(straight_plan(1.0)), **columns)
+    standing = 0.0 if release in {"humble", "iron", "jazzy"} else 4.0 * 0.05 * 0.2
+    assert cost_of(critic, batch) == pytest.approx(4.0 * 0.05 * 0.15 + standing, rel=1e-5)
+
+
 def test_a_base_that_moves_sideways_is_limited_by_its_speed():
     critic = critic_of("jazzy", "ConstraintCritic", model=MotionModel.OMNI)
     # A speed of 1 m/s, 0.292893 too many.

@@ -253,6 +253,18 @@ def test_in_humble_a_plan_shorter_than_the_sampling_distance_has_no_heading(rele
 
 
 @pytest.mark.parametrize("release", RULES)
+def test_before_lyrical_the_sampling_distance_begins_at_the_first_pose_of_the_whole_plan(release):
+    # 0.4 m ahead, then left; the robot is 0.2 m along. 0.5 m from (0, 0) lies (0.4, 0.3), and
+    # from (0.2, 0) the first pose as far is (0.4, 0.5).
+    ahead = [[0.05 * i, 0.0, 0.0] for i in range(9)]
+    whole = np.array(ahead + [[0.4, 0.05 * i, math.pi / 2] for i in range(1, 21)])
+    shim = make_shim(nav2_release=release)
+    decision = facing(shim, whole[4:], pose=(0.2, 0.0, 0.0), global_plan=whole)
+    seen_y = 0.5 if release == "lyrical" else 0.3
+    assert decision.diagnostics["heading_error_rad"] == pytest.approx(math.atan2(seen_y, 0.2))
+
+
+@pytest.mark.parametrize("release", RULES)
 def test_a_release_reads_the_cost_threshold_or_takes_lethal(release):
     costly = observe(LEFT, twist=(0.0, 1.0), costmap=make_costmap(cells=[(*LEFT_OF_FRONT, 200)]))
     shim = make_shim(nav2_release=release, max_cost_threshold=150.0)
