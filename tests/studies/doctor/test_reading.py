@@ -143,6 +143,22 @@ def test_the_gap_between_the_goals_tolerance_and_the_shims_threshold_is_found(fa
     assert first.cause.place != "controller.rotate_to_goal_heading"
 
 
+@pytest.mark.parametrize(
+    ("block", "release", "is_told"),
+    [
+        ({"lookahead_dist": 0.25}, "humble", True),
+        ({"lookahead_dist": 0.25}, "lyrical", False),
+        ({"lookahead_dist": 0.3}, "humble", False),
+        ({"lookahead_dist": 0.25, "use_rotate_to_heading": False}, "humble", False),
+        ({"use_velocity_scaled_lookahead_dist": True, "min_lookahead_dist": 0.2}, "jazzy", True),
+    ],
+)
+def test_a_carrot_within_the_goals_tolerance_is_taken_for_the_goal(facts, block, release, is_told):
+    # Nav2's xy_goal_tolerance is 0.25 m.
+    text = nav2_text({**RPP_BLOCK, "use_rotate_to_heading": True, **block}, plugin=RPP)
+    assert ("rpp-carrot-within-tolerance" in fired(facts(text, release=release))) == is_told
+
+
 def test_layers_that_are_not_listed_say_nothing(facts):
     local = {"static_layer": {"plugin": "x", "obstacle_max_range": 99.0}}
     found = facts(nav2_text(RPP_BLOCK, plugin=RPP, local_costmap=local))

@@ -16,6 +16,18 @@ def _look_m(f: Facts) -> float:
     return f.speed_mps * f.number("controller.max_allowed_time_to_collision_up_to_carrot", 1.0)
 
 
+def _least_lookahead_m(f: Facts) -> float:
+    """Returns the distance of RPP's carrot while the robot stands, m."""
+    if f.controller("use_velocity_scaled_lookahead_dist") is True:
+        return f.number("controller.min_lookahead_dist", 0.3)
+    return f.number("controller.lookahead_dist", 0.6)
+
+
+def _arrival_m(f: Facts) -> float:
+    """Returns the distance from the goal at which the goal checker takes it as reached, m."""
+    return f.number("goal_checker.xy_goal_tolerance", 0.25)
+
+
 def _turn_to_stop_rad(f: Facts) -> float:
     rate = f.number("controller.rotate_to_heading_angular_vel", 1.8)
     return rate * f.period_s + rate**2 / (
@@ -92,6 +104,27 @@ RULES = (
             upgrade("a release with navigation2#5677"),
         ),
         "navigation2#5989",
+        RPP,
+    ),
+    Rule(
+        "rpp-carrot-within-tolerance",
+        lambda f: (
+            _least_lookahead_m(f) <= _arrival_m(f)
+            and f.controller("use_rotate_to_heading") is True
+            and f.release < Release.LYRICAL
+        ),
+        lambda f: (
+            f"the carrot is {_least_lookahead_m(f):g} m ahead of a robot that stands, within "
+            f"xy_goal_tolerance ({_arrival_m(f):g} m): RPP takes the carrot for the goal and, "
+            "wherever the robot is, turns it to the goal's heading"
+        ),
+        {S.GOAL_NOT_REACHED: 1.0, S.NO_START: 0.9, S.SPINS: 0.8, S.FALSE_ABORT: 0.6},
+        (
+            up("min_lookahead_dist", lambda f: 1.2 * _arrival_m(f)),
+            up("lookahead_dist", lambda f: 1.2 * _arrival_m(f)),
+            down("goal_checker.xy_goal_tolerance", lambda f: 0.8 * _least_lookahead_m(f)),
+        ),
+        f"{CODE}: shouldRotateToGoalHeading",
         RPP,
     ),
     Rule(
