@@ -41,6 +41,29 @@ MESHES = "drake_navbench.inputs.descriptions.meshes"
 EntryPoints = Mapping[str, Mapping[str, str]]
 
 
+# The number of this process among those that run tests side by side, such as 0 for gw0.
+NUMBER = int(os.environ.get("PYTEST_XDIST_WORKER", "gw0").removeprefix("gw"))
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_make_collect_report(collector) -> Iterator[None]:
+    """Lets every second process begin with the last files.
+
+    Each reads all of them, and what one has compiled by then, the tests and all that they import,
+    the other finds on the disk.
+    """
+    report = yield
+    if NUMBER % 2 and isinstance(collector, pytest.Dir):
+        report.result.reverse()
+    return report
+
+
+def pytest_collection_modifyitems(items) -> None:
+    """Gives the tests the one order that processes side by side have to agree upon."""
+    if "PYTEST_XDIST_WORKER" in os.environ:
+        items.sort(key=lambda item: item.path.parts)
+
+
 @pytest.fixture(scope="session", autouse=True)
 def _no_rehearsals() -> Iterator[Callable[..., Any]]:
     """No trial is rehearsed in this process but where a test asks for `rehearsals`.
