@@ -7,6 +7,7 @@ import json
 import os
 import shutil
 import sys
+import tempfile
 import textwrap
 import tomllib
 from collections.abc import Callable, Iterator, Mapping
@@ -82,6 +83,16 @@ def rehearsals(_no_rehearsals, monkeypatch) -> None:
     """Trials are rehearsed as in a process that has rehearsed none before."""
     monkeypatch.setattr(f"{REHEARSAL}._scenes", _no_rehearsals)
     monkeypatch.setattr(f"{REHEARSAL}._rehearsed", set())
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _temporary_folder(tmp_path_factory) -> Iterator[None]:
+    """What browsers, libraries and killed processes leave behind goes with the tests' folders."""
+    folder = str(tmp_path_factory.mktemp("t"))
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("TMPDIR", folder)
+        patch.setattr(tempfile, "tempdir", folder)
+        yield
 
 
 @pytest.fixture(scope="session", autouse=True)
