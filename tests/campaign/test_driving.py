@@ -9,6 +9,7 @@ import time
 
 import pandas as pd
 import pytest
+from worker_here import working_here
 
 from drake_navbench.campaign import driving, trial_tasks
 from drake_navbench.campaign.campaign import Campaign, plan_campaign
@@ -188,7 +189,8 @@ def test_a_worker_killed_by_somebody_costs_one_trial_until_it_is_resumed(
     ((spec, reason),) = undriven
     assert spec.trial == 0
     assert reason == "the worker process was ended by signal 9 (Killed)"
-    trials, undriven, _ = run_campaign(campaign, folder, jobs=1)
+    with working_here():
+        trials, undriven, _ = run_campaign(campaign, folder, jobs=1)
     assert list(trials["trial"]) == [0, 1]
     assert set(trials["outcome"]) == {"succeeded"}
     assert undriven == []
