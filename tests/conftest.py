@@ -7,6 +7,7 @@ import json
 import os
 import shutil
 import sys
+import tempfile
 import textwrap
 import tomllib
 from collections.abc import Callable, Iterator, Mapping
@@ -17,12 +18,10 @@ from typing import Any
 
 import pytest
 from hypothesis import settings
-from worker_here import working_here
+from worker_here import working_apart, working_here
 
 from drake_navbench.campaign.warm_up import OBJECTS_BETWEEN_COLLECTIONS, PRELOAD_MODULE
-from drake_navbench.inputs.descriptions import meshes
 from drake_navbench.plugins.kinds import forget_installed
-from drake_navbench.trial import rehearsal
 
 # From an empty cache the tests compile for minutes, and the compiler's objects live on.
 gc.set_threshold(OBJECTS_BETWEEN_COLLECTIONS)
@@ -34,34 +33,82 @@ os.environ.pop("COLUMNS", None)
 settings.register_profile("no_deadline", deadline=None, derandomize=True)
 settings.load_profile("no_deadline")
 
-SCENES_OF_REHEARSALS = rehearsal._scenes
+# Modules with Drake or numba are named, not imported: the process that starts those that run the
+# tests reads this file first, and they wait for it.
+REHEARSAL = "drake_navbench.trial.rehearsal"
+MESHES = "drake_navbench.inputs.descriptions.meshes"
 
 # Entry points of a package: group -> name -> value, such as "module:Class".
 EntryPoints = Mapping[str, Mapping[str, str]]
 
 
+# The number of this process among those that run tests side by side, such as 0 for gw0.
+NUMBER = int(os.environ.get("PYTEST_XDIST_WORKER", "gw0").removeprefix("gw"))
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_make_collect_report(collector) -> Iterator[None]:
+    """Lets every second process begin with the last files.
+
+    Each reads all of them, and what one has compiled by then, the tests and all that they import,
+    the other finds on the disk.
+    """
+    report = yield
+    if NUMBER % 2 and isinstance(collector, pytest.Dir):
+        report.result.reverse()
+    return report
+
+
+def pytest_collection_modifyitems(items) -> None:
+    """Gives the tests the one order that processes side by side have to agree upon."""
+    if "PYTEST_XDIST_WORKER" in os.environ:
+        items.sort(key=lambda item: item.path.parts)
+
+
 @pytest.fixture(scope="session", autouse=True)
-def _no_rehearsals() -> Iterator[None]:
+def _no_rehearsals() -> Iterator[Callable[..., Any]]:
     """No trial is rehearsed in this process but where a test asks for `rehearsals`.
 
     A rehearsal keeps compute times free of what a process does once. Its result is thrown away, so
     it can make no other test fail, but it takes a quarter of a short trial.
     """
+    scenes = import_module(REHEARSAL)._scenes
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(rehearsal, "_scenes", lambda spec: iter(()))
-        yield
+        patch.setattr(f"{REHEARSAL}._scenes", lambda spec: iter(()))
+        yield scenes
 
 
 @pytest.fixture
-def rehearsals(monkeypatch) -> None:
+def rehearsals(_no_rehearsals, monkeypatch) -> None:
     """Trials are rehearsed as in a process that has rehearsed none before."""
-    monkeypatch.setattr(rehearsal, "_scenes", SCENES_OF_REHEARSALS)
-    monkeypatch.setattr(rehearsal, "_rehearsed", set())
+    monkeypatch.setattr(f"{REHEARSAL}._scenes", _no_rehearsals)
+    monkeypatch.setattr(f"{REHEARSAL}._rehearsed", set())
 
 
 @pytest.fixture(scope="session", autouse=True)
+def _temporary_folder(tmp_path_factory) -> Iterator[None]:
+    """What browsers, libraries and killed processes leave behind goes with the tests' folders."""
+    folder = str(tmp_path_factory.mktemp("t"))
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("TMPDIR", folder)
+        patch.setattr(tempfile, "tempdir", folder)
+        yield
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _works_here() -> Iterator[None]:
+    """Tasks of workers run in the tests' own process but where a test asks for `real_workers`.
+
+    A worker is forked from a server that imports Drake; it loads kernels, and rehearses each column
+    that it drives.
+    """
+    with working_here():
+        yield
+
+
+@pytest.fixture(scope="session")
 def _one_server() -> Iterator[None]:
-    """Workers are forked from a server that has loaded all that any of them needs.
+    """Real workers are forked from one server, which has loaded all that any of them needs.
 
     A process has one server for its whole life. Started by the first report it would have loaded
     no Drake, and each worker of a later campaign would import it anew.
@@ -73,12 +120,9 @@ def _one_server() -> Iterator[None]:
 
 
 @pytest.fixture(scope="module")
-def works_here() -> Iterator[None]:
-    """Tasks of workers run in this process, for the tests of a module that are not about workers.
-
-    A worker loads kernels, and rehearses each column that it drives.
-    """
-    with working_here():
+def real_workers(_works_here, _one_server) -> Iterator[None]:
+    """Workers are processes, for a module whose tests look at how they begin or end."""
+    with working_apart():
         yield
 
 
@@ -105,7 +149,7 @@ def reads_meshes_here(monkeypatch) -> None:
         answers = getattr(import_module(module), name)(json.loads(json.dumps(requests)))
         return json.loads(json.dumps(answers))
 
-    monkeypatch.setattr(meshes, "call_limited", call)
+    monkeypatch.setattr(f"{MESHES}.call_limited", call)
 
 
 @pytest.fixture

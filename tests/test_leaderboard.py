@@ -15,8 +15,6 @@ from drake_navbench.campaign.benchmark import run_benchmark
 from drake_navbench.commands.main import main
 from drake_navbench.commands.replay import _built_in_model
 
-pytestmark = pytest.mark.usefixtures("works_here")
-
 SEEDS = (3, 8)
 SCENARIO = """\
 description: half a metre straight ahead

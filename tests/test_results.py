@@ -19,8 +19,6 @@ from drake_navbench.logs.results import (
 )
 from drake_navbench.typed_files.output_file import write_text
 
-pytestmark = pytest.mark.usefixtures("works_here")
-
 TOO_LONG = "n" * 300
 
 

@@ -6,10 +6,11 @@ A real worker is needed where a test kills it, limits it, or looks at how it end
 from __future__ import annotations
 
 import math
+import os
 import pickle
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager, contextmanager
 from multiprocessing import Pipe, forkserver
 from multiprocessing.connection import Connection
 
@@ -33,6 +34,16 @@ class WorkerHere:
     def signs(self) -> tuple[Connection]:
         """The handle that is ready when a task has ended."""
         return (self._ours,)
+
+    @property
+    def pid(self) -> int:
+        """The number of this process."""
+        return os.getpid()
+
+    @property
+    def has_died_idle(self) -> bool:
+        """No: it is this process."""
+        return False
 
     def begin(self, task: Task) -> None:
         """Makes the call, and keeps its ending until `listen`."""
@@ -58,10 +69,22 @@ class WorkerHere:
         self._theirs.close()
 
 
-@contextmanager
-def working_here() -> Iterator[None]:
+_PROCESS, _START_SERVER = workers._Worker, forkserver.ensure_running
+
+
+def working_here() -> AbstractContextManager[None]:
     """Lets `run_tasks` work in this process, and starts no server."""
+    return _working_in(WorkerHere, lambda: None)
+
+
+def working_apart() -> AbstractContextManager[None]:
+    """Lets `run_tasks` work in processes of its own, as it does for users."""
+    return _working_in(_PROCESS, _START_SERVER)
+
+
+@contextmanager
+def _working_in(worker: type, start_server: Callable[[], None]) -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(workers, "_Worker", WorkerHere)
-        patch.setattr(forkserver, "ensure_running", lambda: None)
+        patch.setattr(workers, "_Worker", worker)
+        patch.setattr(forkserver, "ensure_running", start_server)
         yield

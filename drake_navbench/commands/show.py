@@ -154,10 +154,11 @@ def _written(views: Sequence[Any], out: Path | None) -> list[Path]:
                 for figure, name in zip(figures, names, strict=True)
             ]
         from drake_navbench.analysis.html import write_show_page
+        from drake_navbench.processes.cache_folder import own_temporary_folder
 
         if out is None:
-            folder = Path(tempfile.mkdtemp(prefix="drake-navbench-show-"))
-            out = folder / "show.html"
+            # The browser may read it at any time, so it stays, until the next one takes its place.
+            out = Path(own_temporary_folder()) / "show.html"
         with tempfile.TemporaryDirectory() as scratch:
             files = [
                 write_figure(figure, Path(scratch) / str(number), (SVG,))[0]

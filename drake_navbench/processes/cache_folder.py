@@ -32,7 +32,7 @@ def provide_cache_folder() -> None:
     user has set there stays, unless it cannot be written.
     """
     if not _can_be_written(_user_cache()):
-        os.environ.setdefault(MATPLOTLIB_VARIABLE, _own_temporary_folder())
+        os.environ.setdefault(MATPLOTLIB_VARIABLE, own_temporary_folder())
     given = os.environ.get(NUMBA_VARIABLE)
     if given and given != os.environ.get(OWN_VARIABLE):
         if _can_be_written(Path(given)):
@@ -79,7 +79,7 @@ def user_cache_folder() -> Path:
     user_cache = _user_cache()
     if _can_be_written(user_cache):
         return user_cache / "drake_navbench"
-    return Path(_own_temporary_folder())
+    return Path(own_temporary_folder())
 
 
 def _user_cache() -> Path:
@@ -97,7 +97,7 @@ def _name_of_temporary_folder() -> str:
     return str(Path(tempfile.gettempdir()) / f"drake_navbench-{os.getuid()}")
 
 
-def _own_temporary_folder() -> str:
+def own_temporary_folder() -> str:
     """Returns a temporary folder that lasts and to which nobody else can write.
 
     Files in it are executed, so a folder of that name that belongs to another user is not used.

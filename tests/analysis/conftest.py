@@ -5,7 +5,6 @@ from __future__ import annotations
 import pyarrow.parquet as pq
 import pytest
 from results_folders import write_folder
-from worker_here import working_here
 
 from drake_navbench.analysis.figures.choice import FigureChoice
 from drake_navbench.analysis.report import ReportResult, build_report
@@ -30,5 +29,4 @@ def reported(tmp_path_factory) -> ReportResult:
     other = table.replace_schema_metadata({METADATA_KEY: header})
     pq.write_table(other, whole.with_name("trial_008.parquet"))
     pq.write_table(table.replace_schema_metadata({}), whole.with_name("trial_009.parquet"))
-    with working_here():
-        return build_report(path, figures=FigureChoice.ALL, jobs=1)
+    return build_report(path, figures=FigureChoice.ALL, jobs=1)

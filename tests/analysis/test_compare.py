@@ -13,8 +13,6 @@ from drake_navbench.analysis.paired_tests import DEFAULT_LISTED, PairedVerdict
 from drake_navbench.commands import compare as command
 from drake_navbench.errors import InputError
 
-pytestmark = pytest.mark.usefixtures("works_here")
-
 
 @pytest.fixture(scope="module")
 def folders(tmp_path_factory):

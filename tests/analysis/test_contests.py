@@ -21,8 +21,6 @@ from drake_navbench.commands import replay
 from drake_navbench.errors import InputError
 from drake_navbench.logs.log import TrialLog
 
-pytestmark = pytest.mark.usefixtures("works_here")
-
 
 def trials(times, *, column, failed=(), suite="map"):
     """Returns a table with one trial a task; those in `failed` were aborted."""

@@ -21,6 +21,8 @@ from drake_navbench.commands.report import main
 from drake_navbench.commands.run import main as run_main
 from drake_navbench.errors import InputError
 
+pytestmark = pytest.mark.usefixtures("real_workers")
+
 
 @pytest.mark.parametrize("name", ["$\\frac{$", "$x^2$", "_hidden", "a & b <i>", "$"])
 def test_a_name_is_text_in_a_figure(name, tmp_path):

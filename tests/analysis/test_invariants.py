@@ -16,8 +16,6 @@ from drake_navbench.analysis.trial_rows import trial_row
 from drake_navbench.logs.log import TrialLog
 from drake_navbench.logs.results import ResultsFolder
 
-pytestmark = pytest.mark.usefixtures("works_here")
-
 DRIVE = {
     "max_linear_velocity_mps": 0.5,
     "min_linear_velocity_mps": -0.2,

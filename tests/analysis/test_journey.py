@@ -13,8 +13,6 @@ from drake_navbench.analysis.journey import Deed, deeds_of, legs_of
 from drake_navbench.analysis.report import build_report
 from drake_navbench.logs.results import ResultsFolder
 
-pytestmark = pytest.mark.usefixtures("works_here")
-
 
 def leg(start_s, end_s, **changes):
     return {

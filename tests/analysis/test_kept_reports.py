@@ -27,8 +27,6 @@ from drake_navbench.analysis.report import build_report
 from drake_navbench.logs.log import TrialLog
 from drake_navbench.logs.results import ResultsFolder
 
-pytestmark = pytest.mark.usefixtures("works_here")
-
 OWN_METRIC = """
 from drake_navbench.analysis.metrics import metric
 

@@ -16,8 +16,6 @@ from drake_navbench.analysis.report import build_report
 from drake_navbench.logs.log import TrialLog
 from drake_navbench.logs.results import ResultsFolder
 
-pytestmark = pytest.mark.usefixtures("works_here")
-
 
 @pytest.fixture
 def folder(tmp_path, monkeypatch) -> ResultsFolder:

@@ -18,8 +18,6 @@ from drake_navbench.errors import InputError
 from drake_navbench.logs.log import TrialLog
 from drake_navbench.logs.results import ResultsFolder
 
-pytestmark = pytest.mark.usefixtures("works_here")
-
 TRIALS = tuple(product(SCENARIOS, CONTROLLERS, range(len(SEEDS))))
 # What there is of a trial; no log at all is the commonest.
 STATES = ("absent", "succeeded", "aborted", "collided at once", "error", "torn")

@@ -27,8 +27,6 @@ from drake_navbench.commands import report as command
 from drake_navbench.errors import InputError
 from drake_navbench.logs.results import ResultsFolder
 
-pytestmark = pytest.mark.usefixtures("works_here")
-
 WALLED = ("walled_in", "empty")
 
 

@@ -18,6 +18,11 @@ def _no_rehearsals() -> None:
     """Here trials are rehearsed: what a process does once is no part of their times."""
 
 
+@pytest.fixture(scope="session", autouse=True)
+def _works_here() -> None:
+    """Here workers are processes, as they are for users."""
+
+
 @pytest.fixture(autouse=True)
 def peak_memory(request: pytest.FixtureRequest) -> Iterator[None]:
     """Adds the most memory that the process has held so far to a benchmark's row."""

@@ -22,8 +22,6 @@ from drake_navbench.trial.spec import TrialSpec
 from drake_navbench.trial.trial import simulate
 from drake_navbench.typed_files.typed_yaml import read_yaml
 
-pytestmark = pytest.mark.usefixtures("works_here")
-
 SCENARIO = "description: nothing in the way\ngoal: [1.0, 0.0, 0.0]\n"
 PRESET = "controller: rpp\ndescription: slower\nparameters: {max_linear_vel: 0.3}\n"
 

@@ -9,6 +9,7 @@ import time
 
 import pandas as pd
 import pytest
+from worker_here import working_here
 
 from drake_navbench.campaign import driving, trial_tasks
 from drake_navbench.campaign.campaign import Campaign, plan_campaign
@@ -134,33 +135,6 @@ def test_a_campaign_stops_where_a_log_cannot_be_kept(campaign, folder):
         driving._row_of(Raised(CannotBeWritten("full")), campaign.specs[0], folder)
 
 
-def _killed_by_somebody() -> None:
-    os.kill(os.getpid(), signal.SIGKILL)
-
-
-def test_a_worker_killed_by_somebody_costs_one_trial_until_it_is_resumed(
-    campaign, folder, monkeypatch
-):
-    run_tasks = driving.run_tasks
-
-    def with_first_killed(tasks, **options):
-        killed = dataclasses.replace(tasks[0], function=_killed_by_somebody, arguments=())
-        for task, ending in run_tasks([killed, *tasks[1:]], **options):
-            yield (tasks[0] if task is killed else task), ending
-
-    with monkeypatch.context() as patch:
-        patch.setattr(driving, "run_tasks", with_first_killed)
-        trials, undriven, _ = run_campaign(campaign, folder, jobs=1)
-    assert list(trials["trial"]) == [1]
-    ((spec, reason),) = undriven
-    assert spec.trial == 0
-    assert reason == "the worker process was ended by signal 9 (Killed)"
-    trials, undriven, _ = run_campaign(campaign, folder, jobs=1)
-    assert list(trials["trial"]) == [0, 1]
-    assert set(trials["outcome"]) == {"succeeded"}
-    assert undriven == []
-
-
 def test_logs_of_other_trials_and_spoilt_ones_are_driven_again(campaign, folder):
     first, second = (folder.log_path("short", "rpp", trial) for trial in (0, 1))
     trials, *_ = run_campaign(campaign, folder, jobs=1)
@@ -193,6 +167,36 @@ def test_equal_specifications_and_no_others_have_one_identity(campaign, tmp_path
     assert other.identity != campaign.identity
 
 
+def _killed_by_somebody() -> None:
+    os.kill(os.getpid(), signal.SIGKILL)
+
+
+@pytest.mark.usefixtures("real_workers")
+def test_a_worker_killed_by_somebody_costs_one_trial_until_it_is_resumed(
+    campaign, folder, monkeypatch
+):
+    run_tasks = driving.run_tasks
+
+    def with_first_killed(tasks, **options):
+        killed = dataclasses.replace(tasks[0], function=_killed_by_somebody, arguments=())
+        for task, ending in run_tasks([killed, *tasks[1:]], **options):
+            yield (tasks[0] if task is killed else task), ending
+
+    with monkeypatch.context() as patch:
+        patch.setattr(driving, "run_tasks", with_first_killed)
+        trials, undriven, _ = run_campaign(campaign, folder, jobs=1)
+    assert list(trials["trial"]) == [1]
+    ((spec, reason),) = undriven
+    assert spec.trial == 0
+    assert reason == "the worker process was ended by signal 9 (Killed)"
+    with working_here():
+        trials, undriven, _ = run_campaign(campaign, folder, jobs=1)
+    assert list(trials["trial"]) == [0, 1]
+    assert set(trials["outcome"]) == {"succeeded"}
+    assert undriven == []
+
+
+@pytest.mark.usefixtures("real_workers")
 def test_the_first_column_is_told_while_others_compile(tmp_path, monkeypatch):
     (tmp_path / "short.yaml").write_text(SCENARIO)
     campaign = plan_campaign([str(tmp_path / "short.yaml")], ["rpp", "dwb"], trials=2)

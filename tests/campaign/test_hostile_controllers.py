@@ -25,6 +25,8 @@ from drake_navbench.trial import task_cost
 from drake_navbench.trial.spec import TrialSpec
 from drake_navbench.trial.trial import simulate
 
+pytestmark = pytest.mark.usefixtures("real_workers")
+
 OTHERS = [f"{name} = hostile_controllers:{name}" for name in ("Honest", "KillsItself")]
 SCENARIO = "description: nothing in the way\ngoal: [1.0, 0.0, 0.0]\ntimeout_s: 4.0\n"
 

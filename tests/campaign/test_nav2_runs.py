@@ -18,8 +18,6 @@ from drake_navbench.inputs.check import Status
 from drake_navbench.logs.log import Outcome
 from drake_navbench.trial.trial import simulate
 
-pytestmark = pytest.mark.usefixtures("works_here")
-
 REPOSITORY = Path(__file__).parents[2]
 FILES = REPOSITORY / "tests" / "nav2" / "nav2_files"
 WARD = str(REPOSITORY / "scenarios" / "maps" / "ward.yaml")

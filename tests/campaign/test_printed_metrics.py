@@ -30,6 +30,7 @@ def mine(tmp_path, monkeypatch):
     use_metric_files([])
 
 
+@pytest.mark.usefixtures("real_workers")
 def test_a_metric_of_a_file_is_in_terminal_table_and_report(mine, tmp_path, capsys):
     # A server of workers that started before the metric was asked for.
     start_server([])

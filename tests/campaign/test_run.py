@@ -19,8 +19,6 @@ from drake_navbench.errors import InputWarning, NavbenchError
 from drake_navbench.logs.log import TrialLog
 from drake_navbench.logs.results import only_run_in
 
-pytestmark = pytest.mark.usefixtures("works_here")
-
 QUICK = ["restricted_small", "--controllers", "rpp", "--trials", "2", "--quiet"]
 QUICK += ["--replay", "none", "--figures", "none"]
 

@@ -11,8 +11,6 @@ from drake_navbench import TrialLog, run_benchmark
 from drake_navbench.campaign.run_results import Results
 from drake_navbench.errors import InputError
 
-pytestmark = pytest.mark.usefixtures("works_here")
-
 REPOSITORY = Path(__file__).parents[2]
 IRON = REPOSITORY / "tests" / "nav2" / "nav2_files" / "iron.yaml"
 WARD = REPOSITORY / "scenarios" / "maps" / "ward.yaml"

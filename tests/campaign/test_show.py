@@ -145,11 +145,16 @@ def test_numbers_in_a_pages_figures_are_not_cut(tmp_path):
     assert "radii 0.549 m" in inline_svg(svg)
 
 
-def test_without_out_a_page_is_opened(monkeypatch, capsys):
+def test_without_out_a_page_is_opened_and_takes_the_place_of_the_last_one(
+    tmp_path, monkeypatch, capsys
+):
     opened = []
     monkeypatch.setattr(show.webbrowser, "open", opened.append)
-    assert show.main(["empty"]) == EXIT_DONE
-    assert opened == [Path(capsys.readouterr().out.strip()).as_uri()]
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+    for _ in range(2):
+        assert show.main(["empty"]) == EXIT_DONE
+        assert opened.pop() == Path(capsys.readouterr().out.strip()).as_uri()
+    assert [path.name for path in tmp_path.rglob("*.*")] == ["show.html"]
 
 
 @pytest.mark.parametrize(

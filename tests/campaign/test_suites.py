@@ -6,11 +6,8 @@ import re
 
 import numpy as np
 import pandas as pd
-import pytest
 
 from drake_navbench.commands.run import EXIT_DONE, main
-
-pytestmark = pytest.mark.usefixtures("works_here")
 
 
 def write_barn_worlds(folder, numbers):

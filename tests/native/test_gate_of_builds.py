@@ -12,8 +12,6 @@ from drake_navbench.errors import InputError
 from drake_navbench.native.builds import FlagSet, NoiseSource, find_build
 from drake_navbench.studies.side_by_side.gate_builds import build_of, left_out_changes
 
-pytestmark = pytest.mark.usefixtures("works_here")
-
 SAMPLING = ["sampling::Controller"]
 
 

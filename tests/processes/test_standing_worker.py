@@ -5,8 +5,12 @@ from __future__ import annotations
 import os
 import signal
 
+import pytest
+
 from drake_navbench.processes.worker_process import Raised, Returned
 from drake_navbench.processes.workers import Died, StandingWorker, Task, TimedOut
+
+pytestmark = pytest.mark.usefixtures("real_workers")
 
 
 def ends_itself() -> None:

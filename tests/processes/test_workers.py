@@ -16,6 +16,8 @@ from drake_navbench.processes import workers
 from drake_navbench.processes.worker_process import Raised, Returned
 from drake_navbench.processes.workers import Died, NoWorkers, Task, TimedOut, run_tasks
 
+pytestmark = pytest.mark.usefixtures("real_workers")
+
 PATIENCE_S = 20.0
 
 

@@ -15,6 +15,8 @@ from drake_navbench.errors import InputError
 from drake_navbench.ros2.recordings import reading
 from drake_navbench.ros2.recordings.bag_files import MCAP_END, MCAP_MAGIC, BagFiles
 
+pytestmark = pytest.mark.usefixtures("real_workers")
+
 ODOMETRY = "nav_msgs/msg/Odometry"
 CLOCK_NS = 10**9
 ZEROS = bytes(1 << 24)

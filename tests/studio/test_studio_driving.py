@@ -18,6 +18,8 @@ from drake_navbench.studio.moments import image_of, moment_at, rows_of, trajecto
 from drake_navbench.studio.tasks import drive_column, read_watched, reasons_of, spec_of
 from drake_navbench.typed_files.typed_yaml import read_yaml
 
+pytestmark = pytest.mark.usefixtures("real_workers")
+
 DOORWAY = SCENARIO_FILES.find("doorway")
 DRAWN = DrawnScenario(read_yaml(DOORWAY), str(DOORWAY))
 

@@ -170,6 +170,7 @@ def test_each_plugin_of_another_package_has_its_effect(installed):
     assert seen.state is TaskState.SUCCEEDED
 
 
+@pytest.mark.usefixtures("real_workers")
 def test_it_is_driven_in_a_worker_and_the_log_names_package_and_version(installed):
     log = run_trial(task(timeout_s=0.5), "rpp")
     assert log.outcome is Outcome.TIMED_OUT

@@ -42,6 +42,7 @@ def test_a_trial_gives_the_same_bytes_again(robot, course):
     assert first.info["robot"]["drive"]["physics"] in ("multibody", "planar_casters")
 
 
+@pytest.mark.usefixtures("real_workers")
 @pytest.mark.long
 def test_two_jobs_write_what_one_writes(course, tmp_path):
     logs = {}

@@ -19,8 +19,6 @@ from drake_navbench.logs.log import METADATA_KEY
 from drake_navbench.trial.trial import run_trial
 from drake_navbench.trial.why import whole_why
 
-pytestmark = pytest.mark.usefixtures("works_here")
-
 AT_S = 1.0
 
 
