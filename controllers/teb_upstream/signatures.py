@@ -56,10 +56,10 @@ def same_class(first, second, rules):
         return False
     if rules.in_time:
         return same_sides(first, second, rules.threshold)
+    is_same = True
     for k in range(first.shape[0]):
-        if not abs(first[k] - second[k]) <= rules.threshold:
-            return False
-    return True
+        is_same = is_same and abs(first[k] - second[k]) <= rules.threshold
+    return is_same
 
 
 @njit(cache=True, error_model="numpy")
