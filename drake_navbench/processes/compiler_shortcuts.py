@@ -6,6 +6,7 @@ private functions of numba, so any numba but the one that they were tried with i
 
 from __future__ import annotations
 
+import gc
 import operator
 from collections.abc import Iterator
 from typing import Any
@@ -23,7 +24,7 @@ def take_shortcuts() -> None:
     """Gives this process's numba the shortcuts, if they were tried with its release."""
     import numba
     from llvmlite.binding import ffi
-    from numba.core import caching, codegen, cpu, types
+    from numba.core import caching, codegen, cpu, dispatcher, types
 
     if not numba.__version__.startswith(TRIED_WITH):
         return
@@ -32,12 +33,14 @@ def take_shortcuts() -> None:
     library: Any = codegen.CPUCodeLibrary
     context: Any = cpu.CPUContext
     kept: Any = caching.CompileResultCacheImpl
+    compiler: Any = dispatcher._FunctionCompiler
     if "get_call_type" in vars(function):
         return
     function.get_call_type = _remembering(types)
     library._optimize_functions = _of_definitions(library._optimize_functions)
     context.create_cfunc_wrapper = _of_others(context.create_cfunc_wrapper)
     kept.reduce = _without_listing(kept.reduce)
+    compiler.compile = _without_collector(compiler.compile)
     # numba would measure how long each call of LLVM takes, tens of thousands for a column.
     ffi.lib._lock._cblist.clear()
 
@@ -53,6 +56,25 @@ def _of_others(make_wrapper: Any) -> Any:
             make_wrapper(self, library, fndesc, *rest)
 
     return make
+
+
+def _without_collector(compile_kernel: Any) -> Any:
+    """Returns numba's compiling of a kernel with all that it calls, without a garbage collection.
+
+    Python would look through all objects of Drake, SciPy and pandas again and again, as numba makes
+    so many.
+    """
+
+    def compiled(self: Any, *signature: Any) -> Any:
+        if not gc.isenabled():
+            return compile_kernel(self, *signature)
+        gc.disable()
+        try:
+            return compile_kernel(self, *signature)
+        finally:
+            gc.enable()
+
+    return compiled
 
 
 def _without_listing(reduce: Any) -> Any:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import gc
 import operator
+from contextlib import suppress
 from itertools import product
 
 import llvmlite.binding as llvm
@@ -10,7 +12,7 @@ import numba
 import numpy as np
 import pytest
 from numba import njit, types
-from numba.core import caching, codegen, cpu
+from numba.core import caching, codegen, cpu, dispatcher
 from numba.core.errors import TypingError
 from numba.core.registry import cpu_target
 from numba.core.types.functions import BaseFunction
@@ -137,6 +139,7 @@ def test_only_a_numba_that_the_shortcuts_were_tried_with_gets_them(
     for owner, name in (
         (cpu.CPUContext, "create_cfunc_wrapper"),
         (caching.CompileResultCacheImpl, "reduce"),
+        (dispatcher._FunctionCompiler, "compile"),
     ):
         monkeypatch.setattr(owner, name, getattr(owner, name))
     monkeypatch.setattr(numba, "__version__", version)
@@ -157,6 +160,16 @@ def test_only_kernels_of_others_can_be_called_from_c(module, is_made, monkeypatc
     assert (
         made.library.get_pointer_to_function(made.fndesc.llvm_cfunc_wrapper_name) > 0
     ) == is_made
+
+
+def test_garbage_is_collected_again_after_a_kernel_even_one_that_fails():
+    def sum_of_text(x):
+        return x + "m"
+
+    for function in (twice, sum_of_text):
+        with suppress(TypingError):
+            njit(function)(1.5)
+        assert gc.isenabled()
 
 
 def test_a_kept_kernel_has_no_listing():
