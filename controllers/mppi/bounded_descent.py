@@ -62,10 +62,14 @@ def descend(situation, weights, spline, start, lower, upper, settings):
     start, lower, upper: (n,), bounds finite and apart.
     """
     barrier = settings.barrier
-    margin = _BOUND_PUSH_RATIO * (upper - lower)
-    variables = np.minimum(np.maximum(start, lower + margin), upper - margin)
-    low, high = barrier / (variables - lower), barrier / (upper - variables)
-    stiffness, push = np.empty_like(variables), np.empty_like(variables)
+    count = start.shape[0]
+    variables, moved, slopes = np.empty(count), np.empty(count), np.empty(count)
+    low, high = np.empty(count), np.empty(count)
+    stiffness, push = np.empty(count), np.empty(count)
+    for i in range(count):
+        margin = _BOUND_PUSH_RATIO * (upper[i] - lower[i])
+        variables[i] = np.minimum(np.maximum(start[i], lower[i] + margin), upper[i] - margin)
+        low[i], high[i] = barrier / (variables[i] - lower[i]), barrier / (upper[i] - variables[i])
     sequence = _sequence(spline, variables)
     value, by_sequence = objective(situation, weights, sequence)
     for _ in range(settings.iterations):
@@ -75,8 +79,8 @@ def descend(situation, weights, spline, start, lower, upper, settings):
         curvature = spline.control_curvature.copy()
         add_pose_curvature(situation, weights, sequence, spline.by_variables, curvature)
         barrier_terms(variables, lower, upper, low, high, barrier, stiffness, push)
-        slopes = gradient + push
-        for i in range(variables.shape[0]):
+        for i in range(count):
+            slopes[i] = gradient[i] + push[i]
             curvature[i, i] += stiffness[i]
         step = _newton_step(curvature, slopes)
         share = share_to_bounds(variables, step, lower, upper)
@@ -85,23 +89,27 @@ def descend(situation, weights, spline, start, lower, upper, settings):
         for halvings in range(_MOST_HALVINGS):
             if halvings > 0:
                 share *= 0.5
-            moved = variables + share * step
+            for i in range(count):
+                moved[i] = variables[i] + share * step[i]
             sequence = _sequence(spline, moved)
             value, by_sequence = objective(situation, weights, sequence)
             after = value + _barrier(moved, lower, upper, barrier)
             if after <= merit + share * promised + _ROUNDING:
                 break
-        for i in range(variables.shape[0]):
+        for i in range(count):
             room_below, room_above = variables[i] - lower[i], upper[i] - variables[i]
             low[i] = next_multiplier(low[i], room_below, step[i], share, barrier, _SPREAD)
             high[i] = next_multiplier(high[i], room_above, -step[i], share, barrier, _SPREAD)
-        variables = moved
+            variables[i] = moved[i]
     return variables, False
 
 
 @njit(cache=True, error_model="numpy")
 def _sequence(spline, variables):
-    return (spline.offset + spline.by_variables @ variables).reshape(-1, 2)
+    sequence = spline.by_variables @ variables
+    for i in range(sequence.shape[0]):
+        sequence[i] += spline.offset[i]
+    return sequence.reshape(-1, 2)
 
 
 @njit(cache=True, error_model="numpy")
@@ -129,16 +137,19 @@ def _newton_step(curvature, slopes):
 
     The step is zero where even the largest damping does not make them positive.
     """
-    band, factor = np.empty_like(curvature), np.empty_like(curvature)
-    for row in range(band.shape[0]):
+    count = slopes.shape[0]
+    band, factor, step = np.empty((count, count)), np.empty((count, count)), np.zeros(count)
+    for row in range(count):
         for column in range(row + 1):
             band[row, row - column] = curvature[row, column]
     damping = _FIRST_DAMPING
     while not factorise(band, 0.0, factor, _LEAST_PIVOT):
         if damping > _MOST_DAMPING:
-            return np.zeros_like(slopes)
-        band[:, 0] += damping
+            return step
+        for row in range(count):
+            band[row, 0] += damping
         damping *= _DAMPING_GROWTH
-    step = -slopes
+    for i in range(count):
+        step[i] = -slopes[i]
     substitute(factor, step)
     return step

@@ -215,7 +215,8 @@ def _largest(numbers):
     return largest
 
 
-@njit(cache=True, error_model="numpy")
+# Inlined before it is typed: compiled alone as well, all of this would be optimized twice.
+@njit(cache=True, error_model="numpy", inline="always")
 def _newton_direction(state, problem, values, jacobian, gradient, steps, targets):
     """Fills the steps (N + R,) of variables and slacks and the rows' next multipliers (R,).
 

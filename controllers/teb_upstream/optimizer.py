@@ -35,6 +35,8 @@ LEAST_DAMPING_FACTOR, MOST_DAMPING_FACTOR = 1.0 / 3.0, 2.0 / 3.0
 MOST_TRIALS = 10
 # Added to the predicted gain, so that it is never zero.
 LEAST_GAIN = 1e-3
+# The cost of a step that cannot be computed.
+LARGEST_COST = float(np.finfo(np.float64).max)
 # With a lower speed limit no band is optimised, m/s.
 LEAST_SPEED = 0.01
 
@@ -91,6 +93,14 @@ def _move(poses, steps, count, solution):
 
 
 @njit(cache=True, error_model="numpy")
+def _sum(values):
+    total = 0.0
+    for i in range(values.shape[0]):
+        total += values[i]
+    return total
+
+
+@njit(cache=True, error_model="numpy")
 def descend(poses, steps, count, record, around, attached, multiplier):
     """Runs Levenberg and Marquardt's method in place; returns (number of its steps, costs).
 
@@ -112,9 +122,12 @@ def descend(poses, steps, count, record, around, attached, multiplier):
     done = 0
     for iteration in range(record[0].no_inner_iterations):
         add_edges(poses, steps, count, record, around, attached, multiplier, system)
-        current = costs.sum()
+        current = _sum(costs)
         if iteration == 0:
-            damping = FIRST_DAMPING * max(0.0, system.matrix[first:end, 0].max())
+            largest = 0.0
+            for row in range(first, end):
+                largest = max(largest, matrix[row, 0])
+            damping = FIRST_DAMPING * largest
         trials = 0
         gain_ratio = 0.0
         done += 1
@@ -123,7 +136,7 @@ def descend(poses, steps, count, record, around, attached, multiplier):
             solved = solve_banded(system.matrix, damping, system.right, size, factor, solution)
             _move(poses, steps, count, solution)
             add_edges(poses, steps, count, record, around, attached, multiplier, trial_system)
-            trial = costs.sum() if solved else np.finfo(np.float64).max
+            trial = _sum(costs) if solved else LARGEST_COST
             predicted = LEAST_GAIN
             for k in range(first, end):
                 predicted += solution[k] * (damping * solution[k] + system.right[k])
@@ -186,9 +199,9 @@ def optimize(poses, steps, record, around):
             unused = np.zeros((1, 1)), np.zeros(1)
             system = System(*unused, np.bool_(False), costs, np.zeros((count, 8)))
             add_edges(band_poses, band_steps, count, record, around, attached, multiplier, system)
-            chi_squared = costs.sum() if taken == terms.no_inner_iterations else 0.0
+            chi_squared = _sum(costs) if taken == terms.no_inner_iterations else 0.0
         multiplier *= terms.weight_adapt_factor
-    duration = band_steps[: count - 1].sum()
+    duration = _sum(band_steps[: count - 1])
     cost = (
         terms.selection_obst_cost_scale * costs[OBSTACLE_COST]
         + terms.selection_viapoint_cost_scale * costs[VIA_POINT_COST]

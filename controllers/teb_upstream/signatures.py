@@ -56,7 +56,10 @@ def same_class(first, second, rules):
         return False
     if rules.in_time:
         return same_sides(first, second, rules.threshold)
-    return np.all(np.abs(first - second) <= rules.threshold)
+    is_same = True
+    for k in range(first.shape[0]):
+        is_same = is_same and abs(first[k] - second[k]) <= rules.threshold
+    return is_same
 
 
 @njit(cache=True, error_model="numpy")
@@ -108,7 +111,8 @@ def add_interval(start, end, xs, ys, totals, fields):
         return
     share = 1.0 / FIELD_SAMPLES
     step_x, step_y, step_t = share * dx, share * dy, share * dt
-    totals[:] = 0.0
+    for k in range(xs.shape[0]):
+        totals[k] = 0.0
     for _ in range(FIELD_SAMPLES):
         left = CONDUCTOR_END_S - t
         for k in range(xs.shape[0]):

@@ -14,8 +14,10 @@ from numba import njit
 def push_pair(keys, values, size, key, value):
     """Adds a pair to a heap of `size`; returns the arrays, larger ones where they were full."""
     if size == keys.size:
-        more = np.empty(size, dtype=keys.dtype), np.empty(size, dtype=values.dtype)
-        keys, values = np.concatenate((keys, more[0])), np.concatenate((values, more[1]))
+        more_keys, more_values = np.empty(2 * size, np.float64), np.empty(2 * size, np.int64)
+        for i in range(size):
+            more_keys[i], more_values[i] = keys[i], values[i]
+        keys, values = more_keys, more_values
     hole = size
     while hole > 0:
         parent = (hole - 1) // 2

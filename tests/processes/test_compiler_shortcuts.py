@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import gc
 import operator
+from contextlib import suppress
 from itertools import product
 
 import llvmlite.binding as llvm
@@ -10,7 +12,7 @@ import numba
 import numpy as np
 import pytest
 from numba import njit, types
-from numba.core import codegen
+from numba.core import caching, codegen, cpu, dispatcher
 from numba.core.errors import TypingError
 from numba.core.registry import cpu_target
 from numba.core.types.functions import BaseFunction
@@ -134,6 +136,48 @@ def test_only_a_numba_that_the_shortcuts_were_tried_with_gets_them(
     # Both are undone after the test.
     monkeypatch.delattr(types.Function, "get_call_type")
     monkeypatch.setattr(library, "_optimize_functions", library._optimize_functions)
+    for owner, name in (
+        (cpu.CPUContext, "create_cfunc_wrapper"),
+        (caching.CompileResultCacheImpl, "reduce"),
+        (dispatcher._FunctionCompiler, "compile"),
+    ):
+        monkeypatch.setattr(owner, name, getattr(owner, name))
     monkeypatch.setattr(numba, "__version__", version)
     compiler_shortcuts.take_shortcuts()
     assert ("get_call_type" in vars(types.Function)) is is_changed
+
+
+def twice(x):
+    return 2.0 * x
+
+
+@pytest.mark.parametrize(("module", "is_made"), [("drake_navbench.any", False), ("theirs", True)])
+def test_only_kernels_of_others_can_be_called_from_c(module, is_made, monkeypatch):
+    monkeypatch.setattr(twice, "__module__", module)
+    kernel = njit(twice)
+    assert kernel(1.5) == 3.0
+    (made,) = kernel.overloads.values()
+    assert (
+        made.library.get_pointer_to_function(made.fndesc.llvm_cfunc_wrapper_name) > 0
+    ) == is_made
+
+
+def test_garbage_is_collected_again_after_a_kernel_even_one_that_fails():
+    def sum_of_text(x):
+        return x + "m"
+
+    for function in (twice, sum_of_text):
+        with suppress(TypingError):
+            njit(function)(1.5)
+        assert gc.isenabled()
+
+
+def test_a_kept_kernel_has_no_listing():
+    kernel = njit(twice)
+    assert kernel(1.5) == 3.0
+    (made,) = kernel.overloads.values()
+    assert "2.0" in str(made.type_annotation)
+    kept = caching.CompileResultCacheImpl.reduce(None, made)
+    rebuilt = caching.CompileResultCacheImpl.rebuild(None, cpu_target.target_context, kept)
+    assert rebuilt.type_annotation == ""
+    assert rebuilt.entry_point(1.5) == 3.0
