@@ -99,6 +99,14 @@ def test_dwb_without_the_outlines_critic_is_found(facts):
     assert "dwb-centre-alone" not in fired(facts(nav2_text(heeded, plugin=DWB)))
 
 
+@pytest.mark.parametrize(("time_s", "told"), [(1.5, "memory"), (0.0, "equal"), (-1.0, "")])
+def test_a_heading_that_rotate_to_goal_looks_for_ahead_is_told(facts, time_s, told):
+    own = {"critics": ["RotateToGoal"], "RotateToGoal.lookahead_time": time_s}
+    found = fired(facts(nav2_text(DWB_BLOCK | own, plugin=DWB)))
+    assert told in found.get("dwb-rotate-to-goal-looks-ahead", "")
+    assert ("dwb-rotate-to-goal-looks-ahead" in found) == bool(told)
+
+
 def test_a_horizon_beyond_half_the_window_is_found(facts):
     # 1.5 m/s for 56 steps of 0.05 s is 4.2 m, half of the window 2.5 m.
     seen = fired(facts(nav2_text(MPPI_BLOCK | {"vx_max": 1.5}, plugin=MPPI)))

@@ -17,7 +17,31 @@ def _rolls_on_m(f: Facts) -> float:
     return speed**2 / (2.0 * deceleration(f)) + speed * f.period_s
 
 
+def _what_is_looked_at(f: Facts) -> str:
+    if f.number("controller.RotateToGoal.lookahead_time") > 0.0:
+        return (
+            "Nav2 looks for it among one time too many, beyond the end of a list: which command is "
+            "best near the goal depends on what the memory holds there"
+        )
+    return "RotateToGoal scores the heading that the robot has now, equal for all commands"
+
+
 RULES = (
+    Rule(
+        "dwb-rotate-to-goal-looks-ahead",
+        lambda f: (
+            has_critic(f, "RotateToGoal")
+            and f.number("controller.RotateToGoal.lookahead_time", -1.0) >= 0.0
+        ),
+        lambda f: (
+            f"RotateToGoal.lookahead_time is {f.controller('RotateToGoal.lookahead_time')} s: "
+            f"{_what_is_looked_at(f)}"
+        ),
+        {S.GOAL_OSCILLATION: 0.6, S.SPINS: 0.5, S.GOAL_NOT_REACHED: 0.5},
+        (put("RotateToGoal.lookahead_time", -1.0),),
+        "dwb_core: projectPose in trajectory_utils.cpp",
+        DWB,
+    ),
     Rule(
         "dwb-never-turns-to-the-goal",
         lambda f: (
