@@ -20,8 +20,8 @@ def _rolls_on_m(f: Facts) -> float:
 def _what_is_looked_at(f: Facts) -> str:
     if f.number("controller.RotateToGoal.lookahead_time") > 0.0:
         return (
-            "Nav2 looks for it among one time too many, beyond the end of a list: which command is "
-            "best near the goal depends on what the memory holds there"
+            "Nav2 reads beyond the end of a trajectory's list of times, so which command is best "
+            "near the goal depends on what the memory holds there"
         )
     return "RotateToGoal scores the heading that the robot has now, equal for all commands"
 
