@@ -114,11 +114,17 @@ RULES = (
             and f.release < Release.LYRICAL
         ),
         lambda f: (
-            f"the carrot is {_least_lookahead_m(f):g} m ahead of a robot that stands, within "
-            f"xy_goal_tolerance ({_arrival_m(f):g} m): RPP takes the carrot for the goal and, "
-            "wherever the robot is, turns it to the goal's heading"
+            f"the carrot is {_least_lookahead_m(f):g} m ahead of a robot that stands, not beyond "
+            f"xy_goal_tolerance ({_arrival_m(f):g} m): RPP takes it for the goal (of equal ones "
+            "rounding decides) and turns the robot to the goal's heading wherever it is"
         ),
-        {S.GOAL_NOT_REACHED: 1.0, S.NO_START: 0.9, S.SPINS: 0.8, S.FALSE_ABORT: 0.6},
+        {
+            S.NO_START: 1.0,
+            S.GOAL_NOT_REACHED: 0.9,
+            S.SPINS: 0.8,
+            S.TOO_SLOW: 0.6,
+            S.FALSE_ABORT: 0.6,
+        },
         (
             up("min_lookahead_dist", lambda f: 1.2 * _arrival_m(f)),
             up("lookahead_dist", lambda f: 1.2 * _arrival_m(f)),
