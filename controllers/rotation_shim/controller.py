@@ -158,7 +158,7 @@ class RotationShim:
     def _angle_to_plan(self, observation: Observation) -> float:
         """Returns the angle to the plan's heading, rad; NaN where the plan gives no heading."""
         x, y, yaw = observation.pose.tolist()
-        plan = observation.plan if self._release.looks_always else observation.whole_plan
+        plan = observation.plan if self._release.cuts_plan else observation.whole_plan
         angle: float = heading_of_plan(
             read_only(plan),
             x,

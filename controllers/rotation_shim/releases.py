@@ -16,6 +16,8 @@ class Rules(NamedTuple):
         `rotate_to_heading_once` has no effect: it compares goals with their time stamps, which the
         controller server renews in every cycle.
         The goal checker says whether the goal's position is reached; else the distance does.
+    cuts_plan: looks at the path handler's part of the plan, which begins at the robot; else at the
+        whole plan.
     keeps_position: reached once, it stays so until the next plan.
     takes_last_pose: of a plan shorter than the sampling distance; else it has no heading.
     stops_in_time: as in `kernels.Settings`.
@@ -26,6 +28,7 @@ class Rules(NamedTuple):
     """
 
     looks_always: bool = False
+    cuts_plan: bool = False
     keeps_position: bool = True
     takes_last_pose: bool = True
     stops_in_time: bool = True
@@ -55,5 +58,5 @@ RULES: Mapping[Release, Rules] = {
     ),
     Release.JAZZY: Rules(),
     Release.KILTED: Rules(has_cost_threshold=False),
-    Release.LYRICAL: Rules(looks_always=True),
+    Release.LYRICAL: Rules(looks_always=True, cuts_plan=True),
 }
