@@ -367,6 +367,7 @@ def test_a_click_on_a_dot_opens_the_replay(opened):
     place = tuple(opened.evaluate(f"{PLACE}({figure}, ...{dot})"))
     opened.drag(place, place)
     opened.wait_for("location.pathname.includes('/replays/')")
+    assert SCENARIO in opened.evaluate("location.pathname")
 
 
 def test_every_table_is_had_as_csv(opened):
