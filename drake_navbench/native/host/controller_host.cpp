@@ -230,8 +230,7 @@ void ControllerHost::TellNoise(const Value & key) {
   noise.stream = static_cast<std::uint64_t>(key["stream"].integer());
   noise.step = static_cast<std::uint64_t>(key["step"].integer());
   noise.passes = 0;
-  // A plugin is also reset before its first task, and between two of them.
-  if (!has_driven_) noise.resets = 0;
+  if (!has_driven_) noise.is_new_task = true;
 }
 
 void ControllerHost::TellSpeedLimit(const Value & limit) {
