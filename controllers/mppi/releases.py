@@ -60,7 +60,9 @@ class Rules(NamedTuple):
     and repulsion adds to the margin's cost. aligns_onward: the path critic looks from the last
     point on for the nearest by length; else for the first that is as far. angles_at_end: the critic
     of angles looks at the samples' ends; else at all columns. is_patient: no valid control is
-    waited for; else it ends the task at once.
+    waited for; else it ends the task at once. outlives_task: the optimizer is not reset between two
+    tasks, but after a pause. task_lifts_limit, failure_lifts_limit: the reset between two tasks, and
+    that after a failure, lifts the speed limit until another one is told.
     """
 
     cuts_plan: bool = True
@@ -86,6 +88,9 @@ class Rules(NamedTuple):
     aligns_onward: bool = True
     angles_at_end: bool = True
     is_patient: bool = True
+    outlives_task: bool = False
+    task_lifts_limit: bool = False
+    failure_lifts_limit: bool = False
 
 
 _IRON = Rules(
@@ -101,6 +106,8 @@ _IRON = Rules(
     repels_above_least=False,
     aligns_onward=False,
     angles_at_end=False,
+    task_lifts_limit=True,
+    failure_lifts_limit=True,
 )
 RULES: Mapping[Release, Rules] = {
     Release.HUMBLE: _IRON._replace(
@@ -108,10 +115,13 @@ RULES: Mapping[Release, Rules] = {
         curves_signed=False,
         reads_inflation_layer=False,
         is_patient=False,
+        outlives_task=True,
     ),
     Release.IRON: _IRON,
     Release.JAZZY: Rules(standing_is_free=True, drops_last_column=True),
-    Release.KILTED: Rules(heads_as_goal=True, turns_at_inversion=True),
+    Release.KILTED: Rules(
+        heads_as_goal=True, turns_at_inversion=True, failure_lifts_limit=True
+    ),
     Release.LYRICAL: Rules(
         cuts_plan=False,
         goal=Goal.PATH,

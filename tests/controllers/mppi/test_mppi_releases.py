@@ -10,7 +10,7 @@ import pytest
 from mppi_scenes import BRINGUP, batch_of, costmap, observe, packed, round_robot, scene_of
 from scenes import straight_plan
 
-from drake_navbench.controller import ControllerError, InvalidPath, NoValidControl
+from drake_navbench.controller import ControllerError, InvalidPath, NoValidControl, SpeedLimit
 from drake_navbench.controllers.mppi import ModelPredictivePathIntegral, MppiParameters
 from drake_navbench.controllers.mppi.controller import straight_goal
 from drake_navbench.controllers.mppi.critics.base import CriticContext
@@ -340,8 +340,17 @@ def test_the_plan_is_one_and_a_half_metres_long_and_ends_with_the_map():
     assert cut("jazzy", plan)[:2] == (0.0, 1.25)
     # The closest pose may be the last one.
     assert cut("jazzy", plan[:5])[:2] == (0.0, 0.0)
-    with pytest.raises(InvalidPath, match="0 poses"):
-        cut("jazzy", [[3.0, 0.0, 0.0], [4.0, 0.0, 0.0]])
+
+
+def test_where_nothing_of_the_plan_is_on_the_map_its_passed_part_is_dropped_all_the_same():
+    plan = np.array([[4.0, 0.0, 0.0], [3.0, 0.0, 0.0], [3.0, 1.0, 0.0]])
+    own = OwnPlan(MppiParameters(nav2_release="jazzy"))
+    poses, state = own.cut(replace(see(plan), costmap=costmap()), PlanState())
+    assert (len(poses), state.begin) == (0, 1)
+    driver = controller_of("jazzy")
+    with pytest.raises(InvalidPath, match="0 poses") as failure:
+        driver.step(replace(see(plan), costmap=costmap()), driver.initial_memory())
+    assert failure.value.memory.plan.begin == 1
 
 
 def test_of_equally_close_poses_humble_takes_the_first():
@@ -403,3 +412,49 @@ def test_what_a_release_does_not_read_changes_nothing():
     assert (read.model_delay_vx, read.ax_max) == (0.0, 3.0)
     scene = Scene.from_plan(straight_plan(1.0), pose=(0.0, 0.0, 0.0), costmap=costmap())
     assert scene.way_left == scene.path_length
+
+
+def in_a_wall(**values):
+    """Returns an observation in which every sample collides."""
+    costs = np.full((60, 60), 254, np.uint8)
+    return replace(see(straight_plan(1.4)), costmap=costmap(costs), **values)
+
+
+@pytest.mark.parametrize("release", [*OLDER, "lyrical"])
+def test_up_to_iron_and_in_kilted_a_failure_lifts_the_speed_limit_until_another_is_told(release):
+    controller = controller_of(release)
+    # 1% of 0.5 m/s.
+    limited = {"speed_limit": SpeedLimit(1.0, is_percentage=True)}
+    with pytest.raises(ControllerError) as raised:
+        controller.step(in_a_wall(**limited), controller.initial_memory())
+    memory = raised.value.memory
+    free = replace(see(straight_plan(1.4)), **limited)
+    command, after = controller.step(free, memory)[:2]
+    is_lifted = release in {"humble", "iron", "kilted"}
+    assert (command[0] > 0.00501) == is_lifted
+    assert after.limit_is_lifted == is_lifted
+    other = replace(free, speed_limit=SpeedLimit(30.0, is_percentage=True))
+    assert not controller.step(other, after).memory.limit_is_lifted
+
+
+def test_between_two_tasks_iron_lifts_the_speed_limit_and_humble_keeps_all():
+    observation = replace(see(straight_plan(1.4)), speed_limit=SpeedLimit(0.2), time_s=3.0)
+    for release in (*OLDER, "lyrical"):
+        controller = controller_of(release)
+        memory = controller.step(observation, controller.initial_memory()).memory
+        after = controller.next_memory(memory)
+        assert after.limit_is_lifted == (release == "iron")
+        assert after.limit == SpeedLimit(0.2)
+        assert (after.sampler is memory.sampler) == (release == "humble")
+
+
+def test_humble_resets_the_optimizer_after_a_pause_longer_than_reset_period():
+    controller = controller_of("humble", reset_period=0.5)
+    observation = replace(see(straight_plan(1.4)), speed_limit=SpeedLimit(0.2), time_s=3.0)
+    memory = controller.step(observation, controller.initial_memory()).memory
+    for pause_s, resets in ((0.5, 0), (0.6, 1)):
+        later = replace(observation, time_s=3.0 + pause_s)
+        after = controller.step(later, controller.next_memory(memory)).memory
+        assert after.sampler.reset_count == resets
+        assert after.limit_is_lifted == bool(resets)
+        assert after.driven_at_s == 3.0 + pause_s
