@@ -93,14 +93,15 @@ class ModelPredictivePathIntegral:
 
         Raises InvalidPath for an empty plan, and NoValidControl where every sample collides or no
         attempt passes the trajectory validator; its memory is that of a reset optimiser. In Humble
-        the latter is a ControllerError, to which the server's patience does not apply.
+        both are a ControllerError, to which the server's patience does not apply.
         """
         if len(observation.plan) == 0 and len(observation.global_plan) == 0:
             raise InvalidPath("plan: got no poses, expected at least one")
         memory = self._resumed(observation, memory)
         plan, memory = self._local_plan(observation, memory)
         if len(plan) == 0:
-            raise InvalidPath("Resulting plan has 0 poses in it.", memory=memory)
+            kind = InvalidPath if self._release.is_patient else ControllerError
+            raise kind("Resulting plan has 0 poses in it.", memory=memory)
         scene, limits = self._scene(observation, plan), self._limits(observation, memory)
         try:
             result = self._sampled(observation, scene, memory, limits)
