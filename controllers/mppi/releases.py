@@ -50,8 +50,9 @@ class Rules(NamedTuple):
     filters_in_place: it reads values it has already filtered. curves_signed: a car that drives
     backwards in too tight a curve is made to turn the other way. has_validator: the averaged
     trajectory is checked. limits_axes: the constraint critic limits vx and vy; else the speed, by
-    the norm of both limits. standing_is_free: it takes no turning radius of a car that neither
-    drives nor turns; else one of 0. finds_cells_in_float32: the cost critic computes cells in
+    the norm of both limits. standing_spoils: the cost of a car that neither drives nor turns is no
+    number, and so are the controls, for which their upper limits stand then; else such a step costs
+    nothing. In Lyrical its turning radius is 0. finds_cells_in_float32: the cost critic computes cells in
     float32. drops_last_column: it leaves out the last of an odd number of columns.
     heeds_inflation_radius: it checks every outline where the inflation radius is less than the
     robot's.
@@ -79,7 +80,7 @@ class Rules(NamedTuple):
     curves_signed: bool = False
     has_validator: bool = False
     limits_axes: bool = False
-    standing_is_free: bool = False
+    standing_spoils: bool = False
     finds_cells_in_float32: bool = True
     drops_last_column: bool = False
     heeds_inflation_radius: bool = True
@@ -98,7 +99,6 @@ _IRON = Rules(
     furthest=Furthest.ALL,
     has_accelerations=False,
     clamps_samples=False,
-    standing_is_free=True,
     filters_in_place=True,
     curves_signed=True,
     finds_cells_in_float32=False,
@@ -118,9 +118,12 @@ RULES: Mapping[Release, Rules] = {
         outlives_task=True,
     ),
     Release.IRON: _IRON,
-    Release.JAZZY: Rules(standing_is_free=True, drops_last_column=True),
+    Release.JAZZY: Rules(drops_last_column=True),
     Release.KILTED: Rules(
-        heads_as_goal=True, turns_at_inversion=True, failure_lifts_limit=True
+        heads_as_goal=True,
+        turns_at_inversion=True,
+        standing_spoils=True,
+        failure_lifts_limit=True,
     ),
     Release.LYRICAL: Rules(
         cuts_plan=False,
