@@ -40,8 +40,8 @@ class MppiMemory(NamedTuple):
     sampler: the optimiser's state. start_speed: (2,) v m/s, w rad/s that the cycle's roll-outs
     started from. polish_fallback_count: number of cycles since the start in which the polish did
     not improve the sampled sequence. plan: up to Kilted, the progress along the plan. driven_at_s:
-    in Humble, the time of the last cycle. limit: the speed limit of the last cycle. limit_is_lifted:
-    a reset has lifted it, until another one is told.
+    in Humble, the time of the last cycle. limit: the speed limit of the last cycle.
+    limit_is_lifted: a reset has lifted it, until another one is told.
     """
 
     sampler: SamplerState

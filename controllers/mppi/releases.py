@@ -52,8 +52,8 @@ class Rules(NamedTuple):
     trajectory is checked. limits_axes: the constraint critic limits vx and vy; else the speed, by
     the norm of both limits. standing_spoils: the cost of a car that neither drives nor turns is no
     number, and so are the controls, for which their upper limits stand then; else such a step costs
-    nothing. In Lyrical its turning radius is 0. finds_cells_in_float32: the cost critic computes cells in
-    float32. drops_last_column: it leaves out the last of an odd number of columns.
+    nothing. In Lyrical its turning radius is 0. finds_cells_in_float32: the cost critic computes
+    cells in float32. drops_last_column: it leaves out the last of an odd number of columns.
     heeds_inflation_radius: it checks every outline where the inflation radius is less than the
     robot's.
     reads_inflation_layer: the obstacle critic reads radius and factor of the inflation layer; else
@@ -61,9 +61,9 @@ class Rules(NamedTuple):
     and repulsion adds to the margin's cost. aligns_onward: the path critic looks from the last
     point on for the nearest by length; else for the first that is as far. angles_at_end: the critic
     of angles looks at the samples' ends; else at all columns. is_patient: no valid control is
-    waited for; else it ends the task at once. outlives_task: the optimizer is not reset between two
-    tasks, but after a pause. task_lifts_limit, failure_lifts_limit: the reset between two tasks, and
-    that after a failure, lifts the speed limit until another one is told.
+    waited for; else it ends the task at once. outlives_task: the optimizer is not reset between
+    two tasks, but after a pause. task_lifts_limit, failure_lifts_limit: the reset between two
+    tasks, and that after a failure, lifts the speed limit until another one is told.
     """
 
     cuts_plan: bool = True

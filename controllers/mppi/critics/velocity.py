@@ -111,8 +111,9 @@ def _excess_row(velocities, lowest, highest, sums):
 def add_tight_turns(vx, wz, turns, sums):
     """Adds sum_t (r_min - |vx| / max(|wz|, least_turn_rate))+.
 
-    turns: r_min m, least_turn_rate rad/s, standing_spoils. A step that stands still costs r_min. With
-    a least turn rate of 0 it has no radius, 0 / 0, and costs nothing, or spoils the sample's cost.
+    turns: r_min m, least_turn_rate rad/s, standing_spoils. A step that stands still costs r_min.
+    With a least turn rate of 0 it has no radius, 0 / 0, and costs nothing, or spoils the sample's
+    cost.
     """
     min_turning_r, least_turn_rate, standing_spoils = turns
     for block in range(vx.shape[0]):

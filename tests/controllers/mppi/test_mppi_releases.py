@@ -129,8 +129,8 @@ def test_up_to_jazzy_a_car_that_stands_still_breaks_no_turning_radius(release):
 
 
 def test_a_standing_car_of_kilted_is_sent_all_it_can():
-    # No control is a number, and the upper limits stand for them: 0.5 m/s, and 0.5 / 0.5 rad/s, less
-    # in the first columns by the filter. 0.43073595 m/s is what the original of 1.4.2 commanded.
+    # No control is a number, and the upper limits stand for them: 0.5 m/s, and 0.5 / 0.5 rad/s,
+    # less in the first columns by the filter: the original of 1.4.2 commanded 0.43073595 m/s.
     controller = controller_of(
         "kilted", motion_model="Ackermann", AckermannConstraints={"min_turning_r": 0.5}
     )
