@@ -405,6 +405,28 @@ class PlanCuttingController(Protocol):
 
 
 @runtime_checkable
+class RememberingController(Protocol):
+    """A controller that keeps something from one task to the next, as some of Nav2's do.
+
+    A controller without `next_memory` begins every task with `initial_memory`.
+    """
+
+    def next_memory(self, memory: Any) -> Any:
+        """Returns the memory at the start of a task; memory: at the end of the task before."""
+        ...
+
+
+def memory_of_next_task(controller: Controller, memory: Any) -> Any:
+    """Returns the memory at the start of a task.
+
+    memory: at the end of the task before; None at the first one.
+    """
+    if memory is None or not isinstance(controller, RememberingController):
+        return controller.initial_memory()
+    return controller.next_memory(memory)
+
+
+@runtime_checkable
 class ClosableController(Protocol):
     """A controller that owns a resource which must be released, such as a process.
 

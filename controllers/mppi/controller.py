@@ -17,7 +17,7 @@ from drake_navbench.controller import (
 )
 from drake_navbench.controllers.mppi.critics.batch import Scene
 from drake_navbench.controllers.mppi.lanes import frozen
-from drake_navbench.controllers.mppi.memory import MppiMemory
+from drake_navbench.controllers.mppi.memory import MppiMemory, PlanState
 from drake_navbench.controllers.mppi.motion_models import VX, VY, WZ, MotionLimits
 from drake_navbench.controllers.mppi.noise import Noise
 from drake_navbench.controllers.mppi.own_plan import OwnPlan
@@ -34,6 +34,8 @@ from drake_navbench.kernels.speed_limit import speed_limit_ratio
 
 # Names the two ways of drawing noise in its key, so that they never share numbers.
 _FIXED, _REGENERATED = 0, 1
+# Times are told in whole nanoseconds; a pause as long as `reset_period` is none.
+_SLACK_S = 0.5e-9
 
 
 class ModelPredictivePathIntegral:
@@ -74,24 +76,45 @@ class ModelPredictivePathIntegral:
         """Returns the memory after a reset."""
         return MppiMemory(self._sampler.initial_state(), frozen(np.zeros(2)))
 
+    def next_memory(self, memory: MppiMemory) -> MppiMemory:
+        """Returns the memory at the start of a task that follows another.
+
+        In Humble the optimiser goes on from where the other task ended; else it is reset.
+        """
+        if self._release.outlives_task:
+            return memory._replace(plan=PlanState())
+        return self.initial_memory()._replace(
+            limit=memory.limit,
+            limit_is_lifted=memory.limit_is_lifted or self._release.task_lifts_limit,
+        )
+
     def step(self, observation: Observation, memory: MppiMemory) -> Decision:
         """Returns the command of one cycle.
 
         Raises InvalidPath for an empty plan, and NoValidControl where every sample collides or no
         attempt passes the trajectory validator; its memory is that of a reset optimiser. In Humble
-        the latter is a ControllerError, to which the server's patience does not apply.
+        both are a ControllerError, to which the server's patience does not apply.
         """
         if len(observation.plan) == 0 and len(observation.global_plan) == 0:
             raise InvalidPath("plan: got no poses, expected at least one")
-        scene, memory, limits = self._situation(observation, memory)
+        memory = self._resumed(observation, memory)
+        plan, memory = self._local_plan(observation, memory)
+        if len(plan) == 0:
+            kind = InvalidPath if self._release.is_patient else ControllerError
+            raise kind("Resulting plan has 0 poses in it.", memory=memory)
+        scene, limits = self._scene(observation, plan), self._limits(observation, memory)
         try:
             result = self._sampled(observation, scene, memory, limits)
         except NoValidControl as failure:
             failure.memory = memory._replace(
-                sampler=failure.memory, start_speed=frozen(np.zeros(2))
+                sampler=failure.memory,
+                start_speed=frozen(np.zeros(2)),
+                limit_is_lifted=memory.limit_is_lifted or self._release.failure_lifts_limit,
             )
             if not self._release.is_patient:
-                raise ControllerError(str(failure), details=failure.details) from failure
+                raise ControllerError(
+                    str(failure), details=failure.details, memory=failure.memory
+                ) from failure
             raise
         return self._decide(scene, result, memory, limits)
 
@@ -102,7 +125,11 @@ class ModelPredictivePathIntegral:
         """
         if len(observation.plan) == 0 and len(observation.global_plan) == 0:
             return Explanation(None, "MPPI stops: nothing is left of the plan.", (), ())
-        scene, memory, limits = self._situation(observation, memory)
+        memory = self._resumed(observation, memory)
+        plan, memory = self._local_plan(observation, memory)
+        if len(plan) == 0:
+            return Explanation(None, "MPPI stops: nothing is left of the plan.", (), ())
+        scene, limits = self._scene(observation, plan), self._limits(observation, memory)
         try:
             result = self._sampled(observation, scene, memory, limits)
         except NoValidControl as failure:
@@ -113,12 +140,25 @@ class ModelPredictivePathIntegral:
             return found
         return polished(found, command)
 
-    def _situation(
-        self, observation: Observation, memory: MppiMemory
-    ) -> tuple[Scene, MppiMemory, MotionLimits]:
-        """Returns the scene of a cycle, the memory with the progress along the plan, the limits."""
-        plan, memory = self._local_plan(observation, memory)
-        scene = Scene.from_plan(
+    def _resumed(self, observation: Observation, memory: MppiMemory) -> MppiMemory:
+        """Returns the memory at the start of a cycle: in Humble a reset one after a pause."""
+        if observation.speed_limit != memory.limit:
+            memory = memory._replace(limit=observation.speed_limit, limit_is_lifted=False)
+        if not self._release.outlives_task:
+            return memory
+        before_s, now_s = memory.driven_at_s, observation.time_s
+        memory = memory._replace(driven_at_s=now_s)
+        if before_s is None or now_s - before_s <= self._parameters.reset_period + _SLACK_S:
+            return memory
+        return memory._replace(
+            sampler=self._sampler.initial_state(memory.sampler.reset_count + 1),
+            start_speed=frozen(np.zeros(2)),
+            limit_is_lifted=True,
+        )
+
+    def _scene(self, observation: Observation, plan: np.ndarray) -> Scene:
+        """Returns the scene of a cycle. plan: (M, 3) the local one."""
+        return Scene.from_plan(
             plan,
             pose=observation.pose,
             costmap=observation.costmap,
@@ -126,8 +166,10 @@ class ModelPredictivePathIntegral:
             straight_goal=straight_goal(self._parameters, observation, plan),
             furthest=self._release.furthest,
         )
-        limits = limited(self._sampler.rules.base_limits, observation.speed_limit)
-        return scene, memory, limits
+
+    def _limits(self, observation: Observation, memory: MppiMemory) -> MotionLimits:
+        limit = None if memory.limit_is_lifted else observation.speed_limit
+        return limited(self._sampler.rules.base_limits, limit)
 
     def _sampled(
         self, observation: Observation, scene: Scene, memory: MppiMemory, limits: MotionLimits

@@ -70,6 +70,9 @@ def wrap32(angle):
 
 @njit(cache=True)
 def clamp32(value, low, high):
-    """Returns min(high, max(value, low)), in that order: `high` wins where low > high."""
+    """Returns min(high, max(value, low)), in that order: `high` wins where low > high.
+
+    It also stands for what is not a number, as in C++.
+    """
     raised = low if value < low else value
-    return high if raised > high else raised
+    return raised if raised < high else high

@@ -7,6 +7,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from drake_navbench.controller import SpeedLimit
+
 
 class SamplerState(NamedTuple):
     """The sampler's memory between cycles; arrays are read-only and by axis (vx, vy, wz).
@@ -37,10 +39,15 @@ class MppiMemory(NamedTuple):
 
     sampler: the optimiser's state. start_speed: (2,) v m/s, w rad/s that the cycle's roll-outs
     started from. polish_fallback_count: number of cycles since the start in which the polish did
-    not improve the sampled sequence. plan: up to Kilted, the progress along the plan.
+    not improve the sampled sequence. plan: up to Kilted, the progress along the plan. driven_at_s:
+    in Humble, the time of the last cycle. limit: the speed limit of the last cycle.
+    limit_is_lifted: a reset has lifted it, until another one is told.
     """
 
     sampler: SamplerState
     start_speed: NDArray[np.float64]
     polish_fallback_count: int = 0
     plan: PlanState = PlanState()
+    driven_at_s: float | None = None
+    limit: SpeedLimit | None = None
+    limit_is_lifted: bool = False

@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from drake_navbench.controller import InvalidPath, Observation
+from drake_navbench.controller import Observation
 from drake_navbench.controllers.mppi.memory import PlanState
 from drake_navbench.controllers.mppi.parameters import MppiParameters
 from drake_navbench.controllers.mppi.releases import RULES
@@ -35,7 +35,7 @@ class OwnPlan:
     def cut(self, observation: Observation, state: PlanState) -> tuple[Array, PlanState]:
         """Returns the local plan (M, 3), a view, and the state for the next cycle.
 
-        Raises InvalidPath where nothing is left of the plan on the costmap.
+        The local plan is empty where nothing is left of the plan on the costmap.
         """
         p, costmap, pose = self._parameters, observation.costmap, observation.pose
         whole = observation.whole_plan
@@ -55,8 +55,6 @@ class OwnPlan:
             costmap.grid,
             self._takes_first,
         )
-        if first == stop:
-            raise InvalidPath("Resulting plan has 0 poses in it.")
         state = state._replace(begin=first)
         if state.end < len(whole) and is_within_tolerances(
             whole, state.end - 1, x, y, yaw, p.inversion_xy_tolerance, p.inversion_yaw_tolerance

@@ -240,10 +240,6 @@ class MppiParameters(ParametersWithCritics):
         **dict.fromkeys(OF_OWN_PLAN, until(Release.KILTED)),
     }
 
-    DONE_OTHERWISE: ClassVar[Mapping[str, str]] = {
-        "reset_period": "here every task resets the optimizer, in Nav2 a pause this long does"
-    }
-
     CRITICS: ClassVar[PluginKind] = CRITICS
     CRITIC_BLOCK: ClassVar[type[CriticBlock]] = CriticParameters
 
@@ -291,6 +287,9 @@ class MppiParameters(ParametersWithCritics):
     )
     model_delay_wz: Duration = Field(
         0.0, ge=0, le=MAX_DELAY_S, description="Delay from a command to the base's wz [s]."
+    )
+    reset_period: Duration = Field(
+        1.0, ge=0, description="In Humble: a longer pause between cycles resets the optimizer [s]."
     )
     clamp_raw_controls: bool = Field(
         False, description="Average the samples after limiting their accelerations, not before."

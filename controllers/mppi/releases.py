@@ -50,9 +50,10 @@ class Rules(NamedTuple):
     filters_in_place: it reads values it has already filtered. curves_signed: a car that drives
     backwards in too tight a curve is made to turn the other way. has_validator: the averaged
     trajectory is checked. limits_axes: the constraint critic limits vx and vy; else the speed, by
-    the norm of both limits. standing_is_free: it takes no turning radius of a car that neither
-    drives nor turns; else one of 0. finds_cells_in_float32: the cost critic computes cells in
-    float32. drops_last_column: it leaves out the last of an odd number of columns.
+    the norm of both limits. standing_spoils: the cost of a car that neither drives nor turns is no
+    number, and so are the controls, for which their upper limits stand then; else such a step costs
+    nothing. In Lyrical its turning radius is 0. finds_cells_in_float32: the cost critic computes
+    cells in float32. drops_last_column: it leaves out the last of an odd number of columns.
     heeds_inflation_radius: it checks every outline where the inflation radius is less than the
     robot's.
     reads_inflation_layer: the obstacle critic reads radius and factor of the inflation layer; else
@@ -60,7 +61,9 @@ class Rules(NamedTuple):
     and repulsion adds to the margin's cost. aligns_onward: the path critic looks from the last
     point on for the nearest by length; else for the first that is as far. angles_at_end: the critic
     of angles looks at the samples' ends; else at all columns. is_patient: no valid control is
-    waited for; else it ends the task at once.
+    waited for; else it ends the task at once. outlives_task: the optimizer is not reset between
+    two tasks, but after a pause. task_lifts_limit, failure_lifts_limit: the reset between two
+    tasks, and that after a failure, lifts the speed limit until another one is told.
     """
 
     cuts_plan: bool = True
@@ -77,7 +80,7 @@ class Rules(NamedTuple):
     curves_signed: bool = False
     has_validator: bool = False
     limits_axes: bool = False
-    standing_is_free: bool = False
+    standing_spoils: bool = False
     finds_cells_in_float32: bool = True
     drops_last_column: bool = False
     heeds_inflation_radius: bool = True
@@ -86,6 +89,9 @@ class Rules(NamedTuple):
     aligns_onward: bool = True
     angles_at_end: bool = True
     is_patient: bool = True
+    outlives_task: bool = False
+    task_lifts_limit: bool = False
+    failure_lifts_limit: bool = False
 
 
 _IRON = Rules(
@@ -93,7 +99,6 @@ _IRON = Rules(
     furthest=Furthest.ALL,
     has_accelerations=False,
     clamps_samples=False,
-    standing_is_free=True,
     filters_in_place=True,
     curves_signed=True,
     finds_cells_in_float32=False,
@@ -101,6 +106,8 @@ _IRON = Rules(
     repels_above_least=False,
     aligns_onward=False,
     angles_at_end=False,
+    task_lifts_limit=True,
+    failure_lifts_limit=True,
 )
 RULES: Mapping[Release, Rules] = {
     Release.HUMBLE: _IRON._replace(
@@ -108,10 +115,16 @@ RULES: Mapping[Release, Rules] = {
         curves_signed=False,
         reads_inflation_layer=False,
         is_patient=False,
+        outlives_task=True,
     ),
     Release.IRON: _IRON,
-    Release.JAZZY: Rules(standing_is_free=True, drops_last_column=True),
-    Release.KILTED: Rules(heads_as_goal=True, turns_at_inversion=True),
+    Release.JAZZY: Rules(drops_last_column=True),
+    Release.KILTED: Rules(
+        heads_as_goal=True,
+        turns_at_inversion=True,
+        standing_spoils=True,
+        failure_lifts_limit=True,
+    ),
     Release.LYRICAL: Rules(
         cuts_plan=False,
         goal=Goal.PATH,

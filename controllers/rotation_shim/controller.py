@@ -13,6 +13,7 @@ from drake_navbench.controller import (
     Decision,
     Observation,
     PlanCuttingController,
+    memory_of_next_task,
 )
 from drake_navbench.controllers.rotation_shim.kernels import heading_of_plan, turn_by
 from drake_navbench.controllers.rotation_shim.parameters import (
@@ -52,9 +53,8 @@ class RotationShim:
     """Nav2's Rotation Shim over any registered controller, branches humble to lyrical.
 
     Before Lyrical it looks at the whole plan, from its first pose on; since then at the path
-    handler's part, which begins at the robot. The original keeps `in_rotation_` from one goal to
-    the next; here it begins anew with each goal. When cancelled, the shim stops at once, whatever
-    its primary controller would do, as in Nav2.
+    handler's part, which begins at the robot. When cancelled, the shim stops at once, whatever its
+    primary controller would do, as in Nav2.
     """
 
     Parameters: ClassVar[type[RotationShimParameters]] = RotationShimParameters
@@ -88,6 +88,18 @@ class RotationShim:
     def initial_memory(self) -> ShimMemory:
         """Returns the memory at the start of a goal: at rest."""
         return ShimMemory(self._primary.initial_memory())
+
+    def next_memory(self, memory: ShimMemory) -> ShimMemory:
+        """Returns the memory at the start of a task that follows another.
+
+        A turn goes on, and the goal is not a new one where it is the same.
+        """
+        return memory._replace(
+            primary=memory_of_next_task(self._primary, memory.primary),
+            last_w=0.0 if self._release.is_reset else memory.last_w,
+            plan_id=None,
+            goal_xy_reached=False,
+        )
 
     def step(self, observation: Observation, memory: ShimMemory) -> Decision:
         """Returns the command of one cycle: a turn, or the primary controller's.

@@ -24,6 +24,7 @@ class Rules(NamedTuple):
     has_cost_threshold: reads `max_cost_threshold`; else a lethal cost ends a turn.
     has_once, has_path_orientations, has_open_loop: reads `rotate_to_heading_once`,
         `use_path_orientations`, `closed_loop`.
+    is_reset: between two tasks it forgets its last command.
     disengage_threshold: default of `angular_disengage_threshold`, rad.
     """
 
@@ -36,6 +37,7 @@ class Rules(NamedTuple):
     has_once: bool = True
     has_path_orientations: bool = True
     has_open_loop: bool = True
+    is_reset: bool = True
     disengage_threshold: float = 0.785 / 2.0
 
 
@@ -46,6 +48,7 @@ RULES: Mapping[Release, Rules] = {
         has_cost_threshold=False,
         has_once=False,
         has_path_orientations=False,
+        is_reset=False,
         disengage_threshold=0.785,
     ),
     Release.IRON: Rules(
@@ -55,6 +58,7 @@ RULES: Mapping[Release, Rules] = {
         has_once=False,
         has_path_orientations=False,
         has_open_loop=False,
+        is_reset=False,
     ),
     Release.JAZZY: Rules(),
     Release.KILTED: Rules(has_cost_threshold=False),

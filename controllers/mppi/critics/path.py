@@ -143,10 +143,10 @@ def path_align_costs(path, lengths, valid, furthest, use_yaw, onward, reach, cos
             if onward:
                 _nearest_by_length_row(lengths, furthest, arcs, indices)
             else:
-                _first_by_length_row(lengths, furthest, valid.shape[0], arcs, indices)
+                _first_by_length_row(lengths, furthest, arcs, indices)
             for lane in range(LANES):
                 i = indices[lane]
-                if not valid[i]:
+                if i >= valid.shape[0] or not valid[i]:
                     continue
                 dx, dy = path_x[i] - x[t, lane], path_y[i] - y[t, lane]
                 squared = dx * dx + dy * dy
@@ -178,13 +178,13 @@ def _nearest_by_length_row(lengths, count, arcs, indices):
 
 
 @njit(cache=True)
-def _first_by_length_row(lengths, count, valid_count, arcs, indices):
+def _first_by_length_row(lengths, count, arcs, indices):
     """Advances each lane's index to the path point nearest by arc length, as Nav2 does up to Iron.
 
     Candidates are the first point, from the lane's index on, that is as far as the lane has driven,
     and the point before it. Where the point at the index is already as far, the index returns to 0.
     Beyond the last of `count` points Nav2 reads memory behind its list; that is taken for 0, so
-    that the index becomes `count`, if the path has such a point.
+    that the index becomes `count`, which may be the path's last point, which is never valid.
     """
     for lane in range(LANES):
         driven = arcs[lane]
@@ -195,7 +195,7 @@ def _first_by_length_row(lengths, count, valid_count, arcs, indices):
         if found == start:
             indices[lane] = 0
         elif found == count:
-            indices[lane] = min(count, valid_count - 1)
+            indices[lane] = count
         elif driven - lengths[found - 1] < lengths[found] - driven:
             indices[lane] = found - 1
         else:

@@ -56,7 +56,7 @@ class ConstraintCritic(PointwiseCritic):
         if self.context.motion_model is MotionModel.OMNI:
             add_excess(chunk.vy, -vy_max, vy_max, sums)
         if self.context.motion_model is MotionModel.ACKERMANN:
-            add_tight_turns(chunk.vx, chunk.wz, min_turning_r, _LEAST_TURN_RATE, sums)
+            add_tight_turns(chunk.vx, chunk.wz, (min_turning_r, _LEAST_TURN_RATE, False), sums)
 
     def finish(self, cycle: tuple[Any, ...], costs: Float32Array) -> bool:
         costs *= F32(self.context.model_dt)
@@ -75,14 +75,13 @@ class SpeedConstraintCritic(ConstraintCritic):
         highest = np.sqrt(limits.vx_max * limits.vx_max + vy_squared)
         lowest = np.sqrt(limits.vx_min * limits.vx_min + vy_squared)
         sign = F32(1.0) if limits.vx_min > 0 else F32(-1.0)
-        is_free = RULES[self.context.nav2_release].standing_is_free
-        least_turn_rate = ZERO if is_free else _LEAST_TURN_RATE
-        return highest, sign * lowest, F32(self.context.min_turning_r), least_turn_rate
+        spoils = RULES[self.context.nav2_release].standing_spoils
+        return highest, sign * lowest, (F32(self.context.min_turning_r), ZERO, spoils)
 
     def add(
         self, cycle: tuple[Any, ...], chunk: Trajectories, sums: Lanes, *, first_block: int
     ) -> None:
-        highest, lowest, min_turning_r, least_turn_rate = cycle
+        highest, lowest, turns = cycle
         if self.context.motion_model is MotionModel.OMNI:
             speeds = np.sqrt(chunk.vx * chunk.vx + chunk.vy * chunk.vy)
             signed = np.where(chunk.vx > 0, speeds, -speeds)
@@ -90,7 +89,7 @@ class SpeedConstraintCritic(ConstraintCritic):
         else:
             add_excess(chunk.vx, lowest, highest, sums)
         if self.context.motion_model is MotionModel.ACKERMANN:
-            add_tight_turns(chunk.vx, chunk.wz, min_turning_r, least_turn_rate, sums)
+            add_tight_turns(chunk.vx, chunk.wz, turns, sums)
 
 
 @njit(cache=True)
@@ -109,18 +108,20 @@ def _excess_row(velocities, lowest, highest, sums):
 
 
 @njit(cache=True, error_model="numpy")
-def add_tight_turns(vx, wz, min_turning_r, least_turn_rate, sums):
+def add_tight_turns(vx, wz, turns, sums):
     """Adds sum_t (r_min - |vx| / max(|wz|, least_turn_rate))+.
 
-    A step that stands still costs r_min, and with a least turn rate of 0 nothing, as 0 / 0 is no
-    radius.
+    turns: r_min m, least_turn_rate rad/s, standing_spoils. A step that stands still costs r_min.
+    With a least turn rate of 0 it has no radius, 0 / 0, and costs nothing, or spoils the sample's
+    cost.
     """
+    min_turning_r, least_turn_rate, standing_spoils = turns
     for block in range(vx.shape[0]):
         for t in range(vx.shape[1]):
             for lane in range(LANES):
                 turn_rate = max(np.abs(wz[block, t, lane]), least_turn_rate)
                 tightness = min_turning_r - np.abs(vx[block, t, lane]) / turn_rate
-                if tightness > ZERO:
+                if tightness > ZERO or (standing_spoils and np.isnan(tightness)):
                     sums[block, lane] += tightness
 
 

@@ -35,7 +35,10 @@ void NoiseGenerator::reset(models::OptimizerSettings & settings, bool is_holonom
 
 void NoiseGenerator::setNoisedControls(models::State & state,
                                        const models::ControlSequence & sequence) {
-  const auto & key = drake_navbench::cycle_noise();
+  auto & key = drake_navbench::cycle_noise();
+  // A plugin is also reset before its first task, between two of them, and after a pause.
+  if (key.is_new_task) key.resets = 0;
+  key.is_new_task = false;
   const auto fill = [&](Axis axis, double deviation, const auto & mean, auto * controls) {
     const std::vector<std::uint64_t> names =
         regenerate_noises_

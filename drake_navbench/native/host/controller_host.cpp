@@ -105,9 +105,14 @@ geometry_msgs::msg::TwistStamped Command(Controller & controller,
   }
 }
 
+// Returns whether the release resets its controllers.
 template <typename Controller>
-void ResetController(Controller & controller) {
-  if constexpr (requires { controller.reset(); }) controller.reset();
+bool ResetController(Controller & controller) {
+  if constexpr (requires { controller.reset(); }) {
+    controller.reset();
+    return true;
+  }
+  return false;
 }
 
 template <typename Controller>
@@ -176,9 +181,8 @@ void ControllerHost::MakeCostmap(const Value & request) {
 }
 
 Value ControllerHost::Reset() {
-  // As at the end of a task.
-  if (has_driven_) ResetController(*controller_);
-  has_driven_ = false;
+  // As at the end of a task; in Humble the controller goes on.
+  if (has_driven_ && ResetController(*controller_)) has_driven_ = false;
   return Value::Map{};
 }
 
@@ -230,8 +234,7 @@ void ControllerHost::TellNoise(const Value & key) {
   noise.stream = static_cast<std::uint64_t>(key["stream"].integer());
   noise.step = static_cast<std::uint64_t>(key["step"].integer());
   noise.passes = 0;
-  // A plugin is also reset before its first task, and between two of them.
-  if (!has_driven_) noise.resets = 0;
+  if (!has_driven_) noise.is_new_task = true;
 }
 
 void ControllerHost::TellSpeedLimit(const Value & limit) {

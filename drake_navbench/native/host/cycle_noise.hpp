@@ -11,9 +11,10 @@ struct CycleNoise {
   std::uint64_t seed = 0;
   std::uint64_t stream = 0;
   std::uint64_t step = 0;
-  // Of the cycle, and of the task.
+  // Of the cycle, and of the task since its first draw.
   std::uint64_t passes = 0;
   std::uint64_t resets = 0;
+  bool is_new_task = true;
 };
 
 inline CycleNoise & cycle_noise() {

@@ -19,6 +19,7 @@ from drake_navbench.controller import (
     GracefulController,
     Observation,
     PlanCuttingController,
+    memory_of_next_task,
 )
 from drake_navbench.inputs.presets import Preset
 
@@ -88,6 +89,11 @@ class _Shadowed:
 
     def initial_memory(self) -> _Memories:
         return _Memories(self._port.initial_memory(), self._original.initial_memory())
+
+    def next_memory(self, memory: _Memories) -> _Memories:
+        """Returns the memories at the start of a task that follows another."""
+        controllers = (self._port, self._original)
+        return _Memories(*map(memory_of_next_task, controllers, memory))
 
     def step(self, observation: Observation, memory: _Memories) -> Decision:
         theirs, their_memory = decided(self._original, observation, memory.original)

@@ -21,6 +21,7 @@ from drake_navbench.controller import (
     Observation,
     PlanCuttingController,
     SpeedLimit,
+    memory_of_next_task,
 )
 from drake_navbench.errors import as_line, one_line
 from drake_navbench.explanation import ControlCycle
@@ -355,7 +356,7 @@ class ControllerServer(LeafSystem):
             # Nav2 keeps the progress baseline over a preempting path.
             return server
         with PluginCode():
-            memory = self._driving(server).initial_memory()
+            memory = memory_of_next_task(self._driving(server), server.memory)
         return server._replace(
             status=TaskStatus(TaskState.RUNNING, task_id=plan.task_id),
             progress_check=self._progress_checker.initial_state(),
@@ -383,6 +384,8 @@ class ControllerServer(LeafSystem):
             except ControllerError as error:
                 self._report_cycle(observation, server.memory, None, as_line(str(error)))
                 require_loggable("details", error.details)
+                if error.memory is not None:
+                    server = server._replace(memory=error.memory)
                 if isinstance(error, NoValidControl):
                     return self._wait(server, error, observation.time_s, watch)
                 return self._end(server, TaskState.ABORTED, error.code, str(error), error.details)
@@ -416,7 +419,6 @@ class ControllerServer(LeafSystem):
         """Stops for a cycle without control, or gives up where the patience has run out."""
         wall_ms, cpu_ms = watch.elapsed_ms()
         server = server._replace(
-            memory=server.memory if error.memory is None else error.memory,
             cycle_count=server.cycle_count + 1,
             compute_time_ms=wall_ms,
             compute_cpu_time_ms=cpu_ms,

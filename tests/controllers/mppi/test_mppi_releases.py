@@ -10,7 +10,7 @@ import pytest
 from mppi_scenes import BRINGUP, batch_of, costmap, observe, packed, round_robot, scene_of
 from scenes import straight_plan
 
-from drake_navbench.controller import ControllerError, InvalidPath, NoValidControl
+from drake_navbench.controller import ControllerError, InvalidPath, NoValidControl, SpeedLimit
 from drake_navbench.controllers.mppi import ModelPredictivePathIntegral, MppiParameters
 from drake_navbench.controllers.mppi.controller import straight_goal
 from drake_navbench.controllers.mppi.critics.base import CriticContext
@@ -122,8 +122,21 @@ def test_up_to_jazzy_a_car_that_stands_still_breaks_no_turning_radius(release):
     critic = critic_of(release, "ConstraintCritic", model=MotionModel.ACKERMANN)
     columns = {"x": [0.0, 0.0, 0.1], "vx": [0.0, 0.1, 0.1], "wz": [0.0, 0.0, 2.0]}
     batch = batch_of(scene_of(straight_plan(1.0)), **columns)
-    standing = 0.0 if release in {"humble", "iron", "jazzy"} else 4.0 * 0.05 * 0.2
-    assert cost_of(critic, batch) == pytest.approx(4.0 * 0.05 * 0.15 + standing, rel=1e-5)
+    # In Kilted 0 / 0 is the cost.
+    standing = {"kilted": math.nan, "lyrical": 4.0 * 0.05 * 0.2}.get(release, 0.0)
+    wanted = 4.0 * 0.05 * 0.15 + standing
+    assert cost_of(critic, batch) == pytest.approx(wanted, rel=1e-5, nan_ok=True)
+
+
+def test_a_standing_car_of_kilted_is_sent_all_it_can():
+    # No control is a number, and the upper limits stand for them: 0.5 m/s, and 0.5 / 0.5 rad/s,
+    # less in the first columns by the filter: the original of 1.4.2 commanded 0.43073595 m/s.
+    controller = controller_of(
+        "kilted", motion_model="Ackermann", AckermannConstraints={"min_turning_r": 0.5}
+    )
+    command = controller.step(see(straight_plan(1.4)), controller.initial_memory()).command
+    assert command[0] == pytest.approx(0.43073595, rel=1e-6)
+    assert command[1] == pytest.approx(command[0] / 0.5, rel=1e-6)
 
 
 def test_a_base_that_moves_sideways_is_limited_by_its_speed():
@@ -225,6 +238,10 @@ def test_up_to_iron_a_sample_aligns_with_the_first_point_that_is_as_far():
     mean = (math.hypot(0.02, 0.05) + math.hypot(0.04, 0.05) + math.hypot(0.03, 0.05)) / 4
     mean += math.hypot(0.1, 0.05) / 4
     assert cost_of(iron, batch) == pytest.approx(10.0 * mean, rel=1e-4)
+    # Where the next one is the path's last, it does not count.
+    beyond = batch_of(scene, x=[0.0, 0.12, 0.16, 0.37, 0.9], y=0.05, furthest=6)
+    mean = (math.hypot(0.02, 0.05) + math.hypot(0.04, 0.05) + math.hypot(0.03, 0.05)) / 3
+    assert cost_of(iron, beyond) == pytest.approx(10.0 * mean, rel=1e-4)
     # A sample that stands still has its own point found first, and goes back to the plan's begin.
     still = batch_of(scene, x=[0.3, 0.3, 0.3], furthest=5)
     critic = critic_of("iron", "PathAlignCritic", steps=3, **fields)
@@ -340,8 +357,20 @@ def test_the_plan_is_one_and_a_half_metres_long_and_ends_with_the_map():
     assert cut("jazzy", plan)[:2] == (0.0, 1.25)
     # The closest pose may be the last one.
     assert cut("jazzy", plan[:5])[:2] == (0.0, 0.0)
-    with pytest.raises(InvalidPath, match="0 poses"):
-        cut("jazzy", [[3.0, 0.0, 0.0], [4.0, 0.0, 0.0]])
+
+
+def test_where_nothing_of_the_plan_is_on_the_map_its_passed_part_is_dropped_all_the_same():
+    plan = np.array([[4.0, 0.0, 0.0], [3.0, 0.0, 0.0], [3.0, 1.0, 0.0]])
+    own = OwnPlan(MppiParameters(nav2_release="jazzy"))
+    poses, state = own.cut(replace(see(plan), costmap=costmap()), PlanState())
+    assert (len(poses), state.begin) == (0, 1)
+    for release in OLDER:
+        driver = controller_of(release)
+        with pytest.raises(ControllerError, match="0 poses") as failure:
+            driver.step(replace(see(plan), costmap=costmap()), driver.initial_memory())
+        assert failure.value.memory.plan.begin == 1
+        # Humble has no such exception.
+        assert isinstance(failure.value, InvalidPath) == (release != "humble")
 
 
 def test_of_equally_close_poses_humble_takes_the_first():
@@ -403,3 +432,49 @@ def test_what_a_release_does_not_read_changes_nothing():
     assert (read.model_delay_vx, read.ax_max) == (0.0, 3.0)
     scene = Scene.from_plan(straight_plan(1.0), pose=(0.0, 0.0, 0.0), costmap=costmap())
     assert scene.way_left == scene.path_length
+
+
+def in_a_wall(**values):
+    """Returns an observation in which every sample collides."""
+    costs = np.full((60, 60), 254, np.uint8)
+    return replace(see(straight_plan(1.4)), costmap=costmap(costs), **values)
+
+
+@pytest.mark.parametrize("release", [*OLDER, "lyrical"])
+def test_up_to_iron_and_in_kilted_a_failure_lifts_the_speed_limit_until_another_is_told(release):
+    controller = controller_of(release)
+    # 1% of 0.5 m/s.
+    limited = {"speed_limit": SpeedLimit(1.0, is_percentage=True)}
+    with pytest.raises(ControllerError) as raised:
+        controller.step(in_a_wall(**limited), controller.initial_memory())
+    memory = raised.value.memory
+    free = replace(see(straight_plan(1.4)), **limited)
+    command, after = controller.step(free, memory)[:2]
+    is_lifted = release in {"humble", "iron", "kilted"}
+    assert (command[0] > 0.00501) == is_lifted
+    assert after.limit_is_lifted == is_lifted
+    other = replace(free, speed_limit=SpeedLimit(30.0, is_percentage=True))
+    assert not controller.step(other, after).memory.limit_is_lifted
+
+
+def test_between_two_tasks_iron_lifts_the_speed_limit_and_humble_keeps_all():
+    observation = replace(see(straight_plan(1.4)), speed_limit=SpeedLimit(0.2), time_s=3.0)
+    for release in (*OLDER, "lyrical"):
+        controller = controller_of(release)
+        memory = controller.step(observation, controller.initial_memory()).memory
+        after = controller.next_memory(memory)
+        assert after.limit_is_lifted == (release == "iron")
+        assert after.limit == SpeedLimit(0.2)
+        assert (after.sampler is memory.sampler) == (release == "humble")
+
+
+def test_humble_resets_the_optimizer_after_a_pause_longer_than_reset_period():
+    controller = controller_of("humble", reset_period=0.5)
+    observation = replace(see(straight_plan(1.4)), speed_limit=SpeedLimit(0.2), time_s=3.0)
+    memory = controller.step(observation, controller.initial_memory()).memory
+    for pause_s, resets in ((0.5, 0), (0.6, 1)):
+        later = replace(observation, time_s=3.0 + pause_s)
+        after = controller.step(later, controller.next_memory(memory)).memory
+        assert after.sampler.reset_count == resets
+        assert after.limit_is_lifted == bool(resets)
+        assert after.driven_at_s == 3.0 + pause_s

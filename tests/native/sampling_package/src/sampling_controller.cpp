@@ -1,4 +1,5 @@
-// Commands the sample that it is told to, of the pass and after the resets that it is told to make.
+// Commands the sample that it is told to, of the pass and after the resets that it is told to make:
+// some before its first draw, as after a pause, and some between its first draw and the next.
 #include "nav2_core/controller.hpp"
 #include "nav2_mppi_controller/tools/noise_generator.hpp"
 #include "nav2_util/node_utils.hpp"
@@ -20,6 +21,7 @@ class Controller : public nav2_core::Controller {
     };
     sample_ = declare("sample", 0);
     passes_ = declare("passes", 0);
+    pauses_ = declare("pauses", 0);
     resets_ = declare("resets", 0);
     is_holonomic_ = declare("is_holonomic", false);
     parameters_.regenerates = declare("regenerate_noises", true);
@@ -34,8 +36,10 @@ class Controller : public nav2_core::Controller {
       const geometry_msgs::msg::PoseStamped &, const geometry_msgs::msg::Twist &,
       nav2_core::GoalChecker *) override {
     for (int i = 0; i < passes_; ++i) noise_.generateNextNoises();
-    for (int i = 0; i < resets_; ++i) noise_.reset(settings_, is_holonomic_);
     mppi::models::State state;
+    for (int i = 0; i < pauses_; ++i) noise_.reset(settings_, is_holonomic_);
+    noise_.setNoisedControls(state, {});
+    for (int i = 0; i < resets_; ++i) noise_.reset(settings_, is_holonomic_);
     noise_.setNoisedControls(state, {});
     geometry_msgs::msg::TwistStamped command;
     command.twist.linear.x = state.cvx(sample_, 2);
@@ -50,7 +54,7 @@ class Controller : public nav2_core::Controller {
   mppi::models::OptimizerSettings settings_;
   mppi::ParametersHandler parameters_;
   mppi::NoiseGenerator noise_;
-  int sample_ = 0, passes_ = 0, resets_ = 0;
+  int sample_ = 0, passes_ = 0, pauses_ = 0, resets_ = 0;
   bool is_holonomic_ = false;
 };
 
