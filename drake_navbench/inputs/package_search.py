@@ -28,6 +28,7 @@ MAX_INCLUDES = 5
 WHOLE_ROBOT = re.compile(r"<robot\b[^>]*\bname\s*=|<model\b[^>]*\bname\s*=")
 MACROS = re.compile(r"<xacro:macro\b.*?</xacro:macro>|<!--.*?-->", re.DOTALL)
 BUILDS = re.compile(r"<link\b|<xacro:(?!arg|property|if|unless|macro)\w+")
+REMARKS = re.compile(r"(?:^|\s)#[^\n]*")
 NAV2_MARKS = re.compile(r"controller_server\b[\s\S]*ros__parameters|FollowPath")
 BASE_FRAME = re.compile(r"^[^#\n]*robot_base_frame\s*:\s*[\"']?/?([\w/]*\w)", re.MULTILINE)
 MAP_MARKS = re.compile(r"^\s*image\s*:\s*(\S+)", re.MULTILINE)
@@ -191,7 +192,7 @@ def _includes(file: Path, part: Path) -> bool:
 def _is_nav2(file: Path) -> bool:
     if file.suffix not in (".yaml", ".yml"):
         return False
-    text = _head(file)
+    text = REMARKS.sub("", _head(file))
     return "ros__parameters" in text and NAV2_MARKS.search(text) is not None
 
 

@@ -348,6 +348,26 @@ def test_without_launch_files_the_plainest_name_of_a_nav2_file_counts(repository
     assert [path.name for path in arguments.nav2] == ["nav2_params.yaml"]
 
 
+def test_a_file_that_names_the_controller_server_only_in_a_remark_is_no_nav2_file(repository):
+    text = NAV2.partition("local_costmap:")
+    (repository / "cart_nav" / "config" / "nav2.yaml").write_text(
+        f"# no controller_server here: FollowPath is a node of ours\n{text[1]}{text[2]}"
+    )
+    found = find_package_files([repository]).files["nav2"]
+    assert [file.name for file in found] == ["nav2_params.yaml"]
+
+
+def test_a_value_of_an_undeclared_argument_of_xacro_counts_as_used(repository):
+    """xacro's message on such an argument says to give it by --set."""
+    model = repository / "cart_description" / "urdf" / "cart.urdf.xacro"
+    model.write_text(model.read_text().replace('name="laser"', 'name="$(arg robot_name)/laser"'))
+    asked = ["--package", str(repository), "--check"]
+    with pytest.raises(InputError, match="give it by --set robot_name=VALUE"):
+        request_from_arguments(filled(*asked)[0]).nav2_columns()
+    arguments, _ = filled(*asked, "--set", "robot_name=cart")
+    assert request_from_arguments(arguments).nav2_columns()
+
+
 def test_the_nav2_file_of_a_model_in_gazebo_s_form_is_found_by_its_folder(repository):
     model = repository / "models" / "cart_mini" / "model.sdf"
     model.parent.mkdir(parents=True)

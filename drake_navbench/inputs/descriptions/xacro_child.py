@@ -156,7 +156,7 @@ class _Missing:
 
 
 class _Arguments(dict[str, str]):
-    """The values of arguments; declared: the names that xacro files declare.
+    """The values of arguments; declared: the names that xacro files declare, or use without it.
 
     xacro asks for an argument's value where it meets its declaration.
     """
@@ -168,6 +168,11 @@ class _Arguments(dict[str, str]):
     def __contains__(self, name: object) -> bool:
         self.declared.add(str(name))
         return super().__contains__(name)
+
+    def __getitem__(self, name: str) -> str:
+        value = super().__getitem__(name)
+        self.declared.add(name)
+        return value
 
 
 def _expanded(path: Path, content: str, arguments: _Arguments, missing: _Missing) -> str:
