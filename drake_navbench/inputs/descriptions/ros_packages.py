@@ -243,8 +243,16 @@ def files_below(root: Path) -> tuple[Path, ...]:
             entries = sorted(os.scandir(folder), key=lambda entry: entry.name)
         except OSError:
             continue
-        found += [Path(entry.path) for entry in entries if entry.is_file()]
+        found += [Path(entry.path) for entry in entries if _is_file(entry)]
     return tuple(found)
+
+
+def _is_file(entry: os.DirEntry[str]) -> bool:
+    """Tells whether an entry is a file; a link in a loop of links is none."""
+    try:
+        return entry.is_file()
+    except OSError:
+        return False
 
 
 def _name_in(file: Path) -> str | None:

@@ -13,12 +13,13 @@ from drake_navbench.inputs.descriptions.gazebo_drive import has_drive
 from drake_navbench.inputs.descriptions.model import Model
 from drake_navbench.inputs.descriptions.poses import number, numbers
 from drake_navbench.inputs.descriptions.ros_packages import Packages
+from drake_navbench.inputs.descriptions.number_texts import number_remarks
 from drake_navbench.inputs.descriptions.sdf import SdfReader, placement
 from drake_navbench.inputs.descriptions.sdf_frames import Frames, pose_element
 from drake_navbench.inputs.descriptions.xacro_file import XACRO, expand_xacro
 from drake_navbench.inputs.descriptions.xml_file import read_xml, text_of
 from drake_navbench.kernels.arrays import Array
-from drake_navbench.typed_files.input_file import MEGABYTE, read_input
+from drake_navbench.typed_files.input_file import MEGABYTE, read_head, read_input
 
 MAX_FILE_BYTES = 64 * MEGABYTE
 WORLD_SUFFIXES = (".world", ".sdf")
@@ -57,11 +58,7 @@ def is_world(path: Path) -> bool:
         return True
     if not name.endswith(".sdf"):
         return False
-    try:
-        with path.open("rb") as file:
-            return WORLD_TAG.search(file.read(HEAD_BYTES)) is not None
-    except (OSError, ValueError):
-        return False
+    return WORLD_TAG.search(read_head(path, HEAD_BYTES)) is not None
 
 
 def read_world(path: Path, folders: Sequence[Path] = ()) -> WorldSource:
@@ -86,6 +83,7 @@ def read_world(path: Path, folders: Sequence[Path] = ()) -> WorldSource:
     source = WorldSource(path)
     reader = SdfReader(Packages(path, folders))
     source.remarks = reader.remarks
+    source.remarks += number_remarks(world)
     frames, moved = Frames(world), _state_poses(world)
     folder = path.parent.absolute()
     for element in world:

@@ -26,6 +26,7 @@ from drake_navbench.navigation.costmaps.movingai_map import SUFFIX as MOVINGAI_S
 from drake_navbench.navigation.costmaps.movingai_map import read_movingai_map
 from drake_navbench.navigation.costmaps.turned_map import turned_along_axes
 from drake_navbench.typed_files.file_kinds import MAP, require_kind
+from drake_navbench.typed_files.input_file import LFS_POINTER, read_head, require_fetched
 from drake_navbench.typed_files.quantities import MAX_LENGTH_M, Angle, CellSize, Length
 from drake_navbench.typed_files.typed_yaml import (
     FrozenModel,
@@ -329,6 +330,7 @@ def _read_image(path: Path, named_by: str) -> tuple[NDArray[np.uint8], NDArray[n
     """Returns grey and alpha of an image, (rows, columns) uint8 each, top row first."""
     if not path.is_file():
         raise InputError(f"{named_by}: image: no such file, got {str(path)!r}")
+    require_fetched(path, read_head(path, len(LFS_POINTER)))
     try:
         # Pillow warns of images beyond a size that is refused here in any case.
         bomb = Image.DecompressionBombWarning
