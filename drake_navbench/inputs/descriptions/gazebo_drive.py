@@ -103,7 +103,9 @@ def drive_of(
         # Two driven wheels with an omni wheel as their caster are a differential base.
         is_mecanum = len(names) >= 3 and all("mecanum" in n or "omni" in n for n in names)
         steered = {joint.child for joint in _steering(model, wheels)}
-        is_omni = is_mecanum or (not steered and _rolls_sideways(wheels)) or _all_turn(model, wheels)
+        is_omni = (
+            is_mecanum or (not steered and _rolls_sideways(wheels)) or _all_turn(model, wheels)
+        )
         kind = OMNIDIRECTIONAL if is_omni else DIFFERENTIAL if len(wheels) >= 2 else ""
         if steered and any(carrier_of(model, w) not in steered for w in wheels):
             kind = ACKERMANN

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from xml.etree import ElementTree
 
@@ -21,6 +22,17 @@ def number_remarks(root: ElementTree.Element) -> list[str]:
     told = list(dict.fromkeys(_remarks(root)))
     more = [f"{len(told) - MOST_TOLD} more texts are no numbers"] if len(told) > MOST_TOLD else []
     return told[:MOST_TOLD] + more
+
+
+def is_far(text: str | None) -> bool:
+    """Tells whether a pose lies beyond all bounds."""
+    for word in (text or "").replace(",", " ").split()[:3]:
+        try:
+            if FARTHEST_M < abs(float(word)) < math.inf:
+                return True
+        except ValueError:
+            continue
+    return False
 
 
 def _remarks(element: ElementTree.Element) -> Iterator[str]:

@@ -146,9 +146,9 @@ class OccupancyMap(Immutable):
 def load_map(path: str | Path, *, as_saved: bool = False) -> OccupancyMap:
     """Returns the map that a YAML file describes, or that a MovingAI file is.
 
-    as_saved: cells that the map's saver left unknown stay unknown, even if free_thresh or mode scale
-    makes them free. (Up to 2025, Nav2 saved maps with such a free_thresh.) Without as_saved they
-    are free, with an InputWarning.
+    as_saved: cells that the map's saver left unknown stay unknown, even if free_thresh or the mode
+    scale makes them free. (Up to 2025, Nav2 saved maps with such a free_thresh.) Without as_saved
+    they are free, with an InputWarning.
 
     A map with a yaw is turned onto a grid along the axes, with an InputWarning: Nav2's costmaps
     take no notice of a yaw. A MovingAI file has its lower left corner at (0, 0) and cells of

@@ -13,8 +13,8 @@ from pathlib import Path
 from typing import Final
 
 from drake_navbench.errors import InputError
-from drake_navbench.typed_files.input_file import LFS_POINTER, read_head, require_fetched
 from drake_navbench.ros2.recordings.rosbags_extra import open_zstd
+from drake_navbench.typed_files.input_file import LFS_POINTER, read_head, require_fetched
 
 MCAP_MAGIC = b"\x89MCAP0\r\n"
 RECORD_HEADER = struct.Struct("<BQ")
