@@ -16,7 +16,7 @@ from drake_navbench.inputs.descriptions.ros_packages import PACKAGE_FILE, files_
 from drake_navbench.inputs.descriptions.world import WORLD_SUFFIXES, is_world, read_world
 from drake_navbench.inputs.descriptions.xacro_macro import lacking, robot_macro
 from drake_navbench.inputs.launch_files import read_launch_files
-from drake_navbench.inputs.package_files import MAP, NAV2, ROBOT, WORLD, PackageFiles
+from drake_navbench.inputs.package_files import MAP, NAV2, ROBOT, WORLD, PackageFiles, is_mask
 from drake_navbench.typed_files.input_file import MEGABYTE
 
 HEAD_BYTES = MEGABYTE
@@ -39,7 +39,6 @@ PARTS = re.compile(
 )
 # Words in names of files that another one has replaced.
 REPLACED = re.compile(r"backup|\bbak\b|(^|[_.-])(old|copy|orig(inal)?|deprecated)([_.-]|$)")
-MASKS = re.compile(r"keepout|speed|limit|mask|filter")
 EMPTY_WORLDS = re.compile(r"empty|default")
 SEPARATE = re.compile(r"slam|mapper|keepout|speed_|collision_monitor|localization|amcl")
 # Words of a name that any whole Nav2 file may have.
@@ -72,7 +71,7 @@ def find_package_files(roots: Sequence[Path]) -> PackageFiles:
     launches = read_launch_files(files)
     found = {
         ROBOT: ranked(_is_robot, lambda file: _robot_rank(file, words)),
-        MAP: ranked(_is_map, lambda f: (_is_mask(f), launches.folders(f) < 0)),
+        MAP: ranked(_is_map, lambda f: (is_mask(f), launches.folders(f) < 0)),
         WORLD: ranked(_is_gazebo_world, lambda f: (_is_empty(f), launches.folders(f) < 0)),
     }
     places = (*found[MAP], *found[WORLD])
@@ -204,10 +203,6 @@ def _nav2_rank(file: Path) -> tuple[bool, bool]:
 def _more(file: Path, words: set[str]) -> int:
     """Returns the count of the words in a Nav2 file's name but the usual ones and its folder's."""
     return len({*re.split(r"[^a-z0-9]+", file.stem.lower())} - NAV2_WORDS - words)
-
-
-def _is_mask(file: Path) -> bool:
-    return MASKS.search(file.name.lower()) is not None
 
 
 def _is_empty(file: Path) -> bool:

@@ -316,6 +316,32 @@ def test_a_launch_file_tells_which_nav2_file_and_map_belong_together(repository)
     assert picked.map != arguments.map
 
 
+def test_a_launch_file_that_adds_a_mask_makes_it_no_map(repository):
+    map_files(repository / "cart_nav" / "maps", "hall", "keepout_mask")
+    (repository / "keepout.launch.py").write_text("'nav2_params.yaml', 'keepout_mask.yaml'")
+    assert filled("--package", str(repository))[0].map.name == "hall.yaml"
+
+
+def test_the_rest_of_a_file_whose_controllers_do_not_exist_here_is_checked_and_drives(
+    repository, capsys
+):
+    file = repository / "cart_nav" / "config" / "nav2_params.yaml"
+    text = file.read_text()
+    type_name = text.partition("plugin: ")[2].partition("\n")[0]
+    file.write_text(text.replace(type_name, "mine::Controller"))
+    asked = ["--package", str(repository)]
+    assert main([*asked, "--check"]) == 0
+    told = " ".join(capsys.readouterr().out.split())
+    assert "FollowPath.plugin" in told
+    assert "mine::Controller: no such controller here, no column" in told
+    assert "Columns: none, as the file has no controller that exists here" in told
+    with pytest.raises(InputError, match="'mine::Controller' has no counterpart here"):
+        request_from_arguments(filled(*asked)[0]).campaign()
+    chosen, _ = filled(*asked, "--controllers", "rpp", "--pick", "nav2=1")
+    campaign = request_from_arguments(chosen).campaign()
+    assert {spec.preset.controller for spec in campaign.specs} == {"rpp"}
+
+
 def test_of_nav2_files_of_one_name_it_is_the_one_in_the_folder_of_the_launch_file(repository):
     map_files(repository / "cart_bringup" / "maps", "hall")
     for package in ("cart_bringup", "cart_start"):

@@ -149,9 +149,12 @@ class _Missing:
         """Returns the fault of a missing package, if there is one, in place of a later fault."""
         if not self.names or "No such file" in str(error):
             return error
+        first, *others = map(repr, self.names)
+        named = f"packages {', '.join((first, *others))}" if others else f"package {first}"
+        are, them = ("are", "them") if others else ("is", "it")
         return InputError(
-            f"needs the package {self.names[-1]!r}, which is not in {self._packages.root}; "
-            f"expected it there or below a folder of --packages ({error})"
+            f"needs the {named}, which {are} not in {self._packages.root}; "
+            f"expected {them} there or below a folder of --packages ({error})"
         )
 
 
