@@ -70,7 +70,7 @@ def find_package_files(roots: Sequence[Path]) -> PackageFiles:
 
     launches = read_launch_files(files)
     found = {
-        ROBOT: ranked(_is_robot, lambda file: _robot_rank(file, words)),
+        ROBOT: ranked(_is_robot, lambda f: _robot_rank(f, words, launches.folders(f) > 0)),
         MAP: ranked(_is_map, lambda f: (is_mask(f), launches.folders(f) < 0)),
         WORLD: ranked(_is_gazebo_world, lambda f: (_is_empty(f), launches.folders(f) < 0)),
     }
@@ -111,11 +111,11 @@ def _is_robot(file: Path) -> bool:
     return is_plain or BUILDS.search(MACROS.sub("", text)) is not None
 
 
-def _robot_rank(file: Path, words: set[str]) -> tuple[int, bool, int, int]:
+def _robot_rank(file: Path, words: set[str], is_launched: bool) -> tuple[int, bool, bool, int, int]:
     """Returns a sorting key of a model file, smaller for a file that is more likely the robot.
 
-    Likely: a file named like its folder, or that includes many others. Unlikely: one of a part, or
-    a world with a robot in it.
+    Likely: a file that a launch file names with a folder, that is named like its folder, or that
+    includes many others. Unlikely: one of a part, or a world with a robot in it.
     """
     name = file.name.lower()
     stem = name.partition(".")[0]
@@ -123,7 +123,7 @@ def _robot_rank(file: Path, words: set[str]) -> tuple[int, bool, int, int]:
     named = stem in words or stem.removesuffix("_robot") in words or stem == "robot"
     includes = min(_head(file).count("<xacro:include"), MAX_INCLUDES)
     likely = 2 if _is_gazebo_world(file) else int(PARTS.search(name) is not None)
-    return likely, not named, -includes, kinds.get(file.suffix, 0)
+    return likely, not is_launched, not named, -includes, kinds.get(file.suffix, 0)
 
 
 def _driving_first(

@@ -99,7 +99,7 @@ def yaml_fault(error: yaml.YAMLError, source: str, text: str) -> InputError:
     line = f", line {mark.line + 1}" if mark else ""
     if isinstance(error, yaml.reader.ReaderError):
         line = f", line {text.count(chr(10), 0, error.position) + 1}"
-    problem = getattr(error, "problem", None) or getattr(error, "reason", "not YAML")
+    problem = str(getattr(error, "problem", None) or getattr(error, "reason", "not YAML"))
     if problem.startswith("but "):
         problem = f"{getattr(error, 'context', '')}, {problem}".lstrip(", ")
     faulty = text.split("\n")[mark.line : mark.line + 1] if mark else []

@@ -354,6 +354,33 @@ def test_of_nav2_files_of_one_name_it_is_the_one_in_the_folder_of_the_launch_fil
     assert arguments.nav2 == [repository / "cart_start" / "config" / "nav2_params.yaml"]
 
 
+def test_of_nav2_files_of_one_name_it_is_the_one_without_further_folders(repository):
+    """A launch file of another robot names the further folder."""
+    map_files(repository / "cart_nav" / "maps", "hall")
+    further = repository / "cart_nav" / "config" / "a_client" / "nav2_params.yaml"
+    further.parent.mkdir()
+    further.write_text(NAV2)
+    cart = repository / "cart_description" / "urdf" / "cart.urdf.xacro"
+    other = repository / "other" / "urdf" / "other.urdf.xacro"
+    other.parent.mkdir(parents=True)
+    other.write_text(cart.read_text())
+    cart.rename(cart.with_name("a_wagon.urdf.xacro"))
+    asked = "'config', '{}nav2_params.yaml', 'hall.yaml', '{}'"
+    (repository / "a.launch.py").write_text(asked.format("a_client', '", "other.urdf.xacro"))
+    (repository / "wagon.launch.py").write_text(asked.format("", "a_wagon.urdf.xacro"))
+    arguments, _ = filled("--package", str(repository))
+    assert arguments.robot.endswith("a_wagon.urdf.xacro")
+    assert arguments.nav2 == [repository / "cart_nav" / "config" / "nav2_params.yaml"]
+
+
+def test_of_two_models_it_is_the_one_that_a_launch_file_names(repository):
+    cart = repository / "cart_description" / "urdf" / "cart.urdf.xacro"
+    newer = cart.with_name("wagon_v2.urdf.xacro")
+    newer.write_text(cart.read_text())
+    (repository / "a.launch.py").write_text("share, 'urdf', 'wagon_v2.urdf.xacro'")
+    assert find_package_files([repository]).files["robot"][0] == newer
+
+
 def test_of_two_models_it_is_the_one_with_the_base_frame_of_the_nav2_file(repository):
     cart = next(repository.rglob("cart.urdf.xacro"))
     text = cart.read_text()
