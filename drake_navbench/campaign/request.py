@@ -109,8 +109,11 @@ class Request(FrozenModel):
     metrics: tuple[str, ...] = ()
     columns: tuple[str, ...] = ()
 
-    def nav2_columns(self) -> tuple[FileColumns, ...]:
-        """Returns the columns of each whole Nav2 file, () without a file; raises InputError."""
+    def nav2_columns(self, *, needs_controller: bool = True) -> tuple[FileColumns, ...]:
+        """Returns the columns of each whole Nav2 file, () without a file; raises InputError.
+
+        needs_controller: whether a file is refused of whose controllers none exists here.
+        """
         if not self.nav2_files:
             if self.against:
                 raise InputError(f"--against {self.against[0]}: expected --nav2 FILE beside it")
@@ -136,6 +139,7 @@ class Request(FrozenModel):
             release=self.nav2_release,
             base=self._robot(),
             other_names=() if described is None else described.source.arguments,
+            needs_controller=needs_controller,
         )
         if described is None:
             return columns
@@ -245,7 +249,7 @@ class Request(FrozenModel):
         ]
         if self.nav2_release and not (self.nav2_files or any(p.nav2_plugin for p in from_files)):
             raise InputError("--nav2-release: expected a Nav2 file by --nav2 or --params as well")
-        nav2 = self.nav2_columns()
+        nav2 = self.nav2_columns(needs_controller=not (self.controllers or from_files))
         require_different(nav2, differences(nav2) if len(nav2) > 1 else ())
         whole = [preset for columns in nav2 for preset in columns.presets]
         return [*self.controllers, *from_files, *whole], nav2

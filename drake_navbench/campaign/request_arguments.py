@@ -183,7 +183,7 @@ def print_check(
     if described is not None:
         print(printable(f"Robot: {arguments.robot}"))
         _print_table(described.check)
-    columns = request.nav2_columns()
+    columns = request.nav2_columns(needs_controller=False)
     for line in (*_differences(columns), *map(printable, remarks(columns))):
         print(line)
     for entry in columns:
@@ -197,7 +197,9 @@ def print_check(
         _print_table(setup.check)
 
 
-NO_COLUMN = "none, as the file has no controllers; --controllers NAME drives the rest of it"
+NO_COLUMN = (
+    "none, as the file has no controller that exists here; --controllers NAME drives the rest of it"
+)
 
 
 def _differences(columns: Sequence[FileColumns]) -> list[str]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
@@ -150,7 +151,8 @@ class _Table:
         if source.arguments:
             told = ", ".join(f"{name}={value}" for name, value in source.arguments.items())
             self.add(Status.USED, "xacro arguments", told)
-        if wanted is not None and base.rpartition("::")[2] != wanted:
+        # SDF puts a model's name before a link's, xacro often a prefix: robot1/base_link.
+        if wanted is not None and re.split("::|/", base)[-1] != wanted:
             self.add(Status.STAND_IN, "base frame", f"no link {wanted}; {base} is taken")
         else:
             self.add(Status.USED, "base frame", base)

@@ -41,13 +41,14 @@ class LaunchFiles:
     def started_with(self, file: Path, others: Sequence[Path]) -> tuple[Path, Path] | None:
         """Returns the one of `others` that a launch file names beside `file`, and that launch file.
 
-        Of several with the same name, it is the one whose folders the launch file names. None where
-        no launch file names both.
+        Of several with the same name, it is the one whose folders the launch file names, of these
+        the one with the fewest others. None where no launch file names both.
         """
         for launch, words in self.words:
             named = [other for other in others if file.name in words and other.name in words]
             if named:
-                return max(named, key=lambda other: len(words & {*other.parts})), launch
+                told = {other: len(words & {*other.parts}) for other in named}
+                return max(named, key=lambda other: (told[other], -len(other.parts))), launch
         return None
 
 

@@ -62,7 +62,8 @@ class NamedFiles:
             if path.suffix in WORLDS:
                 raise InputError(f"{self.kind} {name_or_path}: {_instead(path)}")
             if not is_file:
-                raise InputError(f"{self.kind} file {name_or_path}: no such file")
+                what = "expected a regular file" if path.exists() else "no such file"
+                raise InputError(f"{self.kind} file {name_or_path}: {what}")
             return path.resolve()
         if path.exists():
             raise InputError(f"{self.kind} {name_or_path}: {_instead(path)}")

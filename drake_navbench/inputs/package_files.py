@@ -19,6 +19,7 @@ MAX_LISTED = 12
 MAX_NAMED = 3
 # Names of files that tell nothing of which robot it is.
 ANY_ROBOT = ("robot", "model", "base", "main")
+MASKS = re.compile(r"keepout|speed|limit|mask|filter")
 
 
 @dataclass(frozen=True)
@@ -83,7 +84,14 @@ class PackageFiles:
         return files
 
     def _started_with(self, nav2: Path | None, kind: str) -> tuple[Path, Path] | None:
-        return None if nav2 is None else self.launches.started_with(nav2, self.files[kind])
+        """Returns the map or world that a launch file starts with a Nav2 file, beside maps no mask.
+
+        A launch file that adds a mask often names no map.
+        """
+        if nav2 is None:
+            return None
+        places = [file for file in self.files[kind] if kind != MAP or not is_mask(file)]
+        return self.launches.started_with(nav2, places or self.files[kind])
 
     def options(self, picked: Mapping[str, Path | None], nav2: str) -> dict[str, object]:
         """Returns the values of --robot, --map and the option `nav2` that the files give."""
@@ -138,6 +146,11 @@ class PackageFiles:
     def _short(self, file: Path) -> Path:
         root = next(root for root in self.roots if file.is_relative_to(root))
         return file.relative_to(root)
+
+
+def is_mask(file: Path) -> bool:
+    """Tells whether a map is a mask of a costmap filter, by its name."""
+    return MASKS.search(file.name.lower()) is not None
 
 
 def _name_of(robot: Path) -> str:

@@ -16,7 +16,7 @@ from drake_navbench.inputs.descriptions.ros_packages import PACKAGE_FILE, files_
 from drake_navbench.inputs.descriptions.world import WORLD_SUFFIXES, is_world, read_world
 from drake_navbench.inputs.descriptions.xacro_macro import lacking, robot_macro
 from drake_navbench.inputs.launch_files import read_launch_files
-from drake_navbench.inputs.package_files import MAP, NAV2, ROBOT, WORLD, PackageFiles
+from drake_navbench.inputs.package_files import MAP, NAV2, ROBOT, WORLD, PackageFiles, is_mask
 from drake_navbench.typed_files.input_file import MEGABYTE
 
 HEAD_BYTES = MEGABYTE
@@ -28,6 +28,7 @@ MAX_INCLUDES = 5
 WHOLE_ROBOT = re.compile(r"<robot\b[^>]*\bname\s*=|<model\b[^>]*\bname\s*=")
 MACROS = re.compile(r"<xacro:macro\b.*?</xacro:macro>|<!--.*?-->", re.DOTALL)
 BUILDS = re.compile(r"<link\b|<xacro:(?!arg|property|if|unless|macro)\w+")
+REMARKS = re.compile(r"(?:^|\s)#[^\n]*")
 NAV2_MARKS = re.compile(r"controller_server\b[\s\S]*ros__parameters|FollowPath")
 BASE_FRAME = re.compile(r"^[^#\n]*robot_base_frame\s*:\s*[\"']?/?([\w/]*\w)", re.MULTILINE)
 MAP_MARKS = re.compile(r"^\s*image\s*:\s*(\S+)", re.MULTILINE)
@@ -38,7 +39,6 @@ PARTS = re.compile(
 )
 # Words in names of files that another one has replaced.
 REPLACED = re.compile(r"backup|\bbak\b|(^|[_.-])(old|copy|orig(inal)?|deprecated)([_.-]|$)")
-MASKS = re.compile(r"keepout|speed|limit|mask|filter")
 EMPTY_WORLDS = re.compile(r"empty|default")
 SEPARATE = re.compile(r"slam|mapper|keepout|speed_|collision_monitor|localization|amcl")
 # Words of a name that any whole Nav2 file may have.
@@ -70,8 +70,8 @@ def find_package_files(roots: Sequence[Path]) -> PackageFiles:
 
     launches = read_launch_files(files)
     found = {
-        ROBOT: ranked(_is_robot, lambda file: _robot_rank(file, words)),
-        MAP: ranked(_is_map, lambda f: (_is_mask(f), launches.folders(f) < 0)),
+        ROBOT: ranked(_is_robot, lambda f: _robot_rank(f, words, launches.folders(f) > 0)),
+        MAP: ranked(_is_map, lambda f: (is_mask(f), launches.folders(f) < 0)),
         WORLD: ranked(_is_gazebo_world, lambda f: (_is_empty(f), launches.folders(f) < 0)),
     }
     places = (*found[MAP], *found[WORLD])
@@ -111,11 +111,11 @@ def _is_robot(file: Path) -> bool:
     return is_plain or BUILDS.search(MACROS.sub("", text)) is not None
 
 
-def _robot_rank(file: Path, words: set[str]) -> tuple[int, bool, int, int]:
+def _robot_rank(file: Path, words: set[str], is_launched: bool) -> tuple[int, bool, bool, int, int]:
     """Returns a sorting key of a model file, smaller for a file that is more likely the robot.
 
-    Likely: a file named like its folder, or that includes many others. Unlikely: one of a part, or
-    a world with a robot in it.
+    Likely: a file that a launch file names with a folder, that is named like its folder, or that
+    includes many others. Unlikely: one of a part, or a world with a robot in it.
     """
     name = file.name.lower()
     stem = name.partition(".")[0]
@@ -123,7 +123,7 @@ def _robot_rank(file: Path, words: set[str]) -> tuple[int, bool, int, int]:
     named = stem in words or stem.removesuffix("_robot") in words or stem == "robot"
     includes = min(_head(file).count("<xacro:include"), MAX_INCLUDES)
     likely = 2 if _is_gazebo_world(file) else int(PARTS.search(name) is not None)
-    return likely, not named, -includes, kinds.get(file.suffix, 0)
+    return likely, not is_launched, not named, -includes, kinds.get(file.suffix, 0)
 
 
 def _driving_first(
@@ -191,7 +191,7 @@ def _includes(file: Path, part: Path) -> bool:
 def _is_nav2(file: Path) -> bool:
     if file.suffix not in (".yaml", ".yml"):
         return False
-    text = _head(file)
+    text = REMARKS.sub("", _head(file))
     return "ros__parameters" in text and NAV2_MARKS.search(text) is not None
 
 
@@ -203,10 +203,6 @@ def _nav2_rank(file: Path) -> tuple[bool, bool]:
 def _more(file: Path, words: set[str]) -> int:
     """Returns the count of the words in a Nav2 file's name but the usual ones and its folder's."""
     return len({*re.split(r"[^a-z0-9]+", file.stem.lower())} - NAV2_WORDS - words)
-
-
-def _is_mask(file: Path) -> bool:
-    return MASKS.search(file.name.lower()) is not None
 
 
 def _is_empty(file: Path) -> bool:

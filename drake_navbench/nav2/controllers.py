@@ -84,11 +84,13 @@ def controller_presets(
     return [_with_release_told(preset, found.mark) for preset in presets]
 
 
-def server_columns(server: Node, release: str) -> dict[str, Preset | None]:
+def server_columns(
+    server: Node, release: str, *, needs_one: bool = True
+) -> dict[str, Preset | None]:
     """Returns the column of each controller by its name in the file; None without a counterpart.
 
-    release: Nav2's, for controllers that follow a release. Raises InputError where no controller
-    has a counterpart, or where a value is wrong.
+    release: Nav2's, for controllers that follow a release. needs_one: whether a controller has to
+    have a counterpart. Raises InputError where none has, or where a value is wrong.
     """
     for name, parameter in server.parameters.items():
         missing = missing_value(parameter.value)
@@ -104,7 +106,7 @@ def server_columns(server: Node, release: str) -> dict[str, Preset | None]:
             columns[plugin] = plugin_preset(server, plugin, release)
         except NoCounterpart as error:
             left_out.append(error)
-    if len(left_out) == len(columns) > 0:
+    if needs_one and len(left_out) == len(columns) > 0:
         raise left_out[0]
     return columns
 

@@ -194,14 +194,16 @@ def setup_of(
     *,
     release: str | None = None,
     beside: Sequence[Nav2Setup] = (),
+    needs_controller: bool = True,
 ) -> Nav2Setup:
     """Returns the setup that Nav2 files define; raises InputError.
 
     beside: setups whose controllers drive the same base; its speed limits suffice for all of them.
+    needs_controller: whether files are refused of whose controllers none exists here.
     """
     found = release_of(read.sections, release)
     files = _Files(list(read.sections), dict(read.remarks), base, base_name, found)
-    return files.setup(read.paths, beside)
+    return files.setup(read.paths, beside, needs_controller)
 
 
 class _Files:
@@ -221,9 +223,12 @@ class _Files:
         self._servers = servers
         self._namespace = servers[0].name.removesuffix(f"/{SERVER}") if servers else ""
 
-    def setup(self, paths: Sequence[Path], beside: Sequence[Nav2Setup]) -> Nav2Setup:
+    def setup(
+        self, paths: Sequence[Path], beside: Sequence[Nav2Setup], needs_controller: bool
+    ) -> Nav2Setup:
         """Returns the columns and the robot that the files describe."""
-        presets = tuple(preset for node in self._servers for preset in self._columns(node))
+        columns = [self._columns(node, needs_controller) for node in self._servers]
+        presets = tuple(preset for own in columns for preset in own)
         row = release_row(self._release)
         self._rows[row.node, row.parameter] = row
         navigation = self._navigation()
@@ -293,8 +298,8 @@ class _Files:
             for name, parameter in node.parameters.items()
         }
 
-    def _columns(self, node: Node) -> list[Preset]:
-        columns = server_columns(node, self._release.release)
+    def _columns(self, node: Node, needs_one: bool) -> list[Preset]:
+        columns = server_columns(node, self._release.release, needs_one=needs_one)
         for row in column_rows(node, columns):
             self._rows[row.node, row.parameter] = row
         presets = {plugin: preset for plugin, preset in columns.items() if preset is not None}

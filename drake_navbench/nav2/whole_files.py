@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -107,13 +108,14 @@ def columns_of_files(
     release: str | None = None,
     base: Robot | None = None,
     other_names: Collection[str] = (),
+    needs_controller: bool = True,
 ) -> tuple[FileColumns, ...]:
     """Returns the columns of whole Nav2 files, to drive beside each other.
 
     robot: name or file of the robot that supplies all that no Nav2 file contains. values: for the
     files' substitutions. release: Nav2's; by default the one that each file's own marks tell. base:
     the robot, if it is loaded already; then other_names are the names in `values` that others use,
-    such as the arguments of the robot's model.
+    such as the arguments of the robot's model. needs_controller: as in `setup_of`.
 
     All drive the same base, whose speeds are those that the controllers of all files ask for. One
     file alone drives as by `--nav2`. To drive a patched file against the original:
@@ -140,12 +142,15 @@ def columns_of_files(
         for file in files
     ]
     substitutions.require_all_used(other_names)
-    alone = [setup_of(entry, base, robot, release=release) for entry in read]
+    make = partial(
+        setup_of, base=base, base_name=robot, release=release, needs_controller=needs_controller
+    )
+    alone = [make(entry) for entry in read]
     columns = []
     for file, entry, setup in zip(files, read, alone, strict=True):
         others = [other for other in alone if other is not setup]
         if any(other.robot.drive != setup.robot.drive for other in others):
-            setup = setup_of(entry, base, robot, release=release, beside=others)
+            setup = make(entry, beside=others)
         columns.append(FileColumns(file, _named(setup, file)))
     return tuple(columns)
 

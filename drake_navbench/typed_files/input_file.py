@@ -11,6 +11,9 @@ from pathlib import Path
 from drake_navbench.errors import InputError
 
 MEGABYTE = 2**20
+# The first bytes of what stands in a clone for a file that Git LFS keeps elsewhere.
+LFS_POINTER = b"version https://git-lfs"
+UTF_16 = (b"\xff\xfe", b"\xfe\xff")
 
 
 def read_input(path: Path, *, max_bytes: int) -> bytes:
@@ -28,9 +31,25 @@ def read_input(path: Path, *, max_bytes: int) -> bytes:
         # A ValueError comes of a name with a NUL character.
         reason = getattr(error, "strerror", None) or str(error)
         raise InputError(f"{path}: cannot be read: {reason}") from error
+    require_fetched(path, content)
     if len(content) > max_bytes:
         raise InputError(f"{path}: expected at most {max_bytes // MEGABYTE} MB")
     return content
+
+
+def require_fetched(path: Path, content: bytes) -> None:
+    """Raises InputError for a pointer to the file, as a clone without Git LFS has it."""
+    if content.startswith(LFS_POINTER):
+        raise InputError(f"{path}: a pointer of Git LFS, not the file; run git lfs pull")
+
+
+def read_head(path: Path, count: int) -> bytes:
+    """Returns the first bytes of a regular file; b'' for any other, or an unreadable one."""
+    try:
+        with open(path, "rb", opener=_opened_at_once) as file:
+            return file.read(count) if stat.S_ISREG(os.fstat(file.fileno()).st_mode) else b""
+    except (OSError, ValueError):
+        return b""
 
 
 def _opened_at_once(path: str, flags: int) -> int:
@@ -40,10 +59,15 @@ def _opened_at_once(path: str, flags: int) -> int:
 
 def read_input_text(path: Path, *, max_bytes: int) -> str:
     """Returns a regular file's text; raises InputError as `read_input`, or if it is not UTF-8."""
+    content = read_input(path, max_bytes=max_bytes)
     try:
-        return read_input(path, max_bytes=max_bytes).decode()
+        return content.decode()
     except UnicodeDecodeError as error:
-        raise InputError(f"{path}: cannot be read: not UTF-8 text") from error
+        line = content.count(b"\n", 0, error.start) + 1
+        found = "UTF-16" if content.startswith(UTF_16) else f"the byte {content[error.start]:#04x}"
+        raise InputError(
+            f"{path}, line {line}: cannot be read: not UTF-8 text, found {found}"
+        ) from error
 
 
 def file_digest(path: Path, *, max_bytes: int) -> str:

@@ -88,9 +88,8 @@ def parse_yaml(text: str, source: str) -> dict[str, Any]:
     except UnicodeEncodeError as error:
         raise InputError(f"{source}: {error.reason}") from error
     if not isinstance(data, dict):
-        raise InputError(
-            f"{source}: expected a mapping of fields to values, got {type(data).__name__}"
-        )
+        got = "nothing" if data is None else type(data).__name__
+        raise InputError(f"{source}: expected a mapping of fields to values, got {got}")
     return data
 
 
@@ -98,7 +97,11 @@ def yaml_fault(error: yaml.YAMLError, source: str, text: str) -> InputError:
     """Returns the fault of a YAML text as one line."""
     mark = getattr(error, "problem_mark", None)
     line = f", line {mark.line + 1}" if mark else ""
-    problem = getattr(error, "problem", None) or getattr(error, "reason", "not YAML")
+    if isinstance(error, yaml.reader.ReaderError):
+        line = f", line {text.count(chr(10), 0, error.position) + 1}"
+    problem = str(getattr(error, "problem", None) or getattr(error, "reason", "not YAML"))
+    if problem.startswith("but "):
+        problem = f"{getattr(error, 'context', '')}, {problem}".lstrip(", ")
     faulty = text.split("\n")[mark.line : mark.line + 1] if mark else []
     if any(row.lstrip(" ").startswith("\t") for row in faulty):
         problem = "is indented by a tab; expected spaces"

@@ -49,6 +49,22 @@ def test_the_limits_are_those_of_the_controllers_file_that_names_the_wheels(tmp_
     assert load_robot(str(path), arguments={"length": "1"}).drive.max_linear_velocity_mps == 0.5
 
 
+def test_the_controllers_file_is_the_robot_s_own_not_that_of_a_robot_beside_it(tmp_path):
+    """Other packages in the folder of a workspace have wheels of the same names."""
+    path = write_repository(tmp_path / "cart")
+    (tmp_path / "cart" / ".git").rmdir()
+    path.write_text(XACRO.replace("gz-sim-diff-drive-system", "x").replace("DiffDrive", "x"))
+    for folder, speed in (("a_robot", "0.9"), ("cart/cart_bringup", "0.6")):
+        file = tmp_path / folder / "my_controllers.yaml"
+        file.parent.mkdir()
+        file.write_text(CONTROLLERS.replace("0.7", speed))
+    (tmp_path / "cart" / "package.xml").write_text("<package><name>cart</name></package>")
+    assert load_robot(str(path)).drive.max_linear_velocity_mps == 0.6
+    file.unlink()
+    own = [tmp_path / "cart"]
+    assert load_robot(str(path), packages=own).drive.max_linear_velocity_mps == 0.5
+
+
 MECANUM = """
 controller_manager:
   ros__parameters:

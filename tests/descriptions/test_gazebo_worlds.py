@@ -317,3 +317,25 @@ def test_a_world_beside_its_map_is_planned_on_the_map_and_met_as_it_is(tmp_path)
     assert all(-2.0 < x < 5.1 for task in tasks for x in (task.start[0], task.goal[0]))
     with pytest.warns(InputWarning, match=r"room\.yaml: 0% of its occupied cells .*this world"):
         warn_of_other_world(load(tmp_path, crate, name="other.world"), file)
+
+
+@pytest.mark.parametrize("place", ["model", "included in a model", "state"])
+def test_a_model_that_fell_out_of_the_world_is_left_out_and_told(tmp_path, place):
+    """Gazebo saves worlds with models that fall without end."""
+    far = "3 0 -7.57769e+08 0 0 0"
+    model = tmp_path / "rack" / "model.sdf"
+    model.parent.mkdir()
+    rack = box("rack", "1 1 1", "3 0 0.5 0 0 0")
+    model.write_text(f'<sdf version="1.7">{rack}</sdf>')
+    (tmp_path / "rack" / "model.config").write_text("<model><name>rack</name></model>")
+    included = f"<include><uri>model://rack</uri><name>rack</name><pose>{far}</pose></include>"
+    text = {
+        "model": box("rack", "1 1 1", far),
+        "included in a model": f'<model name="outer">{included}</model>',
+        "state": f'{rack}<state><model name="rack"><pose>{far}</pose></model></state>',
+    }[place]
+    path = tmp_path / "w.world"
+    path.write_text(world(text + box("other", "1 1 1", "6 0 0.5 0 0 0")))
+    found = load_gazebo_world(path, lidar_m=LIDAR_M, top_m=TOP_M)
+    assert f"left out rack: its pose, {far}, is beyond 1e+06 m" in found.remarks
+    assert len(found.obstacles) == 1

@@ -13,9 +13,13 @@ from descriptions_scenes import box, world
 from drake_navbench.analysis.replay.robot_model import SdfModel
 from drake_navbench.errors import InputError, InputWarning
 from drake_navbench.inputs import gazebo_world
+from drake_navbench.inputs.described_robot import describe_robot
 from drake_navbench.inputs.descriptions import meshes, sdf
 from drake_navbench.inputs.descriptions.model import Shape
+from drake_navbench.inputs.descriptions.world import read_world
 from drake_navbench.inputs.gazebo_world import load_gazebo_world
+from drake_navbench.inputs.package_search import find_package_files
+from drake_navbench.inputs.robot import load_robot
 from drake_navbench.inputs.robot_model import read_robot_model
 
 LIMIT_S = 30.0
@@ -218,3 +222,33 @@ def test_a_world_of_too_many_boxes_is_bounded(tmp_path, monkeypatch):
     monkeypatch.setattr(gazebo_world, "MAX_SHAPES", 100)
     line = refusal(load_gazebo_world, path, lidar_m=0.22, top_m=0.4)
     assert "101 shapes stand in it, expected at most 100" in line
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        ('xyz="0.1 nan 0"', "<origin> xyz='0.1 nan 0': expected numbers"),
+        ('rpy="1.5.7 0 0"', "<origin> rpy='1.5.7 0 0': expected numbers"),
+        ('xyz="1e200 0 0"', "<origin> xyz='1e200 0 0': expected numbers of at most 1e+06"),
+    ],
+)
+def test_a_text_that_is_no_number_is_told(tmp_path, text, told):
+    path = cart(tmp_path, BOX.replace("<geometry>", f"<origin {text}/><geometry>"))
+    assert told in " ".join(describe_robot(path).check.as_text(400).split())
+
+
+def test_the_numbers_of_a_world_are_told_and_those_of_its_plugins_are_not(tmp_path):
+    path = tmp_path / "w.world"
+    plugin = '<plugin name="p" filename="q"><pose>left of it</pose></plugin>'
+    path.write_text(world(box("a", "1 -1 1", "4 0 0") + box("b", "1 one 1", "0 4 0") + plugin))
+    negative, word = read_world(path).remarks
+    assert negative == "<size> '1 -1 1': expected no length below 0"
+    assert word.startswith("<size> '1 one 1': expected numbers")
+
+
+def test_pipes_and_links_in_a_loop_are_no_robots(tmp_path):
+    os.mkfifo(tmp_path / "pipe.yaml")
+    (tmp_path / "a.urdf").symlink_to("b.urdf")
+    (tmp_path / "b.urdf").symlink_to("a.urdf")
+    assert find_package_files([tmp_path]).files["robot"] == ()
+    assert "pipe.yaml: expected a regular file" in refusal(load_robot, str(tmp_path / "pipe.yaml"))

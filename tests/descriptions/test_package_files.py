@@ -316,6 +316,32 @@ def test_a_launch_file_tells_which_nav2_file_and_map_belong_together(repository)
     assert picked.map != arguments.map
 
 
+def test_a_launch_file_that_adds_a_mask_makes_it_no_map(repository):
+    map_files(repository / "cart_nav" / "maps", "hall", "keepout_mask")
+    (repository / "keepout.launch.py").write_text("'nav2_params.yaml', 'keepout_mask.yaml'")
+    assert filled("--package", str(repository))[0].map.name == "hall.yaml"
+
+
+def test_the_rest_of_a_file_whose_controllers_do_not_exist_here_is_checked_and_drives(
+    repository, capsys
+):
+    file = repository / "cart_nav" / "config" / "nav2_params.yaml"
+    text = file.read_text()
+    type_name = text.partition("plugin: ")[2].partition("\n")[0]
+    file.write_text(text.replace(type_name, "mine::Controller"))
+    asked = ["--package", str(repository)]
+    assert main([*asked, "--check"]) == 0
+    told = " ".join(capsys.readouterr().out.split())
+    assert "FollowPath.plugin" in told
+    assert "mine::Controller: no such controller here, no column" in told
+    assert "Columns: none, as the file has no controller that exists here" in told
+    with pytest.raises(InputError, match="'mine::Controller' has no counterpart here"):
+        request_from_arguments(filled(*asked)[0]).campaign()
+    chosen, _ = filled(*asked, "--controllers", "rpp", "--pick", "nav2=1")
+    campaign = request_from_arguments(chosen).campaign()
+    assert {spec.preset.controller for spec in campaign.specs} == {"rpp"}
+
+
 def test_of_nav2_files_of_one_name_it_is_the_one_in_the_folder_of_the_launch_file(repository):
     map_files(repository / "cart_bringup" / "maps", "hall")
     for package in ("cart_bringup", "cart_start"):
@@ -326,6 +352,33 @@ def test_of_nav2_files_of_one_name_it_is_the_one_in_the_folder_of_the_launch_fil
     )
     arguments, _ = filled("--package", str(repository))
     assert arguments.nav2 == [repository / "cart_start" / "config" / "nav2_params.yaml"]
+
+
+def test_of_nav2_files_of_one_name_it_is_the_one_without_further_folders(repository):
+    """A launch file of another robot names the further folder."""
+    map_files(repository / "cart_nav" / "maps", "hall")
+    further = repository / "cart_nav" / "config" / "a_client" / "nav2_params.yaml"
+    further.parent.mkdir()
+    further.write_text(NAV2)
+    cart = repository / "cart_description" / "urdf" / "cart.urdf.xacro"
+    other = repository / "other" / "urdf" / "other.urdf.xacro"
+    other.parent.mkdir(parents=True)
+    other.write_text(cart.read_text())
+    cart.rename(cart.with_name("a_wagon.urdf.xacro"))
+    asked = "'config', '{}nav2_params.yaml', 'hall.yaml', '{}'"
+    (repository / "a.launch.py").write_text(asked.format("a_client', '", "other.urdf.xacro"))
+    (repository / "wagon.launch.py").write_text(asked.format("", "a_wagon.urdf.xacro"))
+    arguments, _ = filled("--package", str(repository))
+    assert arguments.robot.endswith("a_wagon.urdf.xacro")
+    assert arguments.nav2 == [repository / "cart_nav" / "config" / "nav2_params.yaml"]
+
+
+def test_of_two_models_it_is_the_one_that_a_launch_file_names(repository):
+    cart = repository / "cart_description" / "urdf" / "cart.urdf.xacro"
+    newer = cart.with_name("wagon_v2.urdf.xacro")
+    newer.write_text(cart.read_text())
+    (repository / "a.launch.py").write_text("share, 'urdf', 'wagon_v2.urdf.xacro'")
+    assert find_package_files([repository]).files["robot"][0] == newer
 
 
 def test_of_two_models_it_is_the_one_with_the_base_frame_of_the_nav2_file(repository):
@@ -346,6 +399,26 @@ def test_without_launch_files_the_plainest_name_of_a_nav2_file_counts(repository
     (config / "nav2_explore_params.yaml").write_text(NAV2)
     arguments, _ = filled("--package", str(repository))
     assert [path.name for path in arguments.nav2] == ["nav2_params.yaml"]
+
+
+def test_a_file_that_names_the_controller_server_only_in_a_remark_is_no_nav2_file(repository):
+    text = NAV2.partition("local_costmap:")
+    (repository / "cart_nav" / "config" / "nav2.yaml").write_text(
+        f"# no controller_server here: FollowPath is a node of ours\n{text[1]}{text[2]}"
+    )
+    found = find_package_files([repository]).files["nav2"]
+    assert [file.name for file in found] == ["nav2_params.yaml"]
+
+
+def test_a_value_of_an_undeclared_argument_of_xacro_counts_as_used(repository):
+    """xacro's message on such an argument says to give it by --set."""
+    model = repository / "cart_description" / "urdf" / "cart.urdf.xacro"
+    model.write_text(model.read_text().replace('name="laser"', 'name="$(arg robot_name)/laser"'))
+    asked = ["--package", str(repository), "--check"]
+    with pytest.raises(InputError, match="give it by --set robot_name=VALUE"):
+        request_from_arguments(filled(*asked)[0]).nav2_columns()
+    arguments, _ = filled(*asked, "--set", "robot_name=cart")
+    assert request_from_arguments(arguments).nav2_columns()
 
 
 def test_the_nav2_file_of_a_model_in_gazebo_s_form_is_found_by_its_folder(repository):

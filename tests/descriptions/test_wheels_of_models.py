@@ -274,6 +274,24 @@ def test_wheels_that_point_in_many_directions_are_omni_wheels(tmp_path, yaws_deg
     assert drive(robot(tmp_path, *wheels)).kind == (kind or DIFFERENTIAL)
 
 
+@pytest.mark.parametrize(
+    ("trail_m", "kind"), [(0.0, OMNIDIRECTIONAL), (0.05, DIFFERENTIAL)], ids=["swerve", "caster"]
+)
+def test_wheels_that_all_turn_about_their_own_middle_are_a_swerve_drive(tmp_path, trail_m, kind):
+    """A wheel 0.05 m behind its upright joint is a caster's."""
+    parts = []
+    for name, x, y in (("fl", 0.2, 0.2), ("fr", 0.2, -0.2), ("rear", -0.2, 0.0)):
+        rolling = wheel(name, 0, CYLINDER.format(0.1)).replace('"base_link"', f'"{name}_leg"')
+        parts += (
+            f'<link name="{name}_leg"/><joint name="{name}_turn" type="revolute">'
+            f'<parent link="base_link"/><child link="{name}_leg"/><origin xyz="{x} {y} 0"/>'
+            '<axis xyz="0 0 1"/><limit lower="-3.14159" upper="3.14159" effort="1" velocity="1"/>'
+            "</joint>",
+            rolling.replace('"0 0 -0.05"', f'"-{trail_m} 0 -0.05"'),
+        )
+    assert drive(robot(tmp_path, *parts)).kind == kind
+
+
 def test_wheels_that_a_plugin_tells_otherwise_than_the_model_are_doubtful(tmp_path):
     """Links 0.4 m apart; a plugin of 0.41 m is near enough, one of 0.2 m is not."""
     wheels = [wheel(n, y, CYLINDER.format(0.1)) for n, y in (("left", 0.2), ("right", -0.2))]

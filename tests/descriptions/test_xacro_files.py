@@ -45,6 +45,15 @@ def test_a_package_elsewhere_is_found_by_packages_alone(tmp_path):
     assert load_robot(str(path), packages=[tmp_path / "b"]).mass_kg == pytest.approx(22.0)
 
 
+def test_all_packages_that_a_robot_lacks_are_named(tmp_path):
+    path = write_repository(tmp_path)
+    text = XACRO.replace("$(find cart_parts)", "$(find mir_description)")
+    arm = '<xacro:include filename="$(find ur_description)/ur.xacro"/>'
+    path.write_text(text.replace("<link", f"{arm}<link", 1))
+    with pytest.raises(InputError, match="packages 'mir_description', 'ur_description', which"):
+        load_robot(str(path))
+
+
 def test_a_mesh_of_a_gazebo_model_is_searched_by_the_models_name(tmp_path):
     """The library that expands xacro puts the file's folder between model:// and the name."""
     path = write_repository(tmp_path)

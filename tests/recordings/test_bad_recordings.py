@@ -293,6 +293,8 @@ def test_other_wrong_input_is_told(importing, bag, make, tmp_path):
     assert "no such file or folder" in importing.fails(tmp_path / "none.mcap")
     (tmp_path / "empty").mkdir()
     assert "not a recording" in importing.fails(tmp_path / "empty")
+    (tmp_path / "empty" / "metadata.yaml").write_text("rosbag2_bagfile_information: {}\n")
+    assert "metadata.yaml names are not there" in importing.fails(tmp_path / "empty")
     path = bag(turtlebot(make))
     assert "--start 99: expected 0 to 12.000 s" in importing.fails(path, "--start", "99")
     line = importing.fails(path, "--start", "6", "--end", "5")

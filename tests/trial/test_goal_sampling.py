@@ -65,15 +65,22 @@ def test_a_given_start_is_that_of_all_and_its_goals_lie_in_its_room(tmp_path):
     assert all(task.goal[0] > 5.1 for task in tasks)
 
 
-def test_no_task_leads_where_the_maps_saver_knew_nothing(tmp_path):
-    """Nav2's older savers wrote free_thresh: 0.25, with which their grey of unknown is free."""
+@pytest.mark.parametrize(
+    ("fields", "said"),
+    [({"free_thresh": 0.25}, r"free_thresh 0\.25"), ({"mode": "scale"}, "mode scale")],
+)
+def test_no_task_leads_where_the_maps_saver_knew_nothing(tmp_path, fields, said):
+    """Nav2's older savers wrote free_thresh: 0.25, with which their grey of unknown is free.
+
+    In mode scale its value is that of a cell which is 0% occupied: free as well.
+    """
     grey = np.full((60, 100), 205, dtype=np.uint8)
     grey[:, :50] = 254
     Image.fromarray(grey).save(tmp_path / "hall.pgm")
     data = {"image": "hall.pgm", "resolution": 0.1, "origin": [0.0, 0.0, 0.0]}
-    data |= {"negate": 0, "occupied_thresh": 0.65, "free_thresh": 0.25}
+    data |= {"negate": 0, "occupied_thresh": 0.65, "free_thresh": 0.196, **fields}
     (tmp_path / "hall.yaml").write_text(yaml.safe_dump(data))
-    with pytest.warns(InputWarning, match=r"hall\.yaml: free_thresh 0\.25 makes .* 50% of") as told:
+    with pytest.warns(InputWarning, match=rf"hall\.yaml: {said} makes .* 50% of") as told:
         tasks = sample_tasks(tmp_path / "hall.yaml", load_robot("round_robot"), 20, seed=0)
     assert len(told) == 1
     assert all(place[0] < 5.0 for task in tasks for place in (task.start, task.goal))

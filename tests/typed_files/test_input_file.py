@@ -63,7 +63,17 @@ def test_a_name_with_a_nul_is_no_file():
     assert "embedded null" in refusal(Path("a\0b.yaml"))
 
 
-def test_bytes_that_are_no_text_are_refused(tmp_path):
-    (tmp_path / "a.yaml").write_bytes(b"a: \xff")
-    with pytest.raises(InputError, match="cannot be read: not UTF-8 text"):
+@pytest.mark.parametrize(
+    ("content", "found"),
+    [(b"a: 1\nb: \xf6", "2: {}, found the byte 0xf6"), ("a: 1".encode("utf-16"), "UTF-16")],
+)
+def test_bytes_that_are_no_text_are_refused(tmp_path, content, found):
+    (tmp_path / "a.yaml").write_bytes(content)
+    expected = found.format("cannot be read: not UTF-8 text")
+    with pytest.raises(InputError, match=rf"a\.yaml, line .*{expected}$"):
         read_input_text(tmp_path / "a.yaml", max_bytes=100)
+
+
+def test_a_pointer_of_git_lfs_is_no_file(tmp_path):
+    (tmp_path / "a.yaml").write_text("version https://git-lfs.github.com/spec/v1\nsize 1\n")
+    assert refusal(tmp_path / "a.yaml") == "a pointer of Git LFS, not the file; run git lfs pull"

@@ -41,7 +41,9 @@ NO_VALUES = {
     "a number of a million digits": ("a: " + 1_000_000 * "7", "is too long for !!int"),
     "a clock time of a million parts": ("a: " + 1_000_000 * "1:" + "1", "is too long for !!int"),
     "an alias of nothing": ("a: *b", "line 1: found undefined alias"),
-    "a NUL": ("a: \0", "task.yaml: control characters are not allowed"),
+    "a NUL": ("a: 1\nb: \0", "task.yaml, line 2: control characters are not allowed"),
+    "two documents": ("a: 1\n---\na: 2", "expected a single document in the stream, but found"),
+    "an empty text": ("", "task.yaml: expected a mapping of fields to values, got nothing"),
     "half a character": ("a: \ud800", "task.yaml: surrogates not allowed"),
 }
 

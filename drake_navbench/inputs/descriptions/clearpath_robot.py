@@ -11,6 +11,7 @@ from xml.sax.saxutils import quoteattr
 from drake_navbench.errors import InputError, as_line
 from drake_navbench.inputs.descriptions.ros_packages import Packages
 from drake_navbench.inputs.descriptions.xacro_macro import parameters_of
+from drake_navbench.typed_files.input_file import read_head
 from drake_navbench.typed_files.typed_yaml import read_yaml
 
 SERIAL = re.compile(r"([a-z]+[0-9]+)-[\w-]+")
@@ -27,11 +28,7 @@ def is_clearpath(path: Path) -> bool:
     """Tells whether a YAML file is a robot.yaml of Clearpath's."""
     if path.suffix not in (".yaml", ".yml"):
         return False
-    try:
-        with path.open("rb") as file:
-            head = file.read(HEAD_BYTES)
-    except (OSError, ValueError):
-        return False
+    head = read_head(path, HEAD_BYTES)
     found = [re.search(mark, head, re.MULTILINE) for mark in (rb"^serial_number\s*:", MARKS)]
     return None not in found
 

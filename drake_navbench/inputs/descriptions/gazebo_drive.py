@@ -42,6 +42,7 @@ KINDS = (
 )
 PLUGIN_FILE = re.compile(r"<plugin\b[^>]*\bfilename\s*=\s*[\"']([^\"']+)")
 CONTROL = ("ros2_control", "ros_control")
+CONTROLLERS_FILE = re.compile(r"control.*\.ya?ml$")
 # left_wheel_names, front_left_wheel_command_joint_name, traction_joints_names, rear_wheels_names.
 JOINTS_KEY = re.compile(r"(?:wheel|joint)s?_names?$")
 # Larger limits in a model are bounds of the simulator, not of the robot.
@@ -53,6 +54,8 @@ STEERING = "steering_limit_rad"
 SIGNED = ("min_linear_velocity_mps", "rear_axle_x_m")
 # The least vertical part of the axis of a joint that steers.
 UPRIGHT = 0.9
+# The largest distance, across its axle, of a steered wheel from its steering axis, m.
+TRAIL_M = 0.01
 # The share by which wheels may differ from those of the model's links.
 WHEEL_TOLERANCE = 0.1
 # The cosine of the angle, 15 degrees, below which two axles count as parallel.
@@ -100,7 +103,9 @@ def drive_of(
         # Two driven wheels with an omni wheel as their caster are a differential base.
         is_mecanum = len(names) >= 3 and all("mecanum" in n or "omni" in n for n in names)
         steered = {joint.child for joint in _steering(model, wheels)}
-        is_omni = is_mecanum or (not steered and _rolls_sideways(wheels))
+        is_omni = (
+            is_mecanum or (not steered and _rolls_sideways(wheels)) or _all_turn(model, wheels)
+        )
         kind = OMNIDIRECTIONAL if is_omni else DIFFERENTIAL if len(wheels) >= 2 else ""
         if steered and any(carrier_of(model, w) not in steered for w in wheels):
             kind = ACKERMANN
@@ -201,15 +206,13 @@ def _by_controllers(files: Sequence[str], packages: Packages) -> FoundDrive | No
 
 
 def _by_wheel_names(model: Model, wheels: Sequence[Wheel], packages: Packages) -> FoundDrive | None:
-    """Returns the drive in the first controllers file of this model.
+    """Returns the drive in the nearest controllers file of this model.
 
     Launch files name the controllers file where a model does not.
     """
     driven = {wheel.joint.name for wheel in wheels}
     joints = {joint.name for joint in model.joints}
-    for file in packages.files():
-        if file.suffix not in (".yaml", ".yml") or "control" not in file.name or not driven:
-            continue
+    for file in packages.files(CONTROLLERS_FILE) if driven else ():
         found = _controllers_in(file, lambda named: named <= joints and bool(named & driven))
         if found is not None:
             return found
@@ -308,6 +311,29 @@ def _steering(model: Model, wheels: Sequence[Wheel]) -> list[Joint]:
         and abs(joint.axis[2]) > UPRIGHT
         and max(-joint.range_rad[0], joint.range_rad[1]) < 0.5 * math.pi
     ]
+
+
+def _all_turn(model: Model, wheels: Sequence[Wheel]) -> bool:
+    """Tells whether three or more wheels each turn by half a turn or more, as in a swerve drive.
+
+    Such a wheel stands under its upright joint; a caster's wheel trails behind it.
+    """
+    uprights = {
+        joint.child: joint
+        for joint in model.joints
+        if joint.kind in TURNING
+        and abs(joint.axis[2]) > UPRIGHT
+        and joint.range_rad[1] - joint.range_rad[0] >= math.pi
+    }
+    for wheel in wheels:
+        upright = uprights.get(carrier_of(model, wheel))
+        if upright is None:
+            return False
+        axle = wheel.joint.axis / float(np.linalg.norm(wheel.joint.axis))
+        offset = model.links[wheel.joint.child].pose[:3, 3] - upright.pose[:3, 3]
+        if np.hypot(*(offset - (offset @ axle) * axle)[:2]) > TRAIL_M:
+            return False
+    return len(wheels) >= 3
 
 
 def _differing(values: Mapping[str, float], modelled: Mapping[str, float]) -> str:

@@ -13,6 +13,7 @@ from drake_navbench.inputs.descriptions.clearpath_robot import clearpath_xacro, 
 from drake_navbench.inputs.descriptions.drawing import is_drawing
 from drake_navbench.inputs.descriptions.gazebo_drive import names_drive
 from drake_navbench.inputs.descriptions.model import Model
+from drake_navbench.inputs.descriptions.number_texts import number_remarks
 from drake_navbench.inputs.descriptions.ros_packages import Packages
 from drake_navbench.inputs.descriptions.sdf import SdfReader
 from drake_navbench.inputs.descriptions.urdf import read_urdf
@@ -64,7 +65,7 @@ def read_source(
     model = read_urdf(root, packages) if root.tag == "robot" else _sdf_model(root, path, packages)
     if not model.links:
         raise InputError(f"{path}: cannot be read as a robot's model: expected links, found none")
-    model.remarks += [*expanded.remarks, *left_out]
+    model.remarks += [*expanded.remarks, *left_out, *number_remarks(root)]
     return Source(path, model, root, packages, expanded.arguments, is_expanded)
 
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from functools import lru_cache
 from pathlib import Path
 
@@ -17,6 +17,7 @@ from drake_navbench.errors import InputError
 
 PACKAGE_URI = re.compile(r"(?:package|model)://([^/]+)/?(.*)")
 PACKAGE_FILE = "package.xml"
+CHECKOUT = ".git"
 MODEL_FILE = "model.config"
 # A downloaded model lies in a folder named by its version.
 VERSION = re.compile(r"\d+")
@@ -71,10 +72,24 @@ class Packages:
             known |= packages_below(root)
         return known
 
-    def files(self) -> Iterator[Path]:
-        """Yields the files in the repository around the file, then those in the named folders."""
-        for root in reversed(self._roots):
-            yield from files_below(root)
+    def files(self, names: re.Pattern[str]) -> list[Path]:
+        """Returns the files of such names that belong to the file's robot, the nearest first.
+
+        They are in the repository and in the named folders. Without a `.git`, the packages beside
+        the file's may be other robots': the named folder around the file counts then.
+        """
+        *named, root = self._roots
+        is_clone = (root / CHECKOUT).exists()
+        is_named = any(self._folder.is_relative_to(folder) for folder in named)
+        roots = named if is_named and not is_clone else [root, *named]
+        found = [f for below in roots for f in files_below(below) if names.search(f.name)]
+        here = self._folder.parts
+
+        def shared(file: Path) -> int:
+            pairs = zip(here, file.parts, strict=False)
+            return next((i for i, (ours, theirs) in enumerate(pairs) if ours != theirs), len(here))
+
+        return sorted(dict.fromkeys(found), key=shared, reverse=True)
 
     def model(self, name: str) -> Path | None:
         """Returns the folder of a Gazebo model by its name, in upper or lower case."""
@@ -164,7 +179,7 @@ def repository_of(file: Path) -> Path:
     the file and of the packages beside it; else the file's own folder.
     """
     above = [*file.absolute().parents][:MAX_DEPTH]
-    checkout = next((folder for folder in above if (folder / ".git").exists()), None)
+    checkout = next((folder for folder in above if (folder / CHECKOUT).exists()), None)
     if checkout is not None:
         return checkout
     packages = [folder for folder in above if (folder / PACKAGE_FILE).is_file()]
@@ -228,8 +243,16 @@ def files_below(root: Path) -> tuple[Path, ...]:
             entries = sorted(os.scandir(folder), key=lambda entry: entry.name)
         except OSError:
             continue
-        found += [Path(entry.path) for entry in entries if entry.is_file()]
+        found += [Path(entry.path) for entry in entries if _is_file(entry)]
     return tuple(found)
+
+
+def _is_file(entry: os.DirEntry[str]) -> bool:
+    """Tells whether an entry is a file; a link in a loop of links is none."""
+    try:
+        return entry.is_file()
+    except OSError:
+        return False
 
 
 def _name_in(file: Path) -> str | None:

@@ -11,6 +11,7 @@ import numpy as np
 
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.descriptions.model import Link, Model, Plugin, Sensor, Shape
+from drake_navbench.inputs.descriptions.number_texts import number_remarks
 from drake_navbench.inputs.descriptions.poses import inverse, number, numbers
 from drake_navbench.inputs.descriptions.ros_packages import MODEL_FILE, Packages
 from drake_navbench.inputs.descriptions.sdf_frames import Frames, inertia_of, joint_of
@@ -65,6 +66,8 @@ class SdfReader:
             what = "a light" if root.find("light") is not None else "no model"
             self._tell(f"left out {uri}: it holds {what}")
             return None
+        for remark in number_remarks(model):
+            self._tell(f"{uri}: {remark}")
         return model, file.parent
 
     def _place(self, uri: str) -> Path | None:

@@ -11,14 +11,15 @@ from xml.etree import ElementTree
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.descriptions.gazebo_drive import has_drive
 from drake_navbench.inputs.descriptions.model import Model
-from drake_navbench.inputs.descriptions.poses import number, numbers
+from drake_navbench.inputs.descriptions.number_texts import is_far, number_remarks
+from drake_navbench.inputs.descriptions.poses import FARTHEST_M, number, numbers
 from drake_navbench.inputs.descriptions.ros_packages import Packages
 from drake_navbench.inputs.descriptions.sdf import SdfReader, placement
 from drake_navbench.inputs.descriptions.sdf_frames import Frames, pose_element
 from drake_navbench.inputs.descriptions.xacro_file import XACRO, expand_xacro
 from drake_navbench.inputs.descriptions.xml_file import read_xml, text_of
 from drake_navbench.kernels.arrays import Array
-from drake_navbench.typed_files.input_file import MEGABYTE, read_input
+from drake_navbench.typed_files.input_file import MEGABYTE, read_head, read_input
 
 MAX_FILE_BYTES = 64 * MEGABYTE
 WORLD_SUFFIXES = (".world", ".sdf")
@@ -57,11 +58,7 @@ def is_world(path: Path) -> bool:
         return True
     if not name.endswith(".sdf"):
         return False
-    try:
-        with path.open("rb") as file:
-            return WORLD_TAG.search(file.read(HEAD_BYTES)) is not None
-    except (OSError, ValueError):
-        return False
+    return WORLD_TAG.search(read_head(path, HEAD_BYTES)) is not None
 
 
 def read_world(path: Path, folders: Sequence[Path] = ()) -> WorldSource:
@@ -86,6 +83,7 @@ def read_world(path: Path, folders: Sequence[Path] = ()) -> WorldSource:
     source = WorldSource(path)
     reader = SdfReader(Packages(path, folders))
     source.remarks = reader.remarks
+    source.remarks += [*_remove_lost(world), *number_remarks(world)]
     frames, moved = Frames(world), _state_poses(world)
     folder = path.parent.absolute()
     for element in world:
@@ -109,6 +107,25 @@ def _state_poses(world: ElementTree.Element) -> dict[str, Array]:
         for model in world.findall("state/model")
         if (pose := model.find("pose")) is not None
     }
+
+
+def _remove_lost(world: ElementTree.Element) -> list[str]:
+    """Removes the models that lie beyond all bounds, and returns a remark on each.
+
+    Gazebo saves such poses of models that fall without end; nothing of them is in the world.
+    """
+    remarks = []
+    saved = {model.get("name"): text_of(model, "pose") for model in world.findall("state/model")}
+    for parent in list(world.iter()):
+        for child in [c for c in parent if c.tag in ("model", "include")]:
+            name = child.get("name") or text_of(child, "name") or text_of(child, "uri")
+            pose = text_of(child, "pose")
+            pose = saved.get(name, pose) if parent is world else pose
+            if is_far(pose):
+                parent.remove(child)
+                if parent.tag != "state":
+                    remarks.append(f"left out {name}: its pose, {pose}, is beyond {FARTHEST_M:g} m")
+    return remarks
 
 
 def _include(

@@ -149,14 +149,17 @@ class _Missing:
         """Returns the fault of a missing package, if there is one, in place of a later fault."""
         if not self.names or "No such file" in str(error):
             return error
+        first, *others = map(repr, self.names)
+        named = f"packages {', '.join((first, *others))}" if others else f"package {first}"
+        are, them = ("are", "them") if others else ("is", "it")
         return InputError(
-            f"needs the package {self.names[-1]!r}, which is not in {self._packages.root}; "
-            f"expected it there or below a folder of --packages ({error})"
+            f"needs the {named}, which {are} not in {self._packages.root}; "
+            f"expected {them} there or below a folder of --packages ({error})"
         )
 
 
 class _Arguments(dict[str, str]):
-    """The values of arguments; declared: the names that xacro files declare.
+    """The values of arguments; declared: the names that xacro files declare, or use without it.
 
     xacro asks for an argument's value where it meets its declaration.
     """
@@ -168,6 +171,11 @@ class _Arguments(dict[str, str]):
     def __contains__(self, name: object) -> bool:
         self.declared.add(str(name))
         return super().__contains__(name)
+
+    def __getitem__(self, name: str) -> str:
+        value = super().__getitem__(name)
+        self.declared.add(name)
+        return value
 
 
 def _expanded(path: Path, content: str, arguments: _Arguments, missing: _Missing) -> str:

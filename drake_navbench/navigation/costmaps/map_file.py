@@ -26,6 +26,7 @@ from drake_navbench.navigation.costmaps.movingai_map import SUFFIX as MOVINGAI_S
 from drake_navbench.navigation.costmaps.movingai_map import read_movingai_map
 from drake_navbench.navigation.costmaps.turned_map import turned_along_axes
 from drake_navbench.typed_files.file_kinds import MAP, require_kind
+from drake_navbench.typed_files.input_file import LFS_POINTER, read_head, require_fetched
 from drake_navbench.typed_files.quantities import MAX_LENGTH_M, Angle, CellSize, Length
 from drake_navbench.typed_files.typed_yaml import (
     FrozenModel,
@@ -41,6 +42,8 @@ OPAQUE = 255
 MAX_GREY = 255
 # The grey of unknown cells as map savers write it, and a free_thresh with which it stays unknown.
 SAVED_UNKNOWN, SAVED_FREE_THRESH = 205, 0.196
+# The occupancy, as a share, up to which mode scale leaves a cell as good as free.
+NEARLY_FREE = 0.01
 # A smaller share of such cells is not told: a drawing may have that grey by chance.
 LEAST_SHARE = 0.01
 # ImageMagick's weights of red, green and blue (Rec. 709), by which Nav2 makes colours grey.
@@ -143,9 +146,9 @@ class OccupancyMap(Immutable):
 def load_map(path: str | Path, *, as_saved: bool = False) -> OccupancyMap:
     """Returns the map that a YAML file describes, or that a MovingAI file is.
 
-    as_saved: cells that the map's saver left unknown stay unknown, even if free_thresh makes them
-    free. (Up to 2025, Nav2 saved maps with such a free_thresh.) Without as_saved they are free,
-    with an InputWarning.
+    as_saved: cells that the map's saver left unknown stay unknown, even if free_thresh or the mode
+    scale makes them free. (Up to 2025, Nav2 saved maps with such a free_thresh.) Without as_saved
+    they are free, with an InputWarning.
 
     A map with a yaw is turned onto a grid along the axes, with an InputWarning: Nav2's costmaps
     take no notice of a yaw. A MovingAI file has its lower left corner at (0, 0) and cells of
@@ -180,11 +183,11 @@ def load_map(path: str | Path, *, as_saved: bool = False) -> OccupancyMap:
             f"{metadata.occupied_thresh}; a grey that both claim is free, as in Nav2 from Jazzy on"
         )
         warnings.warn(warning, InputWarning, stacklevel=2)
-    if as_saved and _frees_unknown(metadata):
+    if as_saved and metadata.mode == MapMode.TRINARY and _frees_unknown(metadata):
         metadata = metadata.model_copy(update={"free_thresh": SAVED_FREE_THRESH})
     named_by = place_in(text, str(path), ["image"])
     image = _image_of(path, metadata.image)
-    occupancy = _image_occupancy(image, metadata, named_by, path)
+    occupancy = _image_occupancy(image, metadata, named_by, path, as_saved)
     # The top row of an image is the one with the highest y.
     occupancy = occupancy[::-1]
     resolution = float(np.float32(metadata.resolution))
@@ -240,25 +243,17 @@ def _image_of(path: Path, named: str) -> Path:
 
 
 def _image_occupancy(
-    image: Path, metadata: MapMetadata, named_by: str, path: Path
+    image: Path, metadata: MapMetadata, named_by: str, path: Path, as_saved: bool
 ) -> NDArray[np.int8]:
     """Returns the occupancy of a map's image, top row first.
 
     The image may be a MovingAI file, which holds occupancies. named_by: the place that names the
-    image, for errors. path: the map's file, for warnings.
+    image, for errors. path: the map's file, for warnings. as_saved: as in `load_map`.
     """
     if image.suffix == MOVINGAI_SUFFIX:
         return read_movingai_map(image, occupied=OCCUPIED)
     grey, alpha = _read_image(image, named_by)
-    share = float(np.mean(grey == SAVED_UNKNOWN))
-    if _frees_unknown(metadata) and share >= LEAST_SHARE:
-        warning = (
-            f"{path}: free_thresh {metadata.free_thresh:g} makes the grey of unknown cells, "
-            f"{share:.0%} of the map, free, as in Nav2; they stay unknown with free_thresh: "
-            f"{SAVED_FREE_THRESH}"
-        )
-        warnings.warn(warning, InputWarning, stacklevel=3)
-    return occupancy_from_grey(
+    occupancy = occupancy_from_grey(
         grey,
         alpha,
         mode=metadata.mode,
@@ -266,12 +261,30 @@ def _image_occupancy(
         occupied_thresh=metadata.occupied_thresh,
         free_thresh=metadata.free_thresh,
     )
+    is_unknown = grey == SAVED_UNKNOWN
+    share = float(np.mean(is_unknown))
+    is_scaled = metadata.mode == MapMode.SCALE
+    if share < LEAST_SHARE or metadata.negate:
+        return occupancy
+    if is_scaled and as_saved:
+        occupancy[is_unknown] = UNKNOWN
+    elif _frees_unknown(metadata):
+        field = "mode scale" if is_scaled else f"free_thresh {metadata.free_thresh:g}"
+        cure = "in mode trinary" if is_scaled else f"with free_thresh: {SAVED_FREE_THRESH}"
+        warning = (
+            f"{path}: {field} makes the grey of unknown cells, {share:.0%} of the map, free, as in "
+            f"Nav2; they stay unknown {cure}"
+        )
+        warnings.warn(warning, InputWarning, stacklevel=3)
+    return occupancy
 
 
 def _frees_unknown(metadata: MapMetadata) -> bool:
-    """Tells whether the thresholds make the grey free that map savers write for unknown cells."""
-    is_free = metadata.free_thresh >= 1.0 - SAVED_UNKNOWN / MAX_GREY
-    return is_free and metadata.mode == MapMode.TRINARY and not metadata.negate
+    """Tells whether the grey that map savers write for unknown cells is free, or scaled to 1%."""
+    above = 1.0 - SAVED_UNKNOWN / MAX_GREY - metadata.free_thresh
+    if metadata.mode == MapMode.SCALE:
+        return above <= NEARLY_FREE * (metadata.occupied_thresh - metadata.free_thresh)
+    return above <= 0.0 and metadata.mode == MapMode.TRINARY and not metadata.negate
 
 
 def _read_only(cells: NDArray[np.int8]) -> NDArray[np.int8]:
@@ -317,6 +330,7 @@ def _read_image(path: Path, named_by: str) -> tuple[NDArray[np.uint8], NDArray[n
     """Returns grey and alpha of an image, (rows, columns) uint8 each, top row first."""
     if not path.is_file():
         raise InputError(f"{named_by}: image: no such file, got {str(path)!r}")
+    require_fetched(path, read_head(path, len(LFS_POINTER)))
     try:
         # Pillow warns of images beyond a size that is refused here in any case.
         bomb = Image.DecompressionBombWarning

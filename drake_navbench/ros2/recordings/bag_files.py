@@ -14,12 +14,12 @@ from typing import Final
 
 from drake_navbench.errors import InputError
 from drake_navbench.ros2.recordings.rosbags_extra import open_zstd
+from drake_navbench.typed_files.input_file import LFS_POINTER, read_head, require_fetched
 
 MCAP_MAGIC = b"\x89MCAP0\r\n"
 RECORD_HEADER = struct.Struct("<BQ")
 # The records that end an MCAP file: DataEnd without a checksum, Footer without a summary.
 MCAP_END = RECORD_HEADER.pack(0x0F, 4) + bytes(4) + RECORD_HEADER.pack(0x02, 20) + bytes(20)
-LFS_POINTER = b"version https://git-lfs"
 DATA_END, FOOTER = 0x0F, 0x02
 COPIED_BYTES = 1 << 20
 STORAGES = (".mcap", ".db3", ".bag")
@@ -95,7 +95,9 @@ def files_in(folder: Path) -> list[Path]:
     """Returns the files of a folder that hold messages; raises InputError where it has none."""
     files = sorted(file for file in folder.iterdir() if file.is_file() and _holds_messages(file))
     if not files:
-        raise InputError(f"{folder}: a folder without {', '.join(STORAGES)}; not a recording")
+        is_told = (folder / METADATA).is_file()
+        why = f"the files that its {METADATA} names are not there" if is_told else "not a recording"
+        raise InputError(f"{folder}: a folder without {', '.join(STORAGES)}; {why}")
     return files
 
 
@@ -114,8 +116,7 @@ def require_recording(file: Path) -> None:
 
 def require_content(path: Path) -> None:
     """Raises InputError for a pointer to the recording, as a clone without Git LFS has it."""
-    if _starts_with(path, LFS_POINTER):
-        raise InputError(f"{path}: a pointer of Git LFS, not the recording; run git lfs pull")
+    require_fetched(path, read_head(path, len(LFS_POINTER)))
 
 
 def size_of(path: Path) -> int:
