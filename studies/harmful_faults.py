@@ -157,6 +157,18 @@ it does harm. Written before anything was driven:
   from the journals of then. They are told apart in the tables. *Expected*: likeliest cause 65%,
   gone 65%, of these nothing worse 90%.
 
+- *Seed 2037, and 2031 gone on with*, written before anything of 2037 was read or driven, for the
+  doctor of the commit that adds this. Draw, strength, harm, order, controllers and scores are those
+  of 2036. What is changed since 2036, none of it for an answer to these faults: cures of rules have
+  the value that quiets the rule, or both sides of a window; two rules more (RPP's carrot within the
+  goal's tolerance, DWB's RotateToGoal that looks ahead); the verdict names a likelier change that
+  could not be driven. After each step of the census a fault of 2037 is visited; while none waits, so
+  that the time goes to visits, the next of 2031 (of DWB four wait, then MPPI's). These are not
+  blind as those of 2037 are and are told apart, as before. One worker on one core, until 01:10 of
+  the day; the end of the time ends it. *Expected*: of both together likeliest cause 65%, gone 65%,
+  of these nothing worse 90%; the likeliest abnormal value alone 75%; three to six visits, so that
+  no goal is shown or refuted.
+
 Unit: one fault, which is one file. Intervals are Wilson's, 95%. Faults of one controller share
 their sound file, so they are less apart than the intervals suppose.
 """
