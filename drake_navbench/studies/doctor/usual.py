@@ -59,6 +59,7 @@ NEVER_ZERO = ("max_vel_x", "max_vel_theta", "max_speed*", "acc_lim_x", "acc_lim_
     "decel_lim_x", "decel_lim_theta")  # fmt: skip
 # What the defaults are made for: 0.5 m/s, a TurtleBot's radius, 20 control cycles a second.
 USUAL_SPEED_MPS, USUAL_RADIUS_M, USUAL_PERIOD_S = 0.5, 0.22, 0.05
+USUAL_INFLATION_M = 0.55
 # Parameters whose right value grows with the robot's speed, or with its size.
 _GROWTH = {
     "speed": "lookahead_dist min_lookahead_dist max_lookahead_dist min_lookahead max_lookahead "
@@ -67,7 +68,8 @@ _GROWTH = {
     "curvature_lookahead_dist forward_sampling_distance min_approach_linear_velocity "
     "regulated_linear_scaling_min_speed",
     "size": "inflation_radius footprint_padding min_obstacle_dist inflation_dist width height "
-    "xy_goal_tolerance required_movement_radius regulated_linear_scaling_min_radius",
+    "xy_goal_tolerance required_movement_radius regulated_linear_scaling_min_radius "
+    "resolution",
 }
 WITH_SPEED, WITH_SIZE = (frozenset(names.split()) for names in _GROWTH.values())
 
@@ -113,7 +115,7 @@ def unusual_value(facts: Facts, place: str, *, least: float = FAR) -> Unusual | 
 
 
 def _scales(facts: Facts, place: str) -> Iterator[float]:
-    """Yields the factors by which the robot's speed, size and period may change a right value."""
+    """Yields the factors by which the robot's speed, size and so on may change a right value."""
     name = place.rpartition(".")[2]
     yield 1.0
     if name in WITH_SPEED and facts.speed_mps > 0.0:
@@ -122,6 +124,9 @@ def _scales(facts: Facts, place: str) -> Iterator[float]:
         yield facts.period_s / USUAL_PERIOD_S
     if place == "controller.time_steps":
         yield USUAL_PERIOD_S / max(facts.number("controller.model_dt"), 1e-3)
+    if name == "cost_scaling_dist":
+        # It lies within the inflation.
+        yield facts.number("local_costmap.inflation_radius", USUAL_INFLATION_M) / USUAL_INFLATION_M
     if name in WITH_SIZE and facts.circumscribed_radius_m > 0.0:
         yield facts.circumscribed_radius_m / USUAL_RADIUS_M
 
