@@ -496,7 +496,7 @@ def test_dwb_beyond_its_window_gets_a_cure_that_a_robot_can_have(facts):
 
     assert cure(2.0).startswith("raise local_costmap.width to 7 m; or lower sim_time to 1.25 s;")
     # 68 m ask for a window of 136 m, or for samples of 0.06 s: it is the speed.
-    assert cure(40.0) == "lower max_vel_x to 1.471 m/s"
+    assert cure(40.0) == "lower max_vel_x to 1.471"
     # The robot never drives what the velocity smoother does not let by: 0.5 m/s for 1.7 s.
     assert cure(2.0, velocity_smoother={"max_velocity": [0.5, 0.0, 1.0]}) == "none"
 
