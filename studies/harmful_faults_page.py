@@ -183,7 +183,8 @@ def _seed_lines(seed: int, own: list[dict[str, Any]]) -> Iterator[str]:
         f"{_count(visited, c)} of {_count(harmful, c)} of {c}" for c in CONTROLLERS_OF[seed]
     )
     yield f"By controller: {by_controller}."
-    yield from ["", *_undriven_lines(harmful)]
+    if harmful:
+        yield from ["", *_undriven_lines(harmful)]
     if visited:
         yield from _visited_lines(visited)
     for doctor in sorted({entry["by"] for entry in later}):

@@ -60,6 +60,8 @@ NEVER_ZERO = ("max_vel_x", "max_vel_theta", "max_speed*", "acc_lim_x", "acc_lim_
 # What the defaults are made for: 0.5 m/s, a TurtleBot's radius, 20 control cycles a second.
 USUAL_SPEED_MPS, USUAL_RADIUS_M, USUAL_PERIOD_S = 0.5, 0.22, 0.05
 USUAL_INFLATION_M = 0.55
+# A robot of less than this share of the usual radius has costmaps of smaller cells.
+TINY = 0.5
 # Parameters whose right value grows with the robot's speed, or with its size.
 _GROWTH = {
     "speed": "lookahead_dist min_lookahead_dist max_lookahead_dist min_lookahead max_lookahead "
@@ -68,8 +70,7 @@ _GROWTH = {
     "curvature_lookahead_dist forward_sampling_distance min_approach_linear_velocity "
     "regulated_linear_scaling_min_speed",
     "size": "inflation_radius footprint_padding min_obstacle_dist inflation_dist width height "
-    "xy_goal_tolerance required_movement_radius regulated_linear_scaling_min_radius "
-    "resolution",
+    "xy_goal_tolerance required_movement_radius regulated_linear_scaling_min_radius",
 }
 WITH_SPEED, WITH_SIZE = (frozenset(names.split()) for names in _GROWTH.values())
 
@@ -127,8 +128,9 @@ def _scales(facts: Facts, place: str) -> Iterator[float]:
     if name == "cost_scaling_dist":
         # It lies within the inflation.
         yield facts.number("local_costmap.inflation_radius", USUAL_INFLATION_M) / USUAL_INFLATION_M
-    if name in WITH_SIZE and facts.circumscribed_radius_m > 0.0:
-        yield facts.circumscribed_radius_m / USUAL_RADIUS_M
+    size = facts.circumscribed_radius_m / USUAL_RADIUS_M
+    if size > 0.0 and (name in WITH_SIZE or (name == "resolution" and size < TINY)):
+        yield size
 
 
 @cache

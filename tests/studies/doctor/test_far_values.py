@@ -163,3 +163,11 @@ def test_a_scaling_distance_within_a_small_inflation_is_not_far(found, inflation
     scaled = {"use_cost_regulated_linear_velocity_scaling": True, "cost_scaling_dist": 0.03}
     text = nav2_text(RPP_BLOCK | scaled, plugin=RPP).replace("0.7", str(inflation_m))
     assert any("cost_scaling_dist" in f.rule.name for f in far(found(text))) is is_far
+
+
+@pytest.mark.parametrize(("radius_m", "is_far"), [(0.03, False), (0.19, True)])
+def test_a_tiny_robots_costmap_has_small_cells(found, radius_m, is_far):
+    """0.02 m are 0.4 times bringup's 0.05 m."""
+    costmap = {"resolution": 0.02, "robot_radius": radius_m, "footprint": ""}
+    text = nav2_text(RPP_BLOCK, plugin=RPP, local_costmap=costmap)
+    assert any("resolution" in f.rule.name for f in far(found(text))) is is_far
