@@ -15,7 +15,7 @@ from planted_faults import HERE, Fault, candidates, spoilt_value
 from drake_navbench.studies.doctor.visit import FIRST_SEEDS
 
 DRIVEN = HERE / "harmful_faults.json"
-SEEDS = (2030, 2031, 2032, 2033, 2034, 2035, 2036, 2037)
+SEEDS = (2030, 2031, 2032, 2033, 2034, 2035, 2036, 2037, 2038)
 # In the order of the turns; a controller's place in it is part of its draw.
 CONTROLLERS = ("rpp", "dwb", "graceful", "mppi", "teb")
 CONTROLLERS_OF = (
@@ -34,8 +34,9 @@ SIX_PROBES = (
     "door_rough", "right_angle", "box_on_path", "person_crossing", "closed_way", "exact_heading",
 )  # fmt: skip
 SCREENED_IN = dict.fromkeys(SEEDS[2:], SIX_PROBES)
-# From this seed on harm is confirmed by this many trials, of which at least this share show it.
-CONFIRMED_FROM, CONFIRMING, CONFIRMED_SHARE = 2034, 3, 0.6
+# From this seed on harm is confirmed by so many trials, of which at least this share show it.
+CONFIRMED_FROM, CONFIRMED_SHARE = 2034, 0.6
+CONFIRMING = dict.fromkeys(SEEDS[4:8], 3) | dict.fromkeys(SEEDS[8:], 6)
 MILD, STRONG = 3.0, 10.0
 # Parameters of a controller that are screened in one batch.
 TOGETHER = {2030: 8, 2031: 8} | dict.fromkeys(SEEDS[2:], 4)

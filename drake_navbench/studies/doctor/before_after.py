@@ -8,10 +8,10 @@ from pathlib import Path
 from drake_navbench.analysis.replay.pages import write_race_replay
 from drake_navbench.logs.log import TrialLog
 from drake_navbench.studies.doctor.change import Judged
-from drake_navbench.studies.doctor.driving import FRESH_SEED, Driver, severity
+from drake_navbench.studies.doctor.driving import FRESH_SEED, Driver, probe_of, severity
 from drake_navbench.studies.doctor.files import Patient
 from drake_navbench.studies.doctor.symptoms import Symptom
-from drake_navbench.studies.doctor.visit import BY_WEIGHT, Visit, probe_of
+from drake_navbench.studies.doctor.visit import BY_WEIGHT, Visit
 from drake_navbench.typed_files.output_file import write_whole
 
 REPLAY = "before_after.html"

@@ -17,6 +17,8 @@ from drake_navbench.studies.doctor.usual import unusual_value
 
 # The steps from a value for which no usual range is known.
 FACTORS = {Direction.UP: (1.6, 2.6), Direction.DOWN: (0.6, 0.35)}
+# A smaller step, as a share of the value, hardly shows.
+LEAST_STEP = 0.2
 DIGITS = 3
 # From this share on a value is too far from a whole number to be rounded.
 FAR_FROM_WHOLE = 0.25
@@ -287,8 +289,10 @@ def _stepped(cause: Cause, place: str, value: float, step: int) -> float | None:
     if _is_number(cause.to) and (float(cause.to) > value) == is_up and cause.to != value:
         steps.append(float(cause.to))
     if low is not None and high is not None:
-        near, middle = (low if is_up else high), 0.5 * (low + high)
-        steps += [v for v in (near, middle) if (v > value * 1.001) == is_up and v != value]
+        near, far = (low, high) if is_up else (high, low)
+        ahead = [v for v in (near, 0.5 * (low + high), far) if _is_step(value, v, is_up)]
+        # The far end of the usual range is a step for what lies in its half.
+        steps += ahead[:-1] or ahead
     steps += [value * factor for factor in FACTORS[cause.direction]]
     if value == 0.0:
         steps = [v for v in steps if v != 0.0] or [0.1 if is_up else -0.1]
@@ -297,6 +301,12 @@ def _stepped(cause: Cause, place: str, value: float, step: int) -> float | None:
         steps = [_axis(value, cause.direction, number) for number in (MILD, STRONG)]
     steps = [v for v in dict.fromkeys(map(_rounded, steps)) if v != value]
     return steps[step] if step < len(steps) else None
+
+
+def _is_step(value: float, new: float, is_up: bool) -> bool:
+    """Tells whether a new value lies in the direction, and so far that a drive may show it."""
+    change = new - value
+    return (change > 0.0) == is_up and abs(change) >= LEAST_STEP * abs(value)
 
 
 def _like(new: float, value: Any) -> Any:

@@ -171,6 +171,11 @@ def _read(path: Path) -> dict[str, Row]:
     return rows
 
 
+def probe_of(row: Mapping[str, Any]) -> str:
+    """Returns the name of a row's probe."""
+    return str(row["scenario"]).removeprefix("probe_")
+
+
 def severity(row: Mapping[str, Any], symptom: str) -> float:
     """Returns the severity of a symptom in a row; 0 where the log was too short for any."""
     return float(row["severity"].get(symptom, 0.0))

@@ -32,7 +32,8 @@ OF_THE_ROBOT = (
 )  # fmt: skip
 ELSEWHERE = ("amcl.", "global_costmap.width", "global_costmap.height")
 # Low values of these may be those of a weak base; high ones are unusual for any robot.
-ACCELERATIONS = ("acc_lim*", "decel_lim*", "ax_*", "ay_*", "az_*", "*_accel", "*_decel")
+ACCELERATIONS = ("acc_lim*", "decel_lim*", "ax_*", "ay_*", "az_*", "*_accel", "*_decel",
+    "*_acc_lim")  # fmt: skip
 # From this tolerance on the heading at the goal does not matter.
 NO_HEADING_RAD = 1.2
 SOURCE = "Nav2's code and nav2_bringup/params/nav2_params.yaml"

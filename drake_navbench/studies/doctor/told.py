@@ -7,7 +7,9 @@ from collections.abc import Iterator, Sequence
 
 from drake_navbench.errors import printable
 from drake_navbench.inputs.check import CheckRow
+from drake_navbench.nav2.sensing import LIDAR_HEIGHT
 from drake_navbench.studies.doctor.cures import told_with_step
+from drake_navbench.studies.doctor.driving import Row, has_failed, probe_of
 from drake_navbench.studies.doctor.facts import NO_PLUGIN, Facts
 from drake_navbench.studies.doctor.reading import Suspicion
 from drake_navbench.studies.doctor.rules.rule import Finding
@@ -129,3 +131,27 @@ def _suspicion_lines(number: int, suspicion: Suspicion, facts: Facts) -> Iterato
     yield from wrapped(f"{number}. {told_with_step(suspicion.cause, facts)}", "  ", "     ")
     for reason in suspicion.reasons[:2]:
         yield from wrapped(reason, "     ", "     ")
+
+
+def told_failures(rows: Sequence[Row]) -> list[str]:
+    """Returns a sentence on trials in which the program failed, and which show nothing."""
+    failed = [row for row in rows if has_failed(row)]
+    if not failed:
+        return []
+    names = ", ".join(dict.fromkeys(map(probe_of, failed)))
+    return [
+        f"{len(failed)} of {len(rows)} trials of the unchanged file failed and show nothing "
+        f"({names}): {failed[0]['reason']}"
+    ]
+
+
+def told_blindness(facts: Facts) -> list[str]:
+    """Returns a sentence for each layer of a costmap that does not see the probes' lidar.
+
+    The lidar is the robot file's; the user's own may be lower.
+    """
+    return [
+        f"{place}: {remark}; give --robot a file with your own lidar's height"
+        for place, remark in facts.doubts.items()
+        if remark.startswith(LIDAR_HEIGHT)
+    ]

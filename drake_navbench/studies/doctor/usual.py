@@ -59,6 +59,9 @@ NEVER_ZERO = ("max_vel_x", "max_vel_theta", "max_speed*", "acc_lim_x", "acc_lim_
     "decel_lim_x", "decel_lim_theta")  # fmt: skip
 # What the defaults are made for: 0.5 m/s, a TurtleBot's radius, 20 control cycles a second.
 USUAL_SPEED_MPS, USUAL_RADIUS_M, USUAL_PERIOD_S = 0.5, 0.22, 0.05
+USUAL_INFLATION_M = 0.55
+# A robot of less than this share of the usual radius has costmaps of smaller cells.
+TINY = 0.5
 # Parameters whose right value grows with the robot's speed, or with its size.
 _GROWTH = {
     "speed": "lookahead_dist min_lookahead_dist max_lookahead_dist min_lookahead max_lookahead "
@@ -113,7 +116,7 @@ def unusual_value(facts: Facts, place: str, *, least: float = FAR) -> Unusual | 
 
 
 def _scales(facts: Facts, place: str) -> Iterator[float]:
-    """Yields the factors by which the robot's speed, size and period may change a right value."""
+    """Yields the factors by which the robot's speed, size and so on may change a right value."""
     name = place.rpartition(".")[2]
     yield 1.0
     if name in WITH_SPEED and facts.speed_mps > 0.0:
@@ -122,8 +125,12 @@ def _scales(facts: Facts, place: str) -> Iterator[float]:
         yield facts.period_s / USUAL_PERIOD_S
     if place == "controller.time_steps":
         yield USUAL_PERIOD_S / max(facts.number("controller.model_dt"), 1e-3)
-    if name in WITH_SIZE and facts.circumscribed_radius_m > 0.0:
-        yield facts.circumscribed_radius_m / USUAL_RADIUS_M
+    if name == "cost_scaling_dist":
+        # It lies within the inflation.
+        yield facts.number("local_costmap.inflation_radius", USUAL_INFLATION_M) / USUAL_INFLATION_M
+    size = facts.circumscribed_radius_m / USUAL_RADIUS_M
+    if size > 0.0 and (name in WITH_SIZE or (name == "resolution" and size < TINY)):
+        yield size
 
 
 @cache

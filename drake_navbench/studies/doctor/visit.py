@@ -6,16 +6,16 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 from drake_navbench.inputs.scenario import Scenario
-from drake_navbench.nav2.sensing import LIDAR_HEIGHT
 from drake_navbench.studies.doctor.change import Judged, best_of, judge
 from drake_navbench.studies.doctor.cures import Trial
 from drake_navbench.studies.doctor.differences import ways_back, with_differences
+from drake_navbench.studies.doctor.driven_on import driven_on
 from drake_navbench.studies.doctor.driving import (
     SEARCH_SEED,
     Driver,
     OutOfTime,
     Row,
-    has_failed,
+    probe_of,
     shows,
 )
 from drake_navbench.studies.doctor.experiment import Experiment
@@ -26,6 +26,7 @@ from drake_navbench.studies.doctor.reading import Suspicion, findings_of, suspic
 from drake_navbench.studies.doctor.rules.rule import Finding
 from drake_navbench.studies.doctor.surroundings import Surroundings
 from drake_navbench.studies.doctor.symptoms import Symptom
+from drake_navbench.studies.doctor.told import told_blindness, told_failures
 from drake_navbench.studies.doctor.tried import Rarity, Tried, Verdict
 
 # Seeds in which every probe is driven at first.
@@ -178,35 +179,6 @@ def _look(found: Visit, patient: Patient, driver: Driver, *, seed: int) -> None:
     found.seen = seen_in(found.rows)
 
 
-def told_failures(rows: Sequence[Row]) -> list[str]:
-    """Returns a sentence on trials in which the program failed, and which show nothing."""
-    failed = [row for row in rows if has_failed(row)]
-    if not failed:
-        return []
-    names = ", ".join(dict.fromkeys(map(probe_of, failed)))
-    return [
-        f"{len(failed)} of {len(rows)} trials of the unchanged file failed and show nothing "
-        f"({names}): {failed[0]['reason']}"
-    ]
-
-
-def told_blindness(facts: Facts) -> list[str]:
-    """Returns a sentence for each layer of a costmap that does not see the probes' lidar.
-
-    The lidar is the robot file's; the user's own may be lower.
-    """
-    return [
-        f"{place}: {remark}; give --robot a file with your own lidar's height"
-        for place, remark in facts.doubts.items()
-        if remark.startswith(LIDAR_HEIGHT)
-    ]
-
-
-def probe_of(row: Row) -> str:
-    """Returns the name of a row's probe."""
-    return str(row["scenario"]).removeprefix("probe_")
-
-
 def _unsure(rows: Sequence[Row]) -> list[str]:
     """Returns the probes of which some trials show a symptom and others do not."""
     sure, some = seen_in(rows, share=1.0), seen_in(rows, share=1e-9)
@@ -239,10 +211,13 @@ def _treat(found: Visit, patient: Patient, words: str, driver: Driver, *, seed: 
     if found.asked is not None:
         found.suspicions = suspicions_of(found.facts, found.asked, words)
         # One trial that shows it is enough, and else a weak sign in half of a probe's trials.
-        for share, bar in ((1e-9, 1.0), (0.5, WEAK)):
-            names = seen_in(found.rows, share=share, bar=bar).get(found.asked)
-            if names and found.asked not in found.seen:
-                found.seen[found.asked], found.bar = names, bar
+        _see(found, found.asked, 1e-9, 1.0)
+        if found.asked is Symptom.FALSE_ABORT and found.asked not in found.seen:
+            _drive_on(found, patient, driver, seed=seed)
+        _see(found, found.asked, 0.5, WEAK)
+        milder = MILDER.get(found.asked)
+        if milder is not None and found.asked not in found.seen:
+            _see(found, milder, 0.5, WEAK)
     for symptom in _to_treat(found):
         found.treated = symptom
         showing = _most_severe(found, symptom)
@@ -262,6 +237,32 @@ def _treat(found: Visit, patient: Patient, words: str, driver: Driver, *, seed: 
         patient, found.tried, symptom, found.probes, showing, driver, seed=seed, bar=found.bar
     ):
         found.judged.append(judged)
+
+
+def _see(found: Visit, symptom: Symptom, share: float, bar: float) -> None:
+    """Notes the probes of which such a share of trials shows a symptom that was not seen so far."""
+    names = seen_in(found.rows, share=share, bar=bar).get(symptom)
+    if names and symptom not in found.seen:
+        found.seen[symptom], found.bar = names, bar
+
+
+def _drive_on(found: Visit, patient: Patient, driver: Driver, *, seed: int) -> None:
+    """Drives on what ended by time; if some robot gives up then, these are the probes from now."""
+    probes = driven_on(found.probes, found.rows, found.facts)
+    if not probes:
+        return
+    count = len(probes) * FIRST_SEEDS
+    driver.tell(
+        f"driving on {', '.join(probes)}, which ended by time, for the robot to give up: "
+        f"{driver.told_time(count)}"
+    )
+    preset = patient.chosen(patient.columns())
+    rows = driver.drive(preset, list(probes.values()), FIRST_SEEDS, seed=seed, must=True)
+    if Symptom.FALSE_ABORT in seen_in(rows, share=1e-9):
+        found.probes = {**found.probes, **probes}
+        found.rows = [row for row in found.rows if probe_of(row) not in probes] + rows
+        found.seen = seen_in(found.rows)
+        _see(found, Symptom.FALSE_ABORT, 1e-9, 1.0)
 
 
 def _try_causes(

@@ -10,6 +10,7 @@ from drake_navbench.studies.doctor.causes import Cause
 from drake_navbench.studies.doctor.change import Judged
 from drake_navbench.studies.doctor.cures import Trial
 from drake_navbench.studies.doctor.symptoms import LOOKS_LIKE, Symptom
+from drake_navbench.studies.doctor.told import told_blindness, told_failures
 from drake_navbench.studies.doctor.tried import (
     LEAST_FALLS,
     MOST_PAIRS,
@@ -17,7 +18,7 @@ from drake_navbench.studies.doctor.tried import (
     Tried,
     Verdict,
 )
-from drake_navbench.studies.doctor.visit import Visit, told_blindness, told_failures
+from drake_navbench.studies.doctor.visit import Visit
 
 MOST_NAMED = 3
 

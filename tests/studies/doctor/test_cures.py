@@ -72,6 +72,23 @@ def test_a_number_goes_to_the_usual_range_and_then_to_its_middle(patient):
     assert found == [{place: 0.4}, {place: 0.325}]
 
 
+@pytest.mark.parametrize(
+    ("value", "steps"),
+    [
+        # The usual vx_std is 0.15 to 0.3 m/s, its middle 0.225: 12% more than 0.2 hardly shows.
+        (0.2, [0.3, 0.32]),
+        (0.16, [0.225, 0.256]),
+        # From the upper end on the step is 1.6 times.
+        (0.3, [0.48, 0.78]),
+    ],
+)
+def test_a_first_step_is_far_enough_to_show(patient, value, steps):
+    place = Place("controller_server", "FollowPath.vx_std")
+    cause = Cause("controller.vx_std", Direction.UP)
+    text = nav2_text(MPPI_BLOCK | {"vx_std": value}, plugin=MPPI)
+    assert changes(patient(text), cause)[:2] == [{place: step} for step in steps]
+
+
 def test_of_a_number_that_is_far_from_nav2s_that_value_is_tried_as_well(patient):
     # From 45 s the steps go to the upper end of the usual range and to its middle; Nav2 has 10 s.
     text = nav2_text(RPP_BLOCK, plugin=RPP).replace("allowance: 20.0", "allowance: 45.0")

@@ -145,3 +145,29 @@ def test_a_whole_number_is_told_as_one_since_nav2_refuses_20_point_0_for_it(tmp_
     main([str(path), "--read-only"])
     told = " ".join(capsys.readouterr().out.split())
     assert "lower FollowPath.vtheta_samples to 20 source" in told
+
+
+def test_a_low_limit_of_a_turns_acceleration_is_the_robots_own(found):
+    def names(limit):
+        text = nav2_text(RPP_BLOCK, plugin=RPP, behavior_server={"rotational_acc_lim": limit})
+        return {f.rule.name for f in far(found(text))}
+
+    # Nav2's is 3.2 rad/s^2.
+    assert "far-rotational_acc_lim" not in names(0.5)
+    assert "far-rotational_acc_lim" in names(32.0)
+
+
+@pytest.mark.parametrize(("inflation_m", "is_far"), [(0.05, False), (0.55, True)])
+def test_a_scaling_distance_within_a_small_inflation_is_not_far(found, inflation_m, is_far):
+    """0.03 m are 0.05 times Nav2's 0.6 m; an inflation of 0.05 m is 0.09 times bringup's."""
+    scaled = {"use_cost_regulated_linear_velocity_scaling": True, "cost_scaling_dist": 0.03}
+    text = nav2_text(RPP_BLOCK | scaled, plugin=RPP).replace("0.7", str(inflation_m))
+    assert any("cost_scaling_dist" in f.rule.name for f in far(found(text))) is is_far
+
+
+@pytest.mark.parametrize(("radius_m", "is_far"), [(0.03, False), (0.19, True)])
+def test_a_tiny_robots_costmap_has_small_cells(found, radius_m, is_far):
+    """0.02 m are 0.4 times bringup's 0.05 m."""
+    costmap = {"resolution": 0.02, "robot_radius": radius_m, "footprint": ""}
+    text = nav2_text(RPP_BLOCK, plugin=RPP, local_costmap=costmap)
+    assert any("resolution" in f.rule.name for f in far(found(text))) is is_far

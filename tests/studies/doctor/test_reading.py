@@ -483,3 +483,51 @@ def test_a_cures_value_quiets_its_rule(facts, plugin, block, rule):
         if first != "controller":
             continue
         assert rule not in fired(facts(nav2_text(block | {name: cause.to}, plugin=plugin))), name
+
+
+def test_dwb_beyond_its_window_gets_a_cure_that_a_robot_can_have(facts):
+    """5 m of window reach 2.5 m; 2 m/s for 1.7 s are 3.4 m, 40 m/s for 1.7 s are 68 m."""
+
+    def cure(speed_mps, **nodes):
+        block = DWB_BLOCK | {"max_vel_x": speed_mps, "max_speed_xy": -1.0}
+        found = facts(nav2_text(block, plugin=DWB, **nodes))
+        cures = [f.cure_told for f in findings_of(found) if f.rule.name == "dwb-beyond-window"]
+        return cures[0] if cures else "none"
+
+    assert cure(2.0).startswith("raise local_costmap.width to 7 m; or lower sim_time to 1.25 s;")
+    # 68 m ask for a window of 136 m, or for samples of 0.06 s: it is the speed.
+    assert cure(40.0) == "lower max_vel_x to 1.471"
+    # The robot never drives what the velocity smoother does not let by: 0.5 m/s for 1.7 s.
+    assert cure(2.0, velocity_smoother={"max_velocity": [0.5, 0.0, 1.0]}) == "none"
+
+
+def test_a_loop_is_slow_for_the_speed_that_the_smoother_lets_by(facts):
+    """At 10 Hz 2 m/s are 0.2 m from one command to the next, 1 m/s are 0.1 m."""
+    block, slow = RPP_BLOCK | {"desired_linear_vel": 2.0}, {"controller_frequency": 10.0}
+    free = facts(nav2_text(block, plugin=RPP, controller_server=slow))
+    smoother = {"max_velocity": [1.0, 0.0, 2.0]}
+    cut = facts(nav2_text(block, plugin=RPP, controller_server=slow, velocity_smoother=smoother))
+    assert "at 2 m/s the robot drives 0.20 m" in fired(free)["slow-loop"]
+    assert "slow-loop" not in fired(cut)
+
+
+def test_a_tiny_robots_pose_wanders_less_than_the_robot_is_long(facts):
+    """A radius of 0.03 m, half of 0.06 m: half of the usual distances fit."""
+
+    def of(radius_m, tolerance_m):
+        checker = {"plugin": "nav2_controller::SimpleGoalChecker"}
+        found = facts(
+            nav2_text(
+                RPP_BLOCK | {"desired_linear_vel": 0.1},
+                plugin=RPP,
+                controller_server={"goal_checker": checker | {"xy_goal_tolerance": tolerance_m}},
+                local_costmap={"footprint": "", "footprint_padding": 0.0, "robot_radius": radius_m},
+            ),
+        )
+        return next((f for f in findings_of(found) if f.rule.name.startswith("goal-smaller")), None)
+
+    assert of(0.03, 0.04) is None
+    assert of(0.3, 0.04).cure_told == "raise goal_checker.xy_goal_tolerance to 0.2 m"
+    tiny = of(0.03, 0.02)
+    assert "the 0.03 m by which" in tiny.seen
+    assert tiny.cure_told == "raise goal_checker.xy_goal_tolerance to 0.1 m"

@@ -6,20 +6,42 @@ import math
 
 from drake_navbench.plugins.releases import Release
 from drake_navbench.studies.doctor.facts import Facts
+from drake_navbench.studies.doctor.rules.quantities import driven_mps
 from drake_navbench.studies.doctor.rules.rule import Rule, down, put, up, upgrade
 from drake_navbench.studies.doctor.rules.servers import SERVER, step_m
 from drake_navbench.studies.doctor.symptoms import Symptom
 
 S = Symptom
 
-# The estimate of a pose at rest wanders by about this much, m.
+# The estimate of a pose at rest wanders by about this much, m; that of a robot whose outline
+# reaches less, by its reach at most.
 POSE_NOISE_M = 0.06
+# A distance that a goal's tolerance and progress may have on a robot of usual size, m.
+USUAL_M = 0.2
+
+
+def _pose_noise_m(f: Facts) -> float:
+    return round(POSE_NOISE_M * _smallness(f), 4)
+
+
+def _usual_m(f: Facts) -> float:
+    return round(USUAL_M * _smallness(f), 3)
+
+
+def _smallness(f: Facts) -> float:
+    """Returns the share of usual distances that fits the robot: 1 but for a tiny one."""
+    reach_m = f.circumscribed_radius_m if f.has_outline else POSE_NOISE_M
+    return min(reach_m / POSE_NOISE_M, 1.0)
 
 
 def _progress_mps(f: Facts) -> float:
     return f.number("progress_checker.required_movement_radius", 0.5) / max(
         f.number("progress_checker.movement_time_allowance", 10.0), 0.1
     )
+
+
+def _least_tolerance_m(f: Facts) -> float:
+    return max(step_m(f), _pose_noise_m(f))
 
 
 # A turn that takes this share of the patience leaves too little for what comes before and after.
@@ -40,15 +62,15 @@ RULES = (
         "progress-is-noise",
         lambda f: (
             f["progress_checker.required_movement_radius"] is not None
-            and f.number("progress_checker.required_movement_radius") < POSE_NOISE_M
+            and f.number("progress_checker.required_movement_radius") < _pose_noise_m(f)
         ),
         lambda f: (
             f"required_movement_radius is {f['progress_checker.required_movement_radius']} "
-            f"m: on most robots the estimated pose wanders by about {POSE_NOISE_M} m, so a "
+            f"m: on most robots the estimated pose wanders by about {_pose_noise_m(f):g} m, so a "
             "robot that stands may count as moving"
         ),
         {S.NO_RECOVERY: 1.0, S.GIVES_UP_LATE: 1.0},
-        (up("progress_checker.required_movement_radius", 0.2),),
+        (up("progress_checker.required_movement_radius", _usual_m),),
         f"{SERVER}: simple_progress_checker.cpp",
     ),
     Rule(
@@ -103,13 +125,14 @@ RULES = (
     ),
     Rule(
         "goal-smaller-than-a-step",
-        lambda f: 0.0 < f.number("goal_checker.xy_goal_tolerance") < max(step_m(f), POSE_NOISE_M),
+        lambda f: 0.0 < f.number("goal_checker.xy_goal_tolerance") < _least_tolerance_m(f),
         lambda f: (
             f"xy_goal_tolerance is {f['goal_checker.xy_goal_tolerance']} m: less than "
             + (
-                f"the {step_m(f):.2f} m between two commands at {f.speed_mps:g} m/s"
-                if step_m(f) > POSE_NOISE_M
-                else f"the {POSE_NOISE_M} m by which the estimated pose wanders on most robots"
+                f"the {step_m(f):.2f} m between two commands at {driven_mps(f):g} m/s"
+                if step_m(f) > _pose_noise_m(f)
+                else f"the {_pose_noise_m(f):g} m by which the estimated pose wanders on most "
+                "robots"
             )
         ),
         {
@@ -122,7 +145,7 @@ RULES = (
         (
             up(
                 "goal_checker.xy_goal_tolerance",
-                lambda f: max(0.2, round(1.1 * step_m(f) + 0.005, 2)),
+                lambda f: max(_usual_m(f), round(1.1 * step_m(f) + 0.005, 2)),
             ),
         ),
         f"{SERVER}: simple_goal_checker.cpp",

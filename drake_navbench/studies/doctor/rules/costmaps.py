@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from drake_navbench.plugins.releases import Release
 from drake_navbench.studies.doctor.facts import Facts
-from drake_navbench.studies.doctor.rules.quantities import half_window_m, whole_m
+from drake_navbench.studies.doctor.rules.quantities import driven_mps, half_window_m, whole_m
 from drake_navbench.studies.doctor.rules.rule import Rule, down, outside, put, up, upgrade
 from drake_navbench.studies.doctor.symptoms import Symptom
 
@@ -29,13 +29,8 @@ def _has_obstacle_layer(f: Facts) -> bool:
 def _stop_m(f: Facts) -> float:
     """Returns the reach of the outline, a second of driving and the way to stop, m."""
     decel = abs(f.axis("velocity_smoother.max_decel", 0) or 0.0) or USUAL_DECELERATION_MPS2
-    speed = _speed_mps(f)
+    speed = driven_mps(f)
     return f.circumscribed_radius_m + speed * 1.0 + speed**2 / (2.0 * decel)
-
-
-def _speed_mps(f: Facts) -> float:
-    """Returns the largest speed that the controller asks for and the velocity smoother lets by."""
-    return min(f.speed_mps, f.axis("velocity_smoother.max_velocity", 0) or f.speed_mps)
 
 
 def _blind_layers(f: Facts) -> list[str]:
@@ -200,7 +195,7 @@ RULES = (
         lambda f: half_window_m(f) < _stop_m(f),
         lambda f: (
             f"the local costmap reaches {half_window_m(f):.1f} m from the robot's centre, "
-            f"but from {_speed_mps(f):g} m/s and with 1 s of delay the robot's front stops "
+            f"but from {driven_mps(f):g} m/s and with 1 s of delay the robot's front stops "
             f"only after {_stop_m(f):.1f} m"
         ),
         {S.COLLISION: 0.7, S.TOO_SLOW: 0.6, S.STOP_START_JERK: 0.3},

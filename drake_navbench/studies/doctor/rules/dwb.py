@@ -5,6 +5,7 @@ from __future__ import annotations
 from drake_navbench.studies.doctor.facts import Facts
 from drake_navbench.studies.doctor.rules.quantities import (
     braking_m,
+    driven_mps,
     half_window_m,
     has_critic,
     is_not_round,
@@ -26,6 +27,9 @@ COARSE_M = 0.1
 LONG_M = 1.25
 # Longer samples differ enough, however fast they are driven: 0.5 m/s for 1 s.
 SHORT_M = 0.5
+# A window with longer sides takes long to update, m; in a shorter time no sample can stop, s. Where
+# a cure would need these, the file asks for too much speed.
+LARGE_WINDOW_M, SHORT_S = 10, 0.8
 
 
 def _spacing_m(f: Facts) -> float:
@@ -38,6 +42,23 @@ def _spacing_m(f: Facts) -> float:
 def _reach_m(f: Facts) -> float:
     """Returns the length of the fastest sample, m."""
     return f.speed_mps * f.number("controller.sim_time", 1.7)
+
+
+def _driven_reach_m(f: Facts) -> float:
+    """Returns the length of the fastest sample whose speed the velocity smoother lets by, m."""
+    return driven_mps(f) * f.number("controller.sim_time", 1.7)
+
+
+def _window_for_reach_m(f: Facts) -> int | None:
+    """Returns the side of a window that holds the fastest sample, m; None of one too large."""
+    side_m = whole_m(2.0 * _driven_reach_m(f))
+    return side_m if side_m <= LARGE_WINDOW_M else None
+
+
+def _time_within_window_s(f: Facts) -> float | None:
+    """Returns the sim_time with which samples end in the window, s; None of one too short."""
+    time_s = half_window_m(f) / driven_mps(f)
+    return time_s if time_s >= SHORT_S else None
 
 
 def deceleration(f: Facts) -> float:
@@ -165,18 +186,16 @@ RULES = (
     ),
     Rule(
         "dwb-beyond-window",
-        lambda f: _reach_m(f) > half_window_m(f),
+        lambda f: _driven_reach_m(f) > half_window_m(f),
         lambda f: (
-            f"DWB's fastest trajectories reach {_reach_m(f):.1f} m, but the local "
+            f"DWB's fastest trajectories reach {_driven_reach_m(f):.1f} m, but the local "
             f"costmap only {half_window_m(f):.1f} m: DWB rejects these trajectories"
         ),
         {S.TOO_SLOW: 0.9, S.STOP_START_JERK: 0.3},
         (
-            up(
-                "local_costmap.width",
-                lambda f: whole_m(2.0 * f.speed_mps * f.number("controller.sim_time", 1.7)),
-            ),
-            down("sim_time", lambda f: half_window_m(f) / f.speed_mps),
+            up("local_costmap.width", _window_for_reach_m),
+            down("sim_time", _time_within_window_s),
+            down("max_vel_x", lambda f: half_window_m(f) / f.number("controller.sim_time", 1.7)),
         ),
         f"{CODE}: off the grid is illegal",
         DWB,

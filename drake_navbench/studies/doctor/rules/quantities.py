@@ -16,6 +16,11 @@ def half_window_m(f: Facts) -> float:
     return 0.5 * min(sides) if all(sides) else 1e9
 
 
+def driven_mps(f: Facts) -> float:
+    """Returns the largest speed that the controller asks for and the velocity smoother lets by."""
+    return min(f.speed_mps, f.axis("velocity_smoother.max_velocity", 0) or f.speed_mps)
+
+
 def braking_m(f: Facts, deceleration: float) -> float:
     """Returns the way to stop from full speed, with one period of delay, m."""
     return f.speed_mps**2 / (2.0 * max(abs(deceleration), 0.05)) + f.speed_mps * f.period_s

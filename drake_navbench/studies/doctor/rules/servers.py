@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from drake_navbench.studies.doctor.facts import Facts
+from drake_navbench.studies.doctor.rules.quantities import driven_mps
 from drake_navbench.studies.doctor.rules.rule import Rule, down, outside, put, up
 from drake_navbench.studies.doctor.symptoms import Symptom
 
@@ -14,7 +15,8 @@ FAR_BETWEEN_COMMANDS_M = 0.1
 
 
 def step_m(f: Facts) -> float:
-    return f.speed_mps * f.period_s
+    """Returns the way at full speed from one command to the next, m."""
+    return driven_mps(f) * f.period_s
 
 
 RULES = (
@@ -29,7 +31,7 @@ RULES = (
         ),
         lambda f: (
             f"controller_frequency is {f['controller_server.controller_frequency']} Hz: at "
-            f"{f.speed_mps:g} m/s the robot drives {step_m(f):.2f} m between two commands. By a "
+            f"{driven_mps(f):g} m/s the robot drives {step_m(f):.2f} m between two commands. By a "
             "rule of thumb a loop is slow below 8 Hz, and below 20 Hz if that is more than 0.1 m"
         ),
         {
