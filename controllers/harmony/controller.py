@@ -70,8 +70,9 @@ REST = read_only(np.zeros(2))
 # A cycle is late after LATE_RATIO periods. The next one is then expected to be as late, up to
 # LONGEST_INTERVAL_S.
 LATE_RATIO, LONGEST_INTERVAL_S = 1.5, 0.5
-# Moving things count if they would touch the robot within LOOK_S on its plan, and before it is at
-# rest, or within HOLD_S, if it brakes a cycle later; up to SURE_M of the place is error.
+# The robot brakes for a thing that would touch it within LOOK_S on its plan, and that would do so
+# until SURE_S after it is at rest, or within HOLD_S, if it brakes a cycle later. Touches count up to
+# SURE_M away.
 LOOK_S, HOLD_S, SURE_S, SURE_M = 1.0, 0.5, 0.15, 0.05
 # The log keeps every SHOWN_STOP_STRIDE-th pose of the stop.
 SHOWN_STOP_STRIDE = 10
@@ -146,10 +147,8 @@ class Harmony:
             sent = observed(sent, self._response, observation.twist, observation.time_s)
         memory = memory._replace(sent=sent)
         if parameters.stop_for_moving:
-            position = observation.pose[:2]
-            memory = memory._replace(
-                tracks=followed(memory.tracks, observation.costmap, position)
-            )
+            tracks = followed(memory.tracks, observation.costmap, observation.pose[:2])
+            memory = memory._replace(tracks=tracks)
         memory = memory._replace(learnt=self._learnt(observation, memory))
         check = self._check(observation, memory)
         start = self._start(observation, memory, check)
@@ -320,10 +319,10 @@ class Harmony:
         plan: Array,
         notes: dict[str, Any],
     ) -> Decision:
-        if self._waits(observation, memory, check, plan):
-            notes.update(accepted="wait", follow_s=0.0)
-            kept = self._stopped(observation, memory)
-            return Decision(REST, kept._replace(refused_since_s=None), notes)
+        if self._must_brake(observation.time_s, memory, check, plan):
+            notes.update(accepted="stop for moving", follow_s=0.0)
+            stopped = self._stopped(observation, memory)
+            return Decision(REST, stopped._replace(refused_since_s=None), notes)
         dt = self._parameters.time_step
         command = read_only(np.array(command_of(check.response, plan, dt, check.interval_s, 0)))
         kept = memory._replace(
@@ -334,28 +333,28 @@ class Harmony:
         )
         return Decision(command, kept, notes)
 
-    def _waits(
-        self, observation: Observation, memory: HarmonyMemory, check: Check, plan: Array
-    ) -> bool:
-        """Returns whether the last moment to brake for something that moves has come.
+    def _must_brake(self, time_s: float, memory: HarmonyMemory, check: Check, plan: Array) -> bool:
+        """Returns whether this is the last moment to brake for something that surely moves.
 
-        So it is if it would touch the robot both if the robot follows the plan and, before it is
-        at rest, if it brakes a cycle later.
+        It is if the thing would touch the robot on the plan, and also before the robot is at rest
+        if that brakes one cycle later.
         """
         if memory.tracks is None:
             return False
-        moving = moving_at(memory.tracks, observation.time_s + self._latency_s(memory))
+        moving = moving_at(memory.tracks, time_s + self._latency_s(memory))
         moving = moving[moving[:, 5] > 0.0]
         if len(moving) == 0:
             return False
-        dt, interval_s = self._parameters.time_step, check.interval_s
-        step_s = interval_s / steps_in(interval_s)
-        for cycles, at_least_s in ((1, HOLD_S), (math.ceil(LOOK_S / interval_s), LOOK_S)):
-            poses = follow_then_brake(check.response, check.state, plan, dt, interval_s, cycles)
-            until_s = max((len(poses) - 1) * step_s + SURE_S, at_least_s) if cycles == 1 else LOOK_S
-            if not touches(moving, self._outline, poses, step_s, SURE_M, until_s):
-                return False
-        return True
+        dt, period_s = self._parameters.time_step, check.interval_s
+        step_s, ahead = period_s / steps_in(period_s), math.ceil(LOOK_S / period_s)
+        braked, driven = (
+            follow_then_brake(check.response, check.state, plan, dt, period_s, cycles)
+            for cycles in (1, ahead)
+        )
+        until_s = max((len(braked) - 1) * step_s + SURE_S, HOLD_S)
+        return touches(moving, self._outline, braked, step_s, SURE_M, until_s) and touches(
+            moving, self._outline, driven, step_s, SURE_M, LOOK_S
+        )
 
     def _last_resorts(
         self,
