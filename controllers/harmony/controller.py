@@ -70,9 +70,8 @@ REST = read_only(np.zeros(2))
 # A cycle is late after LATE_RATIO periods. The next one is then expected to be as late, up to
 # LONGEST_INTERVAL_S.
 LATE_RATIO, LONGEST_INTERVAL_S = 1.5, 0.5
-# The robot brakes for a thing that would touch it within LOOK_S on its plan, and that would do so
-# until SURE_S after it is at rest, or within HOLD_S, if it brakes a cycle later. Touches count up to
-# SURE_M away.
+# The robot brakes for a thing that would come within SURE_M of it in LOOK_S on its plan and, if it
+# brakes a cycle later, in HOLD_S or until SURE_S after it is at rest.
 LOOK_S, HOLD_S, SURE_S, SURE_M = 1.0, 0.5, 0.15, 0.05
 # The log keeps every SHOWN_STOP_STRIDE-th pose of the stop.
 SHOWN_STOP_STRIDE = 10
@@ -203,12 +202,7 @@ class Harmony:
         assert memory.learnt is not None
         latency_s = self._latency_s(memory)
         possible = possible_bases(memory.learnt, self._candidates)
-        time_constant_s, acceleration, angular_acceleration = map(float, possible[0])
-        response = self._response._replace(
-            time_constant_s=time_constant_s,
-            acceleration=acceleration,
-            angular_acceleration=angular_acceleration,
-        )
+        response = Response(*map(float, possible[0]), *self._response[3:])
         state = predicted(
             memory.sent,
             response,
@@ -321,8 +315,8 @@ class Harmony:
     ) -> Decision:
         if self._must_brake(observation.time_s, memory, check, plan):
             notes.update(accepted="stop for moving", follow_s=0.0)
-            stopped = self._stopped(observation, memory)
-            return Decision(REST, stopped._replace(refused_since_s=None), notes)
+            memory = memory._replace(refused_since_s=None)
+            return Decision(REST, self._stopped(observation, memory), notes)
         dt = self._parameters.time_step
         command = read_only(np.array(command_of(check.response, plan, dt, check.interval_s, 0)))
         kept = memory._replace(
@@ -343,18 +337,15 @@ class Harmony:
             return False
         moving = moving_at(memory.tracks, time_s + self._latency_s(memory))
         moving = moving[moving[:, 5] > 0.0]
-        if len(moving) == 0:
-            return False
         dt, period_s = self._parameters.time_step, check.interval_s
-        step_s, ahead = period_s / steps_in(period_s), math.ceil(LOOK_S / period_s)
-        braked, driven = (
-            follow_then_brake(check.response, check.state, plan, dt, period_s, cycles)
-            for cycles in (1, ahead)
-        )
-        until_s = max((len(braked) - 1) * step_s + SURE_S, HOLD_S)
-        return touches(moving, self._outline, braked, step_s, SURE_M, until_s) and touches(
-            moving, self._outline, driven, step_s, SURE_M, LOOK_S
-        )
+        step_s = period_s / steps_in(period_s)
+        for cycles in (1, math.ceil(LOOK_S / period_s)):
+            poses = follow_then_brake(check.response, check.state, plan, dt, period_s, cycles)
+            stop_s = max((len(poses) - 1) * step_s + SURE_S, HOLD_S)
+            until_s = stop_s if cycles == 1 else LOOK_S
+            if not touches(moving, self._outline, poses, step_s, SURE_M, until_s):
+                return False
+        return True
 
     def _last_resorts(
         self,

@@ -1,9 +1,9 @@
 """Moving things in the local costmap: where they are, how fast, and whether they would touch.
 
-A lethal cell is young until it has been lethal for STILL_S. Cells that old ones lead to, with gaps of
-at most two cells, are of a still thing, such as a wall that comes into sight. Young cells in sight that are near each other are one thing, such as the two legs
-of a person. A thing is followed from one update of the costmap to the next; its velocity is the
-slope of the least-squares line through its last places, and is sure where they fit that line.
+A lethal cell is old after STILL_S, and so are all that it leads to over gaps of up to two cells, as
+in a wall that comes into sight. Young cells in sight that are near each other are one thing, such
+as the legs of a person. A thing is followed over updates of the costmap; its velocity is the slope
+of the least-squares line through its last places.
 """
 
 from __future__ import annotations
@@ -29,22 +29,20 @@ STILL_S, BESIDE = 0.8, np.ones((3, 3))
 NEAR_M = 0.62
 # A cell is out of sight behind one that is nearer by 2 cells and within 0.75 cells of its line.
 BEHIND_CELLS, BESIDE_CELLS = 2.0, 0.75
-# Least radius: of the body around the legs that a low lidar sees. A larger thing than LARGEST_M is
-# a piece of a wall. m.
+# Least radius, of a body around the legs that a low lidar sees, and largest one of a thing, m.
 BODY_M, LARGEST_M = 0.3, 0.8
-# A thing is the one expected there if it is within GATE_M m, and GATE_MPS m more for each second.
+# A thing is one that was expected within GATE_M m, and GATE_MPS m more for each second.
 GATE_M, GATE_MPS = 0.5, 1.0
-# A velocity is the one of FEWEST to MOST places. It is sure if it is faster than SLOWEST_MPS and the
-# places are within SPREAD_M of its line, in the root mean square.
+# A velocity needs FEWEST of the last MOST places. It is sure above SLOWEST_MPS, if the places are
+# within SPREAD_M of its line, in the root mean square.
 FEWEST, MOST, SLOWEST_MPS, SPREAD_M = 3, 6, 0.4, 0.2
 
 
 class Tracks(NamedTuple):
-    """What is known after an update of the costmap; arrays are read-only.
+    """What is known after a costmap; arrays are read-only.
 
-    costmap: of the update. since_s: (rows, columns) when each cell became lethal, inf if it is not.
-    places: (T, MOST, 3) time s, x m, y m of each thing, newest last, NaN where there were fewer.
-    radii: (T,) m.
+    since_s: (rows, columns) when each cell became lethal, inf if it is not. places: (T, MOST, 3)
+    time s, x m, y m of each thing, newest last, NaN where there were fewer. radii: (T,) m.
     """
 
     costmap: Costmap
@@ -69,9 +67,8 @@ def followed(tracks: Tracks | None, costmap: Costmap, position: Array) -> Tracks
     shift = [round(way / costmap.resolution) for way in rolled_m]
     before = ndimage.shift(np.minimum(tracks.since_s, now_s), shift, order=0, cval=now_s)
     since_s = np.where(is_lethal, before, np.inf)
-    is_old = ndimage.binary_dilation(since_s <= now_s - STILL_S, BESIDE)
     is_near = ndimage.binary_dilation(is_lethal, BESIDE)
-    is_old = ndimage.binary_propagation(is_old, BESIDE, is_near | is_old)
+    is_old = ndimage.binary_propagation(since_s <= now_s - STILL_S, BESIDE, is_near)
     centres, radii = things(costmap, is_lethal & ~is_old, position)
     places = np.full((len(centres), MOST, 3), np.nan)
     places[:, -1, 0], places[:, -1, 1:] = now_s, centres

@@ -36,6 +36,18 @@ def test_all_other_controllers_drive_the_bytes_that_are_kept():
     assert differing(SLOW) == []
 
 
+@needs_baseline
+@pytest.mark.long
+def test_where_nothing_moves_harmony_stops_for_nothing():
+    stopping = "harmony:stop_for_moving=true"
+    differs = [
+        scenario
+        for scenario, digests in kept().items()
+        if digest(run_trial(scenario, stopping)) != digests["harmony"]
+    ]
+    assert differs == []
+
+
 def test_a_digest_changes_with_the_last_bit_of_one_sample_but_not_with_compute_times():
     log = run_trial("restricted_small", "rpp")
     before = digest(log)

@@ -25,11 +25,12 @@ def leg(x, y):
 
 
 def tracked(boxes_at, updates=6, position=HERE):
-    """The things that move after updates of the map at 0.2, 0.4 s and so on, as `moving_at` has them."""
+    """The things after updates of the map at 0, 0.2, 0.4 s and so on, as `moving_at` has them."""
     tracks = None
     for count in range(updates):
         time_s = count * MAP_PERIOD_S
-        tracks = followed(tracks, replace(costmap_with(*boxes_at(time_s)), stamp_s=time_s), position)
+        seen_map = replace(costmap_with(*boxes_at(time_s)), stamp_s=time_s)
+        tracks = followed(tracks, seen_map, position)
     return moving_at(tracks, time_s)
 
 
@@ -64,9 +65,21 @@ def test_cells_beside_an_old_thing_are_its_jitter():
 
 
 def test_cells_behind_a_thing_are_what_it_has_left():
-    # Somebody comes straight at the lidar; the cells behind them stay lethal, and are not followed.
-    (person,) = tracked(lambda t: (leg(2.5 - t, 0.0), (2.55 - t, -0.05, 2.55, 0.05)))
-    assert person[:4] == pytest.approx([1.5, 0.0, -1.0, 0.0], abs=0.06)
+    # Somebody comes straight at the lidar by 0.3 m an update and hides what they have left.
+    left = tracked(lambda t: [leg(2.5 - 0.3 * k, 0.0) for k in range(round(t / MAP_PERIOD_S) + 1)])
+    assert left == pytest.approx(np.array([[1.0, 0.0, -1.5, 0.0, 0.3, 1.0]]), abs=1e-9)
+
+
+def test_a_wall_that_comes_into_sight_is_no_thing():
+    # 0.2 m more of it an update, with a gap of two cells; after three cells it would be a new thing.
+    def wall(gap_m):
+        ends = [-1.0 + 0.2 * k for k in range(7)]
+        return lambda t: [
+            (2.0, end, 2.1, end + 0.2 - gap_m) for end in ends[: 2 + round(t / MAP_PERIOD_S)]
+        ]
+
+    assert len(tracked(wall(0.1))) == 0
+    assert len(tracked(wall(0.15))) > 0
 
 
 def test_a_map_that_rolls_on_keeps_what_stands():
@@ -107,7 +120,8 @@ def met(bearing, aside_m=0.0, walking_mps=1.0, speed=0.5, stops=True):
     for cycle in range(80):
         time_s = cycle * PERIOD_S
         at = meeting + (time_s - 3.0) * walking_mps * along
-        legs = [leg(*np.round(at + side * np.array([-along[1], along[0]]), 2)) for side in (0.1, -0.1)]
+        beside = 0.1 * np.array([-along[1], along[0]])
+        legs = [leg(*np.round(at + side, 2)) for side in (beside, -beside)]
         if cycle % 4 == 0:
             seen_map = replace(costmap_with(*legs), stamp_s=time_s)
         nearest = int(np.argmin(np.abs(plan[:, 0] - state[0])))
