@@ -202,7 +202,9 @@ class Harmony:
         assert memory.learnt is not None
         latency_s = self._latency_s(memory)
         possible = possible_bases(memory.learnt, self._candidates)
-        response = Response(*map(float, possible[0]), *self._response[3:])
+        time_s, linear, angular = map(float, possible[0])
+        response = self._response
+        response = Response(time_s, linear, angular, response.most_v, response.most_w)
         state = predicted(
             memory.sent,
             response,

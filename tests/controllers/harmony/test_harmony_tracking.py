@@ -71,7 +71,7 @@ def test_cells_behind_a_thing_are_what_it_has_left():
 
 
 def test_a_wall_that_comes_into_sight_is_no_thing():
-    # 0.2 m more of it an update, with a gap of two cells; after three cells it would be a new thing.
+    # 0.2 m more of it an update, after a gap of two cells; after one of three it is a new thing.
     def wall(gap_m):
         ends = [-1.0 + 0.2 * k for k in range(7)]
         return lambda t: [
