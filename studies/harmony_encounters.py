@@ -2,7 +2,7 @@
 
 `python studies/harmony_encounters.py --seed N --count M` drives M encounters for each walking speed
 and prints how many end in a touch, in how many of these the robot is at rest, and how many of them
-found it driving before. The rule that these figures decide is in docs/harmony.md.
+found it driving before (docs/harmony.md).
 """
 
 from __future__ import annotations
@@ -12,7 +12,8 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from harmony_living import CLEARED
+from harmony_judgement import OURS
+from harmony_living import CLEARED, OPTION
 
 from drake_navbench import run_trial
 from drake_navbench.inputs.scenario import Scenario
@@ -98,7 +99,7 @@ def main() -> None:
     parser.add_argument("--seed", type=int, required=True)
     parser.add_argument("--count", type=int, default=32)
     parser.add_argument("--walking", type=float, nargs="+", default=WALKING_MPS, metavar="MPS")
-    parser.add_argument("--controller", default="harmony")
+    parser.add_argument("--controller", default=f"{OURS}:{OPTION}=true")
     arguments = parser.parse_args()
     for walking_mps in arguments.walking:
         found: list[Met] = []
