@@ -39,7 +39,7 @@ FEWEST, MOST, SLOWEST_MPS, SPREAD_M = 3, 6, 0.4, 0.2
 
 
 class Tracks(NamedTuple):
-    """What is known after a costmap; arrays are read-only.
+    """Costmap and the things in it, followed until then; arrays are read-only.
 
     since_s: (rows, columns) when each cell became lethal, inf if it is not. places: (T, MOST, 3)
     time s, x m, y m of each thing, newest last, NaN where there were fewer. radii: (T,) m.
