@@ -35,6 +35,7 @@ LIVING_WORLD = (
 SCAN = {"inf_is_valid": True, "clearing": True, "max_obstacle_height": 2.0}
 CLEARING = {"obstacle_layer": {"observation_sources": {"scan": SCAN}}}
 CLEARED = {"navigation": {"local_costmap": CLEARING, "global_costmap": CLEARING}}
+OPTION = "stop_for_moving"
 RIVALS_OF_LIVING = ("dwb", "teb", "mppi_nav2", "rpp")
 # The columns that are compared with each other, all with the same map: of the controller, and
 # whether beams without a hit clear cells.
@@ -42,6 +43,8 @@ SAME_MAP = {
     "Nav2's map": {name: (COLUMNS[name], False) for name in (OURS, *RIVALS_OF_LIVING)},
     "clearing": {f"{name}, clearing": (COLUMNS[name], True) for name in (OURS, *RIVALS_OF_LIVING)},
 }
+STOPS = {f"{OURS}, clearing, {OPTION}": (f"{OURS}:{OPTION}=true", True)}
+SAME_MAP[OPTION] = STOPS | SAME_MAP["clearing"]
 KEPT = ["identity", "scenario", "seed", "column", "outcome", "time_to_goal_s", "min_clearance_m"]
 
 

@@ -21,6 +21,7 @@ from drake_navbench.controllers.harmony.base_response import (
     braking_time,
     command_of,
     follow_then_brake,
+    steps_in,
 )
 from drake_navbench.controllers.harmony.discs import covering_discs
 from drake_navbench.controllers.harmony.gatekeeper import (
@@ -46,6 +47,7 @@ from drake_navbench.controllers.harmony.prediction import (
     with_command,
 )
 from drake_navbench.controllers.harmony.scene import Limits, make_start
+from drake_navbench.controllers.harmony.tracking import followed, moving_at, touches
 from drake_navbench.controllers.harmony.way import is_trapped
 from drake_navbench.controllers.harmony.way_finder import FoundWay, WayFinder
 from drake_navbench.errors import InputError
@@ -68,6 +70,9 @@ REST = read_only(np.zeros(2))
 # A cycle is late after LATE_RATIO periods. The next one is then expected to be as late, up to
 # LONGEST_INTERVAL_S.
 LATE_RATIO, LONGEST_INTERVAL_S = 1.5, 0.5
+# The robot brakes for a thing that would come within SURE_M of it in LOOK_S on its plan and, if it
+# brakes a cycle later, in HOLD_S or until SURE_S after it is at rest.
+LOOK_S, HOLD_S, SURE_S, SURE_M = 1.0, 0.5, 0.15, 0.05
 # The log keeps every SHOWN_STOP_STRIDE-th pose of the stop.
 SHOWN_STOP_STRIDE = 10
 
@@ -140,6 +145,9 @@ class Harmony:
         if parameters.latency is None:
             sent = observed(sent, self._response, observation.twist, observation.time_s)
         memory = memory._replace(sent=sent)
+        if parameters.stop_for_moving:
+            tracks = followed(memory.tracks, observation.costmap, observation.pose[:2])
+            memory = memory._replace(tracks=tracks)
         memory = memory._replace(learnt=self._learnt(observation, memory))
         check = self._check(observation, memory)
         start = self._start(observation, memory, check)
@@ -194,12 +202,9 @@ class Harmony:
         assert memory.learnt is not None
         latency_s = self._latency_s(memory)
         possible = possible_bases(memory.learnt, self._candidates)
-        time_constant_s, acceleration, angular_acceleration = map(float, possible[0])
-        response = self._response._replace(
-            time_constant_s=time_constant_s,
-            acceleration=acceleration,
-            angular_acceleration=angular_acceleration,
-        )
+        time_s, linear, angular = map(float, possible[0])
+        response = self._response
+        response = Response(time_s, linear, angular, response.most_v, response.most_w)
         state = predicted(
             memory.sent,
             response,
@@ -310,6 +315,10 @@ class Harmony:
         plan: Array,
         notes: dict[str, Any],
     ) -> Decision:
+        if self._must_brake(observation.time_s, memory, check, plan):
+            notes.update(accepted="stop for moving", follow_s=0.0)
+            memory = memory._replace(refused_since_s=None)
+            return Decision(REST, self._stopped(observation, memory), notes)
         dt = self._parameters.time_step
         command = read_only(np.array(command_of(check.response, plan, dt, check.interval_s, 0)))
         kept = memory._replace(
@@ -319,6 +328,26 @@ class Harmony:
             refused_since_s=None,
         )
         return Decision(command, kept, notes)
+
+    def _must_brake(self, time_s: float, memory: HarmonyMemory, check: Check, plan: Array) -> bool:
+        """Returns whether this is the last moment to brake for something that surely moves.
+
+        It is if the thing would touch the robot on the plan, and also before the robot is at rest
+        if that brakes one cycle later.
+        """
+        if memory.tracks is None:
+            return False
+        moving = moving_at(memory.tracks, time_s + self._latency_s(memory))
+        moving = moving[moving[:, 5] > 0.0]
+        dt, period_s = self._parameters.time_step, check.interval_s
+        step_s = period_s / steps_in(period_s)
+        for cycles in (1, math.ceil(LOOK_S / period_s)):
+            poses = follow_then_brake(check.response, check.state, plan, dt, period_s, cycles)
+            stop_s = max((len(poses) - 1) * step_s + SURE_S, HOLD_S)
+            until_s = stop_s if cycles == 1 else LOOK_S
+            if not touches(moving, self._outline, poses, step_s, SURE_M, until_s):
+                return False
+        return True
 
     def _last_resorts(
         self,

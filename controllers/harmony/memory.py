@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from drake_navbench.controllers.harmony.learning import Learnt
 from drake_navbench.controllers.harmony.prediction import Sent
+from drake_navbench.controllers.harmony.tracking import Tracks
 
 Array = NDArray[np.float64]
 
@@ -20,7 +21,8 @@ class HarmonyMemory(NamedTuple):
     time_s: when it was committed. sent: the last commands. refused_since_s: since when no new
     plan has been accepted; None if the last one was. is_trapped: the last
     plan got nowhere. detour: (M, 3) the way out of a trap, or None. backs_up: the last way was
-    driven backwards. learnt: the errors of the base's candidates.
+    driven backwards. learnt: the errors of the base's candidates. tracks: of the
+    things in the costmap, None where nothing is tracked.
     """
 
     plan: Array | None = None
@@ -31,3 +33,4 @@ class HarmonyMemory(NamedTuple):
     detour: Array | None = None
     backs_up: bool = False
     learnt: Learnt | None = None
+    tracks: Tracks | None = None

@@ -139,6 +139,11 @@ class HarmonyParameters(ControllerParameters):
     use_gatekeeper: bool = Field(
         True, description="Accept only plans with a verified emergency stop."
     )
+    stop_for_moving: bool = Field(
+        False,
+        description="Brake at the last moment before something that moves in the local costmap "
+        "would touch the robot on its straight way.",
+    )
     tracking_error: Length = Field(
         0.005, ge=0.0, description="Bound of the base's deviation from its predicted motion [m]."
     )

@@ -1,0 +1,121 @@
+"""Encounters: somebody who does not see the robot walks straight on to where it will be.
+
+`python studies/harmony_encounters.py --seed N --count M` drives M encounters for each walking speed
+and prints how many end in a touch, in how many of these the robot is at rest, and how many of them
+found it driving before (docs/harmony.md).
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+from typing import NamedTuple
+
+import numpy as np
+from harmony_judgement import OURS
+from harmony_living import CLEARED, OPTION
+
+from drake_navbench import run_trial
+from drake_navbench.inputs.scenario import Scenario
+from drake_navbench.logs.log import Outcome, TrialLog
+
+WALKING_MPS = (1.0, 1.4)
+# The robot's speed, and the way that it loses while it speeds up, m/s and m.
+SPEED_MPS, START_LOSS_M = 0.5, 0.35
+# A person starts at rest and loses this time while speeding up; walks on for so long, s.
+STEP_OFF_S, WALKS_ON_S = 0.5, 6.0
+# At rest, m/s and rad/s; under way, m/s, so long before the touch, s.
+REST_MPS, REST_RADPS = 0.02, 0.05
+DRIVES_MPS, BEFORE_S = 0.3, 1.5
+
+
+class Met(NamedTuple):
+    """An encounter: side it comes from, rad off the robot's heading; what the robot does, or NaN.
+
+    v_mps, w_radps: at the touch. before_mps: BEFORE_S earlier.
+    """
+
+    bearing_rad: float
+    v_mps: float
+    w_radps: float
+    before_mps: float
+    outcome: str
+
+    @property
+    def touches(self) -> bool:
+        """Whether they touch."""
+        return self.outcome == Outcome.COLLIDED.value
+
+    @property
+    def is_at_rest(self) -> bool:
+        """Whether the robot is at rest when they touch."""
+        return self.touches and abs(self.v_mps) <= REST_MPS and abs(self.w_radps) <= REST_RADPS
+
+
+def encounter(seed: int, number: int, count: int, walking_mps: float) -> tuple[float, Scenario]:
+    """Returns the bearing, rad, and the scenario of an encounter of `count`, spread over sides.
+
+    The person walks straight to a point that a robot that drives on would cover then.
+    """
+    random = np.random.default_rng((49, seed, number))
+    bearing = 2.0 * math.pi * (number + random.uniform()) / count - math.pi
+    meet_s = random.uniform(4.0, 6.0)
+    on_robot = np.array([random.uniform(-0.15, 0.75), random.uniform(-0.2, 0.2)])
+    meeting = np.array([SPEED_MPS * meet_s - START_LOSS_M, 0.0]) + on_robot
+    whence = np.array([math.cos(bearing), math.sin(bearing)])
+    start = meeting + walking_mps * (meet_s - STEP_OFF_S) * whence
+    goal = meeting - walking_mps * WALKS_ON_S * whence
+    person = {
+        "start": start.tolist(),
+        "yaw_rad": math.remainder(bearing + math.pi, 2.0 * math.pi),
+        "goals": [goal.tolist()],
+        "repeats": False,
+        "speed_mps": walking_mps,
+        "reaction": "oblivious",
+    }
+    return bearing, Scenario(
+        name="encounter",
+        description="Somebody walks on to where the robot will be",
+        world={"people": {"persons": [person]}},
+        plan={"type": "polyline", "points": [[0.0, 0.0], [9.0, 0.0]]},
+        goal=(9.0, 0.0, 0.0),
+        timeout_s=meet_s + WALKS_ON_S,
+        robot_overrides=CLEARED,
+    )
+
+
+def met(bearing_rad: float, log: TrialLog) -> Met:
+    """Returns the encounter that a log holds."""
+    samples = log.samples
+    last = samples.iloc[-1]
+    before = samples[samples["time_s"] <= last["time_s"] - BEFORE_S].iloc[-1]
+    v_mps, w_radps = float(last["v_mps"]), float(last["w_radps"])
+    return Met(bearing_rad, v_mps, w_radps, float(before["v_mps"]), log.outcome.value)
+
+
+def main() -> None:
+    """Drives encounters and prints a line for each, and one for each walking speed."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--seed", type=int, required=True)
+    parser.add_argument("--count", type=int, default=32)
+    parser.add_argument("--walking", type=float, nargs="+", default=WALKING_MPS, metavar="MPS")
+    parser.add_argument("--controller", default=f"{OURS}:{OPTION}=true")
+    arguments = parser.parse_args()
+    for walking_mps in arguments.walking:
+        found: list[Met] = []
+        for number in range(arguments.count):
+            bearing, scenario = encounter(arguments.seed, number, arguments.count, walking_mps)
+            log = run_trial(scenario, arguments.controller, number, keeps_costmaps=False)
+            found.append(met(bearing, log))
+            print(f"{walking_mps:g} m/s, {number}: {found[-1]}", flush=True)
+        touched = [one for one in found if one.touches]
+        print(
+            f"walking {walking_mps:g} m/s: {len(touched)} of {len(found)} touch; the robot is at "
+            f"rest in {sum(one.is_at_rest for one in touched)} of them, and drove faster than "
+            f"{DRIVES_MPS:g} m/s {BEFORE_S:g} s before in "
+            f"{sum(one.before_mps > DRIVES_MPS for one in touched)}"
+        )
+
+
+if __name__ == "__main__":
+    main()

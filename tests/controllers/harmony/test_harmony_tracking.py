@@ -1,0 +1,155 @@
+"""What moves in the costmap, and the last moment at which harmony brakes for it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from harmony_scenes import costmap_with
+from harmony_worlds import BASE, FOOTPRINT, PERIOD_S, controller_with, edges_of, gap_of
+
+from drake_navbench.controller import Observation
+from drake_navbench.controllers.harmony import HarmonyParameters
+from drake_navbench.controllers.harmony.base_response import follow
+from drake_navbench.controllers.harmony.tracking import followed, moving_at, touches
+
+MAP_PERIOD_S = 0.2
+HERE = np.zeros(2)
+
+
+def leg(x, y):
+    """A box of 2 x 2 cells about a point that is a corner of cells."""
+    return (x - 0.05, y - 0.05, x + 0.05, y + 0.05)
+
+
+def tracked(boxes_at, updates=6, position=HERE):
+    """The things after updates of the map at 0, 0.2, 0.4 s and so on, as `moving_at` has them."""
+    tracks = None
+    for count in range(updates):
+        time_s = count * MAP_PERIOD_S
+        seen_map = replace(costmap_with(*boxes_at(time_s)), stamp_s=time_s)
+        tracks = followed(tracks, seen_map, position)
+    return moving_at(tracks, time_s)
+
+
+def test_a_pair_of_legs_is_one_body_with_its_speed():
+    # The legs are 0.2 m apart; 0.2 m an update is 1 m/s. After 1 s the middle is at 2.5 - 1 m.
+    (person,) = tracked(lambda t: (leg(2.5 - t, 0.1), leg(2.5 - t, -0.1)))
+    assert person == pytest.approx([1.5, 0.0, -1.0, 0.0, 0.3, 1.0], abs=1e-9)
+
+
+def test_feet_that_step_by_turns_are_one_body():
+    # The feet are 0.2 m ahead and behind by turns, so that each goes to and fro.
+    def feet(time_s):
+        ahead = 0.2 * (-1) ** round(time_s / MAP_PERIOD_S)
+        return leg(2.5 - time_s - ahead, 0.1), leg(2.5 - time_s + ahead, -0.1)
+
+    (person,) = tracked(feet)
+    assert person == pytest.approx([1.5, 0.0, -1.0, 0.0, 0.3, 1.0], abs=1e-9)
+
+
+def test_what_stands_from_the_first_map_on_is_no_thing():
+    assert len(tracked(lambda t: (leg(2.0, 0.0),))) == 0
+
+
+def test_what_has_just_come_and_stands_does_not_move():
+    later = tracked(lambda t: (leg(2.0, 0.0),) if t >= 0.3 else ())
+    assert later[:, 2:4] == pytest.approx(np.zeros((1, 2)))
+    assert not later[:, 5].any()
+
+
+def test_cells_beside_an_old_thing_are_its_jitter():
+    assert len(tracked(lambda t: ((1.0, -1.0, 1.1 + 0.05 * (round(t / 0.2) % 2), 1.0),))) == 0
+
+
+def test_cells_behind_a_thing_are_what_it_has_left():
+    # Somebody comes straight at the lidar by 0.3 m an update and hides what they have left.
+    left = tracked(lambda t: [leg(2.5 - 0.3 * k, 0.0) for k in range(round(t / MAP_PERIOD_S) + 1)])
+    assert left == pytest.approx(np.array([[1.0, 0.0, -1.5, 0.0, 0.3, 1.0]]), abs=1e-9)
+
+
+def test_a_wall_that_comes_into_sight_is_no_thing():
+    # 0.2 m more of it an update, after a gap of two cells; after one of three it is a new thing.
+    def wall(gap_m):
+        ends = [-1.0 + 0.2 * k for k in range(7)]
+        return lambda t: [
+            (2.0, end, 2.1, end + 0.2 - gap_m) for end in ends[: 2 + round(t / MAP_PERIOD_S)]
+        ]
+
+    assert len(tracked(wall(0.1))) == 0
+    assert len(tracked(wall(0.15))) > 0
+
+
+def test_a_map_that_rolls_on_keeps_what_stands():
+    tracks = None
+    for count in range(6):
+        # The map's origin moves by two cells an update, the box stays where it is in the world.
+        left_m = 0.1 * count
+        there = replace(
+            costmap_with(leg(2.0 - left_m, 0.0)), origin_x=-3.0 + left_m, stamp_s=0.2 * count
+        )
+        tracks = followed(tracks, there, HERE)
+    assert len(tracks.places) == 0
+
+
+def test_a_touch_is_when_the_discs_meet_the_outline():
+    # The front is at 0.86 m, the edge of the disc at 2.0 - 0.3 m: 0.84 m at 1 m/s, less 0.05 m.
+    poses = np.zeros((1, 3))
+    person = np.array([[2.0, 0.0, -1.0, 0.0, 0.3, 1.0]])
+    assert not touches(person, FOOTPRINT, poses, 0.01, 0.05, 0.77)
+    assert touches(person, FOOTPRINT, poses, 0.01, 0.05, 0.81)
+    # One who goes by on the side, at 0.31 + 0.3 + 0.05 m and more from the axis, does not touch.
+    beside = np.array([[2.0, 0.67, -1.0, 0.0, 0.3, 1.0]])
+    assert not touches(beside, FOOTPRINT, poses, 0.01, 0.05, 3.0)
+
+
+def met(bearing, aside_m=0.0, walking_mps=1.0, speed=0.5, stops=True):
+    """The robot's speed each cycle until somebody touches it or 4 s are over, and the last gap, m.
+
+    They walk straight to where its middle would be after 3 s, or pass it aside.
+    """
+    controller = controller_with(HarmonyParameters(stop_for_moving=stops))
+    memory, state = controller.initial_memory(), np.array([-1.0, 0.0, 0.0, speed, 0.0])
+    meeting = np.array([-1.0 + 3.0 * speed + 0.3, 0.0])
+    along = -np.array([math.cos(bearing), math.sin(bearing)])
+    meeting += aside_m * np.array([-along[1], along[0]])
+    plan = np.column_stack([np.arange(-1.0, 8.0, 0.05), np.zeros(180), np.zeros(180)])
+    speeds, gap = [], math.inf
+    for cycle in range(80):
+        time_s = cycle * PERIOD_S
+        at = meeting + (time_s - 3.0) * walking_mps * along
+        beside = 0.1 * np.array([-along[1], along[0]])
+        legs = [leg(*np.round(at + side, 2)) for side in (beside, -beside)]
+        if cycle % 4 == 0:
+            seen_map = replace(costmap_with(*legs), stamp_s=time_s)
+        nearest = int(np.argmin(np.abs(plan[:, 0] - state[0])))
+        seen = Observation(
+            time_s=time_s, pose=state[:3].copy(), twist=state[3:].copy(),
+            plan=plan[nearest : nearest + 41], plan_id=1, costmap=seen_map, goal=plan[-1],
+        )  # fmt: skip
+        command, memory, _ = controller.step(seen, memory)
+        for _ in range(5):
+            follow(BASE, state, float(command[0]), float(command[1]), 0.01)
+        body = edges_of(np.array([[*(at - 0.01), *(at + 0.01)]]))
+        gap = gap_of(body, state) - 0.3
+        speeds.append(float(state[3]))
+        if gap <= 0.0:
+            break
+    return speeds, gap
+
+
+@pytest.mark.parametrize("bearing_deg", [0, 60, 90, 150])
+def test_who_walks_into_it_meets_it_at_rest_and_it_drives_until_the_last_moment(bearing_deg):
+    speeds, gap = met(math.radians(bearing_deg))
+    assert gap <= 0.0
+    assert abs(speeds[-1]) <= 0.02
+    # It drives at full speed until 1.2 s before they touch.
+    assert speeds[-24] > 0.45
+
+
+def test_who_passes_beside_it_does_not_stop_it():
+    speeds, gap = met(math.radians(90), aside_m=1.6)
+    assert gap > 0.1
+    assert speeds == met(math.radians(90), aside_m=1.6, stops=False)[0]
