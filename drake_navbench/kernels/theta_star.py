@@ -97,7 +97,7 @@ def _pop(heap, size, f):
     if child == last:
         heap[hole] = heap[child - 1]
         hole = child - 1
-    _rise(heap, hole, heap[last], f)
+    _rise(heap, hole, np.int64(heap[last]), f)
     return top
 
 
@@ -186,7 +186,7 @@ def _search(costs, start, goal, tables, w_euc_cost, neighbour_count):
     g[start] = step_costs[costs[start_row, start_column]]
     f[start] = g[start] + h_weight * _distance(start_column, start_row, goal_column, goal_row)
     parents[start] = start
-    heap[0], size = start, 1
+    heap[0], size = start, np.int64(1)
     cell = np.int64(start)
     while size > 0:
         if cell == goal:

@@ -25,7 +25,7 @@ def take_shortcuts() -> None:
     """Gives this process's numba the shortcuts, if they were tried with its release."""
     import numba
     from llvmlite.binding import ffi
-    from numba.core import caching, codegen, cpu, dispatcher, types
+    from numba.core import caching, codegen, cpu, dispatcher, ir, types
 
     if not numba.__version__.startswith(TRIED_WITH):
         return
@@ -33,6 +33,7 @@ def take_shortcuts() -> None:
     function: Any = types.Function
     library: Any = codegen.CPUCodeLibrary
     context: Any = cpu.CPUContext
+    instruction: Any = ir.Inst
     kept: Any = caching.CompileResultCacheImpl
     dispatchers: Any = dispatcher
     compiler = dispatchers._FunctionCompiler
@@ -43,6 +44,7 @@ def take_shortcuts() -> None:
     context.create_cfunc_wrapper = _of_others(context.create_cfunc_wrapper)
     kept.reduce = _without_listing(kept.reduce)
     compiler.compile = _without_collector(compiler.compile)
+    instruction._rec_list_vars = _variables_by_class(ir)
     # numba would measure how long each call of LLVM takes, tens of thousands for a column.
     ffi.lib._lock._cblist.clear()
 
@@ -86,6 +88,35 @@ def _without_listing(reduce: Any) -> Any:
         return reduce(self, kernel._replace(type_annotation=""))
 
     return reduced
+
+
+def _variables_by_class(ir: Any) -> Any:
+    """Returns numba's listing of the variables in an instruction, which looks at classes once.
+
+    numba lists them in a dozen passes, a million values for the kernels of `rpp`, and would ask
+    each up to four times what it is: most are names, places in the source, or constants.
+    """
+    kinds: dict[type, Any] = {list: list, tuple: list, dict: dict}
+
+    def kind_of(cls: type) -> Any:
+        known = (ir.Var, ir.Inst, list, tuple, dict)
+        found = next((kind for kind in known if issubclass(cls, kind)), None)
+        kinds[cls] = list if found is tuple else found
+        return kinds[cls]
+
+    def variables(self: Any, value: Any) -> list[Any]:
+        cls = type(value)
+        kind = kinds[cls] if cls in kinds else kind_of(cls)
+        if kind is None:
+            return []
+        if kind is ir.Var:
+            return [value]
+        if kind is ir.Inst:
+            return list(value.list_vars())
+        values = value.values() if kind is dict else value
+        return [variable for one in values for variable in variables(self, one)]
+
+    return variables
 
 
 def _remembering(types: Any) -> Any:

@@ -233,7 +233,7 @@ def test_a_box_that_comes_is_dodged_before_it_is_there():
         place = np.array([6.0 - (step + 1) * STEP_S, 0.0])
         edges = linked_edges([box + place], [(-1.0, 0.0)])
         world = ((edges, NO_DISCS), FAR_AWAY, settings_, STEP_S, STEP_S)
-        state = step_orca(state, crowd.traits, crowd.goals, *world)
+        state = step_orca(read_only(state), crowd.traits, crowd.goals, *world)
         outside = np.maximum(np.abs(state[0, :2] - place) - 0.5, 0.0)
         assert np.hypot(*outside) > 0.3 - 1e-3
 

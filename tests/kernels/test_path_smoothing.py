@@ -33,11 +33,11 @@ def closed_form(points):
     return smoothed
 
 
-def grid_of(costs):
+def grid_of(costs, resolution_m=RESOLUTION_M):
     """Returns the map as planners have it: nobody writes to it."""
     costs = costs.view()
     costs.flags.writeable = False
-    return Grid(costs, 0.0, 0.0, RESOLUTION_M)
+    return Grid(costs, 0.0, 0.0, resolution_m)
 
 
 def smooth_grid(path, costs=EMPTY_MAP, footprint=CENTRE_ONLY, max_iterations=1000, refinements=2):
@@ -157,7 +157,7 @@ def test_grid_smoothing_that_collides_later_returns_the_last_free_sweep():
     costs = np.zeros((2500, 2500), dtype=np.uint8)
     costs[rows_after[moved], int(after[moved, 0] / 0.002)] = 254
     stopped = smooth_grid_path(
-        path, Grid(costs, 0.0, 0.0, 0.002), CENTRE_ONLY, 1e-10, 1000, W_DATA, W_SMOOTH, 2
+        path, grid_of(costs, 0.002), CENTRE_ONLY, 1e-10, 1000, W_DATA, W_SMOOTH, 2
     )
     np.testing.assert_array_equal(stopped, before)
 

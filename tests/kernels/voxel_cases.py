@@ -55,6 +55,7 @@ def _observation(rng: np.random.Generator, pose: np.ndarray) -> Observation:
     origin = np.array([*(pose[:2] + rng.uniform(-0.2, 0.2, size=2)), rng.uniform(-0.1, 1.2)])
     spread = (2.5, 2.5, 0.0 if rng.integers(2) else 0.8)
     points = (origin + rng.uniform(-1.0, 1.0, size=(60, 3)) * spread).astype(np.float32)
+    points = points.astype(np.float64)
     shortest, longest = rng.choice([0.0, 0.0, 0.4], size=2), rng.uniform(0.8, 4.0, size=2)
     return Observation(
         origin,

@@ -12,7 +12,7 @@ import numba
 import numpy as np
 import pytest
 from numba import njit, types
-from numba.core import caching, codegen, cpu, dispatcher
+from numba.core import caching, codegen, cpu, dispatcher, ir
 from numba.core.errors import TypingError
 from numba.core.registry import cpu_target
 from numba.core.types.functions import BaseFunction
@@ -142,6 +142,7 @@ def test_only_a_numba_that_the_shortcuts_were_tried_with_gets_them(
         (dispatcher._FunctionCompiler, "compile"),
     ):
         monkeypatch.setattr(owner, name, getattr(owner, name))
+    monkeypatch.setattr(ir.Inst, "_rec_list_vars", ir.Inst._rec_list_vars)
     monkeypatch.setattr(numba, "__version__", version)
     compiler_shortcuts.take_shortcuts()
     assert ("get_call_type" in vars(types.Function)) is is_changed
@@ -181,3 +182,12 @@ def test_a_kept_kernel_has_no_listing():
     rebuilt = caching.CompileResultCacheImpl.rebuild(None, cpu_target.target_context, kept)
     assert rebuilt.type_annotation == ""
     assert rebuilt.entry_point(1.5) == 3.0
+
+
+def test_the_variables_of_an_instruction_are_listed_in_its_order():
+    place = ir.Loc("file", 1)
+    a, b, c = (ir.Var(None, name, place) for name in "abc")
+    called = ir.Expr.call(a, [b, ir.Expr.build_tuple([c, a], place)], [("name", c)], place)
+    assert called.list_vars() == [a, b, c, a, c]
+    nested = {"x": [(a, b), 1.0, "text"], "y": None, "z": called}
+    assert called._rec_list_vars(nested) == [a, b, *called.list_vars()]
