@@ -223,8 +223,6 @@ class ControllerParameters(BaseModel):
     PLUGIN_NAMES: dotted names whose values are plugin types of further controllers.
     READ_BY: by dotted name, the releases of Nav2 that read a parameter. Every release reads a
         parameter that is not in it. Only for models with a field `nav2_release`.
-    DONE_OTHERWISE: by dotted name of a parameter that Nav2 reads and this model lacks, a sentence
-        on what the controller does instead.
     SLIDERS: by dotted name the range of a slider by which `run --live` changes a number while it
         drives: the controller's memory must not depend on it. A critic's slider needs the critic's
         block.
@@ -237,7 +235,6 @@ class ControllerParameters(BaseModel):
     PATH_HANDLER_NAMES: ClassVar[frozenset[str]] = frozenset()
     PLUGIN_NAMES: ClassVar[tuple[str, ...]] = ()
     READ_BY: ClassVar[Mapping[str, ReadBy]] = MappingProxyType({})
-    DONE_OTHERWISE: ClassVar[Mapping[str, str]] = MappingProxyType({})
     STOOD_IN_FOR: ClassVar[Mapping[str, str]] = MappingProxyType({})
     READ_WITH: ClassVar[Mapping[str, str]] = MappingProxyType({})
     SLIDERS: ClassVar[Mapping[str, tuple[float, float]]] = MappingProxyType({})
@@ -268,14 +265,6 @@ class ControllerParameters(BaseModel):
         # An entry about a block holds for all parameters in it.
         places = [".".join(parts[:count]) for count in range(1, len(parts) + 1)]
         return all(release in read_by(cls, place).releases for place in places)
-
-    @classmethod
-    def what_is_done_instead(cls, name: str, values: Mapping[str, Any]) -> str | None:
-        """Returns the entry of a dotted name in DONE_OTHERWISE, None without one.
-
-        values: all given values; a model that contains others uses them to choose the inner model.
-        """
-        return cls.DONE_OTHERWISE.get(name)
 
     @classmethod
     def doubts(cls, values: Mapping[str, Any]) -> Mapping[str, str]:

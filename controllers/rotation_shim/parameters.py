@@ -142,12 +142,6 @@ class RotationShimParameters(ControllerParameters):
         return model.is_without_effect(name.removeprefix(f"{PRIMARY}."), shared)
 
     @classmethod
-    def what_is_done_instead(cls, name: str, values: Mapping[str, Any]) -> str | None:
-        """See the base class; also for the primary controller's parameters."""
-        model = cls.primary_model(values)
-        return model.what_is_done_instead(name.removeprefix(f"{PRIMARY}."), {}) if model else None
-
-    @classmethod
     def for_original(cls, values: Mapping[str, Any], release: str) -> dict[str, Any]:
         """Returns values with the primary controller's in a block since Lyrical, else beside it."""
         not_shared = {RELEASE_FIELD, PRIMARY}

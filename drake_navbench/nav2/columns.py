@@ -59,8 +59,6 @@ def _rows(server: Node, plugin: str, preset: Preset) -> list[CheckRow]:
             rows.append(_row(Status.UNREAD, server, full, remark))
         elif model.is_without_effect(name, preset.values) or bare == "transform_tolerance":
             rows.append(_row(Status.NO_MEANING, server, full))
-        elif instead := model.what_is_done_instead(name, preset.values):
-            rows.append(_row(Status.OTHER_FORM, server, full, instead))
         elif condition := model.READ_WITH.get(bare.partition(".")[0]):
             rows.append(_row(Status.UNREAD, server, full, f"only {condition} reads it"))
         else:

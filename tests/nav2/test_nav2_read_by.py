@@ -59,8 +59,7 @@ def test_a_model_says_what_reads_parameters_and_values_that_it_has(model: type[B
     """But for lists of plugins, which no model has, and critics' blocks, which have their own."""
     for name, known in vars(model)["READ_BY"].items():
         if "plugin" not in name and "." not in name:
-            done_otherwise = getattr(model, "DONE_OTHERWISE", {})
-            assert name in {*model.model_fields, *done_otherwise, "TrajectoryValidator"}
+            assert name in {*model.model_fields, "TrajectoryValidator"}
             for value in known.defaults.values():
                 partly = json.dumps({name: value})
                 model.__pydantic_validator__.validate_assignment(
