@@ -57,6 +57,7 @@ import os
 import signal
 import sys
 import time
+from collections.abc import Collection, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -130,12 +131,17 @@ def robot_for(case: Case, facts: Facts) -> str:
     return "agv" if reach_m > 0.6 else "jackal"
 
 
-def in_order(files: Path) -> list[tuple[Case, str]]:
-    """Returns the cases with their robots, in the order in which they are visited."""
+def drivable_cases(
+    lists: Sequence[Path], left_out: Collection[str], files: Path
+) -> list[tuple[Case, str]]:
+    """Returns the cases of lists that can be driven, with their robots, in the lists' order.
+
+    Their class has a detector, but for late cycles, and their whole file is taken. left_out: ids.
+    """
     shown = {detector.symptom for detector in DETECTORS} - {Symptom.LATE_CYCLES}
     found: list[tuple[Case, str]] = []
-    for case in (case for path in LISTS for case in read_cases(path)):
-        if case.symptom_class not in shown or case.id in LEFT_OUT or not files_of(case, files):
+    for case in (case for path in lists for case in read_cases(path)):
+        if case.symptom_class not in shown or case.id in left_out or not files_of(case, files):
             continue
         try:
             facts = patient_of(case, files, "jackal").facts()
@@ -144,6 +150,12 @@ def in_order(files: Path) -> list[tuple[Case, str]]:
             continue
         if facts.is_whole:
             found.append((case, robot_for(case, facts)))
+    return found
+
+
+def in_order(files: Path) -> list[tuple[Case, str]]:
+    """Returns the cases with their robots, in the order in which they are visited."""
+    found = drivable_cases(LISTS, LEFT_OUT, files)
     order = np.random.default_rng(ORDER_SEED).permutation(len(found))
     taken: dict[str, int] = {}
     chosen = []

@@ -106,6 +106,10 @@ def main() -> None:
         for number in range(arguments.count):
             bearing, scenario = encounter(arguments.seed, number, arguments.count, walking_mps)
             log = run_trial(scenario, arguments.controller, number, keeps_costmaps=False)
+            if log.outcome is Outcome.ERROR:
+                # Else it would count as an encounter without a touch.
+                reason = log.info["reason"]
+                raise SystemExit(f"encounter {number} at {walking_mps:g} m/s failed: {reason}")
             found.append(met(bearing, log))
             print(f"{walking_mps:g} m/s, {number}: {found[-1]}", flush=True)
         touched = [one for one in found if one.touches]
