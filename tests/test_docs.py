@@ -22,6 +22,7 @@ from plugin_page import DATA_FILE, ShippedPlugin, plugin_page, read_plugins
 from drake_navbench.controller import CONTROLLERS
 from drake_navbench.inputs.floor_scenario import SCENARIO_FILES
 from drake_navbench.inputs.presets import preset_files
+from drake_navbench.navigation.costmaps.layer_plugin import COSTMAP_LAYERS
 from drake_navbench.plugins.kinds import is_ours
 
 REPOSITORY = Path(__file__).parents[1]
@@ -125,6 +126,11 @@ GROUPS = {name for name in entry_points().groups if name.startswith("drake_navbe
 def test_every_plugin_of_ours_stands_in_the_table_of_nav2s(group):
     named = {plugin.ours for plugin in EVERY_PLUGIN}
     assert built_in(group) - OURS_ALONE <= named
+
+
+def test_the_table_of_nav2s_plugins_says_that_every_costmap_layer_of_ours_is_here():
+    here = {plugin.type for plugin in EVERY_PLUGIN if plugin.ours is not None}
+    assert {name for name in COSTMAP_LAYERS.names if name.startswith("nav2_")} <= here
 
 
 def test_the_table_of_nav2s_plugins_names_no_type_twice_and_every_type_that_the_code_names():

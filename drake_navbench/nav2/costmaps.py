@@ -15,6 +15,7 @@ from drake_navbench.nav2.node_reader import WITHOUT_MEANING, NodeReader
 from drake_navbench.nav2.sensing import SPATIO_TEMPORAL, SensingLayers
 from drake_navbench.nav2.sensors import Nav2Sensors, range_sensor_of
 from drake_navbench.navigation.costmaps.built_in_layers import (
+    LEGACY_INFLATION,
     DenoiseLayerParameters,
     InflationLayerParameters,
     KeepoutFilterParameters,
@@ -40,6 +41,7 @@ LAYERS: dict[str, tuple[str, type[FrozenModel]]] = {
     "StaticLayer": ("static_layer", StaticLayerParameters),
     "DenoiseLayer": ("denoise_layer", DenoiseLayerParameters),
     "InflationLayer": ("inflation_layer", InflationLayerParameters),
+    "LegacyInflationLayer": ("inflation_layer", InflationLayerParameters),
     "KeepoutFilter": ("keepout_filter", KeepoutFilterParameters),
     "SpeedFilter": ("speed_filter", SpeedFilterSettings),
     "BinaryFilter": ("binary_filter", BinaryFilterSettings),
@@ -177,6 +179,8 @@ class _CostmapReader:
             return True
         own = [field for field in model.model_fields if field != "plugin"]
         values = self._reader.block(model, f"{name}.", names=own)
+        if plugin_type == LEGACY_INFLATION:
+            values["plugin"] = plugin_type
         if ours == "static_layer" and values.get("enabled", True):
             self._note_other_map(name)
         self._settings[ours] = values

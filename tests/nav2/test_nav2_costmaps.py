@@ -25,6 +25,15 @@ def test_costs_that_do_not_reach_as_far_as_the_robot_are_doubtful(setup_of, radi
     assert ("less than the robot's inscribed radius, 0.294 m" in row.remark) == is_small
 
 
+def test_lyricals_legacy_inflation_layer_is_taken_whole(setup_of):
+    legacy = "nav2_costmap_2d::LegacyInflationLayer"
+    inflation = f"inflate: {{plugin: '{legacy}', inflation_radius: 0.7}}"
+    setup = setup_of(COLUMN, LOCAL % f"rolling_window: true, plugins: [inflate], {inflation}")
+    layer = setup.robot.navigation.local_costmap.inflation_layer
+    assert (layer.plugin, layer.inflation_radius) == (legacy, 0.7)
+    assert row_of(setup, "inflate.inflation_radius").status == Status.USED
+
+
 @pytest.mark.parametrize("kind", ["ObstacleLayer", "VoxelLayer"])
 def test_a_camera_that_the_robot_does_not_have_is_put_where_its_lidar_is(setup_of, kind):
     points = "topic: /rear_camera/points, data_type: PointCloud2, obstacle_max_range: 7.5"

@@ -272,6 +272,21 @@ def test_before_the_first_scan_the_global_costmap_shows_the_map():
     assert costmap.costs[20, 20] == FREE
 
 
+def test_lyricals_legacy_inflation_does_not_round_distances_as_its_inflation_does():
+    map_ = np.zeros((40, 40), dtype=np.int8)
+    map_[20, 20] = OCCUPIED
+    slope = {"inflation_radius": 0.5, "cost_scaling_factor": 10.0}
+
+    def cost(**plugin):
+        layers = global_layers(map_, inflation_layer=slope | plugin)
+        return Rig(global_costmap(layers), EMPTY).after(0.005).costs[21, 22]
+
+    # sqrt(5) = 2.23607 cells, in the newer layer 2.24; the robot's inscribed radius is 0.1 m.
+    assert cost() == int(252 * np.exp(-10.0 * (0.224 - 0.1))) == 72
+    legacy = cost(plugin="nav2_costmap_2d::LegacyInflationLayer")
+    assert legacy == int(252 * np.exp(-10.0 * (0.1 * np.sqrt(5.0) - 0.1))) == 73
+
+
 def test_the_global_costmap_stays_where_it_is_and_takes_in_what_is_seen():
     costmap = costmap_after_one_update(global_costmap(global_layers(ROOM)), WALL, pose=(0.3, 0, 0))
     assert (costmap.origin_x, costmap.origin_y) == (-2.0, -2.0)

@@ -67,10 +67,16 @@ class DenoiseLayerParameters(LayerParameters):
     )
 
 
+# The inflation layer of Kilted, as Lyrical ships it.
+LEGACY_INFLATION = "nav2_costmap_2d::LegacyInflationLayer"
+
+
 class InflationLayerParameters(LayerParameters):
     """Nav2's inflation layer."""
 
-    plugin: Literal["nav2_costmap_2d::InflationLayer"] = "nav2_costmap_2d::InflationLayer"
+    plugin: Literal["nav2_costmap_2d::InflationLayer", "nav2_costmap_2d::LegacyInflationLayer"] = (
+        "nav2_costmap_2d::InflationLayer"
+    )
     inflation_radius: Length = Field(
         0.55, ge=0.0, description="Distance from obstacles up to which cells are inflated [m]."
     )
@@ -192,13 +198,14 @@ class DenoiseLayer(_LayerWithoutState):
 
 
 class InflationLayer(_LayerWithoutState):
-    """Nav2's inflation layer; up to Kilted costs spread cell by cell."""
+    """Nav2's inflation layer; up to Kilted, and in its legacy form, costs spread cell by cell."""
 
     Parameters: ClassVar[type[InflationLayerParameters]] = InflationLayerParameters
 
     def __init__(self, parameters: InflationLayerParameters, setup: LayerSetup) -> None:
         self._parameters = parameters.own_values()
-        self._inflate = inflate_by_wave if setup.rules.is_before_lyrical else inflate
+        is_wave = setup.rules.is_before_lyrical or parameters.plugin == LEGACY_INFLATION
+        self._inflate = inflate_by_wave if is_wave else inflate
         self._inscribed_radius = footprint_radii(setup.footprint)[0]
 
     def write(self, state: None, grid: Grid, seen: Seen) -> Costs:

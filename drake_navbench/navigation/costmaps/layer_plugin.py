@@ -141,6 +141,7 @@ COSTMAP_LAYERS = PluginKind(
             ("nav2_costmap_2d::StaticLayer", "built_in_layers:StaticLayer"),
             ("nav2_costmap_2d::DenoiseLayer", "built_in_layers:DenoiseLayer"),
             ("nav2_costmap_2d::InflationLayer", "built_in_layers:InflationLayer"),
+            ("nav2_costmap_2d::LegacyInflationLayer", "built_in_layers:InflationLayer"),
             ("nav2_costmap_2d::KeepoutFilter", "built_in_layers:KeepoutFilter"),
             ("nav2_costmap_2d::ObstacleLayer", "observation_layers:ObstacleLayer"),
             ("nav2_costmap_2d::VoxelLayer", "observation_layers:VoxelLayer"),
