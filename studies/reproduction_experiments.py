@@ -21,8 +21,8 @@ from drake_navbench.analysis.reproduction.published import published_metrics, pu
 from drake_navbench.campaign.campaign import DEFAULT_TRIALS, trial_seed
 from drake_navbench.controller import Controller, Decision, Observation
 from drake_navbench.controllers.mppi import ModelPredictivePathIntegral
+from drake_navbench.inputs.overrides import merged
 from drake_navbench.inputs.presets import Preset, load_preset
-from drake_navbench.inputs.robot import merged
 from drake_navbench.inputs.scenario import Scenario, load_scenario
 from drake_navbench.kernels.path_geometry import path_length
 from drake_navbench.logs.log import TrialLog

@@ -9,8 +9,8 @@ from dataclasses import replace
 from typing import Any, NamedTuple
 
 from drake_navbench.controller import ControllerParameters
+from drake_navbench.inputs.overrides import merged
 from drake_navbench.inputs.presets import Preset
-from drake_navbench.inputs.robot import merged
 from drake_navbench.typed_files.dotted_names import SEPARATOR, nested
 
 # The end of a field's description with a unit: 'Cruise speed [m/s].'

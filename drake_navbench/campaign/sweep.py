@@ -13,8 +13,9 @@ import numpy as np
 
 from drake_navbench.campaign.sweep_fields import ROBOT, SCENARIO, owner_of
 from drake_navbench.errors import InputError
+from drake_navbench.inputs.overrides import merged
 from drake_navbench.inputs.presets import Preset
-from drake_navbench.inputs.robot import Robot, merged, overridden
+from drake_navbench.inputs.robot import Robot, overridden
 from drake_navbench.inputs.scenario import Scenario
 from drake_navbench.typed_files.assignments import assignment
 from drake_navbench.typed_files.dotted_names import nested

@@ -294,7 +294,7 @@ def _surroundings(
     patient: Patient, arguments: argparse.Namespace, report: BagReport | None
 ) -> Surroundings:
     """Returns the map, the base and the computer that probes are driven with; raises InputError."""
-    from drake_navbench.inputs.robot import merged
+    from drake_navbench.inputs.overrides import merged
     from drake_navbench.studies.doctor.board import overrides_of_board
     from drake_navbench.studies.doctor.surroundings import Surroundings
 

@@ -21,7 +21,8 @@ from drake_navbench.inputs.controller_file import (
 )
 from drake_navbench.inputs.named_files import YAML_SUFFIXES
 from drake_navbench.inputs.originals import is_plugin_type, names_original, original_of
-from drake_navbench.inputs.robot import Robot, merged
+from drake_navbench.inputs.overrides import merged
+from drake_navbench.inputs.robot import Robot
 from drake_navbench.typed_files.assignments import assignment
 from drake_navbench.typed_files.dotted_names import flattened, nested
 from drake_navbench.typed_files.file_kinds import PRESET, require_kind

@@ -16,7 +16,7 @@ from pydantic import (
     model_validator,
 )
 
-from drake_navbench.errors import InputError, InputWarning, nearest_name_hint
+from drake_navbench.errors import InputError, InputWarning
 from drake_navbench.inputs.actuators import ActuatorSettings
 from drake_navbench.inputs.depth_sensor import DepthSensorSettings
 from drake_navbench.inputs.descriptions.model_source import is_model_file
@@ -26,14 +26,11 @@ from drake_navbench.inputs.lidar import LidarSettings
 from drake_navbench.inputs.localization import LocalizationSettings
 from drake_navbench.inputs.named_files import NamedFiles
 from drake_navbench.inputs.navigation_settings import NavigationSettings
+from drake_navbench.inputs.overrides import merged
 from drake_navbench.inputs.range_sensor import RangeSensorSettings
+from drake_navbench.inputs.required_sensors import Sensors, require_sensors
 from drake_navbench.inputs.timing import TimingSettings
 from drake_navbench.kernels.footprint import circle_footprint, footprint_radii, pad_footprint
-from drake_navbench.navigation.costmaps.observation_layers import SensingParameters
-from drake_navbench.navigation.costmaps.observation_source import ObservationSourceSettings
-from drake_navbench.navigation.costmaps.range_sensor_layer import RangeSensorLayerParameters
-from drake_navbench.plugins.kinds import foreign_plugins
-from drake_navbench.plugins.parameters import normalized
 from drake_navbench.typed_files.file_kinds import ROBOT, require_kind
 from drake_navbench.typed_files.quantities import (
     Length,
@@ -138,70 +135,9 @@ class Robot(QuietModel):
                 f"drive.physics: {drive.physics} takes the wheels from a model; expected an "
                 "SDF or URDF file in the field model"
             )
-        for costmap in ("local_costmap", "global_costmap"):
-            self._check_sources(costmap)
-        monitor = self.navigation.collision_monitor
-        for name, source in ({} if monitor is None else monitor.observation_sources).items():
-            if source.type == "range":
-                place = f"navigation.collision_monitor.observation_sources.{name}"
-                self._check_range_sensor(place, source.sensor or name)
+        sensors = Sensors(self.lidar, self.depth_sensors, self.range_sensors)
+        require_sensors(self.navigation, sensors)
         return self
-
-    def _check_sources(self, costmap: str) -> None:
-        """Raises ValueError where a layer waits for a sensor that the robot does not have."""
-        settings = getattr(self.navigation, costmap)
-        for layer in settings.plugins:
-            if not settings.is_active(layer):
-                continue
-            block = settings.block(layer)
-            if isinstance(block, SensingParameters):
-                self._check_sight(f"navigation.{costmap}.{layer}", block)
-            if isinstance(block, RangeSensorLayerParameters):
-                for sensor in block.topics:
-                    self._check_range_sensor(f"navigation.{costmap}.{layer}.topics", sensor)
-            sources = getattr(block, "observation_sources", None)
-            if not isinstance(sources, Mapping):
-                continue
-            for name, source in sources.items():
-                place = f"navigation.{costmap}.{layer}.observation_sources.{name}"
-                self._check_source(place, name, source)
-
-    def _check_sight(self, place: str, layer: SensingParameters) -> None:
-        """Raises ValueError where the lidar is too high for a layer that names no sources."""
-        height_m = self.lidar.height_m
-        if "observation_sources" in layer.model_fields_set:
-            return
-        heights_m = [one.max_obstacle_height for one in layer.observation_sources.values()]
-        top_m = min(layer.max_obstacle_height, *heights_m)
-        if height_m > top_m:
-            raise ValueError(
-                f"{place}: sees up to {top_m:g} m, and the lidar is at "
-                f"{height_m:g} m; expected observation_sources and max_obstacle_height for it"
-            )
-
-    def _check_range_sensor(self, place: str, sensor: str) -> None:
-        """Raises ValueError where the robot does not have a range sensor."""
-        if sensor not in self.range_sensors:
-            hint = nearest_name_hint(sensor, self.range_sensors)
-            raise ValueError(
-                f"{place}: the robot has no range sensor {sensor!r}{hint}; expected one of this "
-                "name in range_sensors"
-            )
-
-    def _check_source(self, place: str, name: str, source: ObservationSourceSettings) -> None:
-        """Raises ValueError where the robot does not have the sensor of a source."""
-        if source.data_type == "LaserScan":
-            count = 1 + len(self.lidar.further_poses)
-            if source.scanner is not None and source.scanner > count:
-                raise ValueError(f"{place}.scanner: got {source.scanner}, the robot has {count}")
-            return
-        sensor = source.sensor or name
-        if sensor not in self.depth_sensors:
-            hint = nearest_name_hint(sensor, self.depth_sensors)
-            raise ValueError(
-                f"{place}: the robot has no depth sensor {sensor!r}{hint}; expected one of this "
-                "name in depth_sensors"
-            )
 
     @property
     def outline(self) -> NDArray[np.float64]:
@@ -420,27 +356,3 @@ def body_top_m(robot: Robot) -> float:
         return describe_robot(path).height_m
     except InputError:
         return GUESSED_TOP_M
-
-
-def merged(base: Mapping[str, Any], overrides: Mapping[str, Any]) -> dict[str, Any]:
-    """Returns `base` with `overrides` laid over it, mapping by mapping.
-
-    Where an override names another plugin, and one of the two plugins is of another package, it
-    replaces the whole block: parameters belong to their plugin.
-    """
-    result = dict(base)
-    for key, value in overrides.items():
-        nested = isinstance(value, Mapping) and isinstance(result.get(key), Mapping)
-        if nested and not _are_of_other_packages(result[key], value):
-            result[key] = merged(result[key], value)
-        else:
-            result[key] = value
-    return result
-
-
-def _are_of_other_packages(block: Mapping[str, Any], override: Mapping[str, Any]) -> bool:
-    before, after = normalized(block.get("plugin")), normalized(override.get("plugin"))
-    if after is None or after == before:
-        return False
-    foreign = {name for _, name, _ in foreign_plugins()}
-    return any(isinstance(name, str) and name in foreign for name in (before, after))

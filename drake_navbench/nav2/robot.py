@@ -18,8 +18,9 @@ import yaml
 from drake_navbench.controller import AskedSpeeds
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.check import Check, CheckRow, Status
+from drake_navbench.inputs.overrides import merged
 from drake_navbench.inputs.presets import Preset
-from drake_navbench.inputs.robot import Robot, merged
+from drake_navbench.inputs.robot import Robot
 from drake_navbench.nav2.body import costmap_body, drive_for, note_body, with_body
 from drake_navbench.nav2.collision_monitor import read_collision_monitor
 from drake_navbench.nav2.columns import column_rows

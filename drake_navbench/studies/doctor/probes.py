@@ -11,7 +11,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from drake_navbench.inputs.robot import Robot, merged
+from drake_navbench.inputs.overrides import merged
+from drake_navbench.inputs.robot import Robot
 from drake_navbench.inputs.scenario import Scenario
 from drake_navbench.kernels.footprint import footprint_radii
 from drake_navbench.studies.doctor.surroundings import Surroundings, tasks_on_map
