@@ -180,9 +180,37 @@ def test_a_python_block_that_imports_nothing_real_is_found():
         unknown_imports("def f(:")
 
 
+def cells_of(line):
+    return len(re.findall(r"(?<!\\)\|", line)) - 1
+
+
+def uneven_rows(text):
+    """Returns the lines of tables that have more or fewer cells than the rule below the heading."""
+    lines = FENCED.sub("", text).splitlines()
+    for number, rule in enumerate(lines):
+        if not re.fullmatch(r"\|(\s*:?-+:?\s*\|)+", rule.strip()):
+            continue
+        table = [lines[number - 1]]
+        for line in lines[number + 1 :]:
+            if not line.strip().startswith("|"):
+                break
+            table.append(line)
+        yield from (line for line in table if cells_of(line) != cells_of(rule))
+
+
+def test_an_uneven_table_is_found():
+    text = "| a | b |\n|---|---|\n| 1 | 2 |\n| \\| | 2 |\n| 3 |\n\n| c |\n| more |\n|---|---|\n"
+    assert list(uneven_rows(text)) == ["| 3 |", "| more |"]
+
+
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
 def test_links_of_a_page_lead_somewhere(page):
     assert dead_links(page) == []
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_every_row_of_a_table_has_as_many_cells_as_its_heading(page):
+    assert list(uneven_rows(page.read_text(encoding="utf-8"))) == []
 
 
 def test_pages_of_the_site_link_only_what_the_site_holds(planted):
