@@ -15,7 +15,7 @@ INTRODUCTION = """\
 A robot file needs two fields: `description`, and one that gives the outline (`footprint`,
 `robot_radius`, or a `model`, which gives outline and mass). Every other field has the default
 shown here. Instead of writing one, you may name your robot's URDF, SDF or xacro:
-[how](scenarios.md#a-robot-as-it-lies-in-its-repository).
+[how](your_robot.md#a-robot-as-it-lies-in-its-repository).
 
 How to read the tables:
 
