@@ -23,7 +23,7 @@ How to read the tables:
   `lidar.range_max_m`, in a file `lidar: {range_max_m: 8.0}`, for `--sweep` `lidar.range_max_m=4,8`.
 - `NAME` stands for a name of your choice.
 - A row with `type:` or `plugin:` begins the fields of that kind; rows before it apply to all kinds.
-- "Fields of X" stands for all rows of X, with their defaults.
+- "Fields of X", "as in X: ...": these rows of X apply, with their defaults.
 - Units stand in brackets. The limits of every field are in `schemas/robot.json`.
 
 `make docs` makes this page."""
@@ -95,6 +95,8 @@ class Page:
                 yield from self.sections(next(iter(kinds.values())), f"{name}.")
                 continue
             rows = list(self._rows_of_block(field, f"{prefix}{name}", "", ()))
+            if rows[0][0] == "``":
+                yield from ("", rows.pop(0)[2])
             yield from ("", *_table(rows))
 
     def _rows_of_block(
@@ -113,19 +115,36 @@ class Page:
         rest = rows[first] - shared
         yield from self._new_rows(kinds[first], whole, prefix, (*above, first), rest)
         for reference, kind in kinds.items():
-            own = rows[reference] - shared
+            own = _unprefixed(rows[reference] - shared, prefix)
             choice = _choice(kind) if len(kinds) > 1 else ""
-            known = self._known(_unprefixed(own, prefix))
-            told = f"Fields of {known.name}." if known else ""
+            known = self._known(own)
+            common = _prefixed(known.rows & own if known else frozenset(), prefix)
+            told = self._told(kind, prefix, (*above, reference), known, common) if known else ""
             if choice:
                 is_default = reference == first and not _must_be_chosen(kind)
                 yield f"`{choice}`", "default" if is_default else "", told
-            elif known:
+            elif told:
                 yield f"`{prefix.removesuffix('.').removesuffix('.NAME')}`", "", told
-            skipped = shared | _prefixed(known.rows if known else frozenset(), prefix)
-            yield from self._new_rows(kind, whole, prefix, (*above, reference), skipped)
-            name = f"`{choice or whole}`"
-            self._shown.append(Shown(name, _unprefixed(own, prefix)))
+            yield from self._new_rows(kind, whole, prefix, (*above, reference), shared | common)
+            self._shown.append(Shown(choice or whole, own))
+
+    def _told(
+        self,
+        kind: Field,
+        prefix: str,
+        above: tuple[str, ...],
+        known: Shown,
+        common: frozenset[Row],
+    ) -> str:
+        """Returns which fields of a kind have the rows of the block `known`; '' for none."""
+        if len(known.rows) == len(common):
+            return f"Fields of `{known.name}`."
+        names = [
+            f"`{name}`"
+            for name, field in _fields(kind)
+            if self._rows_of_field(name, field, kind, prefix, above) <= common
+        ]
+        return f"As in `{known.name}`: {', '.join(names)}." if names else ""
 
     def _new_rows(
         self,
@@ -168,9 +187,9 @@ class Page:
         return frozenset(rows)
 
     def _known(self, rows: frozenset[Row]) -> Shown | None:
-        """Returns the block shown before with the most rows, all of which are among `rows`."""
-        parts = [one for one in self._shown if len(one.rows) >= WORTH_SHARING and one.rows <= rows]
-        return max(parts, key=lambda one: len(one.rows), default=None)
+        """Returns the block shown before that has most of these rows; None for few of them."""
+        best = max(self._shown, key=lambda one: len(one.rows & rows), default=None)
+        return best if best and len(best.rows & rows) >= WORTH_SHARING else None
 
     def _kinds(self, field: Field, above: tuple[str, ...] = ()) -> dict[str, Field]:
         """Returns the blocks that a field may hold, by reference; none within itself."""
