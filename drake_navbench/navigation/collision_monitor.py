@@ -200,7 +200,7 @@ class ShapeState(NamedTuple):
 class MonitorState(NamedTuple):
     """The state of a monitor: that of each shape, and the last action.
 
-    action: of the last command, 'none', 'stop', 'slowdown', 'limit' or 'approach'.
+    action: action on the last command, 'none', 'stop', 'slowdown', 'limit' or 'approach'.
     polygon: the shape's name, INVALID_SOURCE where there was no scan, '' where nothing acted.
     """
 
