@@ -136,7 +136,7 @@ class Page:
         known: Shown,
         common: frozenset[Row],
     ) -> str:
-        """Returns a sentence with the fields that have the rows of the block `known`; '' for none."""
+        """Returns a sentence with the fields that are as in the block `known`; '' for none."""
         if len(known.rows) == len(common):
             return f"Fields of `{known.name}`."
         names = [
